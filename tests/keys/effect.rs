@@ -36,7 +36,12 @@ pub(crate) fn of(setup: Setup, files: &Files) -> Left {
     let left = pool.install(|| match setup {
         Setup::Plan => planned(folder.path()),
         Setup::Paths | Setup::Flank => paths(folder.path()),
-        Setup::Remade | Setup::RemadeQuaternion | Setup::RemadePole | Setup::RemadeKeys => remade(folder.path()),
+        Setup::Remade
+        | Setup::RemadeQuaternion
+        | Setup::RemadePole
+        | Setup::RemadeKeys
+        | Setup::RemadeSmooth
+        | Setup::RemadeStrip => remade(folder.path()),
         Setup::Compare => compared(folder.path()),
         Setup::Next => next(folder.path()),
         _ => prove(folder.path()),

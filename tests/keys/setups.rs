@@ -103,6 +103,10 @@ pub(crate) enum Setup {
     RemadePole,
     /// The same program, its axes laid between keys.
     RemadeKeys,
+    /// The first program as smooth as its channel lets it.
+    RemadeSmooth,
+    /// Two rows of a bull-nose cutter beside each other, by strip and roughness.
+    RemadeStrip,
     /// One tool each, that cuts a groove.
     Ball,
     BullNose,
@@ -261,7 +265,13 @@ impl Setup {
                 let model = fs::read(root().join("machines/bc-trunnion/model.glb")).unwrap_or_default();
                 more.push(("machine/model.glb", model));
             }
-            Self::Plan | Self::Paths | Self::Remade | Self::RemadeQuaternion | Self::RemadePole | Self::RemadeKeys => {
+            Self::Plan
+            | Self::Paths
+            | Self::Remade
+            | Self::RemadeQuaternion
+            | Self::RemadePole
+            | Self::RemadeKeys
+            | Self::RemadeSmooth => {
                 let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
                 machine = lib("machines/starrag-lx-451/machine.toml");
                 tools = lib("tools/li-2022.toml");
@@ -288,6 +298,7 @@ impl Setup {
                         Self::Remade => "\"s-theta\"",
                         Self::RemadePole => "\"singularity\", cone_deg = 20",
                         Self::RemadeKeys => "\"min-angular-acceleration\"",
+                        Self::RemadeSmooth => "\"smooth\"",
                         _ => "\"quaternion\"",
                     };
                     scene += &format!(
@@ -296,6 +307,22 @@ impl Setup {
                     more.push(("second.mpf", program.replace("S8000", "S7000").into()));
                 }
                 let model = fs::read(root().join("machines/starrag-lx-451/model.glb")).unwrap_or_default();
+                more.push(("machine/model.glb", model));
+            }
+            Self::RemadeStrip => {
+                let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
+                let paper = lib("scenes/dong-2023-multi-scale/scene.toml");
+                machine = lib("machines/jdgr200t/machine.toml");
+                tools = lib("tools/dong-2023.toml");
+                name = "main.mpf";
+                program = two_rows(&lib("scenes/dong-2023-multi-scale/original.mpf"));
+                scene = paper[..paper.find("# Eleven of the 51 rows").unwrap_or_default()]
+                    .replace("../../machines/jdgr200t", "machine")
+                    .replace("../../tools/dong-2023.toml", "tools.toml")
+                    .replace("resolution_mm = 0.2", "resolution_mm = 4");
+                scene += "\n[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n\n[[program]]\nname = \"second\"\nfile = \"main.mpf\"\n\
+                          \n[[program]]\nname = \"made\"\nreschedule = { method = \"multi-scale\", from = \"main\" }\n";
+                let model = fs::read(root().join("machines/jdgr200t/model.glb")).unwrap_or_default();
                 more.push(("machine/model.glb", model));
             }
             Self::Ball => tools = one_tool("ball", "diameter_mm = 6\nflute_length_mm = 12"),
@@ -416,6 +443,14 @@ impl Setup {
         files.extend(more.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)));
         files
     }
+}
+
+/// The first two rows of a program in which rows end with a rapid.
+fn two_rows(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    let rapids: Vec<usize> = (0..lines.len()).filter(|&i| lines[i].starts_with("G0 ")).collect();
+    let end = rapids.get(2).copied().unwrap_or(lines.len());
+    lines[..=end.min(lines.len() - 1)].join("\n") + "\nTRAFOOF\nM30\n"
 }
 
 /// A row above the part whose axis comes within 6 degrees of the table's while the table turns by 3 degrees a block.

@@ -467,6 +467,21 @@ baseline = "main"
 experiment = "words"
 run_ends_s = 0.1
 shown_s = [0.1, 0.3]
+draws = 2
+
+[[compare.choice]]
+name = "velocity limit"
+key = "machine.X.max_velocity_mm_min"
+range = [500, 900]
+source = "chosen"
+reason = "words"
+
+[[compare.choice]]
+name = "tolerance"
+key = "control.path_tolerance_mm"
+values = [0.01, 0.1]
+source = "chosen"
+reason = "words"
 
 [[compare.published]]
 name = "velocity"

@@ -8,6 +8,8 @@ mod bench;
 mod compare;
 mod cone_frustum;
 mod control;
+mod dong_2023;
+mod experiments;
 mod feed_and_rapid;
 mod holes;
 mod languages;

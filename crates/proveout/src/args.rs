@@ -6,6 +6,7 @@ use clap::{
 };
 use proveout_sim::{
     gates::GATES,
+    partial::StopAt,
     scene::{HELIX, StrategyFile},
 };
 
@@ -23,8 +24,16 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Make a scene from NC programs: what their text tells, what was chosen with the reason, and what you answer
+    New(NewArgs),
+    /// Write the tool library of another program (Fusion 360, LinuxCNC, CAMotics, CSV, G10 offsets) as one of this
+    Tools(ToolsArgs),
+    /// Write a machine from the INI file of a LinuxCNC configuration, as a start: what it does not tell is marked as chosen
+    Machine(MachineArgs),
     /// Run a program of a scene on the twin and write the run folder
     Run(RunArgs),
+    /// Run the setups of a part in order, the stock handed on from one to the next: one verdict, one page
+    Job(JobArgs),
     /// Run all programs of a scene on the same twin and compare them: times with error, joints, cut parts
     Compare(CompareArgs),
     /// Diagnostics only: scenes, machines, tool libraries, NC programs
@@ -64,13 +73,21 @@ pub(crate) struct RunArgs {
     /// Run this program text on the scene instead
     #[arg(long, value_name = "FILE")]
     pub(crate) nc: Option<PathBuf>,
-    /// Run folder (default: out/SCENE-PROGRAM); an older run there is replaced when the new one is complete, other files stay
+    /// Run folder (default: out/SCENE-PROGRAM, with -preview or -stopped behind it where the run is one); an older run there is replaced when the new one is complete, other files stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Go on with the run to this run folder that was stopped (Ctrl-C, a kill, a full disk): its motion is planned and judged again,
     /// what it had cut is taken from its journal. The result is that of a run that was not stopped
     #[arg(long)]
     pub(crate) resume: bool,
+    /// Quick look: cells four times as long, without patches and texture. What it finds is true; what it does not find proves nothing, so
+    /// that gates which ask the stock are unchecked
+    #[arg(long, conflicts_with_all = ["resolution_mm", "overhang", "free_axes", "accept_unchecked"])]
+    pub(crate) preview: bool,
+    /// End the run early: at the first finding of a code, or any that fails a gate; behind a line of the program, as 120; at a simulated
+    /// time, as 12.5s. Gates are then unchecked unless they have failed
+    #[arg(long, value_name = "any|CODE|LINE|TIMEs", allow_hyphen_values = true, conflicts_with_all = ["overhang", "free_axes", "accept_unchecked"])]
+    pub(crate) stop_at: Option<StopAt>,
     /// Distance of the stock's rays, mm (default: the scene's)
     #[arg(long, value_name = "X")]
     pub(crate) resolution_mm: Option<f64>,
@@ -86,12 +103,113 @@ pub(crate) struct RunArgs {
     /// Search how far each tool must stand out of its holder, by runs of its own before this one
     #[arg(long)]
     pub(crate) overhang: bool,
+    /// Look for the free tool axes at so many places where a ball end touches the design: maps in the report and a file
+    #[arg(long, value_name = "PLACES", value_parser = clap::value_parser!(u16).range(1..=2000))]
+    pub(crate) free_axes: Option<u16>,
     /// Where the Rerun recording goes
     #[arg(long, value_enum, default_value = RECORDING)]
     pub(crate) rerun: RerunArg,
     /// Exit code 0 also where this gate is unchecked; may be repeated. The verdict stays as it is
     #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
     pub(crate) accept_unchecked: Vec<String>,
+}
+
+/// Unit of length.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum UnitArg {
+    /// Millimeters
+    Mm,
+    /// Inches
+    Inch,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    proveout new --list-machines\n\n\
+    docs/first-part.md goes through a part, step by step. Questions are asked at the terminal; without one each wants an answer in the file of \
+    --answers, by its key: stock = \"0,0,-20,100,60,0\", holder = \"40x60\". The word proposed takes what is proposed.")]
+pub(crate) struct NewArgs {
+    /// Program texts
+    #[arg(value_name = "PROGRAM", required_unless_present = "list_machines")]
+    pub(crate) programs: Vec<PathBuf>,
+    /// Machine: a name of the library, or a folder with machine.toml
+    #[arg(long, value_name = "NAME", required_unless_present = "list_machines")]
+    pub(crate) machine: Option<String>,
+    /// List the machines of the library, a line each: structure, travel, source
+    #[arg(long, conflicts_with_all = ["programs", "machine", "control", "stock", "design", "tools", "unit", "answers", "output"])]
+    pub(crate) list_machines: bool,
+    /// Control: a built-in one or a control file (default: that of the machine, else told from the text)
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) control: Option<String>,
+    /// Stock: X0,Y0,Z0,X1,Y1,Z1 in mm (or with inch at the end), X,Y,Z0,DIAMETER,HEIGHT, a mesh, or proposed
+    #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
+    pub(crate) stock: Option<String>,
+    /// Design of the part, a closed mesh in the coordinates of the program (STL, OBJ, glTF)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) design: Option<PathBuf>,
+    /// Tool library: .toml of this program, Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, offsets as a program
+    #[arg(long, value_name = "FILE")]
+    pub(crate) tools: Option<PathBuf>,
+    /// Unit of the tool library, where it does not tell it
+    #[arg(long, value_enum, requires = "tools")]
+    pub(crate) unit: Option<UnitArg>,
+    /// Answers to the questions, TOML
+    #[arg(long, value_name = "FILE")]
+    pub(crate) answers: Option<PathBuf>,
+    /// Folder that is made (default: the name of the first program, here); one that is there is refused
+    #[arg(long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ToolsArgs {
+    /// Tool library: Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, offsets as a program (G10 L10)
+    pub(crate) file: PathBuf,
+    /// Library that is written
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Unit of the file, where it does not tell it
+    #[arg(long, value_enum)]
+    pub(crate) unit: Option<UnitArg>,
+    /// Only the tool of this number; may be repeated
+    #[arg(long, value_name = "N")]
+    pub(crate) number: Vec<u32>,
+    /// Holder of tools of which the file tells none: diameter and length to the gauge line, mm or with inch at the end (default: none, checks against it are unchecked)
+    #[arg(long, value_name = "DxL")]
+    pub(crate) holder: Option<String>,
+    /// Write over a file that is there
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MachineArgs {
+    /// INI file of a LinuxCNC configuration
+    pub(crate) file: PathBuf,
+    /// Linear axes that carry the table, such as XY (default: none, all carry the tool)
+    #[arg(long, value_name = "LETTERS")]
+    pub(crate) table_axes: Option<String>,
+    /// Folder that is made; one that is there is refused
+    #[arg(long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "A job lists its setups: [[setup]] with name, scene, and where wanted program and after. docs/jobs.md shows one."
+)]
+pub(crate) struct JobArgs {
+    /// Folder of the job, or its job.toml
+    pub(crate) job: PathBuf,
+    /// Folder (default: out/JOB-job); an older one there is replaced when the new one is complete, other files stay
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Worker threads (default: all processors); no verdict depends on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+    /// Where the Rerun recording of each setup goes
+    #[arg(long, value_enum, default_value = "off")]
+    pub(crate) rerun: RerunArg,
 }
 
 #[derive(Debug, Args)]
@@ -156,6 +274,12 @@ pub(crate) struct CheckArgs {
     /// Scenes, machines, tool libraries, control files, NC programs; files or folders
     #[arg(required = true)]
     pub(crate) paths: Vec<PathBuf>,
+    /// Draw the machine that is checked: its bodies at home, its axes with their letters, travel and what each carries (PNG)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) picture: Option<PathBuf>,
+    /// Write over a picture that is there
+    #[arg(long, requires = "picture")]
+    pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) reader: ReaderArgs,
 }
@@ -347,12 +471,14 @@ fn strategies() -> PossibleValuesParser {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     proveout reschedule scenes/li-2022-s-theta --program original --method s-theta --output new.mpf\n  \
-    proveout reschedule scenes/li-2022-s-theta --program original --method quaternion --set keys=9 --output new.apt\n\n\
+    proveout reschedule scenes/li-2022-s-theta --program original --method quaternion --set keys=9 --output new.apt\n  \
+    proveout reschedule scenes/li-2022-s-theta --program original --method smooth --set channel=tool --output smooth-tool.mpf\n\n\
     Options are those of the scene's program that is made from this one by the method, else the published and default ones. \
     s-theta has clearance_deg, inset_deg, start_flat_mm, end_flat_percent, merge_mm and theta_unit (degree, radian, normalized, \
     unit-free); quaternion has keys and clearance_deg (of the channel that is shown); \
     singularity has cone_deg, rate_deg_mm and junction (off, free, pinned); min-angular-acceleration has cap_deg and \
-    window_mm.\n\n\
+    window_mm; multi-scale has strip_min_mm, strip_max_mm, strip_height_mm, ra_um, evaluation_length_mm and run_in_mm; smooth, \
+    which is of this project, has channel (clearance, tool), clearance_deg, lean_max_deg and monotone (true, false).\n\n\
     Beside the time of both programs stands a bound: no schedule of axes in the channel, with the limits of the joints that are named, \
     is faster. A program that the control refuses is not written.")]
 pub(crate) struct RescheduleArgs {
@@ -361,7 +487,7 @@ pub(crate) struct RescheduleArgs {
     /// Program of the scene that is re-scheduled, or one that the scene makes by the method
     #[arg(long, value_name = "NAME")]
     pub(crate) program: String,
-    /// Published method: s-theta, quaternion, singularity, min-angular-acceleration
+    /// Method: s-theta, quaternion, singularity, min-angular-acceleration, multi-scale as published; smooth, of this project
     #[arg(long, value_name = "METHOD")]
     pub(crate) method: String,
     /// Option of the method, in place of the scene's; may be repeated

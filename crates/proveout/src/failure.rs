@@ -39,6 +39,13 @@ impl Failure {
         self
     }
 
+    /// A help behind the one that is there.
+    pub(crate) fn with_more_help(mut self, help: impl Display) -> Self {
+        let before = self.0.help.take().map_or_else(String::new, |h| h + "; ");
+        self.0.help = Some(format!("{before}{help}"));
+        self
+    }
+
     pub(crate) fn at(mut self, file: impl Display, line: usize, column: usize, length: usize, text: &str) -> Self {
         self.0.place = Some(match (line, column) {
             (0, _) => file.to_string(),
@@ -117,6 +124,7 @@ impl From<&SimError> for Failure {
                 Self::new(&**e).at(e.file.display(), e.line, e.column, e.length, &e.source_line).with_help(&e.remedy)
             }
             SimError::Memory { remedy, .. } => Self::new(e).with_help(remedy),
+            SimError::StopAt { help, .. } => Self::new(e).with_help(help),
             SimError::Program(all) => Self::of_program(&all.0, 0),
             SimError::ControlFile(c) => Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
                 .at(

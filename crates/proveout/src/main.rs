@@ -53,7 +53,11 @@ fn code(verdict: State) -> u8 {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::New(args) => commands::new::new(&args).map(|()| PASS),
+        Command::Tools(args) => commands::tools::tools(&args).map(|()| PASS),
+        Command::Machine(args) => commands::machine::machine(&args).map(|()| PASS),
         Command::Run(args) => commands::run::run(&args).map(code),
+        Command::Job(args) => commands::job::job(&args).map(code),
         Command::Compare(args) => commands::compare::compare(&args).map(code),
         Command::Verify(args) => commands::verify::verify(&args).map(code),
         Command::Sign(args) => commands::verify::sign(&args).map(|()| PASS),

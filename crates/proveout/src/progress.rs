@@ -1,10 +1,15 @@
 use std::{path::Path, time::Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use proveout_sim::observer::{Batch, Observer, ObserverError, Outcome, Setup};
+use proveout_sim::{
+    finding::Severity,
+    observer::{Batch, Observer, ObserverError, Outcome, Setup},
+};
 
 /// Wall time between two plain lines, s.
 const LINE_EVERY_S: f64 = 10.0;
+/// Findings that are told as they come.
+const FIRST_FINDINGS: usize = 8;
 
 /// Tells how far the run is: a bar on a terminal, plain lines elsewhere.
 pub(crate) struct Progress {
@@ -13,6 +18,7 @@ pub(crate) struct Progress {
     main_file: String,
     line: u32,
     findings: usize,
+    told: usize,
     last_line: Instant,
 }
 
@@ -26,6 +32,7 @@ impl Progress {
             main_file: main_file.display().to_string(),
             line: 0,
             findings: 0,
+            told: 0,
             last_line: Instant::now(),
         }
     }
@@ -62,6 +69,17 @@ impl Observer for Progress {
         let last = batch.blocks.iter().rev().find(|b| *b.file == *self.main_file);
         self.line = last.map_or(self.line, |b| b.line);
         self.findings += batch.findings.len();
+        for f in batch.findings.iter().filter(|f| f.severity != Severity::Info) {
+            self.told += 1;
+            if self.told <= FIRST_FINDINGS {
+                let line = f.line.map_or_else(String::new, |l| format!("line {l}: "));
+                self.bar.suspend(|| {
+                    tell!("finding at {:.1} s: {line}{} [{}]", f.time_s.unwrap_or(batch.time), f.message, f.code)
+                });
+            } else if self.told == FIRST_FINDINGS + 1 {
+                self.bar.suspend(|| tell!("further findings are counted; all are in the report"));
+            }
+        }
         self.bar.set_position(self.line.into());
         self.bar.set_message(format!("{:.0} s simulated, {} findings", batch.time, self.findings));
         if !self.terminal && self.last_line.elapsed().as_secs_f64() > LINE_EVERY_S {

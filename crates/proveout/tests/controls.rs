@@ -198,3 +198,70 @@ fn a_wrong_control_is_one_error_with_place_and_remedy() {
         }
     }
 }
+
+#[test]
+fn forms_of_real_programs_are_read_as_they_are_typed() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let read = |name: &str, text: &str, options: &[&str], says: &[&str]| {
+        write(&folder, name, text);
+        let output = call(&folder, &[&["nc", name][..], options].concat());
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", told(&output));
+        for part in says {
+            assert!(told(&output).contains(part), "{name}: {part}\n{}", told(&output));
+        }
+    };
+    // Two ways of an elongated hole, 18 mm each, with a tool of 12 mm.
+    read(
+        "hole.mpf",
+        "T1 D1 M6\nS900 M3 F300\nG0 X0 Y0 Z50\nLONGHOLE(5,0,1,-4,,1,30,40,45,20,0,0,100,320,2)\nM30\n",
+        &["--variable", "$P_TOOLR=6"],
+        &["\"X\":66.0,\"Y\":45.0,\"Z\":-2.0", "\"X\":84.0,\"Y\":45.0,\"Z\":-4.0", "\"X\":66.0,\"Y\":45.0,\"Z\":-4.0"],
+    );
+    read(
+        "tool_frame.mpf",
+        "TRAORI\nG0 X10 Y20 Z50 A3=0.6 C3=0.8\nTOROT\nG0 X5 Y0 Z20\nM30\n",
+        &[],
+        &["\"end_base\":{\"X\":16.0,\"Y\":0.0,\"Z\":13.0}"],
+    );
+    // The contacts of a tangent between two circles: directions 0.6, 0.8.
+    read(
+        "free.h",
+        "0 BEGIN PGM FREE MM\n1 TOOL CALL 1 Z S500 F250\n2 L X+2 Y+30 Z+5 R0 FMAX M3\n3 FC DR- R18 CLSD+ CCX+20 CCY+30\n4 FLT\n\
+         5 FCT DR- R15 X+65 Y+75 CCX+50 CCY+75\n6 L Z+50 FMAX M2\n7 END PGM FREE MM\n",
+        &["--control", "heidenhain-tnc-640"],
+        &["\"X\":5.6,\"Y\":40.8", "\"X\":38.0,\"Y\":84.0"],
+    );
+    read(
+        "scaled.nc",
+        "G21 G90 G54\nG0 X0. Y0. Z0.\nG51 X0. Y0. Z0. I500 J2000 K1000\nG1 X10. Y10. F100.\nM30\n",
+        &["--control", "fanuc-30i"],
+        &["\"end_base\":{\"X\":5.0,\"Y\":20.0,\"Z\":0.0}", "count thousandths"],
+    );
+    read("whole.nc", "G21 G90 G54\nG0 X10 Y0 Z0\nM30\n", &["--control", "fanuc-30i"], &["numbers.without_point"]);
+    read("router.nc", "$H\nG21 G90\nG0 X1 Y2 Z3\nM2\n", &["--control", "grbl-1.1"], &["\"machine_coordinates\":true"]);
+    // What is not published is refused by name, at its place.
+    for (name, text, says) in [
+        ("contour.mpf", "G0 X0 Y0 Z5\nCYCLE72(\"K\",5,0,1,-5)\nM30\n", "is not published"),
+        ("contour.h", "0 BEGIN PGM A MM\n1 CYCL DEF 14.0 CONTOUR\n2 END PGM A MM\n", "is not published"),
+        ("router.nc", "G21\n$J=G91X1F100\nM2\n", "begins a line of a grbl"),
+    ] {
+        write(&folder, name, text);
+        let output = call(
+            &folder,
+            &[
+                "nc",
+                name,
+                "--dialect",
+                if name.ends_with('h') {
+                    "heidenhain"
+                } else if name.ends_with("mpf") {
+                    "siemens-840d"
+                } else {
+                    "linuxcnc"
+                },
+            ],
+        );
+        assert_eq!(output.status.code(), Some(2), "{name}: {}", told(&output));
+        assert!(told(&output).contains(says) && told(&output).contains(":2:"), "{name}: {}", told(&output));
+    }
+}

@@ -71,8 +71,8 @@ pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::Interference;
 pub use least::{PairClearance, ProvedSpan};
 pub use orientation::{
-    AxisState, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings, OrientationSpace,
-    OrientationWalk, Refusal, SurfaceContact,
+    AxisState, BallTurn, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings,
+    OrientationSpace, OrientationWalk, Refusal, SurfaceContact,
 };
 pub use parts::Fixture;
 pub use report::{

@@ -143,7 +143,8 @@ where
         };
         let home = machine.home();
         let mapping = Mapping { tcp_length: None, tool_length: 0.0, edge_length: 0.0 };
-        Ok(Self {
+        let start_tool = settings.start_tool.map(|number| check::start_tool(tools, number)).transpose()?;
+        let mut control = Self {
             commands,
             tools,
             device: Device {
@@ -181,7 +182,14 @@ where
             ended: false,
             cut_short: None,
             finished: false,
-        })
+        };
+        if start_tool.is_some() {
+            control.state.tool = start_tool;
+            control.state.edge_on = control.settings.length_active_after_change;
+            control.mapping = control.mapping_with(None);
+            control.out.chunk.events.push(Event::ToolChange { time: 0.0, block: 0, tool: start_tool });
+        }
+        Ok(control)
     }
 
     /// The next stretch of the run; none after the end.

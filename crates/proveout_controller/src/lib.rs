@@ -106,6 +106,6 @@ pub use controller::Controller;
 pub use error::{ControlError, RunError};
 pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};
 pub use program_runs::{ProgramBlock, ProgramRun, program_runs};
-pub use reprogram::{Reprogrammed, ReprogrammedRun, Reprogramming};
+pub use reprogram::{BlockTimes, Reprogrammed, ReprogrammedRun, Reprogramming};
 pub use settings::{Dynamics, Settings};
 pub use summary::{DriveUse, JointSummary, LoadTrust, Summary, UnlimitedJoint};

@@ -1,5 +1,8 @@
 //! Runs of a program: straight motions in feed under tool center point control without a rapid, a tool change or a stop
 //! between them, with the pose at the end of each block.
+//!
+//! A program that never switches tool center point control on gives positions of the axes. Its runs are found where the length of the tool
+//! is known: the pose is that of the machine at these positions, the length along the tool.
 
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
@@ -38,7 +41,7 @@ pub fn program_runs(
     commands: &[Command],
     shortest: usize,
 ) -> Result<Vec<ProgramRun>, Box<ControlError>> {
-    let found = find_runs(machine, commands)?;
+    let found = find_runs(machine, commands, None)?;
     let long = found.into_iter().filter(|run| run.blocks.len() >= shortest.max(1));
     let run = |run: Found| ProgramRun { blocks: run.placed_blocks(commands).collect(), tool: run.tool };
     Ok(long.map(run).collect())
@@ -87,6 +90,10 @@ impl Frame {
 }
 
 impl Found {
+    fn is_empty(&self) -> bool {
+        self.before.is_empty() && self.blocks.is_empty() && self.after.is_empty()
+    }
+
     /// The blocks, each with its line; the first one has no time, since it comes from somewhere else.
     pub(crate) fn placed_blocks<'a>(&'a self, commands: &'a [Command]) -> impl Iterator<Item = ProgramBlock> + 'a {
         self.blocks.iter().enumerate().map(|(k, block)| ProgramBlock {
@@ -102,22 +109,40 @@ impl Found {
 #[derive(Default)]
 pub(crate) struct Found {
     pub(crate) tool: Option<ToolName>,
+    /// Gauge length of the tool, mm, where the blocks are positions of the axes, without tool center point control.
+    pub(crate) joints: Option<f64>,
     /// The last rapid before tool center point control that turns rotary axes.
     pub(crate) turning: Option<(usize, Frame)>,
     pub(crate) before: Vec<Placed>,
     pub(crate) blocks: Vec<Placed>,
     pub(crate) after: Vec<Placed>,
+    /// Nothing but rapids under tool center point control is between the run before and this one.
+    pub(crate) linked: bool,
 }
 
-/// The runs of a program, with what leads to them; runs without a block among them.
-pub(crate) fn find_runs(machine: &Machine, commands: &[Command]) -> Result<Vec<Found>, Box<ControlError>> {
+/// Gauge length of a tool, mm; none where the library does not have it.
+pub(crate) type ToolLengths<'a> = dyn Fn(&ToolName) -> Option<f64> + 'a;
+
+/// The runs of a program, with what leads to them; runs without a block among them. With lengths of tools, those of a program
+/// without tool center point control as well.
+pub(crate) fn find_runs(
+    machine: &Machine,
+    commands: &[Command],
+    lengths: Option<&ToolLengths<'_>>,
+) -> Result<Vec<Found>, Box<ControlError>> {
+    let controlled = commands.iter().any(|c| matches!(&c.op, Op::Tcp(tcp) if tcp.on));
+    if let Some(lengths) = lengths.filter(|_| !controlled) {
+        return find_joint_runs(machine, commands, lengths);
+    }
     let mut runs = vec![Found::default()];
     let mut state = State { q: machine.home(), zero: base_zero(machine), ..State::default() };
     for (index, command) in commands.iter().enumerate() {
         match &command.op {
             Op::Tcp(tcp) => {
                 state.tcp = tcp.on;
-                let turning = state.turning.take().filter(|_| tcp.on);
+                // ORIVECT behind TRAORI says it again: the turn before the first one still leads to the run.
+                let idle = runs.pop_if(|run| run.is_empty() && tcp.on).and_then(|run| run.turning);
+                let turning = state.turning.take().or(idle).filter(|_| tcp.on);
                 runs.push(Found { tool: state.tool.clone(), turning, ..Found::default() });
             }
             Op::Feed(feed) => state.feed = Some(*feed),
@@ -146,7 +171,7 @@ pub(crate) fn find_runs(machine: &Machine, commands: &[Command]) -> Result<Vec<F
                 if feed && run.after.is_empty() {
                     run.blocks.push(placed);
                 } else if feed {
-                    runs.push(Found { blocks: vec![placed], ..fresh });
+                    runs.push(Found { blocks: vec![placed], linked: true, ..fresh });
                 } else if run.blocks.is_empty() {
                     run.before.push(placed);
                 } else {
@@ -161,6 +186,94 @@ pub(crate) fn find_runs(machine: &Machine, commands: &[Command]) -> Result<Vec<F
         }
     }
     Ok(runs)
+}
+
+/// The runs of a program of positions of axes.
+fn find_joint_runs(
+    machine: &Machine,
+    commands: &[Command],
+    lengths: &ToolLengths<'_>,
+) -> Result<Vec<Found>, Box<ControlError>> {
+    let mut runs = vec![Found::default()];
+    let mut state = State { q: machine.home(), ..State::default() };
+    let mut joints = None;
+    for (index, command) in commands.iter().enumerate() {
+        let fresh = |state: &State, joints| Found { tool: state.tool.clone(), joints, ..Found::default() };
+        match &command.op {
+            Op::Feed(feed) => state.feed = Some(*feed),
+            Op::Tool(ToolAction::Change(name)) => {
+                joints = lengths(name);
+                state.tool = Some(name.clone());
+                runs.push(fresh(&state, joints));
+            }
+            Op::Frame(change) => {
+                let frame = Frame { rotation: change.rotation, translation: change.translation, rotary: change.rotary };
+                state.frame = frame;
+            }
+            Op::Rapid(motion) | Op::Linear(motion) => {
+                let feed = matches!(command.op, Op::Linear(_));
+                let Some(length) = joints.filter(|_| !motion.machine_coordinates) else { continue };
+                let placed = place_joints(machine, &mut state, motion, index, length);
+                let Some(run) = runs.last_mut() else { continue };
+                if !feed && motion.programmed & 0b111 == 0 && motion.programmed >> 3 & 0b111 != 0 && run.is_empty() {
+                    run.turning = Some((index, state.frame));
+                    continue;
+                }
+                let Some(placed) = placed else { continue };
+                if !state.frame.is_rigid() {
+                    let message = "a scaled frame is in force".to_owned();
+                    return Err(fail(&command.location, "reschedule-path", message, "write the path without SCALE"));
+                }
+                if feed && run.after.is_empty() {
+                    run.blocks.push(placed);
+                } else if feed {
+                    runs.push(Found { blocks: vec![placed], ..fresh(&state, joints) });
+                } else if run.blocks.is_empty() {
+                    run.before.push(placed);
+                } else {
+                    run.after.push(placed);
+                }
+            }
+            Op::Arc(_) | Op::Spline(_) | Op::Thread(_) | Op::Probe(_) => {
+                // Where these end is not followed: the next motion has to tell every axis.
+                state.tip = [None; 3];
+                runs.push(fresh(&state, joints));
+            }
+            _ => {}
+        }
+    }
+    Ok(runs)
+}
+
+/// Tool length as base coordinates without tool center point control leave it out, mm: along the tool with all joints at zero.
+pub(crate) fn length_at_zero(machine: &Machine, length: f64) -> Vector {
+    machine.spindle.gauge_pose.vector(&Vector::z()) * length
+}
+
+/// Pose at the end of a motion of the axes; none where the program has not told all of them, or the machine has no X, Y and Z.
+fn place_joints(machine: &Machine, state: &mut State, motion: &Motion, command: usize, length: f64) -> Option<Placed> {
+    for axis in 0..3 {
+        state.tip[axis] = motion.end_base.get(axis).or(state.tip[axis]);
+        state.rotary[axis] = motion.end_base.get(3 + axis).or(state.rotary[axis]);
+    }
+    if motion.tool_axis.is_some() {
+        return None;
+    }
+    let mut q = machine.home();
+    let shift = length_at_zero(machine, length);
+    for ((letter, place), shift) in AXIS_LETTERS.into_iter().zip(state.tip).zip(shift.iter()) {
+        q[machine.joint_for_letter(letter)?] = place? + shift;
+    }
+    for &joint in machine.rotary_joints() {
+        let letter = AXIS_LETTERS[3..6].iter().position(|&l| machine.joint_for_letter(l) == Some(joint))?;
+        q[joint] = state.rotary[letter]?;
+    }
+    // A feed in mm/min is that of some of the axes, which only the control knows.
+    let time = match state.feed {
+        Some(Feed::InverseTime(seconds)) => Some(seconds),
+        _ => None,
+    };
+    Some(Placed { command, pose: machine.forward(&q, length), time, timed: time.is_some(), frame: state.frame })
 }
 
 /// Pose at the end of a motion, where the program has told enough.

@@ -2,8 +2,11 @@
 //!
 //! The poses of each [run](crate::ProgramRun) go through a [`Method`]; each motion gets the new tip and axis in the words it was written with
 //! (vector or rotary axes). Rapids under tool center point control before a run take the first new axis, those behind it the
-//! last one, with the ball center kept; a rapid that turns the rotary axes before tool center point control goes to the first
-//! new axis too. Nothing else changes: count and order of the commands, feeds, tools, messages.
+//! last one, with the ball center kept; between two runs they turn from one to the other behind the first and before the last of them. A rapid
+//! that turns the rotary axes before tool center point control goes to the first new axis too. Nothing else changes: count and order of the commands, feeds, tools, messages.
+//!
+//! A program that never switches tool center point control on is written anew in positions of its axes, which follow from the new poses and
+//! the length of the tool; its blocks must turn rotary axes.
 
 use std::ops::Range;
 
@@ -12,17 +15,23 @@ use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Location, Op, ToolName};
 use proveout_tool::Profile;
 use proveout_toolpath::reschedule::{
-    ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, RescheduleError, Study, Surroundings,
+    ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, RescheduleError, Study, Surroundings, TimeLaw,
+    slerp,
 };
 
 use crate::{
     alternatives::{Alternatives, rotary_rounding},
     error::ControlError,
-    program_runs::{Found, Frame, Placed, ProgramBlock, base_zero, fail, find_runs},
+    program_runs::{Found, Frame, Placed, ProgramBlock, base_zero, fail, find_runs, length_at_zero},
 };
 
 /// Motions of fewer blocks are links and stay as they are.
 const SHORTEST_RUN: usize = 8;
+
+/// Axes of a run without tool center point control that stay within this do not turn, radian.
+const STANDS: f64 = 1e-9;
+/// How near slides must bring the tip to where it shall be, mm.
+const SLIDES: f64 = 1e-6;
 
 /// A rotary joint that turns by more than this between two blocks turns back for lack of travel, degrees: the orientation of a
 /// block is that of a whole turn before or behind; passing a singular position turns by half of that at most.
@@ -62,10 +71,63 @@ pub struct Reprogramming<'a> {
     pub method: &'a dyn Method,
     /// Cutting end of a tool.
     pub cutter: &'a dyn Fn(&ToolName) -> Option<Profile>,
+    /// Gauge length of a tool, mm: for programs without tool center point control.
+    pub length: &'a dyn Fn(&ToolName) -> Option<f64>,
     /// The surface that is cut, in the table frame K.
     pub surface: Option<&'a dyn ContactSurface>,
     /// What a tool must not touch, in the table frame K; asked for where the method needs it.
     pub region: &'a dyn Fn(&ToolName) -> Option<Box<dyn FeasibleRegion>>,
+    /// What the control takes for a program, for methods that are led by it; none where it is not asked.
+    pub times: Option<&'a BlockTimes<'a>>,
+}
+
+/// Times of the blocks in feed that a control takes for commands, s: one list for each sequence of blocks without a rapid or a tool change between
+/// them; none where it refuses the program.
+pub type BlockTimes<'a> = dyn Fn(Vec<Command>) -> Option<Vec<Vec<f64>>> + 'a;
+
+/// The time law of the control for one run, with the program as it stands.
+struct RunTimes<'a> {
+    work: &'a Reprogramming<'a>,
+    times: &'a BlockTimes<'a>,
+    found: &'a Found,
+    commands: &'a [Command],
+    ball: f64,
+    /// Runs before it with as many blocks.
+    alike: usize,
+    link: Option<Link<'a>>,
+}
+
+/// The rapids from the run before, which ends with the axis `from`.
+#[derive(Clone, Copy)]
+struct Link<'a> {
+    rapids: &'a [Placed],
+    from: Vector,
+}
+
+impl Link<'_> {
+    /// Axes at the ends of the rapids: out with the old one, turning on the way, in with the new one.
+    fn axes(&self, to: &Vector) -> Vec<Vector> {
+        let count = self.rapids.len();
+        let mut way = vec![0.0; count];
+        for i in 1..count {
+            // Into the part, and out of it, nothing turns.
+            let turns = i + 1 < count || count <= 2;
+            let step = (self.rapids[i].pose.tip - self.rapids[i - 1].pose.tip).norm();
+            way[i] = way[i - 1] + if turns { step } else { 0.0 };
+        }
+        let total = way.last().copied().unwrap_or(0.0);
+        let part = |s: f64| if total > 0.0 { s / total } else { 1.0 };
+        way.into_iter().map(|s| slerp(&self.from, to, part(s))).collect()
+    }
+}
+
+impl TimeLaw for RunTimes<'_> {
+    fn block_times(&self, poses: &[ToolPose]) -> Option<Vec<f64>> {
+        let mut commands = self.commands.to_vec();
+        self.work.rewritten(&mut commands, (self.found, self.link), poses, None, self.ball).ok()?;
+        let runs = (self.times)(commands)?;
+        runs.into_iter().filter(|run| run.len() == self.found.blocks.len()).nth(self.alike)
+    }
 }
 
 impl Reprogramming<'_> {
@@ -75,14 +137,25 @@ impl Reprogramming<'_> {
     /// The program has no run, the method refuses one, or a new axis is out of the machine's range; with the first block
     /// concerned.
     pub fn apply(&self, commands: Vec<Command>) -> Result<Reprogrammed, Box<ControlError>> {
-        let found = find_runs(self.machine, &commands)?;
+        let found = find_runs(self.machine, &commands, Some(self.length))?;
+        let long = |run: &Found| run.blocks.len() >= SHORTEST_RUN && turns(run);
+        let found: Vec<(usize, &Found)> = found.iter().enumerate().filter(|(_, run)| long(run)).collect();
+        let rows: Vec<CuttingRun> = found.iter().map(|(_, run)| cutting_run(run, &commands)).collect();
         let mut out = Reprogrammed { commands, runs: Vec::new() };
-        for run in found.iter().filter(|run| run.blocks.len() >= SHORTEST_RUN) {
-            self.run(run, &mut out)?;
+        for (row, &(place, run)) in found.iter().enumerate() {
+            // Rapids from the run before belong to both.
+            let link = row.checked_sub(1).and_then(|k| {
+                let &(at, last) = found.get(k)?;
+                let from = out.runs.last()?.after.last()?.axis;
+                (at + 1 == place && run.linked).then_some(Link { rapids: &last.after, from })
+            });
+            self.run(run, (&rows, row), link, &mut out)?;
         }
         if out.runs.is_empty() {
-            let help = "re-scheduling needs straight feed blocks with TRAORI, G43.4 or M128";
-            let message = "the program has no run of blocks under tool center point control".to_owned();
+            let help = "re-scheduling needs straight feed blocks with TRAORI, G43.4 or M128, or blocks that turn rotary axes without it";
+            let message =
+                "the program has no run of blocks under tool center point control, and none that turn rotary axes without it"
+                    .to_owned();
             let location = out.commands.first().map(|c| c.location.clone());
             let code = "reschedule-layers";
             return Err(Box::new(ControlError { code, message, location, help: Some(help.to_owned()) }));
@@ -98,52 +171,38 @@ impl Reprogramming<'_> {
         joint.map_or(Vector::z(), |&j| self.machine.joints[j].direction)
     }
 
-    fn run(&self, found: &Found, out: &mut Reprogrammed) -> Result<(), Box<ControlError>> {
-        let block = |b: ProgramBlock| CuttingBlock { pose: b.pose, line: b.line, time: b.time };
-        let run = CuttingRun { blocks: found.placed_blocks(&out.commands).map(block).collect() };
+    fn run(
+        &self,
+        found: &Found,
+        (rows, row): (&[CuttingRun], usize),
+        link: Option<Link<'_>>,
+        out: &mut Reprogrammed,
+    ) -> Result<(), Box<ControlError>> {
+        let run = cutting_run(found, &out.commands);
         let first = out.commands[found.blocks[0].command].location.clone();
         let cutter = found.tool.as_ref().and_then(|name| (self.cutter)(name)).ok_or_else(|| {
             let message = format!("the tool of this run is not in the library: {:?}", found.tool);
             fail(&first, "reschedule-tool", message, "add the tool to the library")
         })?;
         let region = found.tool.as_ref().filter(|_| self.method.needs_region()).and_then(|name| (self.region)(name));
+        let ball = cutter.ball_radius().unwrap_or(0.0);
+        let alike = out.runs.iter().filter(|run| run.commands.len() == found.blocks.len()).count();
+        let law =
+            self.times.map(|times| RunTimes { work: self, times, found, commands: &out.commands, ball, alike, link });
         let around = Surroundings {
             machine: Some(self.machine),
             surface: self.surface,
             region: region.as_deref(),
+            time_law: law.as_ref().map(|law| law as &dyn TimeLaw),
+            rows,
+            row,
             ..Surroundings::new(&cutter, self.table_axis())
         };
         let result = self.method.reschedule(&run, &around).map_err(|e| Box::new(located(e, &first)))?;
-        let ball = cutter.ball_radius().unwrap_or(0.0);
-        let kept = |placed: &Placed, axis: &Vector| ToolPose {
-            tip: placed.pose.tip + (placed.pose.axis - axis) * ball,
-            axis: *axis,
-        };
-        let mut q = self.machine.home();
-        let mut joints = Vec::with_capacity(found.blocks.len());
-        let (Some(start), Some(end)) = (result.poses.first(), result.poses.last()) else { return Ok(()) };
-        let before = found.before.iter().map(|p| (p, kept(p, &start.axis)));
-        let after = found.after.iter().map(|p| (p, kept(p, &end.axis)));
-        let new: Vec<(&Placed, ToolPose)> =
-            before.chain(found.blocks.iter().zip(result.poses.iter().copied())).chain(after).collect();
         if result.rotary.is_some() {
             refuse_vectors(out, found)?;
         }
-        let own = found.before.len()..found.before.len() + found.blocks.len();
-        for (k, (placed, pose)) in new.into_iter().enumerate() {
-            let last = q;
-            let told = own.contains(&k).then(|| result.rotary.as_ref()?.get(k - own.start)).flatten();
-            self.rewrite(out, placed, (&pose, told), &mut q)?;
-            if k > 0 {
-                self.refuse_rewind(&out.commands[placed.command].location, &last, &q)?;
-            }
-            if own.contains(&k) {
-                joints.push(q);
-            }
-            if let Some((command, frame)) = found.turning.filter(|_| k == 0) {
-                self.turn_first(out, command, &frame, &q);
-            }
-        }
+        let joints = self.rewritten(&mut out.commands, (found, link), &result.poses, result.rotary.as_deref(), ball)?;
         let rounding = rotary_rounding(self.machine, &out.commands, found);
         let alternatives = Alternatives::new(self.machine, found, &result, &joints, rounding);
         out.runs.push(ReprogrammedRun {
@@ -155,6 +214,49 @@ impl Reprogramming<'_> {
             alternatives,
         });
         Ok(())
+    }
+
+    /// Puts new poses of a run into its commands, with what leads to it and away from it: positions of the joints at its blocks.
+    fn rewritten(
+        &self,
+        commands: &mut [Command],
+        (found, link): (&Found, Option<Link<'_>>),
+        poses: &[ToolPose],
+        rotary: Option<&[JointValues]>,
+        ball: f64,
+    ) -> Result<Vec<JointValues>, Box<ControlError>> {
+        let kept = |placed: &Placed, axis: &Vector| ToolPose {
+            tip: placed.pose.tip + (placed.pose.axis - axis) * ball,
+            axis: *axis,
+        };
+        let mut q = self.machine.home();
+        let mut joints = Vec::with_capacity(found.blocks.len());
+        let (Some(start), Some(end)) = (poses.first(), poses.last()) else { return Ok(joints) };
+        let lead = match link {
+            Some(link) => link.rapids.iter().zip(link.axes(&start.axis)).map(|(p, axis)| (p, kept(p, &axis))).collect(),
+            None => found.before.iter().map(|p| (p, kept(p, &start.axis))).collect::<Vec<_>>(),
+        };
+        let own = lead.len()..lead.len() + found.blocks.len();
+        let after = found.after.iter().map(|p| (p, kept(p, &end.axis)));
+        let new: Vec<(&Placed, ToolPose)> =
+            lead.into_iter().chain(found.blocks.iter().zip(poses.iter().copied())).chain(after).collect();
+        for (k, (placed, pose)) in new.into_iter().enumerate() {
+            let last = q;
+            let told = own.contains(&k).then(|| rotary?.get(k - own.start)).flatten();
+            self.rewrite(commands, placed, (&pose, told, found.joints), &mut q)?;
+            if k > 0
+                && let Some(command) = commands.get(placed.command)
+            {
+                self.refuse_rewind(&command.location, &last, &q)?;
+            }
+            if own.contains(&k) {
+                joints.push(q);
+            }
+            if let Some((command, frame)) = found.turning.filter(|_| k == 0) {
+                self.turn_first(commands, command, &frame, &q);
+            }
+        }
+        Ok(joints)
     }
 
     /// Between two blocks a joint with end stops may have to turn back by a whole turn to go on: in a cut that is out of range.
@@ -182,15 +284,23 @@ impl Reprogramming<'_> {
 
     fn rewrite(
         &self,
-        out: &mut Reprogrammed,
+        commands: &mut [Command],
         placed: &Placed,
-        (pose, told): (&ToolPose, Option<&JointValues>),
+        (pose, told, length): (&ToolPose, Option<&JointValues>, Option<f64>),
         q: &mut JointValues,
     ) -> Result<(), Box<ControlError>> {
-        let Some(command) = out.commands.get_mut(placed.command) else { return Ok(()) };
+        let Some(command) = commands.get_mut(placed.command) else { return Ok(()) };
         let location = &command.location;
+        let told = match (told, length) {
+            (Some(told), Some(length)) => Some(self.with_slides(told, pose, length).ok_or_else(|| {
+                let message = "the slides of the machine do not bring the tip where it shall be".to_owned();
+                fail(location, "reschedule-path", message, "the method is for machines with straight slides X, Y and Z")
+            })?),
+            (told, _) => told.copied(),
+        };
         // Slides depend on the length of the tool and are judged when the program runs.
-        *q = match told.map_or_else(|| self.machine.inverse_nearest(pose, 0.0, q).map(|s| s.q), |q| Ok(*q)) {
+        let reached = |q: &JointValues| self.machine.inverse_nearest(pose, length.unwrap_or(0.0), q).map(|s| s.q);
+        *q = match told.map_or_else(|| reached(q), Ok) {
             Ok(q) => q,
             Err(KinematicsError::OverTravel { rotary: false, solution, .. }) => solution.q,
             Err(e) => {
@@ -205,7 +315,14 @@ impl Reprogramming<'_> {
         };
         let (Op::Rapid(motion) | Op::Linear(motion)) = &mut command.op else { return Ok(()) };
         let mut changed = 0;
-        let tip_in_base = pose.tip - base_zero(self.machine);
+        let tip_in_base = match length {
+            None => pose.tip - base_zero(self.machine),
+            Some(length) => {
+                let shift = length_at_zero(self.machine, length);
+                let slide = |k: usize| self.machine.joint_for_letter(AXIS_LETTERS[k]).map_or(0.0, |j| q[j]);
+                Point::new(slide(0), slide(1), slide(2)) - shift
+            }
+        };
         let work = placed.frame.work_point(&tip_in_base);
         put(&mut motion.end, &mut motion.end_base, &mut changed, work, &tip_in_base);
         if motion.tool_axis.is_some() {
@@ -229,9 +346,34 @@ impl Reprogramming<'_> {
 }
 
 impl Reprogramming<'_> {
+    /// Rotary joints with the slides that bring the tip of a tool to a pose. A slide moves the tip along a straight line, so that three
+    /// linear equations are solved.
+    fn with_slides(&self, rotary: &JointValues, pose: &ToolPose, length: f64) -> Option<JointValues> {
+        let mut joints = [0; 3];
+        let mut q = *rotary;
+        for (joint, letter) in joints.iter_mut().zip(AXIS_LETTERS) {
+            *joint = self.machine.joint_for_letter(letter)?;
+            q[*joint] = 0.0;
+        }
+        let tip = |q: &JointValues| self.machine.forward(q, length).tip;
+        let from = tip(&q);
+        let [a, b, c] = joints.map(|j| {
+            let mut moved = q;
+            moved[j] = 1.0;
+            tip(&moved) - from
+        });
+        let to = pose.tip - from;
+        let volume = a.dot(&b.cross(&c));
+        let parts = [to.dot(&b.cross(&c)), a.dot(&to.cross(&c)), a.dot(&b.cross(&to))];
+        for (joint, part) in joints.into_iter().zip(parts) {
+            q[joint] = part / volume;
+        }
+        ((tip(&q) - pose.tip).norm() < SLIDES).then_some(q)
+    }
+
     /// Sends a rapid of the rotary axes to where the first new axis wants them.
-    fn turn_first(&self, out: &mut Reprogrammed, command: usize, frame: &Frame, q: &JointValues) {
-        let Some(Op::Rapid(motion)) = out.commands.get_mut(command).map(|c| &mut c.op) else { return };
+    fn turn_first(&self, commands: &mut [Command], command: usize, frame: &Frame, q: &JointValues) {
+        let Some(Op::Rapid(motion)) = commands.get_mut(command).map(|c| &mut c.op) else { return };
         for &joint in self.machine.rotary_joints() {
             let letter = (3..6).find(|&l| self.machine.joint_for_letter(AXIS_LETTERS[l]) == Some(joint));
             if let Some(letter) = letter.filter(|&l| motion.programmed >> l & 1 == 1) {
@@ -240,6 +382,17 @@ impl Reprogramming<'_> {
             }
         }
     }
+}
+
+fn cutting_run(found: &Found, commands: &[Command]) -> CuttingRun {
+    let block = |b: ProgramBlock| CuttingBlock { pose: b.pose, line: b.line, time: b.time };
+    CuttingRun { blocks: found.placed_blocks(commands).map(block).collect() }
+}
+
+/// Whether a run may be written anew: under tool center point control always, in positions of the axes where rotary ones turn.
+fn turns(run: &Found) -> bool {
+    let Some(first) = run.blocks.first().filter(|_| run.joints.is_some()) else { return run.joints.is_none() };
+    run.blocks.iter().any(|b| b.pose.angle_to(&first.pose) > STANDS)
 }
 
 /// A program with tool vectors cannot say where a rotary joint stands at a pole.

@@ -47,6 +47,8 @@ pub struct Settings {
     /// The tool length that is in force counts in machine coordinates too (840D: programs write D0 beside SUPA); false where the
     /// control leaves it out of them (TNC: M91, M92). ISO controls leave it out as well, and their reader says so block by block.
     pub length_in_machine_coordinates: bool,
+    /// Number of the tool in the spindle before the first block, as the operator has left it there; none: the spindle is empty.
+    pub start_tool: Option<u32>,
     /// Joint limits that keep a block below this part of its programmed feed are told by an event.
     pub feed_reduced_below: f64,
     /// Simulated time at which a program is ended, s.
@@ -91,6 +93,7 @@ impl Default for Settings {
             spindle_waits: true,
             length_active_after_change: true,
             length_in_machine_coordinates: true,
+            start_tool: None,
             feed_reduced_below: 0.5,
             max_time: Self::MAX_TIME,
             look_ahead_blocks: 2000,

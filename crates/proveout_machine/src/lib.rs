@@ -52,9 +52,11 @@ mod jacobian;
 mod joint;
 mod joint_reader;
 mod limits;
+mod linuxcnc_ini;
 mod machine;
 mod mass;
 mod model;
+mod one_line;
 mod pairs;
 mod places;
 mod platform;
@@ -75,6 +77,7 @@ pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, T
 pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use limits::{LimitKind, LimitViolation, Limited, MotionState};
+pub use linuxcnc_ini::{ImportedMachine, import_linuxcnc_ini};
 pub use machine::{
     Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust,
 };

@@ -12,7 +12,7 @@ use proveout_nc::{
 };
 
 /// Folders of `tests/cases` and `tests/bad` with the dialect of their programs; [`CONTROLS`] names those that a control reads.
-const DIALECTS: [(&str, Dialect); 10] = [
+const DIALECTS: [(&str, Dialect); 11] = [
     ("siemens", Dialect::Siemens840d),
     ("iso", Dialect::Iso),
     ("fanuc", Dialect::Fanuc),
@@ -23,6 +23,7 @@ const DIALECTS: [(&str, Dialect); 10] = [
     ("apt", Dialect::Apt),
     ("okuma", Dialect::Fanuc),
     ("fagor", Dialect::Fanuc),
+    ("grbl", Dialect::LinuxCnc),
 ];
 
 /// Programs of a folder; expected lines, and files that only stand beside a program as subprograms (`sub_*`), are left out.
@@ -43,7 +44,7 @@ fn programs(kind: &str) -> Vec<(PathBuf, Dialect)> {
 }
 
 /// Folders whose programs a control reads.
-const CONTROLS: [(&str, &str); 2] = [("okuma", "okuma-osp"), ("fagor", "fagor-8055")];
+const CONTROLS: [(&str, &str); 3] = [("okuma", "okuma-osp"), ("fagor", "fagor-8055"), ("grbl", "grbl-1.1")];
 
 /// Settings of a folder: those of its dialect, or of its control.
 fn of_folder(path: &Path, dialect: Dialect) -> Settings {

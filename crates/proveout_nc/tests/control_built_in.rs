@@ -47,8 +47,6 @@ fn each_control_reads_a_program() {
 fn words_with_another_meaning_are_refused_by_name() {
     for (control, text, says) in [
         ("fanuc-0i", "G21 G43.4 H1\nM30\n", "`G43.4` is refused by the control \"Fanuc 0i\""),
-        ("fanuc-30i", "G21 G0 X10\nM30\n", "X10 has no decimal point"),
-        ("haas-ngc", "G21 G0 X10\nM30\n", "X10 has no decimal point"),
         ("haas-ngc", "M46 Q1 P10\nM30\n", "`M46` is refused"),
         ("okuma-osp", "G21 G15 H0\nM2\n", "`G15 H0` makes machine coordinates"),
         ("okuma-osp", "G21 G0 G16 H2 Z0.\nM2\n", "`G16 H2` is not supported"),
@@ -77,7 +75,6 @@ fn words_with_another_meaning_are_refused_by_name() {
         ("okuma-osp", "G21 G0 X1.\nNCYL X5.\nM2\n", "NCYL positions in a cycle"),
         ("fagor-8055", "G0 Z50\nG91 G81 X0 Y0 Z-2 I-10 F100\nM30\n", "`G81` with G91"),
         ("mazak-eia", "G21 G54.2 P1\nM30\n", "`G54.2` is refused"),
-        ("mazak-eia", "G21 G0 X10\nM30\n", "X10 has no decimal point"),
         ("brother-c00", "G21 G100 T1 X0. Y0. Z50. G43 H1\nM30\n", "`G100` is refused"),
         ("brother-c00", "G21 G77 X0. Y0. Z-5. R2. I1.\nM30\n", "`G77` is refused"),
         ("mitsubishi-m800", "G21 G61.2\nM30\n", "`G61.2` is refused"),
@@ -129,4 +126,25 @@ fn what_a_control_states_is_taken() {
     // Grbl begins with G0.
     assert!(commands("grbl-1.1", "X1 Y1\nM2\n").iter().any(|op| matches!(op, Op::Rapid(_))));
     assert!(commands("hurco-isnc", "G21 G43 H1\nM128\nM30\n").iter().any(|op| matches!(op, Op::Tcp(tcp) if tcp.on)));
+}
+
+#[test]
+fn numbers_without_a_point_are_read_as_units_and_told() {
+    for control in ["fanuc-0i", "fanuc-30i", "haas-ngc", "mazak-eia", "brother-c00", "hurco-isnc", "mitsubishi-m800"] {
+        let ops = commands(control, "G21 G0 X10. Y5. Z20.\nX20\nG81 Z-5. R2. F100.\nG80\nM30\n");
+        let told = |op: &&Op| matches!(op, Op::Note(text) if text.contains("X20 without a decimal point is read as 20 units") && text.contains("numbers.without_point"));
+        assert_eq!(ops.iter().filter(told).count(), 1, "{control}: {ops:?}");
+        assert!(ops.iter().any(|op| matches!(op, Op::Rapid(m) if m.end.get(0) == Some(20.0))), "{control}: {ops:?}");
+    }
+    // A file of one's own still refuses them; a number of holes is none of them.
+    let folder = std::env::temp_dir().join(format!("proveout-nc-refuse-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("mine.toml");
+    std::fs::write(&file, "name = \"mine\"\ninherits = \"fanuc-30i\"\nnumbers.without_point = \"refuse\"\n").unwrap();
+    let settings = Settings::of_control(Control::find(file.to_str().unwrap(), None).unwrap());
+    let faults = check_text("part", "G21 G0 X10. Y5. Z20.\nG81 Z-5. R2. F100. K2\nG80\nM30\n", &settings);
+    assert!(faults.is_empty(), "{faults:?}");
+    let faults = check_text("part", "G21 G0 X10\nM30\n", &settings);
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(faults[0].message.contains("X10 has no decimal point"), "{faults:?}");
 }

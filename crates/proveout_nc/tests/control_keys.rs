@@ -69,7 +69,13 @@ const CASES: &[Case] = &[
         "M25\n",
         "the control \"Mill 7\"",
     ),
-    case("inherits", "dialect = \"fanuc\"", "inherits = \"fanuc-30i\"", "G21 G0 X10 Y0 Z0\nM30\n", "no decimal point"),
+    case(
+        "inherits",
+        "dialect = \"fanuc\"",
+        "inherits = \"fanuc-30i\"",
+        "G21 G0 X10 Y0 Z0\nM30\n",
+        "state it as numbers.without_point",
+    ),
     case("dialect", "dialect = \"fanuc\"", "dialect = \"linuxcnc\"", "G0 X0 Y0 Z0\nG4 P2\nM2\n", "\"seconds\":2.0"),
     case(
         "start.plane",
@@ -197,6 +203,13 @@ const CASES: &[Case] = &[
         "dialect = \"fanuc\"\nprogram.words = \"osp\"",
         "G21 G0 X0. Y0. Z0.\nVC1=7\nX=VC1\nM30\n",
         "\"X\":7.0",
+    ),
+    case(
+        "program.words",
+        "dialect = \"linuxcnc\"\n",
+        "dialect = \"linuxcnc\"\nprogram.words = \"grbl\"",
+        "$H\nG21 G90 G0 X0 Y0\nM2\n",
+        "machine_coordinates",
     ),
     case(
         "tool_length.without_h",

@@ -327,6 +327,20 @@ const SOUP: &[&str] = &[
     "CIP X=IC(5) Y=IC(1) I1=IC(2) J1=IC(3) K1=IC(0) ",
 ];
 
+/// FRC= is the feed of a corner: without one it does nothing, and that is told.
+#[test]
+fn a_feed_of_a_corner_without_a_corner_is_told() {
+    let notes = |text: &str| {
+        ops(text).into_iter().filter(|op| matches!(op, Op::Note(n) if n.starts_with("FRC= has no effect"))).count()
+    };
+    let part = |block: &str| format!("G17 G90 G94 G710\nG1 X0 Y0 F100\n{block}\nY20\nM30\n");
+    assert_eq!(notes(&part("X20 FRC=50")), 1);
+    assert_eq!(notes(&part("X20 RND=0 FRC=50")), 1);
+    assert_eq!(notes(&part("FRC=50")), 1);
+    assert_eq!(notes(&part("X20 RND=2 FRC=50")), 0);
+    assert_eq!(notes(&part("RNDM=2 X20 FRC=50")), 0);
+}
+
 /// Words in backticks of the rows of the coverage table whose first cell starts so.
 fn table_words(first_cells: &[&str]) -> Vec<String> {
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();

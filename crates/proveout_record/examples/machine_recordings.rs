@@ -96,6 +96,7 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
         program: name,
         program_lines: 1,
         made: None,
+        sources: &BTreeMap::new(),
         machine: &machine,
         tools: &tools,
         stock: &stock,

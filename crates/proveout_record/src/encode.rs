@@ -1,20 +1,38 @@
-//! Bytes as text in a page: Base64, and a mesh in few bytes.
+//! Bytes as text in a page: Base64, and meshes and paths in few bytes.
+
+use std::io::Write;
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use flate2::{Compression, write::ZlibEncoder};
+use half::f16;
 
 use crate::picture::Picture;
 
 /// Base64 (RFC 4648, section 4), with padding.
 pub(crate) fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let group = chunk.iter().chain([0, 0].iter()).take(3).fold(0_u32, |g, b| g << 8 | u32::from(*b));
-        for k in 0..4 {
-            let letter = LETTERS[(group >> (18 - 6 * k) & 63) as usize];
-            text.push(if k <= chunk.len() { char::from(letter) } else { '=' });
-        }
-    }
-    text
+    STANDARD.encode(bytes)
 }
+
+/// Bytes compressed (zlib, RFC 1950), in Base64.
+pub(crate) fn deflated(bytes: &[u8]) -> String {
+    let mut out = ZlibEncoder::new(Vec::new(), Compression::best());
+    let packed = out.write_all(bytes).and_then(|()| out.finish());
+    base64(&packed.unwrap_or_default()) // memory takes everything
+}
+
+/// What the viewer colors the vertices of a mesh by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shades<'a> {
+    /// One color.
+    Plain,
+    /// Positions on the color map, 0..=1 or not a number.
+    Positions(&'a [f64]),
+    /// The values of the mesh, mm, on a map whose range the reader chooses.
+    Values,
+}
+
+/// A value that stands for none: the largest of a half float.
+const NO_VALUE: f16 = f16::MAX;
 
 /// A mesh packed for the page's viewer, little endian:
 ///
@@ -22,18 +40,18 @@ pub(crate) fn base64(bytes: &[u8]) -> String {
 /// u32 vertices, u32 triangles, f32 low[3], f32 size[3]          box of the vertices, mm
 /// u16 x, y, z   a vertex: low + size * value / 65535
 /// i8  x, y, z   a vertex: normal * 127
-/// u8            a vertex: 254 * position on the color map, 255 where there is no value; only with shades
-/// varint        an index: zigzag of the difference to the index before (LEB128)
+/// u8            a vertex: 254 * position on the color map, 255 where there is no value; only with positions
+/// f16           a vertex: value, mm, the largest number where there is none; only with values
+/// varint        a vertex: zigzag of the difference to the line before (LEB128); only with lines
+/// varint        an index: zigzag of the difference to the index before
 /// ```
 ///
-/// A part of 300 mm is resolved to 5 µm. `shades` are positions on the color map, 0..=1
-/// or not a number, or empty.
-pub(crate) fn pack_mesh(picture: &Picture, shades: &[f64]) -> Vec<u8> {
+/// A part of 300 mm is resolved to 5 µm. `lines` are the numbers of the program lines that made the vertices, 0 for none, or empty.
+pub(crate) fn pack_mesh(picture: &Picture, shades: Shades<'_>, lines: &[u32]) -> Vec<u8> {
     let bounds = picture.aabb();
     let (low, size) = if bounds.is_empty() { ([0.0; 3], [1.0; 3]) } else { (bounds.min.into(), bounds.size().into()) };
-    let low: [f64; 3] = low;
-    let size: [f64; 3] = size;
-    let mut out = Vec::with_capacity(picture.positions.len() * 10 + picture.triangles.len() * 5 + 32);
+    let (low, size): ([f64; 3], [f64; 3]) = (low, size);
+    let mut out = Vec::with_capacity(picture.positions.len() * 13 + picture.triangles.len() * 5 + 32);
     out.extend((picture.positions.len() as u32).to_le_bytes());
     out.extend((picture.triangles.len() as u32).to_le_bytes());
     for v in low.iter().chain(&size) {
@@ -41,20 +59,47 @@ pub(crate) fn pack_mesh(picture: &Picture, shades: &[f64]) -> Vec<u8> {
     }
     for p in &picture.positions {
         for k in 0..3 {
-            let t = if size[k] > 0.0 { (f64::from(p[k]) - low[k]) / size[k] } else { 0.0 };
-            out.extend(((t.clamp(0.0, 1.0) * 65535.0).round() as u16).to_le_bytes());
+            out.extend(of_65535(f64::from(p[k]), low[k], size[k]).to_le_bytes());
         }
     }
     for n in &picture.normals {
         out.extend(n.map(|v| (v * 127.0).round() as i8 as u8));
     }
-    if !shades.is_empty() {
-        out.extend(shades.iter().map(|s| if s.is_nan() { 255 } else { (s.clamp(0.0, 1.0) * 254.0).round() as u8 }));
+    match shades {
+        Shades::Plain => {}
+        Shades::Positions(all) => {
+            out.extend(all.iter().map(|s| if s.is_nan() { 255 } else { (s.clamp(0.0, 1.0) * 254.0).round() as u8 }));
+        }
+        Shades::Values => {
+            for v in &picture.values {
+                let half = if v.is_finite() { f16::from_f32(v.clamp(-6e4, 6e4)) } else { NO_VALUE };
+                out.extend(half.to_bits().to_le_bytes());
+            }
+        }
     }
-    let mut last = 0_i64;
-    for &i in picture.triangles.iter().flatten() {
-        let step = i64::from(i) - last;
-        last = i64::from(i);
+    let mut steps = Steps::default();
+    lines.iter().for_each(|line| steps.put(i64::from(*line), &mut out));
+    let mut steps = Steps::default();
+    picture.triangles.iter().flatten().for_each(|i| steps.put(i64::from(*i), &mut out));
+    out
+}
+
+/// Place of a value in a range, as 16 bits.
+pub(crate) fn of_65535(value: f64, low: f64, size: f64) -> u16 {
+    let t = if size > 0.0 { (value - low) / size } else { 0.0 };
+    (t.clamp(0.0, 1.0) * 65535.0).round() as u16
+}
+
+/// Writes whole numbers as their differences, small ones in one byte.
+#[derive(Default)]
+pub(crate) struct Steps {
+    last: i64,
+}
+
+impl Steps {
+    pub(crate) fn put(&mut self, value: i64, out: &mut Vec<u8>) {
+        let step = value - self.last;
+        self.last = value;
         let mut code = (step << 1 ^ step >> 63) as u64;
         while code >= 128 {
             out.push(code as u8 | 128);
@@ -62,11 +107,13 @@ pub(crate) fn pack_mesh(picture: &Picture, shades: &[f64]) -> Vec<u8> {
         }
         out.push(code as u8);
     }
-    out
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Read;
+
+    use flate2::read::ZlibDecoder;
     use proveout_geom::{Aabb, Point, box_mesh};
 
     use super::*;
@@ -82,12 +129,41 @@ mod tests {
     }
 
     #[test]
+    fn deflated_bytes_come_back() {
+        let bytes: Vec<u8> = (0..5000_u32).map(|i| (i / 7) as u8).collect();
+        let packed = STANDARD.decode(deflated(&bytes)).expect("base64");
+        assert!(packed.len() < 1500);
+        let mut back = Vec::new();
+        ZlibDecoder::new(packed.as_slice()).read_to_end(&mut back).expect("zlib");
+        assert_eq!(back, bytes);
+    }
+
+    fn numbers(bytes: &[u8], at: &mut usize, count: usize) -> Vec<u32> {
+        let mut last = 0_i64;
+        let mut next = || {
+            let (mut code, mut shift) = (0_u64, 0);
+            loop {
+                code |= u64::from(bytes[*at] & 127) << shift;
+                shift += 7;
+                *at += 1;
+                if bytes[*at - 1] < 128 {
+                    break;
+                }
+            }
+            last += (code >> 1) as i64 ^ -((code & 1) as i64);
+            last as u32
+        };
+        (0..count).map(|_| next()).collect()
+    }
+
+    #[test]
     fn a_packed_mesh_unpacks_to_itself() {
         let mesh = box_mesh(&Aabb { min: Point::new(-5.0, 0.0, 2.0), max: Point::new(5.0, 7.0, 2.5) });
-        let picture = Picture::new(&mesh, &[], &[]);
+        let mut picture = Picture::new(&mesh, &[], &[]);
+        picture.values = vec![0.5, -146.0, 0.001, f32::NAN, 1e6, 0.0, 0.0, -0.0];
         let mut shades: Vec<f64> = (0..8).map(|i| f64::from(i) / 4.0).collect();
         shades[7] = f64::NAN;
-        let bytes = pack_mesh(&picture, &shades);
+        let bytes = pack_mesh(&picture, Shades::Positions(&shades), &[]);
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
         assert_eq!((word(0), word(4)), (8, 12));
         for (v, p) in picture.positions.iter().enumerate() {
@@ -99,20 +175,17 @@ mod tests {
             }
         }
         assert_eq!(bytes[32 + 8 * 9..32 + 8 * 10], [0, 64, 127, 191, 254, 254, 254, 255]);
-        let (mut at, mut last, mut indices) = (32 + 8 * 10, 0_i64, Vec::new());
-        while at < bytes.len() {
-            let (mut code, mut shift) = (0_u64, 0);
-            loop {
-                code |= u64::from(bytes[at] & 127) << shift;
-                shift += 7;
-                at += 1;
-                if bytes[at - 1] < 128 {
-                    break;
-                }
-            }
-            last += (code >> 1) as i64 ^ -((code & 1) as i64);
-            indices.push(last as u32);
-        }
-        assert_eq!(indices, picture.triangles.concat());
+        let mut at = 32 + 8 * 10;
+        assert_eq!(numbers(&bytes, &mut at, 36), picture.triangles.concat());
+        assert_eq!(at, bytes.len());
+
+        let lines = [7, 7, 0, 100_000, 3, 4, 5, 6];
+        let bytes = pack_mesh(&picture, Shades::Values, &lines);
+        let half = |v: usize| f16::from_le_bytes([bytes[32 + 72 + 2 * v], bytes[33 + 72 + 2 * v]]);
+        assert_eq!([half(0).to_f32(), half(1).to_f32()], [0.5, -146.0]);
+        assert!((half(2).to_f32() - 0.001).abs() < 1e-6 && half(3) == f16::MAX && half(4) < f16::MAX);
+        let mut at = 32 + 8 * 11;
+        assert_eq!(numbers(&bytes, &mut at, 8), lines);
+        assert_eq!(numbers(&bytes, &mut at, 36), picture.triangles.concat());
     }
 }

@@ -14,7 +14,7 @@ use proveout_sim::{
 use crate::{
     classes::Classes,
     color::DeviationMap,
-    picture::{Cluster, Picture, single},
+    picture::{Cluster, NO_PIECE, Picture, single},
 };
 
 /// Part of the triangles of a picture that patches may take together: they are there to be seen.
@@ -27,6 +27,8 @@ const WIDER: f64 = 1.3;
 #[derive(Debug)]
 pub(crate) struct SurfacePicture {
     limit: usize,
+    /// Whether vertices know the motion piece that made them.
+    owned: bool,
     classes: Classes,
     /// Meshes of the patches that are complete.
     patches: Picture,
@@ -47,7 +49,12 @@ pub(crate) struct ShownSurface {
 impl SurfacePicture {
     /// Nothing yet; at most `limit` triangles will be given.
     pub(crate) fn new(limit: usize) -> Self {
-        Self { limit, classes: Classes::default(), patches: Picture::default(), now: None }
+        Self { limit, owned: false, classes: Classes::default(), patches: Picture::default(), now: None }
+    }
+
+    /// The same, whose vertices know the motion piece that made them.
+    pub(crate) fn owned(limit: usize) -> Self {
+        Self { owned: true, ..Self::new(limit) }
     }
 
     /// A whole surface at once.
@@ -82,11 +89,11 @@ impl SurfacePicture {
             let gather = match part.patch.and_then(|k| shape.patches.get(k)) {
                 Some(p) => {
                     let each = (FOR_PATCHES * self.limit as f64) as usize / shape.patches.len().max(1);
-                    Gather::new(each, p.triangles, p.area_mm2)
+                    Gather::new(each, p.triangles, p.area_mm2, self.owned)
                 }
                 None => {
                     let left = self.limit.saturating_sub(self.patches.triangles.len());
-                    Gather::new(left, shape.triangles, shape.area_mm2)
+                    Gather::new(left, shape.triangles, shape.area_mm2, self.owned)
                 }
             };
             self.now = Some((part.patch, gather));
@@ -123,6 +130,7 @@ impl ShownSurface {
 #[derive(Debug)]
 struct Gather {
     limit: usize,
+    owned: bool,
     /// Edge of the cells; none: every vertex stays.
     cell: Option<f64>,
     out: Picture,
@@ -136,9 +144,18 @@ struct Gather {
 }
 
 impl Gather {
-    fn new(limit: usize, triangles: u64, area: f64) -> Self {
+    fn new(limit: usize, triangles: u64, area: f64, owned: bool) -> Self {
         let cell = (triangles > limit as u64).then(|| WIDER * (2.0 * area / limit.max(1) as f64).sqrt().max(1e-6));
-        Self { limit, cell, out: Picture::default(), open: BTreeMap::new(), known: Vec::new(), first: 0, band: 0 }
+        Self {
+            limit,
+            owned,
+            cell,
+            out: Picture::default(),
+            open: BTreeMap::new(),
+            known: Vec::new(),
+            first: 0,
+            band: 0,
+        }
     }
 
     fn add(&mut self, part: &MeshPart<'_>) {
@@ -153,14 +170,15 @@ impl Gather {
             let normal = part.normals.get(i).filter(|n| n.norm_squared() > 1e-12 && n.norm_squared().is_finite());
             let normal = normal.and_then(|n| n.try_normalize(0.0)).unwrap_or_else(Vector::z);
             let value = part.deviations.get(i).copied();
-            self.vertex(p, &normal, value);
+            let piece = part.made_by.get(i).copied().flatten();
+            self.vertex(p, &normal, value, piece);
         }
         for t in part.triangles {
             self.triangle(t);
         }
     }
 
-    fn vertex(&mut self, p: &Point, normal: &Vector, value: Option<f64>) {
+    fn vertex(&mut self, p: &Point, normal: &Vector, value: Option<f64>, piece: Option<u32>) {
         if !p.iter().all(|v| v.is_finite()) {
             self.known.push((u32::MAX, [0.0; 3]));
             return;
@@ -169,7 +187,7 @@ impl Gather {
         let next = self.out.positions.len() as u32;
         let index = match self.cell {
             None => {
-                self.put(place, single(normal), value.map(|v| v as f32));
+                self.put(place, single(normal), value.map(|v| v as f32), piece);
                 next
             }
             Some(cell) => {
@@ -179,7 +197,11 @@ impl Gather {
                 cluster.add_vertex(&place, normal, value);
                 let index = *index;
                 if index == next {
-                    self.put([0.0; 3], [0.0, 0.0, 1.0], value.map(|v| v as f32));
+                    self.put([0.0; 3], [0.0, 0.0, 1.0], value.map(|v| v as f32), piece);
+                } else if let (Some(piece), Some(made)) = (piece, self.out.pieces.get_mut(index as usize))
+                    && *made == NO_PIECE
+                {
+                    *made = piece;
                 }
                 index
             }
@@ -187,10 +209,13 @@ impl Gather {
         self.known.push((index, place));
     }
 
-    fn put(&mut self, position: [f32; 3], normal: [f32; 3], value: Option<f32>) {
+    fn put(&mut self, position: [f32; 3], normal: [f32; 3], value: Option<f32>, piece: Option<u32>) {
         self.out.positions.push(position);
         self.out.normals.push(normal);
         self.out.values.extend(value);
+        if self.owned {
+            self.out.pieces.push(piece.unwrap_or(NO_PIECE));
+        }
     }
 
     fn triangle(&mut self, t: &[u32; 3]) {
@@ -282,7 +307,7 @@ mod tests {
 
     fn gathered(limit: usize, cell: f64) -> (ShownSurface, SurfaceShape) {
         let (shape, bands) = bands(cell);
-        let mut picture = SurfacePicture::new(limit);
+        let mut picture = SurfacePicture::owned(limit);
         for b in &bands {
             let deviations: Vec<f64> = b.positions.iter().map(|p| p.z).collect();
             picture.mesh(
@@ -294,6 +319,7 @@ mod tests {
                     positions: &b.positions,
                     normals: &b.normals,
                     deviations: &deviations,
+                    made_by: &b.made_by,
                     triangles: &b.triangles,
                 },
             );

@@ -21,8 +21,12 @@
 //! | [`MapFilesObserver`] | `maps/NAME.png`, `.sdf`, `.x3p` | roughness maps that are cut at all nodes: picture with color bar, and files of ISO 25178-71 and -72 |
 //! | | `roughness.glb` | roughness maps colored by height, where the scene asks for them |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
+//! | | `inspection.csv` | the measured features, where the scene has some |
+//! | [`SetupSheetObserver`] | `setup.html` | zero point, clamping, tools, stops, with pictures, to be printed |
 //! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
+//! | [`write_job`] | `job.json`, `job.html` | the setups of a job, one page |
 //! | [`write_section_svg`], [`write_section_csv`] | as named | a section of a stock, in the plane and in W, mm |
+//! | [`machine_png`] | as named | a machine at home with its axes and bodies |
 //! | [`write_height_map_png`] | as named | a height map with color bar, units, direction of the lay |
 //! | [`RerunObserver`] | `recording.rrd` | machine, tool, stock, signals, findings on the timeline `sim_time` |
 //!
@@ -33,12 +37,14 @@
 //!
 //! * Colors of deviations: [`DeviationMap`], straight in `OKLab` (Ottosson 2020).
 //! * Reduction of large meshes: vertex clustering (Rossignac and Borrel 1993) with quadric placement (Lindstrom 2000).
+//! * The page: findings by cause, the part in three dimensions whose vertices know the line that cut them, the path by block; bytes
+//!   compressed, scripts in the page.
 //! * Plots of the page: smallest and largest value of equal stretches of time, which double as the run grows.
 //! * Tables: Parquet, zstd, real columns as byte streams split by weight, row groups of 65 536.
 //!
 //! # Known limits
 //!
-//! * Pictures are reduced: 2 million triangles in glTF, 400 000 in the recording, 300 000 on the page; each says so.
+//! * Pictures are reduced: 2 million triangles in glTF, 400 000 in the recording, 200 000 on the page; each says so.
 //! * The stock of the recording is coarser than the stock itself and is shown at up to 64 times and at tool changes.
 //! * Roughness maps are thinned for glTF, recording and page; all nodes are in `surface.parquet`.
 //!
@@ -56,10 +62,14 @@ mod encode;
 mod envelope;
 mod error;
 mod font;
+mod free_axes;
 mod gather;
 mod glb;
 mod height_picture;
+mod inspection;
+mod job_page;
 mod json;
+mod machine_picture;
 mod map_files;
 mod mesh_file;
 mod mode;
@@ -72,6 +82,7 @@ mod recording;
 mod report;
 mod section;
 mod set;
+mod setup_sheet;
 mod stock;
 mod table;
 mod tables;
@@ -81,8 +92,11 @@ mod units;
 pub use clearance::ClearanceObserver;
 pub use color::{DeviationMap, Rgba};
 pub use error::RecordError;
+pub use free_axes::FreeAxesObserver;
 pub use height_picture::{height_map_png, write_height_map_png};
+pub use job_page::write_job;
 pub use json::{CheckCounts, JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
+pub use machine_picture::machine_png;
 pub use map_files::MapFilesObserver;
 pub use mesh_file::write_mesh;
 pub use mode::{RECORDING_FILE, RerunMode};
@@ -93,5 +107,6 @@ pub use recording::RerunObserver;
 pub use report::ReportObserver;
 pub use section::{write_section_csv, write_section_svg};
 pub use set::observers;
+pub use setup_sheet::SetupSheetObserver;
 pub use stock::{StockObserver, write_stock};
 pub use tables::{TableObserver, write_surface_table};

@@ -15,9 +15,14 @@ pub(crate) struct Picture {
     /// A value for each position, such as its deviation (mm), not a number where there is none; empty when no vertex
     /// has one.
     pub(crate) values: Vec<f32>,
+    /// Motion piece that made each vertex, [`NO_PIECE`] where none did; empty when it is not known of any.
+    pub(crate) pieces: Vec<u32>,
     /// Three vertex indices a triangle.
     pub(crate) triangles: Vec<[u32; 3]>,
 }
+
+/// Of a vertex that no motion has made.
+pub(crate) const NO_PIECE: u32 = u32::MAX;
 
 /// In single precision.
 pub(crate) fn single(v: &Vector) -> [f32; 3] {
@@ -56,6 +61,7 @@ impl Picture {
                 .collect(),
             normals: (0..count).map(|i| single(&unit(i))).collect(),
             values: if values.len() == count { values.iter().map(|v| *v as f32).collect() } else { Vec::new() },
+            pieces: Vec::new(),
             triangles,
         }
     }
@@ -106,6 +112,11 @@ impl Picture {
             self.values.extend_from_slice(&other.values);
         } else if !other.positions.is_empty() {
             self.values.clear();
+        }
+        if !self.pieces.is_empty() || !other.pieces.is_empty() {
+            self.pieces.resize(self.positions.len(), NO_PIECE);
+            self.pieces.extend_from_slice(&other.pieces);
+            self.pieces.resize(self.positions.len() + other.positions.len(), NO_PIECE);
         }
         self.positions.extend_from_slice(&other.positions);
         self.normals.extend_from_slice(&other.normals);
@@ -210,7 +221,20 @@ impl Picture {
         // Two sheets that fall together give the same triangle twice.
         triangles.sort_unstable();
         triangles.dedup();
+        let mut pieces = Vec::new();
+        if !self.pieces.is_empty() {
+            pieces = vec![NO_PIECE; clusters.len()];
+            // Of the first vertex of the cell that a motion has made.
+            for (i, &id) in cluster_of.iter().enumerate() {
+                if let (Some(piece), Some(made)) = (pieces.get_mut(id as usize), self.pieces.get(i))
+                    && *piece == NO_PIECE
+                {
+                    *piece = *made;
+                }
+            }
+        }
         Self {
+            pieces,
             positions: clusters.iter().map(|c| single(&c.place(cell))).collect(),
             normals: clusters.iter().map(|c| single(&c.normal())).collect(),
             values: if self.values.is_empty() {

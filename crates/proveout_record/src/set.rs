@@ -3,8 +3,8 @@
 use proveout_sim::Observer;
 
 use crate::{
-    ClearanceObserver, GltfObserver, JsonObserver, MapFilesObserver, ProgramObserver, RecordError, ReportObserver,
-    RerunMode, StockObserver, TableObserver,
+    ClearanceObserver, FreeAxesObserver, GltfObserver, JsonObserver, MapFilesObserver, ProgramObserver, RecordError,
+    ReportObserver, RerunMode, SetupSheetObserver, StockObserver, TableObserver,
 };
 
 /// The observers that write a whole run folder (but `run.json`, which is known only after them).
@@ -18,9 +18,11 @@ pub fn observers(rerun: &RerunMode) -> Result<Vec<Box<dyn Observer>>, RecordErro
         Box::<TableObserver>::default(),
         Box::new(ClearanceObserver),
         Box::<MapFilesObserver>::default(),
+        Box::<FreeAxesObserver>::default(),
         Box::new(StockObserver),
         Box::<GltfObserver>::default(),
         Box::<ReportObserver>::default(),
+        Box::<SetupSheetObserver>::default(),
     ];
     if *rerun != RerunMode::Off {
         all.push(recording(rerun)?);

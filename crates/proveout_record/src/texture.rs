@@ -129,6 +129,7 @@ impl ShownTexture {
             positions: self.points.iter().map(|p| single(&p.coords)).collect(),
             normals: self.normals.clone(),
             values: Vec::new(),
+            pieces: Vec::new(),
             triangles,
         }
     }

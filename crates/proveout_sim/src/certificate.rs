@@ -14,7 +14,10 @@ use proveout_controller::{Alternatives, ReprogrammedRun};
 use proveout_toolpath::reschedule::{Proof, Schedules};
 use serde::Serialize;
 
-use crate::{compare::motion::FeedBlock, scene_limits::ChangedLimit};
+use crate::{
+    compare::{Role, StudyCurve, motion::FeedBlock},
+    scene_limits::ChangedLimit,
+};
 
 /// Part by which the control may pass limits of joints.
 const LIMIT_PASSED: f64 = 0.001;
@@ -66,6 +69,84 @@ pub struct JointCertificate {
     pub original_deg: Vec<f64>,
     /// Bound by the feed and this joint's velocity, s.
     pub velocity_bound_s: f64,
+    /// What feed and velocity alone make of the stretch, over the velocity limit of this joint, falling.
+    pub over_velocity: Vec<VelocityRow>,
+}
+
+/// Times of a stretch under one velocity limit, whatever acceleration, jerk and other joints allow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct VelocityRow {
+    /// The limit.
+    pub velocity_deg_s: f64,
+    /// Where it comes from.
+    pub is: VelocityLimit,
+    /// Program before.
+    pub original_s: f64,
+    /// New program.
+    pub new_s: f64,
+    /// Least of all schedules in the channel.
+    pub least_s: f64,
+    /// Time that the new program saves, percent.
+    pub saved_percent: f64,
+    /// Time that the best schedule of the channel would save, percent.
+    pub saved_at_most_percent: f64,
+}
+
+/// Where a limit of [`VelocityRow`] comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VelocityLimit {
+    /// One of a row, for the curve.
+    Tried,
+    /// What the program before needs: no schedule gains anything at this limit and above.
+    OfOriginal,
+    /// What is in force here.
+    InForce,
+    /// The machine's own, where a scene has lowered it.
+    OfMachine,
+}
+
+/// Limits that are tried, parts of what the program before needs.
+const TRIED: [f64; 8] = [0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2];
+
+/// A joint that is nowhere faster is one that stands still, rad/s: rounding of tool vectors.
+const STANDS_STILL: f64 = 1e-3;
+
+/// The curve of what a schedule gains over the velocity limit of its joint.
+fn over_velocity(k: usize, counted: &Schedules, [before, after]: [&[f64]; 2], own: Option<f64>) -> Vec<VelocityRow> {
+    let Some(joint) = counted.joints.get(k) else { return Vec::new() };
+    let rates = before.windows(2).zip(&counted.least).map(|(q, t)| (q[1] - q[0]).abs() / t);
+    let needed = rates.fold(0.0, f64::max);
+    if !(needed > STANDS_STILL && needed.is_finite()) {
+        return Vec::new();
+    }
+    // The limit without what may be passed of it, as it is told.
+    let force = joint.limits.velocity / (1.0 + LIMIT_PASSED);
+    let mut limits: Vec<(f64, VelocityLimit)> = TRIED.map(|part| (part * needed, VelocityLimit::Tried)).into();
+    limits.extend([(needed, VelocityLimit::OfOriginal), (force, VelocityLimit::InForce)]);
+    limits.extend(own.map(|v| (v, VelocityLimit::OfMachine)));
+    limits.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let row = |(velocity, is): (f64, VelocityLimit)| {
+        let time = |own: &[f64]| -> f64 {
+            own.windows(2).zip(&counted.least).map(|(q, t)| t.max((q[1] - q[0]).abs() / velocity)).sum()
+        };
+        let mut alone = joint.clone();
+        alone.limits.velocity = velocity;
+        let schedules = Schedules { least: counted.least.clone(), joints: vec![alone] };
+        let least_s = schedules.certificate().ok()?.velocity.first().copied()?;
+        let (original_s, new_s) = (time(before), time(after));
+        let saved = |time: f64| 100.0 * (1.0 - time / original_s);
+        Some(VelocityRow {
+            velocity_deg_s: velocity.to_degrees(),
+            is,
+            original_s,
+            new_s,
+            least_s,
+            saved_percent: saved(new_s),
+            saved_at_most_percent: saved(least_s),
+        })
+    };
+    limits.into_iter().filter_map(row).collect()
 }
 
 /// A window of the proof.
@@ -147,6 +228,7 @@ pub(crate) fn certify(
     line: impl Fn(usize) -> u32,
     new: Option<&[FeedBlock]>,
     original: Option<&[FeedBlock]>,
+    changed_limits: &[ChangedLimit],
 ) -> Result<RunCertificate, String> {
     let alternatives = run.alternatives.as_ref().map_err(|&e| e.to_owned())?;
     let (Some(new), Some(original)) = (new, original) else {
@@ -201,6 +283,10 @@ pub(crate) fn certify(
     }
     let degrees = |values: &[f64]| values.iter().map(|q| q.to_degrees()).collect::<Vec<f64>>();
     let stated = |v: f64| v.is_finite().then(|| v.to_degrees());
+    let own_velocity = |name: &str| {
+        let own = changed_limits.iter().find(|l| l.joint == name && l.quantity == "velocity");
+        own.and_then(|l| l.of_machine).map(f64::to_radians)
+    };
     let joints = schedules.joints.iter().enumerate().map(|(k, joint)| JointCertificate {
         name: joint.name.clone(),
         velocity_deg_s: joint.limits.velocity.to_degrees(),
@@ -210,6 +296,7 @@ pub(crate) fn certify(
         new_deg: degrees(&after[k]),
         original_deg: degrees(&before[k]),
         velocity_bound_s: certificate.velocity[k],
+        over_velocity: over_velocity(k, &counted, [&before[k], &after[k]], own_velocity(&joint.name)),
     });
     let windows = certificate.windows.iter().map(|(proof, time)| window(proof, *time, &counted));
     Ok(RunCertificate {
@@ -230,6 +317,37 @@ pub(crate) fn certify(
         new_inside,
         original_inside,
     })
+}
+
+/// What a schedule gains over the velocity limit of a joint, as curves of a page.
+pub(crate) fn gain_curves(joint: &JointCertificate) -> Vec<StudyCurve> {
+    let axes = [format!("velocity limit of {}", joint.name), "time saved, by feed and velocity alone".to_owned()];
+    let curve = |name: &str, role: Role, points: Vec<[f64; 2]>| StudyCurve {
+        name: name.to_owned(),
+        role,
+        axes: axes.clone(),
+        units: ["deg/s".to_owned(), "%".to_owned()],
+        points,
+    };
+    let rising: Vec<&VelocityRow> = joint.over_velocity.iter().rev().collect();
+    if rising.is_empty() {
+        return Vec::new();
+    }
+    let points = |of: fn(&VelocityRow) -> f64| rising.iter().map(|r| [r.velocity_deg_s, of(r)]).collect::<Vec<_>>();
+    let told = |is: VelocityLimit| {
+        let rows = rising.iter().filter(|r| r.is == is);
+        rows.map(|r| [r.velocity_deg_s, r.saved_percent]).collect::<Vec<_>>()
+    };
+    let mut curves = vec![
+        curve("at most, in the channel", Role::Limit, points(|r| r.saved_at_most_percent)),
+        curve("this program", Role::Result, points(|r| r.saved_percent)),
+        curve("limit in force", Role::KeyPoints, told(VelocityLimit::InForce)),
+    ];
+    let own = told(VelocityLimit::OfMachine);
+    if !own.is_empty() {
+        curves.push(curve("the machine's own limit", Role::KeyPoints, own));
+    }
+    curves
 }
 
 fn window(proof: &Proof, time_s: f64, schedules: &Schedules) -> WindowCertificate {

@@ -15,14 +15,21 @@ use crate::{
 const TOLD: usize = 20;
 
 /// Findings for the areas beyond the tolerances, the worst first; the place in the program is the block that made the worst point.
-pub(crate) fn judge_areas(prepared: &Prepared, facts: &Facts, measured: &Measured, log: &mut FindingLog) {
+pub(crate) fn judge_areas(
+    prepared: &Prepared,
+    facts: &Facts,
+    measured: &Measured,
+    finished: bool,
+    log: &mut FindingLog,
+) {
     let tolerances = &prepared.scene.file.tolerances;
     let floor = measured.deviation.tolerance_floor_mm.unwrap_or(0.0);
     let kinds = [
         (&finding::GOUGE, ["gouge", "gouges"], &measured.gouges, tolerances.gouge_mm),
         (&finding::EXCESS, ["excess", "areas with excess"], &measured.excesses, tolerances.excess_mm),
     ];
-    for (code, words, areas, limit) in kinds {
+    // On a part that is not finished there is material everywhere.
+    for (code, words, areas, limit) in kinds.into_iter().take(if finished { 2 } else { 1 }) {
         let (told, rest) = areas.split_at(areas.len().min(TOLD));
         for area in told {
             let mut f = of_area(code, words[0], area, [limit, floor]);

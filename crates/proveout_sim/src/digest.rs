@@ -48,14 +48,14 @@ pub(crate) fn measure(path: &Path) -> std::io::Result<(u64, String)> {
 ///
 /// # Errors
 /// [`InputError`] when the file cannot be read.
-pub(crate) fn of_input(role: &str, path: &Path) -> Result<InputFile, InputError> {
+pub fn of_input(role: &str, path: &Path) -> Result<InputFile, InputError> {
     let (bytes, sha256) =
         measure(path).map_err(|e| InputError::file(path, format!("cannot be read: {e}"), "check the path"))?;
     Ok(InputFile { role: role.to_owned(), path: path.to_owned(), bytes, sha256 })
 }
 
 /// SHA-256 of bytes in hexadecimal digits.
-pub(crate) fn of_bytes(bytes: &[u8]) -> String {
+pub fn of_bytes(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 

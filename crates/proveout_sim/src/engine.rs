@@ -19,7 +19,7 @@ use crate::{
     journal::Journal,
     kept_motion::{KeptMotion, KeptPiece},
     legs,
-    log::FindingLog,
+    log::{self, FindingLog},
     loose::LooseParts,
     memory::{ALLOWANCE, HISTORY_MEMORY},
     observer::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
@@ -203,6 +203,11 @@ impl<'a> Engine<'a> {
         &self.patches
     }
 
+    /// Simulated time to which motion was cut and judged, s.
+    pub(crate) fn time(&self) -> f64 {
+        self.time
+    }
+
     pub(crate) fn pieces(&self) -> u64 {
         self.block_of_piece.len() as u64
     }
@@ -296,7 +301,7 @@ impl<'a> Engine<'a> {
         Stretch {
             signals: signals(chunk, &states, &volumes, &clearances, &mut self.last_signals),
             blocks,
-            findings: self.log.all()[known..].to_vec(),
+            findings: log::placed(self.log.all()[known..].to_vec(), &self.places),
             changed_tiles: self.stock.take_changed_tiles(),
             changed_in_patches: self.patches.iter_mut().map(|p| p.stock_mut().take_changed_tiles()).collect(),
             loose: self.loose.take_motions(),

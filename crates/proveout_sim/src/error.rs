@@ -70,6 +70,14 @@ pub enum SimError {
     /// Journal of a run.
     #[error(transparent)]
     Journal(#[from] JournalError),
+    /// Place at which no run stops.
+    #[error("{message}")]
+    StopAt {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        help: String,
+    },
     /// Run folder.
     #[error("run folder: {0}")]
     Folder(std::io::Error),

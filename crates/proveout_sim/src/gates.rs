@@ -1,7 +1,7 @@
 //! From findings and from what was left unchecked to the gates and the verdict.
 
 use crate::{
-    finding::{self, Code},
+    finding::{self, Code, Severity},
     log::FindingLog,
     verdict::{Gate, State},
 };
@@ -38,7 +38,13 @@ pub struct Coverage {
 
 /// Judges one gate: fail beats unchecked, unchecked beats pass.
 pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
-    let count = |c: &Code| log.all().iter().filter(|f| f.code == c.code).map(|f| f.areas.unwrap_or(1)).sum::<u64>();
+    let count = |c: &Code| {
+        log.all()
+            .iter()
+            .filter(|f| f.code == c.code && f.severity == Severity::Error)
+            .map(|f| f.areas.unwrap_or(1))
+            .sum::<u64>()
+    };
     let hits: Vec<(&Code, u64)> = codes(name).iter().map(|c| (c, count(c))).filter(|(_, n)| *n > 0).collect();
     let left_out = coverage.left_out.join("; ");
     let (state, reason) = if !hits.is_empty() {
@@ -93,7 +99,7 @@ mod tests {
             let mut log = FindingLog::default();
             log.push(FindingLog::of(code, String::new()));
             let failed = GATES.iter().filter(|g| judge(g, &covered(), &log).state == State::Fail).count();
-            assert_eq!(failed, usize::from(code.severity == finding::Severity::Error), "{}", code.code);
+            assert_eq!(failed, usize::from(code.severity == Severity::Error), "{}", code.code);
         }
     }
 

@@ -121,6 +121,9 @@ impl Begun {
             ("--resolution-mm".to_owned(), given(choice.resolution_mm.as_ref())),
             ("--dynamics".to_owned(), given(choice.dynamics.as_ref())),
             ("--plant".to_owned(), given(choice.plant.as_ref())),
+            ("--preview".to_owned(), choice.preview.to_string()),
+            ("--stop-at".to_owned(), given(choice.stop_at.as_ref())),
+            ("--free-axes".to_owned(), choice.free_axes.to_string()),
             ("the overhang of tools".to_owned(), format!("{:?} {:?}", choice.clamped_out_mm, choice.least_overhang_mm)),
         ];
         let files = prepared.inputs.iter().map(|file| {

@@ -17,11 +17,12 @@ use crate::{
     legs,
     log::FindingLog,
     observer::PointBand,
+    partial::{self, Partial},
     prepare::Prepared,
     program_survey, scallop, scallop_judge, surface_gate,
     surface_gate::Judgement,
     surface_map::SurfaceShape,
-    survey::{Known, Measured, Surveyed, survey},
+    survey::{self, Measured, Surveyed},
     texture::{self, SurfaceTexture},
     verdict::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
@@ -37,37 +38,51 @@ pub(crate) enum Shown<'a> {
 /// Measures the part and judges the run; the points of its surface are shown on the way.
 pub(crate) fn judge(
     prepared: &Prepared,
-    stock: &TriDexel,
-    patches: &[Patch],
+    (stock, patches): (&TriDexel, &[Patch]),
     facts: &Facts,
     summary: &Summary,
+    partial: Option<Partial>,
     show: &mut dyn FnMut(Shown<'_>) -> Result<(), SimError>,
 ) -> Result<(Verdict, Surveyed), SimError> {
     let mut log = facts.log.clone();
+    let finished = partial.as_ref().is_none_or(|p| p.stopped.is_none());
+    let textured = partial.is_none();
     program_survey::judge(prepared, &mut log);
     let kept = facts.motion.as_ref().and_then(|m| m.pieces());
     let swept = kept.map(|pieces| Swept::new(pieces, &prepared.tools));
-    let scallop = scallop::measure(prepared, facts, swept.as_ref(), stock, patches);
+    let scallop = textured.then(|| scallop::measure(prepared, facts, swept.as_ref(), stock, patches)).flatten();
     let heights = scallop.as_ref().and_then(|s| s.as_ref().ok()).and_then(scallop::Measured::map);
     let points = &mut |band: &PointBand<'_>| show(Shown::Points(band));
-    let mut surveyed =
-        survey(prepared, stock, patches, Known { swept: swept.as_ref(), ridges: heights.as_ref() }, points)?;
+    let mut surveyed = survey::survey(
+        prepared,
+        stock,
+        patches,
+        survey::Known { swept: swept.as_ref(), ridges: heights.as_ref() },
+        points,
+    )?;
     let measured = surveyed.measured.take();
     if let Some(m) = &measured {
-        judge_areas(prepared, facts, m, &mut log);
+        judge_areas(prepared, facts, m, finished, &mut log);
     }
-    let inspection = inspect::inspect(&prepared.scene.file.inspect, stock, patches);
+    let features = if finished { &prepared.scene.file.inspect[..] } else { &[] };
+    let inspection = inspect::inspect(features, stock, patches);
     for finding in inspect::judge(&inspection) {
         log.push(finding);
     }
-    let textures = texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?;
+    let textures = if textured {
+        texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?
+    } else {
+        Vec::new()
+    };
     let mut surface = Surface { textures, ..Surface::default() };
     let of_surface: Vec<Judgement> = [scallop_judge::judge(prepared, facts, scallop.as_ref(), &mut surface, &mut log)]
         .into_iter()
         .flatten()
         .collect();
-    let of_surface = [of_surface, texture::judge(prepared, &mut surface, &mut log)].concat();
-    let gates = judge_gates(prepared, facts, summary, measured.as_ref(), &inspection, &of_surface, &log);
+    let of_texture = if textured { texture::judge(prepared, &mut surface, &mut log) } else { Vec::new() };
+    let of_surface = [of_surface, of_texture].concat();
+    let known = Known { measured: measured.as_ref(), inspection: &inspection, of_surface: &of_surface, log: &log };
+    let gates = judge_gates(prepared, facts, summary, &known, partial.as_ref());
     let verdict = Verdict {
         schema_version: SCHEMA_VERSION,
         scene: prepared.scene.file.name.clone(),
@@ -79,6 +94,7 @@ pub(crate) fn judge(
         digests: prepared.digests.clone(),
         verdict: gates::overall(&gates),
         gates,
+        partial,
         findings: log
             .all()
             .iter()
@@ -208,15 +224,22 @@ fn surface_coverage(prepared: &Prepared) -> Coverage {
     Coverage { checked: None, left_out: left_out.into_iter().collect() }
 }
 
+/// What was measured on the part, and everything that was found.
+struct Known<'a> {
+    measured: Option<&'a Measured>,
+    inspection: &'a [Inspected],
+    of_surface: &'a [Judgement],
+    log: &'a FindingLog,
+}
+
 fn judge_gates(
     prepared: &Prepared,
     facts: &Facts,
     summary: &Summary,
-    measured: Option<&Measured>,
-    inspection: &[Inspected],
-    of_surface: &[Judgement],
-    log: &FindingLog,
+    known: &Known<'_>,
+    partial: Option<&Partial>,
 ) -> Vec<Gate> {
+    let Known { measured, inspection, of_surface, log } = *known;
     let tolerances = &prepared.scene.file.tolerances;
     let limits = {
         let left_out = summary.unlimited_joints.iter().map(|j| {
@@ -363,8 +386,10 @@ fn judge_gates(
     if let [program, run @ ..] = &mut coverage[..] {
         program_survey::leave_out(prepared, program, run);
     }
+    partial::leave_out(partial, &mut coverage);
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
     let gate = |(name, c): (&&str, &Coverage)| match *name {
+        "surface" if partial.is_some() => gates::judge(name, c, log),
         "surface" => surface_gate::fold(name, of_surface, &c.left_out),
         _ => gates::judge(name, c, log),
     };

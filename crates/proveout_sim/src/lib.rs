@@ -9,13 +9,16 @@
 //! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
 //! Millimeter, radian, second inside; files carry units in their keys.
 //!
-//! Known limits: one setup a run; drive loads leave workpiece, tool and cutting forces out.
+//! Known limits: one setup a run ([`job`] hands the stock on from one to the next); drive loads leave workpiece, tool and cutting forces out.
 
 pub mod certificate;
 pub mod compare;
 mod control_file;
 pub mod finding;
+pub mod first_part;
 pub mod gates;
+pub mod job;
+pub mod listing;
 pub mod log;
 pub mod measure;
 pub mod observer;
@@ -25,10 +28,12 @@ pub mod programs;
 pub mod run;
 pub mod scene;
 mod scene_blade;
+mod scene_choice;
 mod scene_compare;
 mod scene_limits;
 mod scene_patch;
 mod scene_plan;
+mod scene_reschedule;
 mod scene_run_limits;
 mod scene_surface;
 mod scene_tolerance;
@@ -41,6 +46,7 @@ pub mod digest;
 mod engagement;
 mod engine;
 mod error;
+pub mod free_axes;
 mod inspect;
 pub mod journal;
 mod judge;
@@ -52,7 +58,9 @@ mod manifest;
 mod memory;
 mod names;
 mod part_on_table;
+pub mod partial;
 mod plunge;
+pub mod preflight;
 mod prepare;
 mod process;
 mod program_survey;
@@ -78,8 +86,9 @@ pub use manifest::{MANIFEST, Manifest, ManifestError, Verified, verify};
 pub use memory::{Memory, Recorded};
 pub use observer::Observer;
 pub use part_on_table::PartOnTable;
-pub use prepare::{Choice, MadeProgram, Prepared, tool_radii};
-pub use proveout_geom::{InputError, read_regular_text};
+pub use prepare::{Choice, MadeProgram, Prepared, StockChoice, tool_radii};
+pub use proveout_collision::{AxisState, OrientationCell};
+pub use proveout_geom::{InputError, nearest as nearest_word, read_regular_text};
 pub use raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use run_folder::{Committed, RunFolder};
 pub use shape::{BladeMesh, blade_mesh_of};

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use crate::finding::{ASSUMED, Code, Finding, NOTE};
+use crate::finding::{ASSUMED, Code, Finding, NOTE, Severity};
 
 /// A fault that goes on within this time (s) or in the next block is one finding with a count.
 const JOIN_S: f64 = 1.0;
@@ -57,6 +57,9 @@ impl FindingLog {
                 if block > *last_block {
                     first.repeats += 1;
                 }
+                if finding.severity == Severity::Error {
+                    first.severity = Severity::Error;
+                }
                 (*last_block, *last_time) = (block.max(*last_block), time.max(*last_time));
                 first.penetration_mm = larger(first.penetration_mm, finding.penetration_mm);
                 first.value = larger(first.value, finding.value);
@@ -79,13 +82,8 @@ impl FindingLog {
     }
 
     /// File and line of every finding filled in from the table of blocks.
-    pub fn placed(mut self, places: &[Option<(Arc<str>, u32)>]) -> Self {
-        for f in &mut self.findings {
-            if let Some((file, line)) = f.block.and_then(|b| places.get(b as usize)).and_then(Option::as_ref) {
-                (f.file, f.line) = (Some(file.to_string()), Some(*line));
-            }
-        }
-        self
+    pub fn placed(self, places: &[Option<(Arc<str>, u32)>]) -> Self {
+        Self { findings: placed(self.findings, places), ..self }
     }
 
     /// All findings so far.
@@ -107,6 +105,16 @@ impl FindingLog {
     pub fn has(&self, code: &Code) -> bool {
         self.findings.iter().any(|f| f.code == code.code)
     }
+}
+
+/// File and line of findings filled in from the table of blocks, as far as their blocks are known.
+pub(crate) fn placed(mut findings: Vec<Finding>, places: &[Option<(Arc<str>, u32)>]) -> Vec<Finding> {
+    for f in &mut findings {
+        if let Some((file, line)) = f.block.and_then(|b| places.get(b as usize)).and_then(Option::as_ref) {
+            (f.file, f.line) = (Some(file.to_string()), Some(*line));
+        }
+    }
+    findings
 }
 
 fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {

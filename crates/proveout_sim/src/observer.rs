@@ -1,6 +1,6 @@
 //! The trait that recorders, reports and progress bars implement.
 
-use std::{path::Path, sync::Arc};
+use std::{collections::BTreeMap, path::Path, sync::Arc};
 
 use proveout_collision::ProvedSpan;
 use proveout_controller::{Dynamics, Event, MoveKind, Piece, Sample, servo::Plant};
@@ -13,6 +13,7 @@ use thiserror::Error;
 use crate::{
     engagement::Engagement,
     finding::Finding,
+    free_axes::FreeAxes,
     prepare::MadeProgram,
     scene::Scene,
     surface_map::{MapPoint, SurfaceShape},
@@ -41,6 +42,8 @@ pub struct Setup<'a> {
     pub program_lines: u32,
     /// The text that runs, where it was made from another program.
     pub made: Option<&'a MadeProgram>,
+    /// Program files as findings and blocks name them, by the names under which they were opened; see [`crate::listing`].
+    pub sources: &'a BTreeMap<String, Arc<str>>,
     /// The machine.
     pub machine: &'a Machine,
     /// The tool library.
@@ -178,6 +181,9 @@ pub struct MeshPart<'a> {
     /// Signed deviation from the design at the vertices; not a number where no design surface applies; empty when there is no
     /// design.
     pub deviations: &'a [f64],
+    /// Number of the motion piece, in the order of [`Batch::pieces`], that made the surface at the vertex; none for the skin of the raw
+    /// stock; empty where it is not known.
+    pub made_by: &'a [Option<u32>],
     /// Triangles by the numbers of vertices in the whole mesh: those of this band and of the one before.
     pub triangles: &'a [[u32; 3]],
 }
@@ -231,6 +237,15 @@ pub trait Observer: Send {
     /// When the observer cannot write.
     fn surface_texture(&mut self, setup: &Setup<'_>, texture: &SurfaceTexture) -> Result<(), ObserverError> {
         let _ = (setup, texture);
+        Ok(())
+    }
+
+    /// Free tool axes along the motion, where the call asks for them; after the textures.
+    ///
+    /// # Errors
+    /// When the observer cannot write.
+    fn free_axes(&mut self, setup: &Setup<'_>, axes: &FreeAxes) -> Result<(), ObserverError> {
+        let _ = (setup, axes);
         Ok(())
     }
 

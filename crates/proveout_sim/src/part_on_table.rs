@@ -1,11 +1,15 @@
 //! What re-scheduling may ask about the part of a scene: where the tool touches the design, and what the rest of the tool must
 //! keep away from.
 
-use proveout_collision::{CollisionError, ToolClearance};
+use std::sync::OnceLock;
+
+use proveout_collision::{
+    BallTurn, CollisionError, Obstacle, OrientationError, OrientationSettings, OrientationSpace, ToolClearance,
+};
 use proveout_geom::{InputError, Pose, ToolPose, TriMesh};
 use proveout_tool::Tool;
 use proveout_toolpath::BladeSurface;
-use proveout_toolpath::reschedule::{ContactSurface, FeasibleRegion};
+use proveout_toolpath::reschedule::{AxisTurn, ContactSurface, FeasibleRegion};
 
 use crate::{scene::Scene, shape::Shape};
 
@@ -18,6 +22,8 @@ const REACH_MM: f64 = 50.0;
 pub struct PartOnTable {
     surface: Option<BladeSurface>,
     solids: Vec<(String, TriMesh)>,
+    /// Number of the solids that the tool cuts: the first ones.
+    cut: usize,
 }
 
 impl PartOnTable {
@@ -35,6 +41,7 @@ impl PartOnTable {
         let surface = blade.map(|b| Ok::<_, InputError>(Shape::of_scene(scene, &b, 0.0)?.surface())).transpose()?;
         let part = part.map(|mesh| ("part".to_owned(), mesh.transformed(table_from_work)));
         Ok(Self {
+            cut: usize::from(part.is_some()),
             surface: surface.map(|s| BladeSurface::of(s, *table_from_work)),
             solids: part.into_iter().chain(fixtures.iter().cloned()).collect(),
         })
@@ -53,14 +60,34 @@ impl PartOnTable {
         if self.solids.is_empty() {
             return Ok(None);
         }
-        Ok(Some(Box::new(Region(ToolClearance::new(tool, &self.solids)?))))
+        let clearance = ToolClearance::new(tool, &self.solids)?;
+        let solids = self.solids.clone();
+        Ok(Some(Box::new(Region { clearance, tool: tool.clone(), solids, cut: self.cut, space: OnceLock::new() })))
     }
 }
 
-struct Region(ToolClearance);
+/// Solids of a tool; the search for free turns is made when it is first asked for.
+struct Region {
+    clearance: ToolClearance,
+    tool: Tool,
+    solids: Vec<(String, TriMesh)>,
+    cut: usize,
+    space: OnceLock<Result<OrientationSpace, OrientationError>>,
+}
 
 impl FeasibleRegion for Region {
     fn clearance(&self, pose: &ToolPose) -> f64 {
-        self.0.distance(pose, REACH_MM)
+        self.clearance.distance(pose, REACH_MM)
+    }
+
+    fn free_turns(&self, turn: &AxisTurn) -> Option<Vec<[f64; 2]>> {
+        let space = self.space.get_or_init(|| {
+            let solids = self.solids.iter().enumerate();
+            let solids: Vec<Obstacle<'_>> =
+                solids.map(|(k, (name, mesh))| Obstacle { name, mesh, cut: k < self.cut }).collect();
+            OrientationSpace::new(&self.tool, &solids, &OrientationSettings::default())
+        });
+        let AxisTurn { center, drift, basis, axial, spread } = *turn;
+        space.as_ref().ok()?.free_turns(&BallTurn { center, drift, basis, axial, spread })
     }
 }

@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::{
     error::SimError,
     programs::{Head, Writer, offset_of, tip},
-    scene::{PathFile, Scene, StrategyFile},
+    scene::{PathFile, PostedFile, Scene, StrategyFile, TimedByFile},
     shape::Shape,
 };
 
@@ -186,6 +186,8 @@ pub fn plan_over(
         return Err(wrong(message, "describe the path in the scene").into());
     };
     let keyed = |(message, help): (String, String)| wrong(format!("[plan.{name}]: {message}"), &help);
+    let own = file.machine.as_ref().map(|path| Machine::read(&scene.resolve(path))).transpose()?;
+    let machine = own.as_ref().unwrap_or(machine);
     let tool = tool_of(scene, tools, name, &file.tool)?;
     let Some(cutter) = tip(tool).cloned().map(PathCutter::new) else {
         return Err(wrong(format!("tool {:?} has no cutting end", file.tool), "name a tool that cuts").into());
@@ -213,9 +215,21 @@ pub fn plan_over(
         feed: file.feed_mm_min / 60.0,
     };
     let judged = setting.judge(&lines, &machine.home()).map_err(refused)?;
-    let link = LinkRule { lift: file.lift_mm, clearance: file.clearance_mm, feed: setting.feed, step: RAPID_STEP };
+    let link = LinkRule {
+        lift: file.lift_mm,
+        clearance: file.clearance_mm,
+        feed: setting.feed,
+        step: RAPID_STEP,
+        chords: file.timed_by == TimedByFile::Chord,
+    };
     let moves = linked(surface, &cutter, &lines, &link).map_err(refused)?;
-    let tcp = machine.control.kinematics.is_none_or(|k| k.tcp);
+    let able = machine.control.kinematics.is_none_or(|k| k.tcp);
+    if file.posted == Some(PostedFile::ToolCenterPoint) && !able {
+        let message =
+            format!("posted = \"tool-center-point\": the control of {} has no tool center point control", machine.name);
+        return Err(keyed((message, "write posted = \"joints\", or name another machine".to_owned())).into());
+    }
+    let tcp = file.posted.map_or(able, |p| p == PostedFile::ToolCenterPoint);
     let commands = program(scene, machine, tool, (file, name), &moves, tcp)?;
     let report = report(name, machine, file, &lines, &judged, tcp);
     Ok(Planned { commands, report, lines })

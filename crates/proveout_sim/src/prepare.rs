@@ -26,6 +26,7 @@ use crate::{
     manifest,
     memory::{Demand, Memory, Recorded},
     part_on_table::PartOnTable,
+    partial::{self, StopAt, Wanted},
     program_survey, programs,
     raw_stock::{self, RawStock},
     scene::{
@@ -41,6 +42,18 @@ use crate::{
 const FIXTURE_SECTORS: usize = 96;
 /// Memory that a run may take, bytes.
 pub(crate) const MEMORY: u64 = 4 << 30;
+
+/// What a run cuts.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum StockChoice {
+    /// The stock of the scene.
+    #[default]
+    OfScene,
+    /// What the run in this folder left, in the place of the scene's `from_run`.
+    OfRun(PathBuf),
+    /// A cube of a few cells: everything else is read and checked, nothing can be judged.
+    StandIn,
+}
 
 /// What the call chooses.
 #[derive(Clone, Debug, Default)]
@@ -61,6 +74,14 @@ pub struct Choice {
     pub clamped_out_mm: BTreeMap<String, f64>,
     /// Least overhangs that were searched ([`crate::overhang`]), by name of the tool, mm.
     pub least_overhang_mm: BTreeMap<String, f64>,
+    /// Places along the motion at which the free tool axes are looked for; zero for none.
+    pub free_axes: usize,
+    /// Coarse cells, and without what takes time besides ([`crate::partial`]).
+    pub preview: bool,
+    /// What is cut.
+    pub stock: StockChoice,
+    /// What ends the run early.
+    pub stop_at: Option<StopAt>,
 }
 
 /// A program that was made from another one.
@@ -89,6 +110,8 @@ pub struct Prepared {
     pub made: Option<MadeProgram>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
+    /// Those of the text that a program is made from; the same where it is not made.
+    pub source_nc_settings: NcSettings,
     /// Why the control file of scene or machine has no part in reading the program, where it has none.
     pub control_note: Option<String>,
     /// The machine, with the limits that the scene sets.
@@ -117,6 +140,10 @@ pub struct Prepared {
     pub table_from_work: Pose,
     /// Least overhangs that were searched, by name of the tool, mm.
     pub least_overhang_mm: BTreeMap<String, f64>,
+    /// Places along the motion at which the free tool axes are looked for; zero for none.
+    pub free_axes: usize,
+    /// In what the run is less than the whole check.
+    pub(crate) wanted: Wanted,
     /// Which motion cuts.
     pub dynamics: Dynamics,
     /// What moves under the forces of the drives.
@@ -158,7 +185,10 @@ impl Prepared {
         announce: &mut dyn FnMut(&Memory),
     ) -> Result<Self, SimError> {
         let start = Instant::now();
-        let scene = Scene::read(scene_path)?;
+        let mut scene = Scene::read(scene_path)?;
+        choose_stock(&mut scene, &choice.stock);
+        let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
+        let (wanted, cells) = Wanted::of(choice, &mut scene, cells);
         let entry = program_entry(&scene, choice)?;
         let (program_name, program_path) = program_text(&scene, entry, choice)?;
         let machine_path = scene.resolve(entry.and_then(|e| e.machine.as_ref()).unwrap_or(&scene.file.machine));
@@ -168,6 +198,7 @@ impl Prepared {
         let changed_limits = limit_joints(&scene, &mut machine)?;
         let mut tools = ToolLibrary::read(&tools_path)?;
         clamp_out(&mut tools, choice, &tools_path)?;
+        check_start_tool(&scene, &tools)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
         let mut digests = BTreeMap::new();
         let mut inputs = vec![
@@ -185,9 +216,9 @@ impl Prepared {
         // All that the program names is there, before stock or motion take their time.
         let place = scene.path.display().to_string();
         let read = |look: &mut Look<'_>| Survey::of_file(&program_path, &nc_settings, look);
-        let (mut survey, motions) = program_survey::survey(read, &nc_settings, &tools, &machine, &place)?;
+        let (mut survey, motions) =
+            program_survey::survey(read, &nc_settings, &tools, &machine, &place, scene.file.start.tool)?;
 
-        let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
         let (part_mesh, part_mesh_error) = part_mesh(&scene, &mut inputs)?.unzip();
@@ -224,12 +255,14 @@ impl Prepared {
             None => None,
             Some(reschedule) => {
                 let part = PartOnTable::new(&scene, &table_from_work, part_mesh.as_ref(), &fixtures)?;
-                let made = programs::rescheduled(reschedule, &program_path, &nc_settings, &machine, &tools, &part)?;
+                let made =
+                    programs::rescheduled(&scene, reschedule, &program_path, &nc_settings, &machine, &tools, &part)?;
                 let text = programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?;
                 digests.insert("made_program".to_owned(), digest::of_bytes(text.as_bytes()));
                 Some(MadeProgram { file: made_file(&program_name), text, runs: made.runs })
             }
         };
+        let source_nc_settings = nc_settings.clone();
         let nc_settings = match made {
             None => nc_settings,
             Some(_) => programs::settings_of_made(nc_settings),
@@ -240,7 +273,7 @@ impl Prepared {
                 let read = |look: &mut Look<'_>| Survey::of_text(&name, made.text.as_str(), &nc_settings, look);
                 let original = std::mem::replace(
                     &mut survey,
-                    program_survey::survey(read, &nc_settings, &tools, &machine, &place)?.0,
+                    program_survey::survey(read, &nc_settings, &tools, &machine, &place, scene.file.start.tool)?.0,
                 );
                 survey.not_run.extend(original.not_run);
                 made.text.lines().count()
@@ -248,12 +281,13 @@ impl Prepared {
             None => ProgramText::open(&program_path)?.lines(),
         };
         let dynamics = choice.dynamics.or(entry.and_then(|e| e.dynamics)).unwrap_or(scene.file.control.dynamics);
-        Ok(Self {
+        let prepared = Self {
             program_name,
             program_path,
             program_lines: u32::try_from(program_lines).unwrap_or(u32::MAX),
             made,
             nc_settings,
+            source_nc_settings,
             control_note,
             machine,
             own_machine: (!changed_limits.is_empty()).then_some(described),
@@ -268,6 +302,8 @@ impl Prepared {
             fixtures,
             table_from_work,
             least_overhang_mm: choice.least_overhang_mm.clone(),
+            free_axes: choice.free_axes,
+            wanted,
             dynamics: match dynamics {
                 DynamicsFile::Ideal => Dynamics::Ideal,
                 DynamicsFile::Planned => Dynamics::Planned,
@@ -283,7 +319,9 @@ impl Prepared {
             scene,
             survey,
             read_time: start.elapsed().as_secs_f64(),
-        })
+        };
+        partial::check_line(&prepared)?;
+        Ok(prepared)
     }
 
     /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as paths of the tool center.
@@ -362,14 +400,45 @@ impl Prepared {
 
 /// How the control of a scene is set up for programs of a language, with the planned set points as motion.
 pub(crate) fn control_settings(scene: &Scene, dialect: Dialect) -> ControlSettings {
+    let usual = ControlSettings::default();
     ControlSettings {
+        piece_tolerance: scene.file.control.piece_tolerance_mm.as_ref().map_or(usual.piece_tolerance, |t| *t.get_ref()),
         default_tolerance: scene.file.control.path_tolerance_mm,
         pole_cone: scene.file.control.pole_cone_deg.map(rad),
         max_time: scene.file.limits.max_time(),
+        start_tool: scene.file.start.tool,
         length_active_after_change: length_active_after_change(dialect),
         length_in_machine_coordinates: length_in_machine_coordinates(dialect),
-        ..ControlSettings::default()
+        ..usual
     }
+}
+
+/// Puts the stock of the call in the place of the scene's.
+fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
+    let stock = scene.file.stock.get_mut();
+    match choice {
+        StockChoice::OfScene => {}
+        StockChoice::OfRun(folder) => stock.from_run = Some(folder.clone()),
+        StockChoice::StandIn => {
+            (stock.from_run, stock.place, stock.at_time_s, stock.history) = (None, None, None, false);
+            stock.patch.clear();
+            let edge = 8.0 * scene.file.resolution_mm.get_ref().edges().into_iter().fold(0.0, f64::max);
+            stock.block = Some(BoxFile { min_mm: [0.0; 3], max_mm: [edge; 3] });
+        }
+    }
+}
+
+/// The tool that the scene puts into the spindle is one of its library.
+fn check_start_tool(scene: &Scene, tools: &ToolLibrary) -> Result<(), InputError> {
+    let Some(number) = scene.file.start.tool else { return Ok(()) };
+    if tools.tools.iter().any(|t| t.number == number) {
+        return Ok(());
+    }
+    let text = read_input(&scene.path)?;
+    let at = text.find("[start]").unwrap_or(0);
+    let message =
+        format!("start.tool = {number}: the tool library has no tool of this number ({} tools)", tools.tools.len());
+    Err(InputError::at(&scene.path, &text, at, message, "add the tool to the library, or correct the number"))
 }
 
 /// Clamps tools as the call chooses.
@@ -399,7 +468,7 @@ pub fn tool_radii(tools: &ToolLibrary) -> ToolRadii {
 
 /// Whether the length of a new tool counts without a word of the program: G43 controls want theirs. 840D, Klartext and its
 /// DIN/ISO form take the length with the tool, and CL data know nothing but the tip.
-fn length_active_after_change(dialect: Dialect) -> bool {
+pub(crate) fn length_active_after_change(dialect: Dialect) -> bool {
     match dialect {
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
         Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
@@ -421,7 +490,7 @@ fn model_of(machine_file: &Path) -> Option<PathBuf> {
 
 /// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
 /// M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming machine-referenced coordinates").
-fn length_in_machine_coordinates(dialect: Dialect) -> bool {
+pub(crate) fn length_in_machine_coordinates(dialect: Dialect) -> bool {
     !matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso)
 }
 

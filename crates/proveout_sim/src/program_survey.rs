@@ -68,6 +68,7 @@ pub(crate) fn survey(
     tools: &ToolLibrary,
     machine: &Machine,
     scene: &str,
+    start_tool: Option<u32>,
 ) -> Result<(Survey, Motions), SimError> {
     let mut motions = Motions::default();
     let mut names = Names {
@@ -76,7 +77,7 @@ pub(crate) fn survey(
         machine,
         scene,
         told: BTreeSet::new(),
-        in_spindle: ToolName::Empty,
+        in_spindle: start_tool.map_or(ToolName::Empty, ToolName::Number),
         length_off_at: None,
     };
     let survey = read(&mut |command, dialect| {

@@ -11,6 +11,7 @@ use proveout_nc::{
     PathMode, Program, Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName, WorkOffset,
 };
 use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
+use proveout_toolpath::reschedule::Study;
 
 use crate::{
     certificate::{ScheduleCertificate, blocks_of, certify},
@@ -23,9 +24,14 @@ use crate::{
     scene_limits::limit_joints,
 };
 
-/// Decimals of a made program: ends to 0.1 micrometers, tool vectors to 1e-8, which is 2 nm at a tip 200 mm away.
-fn format() -> PostSettings {
-    PostSettings { length_decimals: 4, vector_decimals: 8, feed_decimals: 4, ..PostSettings::default() }
+/// Decimals of a made program: ends to 0.1 micrometers, tool vectors to 1e-8, which is 2 nm at a tip 200 mm away. Positions of the axes
+/// without tool center point control to 1e-5: half of that in a head's angle moves a tip 300 mm away by 26 nm.
+fn format(commands: &[Command]) -> PostSettings {
+    let controlled = commands.iter().any(|c| matches!(&c.op, Op::Tcp(tcp) if tcp.on));
+    let turns = |m: &Motion| m.programmed >> 3 & 0b111 != 0 && m.programmed & 0b111 != 0;
+    let joints = !controlled && commands.iter().any(|c| matches!(&c.op, Op::Linear(m) if turns(m)));
+    let usual = PostSettings { length_decimals: 4, vector_decimals: 8, feed_decimals: 4, ..PostSettings::default() };
+    if joints { PostSettings { length_decimals: 5, angle_decimals: 5, ..usual } } else { usual }
 }
 
 /// The cutting end of a tool.
@@ -39,7 +45,7 @@ pub(crate) fn tip(tool: &Tool) -> Option<&Profile> {
 /// A command that the language cannot say.
 pub fn text(commands: &[Command], dialect: Dialect, settings: &Settings) -> Result<String, SimError> {
     let mut out = Vec::new();
-    let format = PostSettings { work_offsets: settings.work_offsets.clone(), ..format() };
+    let format = PostSettings { work_offsets: settings.work_offsets.clone(), ..format(commands) };
     let mut post = post_for(dialect, format, &mut out)?;
     let commands = if dialect == Dialect::Apt { tip_feeds(commands) } else { commands.to_vec() };
     for command in &commands {
@@ -254,11 +260,13 @@ impl Writer {
     }
 }
 
-/// Reads a program, re-schedules it and gives the commands before posting. `part` is what the method may ask about.
+/// Reads a program, re-schedules it and gives the commands before posting. `part` is what the method may ask about; where it asks how long the control
+/// takes, that is the control of the scene with planned set points.
 ///
 /// # Errors
 /// The program cannot be read, or the method refuses it, with the first block concerned.
 pub fn rescheduled(
+    scene: &Scene,
     reschedule: &RescheduleFile,
     program: &Path,
     settings: &Settings,
@@ -266,8 +274,22 @@ pub fn rescheduled(
     tools: &ToolLibrary,
     part: &PartOnTable,
 ) -> Result<Reprogrammed, SimError> {
+    let commands = Program::open(program, &with_machine(settings.clone(), machine))?;
+    let commands = commands.collect::<Result<Vec<Command>, _>>()?;
+    rescheduled_commands(scene, reschedule, commands, settings, machine, tools, part)
+}
+
+/// The same from commands that were read.
+pub(crate) fn rescheduled_commands(
+    scene: &Scene,
+    reschedule: &RescheduleFile,
+    commands: Vec<Command>,
+    settings: &Settings,
+    machine: &Machine,
+    tools: &ToolLibrary,
+    part: &PartOnTable,
+) -> Result<Reprogrammed, SimError> {
     let settings = with_machine(settings.clone(), machine);
-    let commands = Program::open(program, &settings)?.collect::<Result<Vec<Command>, _>>()?;
     let tool = |name: &ToolName| -> Option<&Tool> {
         let id = match name {
             ToolName::Empty => return None,
@@ -280,8 +302,23 @@ pub fn rescheduled(
     let cutter = |name: &ToolName| tip(tool(name)?).cloned();
     // Meshes that bound no solid are refused when the scene is read; a region that cannot be made is one that is not known.
     let region = |name: &ToolName| part.region(tool(name)?).ok()?;
-    let work =
-        Reprogramming { machine, method: method.as_ref(), cutter: &cutter, surface: part.surface(), region: &region };
+    let length = |name: &ToolName| tool(name).map(|t| t.gauge_length);
+    let empty = Source::Text { name: "made.mpf".to_owned(), text: String::new() };
+    let case = MotionCase::planned(scene, machine, tools, &settings_of_made(settings), empty)?;
+    let times = |commands: Vec<Command>| {
+        let motion = case.of_commands(commands).ok().filter(|motion| motion.over_travels.is_empty())?;
+        let runs = motion.blocks.chunk_by(|a, b| a.run == b.run);
+        Some(runs.map(|run| run.iter().map(|b| b.time[1] - b.time[0]).collect()).collect())
+    };
+    let work = Reprogramming {
+        machine,
+        method: method.as_ref(),
+        cutter: &cutter,
+        length: &length,
+        surface: part.surface(),
+        region: &region,
+        times: Some(&times),
+    };
     work.apply(commands).map_err(SimError::Control)
 }
 
@@ -369,7 +406,7 @@ impl<'a> Rescheduling<'a> {
         let part = Prepared::part_on_table(scene, Some(self.entry))?;
         let path = scene.resolve(self.source.file.as_deref().unwrap_or(Path::new("")));
         let (settings, _) = Prepared::running_settings(scene, Some(self.entry), &tools, &machine, &path, false)?;
-        let made = rescheduled(&self.file, &path, &settings, &machine, &tools, &part)?;
+        let made = rescheduled(scene, &self.file, &path, &settings, &machine, &tools, &part)?;
         let run = text(&made.commands, Dialect::Siemens840d, &settings)?;
         let motion_of = |nc: &Settings, source: Source| -> Result<motion::Motion, SimError> {
             MotionCase::planned(scene, &machine, &tools, nc, source)?.run()
@@ -380,7 +417,8 @@ impl<'a> Rescheduling<'a> {
         refuse_over_travel(&machine, &new, &original, &made)?;
         let pairs = blocks_of(&new.blocks, &made.runs).into_iter().zip(blocks_of(&original.blocks, &made.runs));
         let line = |command: usize| made.commands.get(command).map_or(0, |c| c.location.line);
-        let certified = made.runs.iter().zip(pairs).map(|(run, (new, old))| certify(run, line, new, old));
+        let certified =
+            made.runs.iter().zip(pairs).map(|(run, (new, old))| certify(run, line, new, old, &changed_limits));
         let (mut runs, mut uncertified) = (Vec::new(), Vec::new());
         for certificate in certified {
             match certificate {
@@ -399,7 +437,8 @@ impl<'a> Rescheduling<'a> {
             runs,
         };
         let text = if dialect == Dialect::Siemens840d { run } else { text(&made.commands, dialect, &settings)? };
-        Ok(Remade { text, certificate, uncertified })
+        let channels = made.runs.iter().flat_map(|run| channels(&run.study)).collect();
+        Ok(Remade { text, certificate, uncertified, channels })
     }
 }
 
@@ -447,6 +486,29 @@ pub struct Remade {
     pub certificate: ScheduleCertificate,
     /// Why there is no certificate of a stretch, one for each.
     pub uncertified: Vec<String>,
+    /// Channels that the method has looked at, those of each run in order.
+    pub channels: Vec<ChannelShown>,
+}
+
+/// A channel of tool axes by its figures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelShown {
+    /// Which one: `clearance 50 deg`, `by the tool`.
+    pub name: String,
+    /// Its width at its narrowest place.
+    pub narrowest_deg: f64,
+    /// Least peak of the table's velocity at the programmed feed; none where no schedule passes it.
+    pub least_velocity_deg_s: Option<f64>,
+}
+
+/// The channels that a study tells of.
+fn channels(study: &Study) -> Vec<ChannelShown> {
+    let shown = study.figures.iter().filter_map(|f| {
+        let name = f.name.strip_prefix("narrowest channel, ")?;
+        let least_velocity_deg_s = study.figure(&format!("least peak velocity, {name}"));
+        Some(ChannelShown { name: name.to_owned(), narrowest_deg: f.value, least_velocity_deg_s })
+    });
+    shown.collect()
 }
 
 /// Largest distance of ball centers before and after, mm: what a re-scheduled program may not change.

@@ -14,6 +14,7 @@ use crate::{
     error::SimError,
     manifest::{MANIFEST, Manifest},
     memory::{self, Demand, GROWTH, HISTORY_MEMORY, Memory},
+    partial,
     prepare::read_solid,
     scene::{PatchFile, Scene, StockFile},
     shape::Shape,
@@ -261,6 +262,10 @@ fn of_a_run(
             InputError::file(path, format!("cannot be read: {e}"), help)
         })?;
         as_the_run_left_it(path)?;
+        if let Some(what) = path.parent().and_then(partial::refused_as_stock) {
+            let help = "run the earlier setup to its end, without --preview and --stop-at";
+            return Err(InputError::file(path, what, help).into());
+        }
         inputs.push((role, path.to_owned()));
         let refuse = |message: String, help: &str| SimError::from(InputError::file(path, message, help));
         let mut left = TriDexel::load(&mut BufReader::new(opened), limit_bytes)

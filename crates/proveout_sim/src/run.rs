@@ -20,9 +20,11 @@ use proveout_stock::{Patch, TriDexel};
 use crate::{
     engine::Engine,
     error::SimError,
+    free_axes,
     journal::Journal,
     judge::{self, Shown},
     observer::{Batch, Observer, ObserverError, Outcome, Setup},
+    partial::{Partial, Stopped, Watch},
     prepare::Prepared,
     program_survey::known_offset,
     show_mesh::show_mesh,
@@ -84,6 +86,8 @@ pub struct RunResult {
     pub checks: Checks,
     /// Why the journal was given up, where there was one that could not be kept to the end.
     pub journal_given_up: Option<String>,
+    /// What was found of the free tool axes, and what was not looked at; empty where nobody asks for them.
+    pub free_axes: Vec<String>,
 }
 
 /// Runs a prepared program and tells the observers, which may write into `folder`.
@@ -116,19 +120,28 @@ pub fn run_journaled(
     }
     stages.record += told.elapsed().as_secs_f64();
 
-    let summary = drive(&prepared, &mut engine, &mut stages, observers)?;
+    let (summary, stopped) = drive(&prepared, &mut engine, &mut stages, observers)?;
+    let partial = Partial { preview: prepared.wanted.preview.clone(), stopped };
+    let partial = (partial != Partial::default()).then_some(partial);
 
     let judging = Instant::now();
     let recorded = stages.record;
     let (pieces, journal_given_up) = (engine.pieces(), engine.journal_given_up());
     let (stock, patches, facts) = engine.finish();
     let setup = setup(&prepared, &stock, &patches);
-    let (verdict, surveyed) = judge::judge(&prepared, &stock, &patches, &facts, &summary, &mut |shown| {
+    let (verdict, surveyed) = judge::judge(&prepared, (&stock, &patches), &facts, &summary, partial, &mut |shown| {
         tell(observers, &mut stages, |o| match shown {
             Shown::Points(band) => o.surface_points(&setup, band),
             Shown::Texture(texture) => o.surface_texture(&setup, texture),
         })
     })?;
+    let mut told_of_axes = Vec::new();
+    if prepared.free_axes > 0 {
+        let axes = free_axes::look(&prepared, &facts, prepared.free_axes);
+        tell(observers, &mut stages, |o| o.free_axes(&setup, &axes))?;
+        told_of_axes.push(axes.words());
+        told_of_axes.extend(axes.unchecked.iter().map(|u| format!("not looked at: {u}")));
+    }
     show_mesh(&stock, &patches, &surveyed, &mut |part| {
         tell(observers, &mut stages, |o| o.surface_mesh(&setup, &surveyed.shape, part))
     })?;
@@ -152,6 +165,7 @@ pub fn run_journaled(
         stock_memory,
         checks: facts.effort,
         journal_given_up,
+        free_axes: told_of_axes,
     })
 }
 
@@ -169,7 +183,7 @@ fn drive(
     engine: &mut Engine<'_>,
     stages: &mut Stages,
     observers: &mut [Box<dyn Observer>],
-) -> Result<PathSummary, SimError> {
+) -> Result<(PathSummary, Option<Stopped>), SimError> {
     let scene_path = prepared.scene.path.display().to_string();
     let program = prepared.program()?;
     let settings = prepared.control_settings(program.dialect());
@@ -181,14 +195,16 @@ fn drive(
         Ok(command)
     });
     let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
-    loop {
+    let mut watch = Watch::new(prepared);
+    while !watch.has_stopped() {
         let planning = Instant::now();
         let chunk = controller.next_chunk().map_err(|e| from_run_error(opened(prepared, e)))?;
         let servo = controller.servo_wall_s() - stages.servo;
         stages.plan += planning.elapsed().as_secs_f64() - servo;
         stages.servo += servo;
         let Some(chunk) = chunk else { break };
-        for stretch in stretches(chunk) {
+        let chunk = watch.cut(chunk);
+        for stretch in stretches(chunk, watch.stretch_s(STRETCH_S)) {
             let batch = engine.step(&stretch, stages);
             engine.check_journal()?;
             engine.check_memory()?;
@@ -211,9 +227,15 @@ fn drive(
                 observer.batch(&setup(prepared, batch.stock, batch.patches), &batch)?;
             }
             stages.record += telling.elapsed().as_secs_f64();
+            watch.ran(&stretch, batch.findings);
+            if watch.ends_here() {
+                break;
+            }
         }
     }
-    Ok(controller.summary())
+    let mut summary = controller.summary();
+    let stopped = watch.finish(prepared, &mut summary, engine.time());
+    Ok((summary, stopped))
 }
 
 /// The same, with the whole surface of the cut part in memory.
@@ -253,6 +275,7 @@ fn setup<'a>(prepared: &'a Prepared, stock: &'a TriDexel, patches: &'a [Patch]) 
         program: &prepared.program_name,
         program_lines: prepared.program_lines,
         made: prepared.made.as_ref(),
+        sources: &prepared.shown,
         machine: &prepared.machine,
         tools: &prepared.tools,
         stock,
@@ -283,8 +306,8 @@ pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
     }
 }
 
-/// Cuts a chunk into stretches of at most [`STRETCH_S`] simulated seconds, at borders of pieces.
-fn stretches(chunk: Chunk) -> impl Iterator<Item = Chunk> {
+/// Cuts a chunk into stretches of at most so many simulated seconds, at borders of pieces.
+fn stretches(chunk: Chunk, seconds: f64) -> impl Iterator<Item = Chunk> {
     let start = [
         chunk.pieces.first().map(|p| p.time[0]),
         chunk.samples.first().map(|s| s.time),
@@ -303,7 +326,7 @@ fn stretches(chunk: Chunk) -> impl Iterator<Item = Chunk> {
             {
                 return None;
             }
-            until += STRETCH_S;
+            until += seconds;
             let stretch = Chunk {
                 pieces: std::iter::from_fn(|| pieces.next_if(|p| p.time[0] < until)).collect(),
                 samples: std::iter::from_fn(|| samples.next_if(|s| s.time < until)).collect(),

@@ -5,21 +5,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{Aabb, Document, InputError, Point, Pose, Vector, rad, read_input};
+use proveout_geom::{Aabb, Document, InputError, Point, Pose, Vector, in_millimeters, rad, read_input};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
 use crate::names;
-pub use crate::scene_blade::{
-    BladeFile, BladeKindFile, EndFile, EndPlatformFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile,
-};
+pub use crate::scene_blade::{BladeFile, BladeKindFile, EndFile, EndPlatformFile, PlatformFile};
+pub use crate::scene_choice::{ChoiceFile, ChoiceSourceFile, ChoiceValueFile};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
 pub use crate::scene_plan::{
-    AxisFile, GivenAxisFile, HELIX, HelixFile, ParameterFile, PathFile, PlanFile, RulingsFile, StrategyFile,
+    AxisFile, GivenAxisFile, HELIX, HelixFile, ParameterFile, PathFile, PlanFile, PostedFile, RulingsFile,
+    StrategyFile, TimedByFile,
 };
+pub use crate::scene_reschedule::{ChannelFile, JunctionFile, MethodFile, RescheduleFile, ThetaUnitFile};
 pub use crate::scene_run_limits::RunLimitsFile;
 pub use crate::scene_surface::{
     ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,
@@ -31,6 +32,10 @@ pub use crate::scene_tolerance::{ToleranceRegionFile, Tolerances};
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
+    /// Unit of all lengths of this file. With `inch` every key that ends in `_mm` here ends in `_inch` (`_inch_min` for `_mm_min`), and one in
+    /// millimeters is refused; meshes stay in millimeters, as they do not tell their unit.
+    #[serde(default)]
+    pub unit: UnitFile,
     /// Short name.
     pub name: String,
     /// What the scene shows.
@@ -57,6 +62,9 @@ pub struct SceneFile {
     /// Work offsets of the control by their word, such as `G54`.
     #[serde(default)]
     pub work_offsets: BTreeMap<String, OffsetFile>,
+    /// How the machine stands before the first block.
+    #[serde(default)]
+    pub start: StartFile,
     /// Control and dynamics.
     #[serde(default)]
     pub control: ControlFile,
@@ -287,6 +295,26 @@ pub struct OffsetFile {
     pub C_deg: f64,
 }
 
+/// Unit of the lengths of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum UnitFile {
+    /// Millimeters: keys end in `_mm`.
+    #[default]
+    Mm,
+    /// Inches: keys end in `_inch`.
+    Inch,
+}
+
+/// How the machine stands before the first block of each program.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StartFile {
+    /// Number of the tool in the spindle, for programs that call none before they cut; an empty spindle when left out. Its length is active
+    /// where it is behind a tool change (840D, Klartext, CL data), elsewhere behind G43.
+    pub tool: Option<u32>,
+}
+
 /// Which motion cuts the stock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -326,6 +354,9 @@ pub struct ControlFile {
     pub plant: PlantFile,
     /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
     pub path_tolerance_mm: Option<f64>,
+    /// By how much the pieces of motion that cut may leave the true motion at the cutting edges, mm; 0.0005 when left out.
+    #[schemars(with = "Option<f64>")]
+    pub piece_tolerance_mm: Option<Spanned<f64>>,
     /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that passes the pole nearer than this
     /// is led through it, which a finding tells; otherwise as the machine says.
     pub pole_cone_deg: Option<f64>,
@@ -342,6 +373,8 @@ pub struct ProgramFile {
     pub name: String,
     /// Program text, relative to the scene; left out where the text is not ours: give it with `--nc`.
     pub file: Option<PathBuf>,
+    /// Table under `[plan]` that writes `file`, for choices of `compare` that change the plan.
+    pub planned: Option<String>,
     /// How the program is made from another one of this scene, instead of `file`.
     pub reschedule: Option<RescheduleFile>,
     /// Dialect; found from the ending and the text when left out.
@@ -407,6 +440,15 @@ impl Scene {
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let path = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
         let text = read_input(&path)?;
+        Self::of_text(path, &text)
+    }
+
+    /// A scene from its text; `path` is the file that it stands for.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub(crate) fn of_text(path: PathBuf, text: &str) -> Result<Self, InputError> {
+        let text = in_millimeters(&path, text)?;
         let file: SceneFile = Document::new(&path, &text).read()?;
         check(&path, &text, &file)?;
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
@@ -470,6 +512,10 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
             let at = text.find(&format!("\"{name}\"")).unwrap_or(0);
             return fault(at, message, names::REMEDY);
         }
+    }
+    if let Some(told) = file.control.piece_tolerance_mm.as_ref().filter(|t| !(1e-6..=0.1).contains(t.get_ref())) {
+        let message = format!("piece_tolerance_mm = {} is out of range", told.get_ref());
+        return fault(told.span().start, message, "write 0.000001 to 0.1, or leave it out for 0.0005");
     }
     let stock = file.stock.get_ref();
     let forms = [
@@ -581,6 +627,17 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
             let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
             let message = format!("program {:?} has a text and is re-scheduled", program.name);
             return fault(at, message, "give either `file` or `reschedule`");
+        }
+        let plan = |name: &str| {
+            let plans = file.plan.as_ref();
+            let helix = name == HELIX.0 && plans.is_some_and(|p| p.helix.is_some());
+            helix || StrategyFile::named(name).is_some_and(|s| plans.is_some_and(|p| s.of(p).is_some()))
+        };
+        if let Some(name) = program.planned.as_deref().filter(|name| program.file.is_none() || !plan(name)) {
+            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let message =
+                format!("program {:?} is planned by {name:?}, which writes no file of this scene", program.name);
+            return fault(at, message, "name a table under [plan], for a program with a file");
         }
         if let Some(reschedule) = &program.reschedule
             && let Some(key) = reschedule.unread()

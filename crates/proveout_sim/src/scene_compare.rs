@@ -6,10 +6,10 @@ use proveout_geom::InputError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{gates::GATES, scene::SceneFile};
+use crate::{gates::GATES, scene::SceneFile, scene_choice::ChoiceFile};
 
 /// Comparison of the programs of a scene.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CompareFile {
     /// Program that the others are compared with; the first one when left out.
@@ -23,12 +23,52 @@ pub struct CompareFile {
     pub run_ends_s: f64,
     /// Part of the cutting stretch that the plots show closely, s of programmed feed from its begin.
     pub shown_s: Option<[f64; 2]>,
+    /// Programs whose own verdict counts; all when left out. An original that shows the fault of which a method frees it does not pass.
+    pub must_pass: Option<Vec<String>>,
+    /// Looks at the motion of the programs alone: nothing is cut, and every gate is unchecked.
+    #[serde(default)]
+    pub motion_only: bool,
+    /// Program that the simplest plan gives, beside the method: published values are given for it too.
+    pub null_program: Option<String>,
+    /// What the published experiment does not tell, or tells, and where it might lie as well.
+    #[serde(default)]
+    pub choice: Vec<ChoiceFile>,
+    /// Draws of all choices at once, by Latin hypercube.
+    #[serde(default = "draws")]
+    pub draws: usize,
     /// Values that others have published.
     #[serde(default)]
     pub published: Vec<PublishedFile>,
     /// Criteria that must hold.
     #[serde(default)]
     pub expect: Vec<ExpectFile>,
+}
+
+impl Default for CompareFile {
+    fn default() -> Self {
+        Self {
+            baseline: None,
+            experiment: String::new(),
+            run_ends_s: 0.0,
+            shown_s: None,
+            must_pass: None,
+            motion_only: false,
+            null_program: None,
+            choice: Vec::new(),
+            draws: DRAWS,
+            published: Vec::new(),
+            expect: Vec::new(),
+        }
+    }
+}
+
+/// Draws where a scene does not say: each choice is met in as many parts of its range.
+const DRAWS: usize = 12;
+/// More would take hours.
+const MOST_DRAWS: usize = 1000;
+
+fn draws() -> usize {
+    DRAWS
 }
 
 /// A published value and how far from it counts as reproduced.
@@ -43,7 +83,7 @@ pub struct PublishedFile {
     pub against: Option<String>,
     /// What is measured.
     pub quantity: QuantityFile,
-    /// Joint, for quantities of a joint.
+    /// Joint, for quantities of a joint; `rotary` for all rotary ones together, of the demand alone.
     pub axis: Option<String>,
     /// Name of the number, for `quantity = "study"`.
     pub figure: Option<String>,
@@ -73,7 +113,7 @@ pub struct ExpectFile {
     pub against: Option<String>,
     /// What is measured; left out with `gate`.
     pub quantity: Option<QuantityFile>,
-    /// Joint, for quantities of a joint.
+    /// Joint, for quantities of a joint; `rotary` for all rotary ones together, of the demand alone.
     pub axis: Option<String>,
     /// Name of the number, for `quantity = "study"`.
     pub figure: Option<String>,
@@ -126,6 +166,10 @@ pub enum QuantityFile {
     MaxJerk,
     /// Reversals of a joint in the cutting stretch.
     Reversals,
+    /// Sum of the steps of a joint over the blocks of the cutting stretch.
+    Travel,
+    /// Largest distance of the tip from its chord if the joints run straight from block to block, micrometer.
+    StraightJointsTip,
     /// Deepest gouge, mm.
     Gouge,
     /// Most material left, mm.
@@ -148,7 +192,15 @@ impl QuantityFile {
     /// Whether it belongs to a joint.
     pub fn of_joint(self) -> bool {
         use QuantityFile::*;
-        matches!(self, DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals)
+        matches!(
+            self,
+            DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals | Travel
+        )
+    }
+
+    /// Whether all rotary joints have it together.
+    fn of_rotary(self) -> bool {
+        matches!(self, Self::DemandVelocity | Self::DemandAcceleration)
     }
 
     /// Name for people.
@@ -164,6 +216,8 @@ impl QuantityFile {
             Self::MaxAcceleration => "acceleration",
             Self::MaxJerk => "jerk",
             Self::Reversals => "reversals",
+            Self::Travel => "travel",
+            Self::StraightJointsTip => "tip from its chord, joints led straight",
             Self::Gouge => "deepest gouge",
             Self::Excess => "most material left",
             Self::ScallopMax => "largest scallop",
@@ -175,6 +229,9 @@ impl QuantityFile {
         }
     }
 }
+
+/// In place of a joint: all rotary ones together.
+pub(crate) const ROTARY: &str = "rotary";
 
 /// Checks the section against the programs of its scene.
 pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
@@ -197,24 +254,46 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     if let Some([from, to]) = compare.shown_s.filter(|[from, to]| !(0.0 <= *from && from < to && to.is_finite())) {
         return fault("shown_s", format!("shown_s = [{from}, {to}] is no stretch"), "write [from, to] in seconds");
     }
+    let mut others = compare.must_pass.iter().flatten().chain(&compare.null_program);
+    if let Some(name) = others.find(|name| !known(name)) {
+        return fault(&format!("{name:?}"), format!("{name:?} is no program of the scene"), &programs);
+    }
+    if !compare.choice.is_empty() && !(1..=MOST_DRAWS).contains(&compare.draws) {
+        let message = format!("draws = {} is out of range", compare.draws);
+        return fault("draws", message, &format!("write 1 to {MOST_DRAWS}, or leave it out for {DRAWS}"));
+    }
+    for (i, choice) in compare.choice.iter().enumerate() {
+        let double = compare.choice[..i].iter().any(|c| c.key == choice.key || c.name == choice.name);
+        let double = double.then(|| (format!("the choice {:?} stands twice", choice.name), "take one out".to_owned()));
+        if let Some((message, help)) = double.or_else(|| choice.fault(file)) {
+            return fault(&format!("{:?}", choice.name), message, &help);
+        }
+    }
     let published = compare
         .published
         .iter()
-        .map(|p| (&p.name, &p.program, p.against.as_ref(), Some(p.quantity), p.axis.is_some(), p.figure.is_some()));
+        .map(|p| (&p.name, &p.program, p.against.as_ref(), Some(p.quantity), p.axis.as_deref(), p.figure.is_some()));
     let expected = compare
         .expect
         .iter()
-        .map(|e| (&e.name, &e.program, e.against.as_ref(), e.quantity, e.axis.is_some(), e.figure.is_some()));
+        .map(|e| (&e.name, &e.program, e.against.as_ref(), e.quantity, e.axis.as_deref(), e.figure.is_some()));
     for (name, program, against, quantity, axis, figure) in published.chain(expected) {
         let word = format!("{name:?}");
         if let Some(unknown) = [Some(program), against].into_iter().flatten().find(|p| !known(p)) {
             return fault(&word, format!("{name:?} names {unknown:?}, which is no program of the scene"), &programs);
         }
-        if quantity.is_some_and(|q| q.of_joint() != axis) {
+        if quantity.is_some_and(|q| q.of_joint() != axis.is_some()) {
             return fault(
                 &word,
                 format!("{name:?} has no axis, or one too many"),
                 "give `axis` for quantities of a joint only",
+            );
+        }
+        if axis == Some(ROTARY) && quantity.is_some_and(|q| !q.of_rotary()) {
+            return fault(
+                &word,
+                format!("{name:?} wants of all rotary joints what only one of them has"),
+                "name a joint; `rotary` belongs to demand-velocity and demand-acceleration",
             );
         }
         if quantity.is_some_and(|q| (q == QuantityFile::Study) != figure) {

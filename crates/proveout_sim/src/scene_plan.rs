@@ -1,5 +1,7 @@
 //! What `proveout plan` makes, as it stands in a scene: one table a strategy.
 
+use std::path::PathBuf;
+
 use proveout_geom::{Vector, rad};
 use proveout_toolpath::HelicalPass;
 use proveout_toolpath::path::{
@@ -208,6 +210,27 @@ pub struct GivenAxisFile {
     pub direction: [f64; 3],
 }
 
+/// What a planned program holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PostedFile {
+    /// Tool vectors under tool center point control.
+    ToolCenterPoint,
+    /// Positions of the axes.
+    Joints,
+}
+
+/// What the feed of a planned program holds for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum TimedByFile {
+    /// The way of the contact along its line.
+    #[default]
+    Arc,
+    /// The chord from contact to contact.
+    Chord,
+}
+
 /// A path over the blade by contacts. Keys that a strategy does not read are refused.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -218,6 +241,13 @@ pub struct PathFile {
     pub spindle_rpm: f64,
     /// Feed of the contact, mm/min; written as inverse time, so that it does not depend on the tool axis.
     pub feed_mm_min: f64,
+    /// What that feed holds for: the way along the line (when left out), or the chord from contact to contact.
+    #[serde(default)]
+    pub timed_by: TimedByFile,
+    /// Machine that the program is for, where it is not the scene's.
+    pub machine: Option<PathBuf>,
+    /// What the program holds; when left out, tool vectors where the control of the machine has tool center point control.
+    pub posted: Option<PostedFile>,
     /// Word of the work offset.
     pub work_offset: String,
     /// Corner tolerance that the program asks the control for, mm.

@@ -52,6 +52,7 @@ impl Shown<'_> {
                         positions: &band.positions,
                         normals: &band.normals,
                         deviations: &deviations,
+                        made_by: &band.made_by,
                         triangles: &band.triangles,
                     })?;
                 }
@@ -66,6 +67,7 @@ impl Shown<'_> {
                         positions: &part.mesh.positions,
                         normals: &part.normals,
                         deviations: &deviations,
+                        made_by: &part.made_by,
                         triangles: &triangles,
                     })?;
                     first += part.mesh.positions.len() as u32;

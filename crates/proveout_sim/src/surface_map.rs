@@ -183,7 +183,16 @@ impl SurfaceMap {
             deviations: &'a [f64],
         ) -> MeshPart<'a> {
             let (positions, triangles) = (mesh.positions.as_slice(), mesh.triangles.as_slice());
-            MeshPart { patch, first: 0, from_x: f64::NEG_INFINITY, positions, normals, deviations, triangles }
+            MeshPart {
+                patch,
+                first: 0,
+                from_x: f64::NEG_INFINITY,
+                positions,
+                normals,
+                deviations,
+                made_by: &[],
+                triangles,
+            }
         }
         let patches = self.patches.iter().enumerate();
         patches.map(|(k, p)| part(Some(k), &p.mesh, &p.normals, &p.vertex_deviation)).chain(std::iter::once(part(

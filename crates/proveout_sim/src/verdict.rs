@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding::Finding;
+pub use crate::partial::{Partial, PreviewUsed, Stopped};
 pub use crate::scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch, ScallopRegion};
 
 /// Version of the layout of [`Verdict`]; raised when a key changes its meaning or goes away.
@@ -54,6 +55,9 @@ pub struct Verdict {
     pub verdict: State,
     /// The gates, in fixed order.
     pub gates: Vec<Gate>,
+    /// In what the run is less than the whole check (`run --preview`, `run --stop-at`); null where it is whole.
+    #[serde(default)]
+    pub partial: Option<Partial>,
     /// What was found, in order of time.
     pub findings: Vec<Finding>,
     /// Cycle time.

@@ -42,7 +42,8 @@ impl Experiment {
     fn made(&self, name: &str) -> Reprogrammed {
         let reschedule = self.scene.program(Some(name)).unwrap().reschedule.clone().unwrap();
         let (program, part) = (self.file("original.mpf"), PartOnTable::default());
-        programs::rescheduled(&reschedule, &program, &self.settings, &self.machine, &self.tools, &part).unwrap()
+        programs::rescheduled(&self.scene, &reschedule, &program, &self.settings, &self.machine, &self.tools, &part)
+            .unwrap()
     }
 
     fn commands(&self, name: &str, text: &str) -> Vec<Command> {

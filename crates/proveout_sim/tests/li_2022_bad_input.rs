@@ -46,7 +46,15 @@ impl Spoiled {
 
     fn made(&self) -> Result<Reprogrammed, SimError> {
         let (settings, part) = (Prepared::reader_settings(&self.scene, None).unwrap(), PartOnTable::default());
-        programs::rescheduled(&self.reschedule, &self.program, &settings, &self.machine, &self.tools, &part)
+        programs::rescheduled(
+            &self.scene,
+            &self.reschedule,
+            &self.program,
+            &settings,
+            &self.machine,
+            &self.tools,
+            &part,
+        )
     }
 
     fn refused(&self) -> ControlError {

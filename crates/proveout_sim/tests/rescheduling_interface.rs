@@ -81,8 +81,15 @@ fn a_method_is_told_of_contacts_curvatures_free_poses_times_and_the_machine() {
     let cutter = |name: &ToolName| Some(tool(name)?.cutting().next()?.profile.clone());
     let region = |name: &ToolName| part.region(tool(name)?).unwrap();
     let method = LeanFromNormal::default();
-    let work =
-        Reprogramming { machine: &machine, method: &method, cutter: &cutter, surface: part.surface(), region: &region };
+    let work = Reprogramming {
+        machine: &machine,
+        method: &method,
+        cutter: &cutter,
+        length: &|_| None,
+        surface: part.surface(),
+        region: &region,
+        times: None,
+    };
     let commands: Vec<Command> =
         Program::open(folder.join("original.mpf"), &settings).unwrap().collect::<Result<_, _>>().unwrap();
     let made = work.apply(commands).unwrap();

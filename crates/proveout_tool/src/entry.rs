@@ -38,7 +38,7 @@ fn schema() -> Value {
 }
 
 /// Keys that describe the shape of a cutter; each kind has its own.
-const SHAPE_KEYS: [&str; 15] = [
+pub(crate) const SHAPE_KEYS: [&str; 15] = [
     "diameter_mm",
     "corner_radius_mm",
     "corner_center_radius_mm",
@@ -84,6 +84,17 @@ const KINDS: [(Kind, &str, &[&str]); 13] = [
     ),
     (Kind::Profile, "profile", &["segments"]),
 ];
+
+/// Words of the kinds.
+pub(crate) const KIND_WORDS: [&str; KINDS.len()] = {
+    let mut words = [""; KINDS.len()];
+    let mut i = 0;
+    while i < words.len() {
+        words[i] = KINDS[i].1;
+        i += 1;
+    }
+    words
+};
 
 fn shape_value(e: &ToolEntry, key: &str) -> Option<f64> {
     match key {

@@ -11,6 +11,8 @@
 //! * [`Cutter`] – cutting ends by catalogue dimensions; [`ToolBuilder`] puts neck, shank and holder on them.
 //! * [`ToolLibrary`] – reads library files (TOML); [`library_schema`] publishes their JSON Schema.
 //!
+//! * [`import_tools`] – libraries of other programs as [`ToolDraft`]s, which [`library_text`] writes as a library file.
+//!
 //! A part that is not convex is divided by planes across the axis where its curve turns outward again. The bodies of a
 //! tool follow one another from the tip to the gauge line without gap.
 //!
@@ -23,8 +25,10 @@ mod assembly;
 mod builder;
 mod clamping;
 mod cutter;
+mod draft;
 mod edges;
 mod entry;
+mod import;
 mod library;
 mod library_file;
 mod outline;
@@ -34,8 +38,11 @@ mod residual;
 pub use assembly::{Body, Role, Tool, ToolId};
 pub use builder::{HolderSection, ToolBuilder};
 pub use cutter::{Apt, Cutter, ShapeError};
+pub use draft::{PlainHolder, ToolDraft, library_text, plain_number, quoted};
 pub use edges::{CuttingEdges, RakeAbout, RoundInsert, RunOut};
 pub use entry::library_schema;
+pub use import::words::{flutes_of as tool_teeth_of_words, kind_of as tool_kind_of_words};
+pub use import::{ImportCall, Imported, LengthUnit, import_tools};
 pub use library::{ToolLibrary, ToolNotes};
 pub use profile::{Nearest, Profile, ProfileError, Segment};
 pub use residual::Residual;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Document, InputError, Step, Step::Item, Step::Key, nearest, read_input};
+use proveout_geom::{Document, InputError, Step, Step::Item, Step::Key, in_millimeters, nearest, read_input};
 
 use crate::cutter::ShapeError;
 use crate::entry::tool_of;
@@ -52,7 +52,8 @@ impl ToolLibrary {
     /// # Errors
     /// As for [`Self::read`].
     pub fn from_text(name: &Path, text: &str) -> Result<Self, InputError> {
-        let document = Document::new(name, text);
+        let text = in_millimeters(name, text)?;
+        let document = Document::new(name, &text);
         let file: LibraryFile = document.read()?;
         let mut library = Self { file: name.to_owned(), description: file.description, ..Self::default() };
         let mut numbers = BTreeMap::new();

@@ -10,12 +10,27 @@ use crate::residual::ResidualEntry;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LibraryFile {
+    /// Unit of all lengths of this file. With `inch` every key that ends in `_mm` here ends in `_inch`, and one in millimeters is refused.
+    #[serde(default)]
+    #[allow(dead_code, reason = "the text is in millimeters before it comes here")]
+    pub(crate) unit: Unit,
     /// What the library is for and where its numbers come from.
     #[serde(default)]
     pub(crate) description: String,
     /// The tools.
     #[serde(default)]
     pub(crate) tool: Vec<ToolEntry>,
+}
+
+/// Unit of the lengths of a file.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Unit {
+    /// Millimeters: keys end in `_mm`.
+    #[default]
+    Mm,
+    /// Inches: keys end in `_inch`.
+    Inch,
 }
 
 /// Shape of the cutter.

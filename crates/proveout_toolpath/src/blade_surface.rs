@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use proveout_geom::blade::{Blade, CamberSide, ParametricSurface};
+use proveout_geom::blade::{Blade, CamberSide, Local, ParametricSurface};
 use proveout_geom::{Point, Pose};
 
 use crate::reschedule::{Contact, ContactSurface};
@@ -30,13 +30,27 @@ impl BladeSurface {
     }
 }
 
+impl BladeSurface {
+    /// The contact at parameters of the surface.
+    fn at(&self, at: &Local) -> Contact {
+        let curvatures = at.principal().map(|(k, direction)| (k, self.run_from_blade.vector(&direction)));
+        Contact {
+            point: self.run_from_blade.point(&at.point),
+            normal: self.run_from_blade.vector(&at.normal),
+            curvatures,
+        }
+    }
+
+    /// Parameters of the nearest point to a point of the frame of the program, and that point in the frame of the surface.
+    fn foot(&self, near: &Point) -> Option<(Point, [f64; 2])> {
+        let p = self.blade_from_run.point(near);
+        p.coords.iter().all(|v| v.is_finite()).then(|| (p, self.surface.nearest(&p)))
+    }
+}
+
 impl ContactSurface for BladeSurface {
     fn contact(&self, near: &Point) -> Option<Contact> {
-        let p = self.blade_from_run.point(near);
-        if !p.coords.iter().all(|v| v.is_finite()) {
-            return None;
-        }
-        let [u, v] = self.surface.nearest(&p);
+        let (p, [u, v]) = self.foot(near)?;
         let at = self.surface.local(u, v);
         let domain = self.surface.domain();
         let out = p - at.point;
@@ -47,11 +61,11 @@ impl ContactSurface for BladeSurface {
         if beyond(v, domain.v, 1) || (!domain.u_closed && beyond(u, domain.u, 0)) {
             return None;
         }
-        let curvatures = at.principal().map(|(k, direction)| (k, self.run_from_blade.vector(&direction)));
-        Some(Contact {
-            point: self.run_from_blade.point(&at.point),
-            normal: self.run_from_blade.vector(&at.normal),
-            curvatures,
-        })
+        Some(self.at(&at))
+    }
+
+    fn nearest(&self, near: &Point) -> Option<Contact> {
+        let (_, [u, v]) = self.foot(near)?;
+        Some(self.at(&self.surface.local(u, v)))
     }
 }

@@ -213,7 +213,7 @@ fn links_round_the_blade_do_not_touch_it() {
     let spacing = Spacing::At(vec![0.2, 0.21, 0.8, 0.25]);
     let lines =
         task.plan(&IsoParametric { label: Label::Surface, range: [0.0, 1.0], along: [0.1, 0.9], spacing }).unwrap();
-    let rule = LinkRule { lift: 2.0, clearance: 5.0, feed: 10.0, step: [10.0, 0.1] };
+    let rule = LinkRule { lift: 2.0, clearance: 5.0, feed: 10.0, step: [10.0, 0.1], chords: false };
     let moves: Vec<Move> = linked(&lu, &cutter, &lines, &rule).unwrap();
     let contacts: usize = lines.iter().map(|l| l.contacts.len()).sum();
     assert!(moves.len() > contacts + 10);

@@ -10,7 +10,7 @@ use std::{
 
 use crate::{
     Failure,
-    checks::{architecture, findings, layers, test_command},
+    checks::{architecture, book, findings, layers, test_command},
     cone_frustum, figures, files, machine_models,
     tools::{self, DENY, TYPOS},
     workspace::{Workspace, cargo},
@@ -44,6 +44,7 @@ const STEPS: &[Step] = &[
         run: architecture,
     },
     Step { name: "findings", why: "a machinist can look up every code that a run can raise", run: findings },
+    Step { name: "book", why: "every page of docs/ is in its list, and no link leads nowhere", run: book },
     Step { name: "test-command", why: "one test command: in the README, in .ci/run, here", run: test_command },
     Step { name: "clippy", why: "no warning in any target; each exception carries its reason", run: clippy },
     Step { name: "quick-build", why: "the build without recordings that README offers first", run: quick_build },
@@ -132,6 +133,10 @@ fn layers(context: &Context) -> Result<String, Failure> {
 
 fn architecture(context: &Context) -> Result<String, Failure> {
     architecture::check(&files::get(&context.root.join("ARCHITECTURE.md"))?, &context.workspace)
+}
+
+fn book(context: &Context) -> Result<String, Failure> {
+    book::check(&context.root)
 }
 
 fn findings(context: &Context) -> Result<String, Failure> {

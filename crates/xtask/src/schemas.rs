@@ -7,10 +7,12 @@ use crate::{Failure, files};
 /// Writes `docs/schemas/*.schema.json`; with `check`, only compares.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
     let schemas = [
-        ("machine", bounded(&text(&proveout_machine::machine_schema())?)?),
-        ("tools", bounded(&proveout_tool::library_schema())?),
+        ("machine", bounded(&text(&proveout_machine::machine_schema())?, false)?),
+        ("tools", bounded(&proveout_tool::library_schema(), true)?),
         ("control", text(&proveout_nc::control_schema())?),
-        ("scene", bounded(&text(&schemars::schema_for!(proveout_sim::scene::SceneFile))?)?),
+        ("scene", bounded(&text(&schemars::schema_for!(proveout_sim::scene::SceneFile))?, true)?),
+        ("job", text(&schemars::schema_for!(proveout_sim::job::JobFile))?),
+        ("job-verdict", text(&schemars::schema_for!(proveout_sim::job::JobVerdict))?),
         ("verdict", text(&schemars::schema_for!(proveout_sim::verdict::Verdict))?),
         ("compare", text(&schemars::schema_for!(proveout_sim::compare::Comparison))?),
     ];
@@ -22,11 +24,14 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A schema with the ranges of its quantities.
-fn bounded(schema: &str) -> Result<String, Failure> {
+/// A schema with the ranges of its quantities; with inches where a file may count in them.
+fn bounded(schema: &str, inches: bool) -> Result<String, Failure> {
     let fail = |e: serde_json::Error| Failure(format!("a schema is no JSON: {e}"));
     let mut value: serde_json::Value = serde_json::from_str(schema).map_err(fail)?;
     proveout_geom::add_ranges_to_schema(&mut value);
+    if inches {
+        proveout_geom::add_inches_to_schema(&mut value);
+    }
     Ok(serde_json::to_string_pretty(&value).map_err(fail)? + "\n")
 }
 

@@ -2,10 +2,12 @@ use std::path::Path;
 
 use proveout_machine::Machine;
 use proveout_nc::{Control, Survey};
+use proveout_record::machine_png;
+use proveout_sim::preflight::{Cause, preflight};
 use proveout_sim::{Choice, Prepared, SimError, control_of, read_regular_text, scene::Scene};
 use proveout_tool::ToolLibrary;
 
-use super::reader;
+use super::{output_file, reader};
 use crate::args::CheckArgs;
 use crate::failure::Failure;
 
@@ -31,6 +33,9 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
         return Err(Failure::new("the call says how programs are read, and names no NC program")
             .with_help("leave --control and the other options for programs out: scenes and machines state theirs"));
     }
+    if let Some(file) = &args.picture {
+        check_picture(file, args.force, &kinds)?;
+    }
     for (path, kind) in kinds {
         let result = match kind {
             Kind::Scene => check_scene(path),
@@ -55,7 +60,25 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
             }
         }
     }
+    if let (Some(file), Some(path), true) = (&args.picture, args.paths.first(), clean) {
+        let machine = Machine::read(path).map_err(|e| told(e.into()))?;
+        let png = machine_png(&machine).map_err(Failure::new)?;
+        output_file::put_bytes(file, args.force, png)?;
+        say!("  picture: {}", file.display());
+    }
     Ok(clean)
+}
+
+/// A picture shows one machine, and is a PNG file that is not there yet.
+fn check_picture(file: &Path, force: bool, kinds: &[(&std::path::PathBuf, Kind)]) -> Result<(), Failure> {
+    if !matches!(kinds, [(_, Kind::Machine)]) {
+        return Err(Failure::new("--picture draws one machine, and the call names something else")
+            .with_help("name one folder with machine.toml"));
+    }
+    if file.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
+        return Err(Failure::new(format!("{} is no PNG file", file.display())).with_help("let the name end in .png"));
+    }
+    output_file::check(file, force)
 }
 
 fn told(e: SimError) -> Failure {
@@ -115,8 +138,20 @@ fn check_scene(path: &Path) -> Result<Vec<String>, Failure> {
         let found = check_program(&prepared.survey)?;
         notes.extend(prepared.control_note.iter().map(|note| format!("program {}: note: {note}", program.name)));
         notes.extend(found.into_iter().map(|note| format!("program {}: {note}", program.name)));
+        notes.extend(causes(&preflight(&prepared)).into_iter().map(|line| format!("program {}: {line}", program.name)));
     }
     Ok(notes)
+}
+
+/// What will lead to findings, the most likely cause first.
+pub(super) fn causes(all: &[Cause]) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (n, cause) in (1..).zip(all.iter().filter(|c| !c.note)) {
+        lines.push(format!("before the run, {n}: {}", cause.what));
+        lines.push(format!("  {}", cause.add));
+    }
+    lines.extend(all.iter().filter(|c| c.note).map(|c| format!("note: {}: {}", c.what, c.add)));
+    lines
 }
 
 fn check_machine(path: &Path) -> Result<Vec<String>, SimError> {

@@ -60,6 +60,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
         inputs.extend(prepared.inputs.iter().cloned());
         let scene = prepared.scene.clone();
         scene_folder.clone_from(&scene.folder);
+        if comparing.motion_only() {
+            continue;
+        }
         let place = folder.path().join(comparing.folder(&name));
         fs::create_dir_all(&place).map_err(|e| failure(SimError::Folder(e)))?;
         let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
@@ -138,7 +141,7 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
             number(t.error_percent, 2),
             number(t.smallest_percent, 2),
             number(t.largest_percent, 2),
-            c.variations.iter().filter(|v| v.unchecked.is_none()).count(),
+            c.variations.iter().filter(|v| v.unchecked.is_none() && v.acts).count(),
             if t.sign_holds { "holds" } else { "changes" }
         );
         if let Some(percent) = c.at_own_limits(name) {
@@ -148,8 +151,11 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
     if !c.published.is_empty() {
         say!("\n  published values");
         for p in &c.published {
-            let band =
-                p.band.map_or_else(String::new, |[low, high]| format!("  band {low} to {high}: {}", word(p.state)));
+            let band = match (p.reproduced, p.band) {
+                (Some(found), _) => format!("  {}", found.word()),
+                (None, Some([low, high])) => format!("  band {low} to {high}: {}", word(p.state)),
+                (None, None) => String::new(),
+            };
             say!("    {:<44} {:>7} here {:>7} {}{band}", p.name, p.published, number(p.value, 1), p.unit);
         }
     }

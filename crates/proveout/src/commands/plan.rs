@@ -5,7 +5,7 @@ use proveout_machine::Machine;
 use proveout_nc::{Dialect, detect};
 use proveout_sim::{
     Prepared, SimError,
-    certificate::{RunCertificate, ScheduleCertificate},
+    certificate::{JointCertificate, RunCertificate, ScheduleCertificate, VelocityLimit, VelocityRow},
     planning,
     programs::{self, Rescheduling},
     scene::{MethodFile, Scene, StrategyFile},
@@ -105,6 +105,12 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
     for run in &made.certificate.runs {
         tell!("{}", stretch(run, &made.certificate).trim_end());
     }
+    for channel in &made.channels {
+        let fastest = channel.least_velocity_deg_s;
+        let fastest = fastest.map(|v| format!(", least peak velocity {v:.1} deg/s at the programmed feed"));
+        let fastest = fastest.unwrap_or_default();
+        tell!("channel {}: narrowest {:.1} deg{fastest}", channel.name, channel.narrowest_deg);
+    }
     for why in &made.uncertified {
         tell!("no bound of the time: {why}");
     }
@@ -159,8 +165,30 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
         } else {
             let _ = writeln!(out, " (lowered by the scene; the machine has {})", lowered.join(", "));
         }
+        if let Some(line) = over_velocity(joint) {
+            let _ = writeln!(out, "  {line}");
+        }
     }
     out
+}
+
+/// What the new axes save over the velocity limit of a joint, the largest limit first.
+fn over_velocity(joint: &JointCertificate) -> Option<String> {
+    let told = |r: &VelocityRow| {
+        let which = match r.is {
+            VelocityLimit::Tried => return None,
+            VelocityLimit::OfOriginal => "what the program before needs",
+            VelocityLimit::InForce => "in force",
+            VelocityLimit::OfMachine => "the machine's own",
+        };
+        Some(format!("{:.1} percent at {:.1} deg/s ({which})", r.saved_percent, r.velocity_deg_s))
+    };
+    let rows: Vec<String> = joint.over_velocity.iter().filter_map(told).collect();
+    let lowest = joint.over_velocity.last().filter(|r| r.is == VelocityLimit::Tried);
+    let lowest = lowest.map(|r| format!(", {:.1} percent at {:.1} deg/s", r.saved_percent, r.velocity_deg_s));
+    (!rows.is_empty()).then(|| {
+        format!("by feed and velocity of {} alone: {}{}", joint.name, rows.join(", "), lowest.unwrap_or_default())
+    })
 }
 
 /// The options that were taken, and where they come from.

@@ -6,9 +6,10 @@ use proveout_sim::{
     digest::InputFile,
     journal::{Begun, Journal},
     overhang::{Overhang, STEP_MM, by_tool, least_overhangs},
+    preflight::preflight,
     run::{RunResult, run_journaled as prove},
     scene::{DynamicsFile, PlantFile},
-    verdict::{State, Verdict},
+    verdict::{Partial, State, Verdict},
 };
 
 use crate::{
@@ -43,6 +44,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
             RerunArg::Off => Recorded::Folder,
             _ => Recorded::Recording,
         },
+        free_axes: args.free_axes.map_or(0, usize::from),
+        preview: args.preview,
+        stop_at: args.stop_at.clone(),
         ..Choice::default()
     };
     let overhangs = if args.overhang {
@@ -57,9 +61,22 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     if let Some(note) = &prepared.control_note {
         tell!("note: {note}");
     }
+    for line in
+        super::check::causes(&pool.install(|| preflight(&prepared)).into_iter().filter(|c| !c.note).collect::<Vec<_>>())
+    {
+        tell!("{line}");
+    }
     let place = args.out.clone().unwrap_or_else(|| {
-        PathBuf::from("out").join(format!("{}-{}", prepared.scene.file.name, prepared.program_name))
+        let kind = match (args.preview, &args.stop_at) {
+            (true, _) => "-preview",
+            (false, Some(_)) => "-stopped",
+            (false, None) => "",
+        };
+        PathBuf::from("out").join(format!("{}-{}{kind}", prepared.scene.file.name, prepared.program_name))
     });
+    if args.preview {
+        tell!("a preview, with coarse cells: not the whole check");
+    }
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
     let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
     let journal = journal(args.resume, &folder, &Begun::of(&prepared, &choice))?;
@@ -80,6 +97,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
         .map_err(|e| Failure::new(format!("run.json: {e}")))?;
     let place = complete(folder, &inputs, &scene.folder, &mut || stop.ending())?;
     print_summary(&result, &place);
+    if let Some(stop_at) = args.stop_at.as_ref().filter(|_| !stopped(&result.verdict)) {
+        say!("\n  --stop-at {stop_at}: it did not come to that; the run went to the end of the program");
+    }
+    for line in &result.free_axes {
+        say!("  free axes: {line}");
+    }
     if args.overhang {
         print_overhangs(&overhangs);
     }
@@ -132,6 +155,10 @@ pub(super) fn complete(
         tell!("note: {} is of no run and stays", place.join(name).display());
     }
     Ok(place)
+}
+
+fn stopped(verdict: &Verdict) -> bool {
+    verdict.partial.as_ref().is_some_and(|p| p.stopped.is_some())
 }
 
 /// The verdict of a run; unchecked gates that the call accepts count as passed, and are told.
@@ -221,6 +248,9 @@ pub(super) fn recorder(argument: RerunArg) -> RerunMode {
 fn print_summary(result: &RunResult, place: &Path) {
     let v: &Verdict = &result.verdict;
     say!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
+    for line in v.partial.iter().flat_map(not_whole) {
+        say!("  {line}\n");
+    }
     for gate in &v.gates {
         say!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
     }
@@ -288,6 +318,19 @@ fn print_summary(result: &RunResult, place: &Path) {
         place.join("report.html").display(),
         place.display()
     );
+}
+
+/// In what the run was not the whole check.
+fn not_whole(partial: &Partial) -> Vec<String> {
+    let preview = partial.preview.as_ref().map(|p| {
+        let [cell, full] = [&p.cells_mm, &p.scene_cells_mm].map(|c| c.iter().copied().fold(0.0, f64::max));
+        format!("PREVIEW with cells of {cell} mm, the scene has {full} mm: not the whole check, which is the same call without --preview")
+    });
+    let stopped = partial.stopped.as_ref().map(|s| {
+        let line = s.line.map_or_else(String::new, |l| format!(", behind line {l}"));
+        format!("STOPPED at {:.3} s{line}: {}; nothing behind it was looked at", s.time_s, s.why)
+    });
+    preview.into_iter().chain(stopped).collect()
 }
 
 fn print_overhangs(found: &[Overhang]) {

@@ -63,6 +63,8 @@ const NOISE: &[(&str, &str)] = &[
     (r"[0-9.]+ MiB", "[n] MiB"),
     // The folder of the sandbox.
     (r"(?m)^/\S+/part: ", "[sandbox]/part: "),
+    // Where the project lies, as seen from a scene in the sandbox.
+    (r"(\.\./)+\S*/tests/first-part/", "[project]/tests/first-part/"),
 ];
 
 #[test]

@@ -35,13 +35,13 @@ impl Shown {
         }
     }
 
-    /// Whether a product's command can be typed: it has a positional argument or `--profile`, which stands for one, or is one of the
-    /// first words of clap.
+    /// Whether a product's command can be typed: it has a positional argument, or `--profile` or `--list-machines`, which stand for one,
+    /// or is one of the first words of clap.
     pub(crate) fn can_be_typed(&self) -> bool {
         let Some(words) = self.of_product() else { return false };
         match words.first().map(String::as_str) {
             Some("help" | "--help" | "--version") => true,
-            _ => words.get(1).is_some_and(|w| !w.starts_with("--") || w == "--profile"),
+            _ => words.get(1).is_some_and(|w| !w.starts_with("--") || w == "--profile" || w == "--list-machines"),
         }
     }
 }

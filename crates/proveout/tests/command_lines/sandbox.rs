@@ -77,6 +77,10 @@ pub(crate) fn sandbox() -> TempDir {
     for name in ["machines", "tools"] {
         symlink(root.join(name), to.join(name)).expect("a link");
     }
+    fs::create_dir(to.join("tests")).expect("made");
+    for name in ["tests/first-part", "tests/own-machine", "tests/job"] {
+        symlink(root.join(name), to.join(name)).expect("a link");
+    }
     for name in ["out", "part", "bin", "scenes"] {
         fs::create_dir(to.join(name)).expect("made");
     }
@@ -106,7 +110,15 @@ pub(crate) fn sandbox() -> TempDir {
     // In place of the viewer.
     write("bin/rerun", "#!/bin/sh\necho \"the viewer opens $1\"\n");
     fs::set_permissions(to.join("bin/rerun"), fs::Permissions::from_mode(0o755)).expect("executable");
-    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross", "face-mill-marks", "planned-blade", "blade-root"] {
+    for name in [
+        "cone-frustum",
+        "li-2022-s-theta",
+        "axis-cross",
+        "face-mill-marks",
+        "planned-blade",
+        "blade-root",
+        "dong-2023-multi-scale",
+    ] {
         smaller(&root.join("scenes").join(name), &to.join("scenes").join(name));
     }
     folder

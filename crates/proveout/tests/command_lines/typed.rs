@@ -7,11 +7,24 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("run", "", "SCENE", "part"),
     ("run", "--program", "NAME", "main"),
     ("run", "--nc", "FILE", "stand-in.mpf"),
+    ("run", "--free-axes", "PLACES", "5"),
     ("compare", "", "SCENE", "part"),
     ("compare", "--baseline", "NAME", "other"),
     ("check", "", "PATH...", "part"),
     ("check", "", "FOLDER", "machines/starrag-lx-451"),
     ("check", "", "NAME", "starrag-lx-451"),
+    ("check", "", "MACHINE", "machines/three-axis-mill"),
+    ("check", "--picture", "FILE", "machine.png"),
+    ("job", "", "JOB", "tests/job"),
+    ("new", "", "PROGRAM", "tests/first-part/plate.nc"),
+    ("new", "", "PROGRAM...", "tests/first-part/plate.nc"),
+    ("new", "--machine", "NAME", "three-axis-mill"),
+    ("new", "--output", "DIR", "out-of-the-table"),
+    ("tools", "", "FILE", "tests/first-part/shop.csv"),
+    ("tools", "--output", "FILE", "made-tools.toml"),
+    ("machine", "", "FILE", "tests/first-part/bench.ini"),
+    ("machine", "--output", "DIR", "made-machine"),
+    ("machine", "--table-axes", "XY", "XY"),
     ("nc", "", "PROGRAM", "part/main.mpf"),
     ("nc --dialect", "", "PROGRAM", "part/fanuc.nc"),
     ("nc", "--post", "DIALECT", "fanuc"),
@@ -117,7 +130,8 @@ fn filled(subcommand: &str, option: &str, word: &str) -> Result<String, String> 
     Ok(parts.iter().map(part).collect::<Result<Vec<_>, _>>()?.join("/"))
 }
 
-/// Commands that can be typed, each once, in the order in which one leaves what the next one reads: runs first, but for those of planned programs.
+/// Commands that can be typed, each once, in the order in which one leaves what the next one reads: scenes that are made, then runs, but
+/// for those of planned programs.
 pub(crate) fn typed(shown: &[Shown]) -> Result<Vec<Typed>, String> {
     let mut all: Vec<Typed> = Vec::new();
     for one in shown.iter().filter(|s| s.can_be_typed()) {
@@ -135,10 +149,12 @@ pub(crate) fn typed(shown: &[Shown]) -> Result<Vec<Typed>, String> {
         .collect();
     let rank = |t: &Typed| match t.words.first().map(String::as_str) {
         // What a plan writes is run when it is there.
-        Some("run") if after(t, "--nc").is_some_and(|nc| planned.contains(&nc)) => 3,
-        Some("run") => 0,
-        Some("compare") => 1,
-        _ => 2,
+        // What a scene is made of comes before it runs.
+        Some("new" | "tools" | "machine") => 0,
+        Some("run") if after(t, "--nc").is_some_and(|nc| planned.contains(&nc)) => 4,
+        Some("run") => 1,
+        Some("compare") => 2,
+        _ => 3,
     };
     all.sort_by_key(|t| (rank(t), t.line()));
     Ok(all)

@@ -56,7 +56,7 @@ fn the_same_bytes_come_from_everywhere_and_with_any_number_of_threads() {
 }
 
 /// Every kind of file that a run writes, but the text of a re-scheduled program.
-const ALL: [&str; 18] = [
+const ALL: [&str; 19] = [
     "blocks.parquet",
     "clearance.parquet",
     "deviation.glb",
@@ -70,6 +70,7 @@ const ALL: [&str; 18] = [
     "part.glb",
     "report.html",
     "roughness.glb",
+    "setup.html",
     "signals.parquet",
     "stock-patch-corner.dexel",
     "stock.dexel",

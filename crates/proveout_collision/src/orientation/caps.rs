@@ -9,28 +9,28 @@
 //! ```
 //!
 //! with a (a') the angle between the center of the cell and u (an anchor on the skin) and d the largest angle between the axes of
-//! the cell and its center. What a ball of the tree forbids does not hang on the cell, so that it is found once for a contact, and held against a cell by
-//! two products of cosines and sines. Triangles are quartered until they are seen under a small part of the finest cell.
+//! the cell and its center. What a ball of the tree forbids does not hang on the cell, so that it is found once for a contact, and held against
+//! sixteen neighboring cells at once (`packet.rs`). What is not apart from some of them is where the search for their quarters
+//! begins. Triangles are quartered until they are seen under a small part of the finest cell.
 
-use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use super::extent::Extent;
 use super::grid::{Cell, Grid};
 use super::map::{AxisState, MapNode, NodeState};
+use super::packet::{Cells, LANES, Packet};
 use super::solids::Solid;
 use super::space::{Place, split};
-use super::spots::{Around, CLOSED, Spots, Verdict, turn};
+use super::spots::{Spots, turn};
 
 /// Triangles are quartered down to this share of the angle of a finest cell.
-const PIECE_SHARE: f64 = 0.4;
-/// Where a place of the skin is met that may forbid an axis of the cell, so many more spots are looked at for one that forbids all of them.
-const MORE_LOOKS: u32 = 4;
-/// So many spots are held against a cell before it is given up: where the side of a tool lies along a face, ever smaller pieces of it decide nothing.
+const PIECE_SHARE: f64 = 0.5;
+/// So many spots are held against a packet before it is given up: where the side of a tool lies along a face, ever smaller pieces of it decide nothing.
 const MOST_LOOKS: u64 = 20_000;
-/// So many of the deepest spots are opened for one that forbids all axes of a finest cell.
-const DEEP_LOOKS: u32 = 400;
-/// Added to the angle of a cell, radian, for the rounding of what a spot says (some 2e-7 of its cosines and sines): by itself, and divided by that
-/// angle, near which a cosine tells less of it.
+/// So many looks at a packet of finest cells only serve to block those of which a point of the skin forbids an axis.
+const DEEP_LOOKS: u32 = 100;
+/// Added to the angle of a cell, radian, for the rounding of what a spot says: by itself, and divided by that angle, near which a cosine tells
+/// less of it.
 const ROUNDING: f64 = 1e-6;
 
 /// The search at one contact.
@@ -38,28 +38,17 @@ pub(crate) struct Caps<'a> {
     spots: Spots<'a>,
     levels: u32,
     /// Pieces seen under a smaller sine than this are not quartered.
-    finest: f64,
+    finest: f32,
     stack: Vec<u32>,
-    heap: BinaryHeap<Deep>,
+    /// Spots that are not apart from the cells under way, one list behind the other; the last of one are looked at first.
+    lists: Vec<u32>,
     looked: u64,
 }
 
-/// A spot in the order of the depth that it may have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Deep(f64, u32);
-
-impl Eq for Deep {}
-
-impl PartialOrd for Deep {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Deep {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
-    }
+/// What is known of the cells of a packet; the others are free.
+struct Settled {
+    blocked: Cells,
+    open: Cells,
 }
 
 impl<'a> Caps<'a> {
@@ -69,180 +58,123 @@ impl<'a> Caps<'a> {
         Self {
             spots: Spots::new(extents, solids, place, limit),
             levels: grid.levels,
-            finest: PIECE_SHARE * grid.step / f64::from(1_u32 << grid.levels.min(31)),
+            finest: (PIECE_SHARE * grid.step / f64::from(1_u32 << grid.levels.min(31))) as f32,
             stack: Vec::new(),
-            heap: BinaryHeap::new(),
+            lists: Vec::new(),
             looked: 0,
         }
     }
 
-    /// Balls and pieces that were held against cells.
+    /// Balls and pieces that were held against packets of cells.
     pub(crate) fn looked(&self) -> u64 {
         self.looked
     }
 
     /// Decides the root cells of a map and what is below them.
     pub(crate) fn fill(&mut self, place: &Place, nodes: &mut Vec<MapNode>) {
-        let mut hint = None;
-        for index in 0..nodes.len() {
-            hint = self.refine(place, nodes, index, hint, 0);
+        self.lists.clear();
+        self.lists.extend(0..self.spots.roots);
+        let mut roots: Vec<usize> = (0..nodes.len()).collect();
+        // Neighbors beside each other: by eighths of a turn, from the pole outward.
+        roots.sort_by_key(|&i| {
+            let [_, yaw] = nodes[i].cell.middle();
+            ((yaw * 4.0 / std::f64::consts::PI).floor() as i64, i)
+        });
+        for packet in roots.chunks(LANES) {
+            self.refine(place, nodes, packet, 0..self.spots.roots as usize, 0);
         }
     }
 
-    /// `hint` is a spot that forbade axes nearby; gives one back.
-    fn refine(
-        &mut self,
-        place: &Place,
-        nodes: &mut Vec<MapNode>,
-        index: usize,
-        hint: Option<u32>,
-        level: u32,
-    ) -> Option<u32> {
-        let cell: Cell = nodes[index].cell;
-        let spread = cell.spread(&place.frame);
-        let angle = 2.0 * (0.5 * spread.chord).min(1.0).asin();
-        let angle = angle + ROUNDING + ROUNDING / angle;
-        let around = Around { axis: spread.axis, turn: turn(angle) };
+    /// Decides up to sixteen cells; `list` holds all spots that may forbid an axis of one.
+    fn refine(&mut self, place: &Place, nodes: &mut Vec<MapNode>, cells: &[usize], list: Range<usize>, level: u32) {
+        let packet = Packet::new(cells.iter().map(|&i| {
+            let cell: Cell = nodes[i].cell;
+            let spread = cell.spread(&place.frame);
+            let angle = 2.0 * (0.5 * spread.chord).min(1.0).asin();
+            (spread.axis, turn(angle + ROUNDING + ROUNDING / angle))
+        }));
         let last = level >= self.levels;
-        let (mut verdict, mut hint) = self.settle(&around, hint);
-        if last && verdict == Verdict::Open {
-            (verdict, hint) = self.go_deep(&around, hint);
-        }
-        nodes[index].state = match verdict {
-            Verdict::Apart => NodeState::Leaf(AxisState::Free),
-            Verdict::Blocked => NodeState::Leaf(AxisState::Blocked),
-            Verdict::Open | Verdict::Met if last => NodeState::Leaf(AxisState::Unknown),
-            Verdict::Open | Verdict::Met => {
+        let start = self.lists.len();
+        let settled = pulp::Arch::new().dispatch(|| self.settle(&packet, list, last));
+        let own = start..self.lists.len();
+        let mut parts = Vec::new();
+        for (lane, &index) in cells.iter().enumerate() {
+            let is = |cells: Cells| cells >> lane & 1 == 1;
+            nodes[index].state = if is(settled.blocked) {
+                NodeState::Leaf(AxisState::Blocked)
+            } else if !is(settled.open) {
+                NodeState::Leaf(AxisState::Free)
+            } else if last {
+                NodeState::Leaf(AxisState::Unknown)
+            } else {
+                let cell = nodes[index].cell;
                 let halving = cell.halving(false);
                 let (first, count) = split(nodes, &cell, halving);
-                for child in first..first + count {
-                    hint = self.refine(place, nodes, child, hint, level + 1);
-                }
+                parts.extend(first..first + count);
                 NodeState::Split { first: first as u32, halving }
-            }
-        };
-        hint
+            };
+        }
+        for packet in parts.chunks(LANES) {
+            self.refine(place, nodes, packet, own.clone(), level + 1);
+        }
+        self.lists.truncate(start);
     }
 
-    /// Holds all spots against the axes of a cell, the one of the hint first, and gives the one that forbids most.
-    fn settle(&mut self, cell: &Around, hint: Option<u32>) -> (Verdict, Option<u32>) {
+    /// Holds the spots of a list against the cells of a packet. What may forbid an axis of one that stays open is put behind the lists.
+    #[inline(always)]
+    fn settle(&mut self, packet: &Packet, list: Range<usize>, last: bool) -> Settled {
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
-        stack.extend(0..self.spots.roots);
-        stack.extend(hint);
-        let (mut open, mut left) = (false, MORE_LOOKS);
-        let mut deepest = (f64::NEG_INFINITY, hint);
-        let mut verdict = Verdict::Apart;
+        stack.extend_from_slice(&self.lists[list]);
+        let mut settled = Settled { blocked: 0, open: 0 };
+        let middle = packet.middle.map(|x| x as f32);
+        let mut left = DEEP_LOOKS;
         let end = self.looked + MOST_LOOKS;
         while let Some(index) = stack.pop() {
+            if self.looked >= end {
+                settled.open |= packet.cells & !settled.blocked;
+                self.lists.push(index);
+                self.lists.append(&mut stack);
+                break;
+            }
             self.looked += 1;
-            if self.looked > end {
-                open = true;
-                break;
-            }
-            if open {
-                left -= 1;
-                if left == 0 {
-                    break;
-                }
-            }
             let spot = self.spots.get(index);
-            let near = spot.near(&cell.axis);
-            if spot.is_beyond(cell, near) {
+            let mut active = packet.reached(&spot) & !settled.blocked;
+            if active == 0 {
                 continue;
             }
-            let (found, depth) = self.spots.anchor(index).against(cell, near);
-            if found != Verdict::Apart && depth > deepest.0 {
-                deepest = (depth, Some(index));
+            let said = packet.ask(&spot, self.spots.anchor(index));
+            active &= !said.apart;
+            settled.blocked |= active & said.blocked;
+            active &= !settled.blocked;
+            settled.open |= active & said.met;
+            let mut wanted = active & !settled.open;
+            if last && wanted == 0 && left > 0 {
+                left -= 1;
+                wanted = active;
             }
-            match found {
-                Verdict::Apart => continue,
-                Verdict::Blocked => {
-                    verdict = Verdict::Blocked;
-                    break;
-                }
-                Verdict::Met => open = true,
-                Verdict::Open => {}
-            }
-            if f64::from(spot.size) <= self.finest {
-                open = true;
+            if active == 0 {
                 continue;
             }
-            match self.spots.opened(index) {
-                // What lies nearer is looked at first.
-                Some((from, to)) => {
-                    let at = stack.len();
-                    stack.extend(from..to);
-                    let near = |i: u32| self.spots.get(i).near(&cell.axis);
-                    if to == from + 2 && near(from) > near(from + 1) {
-                        stack.swap(at, at + 1);
-                    }
-                }
-                None => open = true,
-            }
-        }
-        self.stack = stack;
-        if open && verdict == Verdict::Apart {
-            verdict = Verdict::Open;
-        }
-        (verdict, deepest.1)
-    }
-
-    /// Looks for a spot that forbids all axes of a cell, always in the parts of the one that may be deepest.
-    fn go_deep(&mut self, cell: &Around, hint: Option<u32>) -> (Verdict, Option<u32>) {
-        let mut heap = std::mem::take(&mut self.heap);
-        heap.clear();
-        heap.extend(hint.into_iter().chain([CLOSED]).map(|i| Deep(f64::MAX, i)));
-        let (mut verdict, mut deepest) = (Verdict::Open, (f64::NEG_INFINITY, hint));
-        let mut left = DEEP_LOOKS;
-        let mut next = None;
-        'all: while let Some(index) = next.take().or_else(|| heap.pop().map(|d| d.1)) {
-            left -= 1;
-            if left == 0 {
-                break;
-            }
-            let (from, to) = match index {
-                CLOSED => (0, self.spots.roots),
-                _ if f64::from(self.spots.get(index).size) <= self.finest => continue,
-                _ => match self.spots.opened(index) {
-                    Some(parts) => parts,
-                    None => continue,
-                },
+            let parts = if wanted != 0 && spot.size > self.finest { self.spots.opened(index) } else { None };
+            let Some((from, to)) = parts else {
+                // What is small enough or cannot be opened decides no more.
+                settled.open |= active;
+                self.lists.push(index);
+                continue;
             };
-            // Down to the end on the way of the deepest points; the rest waits.
-            let mut best = f64::NEG_INFINITY;
-            for part in from..to {
-                self.looked += 1;
-                let spot = self.spots.get(part);
-                let near = spot.near(&cell.axis);
-                if spot.is_beyond(cell, near) {
-                    continue;
-                }
-                let (found, depth) = self.spots.anchor(part).against(cell, near);
-                if depth > deepest.0 {
-                    deepest = (depth, Some(part));
-                }
-                match found {
-                    Verdict::Blocked => {
-                        verdict = found;
-                        break 'all;
-                    }
-                    Verdict::Apart => continue,
-                    Verdict::Open | Verdict::Met => {}
-                }
-                let other = if depth > best {
-                    best = depth;
-                    next.replace(part)
-                } else {
-                    Some(part)
-                };
-                if let Some(other) = other {
-                    let spot = self.spots.get(other);
-                    heap.push(Deep(spot.depth(spot.near(&cell.axis)), other));
+            let at = stack.len();
+            stack.extend(from..to);
+            if to == from + 2 {
+                let near = |i: u32| self.spots.get(i).way.iter().zip(middle.iter()).map(|(a, b)| a * b).sum::<f32>();
+                // What lies nearer is looked at first.
+                if near(from) > near(from + 1) {
+                    stack.swap(at, at + 1);
                 }
             }
         }
-        self.heap = heap;
-        (verdict, deepest.1)
+        settled.open &= !settled.blocked;
+        self.stack = stack;
+        settled
     }
 }

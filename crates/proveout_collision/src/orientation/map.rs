@@ -176,6 +176,21 @@ impl OrientationMap {
         self.state(axis) == Some(AxisState::Free)
     }
 
+    /// All axes nearer to this one than the angle given back, radian, are proved free; zero where it is not free itself. Axes beyond the
+    /// largest tilt of the map do not count as free.
+    pub fn room(&self, axis: &Vector) -> f64 {
+        let Some(axis) = unit(axis).filter(|a| self.is_free(a)) else { return 0.0 };
+        let at = self.frame.angles(&axis);
+        let rim = self.grid.step * (self.grid.starts.len() - 1) as f64 - at[0];
+        let others =
+            self.nodes.iter().filter(|n| matches!(n.state, NodeState::Leaf(AxisState::Blocked | AxisState::Unknown)));
+        let angle = |n: &MapNode| {
+            let [tilt, yaw] = n.cell.nearest(at);
+            2.0 * (0.5 * (self.axis(tilt, yaw) - axis).norm()).min(1.0).asin()
+        };
+        (others.map(angle).fold(rim, f64::min) - ROUNDING).max(0.0)
+    }
+
     /// The free axis that is nearest to a direction, within 0.003 degrees; none where nothing is free.
     pub fn nearest_free(&self, axis: &Vector) -> Option<Vector> {
         let axis = unit(axis)?;

@@ -50,21 +50,30 @@ impl Solid {
 
     /// Distance of a point from the skin, as far as it is below `limit`.
     pub(crate) fn skin_distance(&self, p: &Point, limit: f64) -> f64 {
-        let mut least = limit;
+        self.nearest(p, limit).map_or(limit, |q| (q - p).norm())
+    }
+
+    /// The point of the skin that is nearest to `p`; none where it is no nearer than `limit`.
+    pub(crate) fn nearest(&self, p: &Point, limit: f64) -> Option<Point> {
+        let (mut least, mut found) = (limit, None);
         let mut stack = vec![0_u32];
         while let Some(node) = stack.pop().and_then(|i| self.nodes.get(i as usize)) {
             if (node.center - p).norm() - node.radius >= least {
                 continue;
             }
             if node.leaf {
-                least = least.min((closest(&self.triangles[node.first as usize], p) - p).norm());
+                let q = closest(&self.triangles[node.first as usize], p);
+                let far = (q - p).norm();
+                if far < least {
+                    (least, found) = (far, Some(q));
+                }
             } else {
                 let far = |i: u32| (self.nodes[i as usize].center - p).norm() - self.nodes[i as usize].radius;
                 let (a, b) = (node.first, node.first + 1);
                 stack.extend(if far(a) < far(b) { [b, a] } else { [a, b] });
             }
         }
-        least
+        found
     }
 }
 

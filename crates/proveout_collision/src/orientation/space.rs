@@ -146,26 +146,45 @@ impl OrientationSpace {
     /// # Errors
     /// A contact without point, normal, feed direction or finite curvatures.
     pub fn map(&self, contact: &SurfaceContact) -> Result<OrientationMap, OrientationError> {
-        let place = self.place(contact)?;
+        Ok(self.map_at(&self.place(contact)?, None))
+    }
+
+    /// The region at a place; `outside` as in [`Self::refusal`].
+    pub(crate) fn map_at(&self, place: &Place, outside: Option<(Point, f64)>) -> OrientationMap {
         let mut map = OrientationMap::new(place.frame, &self.grid, self.end.circle > 0.0);
-        map.refusal = self.refusal(&place, None);
+        map.refusal = self.refusal(place, outside);
         if map.refusal.is_some() {
             map.block_all();
-            return Ok(map);
+            return map;
         }
         if let Some(extents) = &self.extents {
-            let mut caps = Caps::new(extents, &self.solids, &place, &self.grid);
-            caps.fill(&place, &mut map.nodes);
+            let mut caps = Caps::new(extents, &self.solids, place, &self.grid);
+            caps.fill(place, &mut map.nodes);
             map.looked = caps.looked();
-            return Ok(map);
+            return map;
         }
         let mut search = Search::new(&self.limbs, &self.solids);
         let roots = 0..search.lists.len();
         for index in 0..map.nodes.len() {
-            self.refine(&mut search, &place, &mut map.nodes, index, roots.clone(), 0);
+            self.refine(&mut search, place, &mut map.nodes, index, roots.clone(), 0);
         }
         map.looked = search.looked;
-        Ok(map)
+        map
+    }
+
+    /// The point nearest to `center` on what is cut; none where it is no nearer than `limit`, mm.
+    pub fn nearest_on_part(&self, center: &Point, limit: f64) -> Option<Point> {
+        let mut best: Option<(f64, Point)> = None;
+        for solid in self.solids.iter().filter(|s| s.cut) {
+            let limit = best.map_or(limit, |(far, _)| far);
+            best = solid.nearest(center, limit).map(|p| ((p - center).norm(), p)).or(best);
+        }
+        best.map(|(_, p)| p)
+    }
+
+    /// Radius of the ball end; none of another cutter.
+    pub fn ball_radius(&self) -> Option<f64> {
+        (self.end.circle <= 0.0).then_some(self.end.round)
     }
 
     /// Regions of contacts that follow each other.

@@ -11,6 +11,8 @@ use super::space::Place;
 
 /// So many balls and pieces of triangles are looked at for one contact; what is not decided then stays unknown.
 const MOST_SPOTS: usize = 1_000_000;
+/// Room for so many is made at once.
+const USUAL_SPOTS: usize = 1 << 14;
 /// Where the sum of two angles comes this near to half a turn (its sine), its cosine tells too little: it counts as half a turn.
 const NEAR_HALF_TURN: f64 = 1e-3;
 
@@ -45,9 +47,9 @@ enum What {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spot {
     /// Unit vector to its center.
-    way: [f32; 3],
+    pub(super) way: [f32; 3],
     /// No axis farther from there is forbidden; half a turn where all may be.
-    high: [f32; 2],
+    pub(super) high: [f32; 2],
     /// Sine of half the angle under which it is seen; more than one from inside of it.
     pub(super) size: f32,
     /// Its parts, once it was opened, and how many.
@@ -55,8 +57,16 @@ pub(super) struct Spot {
     count: u32,
 }
 
+/// A piece of a triangle in a ball.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    corners: [Point; 3],
+    center: Point,
+    radius: f64,
+}
+
 /// What is not yet opened or asked for.
-pub(super) const CLOSED: u32 = u32::MAX;
+const CLOSED: u32 = u32::MAX;
 
 /// Where a spot comes from.
 #[derive(Clone, Copy, Debug)]
@@ -71,27 +81,11 @@ struct Origin {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     /// Unit vector to a point of the skin, and the angles from it at which an axis may be forbidden, and is.
-    way: [f32; 3],
-    reach: Option<[[f32; 2]; 2]>,
-    inner: Option<[[f32; 2]; 2]>,
+    pub(super) way: [f32; 3],
+    pub(super) reach: Option<[[f32; 2]; 2]>,
+    pub(super) inner: Option<[[f32; 2]; 2]>,
     /// No axis nearer to the center of the spot is forbidden.
-    low: Option<[f32; 2]>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Verdict {
-    Apart,
-    Blocked,
-    /// A smaller part of the tree may be apart.
-    Open,
-    /// A point of the skin is not known to be apart, so that no smaller part will show the cell to be free.
-    Met,
-}
-
-/// The axes of a cell: its center and how far others are from it.
-pub(super) struct Around {
-    pub(super) axis: Vector,
-    pub(super) turn: Turn,
+    pub(super) low: Option<[f32; 2]>,
 }
 
 /// The spots of one contact.
@@ -105,7 +99,7 @@ pub(super) struct Spots<'a> {
     spots: Vec<Spot>,
     origins: Vec<Origin>,
     anchors: Vec<Anchor>,
-    pieces: Vec<[Point; 3]>,
+    pieces: Vec<Piece>,
     /// Number of those that hold a whole solid: the first ones.
     pub(super) roots: u32,
 }
@@ -119,10 +113,10 @@ impl<'a> Spots<'a> {
             center: place.pivot,
             normal: place.frame.normal,
             limit: turn(limit),
-            spots: Vec::with_capacity(4096),
-            origins: Vec::with_capacity(4096),
-            anchors: Vec::new(),
-            pieces: Vec::new(),
+            spots: Vec::with_capacity(USUAL_SPOTS),
+            origins: Vec::with_capacity(USUAL_SPOTS),
+            anchors: Vec::with_capacity(USUAL_SPOTS / 2),
+            pieces: Vec::with_capacity(USUAL_SPOTS),
             roots: 0,
         };
         for solid in 0..solids.len() as u32 {
@@ -152,13 +146,18 @@ impl<'a> Spots<'a> {
                 let of = &self.solids[solid as usize];
                 let node = of.nodes[node as usize];
                 if node.leaf {
-                    self.quarter(solid, of.triangles[node.first as usize]);
+                    let corners = of.triangles[node.first as usize];
+                    let (center, radius) = circle(&corners);
+                    self.quarter(solid, &Piece { corners, center, radius });
                 } else {
                     self.add(solid, What::Ball(node.first));
                     self.add(solid, What::Ball(node.first + 1));
                 }
             }
-            What::Piece(number) => self.quarter(solid, self.pieces[number as usize]),
+            What::Piece(number) => {
+                let piece = self.pieces[number as usize];
+                self.quarter(solid, &piece);
+            }
         }
         let to = self.spots.len() as u32;
         let spot = &mut self.spots[index as usize];
@@ -166,10 +165,21 @@ impl<'a> Spots<'a> {
         Some((from, to))
     }
 
-    fn quarter(&mut self, solid: u32, [a, b, c]: [Point; 3]) {
-        let [d, e, f] = [nalgebra::center(&a, &b), nalgebra::center(&b, &c), nalgebra::center(&c, &a)];
-        for piece in [[a, d, f], [d, b, e], [f, e, c], [d, e, f]] {
-            self.pieces.push(piece);
+    /// The quarters of a triangle: three shrunk to a half towards its corners, and the one amid them, shrunk and turned by half a turn about the
+    /// middle of the corners. The balls that hold them come from its ball in the same way.
+    fn quarter(&mut self, solid: u32, piece: &Piece) {
+        let Piece { corners: [a, b, c], center, radius } = piece;
+        let [d, e, f] = [nalgebra::center(a, b), nalgebra::center(b, c), nalgebra::center(c, a)];
+        let radius = 0.5 * radius * (1.0 + 1e-12) + 1e-12;
+        let amid = Point::from(0.5 * (a.coords + b.coords + c.coords - center.coords));
+        let parts = [
+            ([*a, d, f], nalgebra::center(a, center)),
+            ([d, *b, e], nalgebra::center(b, center)),
+            ([f, e, *c], nalgebra::center(c, center)),
+            ([d, e, f], amid),
+        ];
+        for (corners, center) in parts {
+            self.pieces.push(Piece { corners, center, radius });
             self.add(solid, What::Piece(self.pieces.len() as u32 - 1));
         }
     }
@@ -206,7 +216,10 @@ impl<'a> Spots<'a> {
                 let node = &self.solids[solid as usize].nodes[node as usize];
                 (node.center, node.radius)
             }
-            What::Piece(number) => circle(&self.pieces[number as usize]),
+            What::Piece(number) => {
+                let piece = &self.pieces[number as usize];
+                (piece.center, piece.radius)
+            }
         }
     }
 
@@ -221,7 +234,7 @@ impl<'a> Spots<'a> {
         let place = match what {
             What::Ball(node) => self.solids[solid as usize].nodes[node as usize].anchor,
             What::Piece(number) => {
-                let [a, b, c] = self.pieces[number as usize];
+                let [a, b, c] = self.pieces[number as usize].corners;
                 Point::from((a.coords + b.coords + c.coords) / 3.0)
             }
         };
@@ -253,65 +266,13 @@ fn seen(sine: f64) -> Turn {
     [(1.0 - sine * sine).max(0.0).sqrt(), sine]
 }
 
-impl Spot {
-    /// The cosine of the angle between its center and an axis.
-    pub(super) fn near(&self, axis: &Vector) -> f64 {
-        turned(self.way, axis)
-    }
-
-    /// It forbids no axis of a cell, by what it forbids at most; `near` is the cosine to the center of the cell.
-    pub(super) fn is_beyond(&self, cell: &Around, near: f64) -> bool {
-        near < wider(wide(self.high), cell.turn)
-    }
-
-    /// How deep an axis may lie in what it forbids, radian.
-    pub(super) fn depth(&self, near: f64) -> f64 {
-        let [c, s] = wide(self.high);
-        let widest = if s > 0.0 || c > 0.0 { s.atan2(c) } else { std::f64::consts::PI };
-        widest - near.clamp(-1.0, 1.0).acos()
-    }
-}
-
-impl Anchor {
-    /// What is known of the axes of a cell, and how deep its center is in what the anchor forbids, by cosines; `near` is the cosine to the
-    /// spot's center.
-    pub(super) fn against(&self, cell: &Around, near: f64) -> (Verdict, f64) {
-        if self.low.is_some_and(|low| near > narrower(wide(low), cell.turn)) {
-            return (Verdict::Apart, f64::NEG_INFINITY);
-        }
-        let at = turned(self.way, &cell.axis);
-        if let Some([low, high]) = self.inner.map(|a| a.map(wide)) {
-            let from_below = low[0] >= 1.0 || at < wider(low, cell.turn);
-            if from_below && at > narrower(high, cell.turn) {
-                return (Verdict::Blocked, f64::INFINITY);
-            }
-        }
-        let Some([low, high]) = self.reach.map(|a| a.map(wide)) else { return (Verdict::Open, -2.0) };
-        let met = at > wider(high, cell.turn) && (low[0] >= 1.0 || at < narrower(low, cell.turn));
-        (if met { Verdict::Met } else { Verdict::Open }, at - high[0])
-    }
-}
-
-fn wide(t: [f32; 2]) -> Turn {
-    t.map(f64::from)
-}
-
 fn narrow(t: Turn) -> [f32; 2] {
     t.map(|x| x as f32)
-}
-
-fn turned(way: [f32; 3], axis: &Vector) -> f64 {
-    f64::from(way[0]) * axis.x + f64::from(way[1]) * axis.y + f64::from(way[2]) * axis.z
 }
 
 /// The cosine of the sum of two angles; below every cosine where it is half a turn or more.
 fn wider(a: Turn, b: Turn) -> f64 {
     sum(a, b).map_or(-2.0, |s| s[0])
-}
-
-/// The cosine of the difference of two angles; above every cosine where the second is larger.
-fn narrower([c, s]: Turn, [co, so]: Turn) -> f64 {
-    if s * co - c * so > 0.0 { c * co + s * so } else { 2.0 }
 }
 
 /// A ball that holds a triangle: round its longest edge, or through its corners where it has no wide angle.

@@ -4,8 +4,9 @@ use proveout_geom::Point;
 
 use super::contact::{OrientationError, SurfaceContact};
 use super::grid::Cell;
-use super::map::{AxisState, MapNode, NodeState, OrientationMap};
+use super::map::{AxisState, MapNode, NodeState, OrientationMap, Refusal};
 use super::search::{Candidate, Search, Verdict};
+use super::solids::Solid;
 use super::space::{OrientationSpace, Place, split};
 
 /// A neighborhood reaches as far as so many steps like the last one. Farther, and fewer cells are decided for all of it; nearer, and
@@ -20,6 +21,8 @@ pub struct OrientationWalk<'a> {
     space: &'a OrientationSpace,
     last: Option<Place>,
     base: Option<Base>,
+    /// Of a ball end: a place outside of all solids, and how far no skin is nearer to it, mm.
+    outside: Option<(Point, f64)>,
     cold: usize,
     warm: usize,
 }
@@ -40,10 +43,10 @@ struct Base {
 
 impl<'a> OrientationWalk<'a> {
     pub(crate) fn new(space: &'a OrientationSpace) -> Self {
-        Self { space, last: None, base: None, cold: 0, warm: 0 }
+        Self { space, last: None, base: None, outside: None, cold: 0, warm: 0 }
     }
 
-    /// Contacts that were looked at from nothing, and from what was proved for their neighborhood.
+    /// Contacts that were looked at from nothing, and with something that was proved for one before.
     pub fn counts(&self) -> [usize; 2] {
         [self.cold, self.warm]
     }
@@ -55,8 +58,7 @@ impl<'a> OrientationWalk<'a> {
     /// As [`OrientationSpace::map`].
     pub fn next(&mut self, contact: &SurfaceContact) -> Result<OrientationMap, OrientationError> {
         if self.space.extents.is_some() {
-            self.cold += 1;
-            return self.space.map(contact);
+            return self.ball(contact);
         }
         let place = self.space.place(contact)?;
         let step = self.last.replace(place).map(|last| drift(&last, &place));
@@ -80,6 +82,23 @@ impl<'a> OrientationWalk<'a> {
             self.take_over(base, &mut search, &place, &mut map.nodes, (root, root), 0);
         }
         map.looked = search.looked;
+        Ok(map)
+    }
+
+    /// The region of a ball end, found for each contact alone. That its center lies outside of the solids is known from one before as long as
+    /// no skin lies between them.
+    fn ball(&mut self, contact: &SurfaceContact) -> Result<OrientationMap, OrientationError> {
+        let place = self.space.place(contact)?;
+        let known = self.outside.is_some_and(|(p, far)| (place.witness - p).norm() < far);
+        let map = self.space.map_at(&place, self.outside);
+        if !known {
+            let reach = 2.0 * self.space.end.round;
+            let clear = |s: &Solid| s.skin_distance(&place.witness, reach);
+            self.outside = (map.refusal != Some(Refusal::Inside))
+                .then(|| (place.witness, self.space.solids.iter().map(clear).fold(reach, f64::min)));
+        }
+        self.cold += usize::from(!known);
+        self.warm += usize::from(known);
         Ok(map)
     }
 

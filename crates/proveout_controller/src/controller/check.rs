@@ -1,6 +1,7 @@
 //! Settings and machine data that no plan can be made with are refused before the run.
 
 use proveout_machine::Machine;
+use proveout_tool::Tool;
 
 use crate::{error::ControlError, settings::Settings};
 
@@ -71,4 +72,20 @@ pub(super) fn check_limits(machine: &Machine) -> Result<(), Box<ControlError>> {
         }
     }
     Ok(())
+}
+
+/// The tool that is in the spindle before the first block.
+pub(super) fn start_tool(tools: &[Tool], number: u32) -> Result<usize, Box<ControlError>> {
+    tools.iter().position(|t| t.number == number).ok_or_else(|| {
+        let message = format!(
+            "tool T{number}, which is in the spindle at the start, is not in the tool library ({} tools)",
+            tools.len()
+        );
+        Box::new(ControlError {
+            code: "control-tool",
+            message,
+            location: None,
+            help: Some("add the tool to the library, or correct its number".to_owned()),
+        })
+    })
 }

@@ -7,13 +7,13 @@
 //!   wall, floor (         )          with their allowances, on arcs onto the wall and off it
 //! ```
 //!
-//! A language says with [`Mills`] how a line and an arc become motions, and makes a [`Plan`] and a [`Job`] of the words of its cycle.
+//! A language says with [`Mills`] how its motions are completed, and makes a [`Plan`] and a [`Job`] of the words of its cycle.
 
 use super::shape::{self, Leg, NO_WIDTH_MM, Pass, Place, Point, Shape};
 use super::{Channel, Language};
 use crate::arc::PlaneArc;
 use crate::diagnostic::{Fault, Span};
-use crate::{AxisValues, Feed};
+use crate::{AxisValues, Feed, Motion};
 
 /// Most passes of one cycle.
 pub(crate) const MAX_PASSES: usize = 100_000;
@@ -117,26 +117,23 @@ pub(crate) fn rings(shape: Shape, radius: f64, allowance: f64, overlap: f64, cli
     Some(passes)
 }
 
-/// A language with milling cycles.
+/// A language with milling cycles: its plane, its feed, and how it completes a motion.
 pub(crate) trait Mills: Language {
     /// First and second axis of the working plane, and its normal.
     fn working_plane(channel: &Channel<Self>) -> [usize; 3];
 
-    /// Straight to work coordinates of which these axes (bit mask) are set.
+    /// Before a motion in feed of these axes (bit mask): there is one, and it is told.
+    fn mill_feed(channel: &mut Channel<Self>, programmed: u16, span: Span) -> Result<(), Fault>;
+
+    /// The motion to work coordinates of which these axes are set.
+    fn mill_motion(channel: &Channel<Self>, end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault>;
+
+    /// Straight, at rapid rate or in feed.
     fn mill_line(
         channel: &mut Channel<Self>,
         end: AxisValues,
         programmed: u16,
         rapid: bool,
-        span: Span,
-    ) -> Result<(), Fault>;
-
-    /// An arc in the working plane, with a way along its normal.
-    fn mill_circle(
-        channel: &mut Channel<Self>,
-        end: (AxisValues, u16),
-        arc: PlaneArc,
-        clockwise: bool,
         span: Span,
     ) -> Result<(), Fault>;
 }
@@ -196,7 +193,15 @@ impl<L: Mills> Channel<L> {
         }
         let radius = (start[0] - center[0]).hypot(start[1] - center[1]);
         let (end, programmed) = self.end_at(Some(to), height);
-        L::mill_circle(self, (end, programmed), PlaneArc { center, radius, sweep: angle }, clockwise, span)
+        L::mill_feed(self, programmed, span)?;
+        let [u, v, w] = L::working_plane(self);
+        let (mut middle, mut normal) = ([0.0; 3], [0.0; 3]);
+        middle[u] = center[0];
+        middle[v] = center[1];
+        middle[w] = self.position.work.get(w).unwrap_or(0.0);
+        normal[w] = if clockwise { -1.0 } else { 1.0 };
+        let motion = L::mill_motion(self, end, programmed, span)?;
+        self.go_arc(motion, middle, normal, &PlaneArc { center, radius, sweep: angle }, span)
     }
 
     pub(crate) fn mill_leg(

@@ -40,7 +40,7 @@ impl Family {
             ["orientation", "interpolation"] => self == Siemens,
             ["blocks", "skipped_levels"] | ["subprograms", _] | ["limits", _] => self != Apt,
             ["unlisted", "m"] => self != Apt,
-            ["program", "words"] => self == MacroB,
+            ["program", "words"] => iso,
             ["program", _] => true,
             _ => matches!(self, MacroB | LinuxCnc | Siemens | Heidenhain | HeidenhainIso | Apt),
         }

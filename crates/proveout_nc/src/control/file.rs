@@ -193,6 +193,8 @@ pub(crate) enum WithoutPointFile {
     Units,
     /// X10 is ten least increments.
     Increments,
+    /// X10 is 10 mm, inches or degrees, and the finding program-assumed says so: a setting of the machine decides.
+    Assume,
     /// X10 is refused, X0 is not.
     Refuse,
 }
@@ -381,6 +383,8 @@ pub(crate) enum MissingSubprogramFile {
 pub(crate) enum ProgramWordsFile {
     /// Okuma OSP: `VC1=5`, `X=VC1`, `IF [..] N100`, `CALL O200 Q3`, `RTS`, `NCYL`.
     Osp,
+    /// Grbl: lines that begin with `$`.
+    Grbl,
 }
 
 /// Lines around a program.

@@ -13,6 +13,8 @@ pub enum WholeNumbers {
     /// As millimeters, inches and degrees, with a note: nothing says how the control reads them.
     #[default]
     Assumed,
+    /// The same with the finding `program-assumed`: a setting of the machine decides.
+    Told,
     /// As millimeters, inches and degrees ("calculator type").
     Units,
     /// As least increments.
@@ -156,6 +158,8 @@ pub struct Control {
     pub(crate) depth_in_i: bool,
     /// Words of Okuma OSP are read: VC variables, CALL, RTS, NCYL.
     pub(crate) osp_words: bool,
+    /// Lines that begin with `$` are read.
+    pub(crate) grbl_words: bool,
     /// G43 without H takes the length of the tool in the spindle.
     pub(crate) length_of_tool: bool,
     /// Where M6 leaves the axes, machine coordinates, mm.
@@ -194,6 +198,7 @@ impl Default for Control {
             stated_returns: false,
             depth_in_i: false,
             osp_words: false,
+            grbl_words: false,
             length_of_tool: false,
             tool_change: AxisValues::NONE,
             dwell: [None; 26],

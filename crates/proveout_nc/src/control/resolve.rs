@@ -55,8 +55,9 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     if let Some(depth) = file.cycles.depth {
         control.depth_in_i = matches!(depth, CycleDepthFile::I);
     }
-    if let Some(ProgramWordsFile::Osp) = file.program.words {
-        control.osp_words = true;
+    if let Some(words) = file.program.words {
+        control.osp_words = matches!(words, ProgramWordsFile::Osp);
+        control.grbl_words = matches!(words, ProgramWordsFile::Grbl);
     }
     if let Some(without) = file.tool_length.without_h {
         control.length_of_tool = matches!(without, WithoutHFile::Tool);
@@ -167,6 +168,21 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checke
             remedy,
         ));
     };
+    let foreign = match file.program.words {
+        Some(ProgramWordsFile::Osp) => (family == Family::LinuxCnc).then_some("osp"),
+        Some(ProgramWordsFile::Grbl) => (family == Family::MacroB).then_some("grbl"),
+        None => None,
+    };
+    if let Some(words) = foreign {
+        let message =
+            format!("words = \"{words}\" have no place in programs in the dialect {}", control.dialect.name());
+        return Err(text.error(
+            "control-contradiction",
+            &["program", "words"],
+            message,
+            "take it out, or name another dialect",
+        ));
+    }
     for path in text.paths() {
         let keys: Vec<&str> = path.splitn(2, '.').collect();
         if !family.uses(&keys) {

@@ -25,6 +25,7 @@ pub(super) fn numbers(file: &NumbersFile, before: WholeNumbers, text: &Text<'_>)
     ];
     let counted = match file.without_point {
         Some(WithoutPointFile::Units) => Some(WholeNumbers::Units),
+        Some(WithoutPointFile::Assume) => Some(WholeNumbers::Told),
         Some(WithoutPointFile::Refuse) => Some(WholeNumbers::Refused),
         Some(WithoutPointFile::Increments) => None,
         None if matches!(before, WholeNumbers::Increments { .. }) => None,

@@ -7,6 +7,7 @@ pub(super) const KLARTEXT: &str = "Heidenhain Klartext";
 pub(super) const SIEMENS: &str = "Siemens 840D";
 const OSP: &str = "Okuma OSP";
 const APT: &str = "APT CL data";
+const NCI: &str = "an NCI listing of Mastercam (lines of numbers alone)";
 const ISO: &str = "ISO code of a Fanuc or its like";
 
 /// Words at the begin of a line, in upper case, with the control that has them. A blank in a word stands for any number of them.
@@ -64,6 +65,10 @@ pub(super) fn looks_like(line: &str) -> Option<&'static str> {
     if s.peek() == b'$' && line.trim_end().ends_with('%') {
         return Some(OSP);
     }
+    let numbers = |text: &str| text.split_whitespace().all(|number| number.parse::<f64>().is_ok());
+    if line.trim().len() > 3 && numbers(line) {
+        return Some(NCI);
+    }
     // `N10` or, in Klartext, a number alone; never the N of a word.
     if matches!(s.peek(), b'N' | b'n') && s.peek_at(1).is_ascii_digit() {
         s.bump();
@@ -89,6 +94,8 @@ mod tests {
             ("N5 NCYL G81 Z-5", Some("Okuma OSP")),
             ("N5 TRAORI", Some("Siemens 840D")),
             ("GOTO/1,2,3", Some("APT CL data")),
+            ("1050", Some(NCI)),
+            ("2 0 10.5 0. -3. 250. 0", Some(NCI)),
             ("N10 G1 X5", None),
             ("", None),
         ] {

@@ -270,6 +270,12 @@ impl<W: Write> IsoPost<W> {
             self.swiveled = false;
             self.out.block("G69")?;
         }
+        if tilted && self.dialect == Dialect::Fanuc && self.tcp_word.is_some() {
+            return Err(Unsaid::new(
+                "a turned frame while tool center point control is on",
+                "switch it off before the frame, or post for an 840D",
+            ));
+        }
         if tilted && self.dialect == Dialect::Fanuc {
             self.unshift()?;
             self.way = Way::AsProgrammed;

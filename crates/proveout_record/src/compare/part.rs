@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::{
     color::{DeviationMap, STEEL},
-    encode::{base64, pack_mesh},
+    encode::{Shades, base64, deflated, pack_mesh},
     picture::Picture,
 };
 
@@ -115,7 +115,7 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
         .collect();
     let [low, high] = legend(first.map, first.ends);
     Some(View {
-        mesh: base64(&pack_mesh(&shape, &first.shades)),
+        mesh: deflated(&pack_mesh(&shape, Shades::Positions(&first.shades), &[])),
         data: data.to_string().replace('<', "\\u003c"),
         first: 0,
         low,

@@ -11,7 +11,7 @@
 //! swept through the stock, they are those within its piece of motion at which that part is nearest to the place. The stock is shown as it
 //! was at the end of the stretch of motion in which the finding was raised.
 
-mod raster;
+pub(crate) mod raster;
 
 use proveout_controller::Piece;
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, revolved_mesh};
@@ -35,7 +35,7 @@ use crate::{
 pub(crate) const FIRST: [u8; 3] = raster::COLORS[0];
 pub(crate) const SECOND: [u8; 3] = raster::COLORS[1];
 /// Most pictures of a run: a report of many crashes is read from its first ones.
-const MOST: usize = 8;
+const MOST: usize = 12;
 /// Points of one of the two panels.
 const PANEL: [usize; 2] = [440, 340];
 /// Points between the panels.
@@ -83,7 +83,8 @@ impl ContactPictures {
         for f in batch.findings {
             let [a, b] = f.bodies.as_slice() else { continue };
             let known = |p: &ContactPicture| p.code == f.code && p.bodies[0] == *a && p.bodies[1] == *b;
-            if f.family != Family::Collision || self.taken.len() >= MOST || self.taken.iter().any(known) {
+            let shown = matches!(f.family, Family::Collision | Family::Process);
+            if !shown || self.taken.len() >= MOST || self.taken.iter().any(known) {
                 continue;
             }
             if let Some(canvas) = picture(setup, batch, f) {

@@ -26,6 +26,7 @@
 //! measured: exact values are in the Parquet tables.
 
 mod about;
+mod axis_caps;
 mod blueprint;
 mod frames;
 mod observer;

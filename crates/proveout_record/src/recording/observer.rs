@@ -7,6 +7,7 @@ use proveout_machine::{Attachment, JointValues};
 use proveout_sim::{
     Observer, SurfaceShape, SurfaceTexture,
     finding::{Finding, Severity},
+    free_axes::FreeAxes,
     observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
 };
 use proveout_stock::{Patch, TriDexel};
@@ -22,6 +23,7 @@ use crate::{
     picture::Picture,
     recording::{
         about::{about, boxes},
+        axis_caps::caps,
         blueprint,
         frames::{Frame, Frames},
         sink::{APPLICATION, Level, Sink, path},
@@ -102,6 +104,7 @@ struct Open {
     last_joints: Option<(f64, JointValues)>,
     surface: SurfacePicture,
     textures: Vec<ShownTexture>,
+    axes: Vec<(f64, Picture, Vec<Rgba>)>,
 }
 
 fn start(mode: &RerunMode, name: &str, folder: &Path) -> Result<Option<Sink>, RecordError> {
@@ -168,6 +171,11 @@ impl Observer for RerunObserver {
         for open in self.open.iter_mut().filter(|open| texture.map.is_some() && open.textures.len() < MOST_MAPS) {
             open.textures.push(ShownTexture::of(texture, MAP_SIDE));
         }
+        Ok(())
+    }
+
+    fn free_axes(&mut self, _setup: &Setup<'_>, axes: &FreeAxes) -> Result<(), ObserverError> {
+        self.open.iter_mut().for_each(|open| open.axes = caps(axes));
         Ok(())
     }
 
@@ -258,6 +266,7 @@ impl Open {
             last_joints: None,
             surface: SurfacePicture::new(SURFACE_TRIANGLES),
             textures: Vec::new(),
+            axes: Vec::new(),
         };
         open.stock_frame(0.0, true, setup.stock, setup.patches)?;
         Ok(open)
@@ -345,6 +354,10 @@ impl Open {
         let surface = std::mem::replace(&mut self.surface, SurfacePicture::new(SURFACE_TRIANGLES));
         self.surface(setup, surface, end)?;
         self.textures(end)?;
+        for (time, picture, colors) in &self.axes {
+            let entity = path(["machine", "table", "work", "free_axes"]);
+            self.sink.mesh(entity, Some(*time), picture, STEEL, colors)?;
+        }
         self.sink.finish()
     }
 

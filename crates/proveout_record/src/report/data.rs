@@ -1,9 +1,20 @@
 //! What the page is made from: plain data, free of engine state.
 
-use proveout_sim::verdict::Verdict;
+use proveout_sim::{listing::Listing, verdict::Verdict};
 
 use crate::{
-    color::DeviationMap, contact::ContactPicture, envelope::Envelope, picture::Picture, texture::ShownTexture,
+    contact::ContactPicture,
+    envelope::Envelope,
+    free_axes::ShownAxes,
+    picture::Picture,
+    report::{
+        blocks::{Blocks, LineNumbers},
+        findings::Explained,
+        operations::Operation,
+        path::ToolPath,
+        scale::Scales,
+    },
+    texture::ShownTexture,
 };
 
 /// Signals of one joint over the run, mm or degrees, seconds.
@@ -50,21 +61,37 @@ pub(crate) struct ProcessSignals {
 /// The cut part as the page shows it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PartView {
-    /// Reduced mesh in the workpiece frame.
+    /// Reduced mesh in the workpiece frame, with the deviation (mm) of every vertex where there is a design.
     pub(crate) picture: Picture,
-    /// Position of every vertex on the color map, 0..=1, not a number where the design says
-    /// nothing; empty without a design.
-    pub(crate) shades: Vec<f64>,
-    /// The map, where there is a design.
-    pub(crate) map: Option<DeviationMap>,
+    /// The colors, where there is a design.
+    pub(crate) scales: Option<Scales>,
     /// Triangles of the mesh before reduction.
     pub(crate) triangles: usize,
     /// Edge of the cells of the reduction, mm; none when nothing was reduced.
     pub(crate) cell: Option<f64>,
-    /// Share of the measured points in each of equal classes from minus to plus the range of the map.
+    /// Share of the measured points in each of equal classes from the end of the gouge's scale to that of the excess.
     pub(crate) shares: Vec<f64>,
-    /// Shares below and above the range.
+    /// Shares below and above the scales.
     pub(crate) outside: [f64; 2],
+}
+
+/// The program as the page shows it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ProgramView {
+    /// Lines of the files: all of them, or those round what is told of.
+    pub(crate) listings: Vec<Listing>,
+    /// Why lines are missing; empty when none are.
+    pub(crate) left_out: String,
+    pub(crate) blocks: Blocks,
+    pub(crate) numbers: LineNumbers,
+    pub(crate) path: ToolPath,
+    pub(crate) operations: Vec<Operation>,
+    /// Number and name of the tools in the library.
+    pub(crate) tools: Vec<(u32, String)>,
+    /// Beside each finding of the verdict.
+    pub(crate) explained: Vec<Explained>,
+    /// What was not checked beside the gates, and why.
+    pub(crate) unchecked: Vec<[String; 2]>,
 }
 
 /// Everything on the page.
@@ -81,4 +108,8 @@ pub(crate) struct Page<'a> {
     pub(crate) part: &'a PartView,
     pub(crate) textures: &'a [ShownTexture],
     pub(crate) contacts: &'a [ContactPicture],
+    /// The program beside the part.
+    pub(crate) program: &'a ProgramView,
+    /// Free tool axes along the program, where the call asks for them.
+    pub(crate) axes: Option<&'a ShownAxes>,
 }

@@ -1,19 +1,37 @@
-//! Findings as the page shows them: grouped by code, errors first, with what to do about each.
+//! Findings as the page shows them: grouped by code and cause, errors first, with what to do about each.
 
 use std::collections::BTreeMap;
 
-use proveout_sim::finding::{CODES, Finding, Severity};
+use proveout_sim::{
+    finding::{CODES, Family, Finding, INSPECTION, Severity},
+    listing::Listing,
+};
 use serde::Serialize;
 
+use crate::contact::ContactPicture;
 use crate::report::format::{compact, count, duration, file_name, fixed, length};
 
-/// Rows of one code that are shown; all are in `verdict.json`.
+/// Rows of one cause that are shown; all are in `verdict.json`.
 const ROWS: usize = 200;
+/// Causes of one code that are shown.
+const CAUSES: usize = 60;
 /// Lines that a row of equal notes names.
 const LINES: usize = 12;
 /// Marks on the part: more hide it.
-const MARKS: usize = 60;
+const MARKS: usize = 150;
 
+/// What a run knows of a finding beside the finding.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Explained {
+    /// The tool in the spindle.
+    pub(crate) tool: String,
+    /// Where the limit comes from, and whether it is published or chosen.
+    pub(crate) basis: String,
+    /// Number of its line among those of all files; 0 where it has none.
+    pub(crate) line: u32,
+}
+
+/// Everything of one code.
 #[derive(Serialize)]
 pub(crate) struct Group {
     class: &'static str,
@@ -22,12 +40,46 @@ pub(crate) struct Group {
     summary: String,
     remedy: &'static str,
     count: String,
-    /// File of all rows; empty when they differ.
+    /// Notes are rows of one table.
+    rows: Vec<Row>,
+    causes: Vec<Cause>,
+    left_out: String,
+}
+
+/// Findings of one cause: one code, the same bodies and tool, or the same words where no body is named.
+#[derive(Serialize)]
+struct Cause {
+    /// Of the worst finding.
+    id: String,
+    title: String,
+    count: String,
+    lines: String,
+    value: String,
+    limit: String,
+    basis: String,
+    tool: String,
+    message: String,
+    more: String,
+    time: String,
+    /// Time on the timeline of the recording, s.
+    recorded: String,
+    axes: String,
+    marked: bool,
+    line: u32,
+    /// Whether a picture is there, by its number.
+    picture: Option<usize>,
+    program: Vec<ProgramLine>,
     file: String,
-    /// Whether a row has a value.
-    valued: bool,
+    /// All findings of it, when they are more than one.
     rows: Vec<Row>,
     left_out: String,
+}
+
+#[derive(Serialize)]
+struct ProgramLine {
+    number: u32,
+    text: String,
+    here: bool,
 }
 
 #[derive(Serialize)]
@@ -35,6 +87,7 @@ struct Row {
     id: String,
     number: usize,
     marked: bool,
+    line: u32,
     place: String,
     file: String,
     time: String,
@@ -52,6 +105,17 @@ pub(crate) struct Mark {
     title: String,
     severity: &'static str,
     point: [f64; 3],
+}
+
+/// What the groups are made from.
+pub(crate) struct Told<'a> {
+    pub(crate) findings: &'a [Finding],
+    /// As many as findings, or none.
+    pub(crate) explained: &'a [Explained],
+    /// Order of the axes in a row.
+    pub(crate) joints: &'a [&'a str],
+    pub(crate) listings: &'a [Listing],
+    pub(crate) contacts: &'a [ContactPicture],
 }
 
 fn class(severity: Severity) -> &'static str {
@@ -117,10 +181,9 @@ fn remedy(code: &str) -> &'static str {
     }
 }
 
-/// Groups by code: errors, then warnings, then notes; within a weight in order of first time.
-///
-/// `joints` is the order of the axes in a row.
-pub(crate) fn groups(findings: &[Finding], joints: &[&str]) -> Vec<Group> {
+/// Groups by code: errors, then warnings, then notes; within a weight in order of first time. Within a code one entry a cause.
+pub(crate) fn groups(told: &Told<'_>) -> Vec<Group> {
+    let findings = told.findings;
     let marked: Vec<String> = marks(findings).into_iter().map(|m| m.id).collect();
     let mut by_code: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (i, f) in findings.iter().enumerate() {
@@ -131,14 +194,12 @@ pub(crate) fn groups(findings: &[Finding], joints: &[&str]) -> Vec<Group> {
     let group = |(code, list): (&str, Vec<usize>)| {
         let severity = findings[list[0]].severity;
         let summary = CODES.iter().find(|c| c.code == code).map_or(code, |c| c.summary.trim_end_matches('.'));
-        let rows: Vec<Row> = if severity == Severity::Info {
-            joined(&list, findings)
-        } else {
-            list.iter().map(|&i| row(i, &findings[i], marked.contains(&id(i)), joints)).collect()
-        };
-        let one_file = rows.windows(2).all(|w| w[0].file == w[1].file);
-        let repeats: u64 = list.iter().map(|&i| u64::from(findings[i].repeats)).sum();
-        let places = count(list.len() as u64) + if list.len() == 1 { " place" } else { " places" };
+        let notes = severity == Severity::Info;
+        let mut rows = if notes { joined(&list, findings) } else { Vec::new() };
+        let mut causes = if notes { Vec::new() } else { causes(&list, told, &marked) };
+        let more = rows.len().saturating_sub(ROWS) + causes.len().saturating_sub(CAUSES);
+        rows.truncate(ROWS);
+        causes.truncate(CAUSES);
         Group {
             class: class(severity),
             severity: match severity {
@@ -149,26 +210,119 @@ pub(crate) fn groups(findings: &[Finding], joints: &[&str]) -> Vec<Group> {
             code: code.into(),
             summary: summary.into(),
             remedy: remedy(code),
-            count: if repeats > 0 {
-                format!("{places}, {} blocks", count(list.len() as u64 + repeats))
-            } else {
-                places
-            },
-            left_out: if rows.len() > ROWS {
-                format!("{} more are in verdict.json.", count((rows.len() - ROWS) as u64))
+            count: places(&list, findings),
+            left_out: if more > 0 {
+                format!("{} more are in verdict.json.", count(more as u64))
             } else {
                 String::new()
             },
-            file: if one_file { rows.first().map_or_else(String::new, |r| r.file.clone()) } else { String::new() },
-            valued: rows.iter().any(|r| !r.value.is_empty() || !r.limit.is_empty()),
-            rows: rows
-                .into_iter()
-                .take(ROWS)
-                .map(|r| Row { file: if one_file { String::new() } else { r.file }, ..r })
-                .collect(),
+            rows,
+            causes,
         }
     };
     order.into_iter().map(group).collect()
+}
+
+/// How many places, and how many blocks where a finding stands for more than one.
+fn places(list: &[usize], findings: &[Finding]) -> String {
+    let repeats: u64 = list.iter().map(|&i| u64::from(findings[i].repeats)).sum();
+    let places = count(list.len() as u64) + if list.len() == 1 { " place" } else { " places" };
+    if repeats > 0 { format!("{places}, {} blocks", count(list.len() as u64 + repeats)) } else { places }
+}
+
+/// Bodies or words of a cause, and its tool.
+type Key<'a> = (Vec<&'a str>, &'a str);
+
+/// The findings of a code by cause, in order of their first ones.
+fn causes(list: &[usize], told: &Told<'_>, marked: &[String]) -> Vec<Cause> {
+    let mut all: Vec<(Key<'_>, Vec<usize>)> = Vec::new();
+    for &i in list {
+        let f = &told.findings[i];
+        let tool = told.explained.get(i).map_or("", |e| e.tool.as_str());
+        let of_part = of_part(f);
+        let key = match f.bodies.as_slice() {
+            [] if of_part => Vec::new(),
+            [] => vec![f.message.as_str()],
+            bodies => bodies.iter().map(String::as_str).collect(),
+        };
+        let key = (key, if of_part { "" } else { tool });
+        match all.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, members)) => members.push(i),
+            None => all.push((key, vec![i])),
+        }
+    }
+    all.into_iter().map(|(_, members)| cause(&members, told, marked)).collect()
+}
+
+/// A gouge or an excess is a place of the part and names no body: all of them are one cause.
+fn of_part(f: &Finding) -> bool {
+    f.family == Family::Geometry && f.point_mm.is_some() && f.code != INSPECTION.code
+}
+
+/// How bad a finding is among those of its cause.
+fn badness(f: &Finding) -> f64 {
+    let past = f.value.zip(f.limit).map(|(v, l)| (v - l).abs());
+    f.penetration_mm.or(f.clearance_mm.map(|c| -c)).or(past).or(f.value.map(f64::abs)).unwrap_or(0.0)
+}
+
+fn cause(members: &[usize], told: &Told<'_>, marked: &[String]) -> Cause {
+    let findings = told.findings;
+    let worst =
+        members.iter().copied().reduce(|a, b| if badness(&findings[b]) > badness(&findings[a]) { b } else { a });
+    let worst = worst.unwrap_or(0);
+    let f = &findings[worst];
+    let is_marked = |i: usize| marked.contains(&id(i));
+    let line_of = |i: usize| told.explained.get(i).map_or(0, |e| e.line);
+    let of_row = |i: usize| Row { line: line_of(i), ..row(i, &findings[i], is_marked(i), told.joints) };
+    let shown = of_row(worst);
+    let explained = told.explained.get(worst).cloned().unwrap_or_default();
+    let mut lines: Vec<u32> = members.iter().filter_map(|&i| findings[i].line).collect();
+    lines.sort_unstable();
+    let lines = match (lines.first(), lines.last()) {
+        (Some(a), Some(b)) if a == b => format!("line {a}"),
+        (Some(a), Some(b)) => format!("lines {a} to {b}"),
+        _ => String::new(),
+    };
+    let title = match f.bodies.as_slice() {
+        [] if of_part(f) => "On the part".into(),
+        [] => f.message.clone(),
+        bodies => bodies.join(" and "),
+    };
+    let of_picture = |p: &ContactPicture| p.code == f.code && p.bodies.as_slice() == f.bodies.as_slice();
+    let mut rows: Vec<Row> = if members.len() > 1 { members.iter().map(|&i| of_row(i)).collect() } else { Vec::new() };
+    let left = rows.len().saturating_sub(ROWS);
+    rows.truncate(ROWS);
+    Cause {
+        id: shown.id,
+        title,
+        count: places(members, findings),
+        lines,
+        value: shown.value,
+        limit: shown.limit,
+        basis: explained.basis,
+        tool: explained.tool,
+        message: shown.message,
+        more: shown.more,
+        time: shown.time,
+        recorded: f.time_s.map_or_else(String::new, |t| fixed(t, 3)),
+        axes: shown.axes,
+        marked: shown.marked,
+        line: shown.line,
+        picture: told.contacts.iter().position(of_picture),
+        program: program_lines(f, told.listings),
+        file: shown.file,
+        rows,
+        left_out: if left > 0 { format!("{} more are in verdict.json.", count(left as u64)) } else { String::new() },
+    }
+}
+
+/// The line of a finding with the one before and the one after it.
+fn program_lines(f: &Finding, listings: &[Listing]) -> Vec<ProgramLine> {
+    let Some((line, listing)) = f.line.zip(listings.iter().find(|l| Some(&l.file) == f.file.as_ref())) else {
+        return Vec::new();
+    };
+    let near = listing.shown.iter().filter(|(n, _)| n.abs_diff(line) <= 1);
+    near.map(|(n, text)| ProgramLine { number: *n, text: text.clone(), here: *n == line }).collect()
 }
 
 /// Notes with the same text in one row with all their lines.
@@ -223,6 +377,7 @@ fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
         id: id(index),
         number: index + 1,
         marked,
+        line: 0,
         place,
         file: f.file.as_deref().map_or_else(String::new, |n| file_name(n).to_owned()),
         time: f.time_s.map_or_else(String::new, duration),

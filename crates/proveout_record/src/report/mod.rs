@@ -1,11 +1,16 @@
 //! The page `report.html`: signals are gathered while the run goes on, the page is written at its end.
 
+mod blocks;
 mod data;
+mod explain;
 mod findings;
 pub(crate) mod format;
+mod operations;
 mod page;
+mod path;
 pub(crate) mod plot;
 pub(crate) mod rows;
+mod scale;
 mod scallop;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -16,28 +21,38 @@ use std::{fs, path::Path};
 use proveout_controller::{Dynamics, Event, LimitKind, MoveKind, servo::Plant};
 use proveout_sim::{
     Observer, SurfaceShape, SurfaceTexture,
+    free_axes::FreeAxes,
     observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
 };
 
-use self::data::{JointSignals, Page, PartView, ProcessSignals};
+use self::{
+    blocks::{Blocks, LineNumbers},
+    data::{JointSignals, Page, PartView, ProcessSignals, ProgramView},
+    explain::{explained, listings, unchecked},
+    operations::Operations,
+    path::ToolPath,
+    scale::Scales,
+};
 use crate::{
-    color::DeviationMap,
+    classes::Classes,
     contact::ContactPictures,
     error::RecordError,
+    free_axes::ShownAxes,
     gather::{ShownSurface, SurfacePicture},
+    inspection::write_inspection,
     part::range_floor,
     texture::ShownTexture,
     units::{JointUnit, PER_MINUTE},
 };
 
-/// Most triangles of the page's 3D view: about 4 MB of page.
-const VIEW_TRIANGLES: usize = 300_000;
+/// Most triangles of the page's 3D view: about 2 MB of page.
+const VIEW_TRIANGLES: usize = 200_000;
 /// Part of the drive's highest force from which on a sample counts as saturated: rounding of the force.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 /// Classes of the histogram.
 const CLASSES: usize = 41;
 
-/// Writes `report.html`. Memory does not grow with the length of the run.
+/// Writes `report.html`. Of the length of the run it keeps 24 bytes a block.
 #[derive(Default)]
 pub struct ReportObserver {
     units: Vec<JointUnit>,
@@ -46,11 +61,15 @@ pub struct ReportObserver {
     surface: Option<SurfacePicture>,
     textures: Vec<ShownTexture>,
     contacts: ContactPictures,
+    blocks: Blocks,
+    path: ToolPath,
+    operations: Operations,
+    axes: Option<ShownAxes>,
 }
 
 impl ReportObserver {
     fn surface(&mut self) -> &mut SurfacePicture {
-        self.surface.get_or_insert_with(|| SurfacePicture::new(VIEW_TRIANGLES))
+        self.surface.get_or_insert_with(|| SurfacePicture::owned(VIEW_TRIANGLES))
     }
 }
 
@@ -75,11 +94,18 @@ impl Observer for ReportObserver {
         self.surface = None;
         self.textures.clear();
         self.contacts = ContactPictures::default();
+        self.blocks = Blocks::default();
+        self.path = ToolPath::default();
+        self.operations = Operations::default();
+        self.axes = None;
         Ok(())
     }
 
     fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
         self.contacts.take(setup, batch)?;
+        self.blocks.take(batch);
+        self.path.take(setup, batch);
+        self.operations.take(setup, batch);
         for (i, s) in batch.samples.iter().enumerate() {
             for (k, (joint, unit)) in self.joints.iter_mut().zip(&self.units).enumerate() {
                 let values = [s.commanded[k], s.velocity[k], s.acceleration[k], s.jerk[k]];
@@ -146,9 +172,29 @@ impl Observer for ReportObserver {
         Ok(())
     }
 
+    fn free_axes(&mut self, _setup: &Setup<'_>, axes: &FreeAxes) -> Result<(), ObserverError> {
+        self.axes = Some(ShownAxes::of(axes));
+        Ok(())
+    }
+
     fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
         let shown = self.surface.take().map(SurfacePicture::finish).unwrap_or_default();
-        let part = part_view(shown, outcome.surface, range_floor(setup));
+        let part = part_view(setup, shown, outcome.surface);
+        let findings = &outcome.verdict.findings;
+        let blocks = std::mem::take(&mut self.blocks);
+        let (listings, left_out) = listings(setup, &blocks, findings);
+        let numbers = LineNumbers::of(&blocks, &listings);
+        let program = ProgramView {
+            explained: explained(setup, &blocks, &numbers, findings),
+            unchecked: unchecked(setup, outcome.verdict),
+            listings,
+            left_out,
+            blocks,
+            numbers,
+            path: std::mem::take(&mut self.path),
+            operations: std::mem::take(&mut self.operations).finish(),
+            tools: setup.tools.tools.iter().map(|t| (t.number, t.name.clone())).collect(),
+        };
         let text = page::render(&Page {
             verdict: outcome.verdict,
             machine: &setup.machine.name,
@@ -159,32 +205,34 @@ impl Observer for ReportObserver {
             part: &part,
             textures: &self.textures,
             contacts: self.contacts.all(),
+            program: &program,
+            axes: self.axes.as_ref(),
         })?;
+        write_inspection(outcome.folder, outcome.verdict)?;
         let path = outcome.folder.join("report.html");
         fs::write(&path, text).map_err(RecordError::io(&path))?;
         Ok(())
     }
 }
 
-fn part_view(shown: ShownSurface, shape: &SurfaceShape, floor: f64) -> PartView {
-    let map = shown.map(floor);
+fn part_view(setup: &Setup<'_>, shown: ShownSurface, shape: &SurfaceShape) -> PartView {
     let ShownSurface { picture, cell, classes } = shown;
-    let position = |map: DeviationMap, v: f32| if v.is_nan() { f64::NAN } else { map.position(f64::from(v)) };
-    let shades = map.map_or_else(Vec::new, |m| picture.values.iter().map(|v| position(m, *v)).collect());
+    let t = &setup.scene.file.tolerances;
+    let scales = Scales::of(&classes, [t.gouge_mm, t.excess_mm], range_floor(setup));
     let triangles = shape.all_triangles() as usize;
-    let mut view = PartView { triangles, picture, shades, map, cell, ..PartView::default() };
-    if let Some(map) = map {
-        (view.shares, view.outside) = shares(map, classes.weights());
+    let mut view = PartView { triangles, picture, scales, cell, ..PartView::default() };
+    if let Some(scales) = scales {
+        (view.shares, view.outside) = shares(scales, &classes);
     }
     view
 }
 
-/// Share of the values, each with its weight, in each class of the map's range, and below and above it.
-fn shares(map: DeviationMap, values: impl Iterator<Item = (f64, f64)>) -> (Vec<f64>, [f64; 2]) {
+/// Share of the points in each class between the ends of the scales, and below and above them.
+fn shares(scales: Scales, classes: &Classes) -> (Vec<f64>, [f64; 2]) {
     let mut sums = vec![0.0; CLASSES];
     let mut outside = [0.0; 2];
-    for (v, weight) in values.filter(|(v, _)| v.is_finite()) {
-        let t = 0.5 + 0.5 * v / map.range;
+    for (v, weight) in classes.weights().filter(|(v, _)| v.is_finite()) {
+        let t = scales.position(v);
         if t < 0.0 {
             outside[0] += weight;
         } else if t > 1.0 {

@@ -1,26 +1,25 @@
 //! Fills the page's template.
 
 use minijinja::{Environment, value::Serde};
-use proveout_sim::{
-    finding::Finding,
-    verdict::{State, Verdict},
-};
+use proveout_sim::verdict::{State, Verdict};
 use serde::Serialize;
 
 use crate::page_safety::{policy, without_steering};
 use crate::{
     color::{DeviationMap, STEEL},
     contact::{ContactPicture, FIRST, SECOND},
-    encode::{base64, pack_mesh},
+    encode::{Shades, base64, deflated, pack_mesh},
     envelope::Envelope,
     error::RecordError,
+    free_axes::ShownAxes,
     part::GLB_TRIANGLES,
     report::{
         data::{JointSignals, Page, PartView, ProcessSignals},
-        findings::{groups, marks},
-        format::{compact, count, duration, fixed, length, length_or_dash, volume},
+        findings::{Told, groups, marks},
+        format::{compact, count, duration, file_name, fixed, length, length_or_dash, volume},
         plot::{Bar, Strip, histogram, svg},
-        rows::{axes, deviation, drives, inspection, symbol, time, tools},
+        rows::{axes, deviation, drives, inspection, operations, symbol, time, tools},
+        scale::Scales,
         scallop::scallop,
         texture::{color_stops, color_table, map_data, map_figures, profile_figures, texture_rows, texture_words},
     },
@@ -30,6 +29,8 @@ const TEMPLATE: &str = include_str!("../../templates/report.html");
 const CSS: &str = include_str!("../../templates/report.css");
 const TEXTURE: &str = include_str!("../../templates/texture.js");
 const VIEWER: &str = include_str!("../../templates/viewer.js");
+const BENCH: &str = include_str!("../../templates/bench.js");
+const TABLES: &str = include_str!("../../templates/tables.js");
 
 /// A name and what it is.
 #[derive(Serialize)]
@@ -59,13 +60,17 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
     let changes: Vec<f64> = page.process.tool_changes.iter().map(|c| c.0).collect();
     let order: Vec<&str> = page.joints.iter().map(|j| j.name.as_str()).collect();
     let has_mesh = !page.part.picture.triangles.is_empty();
-    let mesh = if has_mesh { base64(&pack_mesh(&page.part.picture, &page.part.shades)) } else { String::new() };
+    let mesh = if has_mesh { packed(page) } else { String::new() };
+    let program = page.program;
+    let told = Told {
+        findings: &v.findings,
+        explained: &program.explained,
+        joints: &order,
+        listings: &program.listings,
+        contacts: page.contacts,
+    };
     let template = environment.get_template("report.html").map_err(fault)?;
-    let data = serde_json::json!({
-        "css": CSS,
-        "viewer": VIEWER,
-        "policy": policy(&[VIEWER, TEXTURE]),
-        "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
+    let mut data = serde_json::json!({
         "program": v.program,
         "scene": v.scene,
         "machine": page.machine,
@@ -73,13 +78,18 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "verdict": verdict_words(v.verdict),
         "figures": figures(v),
         "gates": gates(v),
-        "groups": groups(&v.findings, &order),
+        "groups": groups(&told),
         "contacts": contacts(page),
+        "unchecked": program.unchecked,
+        "listing": listing(page),
+        "path": if program.path.is_empty() { String::new() } else { deflated(&program.path.pack(&program.blocks, &program.numbers)) },
+        "program_notes": program_notes(page),
+        "operations": operations(program),
         "contact_colors": contact_colors(),
         "mesh": mesh,
         "view_data": view_data(page),
         "mesh_notes": mesh_notes(page.part),
-        "map": page.part.map.map(|m| map_words(m, page.part)),
+        "map": page.part.scales.map(|s| map_words(s, page.part)),
         "deviation": deviation(v),
         "scallop": v.surface.scallop.as_ref().map(scallop),
         "textures": texture_rows(&v.surface.textures),
@@ -89,9 +99,10 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "texture_stops": color_stops(),
         "texture_script": TEXTURE,
         "texture_data": texture_data(page),
+        "free_axes": page.axes.map(|a| free_axes(a, end)),
         "inspection": inspection(v),
         "time": time(v),
-        "tools": tools(v),
+        "tools": tools(v, program),
         "process": process_plot(page.process, end, &changes),
         "tool_names": tool_changes(&page.process.tool_changes),
         "stretch": duration(page.process.feed.width().max(page.joints.first().map_or(0.0, |j| j.signals[0].width()))),
@@ -102,7 +113,44 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
     });
+    let fixed = serde_json::json!({
+        "css": CSS,
+        "viewer": VIEWER,
+        "bench_script": BENCH,
+        "tables_script": TABLES,
+        "policy": policy(&[VIEWER, BENCH, TABLES, TEXTURE]),
+        "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
+    });
+    if let (Some(data), serde_json::Value::Object(fixed)) = (data.as_object_mut(), fixed) {
+        data.extend(fixed);
+    }
     template.render(Serde(&data)).map(without_steering).map_err(fault)
+}
+
+#[derive(Serialize)]
+struct AxesWords {
+    words: String,
+    plot: String,
+    figures: Vec<[String; 2]>,
+    unchecked: Vec<String>,
+}
+
+/// Free tool axes: room over time, and pictures at some places.
+fn free_axes(axes: &ShownAxes, end: f64) -> AxesWords {
+    let strip = Strip {
+        name: "Room of the tool axis, °".into(),
+        signal: &axes.room,
+        second: None,
+        limits: [None, None],
+        marks: Vec::new(),
+        height: 110.0,
+    };
+    let plot = if axes.room.is_empty() {
+        String::new()
+    } else {
+        svg(&[strip], 960.0, end, &[], "Room of the tool axis over time")
+    };
+    AxesWords { words: axes.words.clone(), plot, figures: axes.figures.clone(), unchecked: axes.unchecked.clone() }
 }
 
 /// What the script of the maps reads; nothing in it comes from a text of the user.
@@ -120,8 +168,6 @@ struct VerdictWords {
 #[derive(Serialize)]
 struct ContactRow {
     png: String,
-    id: String,
-    number: usize,
     bodies: [String; 2],
     words: String,
 }
@@ -130,23 +176,55 @@ fn contact_colors() -> [String; 2] {
     [FIRST, SECOND].map(|[r, g, b]| css([r, g, b, 255]))
 }
 
-/// Pictures of contacts with the rows of the findings that they show.
+/// Pictures of contacts in the order in which the causes number them.
 fn contacts(page: &Page<'_>) -> Vec<ContactRow> {
-    let row = |p: &ContactPicture| {
-        let findings = &page.verdict.findings;
-        let of = |f: &Finding| f.code == p.code && f.bodies.as_slice() == p.bodies.as_slice() && f.time_s == p.time_s;
-        let index = findings.iter().position(of)?;
-        let f = &findings[index];
-        let place = f.line.map_or_else(String::new, |line| format!(", line {line}"));
-        Some(ContactRow {
-            png: base64(&p.png),
-            id: format!("finding-{}", index + 1),
-            number: index + 1,
-            bodies: p.bodies.clone(),
-            words: format!("{}{place}", p.time_s.map_or_else(String::new, duration)),
-        })
+    let row = |p: &ContactPicture| ContactRow {
+        png: base64(&p.png),
+        bodies: p.bodies.clone(),
+        words: p.time_s.map_or_else(String::new, |t| format!(" at {}", duration(t))),
     };
-    page.contacts.iter().filter_map(row).collect()
+    page.contacts.iter().map(row).collect()
+}
+
+/// The mesh for the viewer, with the lines that made its vertices.
+fn packed(page: &Page<'_>) -> String {
+    let (picture, program) = (&page.part.picture, page.program);
+    let lines: Vec<u32> =
+        picture.pieces.iter().map(|piece| program.numbers.at(program.blocks.of_piece(*piece))).collect();
+    let shades = if page.part.scales.is_some() { Shades::Values } else { Shades::Plain };
+    deflated(&pack_mesh(picture, shades, &lines))
+}
+
+/// Files with their lines as JSON, compressed: name, number before the first line, count, numbers and texts of the lines that are here.
+fn listing(page: &Page<'_>) -> String {
+    let program = page.program;
+    let file = |(name, base): &(String, u32)| {
+        let listing = program.listings.iter().find(|l| l.file == *name);
+        let shown = listing.map_or(&[][..], |l| l.shown.as_slice());
+        let text: Vec<String> = shown.iter().map(|l| without_steering(l.1.clone())).collect();
+        // Numbers only where lines are missing.
+        let whole = shown.iter().enumerate().all(|(k, l)| l.0 == k as u32 + 1);
+        let numbers: Vec<u32> = if whole { Vec::new() } else { shown.iter().map(|l| l.0).collect() };
+        serde_json::json!({ "name": file_name(name), "base": base, "numbers": numbers, "text": text })
+    };
+    let all: Vec<serde_json::Value> = program.numbers.files.iter().map(file).collect();
+    deflated(serde_json::json!(all).to_string().as_bytes())
+}
+
+fn program_notes(page: &Page<'_>) -> Vec<String> {
+    let program = page.program;
+    let mut notes = Vec::new();
+    if !program.left_out.is_empty() {
+        notes.push(program.left_out.clone());
+    }
+    if program.path.left_out > 0 {
+        notes.push(format!(
+            "The path is shown to {}; {} blocks between the others have none.",
+            length(program.path.step()),
+            count(program.path.left_out)
+        ));
+    }
+    notes
 }
 
 fn verdict_words(state: State) -> VerdictWords {
@@ -230,7 +308,9 @@ fn gates(v: &Verdict) -> Vec<GateRow> {
 fn view_data(page: &Page<'_>) -> String {
     let map: Vec<u8> = (0..256).flat_map(|i| DeviationMap::at(f64::from(i) / 255.0).into_iter().take(3)).collect();
     serde_json::json!({
-        "colored": page.part.map.is_some(),
+        "values": page.part.scales.is_some(),
+        "lines": !page.part.picture.pieces.is_empty(),
+        "scales": page.part.scales.map(|s| [s.gouge, s.excess].map(|s| [s.shown, s.most_points, s.largest, s.tolerance])),
         "map": base64(&map),
         "plain": STEEL[..3],
         "marks": marks(&page.verdict.findings),
@@ -252,7 +332,7 @@ fn mesh_notes(part: &PartView) -> Vec<String> {
             if part.triangles <= GLB_TRIANGLES { "the whole surface" } else { "a finer one" }
         ));
     }
-    if part.map.is_none() {
+    if part.scales.is_none() {
         notes.push("The scene has no design part, so the surface carries no deviations.".into());
     }
     notes
@@ -263,6 +343,9 @@ struct MapWords {
     stops: String,
     low: String,
     high: String,
+    /// Ends of the scales, mm, as fields hold them.
+    gouge: f64,
+    excess: f64,
     histogram: String,
     note: String,
 }
@@ -271,9 +354,9 @@ fn css(c: [u8; 4]) -> String {
     format!("#{:02x}{:02x}{:02x}", c[0], c[1], c[2])
 }
 
-fn map_words(map: DeviationMap, part: &PartView) -> MapWords {
+fn map_words(scales: Scales, part: &PartView) -> MapWords {
     let stops: Vec<String> = (0..=16).map(|i| css(DeviationMap::at(f64::from(i) / 16.0))).collect();
-    let [low, high] = [-map.range, map.range].map(length);
+    let [low, high] = [-scales.gouge.shown, scales.excess.shown].map(length);
     let n = part.shares.len().max(1) as f64;
     let bars: Vec<Bar> = part
         .shares
@@ -283,7 +366,7 @@ fn map_words(map: DeviationMap, part: &PartView) -> MapWords {
         .collect();
     let outside = if part.outside.iter().any(|s| *s > 0.0) {
         let [below, above] = part.outside.map(|s| compact(s * 100.0));
-        format!(" {below} % lie below and {above} % above the range of the colors.")
+        format!(" {below} % lie below and {above} % above the scales.")
     } else {
         String::new()
     };
@@ -292,7 +375,9 @@ fn map_words(map: DeviationMap, part: &PartView) -> MapWords {
         histogram: histogram(&bars, [&low, "0", &high], "Distribution of the deviation"),
         low,
         high,
-        note: format!("Share of the measured surface points in each class.{outside}"),
+        gouge: scales.gouge.shown,
+        excess: scales.excess.shown,
+        note: format!("Share of the measured surface points in each class; each side has a scale of its own.{outside}"),
     }
 }
 

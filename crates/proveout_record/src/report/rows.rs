@@ -4,8 +4,9 @@ use proveout_sim::verdict::{Axis, Verdict};
 use serde::Serialize;
 
 use crate::report::{
-    data::JointSignals,
+    data::{JointSignals, ProgramView},
     format::{compact, count, duration, fixed, length, length_or_dash, path, volume},
+    operations::Operation,
     page::{Entry, entry},
 };
 
@@ -120,18 +121,73 @@ pub(crate) struct ToolRow {
     cut: String,
     length: String,
     volume: String,
+    feed: String,
+    share: String,
     overhang: String,
 }
 
-pub(crate) fn tools(v: &Verdict) -> Vec<ToolRow> {
-    let row = |t: &proveout_sim::verdict::ToolUse| ToolRow {
-        number: t.number,
-        name: t.name.clone(),
-        time: duration(t.time_s),
-        cut: duration(t.cut_time_s),
-        length: path(t.length_mm),
-        volume: volume(t.volume_mm3),
-        overhang: t.min_overhang_mm.map_or_else(|| "–".into(), |o| format!("{} mm", fixed(o, 1))),
+/// Feed reached, and its share of the programmed one.
+fn feed_words(o: &Operation) -> [String; 2] {
+    let dash = || "–".to_owned();
+    let words =
+        o.feed().map(|(feed, share)| [format!("{} mm/min", compact(feed)), format!("{} %", fixed(100.0 * share, 1))]);
+    words.unwrap_or_else(|| [dash(), dash()])
+}
+
+#[derive(Serialize)]
+pub(crate) struct OperationRow {
+    name: String,
+    lines: String,
+    tool: String,
+    time: String,
+    feed_time: String,
+    rapid: String,
+    feed: String,
+    share: String,
+    volume: String,
+}
+
+/// One row an operation.
+pub(crate) fn operations(program: &ProgramView) -> Vec<OperationRow> {
+    let row = |(k, o): (usize, &Operation)| {
+        let tool = o.tool.and_then(|t| program.tools.get(t as usize));
+        let tool = tool.map_or_else(String::new, |(number, name)| format!("T{number} {name}"));
+        let [feed, share] = feed_words(o);
+        OperationRow {
+            name: if o.text.is_empty() { format!("Operation {}", k + 1) } else { o.text.clone() },
+            lines: o.lines.map_or_else(String::new, |[a, b]| format!("{a} to {b}")),
+            tool,
+            time: duration(o.time_s),
+            feed_time: duration(o.feed_s),
+            rapid: duration(o.rapid_s),
+            feed,
+            share,
+            volume: volume(o.volume_mm3),
+        }
+    };
+    program.operations.iter().enumerate().map(row).collect()
+}
+
+pub(crate) fn tools(v: &Verdict, program: &ProgramView) -> Vec<ToolRow> {
+    let of_tool = |name: &str| {
+        let mut sum = Operation::default();
+        let known = |o: &&Operation| o.tool.and_then(|t| program.tools.get(t as usize)).is_some_and(|t| t.1 == name);
+        program.operations.iter().filter(known).for_each(|o| sum.add(o));
+        feed_words(&sum)
+    };
+    let row = |t: &proveout_sim::verdict::ToolUse| {
+        let [feed, share] = of_tool(&t.name);
+        ToolRow {
+            number: t.number,
+            name: t.name.clone(),
+            time: duration(t.time_s),
+            cut: duration(t.cut_time_s),
+            length: path(t.length_mm),
+            volume: volume(t.volume_mm3),
+            feed,
+            share,
+            overhang: t.min_overhang_mm.map_or_else(|| "–".into(), |o| format!("{} mm", fixed(o, 1))),
+        }
     };
     v.tools.iter().map(row).collect()
 }

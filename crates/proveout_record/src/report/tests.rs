@@ -3,14 +3,19 @@
 use proveout_geom::cylinder_mesh;
 use proveout_sim::{
     finding::{Family, Finding, Severity},
+    listing::Listing,
     verdict::{self, Axis, Gate, Inspected, MachineUsed, State, ToolUse, Verdict},
 };
 
+use super::scale::{Scale, Scales};
 use super::{
-    data::{JointSignals, Page, PartView, ProcessSignals},
+    blocks::LineNumbers,
+    data::{JointSignals, Page, PartView, ProcessSignals, ProgramView},
+    findings::Explained,
+    operations::Operation,
     page::render,
 };
-use crate::{color::DeviationMap, picture::Picture};
+use crate::picture::Picture;
 
 /// Text that would be markup, a script end or a load if it went through unescaped.
 pub(crate) const EVIL: &str =
@@ -64,6 +69,7 @@ pub(crate) fn verdict(message: &str) -> Verdict {
         digests: [(message.to_owned(), "ab".repeat(32))].into(),
         verdict: State::Fail,
         gates: vec![Gate { name: "collision".into(), state: State::Fail, reason: message.into() }],
+        partial: None,
         findings: vec![
             finding(Severity::Info, "program-note", message),
             finding(Severity::Error, "collision-holder-stock", message),
@@ -100,6 +106,36 @@ pub(crate) fn verdict(message: &str) -> Verdict {
     }
 }
 
+fn program(message: &str) -> ProgramView {
+    let listing = Listing {
+        file: "axis/part.mpf".into(),
+        lines: 1300,
+        shown: (1203..1206).map(|n| (n, format!("N{n} {message}"))).collect(),
+    };
+    let operation = Operation {
+        text: message.into(),
+        tool: Some(0),
+        lines: Some([3, 90]),
+        time_s: 70.0,
+        feed_s: 60.0,
+        feed_mm: 900.0,
+        fed_s: 60.0,
+        programmed_s: 45.0,
+        ..Operation::default()
+    };
+    let explained = Explained { tool: message.into(), basis: message.into(), line: 1204 };
+    ProgramView {
+        numbers: LineNumbers { files: vec![("axis/part.mpf".into(), 0)] },
+        listings: vec![listing],
+        left_out: message.into(),
+        operations: vec![operation],
+        tools: vec![(4, message.into())],
+        explained: vec![explained; 3],
+        unchecked: vec![[message.into(), message.into()]],
+        ..ProgramView::default()
+    }
+}
+
 fn page(message: &str) -> String {
     let mut x =
         JointSignals { name: message.into(), unit: "mm", limits: [Some(500.0), None, None], ..Default::default() };
@@ -110,13 +146,14 @@ fn page(message: &str) -> String {
         x.signals[1].push(t, t.cos() * 480.0);
         process.feed.push(t, 900.0);
     }
-    let picture = Picture::creased(&cylinder_mesh(20.0, 0.0, 30.0, 48), 0.5);
-    let shades = vec![0.25; picture.positions.len()];
+    let mut picture = Picture::creased(&cylinder_mesh(20.0, 0.0, 30.0, 48), 0.5);
+    picture.values = vec![-0.25; picture.positions.len()];
+    picture.pieces = vec![0; picture.positions.len()];
+    let scale = Scale { shown: 0.05, most_points: 0.05, largest: 3.0, tolerance: 0.01 };
     let part = PartView {
         triangles: picture.triangles.len(),
         picture,
-        shades,
-        map: Some(DeviationMap { range: 0.05 }),
+        scales: Some(Scales { gouge: scale, excess: scale }),
         cell: None,
         shares: vec![0.1, 0.8, 0.1],
         outside: [0.0, 0.01],
@@ -132,6 +169,8 @@ fn page(message: &str) -> String {
         part: &part,
         textures: &[],
         contacts: &[],
+        program: &program(message),
+        axes: None,
     };
     render(&page).expect("the template fits its data")
 }
@@ -140,7 +179,7 @@ fn page(message: &str) -> String {
 fn nothing_of_the_run_becomes_markup() {
     let text = page(EVIL);
     assert!(!text.contains("<script>alert") && !text.contains("<img"), "a value went through unescaped");
-    assert_eq!(text.matches("</script>").count(), 3, "only the three scripts of the page end");
+    assert_eq!(text.matches("</script>").count(), 7, "only the seven scripts of the page end");
     assert!(text.contains("&lt;script&gt;alert(1)") && text.contains("{{ 7*7 }}"), "text is shown, not run");
 }
 
@@ -233,6 +272,8 @@ fn drives_have_their_table_and_strips_and_saturation_is_marked() {
             part: &part,
             textures: &[],
             contacts: &[],
+            program: &ProgramView::default(),
+            axes: None,
         };
         render(&page).expect("the template fits its data")
     };

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use proveout_geom::deg;
 use proveout_machine::{JointValues, Machine};
 
 use super::{
     AxisGain, ChangedLimit, Compared, Comparing, Comparison, DemandRow, Entry, Gain, JointPicture, Made, Pictures,
-    ProgramFigures, ProgramPicture, Ran, SCHEMA_VERSION, Stretch, StretchAxis, VariedGains, VariedTime, judge,
+    ProgramFigures, ProgramPicture, Ran, RotaryDemand, SCHEMA_VERSION, Stretch, StretchAxis, VariedGains, VariedTime,
+    judge,
     motion::{self, Extremes, Motion},
     surface::{SCALLOP_RULE, difference},
     uncertainty::{VariedGain, saved, time_gain},
@@ -14,13 +16,15 @@ use super::{
 use crate::{
     finding::Severity,
     gates,
-    verdict::{Gate, State},
+    verdict::{Gate, State, Time},
 };
 
 impl Comparing {
     /// Puts everything together; none when a program was not run.
     pub fn finish(mut self) -> Option<Compared> {
-        let baseline = self.entries[self.baseline].run.as_ref()?.deviation.clone();
+        let alone = self.file.motion_only;
+        let base_run = self.entries[self.baseline].run.as_ref();
+        let baseline = if alone { Vec::new() } else { base_run?.deviation.clone() };
         let differences: Vec<Vec<f64>> = self
             .entries
             .iter()
@@ -32,7 +36,12 @@ impl Comparing {
             .collect();
         let mut programs = BTreeMap::new();
         for (i, entry) in self.entries.iter().enumerate() {
-            programs.insert(entry.name.clone(), self.figures(i, entry.run.as_ref()?, &differences[i]));
+            let figures = match &entry.run {
+                Some(run) => self.figures(i, run, &differences[i]),
+                None if alone => self.motion_figures(entry)?,
+                None => return None,
+            };
+            programs.insert(entry.name.clone(), figures);
         }
         let base = &self.entries[self.baseline];
         let mut comparison = Comparison {
@@ -43,19 +52,28 @@ impl Comparing {
             machine: base.case.machine.name.clone(),
             joint_limits: self.joint_limits(),
             baseline: base.name.clone(),
+            cells_mm: self.cells,
+            scene_cells: self.scene_cells,
+            motion_only: alone,
             order: self.entries.iter().map(|e| e.name.clone()).collect(),
             verdict: State::Unchecked,
             gains: self.gains(&programs),
             programs,
             variations: std::mem::take(&mut self.variations),
             own_limits: self.own_limits.take(),
+            choices: self.choices.as_ref().map(|tried| tried.told.clone()),
+            null_program: self.file.null_program.clone(),
+            must_pass: self.file.must_pass.clone(),
             published: Vec::new(),
             expectations: Vec::new(),
             rules: rules(self.file.run_ends_s),
         };
         comparison.published = judge::published(&self.file, &comparison);
+        if let Some(tried) = &self.choices {
+            tried.judge(&self.file, &mut comparison);
+        }
         comparison.expectations = judge::expectations(&self.file, &comparison);
-        comparison.verdict = overall(&comparison);
+        comparison.verdict = overall(&comparison, self.file.must_pass.as_deref());
         let pictures = self.pictures(differences);
         Some(Compared { comparison, pictures })
     }
@@ -70,13 +88,7 @@ impl Comparing {
             gates: v.gates.clone(),
             errors,
             digests: v.digests.clone(),
-            made: entry.made.as_ref().map(|(method, source, from)| Made {
-                method: method.clone(),
-                source: source.clone(),
-                from: from.clone(),
-                center_shift_mm: self.center_shift(entry, from),
-                figures: entry.studies.first().map_or_else(Vec::new, |s| s.figures.clone()),
-            }),
+            made: self.made_figures(entry),
             time: v.time.clone(),
             axes: v.axes.clone(),
             stretch: self.stretch(entry),
@@ -85,6 +97,32 @@ impl Comparing {
             difference: compared.then(|| difference(difference_to)),
             clearance: v.clearance.clone(),
         }
+    }
+
+    pub(super) fn made_figures(&self, entry: &Entry) -> Option<Made> {
+        entry.made.as_ref().map(|(method, source, from)| Made {
+            method: method.clone(),
+            source: source.clone(),
+            from: from.clone(),
+            center_shift_mm: self.center_shift(entry, from),
+            figures: entry.studies.first().map_or_else(Vec::new, |s| s.figures.clone()),
+        })
+    }
+
+    /// A program of which the motion alone is looked at: no gate was checked.
+    fn motion_figures(&self, entry: &Entry) -> Option<ProgramFigures> {
+        let summary = &entry.motion.as_ref()?.summary;
+        let open = |name: &&str| Gate {
+            name: (*name).to_owned(),
+            state: State::Unchecked,
+            reason: "the scene compares motion alone".to_owned(),
+        };
+        let stretch = self.stretch(entry);
+        Some(ProgramFigures {
+            gates: gates::GATES.iter().map(open).collect(),
+            digests: entry.digests.clone(),
+            ..ProgramFigures::of_motion(self.folder(&entry.name), time_of(summary), self.made_figures(entry), stretch)
+        })
     }
 
     /// Limits that the scene sets, once for every machine of the programs.
@@ -104,32 +142,7 @@ impl Comparing {
     }
 
     pub(super) fn stretch(&self, entry: &Entry) -> Option<Stretch> {
-        let (motion, ideal) = (entry.motion.as_ref()?, entry.ideal.as_ref()?);
-        let ranges = motion.stretch(self.file.run_ends_s);
-        let blocks = ranges.iter().map(|r| r.len() as u64).sum();
-        if blocks == 0 {
-            return None;
-        }
-        let demand = ideal.demand(&ideal.stretch(self.file.run_ends_s));
-        let largest = |of: &dyn Fn(&motion::DemandPoint) -> Option<f64>| {
-            demand.iter().filter_map(of).map(f64::abs).reduce(f64::max)
-        };
-        let joints = entry.case.machine.joints.iter().zip(motion.extremes(&ranges)).enumerate();
-        let axes = joints.map(|(j, (joint, Extremes { velocity, acceleration, jerk, reversals }))| {
-            let factor = joint.kind.unit_factor();
-            let axis = StretchAxis {
-                unit: joint.kind.unit().into(),
-                max_velocity: velocity * factor,
-                max_acceleration: acceleration * factor,
-                max_jerk: jerk * factor,
-                reversals: reversals.into(),
-                demand_velocity: largest(&|d| Some(d.velocity[j])).map(|v| v * factor),
-                demand_acceleration: largest(&|d| d.acceleration.map(|a| a[j])).map(|a| a * factor),
-            };
-            (joint.name.clone(), axis)
-        });
-        let programmed = ranges.iter().flat_map(|r| motion.blocks[r.clone()].iter()).map(|b| b.programmed).sum();
-        Some(Stretch { blocks, time_s: motion.stretch_time(&ranges), programmed_s: programmed, axes: axes.collect() })
+        stretch_of(self.file.run_ends_s, &entry.case.machine, entry.motion.as_ref()?, entry.ideal.as_ref()?)
     }
 
     fn gains(&self, programs: &BTreeMap<String, ProgramFigures>) -> BTreeMap<String, Gain> {
@@ -211,6 +224,65 @@ impl Comparing {
     }
 }
 
+/// Times of a motion without stock.
+pub(super) fn time_of(summary: &proveout_controller::Summary) -> Time {
+    Time {
+        total_s: summary.total_s,
+        cutting_s: summary.cutting_s,
+        rapid_s: summary.rapid_s,
+        dwell_s: summary.dwell_s,
+        tool_change_s: summary.tool_change_s,
+        lower_bound_s: summary.lower_bound_s,
+        path_bound_s: summary.path_bound_s,
+    }
+}
+
+/// What a motion is over its cutting stretch; `ideal` is the programmed path.
+pub(super) fn stretch_of(ends: f64, machine: &Machine, motion: &Motion, ideal: &Motion) -> Option<Stretch> {
+    let ranges = motion.stretch(ends);
+    let blocks = ranges.iter().map(|r| r.len() as u64).sum();
+    if blocks == 0 {
+        return None;
+    }
+    let demand = ideal.demand(&ideal.stretch(ends));
+    let largest =
+        |of: &dyn Fn(&motion::DemandPoint) -> Option<f64>| demand.iter().filter_map(of).map(f64::abs).reduce(f64::max);
+    let programmed_ranges = ideal.stretch(ends);
+    let travel = ideal.travel(&programmed_ranges);
+    let rotary = |values: &JointValues| {
+        let squares = machine.rotary_joints().iter().map(|&j| values[j] * values[j]).sum::<f64>();
+        deg(squares.sqrt())
+    };
+    let rotary = (!machine.rotary_joints().is_empty()).then(|| RotaryDemand {
+        velocity: largest(&|d| Some(rotary(&d.velocity))),
+        acceleration: largest(&|d| d.acceleration.as_ref().map(rotary)),
+    });
+    let joints = machine.joints.iter().zip(motion.extremes(&ranges)).enumerate();
+    let axes = joints.map(|(j, (joint, Extremes { velocity, acceleration, jerk, reversals }))| {
+        let factor = joint.kind.unit_factor();
+        let axis = StretchAxis {
+            unit: joint.kind.unit().into(),
+            max_velocity: velocity * factor,
+            max_acceleration: acceleration * factor,
+            max_jerk: jerk * factor,
+            reversals: reversals.into(),
+            travel: travel[j] * factor,
+            demand_velocity: largest(&|d| Some(d.velocity[j])).map(|v| v * factor),
+            demand_acceleration: largest(&|d| d.acceleration.map(|a| a[j])).map(|a| a * factor),
+        };
+        (joint.name.clone(), axis)
+    });
+    let programmed = ranges.iter().flat_map(|r| motion.blocks[r.clone()].iter()).map(|b| b.programmed).sum();
+    Some(Stretch {
+        blocks,
+        time_s: motion.stretch_time(&ranges),
+        programmed_s: programmed,
+        axes: axes.collect(),
+        rotary,
+        straight_joints_tip_um: ideal.straight_joints(machine, &programmed_ranges).map(|mm| 1e3 * mm),
+    })
+}
+
 pub(super) fn windows(motion: &Motion, ends: f64, shown: Option<[f64; 2]>) -> Option<[[f64; 2]; 2]> {
     let ranges = motion.stretch(ends);
     let blocks: Vec<&motion::FeedBlock> = ranges.iter().flat_map(|r| motion.blocks[r.clone()].iter()).collect();
@@ -255,10 +327,11 @@ fn axis_gains(base: &ProgramFigures, own: &ProgramFigures) -> BTreeMap<String, A
     pairs.map(gain).collect()
 }
 
-/// Fail beats unchecked beats pass, over the programs, the criteria, and the published values that the scene gives a band: a
+/// Fail beats unchecked beats pass, over the programs (those that must pass, where the scene lists them), the criteria, and the published values that the scene gives a band: a
 /// value without one is shown and not judged.
-pub(super) fn overall(comparison: &Comparison) -> State {
-    let programs = comparison.programs.values().map(|p| p.verdict);
+pub(super) fn overall(comparison: &Comparison, must_pass: Option<&[String]>) -> State {
+    let counts = |name: &String| must_pass.is_none_or(|names| names.contains(name));
+    let programs = comparison.programs.iter().filter(|(name, _)| counts(name)).map(|(_, p)| p.verdict);
     let banded = comparison.published.iter().filter(|p| p.band.is_some()).map(|p| p.state);
     let states = programs.chain(comparison.expectations.iter().map(|e| e.state)).chain(banded);
     let gates: Vec<Gate> = states.map(|state| Gate { name: String::new(), state, reason: String::new() }).collect();
@@ -289,6 +362,17 @@ fn rules(ends: f64) -> BTreeMap<String, String> {
             "Demand: differences of joint positions at the ends of the program's blocks over their programmed times: what the \
              program asks for, whatever the joint can do. The step is the block of the program"
                 .to_owned(),
+        ),
+        (
+            "straight joints",
+            "Tip from its chord: largest distance of the tip from the straight line between its places at both ends of a block of the \
+             stretch, the joints being mixed linearly between them, at 39 places: what a control without tool center point control \
+             makes of the blocks"
+                .to_owned(),
+        ),
+        (
+            "rotary",
+            "Demand of `rotary`: root of the sum of squares over the rotary joints, in degrees".to_owned(),
         ),
         (
             "reversals",

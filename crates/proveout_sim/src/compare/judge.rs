@@ -3,6 +3,7 @@
 use super::result::{Comparison, Expectation, ProgramFigures, Published};
 use crate::{
     scene::{CompareFile, ExpectFile, FormFile, QuantityFile},
+    scene_compare::ROTARY,
     verdict::State,
 };
 
@@ -66,11 +67,25 @@ pub(crate) fn published(file: &CompareFile, all: &Comparison) -> Vec<Published> 
             value,
             band: p.band,
             state,
+            null_value: null(&wanted, all),
+            over_choices: None,
+            over_draws: None,
+            over_twin: None,
+            reproduced: None,
             source: p.source.clone(),
             remark: p.remark.clone(),
         }
     };
     file.published.iter().map(one).collect()
+}
+
+/// The same quantity of the null program, against the same one.
+fn null(wanted: &Wanted<'_>, all: &Comparison) -> Option<f64> {
+    let program = all.null_program.as_deref().filter(|name| *name != wanted.program)?;
+    if wanted.against == Some(program) {
+        return None;
+    }
+    Wanted { program, ..*wanted }.find(all).value.ok()
 }
 
 /// Criteria of the scene.
@@ -184,7 +199,8 @@ impl Wanted<'_> {
             CenterShift => (program.made.as_ref().and_then(|m| m.center_shift_mm), "mm"),
             Clearance => (program.clearance.min_mm.map(|m| m - program.clearance.error_mm.unwrap_or(0.0)), "mm"),
             Study => return self.study(program, name),
-            DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals => {
+            StraightJointsTip => (program.stretch.as_ref().and_then(|s| s.straight_joints_tip_um), "µm"),
+            Travel | DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals => {
                 return self.of_joint(program, name);
             }
         };
@@ -214,6 +230,14 @@ impl Wanted<'_> {
     fn of_joint(&self, program: &ProgramFigures, name: &str) -> Found {
         use QuantityFile::*;
         let wanted = self.axis.unwrap_or_default();
+        if wanted == ROTARY {
+            let together = program.stretch.as_ref().and_then(|s| s.rotary.as_ref());
+            let (value, unit) = match self.quantity {
+                DemandVelocity => (together.and_then(|r| r.velocity), "deg/s"),
+                _ => (together.and_then(|r| r.acceleration), "deg/s²"),
+            };
+            return Found::exact(value.ok_or_else(|| format!("the rotary demand of {name} is not known")), unit);
+        }
         let axis = program.stretch.as_ref().and_then(|s| s.axes.get(wanted));
         let Some(axis) = axis else {
             let why = if program.stretch.is_none() { "no cutting stretch" } else { "no such joint" };
@@ -225,6 +249,7 @@ impl Wanted<'_> {
             MaxVelocity => (Some(axis.max_velocity), "/s"),
             MaxAcceleration => (Some(axis.max_acceleration), "/s²"),
             MaxJerk => (Some(axis.max_jerk), "/s³"),
+            Travel => return Found::exact(Ok(axis.travel), axis.unit.clone()),
             _ => (Some(axis.reversals as f64), ""),
         };
         let unit = if per.is_empty() { String::new() } else { format!("{}{per}", axis.unit) };
@@ -252,6 +277,7 @@ mod tests {
             max_acceleration: 600.0,
             max_jerk: 12_000.0,
             reversals: 2,
+            travel: 30.0,
             demand_velocity: Some(100.0),
             demand_acceleration: acceleration,
         };
@@ -276,6 +302,8 @@ mod tests {
                 time_s: time,
                 programmed_s: time,
                 axes: BTreeMap::from([("A".to_owned(), axis)]),
+                rotary: None,
+                straight_joints_tip_um: None,
             }),
             deviation: Deviation::default(),
             surface: Surface::default(),
@@ -295,12 +323,18 @@ mod tests {
             machine: String::new(),
             joint_limits: Vec::new(),
             baseline: "a".into(),
+            cells_mm: [0.0; 3],
+            scene_cells: true,
+            motion_only: false,
             order: Vec::new(),
             verdict: State::Unchecked,
             programs: programs.map(|(name, p)| (name.to_owned(), p)).into(),
             gains: BTreeMap::new(),
             variations: Vec::new(),
             own_limits: None,
+            choices: None,
+            null_program: None,
+            must_pass: None,
             published: Vec::new(),
             expectations: Vec::new(),
             rules: BTreeMap::new(),
@@ -401,7 +435,7 @@ mod tests {
             };
             demand(all.programs.get_mut("b").expect("b"), Some(value).filter(|v| v.is_finite()));
             all.published = published(&file(&text), &all);
-            crate::compare::finish::overall(&all)
+            crate::compare::finish::overall(&all, None)
         };
         assert_eq!(verdict(2000.0, "band = [40, 60]"), State::Pass, "half of 4000");
         assert_eq!(verdict(3000.0, "band = [40, 60]"), State::Fail, "a quarter");

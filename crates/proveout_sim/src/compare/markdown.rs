@@ -24,6 +24,10 @@ pub fn markdown(c: &Comparison) -> String {
             word(c.verdict)
         ),
     );
+    if let Some(names) = &c.must_pass {
+        let names: Vec<String> = names.iter().map(|n| format!("`{}`", cell(n))).collect();
+        put(&mut out, format_args!("Of the programs these must pass: {}.\n\n", names.join(", ")));
+    }
     limits(&mut out, c);
     times(&mut out, c);
     published(&mut out, c);
@@ -125,22 +129,92 @@ fn published(out: &mut String, c: &Comparison) {
     if c.published.is_empty() {
         return;
     }
-    out.push_str("### Published values beside ours\n\n");
-    out.push_str("| what | measured here as | published | here | band | reached | source | remark |\n|---|---|---|---|---|---|---|---|\n");
+    let (open, null) = (c.choices.is_some(), c.null_program.as_deref());
+    out.push_str("### Published values beside ours\n\n| what | measured here as | published | here |");
+    let mut columns = 4;
+    let mut head = |out: &mut String, words: &str| {
+        put(out, format_args!(" {words} |"));
+        columns += 1;
+    };
+    if let Some(name) = null {
+        head(out, &format!("null program `{}`", cell(name)));
+    }
+    if open {
+        ["over the choices alone", "over the draws", "over the twin"].iter().for_each(|words| head(out, words));
+    }
+    ["band", if open { "verdict" } else { "reached" }, "source", "remark"].iter().for_each(|words| head(out, words));
+    put(out, format_args!("\n|{}\n", "---|".repeat(columns)));
     for p in &c.published {
-        let band = p.band.map_or_else(|| "none".to_owned(), |[low, high]| format!("{low} to {high}"));
+        let unit = &p.unit;
+        let digits = digits(p.published);
         put(
             out,
             format_args!(
-                "| {} | {} | {} {unit} | {} {unit} | {band} | {} | {} | {} |\n",
+                "| {} | {} | {} {unit} | {} {unit} |",
                 cell(&p.name),
                 cell(&p.measured),
                 p.published,
-                fixed(p.value, 1),
-                reached(p.state),
-                cell(&p.source),
-                cell(&p.remark),
-                unit = p.unit
+                fixed(p.value, digits)
+            ),
+        );
+        if null.is_some() {
+            put(
+                out,
+                format_args!(" {} |", p.null_value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$} {unit}"))),
+            );
+        }
+        if open {
+            let range = |r: Option<[f64; 2]>| {
+                r.map_or_else(|| "cannot act".to_owned(), |[low, high]| format!("{low:.digits$} to {high:.digits$}"))
+            };
+            for r in [p.over_choices, p.over_draws, p.over_twin] {
+                put(out, format_args!(" {} |", range(r)));
+            }
+        }
+        let band = p.band.map_or_else(|| "none".to_owned(), |[low, high]| format!("{low} to {high}"));
+        let judged = p.reproduced.map_or_else(|| reached(p.state), |r| r.word());
+        put(out, format_args!(" {band} | {judged} | {} | {} |\n", cell(&p.source), cell(&p.remark)));
+    }
+    out.push('\n');
+    choices(out, c);
+}
+
+/// As many as the published value needs to be told from others.
+fn digits(published: f64) -> usize {
+    if published.abs() < 2.0 { 3 } else { 1 }
+}
+
+fn choices(out: &mut String, c: &Comparison) {
+    let Some(open) = &c.choices else { return };
+    out.push_str("### Choices\n\nEach alone at the ends of its range; then all at once in ");
+    put(out, format_args!("{} draws of a Latin hypercube", open.draws));
+    if open.refused > 0 {
+        put(out, format_args!(", {} of which were refused: {}", open.refused, cell(&open.reasons.join("; "))));
+    }
+    out.push_str(".\n\n| choice | key | tried | source | why | changes |\n|---|---|---|---|---|---|\n");
+    for choice in &open.choices {
+        let digits = |name: &str| c.published.iter().find(|p| p.name == name).map_or(1, |p| digits(p.published));
+        let change = |(name, [low, high]): (&String, &[f64; 2])| {
+            let digits = digits(name);
+            format!("{} {low:.digits$} to {high:.digits$}", cell(name))
+        };
+        let mut acts: Vec<String> = choice.acts_on.iter().map(change).collect();
+        if acts.is_empty() {
+            acts.push("nothing".to_owned());
+        }
+        if !choice.refused.is_empty() {
+            acts.push(format!("a value was refused: {}", cell(&choice.refused)));
+        }
+        put(
+            out,
+            format_args!(
+                "| {} | `{}` | {} | {} | {} | {} |\n",
+                cell(&choice.name),
+                cell(&choice.key),
+                choice.tried.join(", "),
+                choice.source,
+                cell(&choice.reason),
+                acts.join("; ")
             ),
         );
     }
@@ -252,7 +326,7 @@ fn variations(out: &mut String, c: &Comparison) {
     out.push_str("\n|---|---|");
     out.push_str(&"---|---|".repeat(names.len()));
     out.push('\n');
-    for v in &c.variations {
+    for v in c.variations.iter().filter(|v| v.acts || v.unchecked.is_some()) {
         put(out, format_args!("| {} | {} |", cell(&v.name), kind(v)));
         for name in &names {
             match v.gains.get(*name) {
@@ -268,6 +342,11 @@ fn variations(out: &mut String, c: &Comparison) {
             }
         }
         out.push('\n');
+    }
+    let idle: Vec<String> =
+        c.variations.iter().filter(|v| !v.acts && v.unchecked.is_none()).map(|v| cell(&v.name)).collect();
+    if !idle.is_empty() {
+        put(out, format_args!("\nNot counted, since they change no time of a cutting stretch: {}.\n", idle.join(", ")));
     }
     out.push('\n');
 }

@@ -12,6 +12,7 @@
 //!
 //! Everything in [`Comparison`] follows from the inputs: same inputs, same bytes at any thread count.
 
+mod choices;
 mod finish;
 mod judge;
 mod markdown;
@@ -47,7 +48,7 @@ pub use self::{
     uncertainty::{TimeGain, VariationKind},
 };
 use crate::{
-    certificate::{blocks_of, certify},
+    certificate::{blocks_of, certify, gain_curves},
     design::deviation_on,
     error::SimError,
     prepare::{Choice, Prepared},
@@ -57,6 +58,9 @@ use crate::{
     surface_map::SurfaceMap,
     verdict::Verdict,
 };
+
+/// A variation that changes no time of a cutting stretch by more than this part cannot act on a gain.
+const ACTS: f64 = 1e-9;
 
 /// What the call chooses.
 #[derive(Clone, Debug, Default)]
@@ -75,11 +79,14 @@ pub struct Comparing {
     file: CompareFile,
     scene: String,
     description: String,
+    cells: [f64; 3],
+    scene_cells: bool,
     shape: Option<Shape>,
     baseline: usize,
     entries: Vec<Entry>,
     variations: Vec<Variation>,
     own_limits: Option<Variation>,
+    choices: Option<choices::Tried>,
     part: Option<PartPicture>,
 }
 
@@ -97,6 +104,9 @@ struct Entry {
     runs: Vec<ReprogrammedRun>,
     studies: Vec<Study>,
     judged: bool,
+    digests: BTreeMap<String, String>,
+    /// What programs are made again with, for choices.
+    again: choices::Again,
     motion: Option<Motion>,
     ideal: Option<Motion>,
     run: Option<Ran>,
@@ -139,6 +149,7 @@ impl Comparing {
             let help = format!("programs of the scene: {}", names.join(", "));
             return Err(InputError::file(&scene.path, message, help).into());
         };
+        choices::check(&scene)?;
         let read = |name: &String| -> Result<Entry, SimError> {
             let choice = Choice {
                 program: Some(name.clone()),
@@ -153,8 +164,12 @@ impl Comparing {
         let entries = names.iter().map(read).collect::<Result<Vec<_>, _>>()?;
         let blade = scene.file.part.as_ref().and_then(|p| p.blade);
         let shape = blade.map(|b| Shape::of_scene(&scene, &b, 0.0)).transpose()?;
+        let own = scene.file.resolution_mm.get_ref().edges();
+        let cells = choice.resolution_mm.map_or(own, |c| [c; 3]);
         Ok(Self {
             file,
+            cells,
+            scene_cells: cells == own,
             shape,
             scene: scene.file.name,
             description: scene.file.description,
@@ -162,8 +177,14 @@ impl Comparing {
             entries,
             variations: Vec::new(),
             own_limits: None,
+            choices: None,
             part: None,
         })
+    }
+
+    /// Whether the scene looks at motion alone: its programs are not run.
+    pub fn motion_only(&self) -> bool {
+        self.file.motion_only
     }
 
     /// Name of the scene.
@@ -188,7 +209,8 @@ impl Comparing {
         let mut twins = variations(self.entries[self.baseline].case.settings.dynamics);
         let limited = !self.entries[self.baseline].changed_limits.is_empty();
         twins.extend(limited.then(own_limits));
-        let total = self.entries.len() * (twins.len() + 2);
+        let tries = choices::tries(&self.file);
+        let total = self.entries.len() * (twins.len() + 2 + tries.len());
         let done = AtomicUsize::new(0);
         let step = || told(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         self.execute(&step)?;
@@ -208,6 +230,9 @@ impl Comparing {
         let groups = times.chunks(self.entries.len().max(1));
         self.variations = twins.iter().zip(groups).map(|(twin, times)| self.variation(twin, times)).collect();
         self.own_limits = if limited { self.variations.pop() } else { None };
+        if !tries.is_empty() {
+            self.choices = Some(self.tried(&tries, &step));
+        }
         Ok(())
     }
 
@@ -243,15 +268,17 @@ impl Comparing {
     fn tell_gaps(&mut self) {
         for index in 0..self.entries.len() {
             let gaps = self.gaps(&self.entries[index]);
-            for (study, figures) in self.entries[index].studies.iter_mut().zip(gaps) {
+            for (study, (figures, curves)) in self.entries[index].studies.iter_mut().zip(gaps) {
                 study.figures.retain(|f| !figures.iter().any(|own| own.name == f.name));
                 study.figures.extend(figures);
+                study.curves.retain(|c| !curves.iter().any(|own| own.name == c.name && own.axes == c.axes));
+                study.curves.extend(curves);
             }
         }
     }
 
-    /// Time, bound and gap of the stretches of a made program; nothing where there is no bound.
-    fn gaps(&self, entry: &Entry) -> Vec<Vec<StudyFigure>> {
+    /// Time, bound and gap of the stretches of a made program, and what it gains over velocity limits; nothing where there is no bound.
+    fn gaps(&self, entry: &Entry) -> Vec<(Vec<StudyFigure>, Vec<StudyCurve>)> {
         let source = entry.made.as_ref().and_then(|(_, _, from)| self.entries.iter().find(|e| e.name == *from));
         let (Some(new), Some(old)) = (entry.motion.as_ref(), source.and_then(|s| s.motion.as_ref())) else {
             return Vec::new();
@@ -259,13 +286,15 @@ impl Comparing {
         let pairs = blocks_of(&new.blocks, &entry.runs).into_iter().zip(blocks_of(&old.blocks, &entry.runs));
         let figure = |name: &str, unit: &str, value: f64| StudyFigure { name: name.into(), unit: unit.into(), value };
         let runs = entry.runs.iter().zip(pairs).map(|(run, (new, old))| {
-            let Ok(found) = certify(run, |_| 0, new, old) else { return Vec::new() };
+            let Ok(found) = certify(run, |_| 0, new, old, &entry.changed_limits) else {
+                return (Vec::new(), Vec::new());
+            };
             let mut figures = vec![
                 figure("time of the planned stretch", "s", found.time_s),
                 figure("no schedule in the channel is below", "s", found.bound_s),
             ];
             figures.extend(found.gap_percent.map(|gap| figure("left to gain at most", "%", gap)));
-            figures
+            (figures, found.joints.iter().flat_map(gain_curves).collect())
         });
         runs.collect()
     }
@@ -281,6 +310,7 @@ impl Comparing {
             parameter: twin.parameter.into(),
             kind: twin.kind,
             unchecked: times.iter().find_map(|t| t.as_ref().err().cloned()),
+            acts: false,
             times: BTreeMap::new(),
             gains: BTreeMap::new(),
         };
@@ -292,6 +322,8 @@ impl Comparing {
         let (Some(base), Some(base_nominal)) = (known.get(self.baseline), nominal.get(self.baseline)) else {
             return out;
         };
+        let other = |a: &VariedTime, b: &VariedTime| (a.stretch_s / b.stretch_s - 1.0).abs() > ACTS;
+        out.acts = known.iter().zip(&nominal).any(|(a, b)| other(a, b));
         for (i, entry) in self.entries.iter().enumerate() {
             out.times.insert(entry.name.clone(), known[i]);
             if i == self.baseline {
@@ -380,6 +412,8 @@ impl Entry {
             made,
             studies: runs.iter().map(pictures::study_of).collect(),
             runs: runs.to_vec(),
+            digests: prepared.digests.clone(),
+            again: choices::Again::new(&prepared),
             judged: prepared.scene.file.part.as_ref().is_some_and(|p| p.judged.is_some()),
             prepared: Some(prepared),
             motion: None,

@@ -11,6 +11,9 @@
 //! the ends of the blocks and programmed times `t_i`, `v_i = (q_i - q_(i-1)) / t_i` and
 //! `a_i = 2 (v_(i+1) - v_i) / (t_i + t_(i+1))`. The steps are the blocks of the program. The acceleration of a path with corners
 //! grows with a finer step, so that only programs of equal steps can be compared.
+//!
+//! *Tip with the joints led straight* is what a control without tool center point control makes of the blocks: the tip's largest distance
+//! from the chord of its places at both ends of a block, the joints being mixed linearly between them.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +23,7 @@ use proveout_controller::{
 };
 use proveout_geom::{Point, ToolPose};
 use proveout_machine::{Joint, JointKind, JointValues, MAX_JOINTS, Machine};
-use proveout_nc::{Command, Op, PathMode, Program, Settings as NcSettings};
+use proveout_nc::{Command, Diagnostic, Op, PathMode, Program, Settings as NcSettings};
 use proveout_tool::{Tool, ToolLibrary};
 
 use crate::{
@@ -30,6 +33,9 @@ use crate::{
     run::from_run_error,
     scene::Scene,
 };
+
+/// Places between two blocks at which the tip is looked at with the joints led straight.
+const BETWEEN: usize = 40;
 
 /// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.
 const DEAD_BAND: (f64, f64) = (1e-3, 1e-6);
@@ -57,7 +63,7 @@ pub(crate) enum Source {
 }
 
 impl Source {
-    fn program(&self, settings: &NcSettings) -> Result<Program, SimError> {
+    pub(crate) fn program(&self, settings: &NcSettings) -> Result<Program, SimError> {
         Ok(match self {
             Self::Text { name, text } => Program::from_text(name, text.as_str(), settings)?,
             Self::File(path) => Program::open(path, settings)?,
@@ -76,6 +82,8 @@ pub(crate) struct FeedBlock {
     pub(crate) programmed: f64,
     /// Positions at its end.
     pub(crate) end: JointValues,
+    /// Tip at its end, table frame.
+    pub(crate) tip: Point,
     /// Center of the ball at its end in the table frame, where the tool is a ball.
     pub(crate) center: Option<Point>,
     high: [JointValues; 3],
@@ -205,6 +213,21 @@ impl MotionCase {
         })
     }
 
+    /// Another program on another machine of the same scene.
+    pub(crate) fn with(&self, machine: Machine, settings: ControlSettings, source: Source, nc: NcSettings) -> Self {
+        Self { machine, own_machine: None, settings, source, nc, ..self.clone() }
+    }
+
+    /// How the reader is set.
+    pub(crate) fn nc(&self) -> &NcSettings {
+        &self.nc
+    }
+
+    /// Tools that the programs call.
+    pub(crate) fn tools(&self) -> &ToolLibrary {
+        &self.tools
+    }
+
     /// The programmed path itself, at the planned times.
     pub(crate) fn ideal(&self) -> Self {
         let settings = ControlSettings { dynamics: Dynamics::Ideal, ..self.settings.clone() };
@@ -216,7 +239,18 @@ impl MotionCase {
     /// # Errors
     /// What keeps the program from being executed.
     pub(crate) fn run(&self) -> Result<Motion, SimError> {
-        let program = self.source.program(&self.nc)?;
+        self.of(self.source.program(&self.nc)?)
+    }
+
+    /// Runs commands in place of the program's.
+    ///
+    /// # Errors
+    /// What keeps them from being executed.
+    pub(crate) fn of_commands(&self, commands: Vec<Command>) -> Result<Motion, SimError> {
+        self.of(commands.into_iter().map(Ok))
+    }
+
+    fn of(&self, program: impl Iterator<Item = Result<Command, Diagnostic>>) -> Result<Motion, SimError> {
         let commands = program.map(|command| command.and_then(|c| known_offset(self.scaled(c), &self.nc, &self.scene)));
         let mut controller = Controller::new(commands, &self.machine, &self.tools.tools, self.settings.clone())?;
         let band = |j: &Joint| if j.kind == JointKind::Rotary { DEAD_BAND.1 } else { DEAD_BAND.0 };
@@ -312,6 +346,7 @@ impl Record<'_> {
                     time: [block.start_time, block.end_time],
                     programmed: if block.feed > 0.0 { block.programmed_length / block.feed } else { 0.0 },
                     end,
+                    tip: pose.tip,
                     center: ball.map(|radius| pose.tip + pose.axis * radius),
                     high: open.high,
                     index: block.index,
@@ -399,6 +434,41 @@ impl Motion {
         out
     }
 
+    /// Pairs of neighboring blocks of the stretch.
+    fn pairs<'a>(
+        &'a self,
+        stretch: &'a [std::ops::Range<usize>],
+    ) -> impl Iterator<Item = (&'a FeedBlock, &'a FeedBlock)> {
+        let places = stretch.iter().flat_map(Clone::clone);
+        let pair = |i: usize| Some((self.blocks.get(i.checked_sub(1)?)?, self.blocks.get(i)?));
+        places.filter_map(pair).filter(|(a, b)| a.run == b.run)
+    }
+
+    /// Sum of the steps of each joint over the stretch, mm or radian.
+    pub(crate) fn travel(&self, stretch: &[std::ops::Range<usize>]) -> JointValues {
+        self.pairs(stretch).fold(JointValues::ZERO, |sum, (a, b)| {
+            let step = b.end.zip_map(a.end, |b, a| (b - a).abs());
+            sum.zip_map(step, |s, d| s + d)
+        })
+    }
+
+    /// Largest distance of the tip from its chord where the joints run straight from block to block, mm; none without a block.
+    pub(crate) fn straight_joints(&self, machine: &Machine, stretch: &[std::ops::Range<usize>]) -> Option<f64> {
+        let worst = |(a, b): (&FeedBlock, &FeedBlock)| {
+            let length = |block: &FeedBlock| (machine.forward(&block.end, 0.0).tip - block.tip).norm();
+            let (chord, long) = (b.tip - a.tip, length(b));
+            let off = |k: usize| {
+                let part = k as f64 / BETWEEN as f64;
+                let q = a.end.zip_map(b.end, |a, b| a + (b - a) * part);
+                let from = machine.forward(&q, long).tip - a.tip;
+                let along = if chord.norm() > 0.0 { from.dot(&chord) / chord.norm_squared() } else { 0.0 };
+                (from - chord * along.clamp(0.0, 1.0)).norm()
+            };
+            (1..BETWEEN).map(off).fold(0.0, f64::max)
+        };
+        self.pairs(stretch).map(worst).reduce(f64::max)
+    }
+
     /// Largest distance of ball centers at the ends of blocks, mm; none where a tool is no ball or the programs differ in
     /// structure.
     pub(crate) fn center_shift(&self, other: &Self) -> Option<f64> {
@@ -422,6 +492,7 @@ mod tests {
             time: [0.0, 2.0 * programmed],
             programmed,
             end,
+            tip: Point::origin(),
             center: None,
             high: [JointValues::ZERO; 3],
             index: 0,

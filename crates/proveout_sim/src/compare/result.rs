@@ -32,6 +32,15 @@ pub struct Comparison {
     pub joint_limits: Vec<ChangedLimit>,
     /// Program that the others are compared with.
     pub baseline: String,
+    /// Cells of the stock along x, y and z, mm.
+    #[serde(default)]
+    pub cells_mm: [f64; 3],
+    /// They are those of the scene.
+    #[serde(default)]
+    pub scene_cells: bool,
+    /// Nothing was cut: motion alone.
+    #[serde(default)]
+    pub motion_only: bool,
     /// Programs in the order of the scene.
     pub order: Vec<String>,
     /// All programs pass, all criteria, and every published value with a band lies in it: fail if one fails, else unchecked if
@@ -47,6 +56,15 @@ pub struct Comparison {
     /// twin: its gains are in no error.
     #[serde(default)]
     pub own_limits: Option<Variation>,
+    /// What the experiment leaves open, and what it does to the published values; null where the scene lists nothing.
+    #[serde(default)]
+    pub choices: Option<Choices>,
+    /// Program that the simplest plan gives; null where the scene names none.
+    #[serde(default)]
+    pub null_program: Option<String>,
+    /// Programs whose own verdict counts; null where all do.
+    #[serde(default)]
+    pub must_pass: Option<Vec<String>>,
     /// Published values beside ours.
     pub published: Vec<Published>,
     /// Criteria of the scene.
@@ -104,6 +122,27 @@ pub struct ProgramFigures {
     pub clearance: Clearance,
 }
 
+impl ProgramFigures {
+    /// Of a program that was not run: motion alone, no gate checked.
+    pub(crate) fn of_motion(folder: String, time: Time, made: Option<Made>, stretch: Option<Stretch>) -> Self {
+        Self {
+            folder,
+            verdict: State::Unchecked,
+            gates: Vec::new(),
+            errors: 0,
+            digests: BTreeMap::new(),
+            made,
+            time,
+            axes: BTreeMap::new(),
+            stretch,
+            deviation: Deviation::default(),
+            surface: Surface::default(),
+            difference: None,
+            clearance: Clearance::default(),
+        }
+    }
+}
+
 /// How a program was made from another one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Made {
@@ -141,6 +180,21 @@ pub struct Stretch {
     pub programmed_s: f64,
     /// Joints by name; mm or degrees, seconds.
     pub axes: BTreeMap<String, StretchAxis>,
+    /// All rotary joints together; null where there is none.
+    #[serde(default)]
+    pub rotary: Option<RotaryDemand>,
+    /// Largest distance of the tip from its chord if the joints run straight from block to block, micrometer.
+    #[serde(default)]
+    pub straight_joints_tip_um: Option<f64>,
+}
+
+/// What a program asks of all rotary joints together at its programmed feed: roots of sums of squares, degrees and seconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RotaryDemand {
+    /// Largest speed.
+    pub velocity: Option<f64>,
+    /// Largest acceleration.
+    pub acceleration: Option<f64>,
 }
 
 /// A joint over the cutting stretch; mm or degrees, seconds.
@@ -156,6 +210,9 @@ pub struct StretchAxis {
     pub max_jerk: f64,
     /// Reversals of direction.
     pub reversals: u64,
+    /// Sum of its steps from block to block.
+    #[serde(default)]
+    pub travel: f64,
     /// Largest speed that the program asks for at its programmed feed.
     pub demand_velocity: Option<f64>,
     /// Largest acceleration that the program asks for at its programmed feed, by differences of its blocks.
@@ -235,6 +292,9 @@ pub struct Variation {
     pub kind: VariationKind,
     /// Why it was not made; null when it was.
     pub unchecked: Option<String>,
+    /// It changes the time of some cutting stretch: one that does not cannot act on a gain, and is not counted.
+    #[serde(default)]
+    pub acts: bool,
     /// Times of every program by name.
     pub times: BTreeMap<String, VariedTime>,
     /// Gains of every program but the baseline.
@@ -258,6 +318,61 @@ pub struct VariedGains {
     pub stretch_time_change_percent: Option<f64>,
 }
 
+/// Whether a published value comes out, whatever was chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Reproduced {
+    /// It lies in the range over choices and twin, and ours has its sign everywhere.
+    Reproduced,
+    /// It lies in the range, and some choice turns the sign; or only draws of all choices at once come as far.
+    Possible,
+    /// It lies outside of everything that was tried.
+    Not,
+}
+
+impl Reproduced {
+    /// As it stands in a table.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced",
+            Self::Possible => "possible",
+            Self::Not => "not",
+        }
+    }
+}
+
+/// What an experiment leaves open.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Choices {
+    /// The choices.
+    pub choices: Vec<TriedChoice>,
+    /// Draws of all of them at once, by Latin hypercube.
+    pub draws: u64,
+    /// Draws that a method or the control refused; they count in no range.
+    pub refused: u64,
+    /// Why the first of them were refused.
+    pub reasons: Vec<String>,
+}
+
+/// A choice, and what it does alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TriedChoice {
+    /// What it is.
+    pub name: String,
+    /// Its key.
+    pub key: String,
+    /// The values that were tried, in words.
+    pub tried: Vec<String>,
+    /// `published`, `chosen` or `inferred`.
+    pub source: String,
+    /// Why this range.
+    pub reason: String,
+    /// Published values that it changes, by name: from where to where, with the value of the scene.
+    pub acts_on: BTreeMap<String, [f64; 2]>,
+    /// Why a value could not be tried; empty where all were.
+    pub refused: String,
+}
+
 /// A published value beside ours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Published {
@@ -273,8 +388,24 @@ pub struct Published {
     pub value: Option<f64>,
     /// From where to where it counts as reproduced; null when the scene sets no band.
     pub band: Option<[f64; 2]>,
-    /// Our value lies in the band; unchecked without a band or a value.
+    /// Reproduced, where the scene lists choices; else our value lies in the band. Unchecked without a band or a value, and where it is
+    /// possible only.
     pub state: State,
+    /// The same quantity of the null program; null where there is none, or for the null program itself.
+    #[serde(default)]
+    pub null_value: Option<f64>,
+    /// From where to where our value goes over the choices one at a time; null where none of them acts on it.
+    #[serde(default)]
+    pub over_choices: Option<[f64; 2]>,
+    /// The same over draws of all choices at once.
+    #[serde(default)]
+    pub over_draws: Option<[f64; 2]>,
+    /// The same over the variations of the twin; null where they cannot act.
+    #[serde(default)]
+    pub over_twin: Option<[f64; 2]>,
+    /// Judgement over choices and twin; null where the scene lists no choice, and where the value needs the cut part.
+    #[serde(default)]
+    pub reproduced: Option<Reproduced>,
     /// Where it was published.
     pub source: String,
     /// Why it can, or cannot, be reached.

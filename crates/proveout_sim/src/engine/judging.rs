@@ -109,7 +109,12 @@ impl Engine<'_> {
     pub(super) fn judge_stock_breach(&mut self, piece: &Piece, index: usize) {
         let Some(breach) = self.stock_bodies.breach(index) else { return };
         let tolerances = &self.prepared.scene.file.tolerances;
-        let told = wording::stock_breach(breach, tolerances.near_miss_mm, self.stock_bodies.unseen_mm());
+        let mut told = wording::stock_breach(breach, tolerances.near_miss_mm, self.stock_bodies.unseen_mm());
+        // The whole run sees more of what lies between the rays, and may clear it.
+        if self.prepared.wanted.preview.is_some() && wording::may_be_of_the_cells(breach, tolerances.near_miss_mm) {
+            told.severity = finding::Severity::Warning;
+            told.message += "; a preview: only its coarse cells may say so";
+        }
         let finding = self.at_piece(told, piece, breach.time);
         let finding = self.log.push(finding);
         self.stock_breaches.push((index, finding));

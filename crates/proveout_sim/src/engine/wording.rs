@@ -108,6 +108,12 @@ pub(super) fn stock_breach(breach: &StockBreach, near: f64, unseen: f64) -> Find
     f
 }
 
+/// A breach that rests on what lies between the rays: no ray was as near as that.
+pub(super) fn may_be_of_the_cells(breach: &StockBreach, near: f64) -> bool {
+    let limit = if is_near_miss(breach) { near } else { TOUCH_MM };
+    !breach.inside && breach.severity != Severity::QueryFailed && breach.ray_distance > limit
+}
+
 /// A body that stands in the stock and moves as one with it.
 pub(super) fn at_rest(standing: &AtRest) -> Finding {
     let (body, overlap) = (&standing.body, &standing.overlap);
@@ -129,7 +135,11 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
     Some(match event {
         Event::Limit { joint, value, limit, kind, .. } => {
             let joint = joint.and_then(|j| machine.joints.get(j));
-            past_limit(joint, [*value, *limit], *kind)?
+            let mut f = past_limit(joint, [*value, *limit], *kind)?;
+            if let (LimitKind::Travel, Some(joint)) = (kind, joint) {
+                f.message.push_str(crate::preflight::trust(machine, joint));
+            }
+            f
         }
         Event::UnreachablePose { reason, .. } => {
             FindingLog::of(&finding::UNREACHABLE, format!("the programmed tool pose cannot be reached: {reason}"))

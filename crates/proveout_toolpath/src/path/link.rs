@@ -40,6 +40,8 @@ pub struct LinkRule {
     pub feed: f64,
     /// Longest step between two poses of a rapid, mm of the tip, and largest turn of the axis, radian.
     pub step: [f64; 2],
+    /// The feed holds for the chord between two contacts, not for the way along the line.
+    pub chords: bool,
 }
 
 /// Where rapids are led.
@@ -205,7 +207,8 @@ pub fn linked(
         }
         for pair in line.contacts.windows(2) {
             // A step of the contact takes its length; where only the axis turns, as long as its tip needs.
-            let way = (pair[1].length - pair[0].length).max(1e-9);
+            let chord = (pair[1].place.point - pair[0].place.point).norm();
+            let way = if rule.chords { chord } else { pair[1].length - pair[0].length }.max(1e-9);
             moves.push(Move { pose: pair[1].touch.pose, seconds: Some(way / rule.feed) });
         }
         at = line.contacts.last();

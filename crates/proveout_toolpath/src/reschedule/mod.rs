@@ -10,12 +10,16 @@ mod channel;
 mod corner;
 mod error;
 mod min_angular_acceleration;
+mod multi_scale;
 mod quaternion;
 mod s_theta;
 mod section;
 mod singularity;
+mod smooth;
 mod study;
 mod taut;
+mod tool_channel;
+mod touching;
 
 use std::ops::Range;
 
@@ -28,12 +32,18 @@ pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
 pub use error::RescheduleError;
 pub use min_angular_acceleration::{MinAngularAcceleration, between_keys, capped, inflections};
+pub use multi_scale::{
+    BullNose, ContactFrame, CrossSection, Judged, MultiScale, basis, critical, fitted as fitted_curves, leaned,
+    mean_deviation, value as curve_value,
+};
 pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};
 pub use section::{Layer, SectionPath};
 pub use singularity::{Junction, PoleAngles, PoleStretch, Singularity, between, fitted, pole_angles};
+pub use smooth::{ChannelKind, Smooth, SmoothPlan, TurnLimits};
 pub use study::{Curve, CurveKind, Figure, Quantity, Study};
-pub use taut::{Gate, taut_string};
+pub use taut::{Gate, free_taut_string, taut_string};
+pub use tool_channel::ToolChannel;
 
 /// A block of a cutting run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +80,11 @@ pub struct Contact {
 pub trait ContactSurface {
     /// The contact nearest to a point; none where the surface does not reach.
     fn contact(&self, near: &Point) -> Option<Contact>;
+
+    /// The same, with the nearest point of the rim for a point beyond it.
+    fn nearest(&self, near: &Point) -> Option<Contact> {
+        self.contact(near)
+    }
 }
 
 /// Which poses of the tool are free of interference: the feasible region of tool axes at a contact point is where the
@@ -78,6 +93,36 @@ pub trait FeasibleRegion {
     /// Smallest distance of shank, neck and holder from what they must not touch, mm; zero or less where they do. The cutting
     /// end, which touches the surface that it cuts, does not count.
     fn clearance(&self, pose: &ToolPose) -> f64;
+
+    /// Angles of a turn at which the tool is free, proved: intervals `[from, to]` in radian, rising and apart, `from` in -pi .. pi and
+    /// `to` at most a turn above; `[-pi, pi]` where all are free. None where they cannot be told for this tool.
+    fn free_turns(&self, turn: &AxisTurn) -> Option<Vec<[f64; 2]>> {
+        let _ = turn;
+        None
+    }
+}
+
+/// A turn of the tool axis about a direction, with the center of the tool's ball held:
+/// `V(a) = sqrt(1 - axial^2) (basis[0] cos a + basis[1] sin a) + axial basis[2]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisTurn {
+    /// Center of the ball, mm.
+    pub center: Point,
+    /// What is told holds for all centers that are no farther away than this, mm.
+    pub drift: f64,
+    /// Unit vectors at right angles to each other.
+    pub basis: [Vector; 3],
+    /// Sine of the inclination of the axis.
+    pub axial: f64,
+    /// What is told holds for all axes that are no farther from those of the turn than this, radian.
+    pub spread: f64,
+}
+
+/// How long a control takes: the time law that a method may ask about.
+pub trait TimeLaw {
+    /// Time of every block of the run with these poses, s; of the first one, which comes from somewhere else, too. None where the control
+    /// refuses the motion.
+    fn block_times(&self, poses: &[ToolPose]) -> Option<Vec<f64>>;
 }
 
 /// What a method may ask about. Everything is in the frame of the run.
@@ -93,12 +138,18 @@ pub struct Surroundings<'a> {
     pub surface: Option<&'a dyn ContactSurface>,
     /// What the tool must not touch, for methods that need feasible regions.
     pub region: Option<&'a dyn FeasibleRegion>,
+    /// How long the control takes for new poses, for methods that are led by it.
+    pub time_law: Option<&'a dyn TimeLaw>,
+    /// All runs of the program as they stand, for methods that look at the rows beside theirs.
+    pub rows: &'a [CuttingRun],
+    /// Which of them this run is.
+    pub row: usize,
 }
 
 impl<'a> Surroundings<'a> {
     /// A cutter and a table axis; nothing else is known.
     pub fn new(cutter: &'a Profile, table_axis: Vector) -> Self {
-        Self { cutter, table_axis, machine: None, surface: None, region: None }
+        Self { cutter, table_axis, machine: None, surface: None, region: None, time_law: None, rows: &[], row: 0 }
     }
 }
 

@@ -53,6 +53,53 @@ pub fn taut_string(start: [f64; 2], gates: &[Gate], end: [f64; 2]) -> Result<Vec
     Ok(path)
 }
 
+/// Corners of the shortest path through gates of which it may take any place of the first and the last: level up to its first corner and from its last
+/// one. The sum of any convex function of its slopes is the least there is.
+///
+/// # Errors
+/// Index of the first gate that is empty.
+pub fn free_taut_string(gates: &[Gate]) -> Result<Vec<[f64; 2]>, usize> {
+    if let Some(empty) = gates.iter().position(|g| g.low.is_nan() || g.high.is_nan() || g.low > g.high) {
+        return Err(empty);
+    }
+    let (Some(begin), Some(end)) = (gates.first(), gates.last()) else { return Ok(Vec::new()) };
+    let ends = (first_demand(gates.iter().enumerate()), first_demand(gates.iter().enumerate().rev()));
+    let (Some(first), Some(last)) = ends else {
+        let low = gates.iter().map(|g| g.low).fold(f64::MIN, f64::max);
+        let high = gates.iter().map(|g| g.high).fold(f64::MAX, f64::min);
+        let level = 0.5 * (low + high);
+        return Ok(vec![[begin.s, level], [end.s, level]]);
+    };
+    let point = |(i, value): (usize, f64)| [gates[i].s, value];
+    let mut path = vec![[begin.s, first.1]];
+    if first.0 < last.0 {
+        path.extend(taut_string(point(first), &gates[first.0 + 1..last.0], point(last))?);
+    }
+    path.push([end.s, last.1]);
+    path.dedup();
+    Ok(path)
+}
+
+/// The last gate, from one end on, with the limit that a later one contradicts; none where one level passes all gates.
+fn first_demand<'a>(gates: impl Iterator<Item = (usize, &'a Gate)>) -> Option<(usize, f64)> {
+    let (mut bottom, mut top) = ((0, f64::NEG_INFINITY), (0, f64::INFINITY));
+    for (i, gate) in gates {
+        if gate.low > top.1 {
+            return Some(top);
+        }
+        if gate.high < bottom.1 {
+            return Some(bottom);
+        }
+        if gate.low >= bottom.1 {
+            bottom = (i, gate.low);
+        }
+        if gate.high <= top.1 {
+            top = (i, gate.high);
+        }
+    }
+    None
+}
+
 /// Adds a point to a chain; `inside` says that a slope lies on the inner side of another one.
 fn extend(
     path: &mut Vec<[f64; 2]>,

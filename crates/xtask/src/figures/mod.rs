@@ -123,7 +123,7 @@ fn registry(text: &str) -> Result<Vec<Run>, Failure> {
     let mut out: Vec<Run> = Vec::new();
     for entry in list {
         let entry = entry.as_table().ok_or_else(|| fault("a run is no table".into()))?;
-        let known = ["name", "command", "experiment", "data", "long", "made"];
+        let known = ["name", "command", "experiment", "data", "long", "made", "second_count"];
         if let Some(key) = entry.keys().find(|k| !known.contains(&k.as_str())) {
             return Err(fault(format!("unknown key {key:?}; a run has {}", known.join(", "))));
         }

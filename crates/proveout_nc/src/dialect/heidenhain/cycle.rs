@@ -49,6 +49,9 @@ impl Interpreter {
 
     /// No corner and no approach waits.
     pub(crate) fn settle_contour(&mut self, span: Span) -> Result<(), Fault> {
+        if let Some(fault) = self.free_is_open(span) {
+            return Err(fault);
+        }
         if self.modal.corner.is_some() {
             return Err(super::corner::no_element(span));
         }

@@ -1,15 +1,15 @@
 //! Words of cycles, in the old form and with Q parameters, and of hole patterns.
 
 use super::lexer::{Lexer, refused, unknown};
-use super::words::{Block, CycleValue, OldWord, Param, Statement, Value};
+use super::words::{Block, CycleValue, OldWord, Param, Pattern, PatternKind, Statement, Value};
 use crate::diagnostic::{Fault, Span};
 
 /// Cycles in the old form, `CYCL DEF 7.1`, that are read.
 const OLD_CYCLES: [u32; 16] = [1, 2, 4, 5, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
 /// Cycles in the form with Q parameters that are read.
-pub(crate) const CYCLES: [u32; 26] = [
-    200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 232, 233, 240, 241, 247, 251, 252, 253, 254, 256, 257, 262,
-    263, 264, 265,
+pub(crate) const CYCLES: [u32; 28] = [
+    200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 230, 231, 232, 233, 240, 241, 247, 251, 252, 253, 254, 256,
+    257, 262, 263, 264, 265,
 ];
 
 /// Cycles that builders of machines add.
@@ -58,11 +58,15 @@ pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> 
         return Ok(());
     }
     let remedy = match number {
+        267 => "how the tool comes onto the outer thread is not published to the point: write the helix as CP blocks",
         204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
-        255 | 258..=299 => {
-            "post the path as L and C blocks; of the milling cycles 208, 232, 233, 251 to 254, 256, 257 and 262 to 265 are read"
+        255 | 258..=269 | 277..=299 => {
+            "post the path as L and C blocks; of the milling cycles 208, 230 to 233, 251 to 254, 256, 257 and 262 to 265 are read"
         }
-        14 | 20..=25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
+        14 | 20..=24 | 270..=276 => {
+            "the path on which the control clears a contour (SL cycles) is not published: post the path as L and C blocks"
+        }
+        25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
         3 | 6 | 15 | 16 => "post the path as L and C blocks",
         400..=499 => {
             "what a probe finds is not known: take the cycle out and give its result with --variable or in the control file"
@@ -188,44 +192,66 @@ fn cycle_value(x: &mut Lexer<'_>, start: usize) -> Result<CycleValue, Fault> {
     x.need(start).map(CycleValue::Value)
 }
 
-/// `POS1 (X+10 Y+20 Z+0) ~ POS2 (...)`.
+/// Words of a pattern, the longer ones first.
+const PATTERN_WORDS: [&str; 14] =
+    ["NUMX", "NUMY", "NUM", "ROTX", "ROTY", "ROT", "START", "STEP", "DX", "DY", "D", "X", "Y", "Z"];
+
+/// `POS1 (X+10 Y+20 Z+0) ~ ROW1 (X+25 Y+33 D+8 NUM5 ROT+0 Z+0)`.
 pub(crate) fn pattern(x: &mut Lexer<'_>, start: usize) -> Result<Statement, Fault> {
     if !x.word("DEF") {
         return Err(x.unexpected());
     }
-    let mut points = Vec::new();
+    let mut patterns = Vec::new();
     while !x.ended() {
-        if !x.prefix("POS") {
-            let mut probe = x.clone();
-            let word = probe.letters();
+        let at = x.pos();
+        let forms = [
+            ("PITCHCIRC", PatternKind::Sector),
+            ("CIRC", PatternKind::Circle),
+            ("FRAME", PatternKind::Frame),
+            ("PAT", PatternKind::Grid),
+            ("ROW", PatternKind::Row),
+            ("POS", PatternKind::Point),
+        ];
+        let Some((_, kind)) = forms.into_iter().find(|(word, _)| x.prefix(word)) else {
+            let word = x.clone().letters();
             return Err(if word.is_empty() {
                 x.unexpected()
             } else {
-                refused(&format!("PATTERN DEF {word}"), x.span_from(start), "write the points as POS1 ( X.. Y.. Z.. )")
+                refused(
+                    &format!("PATTERN DEF {word}"),
+                    x.span_from(start),
+                    "write POS, ROW, PAT, FRAME, CIRC or PITCHCIRC",
+                )
             });
-        }
+        };
         x.s.integer();
         x.blanks();
         if !x.s.take(b'(') {
             return Err(x.unexpected());
         }
-        let mut point = [Value::Number(0.0); 3];
+        let mut values: Vec<(&'static str, Value)> = Vec::new();
         loop {
             x.blanks();
             if x.s.take(b')') {
                 break;
             }
             let at = x.pos();
-            let axis = match x.peek() {
-                b'X' => 0,
-                b'Y' => 1,
-                b'Z' => 2,
-                _ => return Err(x.unexpected()),
+            let taken = |word: &str| match kind {
+                PatternKind::Point => matches!(word, "X" | "Y" | "Z"),
+                PatternKind::Row => matches!(word, "X" | "Y" | "Z" | "D" | "NUM" | "ROT"),
+                PatternKind::Grid | PatternKind::Frame => !matches!(word, "D" | "NUM" | "START" | "STEP"),
+                PatternKind::Circle => matches!(word, "X" | "Y" | "Z" | "D" | "NUM" | "START"),
+                PatternKind::Sector => matches!(word, "X" | "Y" | "Z" | "D" | "NUM" | "START" | "STEP"),
             };
-            x.s.bump();
-            point[axis] = x.need(at)?;
+            let Some(word) = PATTERN_WORDS.into_iter().find(|word| taken(word) && x.prefix(word)) else {
+                return Err(x.unexpected());
+            };
+            if values.iter().any(|(other, _)| *other == word) {
+                return Err(crate::diagnostic::twice(word, x.span_from(at)));
+            }
+            values.push((word, x.need(at)?));
         }
-        points.push(point);
+        patterns.push(Pattern { kind, values, span: x.span_from(at) });
     }
-    Ok(Statement::Pattern(points))
+    Ok(Statement::Pattern(patterns))
 }

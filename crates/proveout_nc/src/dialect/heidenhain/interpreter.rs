@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::free::Free;
 use super::state::State;
 use super::variables::Variables;
-use super::words::{Block, Label, Statement};
+use super::words::{self, Block, Label, Statement};
 use super::{din, leftover, parser, recover, text};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{self, Channel, Failed, Language, Section};
@@ -53,7 +54,7 @@ impl Labels {
                 let parsed = if din { din::parse(line, &mut block) } else { parser::parse(line, &mut block) };
                 unreadable |= parsed.is_err();
                 let key = match (&parsed, &block.statement) {
-                    (Ok(()), Statement::Label(Label::Number(super::words::Value::Number(n)))) if *n != 0.0 => {
+                    (Ok(()), Statement::Label(Label::Number(words::Value::Number(n)))) if *n != 0.0 => {
                         Some(label_key(*n))
                     }
                     (Ok(()), Statement::Label(Label::Name(name))) => Some(format!("\"{}", name.to_ascii_uppercase())),
@@ -120,6 +121,8 @@ pub(crate) struct Heidenhain {
     /// Motions since the position is known again, and where the last one went.
     pub(super) since: u32,
     pub(super) last: crate::AxisValues,
+    /// Elements of a free contour that wait for their ends.
+    pub(super) free: Free,
 }
 
 /// The program, before its first block. `folder`: where it lies, if it is a file.

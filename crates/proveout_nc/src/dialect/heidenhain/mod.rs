@@ -20,6 +20,7 @@ mod drilling;
 mod execute;
 mod expr;
 mod frames;
+mod free;
 mod functions;
 mod interpreter;
 mod leftover;

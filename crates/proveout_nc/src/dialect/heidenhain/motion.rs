@@ -24,6 +24,14 @@ pub(crate) struct Goal {
 impl Interpreter {
     /// Executes a path block.
     pub(crate) fn path(&mut self, path: Path, w: &Words, span: Span) -> Result<(), Fault> {
+        if path == Path::FreePole {
+            return self.free_pole(w, span);
+        }
+        if !matches!(path, Path::Free(_))
+            && let Some(fault) = self.free_is_open(span)
+        {
+            return Err(fault);
+        }
         if matches!(path, Path::Round | Path::Chamfer) {
             return self.begin_corner(path, w, span);
         }
@@ -39,6 +47,7 @@ impl Interpreter {
                 | Path::PolarLine
                 | Path::PolarArc
                 | Path::PolarTangent
+                | Path::Free(_)
         );
         if self.modal.corner.is_some() && !contour {
             return Err(super::corner::no_element(span));
@@ -68,7 +77,8 @@ impl Interpreter {
             Path::PolarTangent => self.polar_tangent(w, span)?,
             Path::Approach(lead) => self.approach(lead, w, rapid, span)?,
             Path::Depart(lead) => self.depart(lead, w, rapid, span)?,
-            Path::Round | Path::Chamfer | Path::Pole => {}
+            Path::Free(kind) => self.free(kind, w, rapid, span)?,
+            Path::Round | Path::Chamfer | Path::Pole | Path::FreePole => {}
         }
         if path != Path::Nothing {
             self.modal.rapid_before = rapid;

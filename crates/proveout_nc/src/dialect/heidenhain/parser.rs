@@ -3,7 +3,7 @@
 use super::expr;
 use super::lexer::{Lexer, refused, unknown};
 use super::statements;
-use super::words::{Block, Coordinate, Kind, Lead, Path, Reference, Side, Statement, Words};
+use super::words::{Block, Coordinate, FreeKind, Kind, Lead, Path, Reference, Side, Statement, Words};
 use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::{Fault, Span, twice};
@@ -76,6 +76,11 @@ fn statement(x: &mut Lexer<'_>, block: &mut Block, start: usize) -> Result<(), F
         "CHF" => Some(Path::Chamfer),
         "APPR" => Some(Path::Approach(lead(x, start)?)),
         "DEP" => Some(Path::Depart(lead(x, start)?)),
+        "FL" => Some(Path::Free(FreeKind::Line)),
+        "FLT" => Some(Path::Free(FreeKind::LineTangent)),
+        "FC" => Some(Path::Free(FreeKind::Arc)),
+        "FCT" => Some(Path::Free(FreeKind::ArcTangent)),
+        "FPOL" => Some(Path::FreePole),
         _ => None,
     };
     if let Some(path) = path {
@@ -237,10 +242,14 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
     let start = x.pos();
     let first = x.peek();
     let second = x.peek_at(1);
-    if first == b'C' && second == b'C' && x.peek_at(2) == b'A' {
+    let arc_lead = matches!(path, Path::Approach(Lead::Circle) | Path::Depart(Lead::Circle) | Path::Free(_));
+    if first == b'C' && second == b'C' && x.peek_at(2) == b'A' && arc_lead {
         x.set_pos(start + 3);
         let value = x.need(start)?;
         return set(&mut words.arc_angle, value, "CCA", x.span_from(start));
+    }
+    if matches!(path, Path::Free(_)) && free_word(x, words, start)? {
+        return Ok(());
     }
     if let Some(index) = axis(first)
         && (!second.is_ascii_alphabetic() || second == b'Q')
@@ -306,13 +315,44 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
             let list = if first == b'N' { &mut words.normal } else { &mut words.vector };
             set(&mut list[component], value, "the component of the vector", x.span_from(start))
         }
-        (b'L', b'E') if x.at("LEN") => {
+        (b'L', b'E') if x.at("LEN") && has_length(path) => {
             x.set_pos(start + 3);
             let value = x.need(start)?;
             set(&mut words.length, value, "LEN", x.span_from(start))
         }
         _ => Err(x.unexpected()),
     }
+}
+
+/// LEN belongs to the block.
+fn has_length(path: Path) -> bool {
+    matches!(
+        path,
+        Path::Approach(Lead::LineTangent | Lead::LineNormal)
+            | Path::Depart(Lead::LineTangent | Lead::LineNormal)
+            | Path::Chamfer
+            | Path::Free(_)
+    )
+}
+
+/// AN, CCX, CCY, CLSD of a free contour, if one is next.
+fn free_word(x: &mut Lexer<'_>, words: &mut Words, start: usize) -> Result<bool, Fault> {
+    if x.at("CLSD") && matches!(x.peek_at(4), b'+' | b'-') {
+        let begins = x.peek_at(4) == b'+';
+        x.set_pos(start + 5);
+        set(&mut words.closed, begins, "CLSD", x.span_from(start))?;
+        return Ok(true);
+    }
+    let (length, slot, name) = match (x.peek(), x.peek_at(1), x.peek_at(2)) {
+        (b'A', b'N', _) => (2, &mut words.line_angle, "AN"),
+        (b'C', b'C', b'X') => (3, &mut words.circle[0], "CCX"),
+        (b'C', b'C', b'Y') => (3, &mut words.circle[1], "CCY"),
+        _ => return Ok(false),
+    };
+    x.set_pos(start + length);
+    let value = x.need(start)?;
+    set(slot, value, name, x.span_from(start))?;
+    Ok(true)
 }
 
 fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: Path, start: usize) -> Result<(), Fault> {
@@ -332,6 +372,7 @@ fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: Path, start: usize) -
             | Path::Round
             | Path::Approach(Lead::Circle | Lead::LineCircle)
             | Path::Depart(Lead::Circle | Lead::LineCircle)
+            | Path::Free(_)
     );
     if next == b'0' && !matches!(x.peek_at(1), b'0'..=b'9' | b'.') {
         x.s.bump();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::cycle::{Cycle, Setting};
 use super::interpreter::Interpreter;
-use super::words::Words;
+use super::words::{Pattern, PatternKind, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
@@ -132,16 +132,77 @@ impl Interpreter {
         self.functions_before(w, span)?;
         // Without F the tool moves between the points with the feed in force; FMAX is rapid.
         let rapid = self.feed_word(w, span)? || self.technology.feed.is_none();
-        let unit = self.modal.unit();
-        for point in self.modal.pattern.clone() {
-            let mut p = [0.0; 3];
-            for (slot, value) in p.iter_mut().zip(point) {
-                *slot = self.variables.value(value, span)? * unit;
+        for pattern in self.modal.pattern.clone() {
+            for p in self.points_of(&pattern, span)? {
+                self.hole(number, &values, [p[0], p[1]], p[2], rapid, span)?;
             }
-            self.hole(number, &values, [p[0], p[1]], p[2], rapid, span)?;
         }
         self.functions_after(w, span)?;
         self.functions_last(w);
         Ok(())
+    }
+
+    /// Points of PATTERN DEF, mm: X and Y in the plane, Z that lifts the surface.
+    ///
+    /// HEIDENHAIN, *TNC 640 Programming of machining cycles*, "Pattern definition PATTERN DEF": rows and grids turn about their first
+    /// point, D of a circle is its diameter.
+    fn points_of(&mut self, pattern: &Pattern, span: Span) -> Result<Vec<[f64; 3]>, Fault> {
+        let unit = self.modal.unit();
+        let value = |word: &str| {
+            let found = pattern.values.iter().find(|(other, _)| *other == word);
+            found.map_or(Ok(0.0), |(_, value)| self.variables.value(*value, span))
+        };
+        let count = |word: &str| {
+            let count = value(word)?;
+            if count.fract() == 0.0 && (1.0..=MAX_HOLES).contains(&count) {
+                return Ok(count as u32);
+            }
+            let message = format!("{word} of PATTERN DEF takes a whole number from 1 and has {count}");
+            Err(Fault::new(codes::BAD_VALUE, span, message).help("write the number of points"))
+        };
+        let start = [value("X")? * unit, value("Y")? * unit, value("Z")? * unit];
+        let at = |degrees: f64, a: f64, b: f64| {
+            let (s, c) = crate::frame::sin_cos_degrees(degrees);
+            [start[0] + c * a - s * b, start[1] + s * a + c * b, start[2]]
+        };
+        let points = match pattern.kind {
+            PatternKind::Point => vec![start],
+            PatternKind::Row => {
+                let (turn, step) = (value("ROT")?, value("D")? * unit);
+                (0..count("NUM")?).map(|i| at(turn, f64::from(i) * step, 0.0)).collect()
+            }
+            PatternKind::Circle | PatternKind::Sector => {
+                let (holes, radius, from) = (count("NUM")?, 0.5 * value("D")? * unit, value("START")?);
+                let step = if pattern.kind == PatternKind::Circle { 360.0 / f64::from(holes) } else { value("STEP")? };
+                (0..holes).map(|i| at(from + f64::from(i) * step, radius, 0.0)).collect()
+            }
+            PatternKind::Grid | PatternKind::Frame => {
+                if value("ROTX")? != 0.0 || value("ROTY")? != 0.0 {
+                    return Err(super::lexer::refused(
+                        "PATTERN DEF with ROTX or ROTY (a sheared grid)",
+                        pattern.span,
+                        "write the points as POS1 ( X.. Y.. Z.. )",
+                    ));
+                }
+                let (columns, rows, turn) = (count("NUMX")?, count("NUMY")?, value("ROT")?);
+                let (du, dv) = (value("DX")? * unit, value("DY")? * unit);
+                if f64::from(columns) * f64::from(rows) > MAX_HOLES {
+                    return Err(Fault::new(codes::ARGUMENTS, span, "the pattern has more than 100 000 points")
+                        .help("check NUMX and NUMY"));
+                }
+                let edge = |row: u32, column: u32| row == 0 || row + 1 == rows || column == 0 || column + 1 == columns;
+                let all = (0..rows)
+                    .flat_map(|row| (0..columns).map(move |i| (row, if row % 2 == 0 { i } else { columns - 1 - i })));
+                all.filter(|&(row, column)| pattern.kind == PatternKind::Grid || edge(row, column))
+                    .map(|(row, column)| at(turn, f64::from(column) * du, f64::from(row) * dv))
+                    .collect()
+            }
+        };
+        if matches!(pattern.kind, PatternKind::Grid | PatternKind::Frame) {
+            self.assume(
+                "PATTERN DEF PAT and FRAME: the points are passed row by row along the first direction, to and fro",
+            );
+        }
+        Ok(points)
     }
 }

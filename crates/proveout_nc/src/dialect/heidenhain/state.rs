@@ -3,7 +3,7 @@
 use super::corner::Corner;
 use super::cycle::{Cycle, OldCycle};
 use super::frames::Frames;
-use super::words::Value;
+use super::words::Pattern;
 use crate::{AxisValues, Feed, OrientationInterpolation, Settings, Tcp};
 
 /// Modal state of the control.
@@ -57,7 +57,7 @@ pub(crate) struct State {
     pub(crate) cycle: Option<Cycle>,
     /// M89
     pub(crate) modal_cycle: bool,
-    pub(crate) pattern: Vec<[Value; 3]>,
+    pub(crate) pattern: Vec<Pattern>,
     /// DIN/ISO: G91.
     pub(crate) incremental: bool,
     /// DIN/ISO: last G function of the path group.

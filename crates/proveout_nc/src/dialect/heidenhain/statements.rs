@@ -84,7 +84,7 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
                 "what a probe finds is not known: take the cycle out and give its result with --variable or in the control file",
             ));
         }
-        "FL" | "FLT" | "FC" | "FCT" | "FPOL" | "FSELECT" => {
+        "FSELECT" => {
             return Err(refused(
                 word,
                 x.span_from(start),

@@ -107,6 +107,12 @@ pub(crate) struct Words {
     pub(crate) length: Option<Value>,
     /// CCA
     pub(crate) arc_angle: Option<Value>,
+    /// AN of a free contour.
+    pub(crate) line_angle: Option<Value>,
+    /// CCX, CCY of a free contour.
+    pub(crate) circle: [Option<Value>; 2],
+    /// CLSD+ (true) and CLSD- of a free contour.
+    pub(crate) closed: Option<bool>,
     pub(crate) functions: Vec<MWord>,
 }
 
@@ -126,6 +132,9 @@ impl Words {
         self.vector = [None; 3];
         self.length = None;
         self.arc_angle = None;
+        self.line_angle = None;
+        self.circle = [None; 2];
+        self.closed = None;
         self.functions.clear();
     }
 
@@ -160,6 +169,19 @@ pub(crate) enum Path {
     Chamfer,
     Approach(Lead),
     Depart(Lead),
+    /// FL, FLT, FC, FCT
+    Free(FreeKind),
+    /// FPOL
+    FreePole,
+}
+
+/// Elements of a free contour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FreeKind {
+    Line,
+    LineTangent,
+    Arc,
+    ArcTangent,
 }
 
 /// Shape of approach and departure.
@@ -275,6 +297,31 @@ pub(crate) struct Tcpm {
     pub(crate) options: Vec<String>,
 }
 
+/// Forms of PATTERN DEF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PatternKind {
+    /// POS
+    Point,
+    Row,
+    /// PAT
+    Grid,
+    /// FRAME: the edge of a grid.
+    Frame,
+    /// CIRC
+    Circle,
+    /// PITCHCIRC
+    Sector,
+}
+
+/// Points of PATTERN DEF.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Pattern {
+    pub(crate) kind: PatternKind,
+    /// By their words: `X`, `NUMX`.
+    pub(crate) values: Vec<(&'static str, Value)>,
+    pub(crate) span: Span,
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Statement {
     /// A comment, a header or nothing at all.
@@ -302,7 +349,7 @@ pub(crate) enum Statement {
     CycleCall,
     CycleCallPos,
     CycleCallPattern,
-    Pattern(Vec<[Value; 3]>),
+    Pattern(Vec<Pattern>),
     Label(Label),
     CallLabel {
         label: Label,

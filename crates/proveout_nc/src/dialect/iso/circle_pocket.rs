@@ -19,12 +19,11 @@ use super::block::g_name;
 use super::calls::whole;
 use super::interpreter::{Interpreter, Iso};
 use super::pending::Pending;
-use crate::arc::PlaneArc;
 use crate::channel::milling::{MAX_PASSES, Mills};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Compensation;
-use crate::{AxisValues, CompSide, CutterComp, Op, ToolName};
+use crate::{AxisValues, CompSide, CutterComp, Motion, Op, ToolName};
 
 /// Most repetitions of a block.
 const MOST_REPEATS: f64 = 9999.0;
@@ -32,6 +31,14 @@ const MOST_REPEATS: f64 = 9999.0;
 impl Mills for Iso {
     fn working_plane(channel: &Interpreter) -> [usize; 3] {
         channel.modal.plane_axes()
+    }
+
+    fn mill_feed(channel: &mut Interpreter, programmed: u16, span: Span) -> Result<(), Fault> {
+        channel.need_feed(programmed, span)
+    }
+
+    fn mill_motion(channel: &Interpreter, end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
+        channel.complete(end, programmed, false, span)
     }
 
     fn mill_line(
@@ -42,24 +49,6 @@ impl Mills for Iso {
         span: Span,
     ) -> Result<(), Fault> {
         channel.cycle_motion(end, programmed, rapid, span)
-    }
-
-    fn mill_circle(
-        channel: &mut Interpreter,
-        (end, programmed): (AxisValues, u16),
-        arc: PlaneArc,
-        clockwise: bool,
-        span: Span,
-    ) -> Result<(), Fault> {
-        channel.need_feed(programmed, span)?;
-        let [u, v, w] = channel.modal.plane_axes();
-        let (mut center, mut normal) = ([0.0; 3], [0.0; 3]);
-        center[u] = arc.center[0];
-        center[v] = arc.center[1];
-        center[w] = channel.position.work.get(w).unwrap_or(0.0);
-        normal[w] = if clockwise { -1.0 } else { 1.0 };
-        let motion = channel.complete(end, programmed, false, span)?;
-        channel.go_arc(motion, center, normal, &arc, span)
     }
 }
 

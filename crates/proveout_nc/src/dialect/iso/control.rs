@@ -13,6 +13,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::source::Mark;
 
 impl Interpreter {
+    /// Does a statement; false where it leaves a loop, and nothing else of its block is run.
     pub(crate) fn statement(
         &mut self,
         loaded: &Arc<Loaded>,
@@ -20,7 +21,7 @@ impl Interpreter {
         statement: Statement,
         block: &Block,
         line: &str,
-    ) -> Result<(), Fault> {
+    ) -> Result<bool, Fault> {
         let span = block.span;
         match statement {
             // A LinuxCNC runs through the heads of numbered programs, but not from a subprogram of O words.
@@ -52,15 +53,17 @@ impl Interpreter {
                     && !self.truth(&condition, span)?
                 {
                     self.continue_after(loaded, partner(loaded, at, span)?.next);
+                    return Ok(false);
                 }
             }
             Statement::End(_) => {
                 self.count_pass(span)?;
                 self.set_cursor(partner(loaded, at, span)?.next);
             }
+            Statement::Dollar(text) => self.dollar(&text, span)?,
             Statement::OWord(label, word) => self.o_word(loaded, at, &label, word, span)?,
         }
-        Ok(())
+        Ok(true)
     }
 
     fn o_word(&mut self, loaded: &Arc<Loaded>, at: Mark, label: &Label, word: OWord, span: Span) -> Result<(), Fault> {

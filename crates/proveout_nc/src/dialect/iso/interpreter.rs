@@ -10,7 +10,7 @@ use super::index::Index;
 use super::modal::{CycleValues, Modal};
 use super::parser::{self, Block, Remark};
 use super::variables::Variables;
-use super::{leftover, osp, recover};
+use super::{grbl, leftover, osp, recover};
 use crate::channel::corners::{CornerMark, Cornering, Corners};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{self, Channel, Failed, Language, Lines, Section};
@@ -281,6 +281,9 @@ impl Interpreter {
         {
             return Err(fault);
         }
+        if let Some(fault) = grbl::refused(block, self.settings.control.grbl_words) {
+            return Err(fault);
+        }
         if let Some(number) = block.number {
             self.own.sequence = number;
         }
@@ -296,7 +299,18 @@ impl Interpreter {
             }
         }
         if let Some(statement) = block.statement.take() {
-            self.statement(loaded, at, statement, block, line)?;
+            let behind = block.behind.take();
+            if !self.statement(loaded, at, statement, block, line)? {
+                return Ok(());
+            }
+            if let Some(behind) = behind {
+                self.assume("what stands behind WHILE .. DO in its block is run in its order, at every pass");
+                if !block.words.is_empty() || !block.assignments.is_empty() {
+                    self.execute(block, line)?;
+                }
+                self.statement(loaded, at, behind, block, line)?;
+                return Ok(());
+            }
             if block.words.is_empty() && block.assignments.is_empty() {
                 return Ok(());
             }

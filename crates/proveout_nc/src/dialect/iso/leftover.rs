@@ -103,7 +103,7 @@ impl Targets {
             if !jumps || parser::parse_line(line, flavor, &mut block).is_err() {
                 continue;
             }
-            let target = match &block.statement {
+            let target = match block.behind.as_ref().or(block.statement.as_ref()) {
                 Some(Statement::Goto(target) | Statement::IfGoto(_, target) | Statement::IfSequence(_, target)) => {
                     Some(target.clone())
                 }
@@ -166,6 +166,7 @@ fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) 
                 | Statement::IfSequence(..)
                 | Statement::IfThen(..)
                 | Statement::While(..)
+                | Statement::Dollar(_)
         )
     );
     Role {

@@ -223,6 +223,19 @@ impl Interpreter {
         Ok(())
     }
 
+    /// `$H` of a grbl: Z goes home, then the other axes.
+    pub(super) fn home(&mut self, span: Span) -> Result<(), Fault> {
+        self.begin_motion();
+        let all = self.all_axes();
+        for axes in [all & 0b100, all & !0b100] {
+            if axes != 0 {
+                let end = self.reference_point("$H", FIRST_REFERENCE, axes, span)?;
+                self.machine_motion(end, axes, true, false);
+            }
+        }
+        Ok(())
+    }
+
     /// The axes of G28 without a coordinate: those of the machine, or, where no machine is known, those that the program uses.
     fn all_axes(&self) -> u16 {
         match &self.settings.reference_points {

@@ -17,6 +17,7 @@ mod cycles;
 mod eval;
 mod expr;
 mod flavor;
+mod grbl;
 mod index;
 mod interpreter;
 mod leftover;
@@ -107,7 +108,14 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings
         let refused = |word| block::refused_word(flavor, !told.certain, &settings.control, word);
         let of_line = block.map_or_else(
             |fault| vec![fault],
-            |b| b.words.iter().filter_map(refused).chain(osp::refused(b, settings.control.osp_words)).collect(),
+            |b| {
+                b.words
+                    .iter()
+                    .filter_map(refused)
+                    .chain(osp::refused(b, settings.control.osp_words))
+                    .chain(grbl::refused(b, settings.control.grbl_words))
+                    .collect()
+            },
         );
         faults.extend(of_line.into_iter().map(|fault| fault.at(&source.name, at.line, line)));
     });

@@ -118,7 +118,8 @@ impl Interpreter {
         if self.settings.whole_numbers == WholeNumbers::Refused && !self.own.flavor.is_linuxcnc() {
             self.refuse_whole_numbers(axes, p, span)?;
         }
-        let assumed = self.settings.whole_numbers == WholeNumbers::Assumed;
+        let told = self.settings.whole_numbers == WholeNumbers::Told;
+        let assumed = told || self.settings.whole_numbers == WholeNumbers::Assumed;
         if !self.own.noted_integers && !self.own.flavor.is_linuxcnc() && assumed {
             let whole = |letter: &u8| !p.has_point(*letter) && p.peek(*letter).is_some_and(|v| v != 0.0);
             if let Some(&letter) =
@@ -126,9 +127,14 @@ impl Interpreter {
             {
                 self.own.noted_integers = true;
                 let (letter, value) = (char::from(letter), p.peek(letter).unwrap_or(0.0));
-                self.note(format!(
+                let text = format!(
                     "{letter}{value} without a decimal point is read as {value} units, not as {value} least increments"
-                ));
+                );
+                if told {
+                    self.assume(format!("{text}: a setting of the machine decides, state it as numbers.without_point of its control file"));
+                } else {
+                    self.note(text);
+                }
             }
         }
         Ok(())
@@ -151,6 +157,8 @@ impl Interpreter {
     fn refuse_whole_numbers(&self, axes: u16, p: &Pending, span: Span) -> Result<(), Fault> {
         let letters =
             AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, letter)| letter).chain(b"IJKR");
+        // K of a drilling cycle is a number of holes.
+        let letters = letters.filter(|letter| **letter != b'K' || self.modal.cycle.is_none());
         let mut whole = letters
             .filter_map(|&letter| p.peek(letter).filter(|v| *v != 0.0 && !p.has_point(letter)).map(|v| (letter, v)));
         match whole.next() {

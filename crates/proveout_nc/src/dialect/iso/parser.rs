@@ -18,6 +18,10 @@ pub(crate) struct Block {
     /// `#1 = 5`, in the order of the text.
     pub(crate) assignments: Vec<Assignment>,
     pub(crate) statement: Option<Statement>,
+    /// The line begins with `$`, as those of a grbl do.
+    pub(crate) dollar: Option<Span>,
+    /// IF behind `WHILE [..] DO 1` or `DO 1`.
+    pub(crate) behind: Option<Statement>,
     /// Comments that say something to the operator or the control.
     pub(crate) remarks: Vec<Remark>,
     /// Text of the last comment.
@@ -82,6 +86,8 @@ impl Block {
         self.words.clear();
         self.assignments.clear();
         self.statement = None;
+        self.behind = None;
+        self.dollar = None;
         self.remarks.clear();
         self.comment = Span::default();
         self.osp = None;
@@ -116,6 +122,13 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
         block.tape = true;
         return Ok(());
     }
+    if s.peek() == b'$' && flavor.is_linuxcnc() {
+        let at = s.pos();
+        block.span = Span::new(at, line.trim_end().len());
+        block.dollar = Some(block.span);
+        block.statement = Some(Statement::Dollar(line[at..].trim().to_ascii_uppercase()));
+        return Ok(());
+    }
     let mut first = true;
     let mut start = None;
     let mut end = s.pos();
@@ -123,6 +136,7 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
         s.skip_blanks();
         let at = s.pos();
         let byte = s.peek();
+        let held = (block.words.len(), block.assignments.len());
         match byte {
             b'(' => comment(&mut s, flavor, block)?,
             b';' => {
@@ -216,7 +230,10 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                         Statement::IfSequence(..) => Some(("`IF [..] N`", s.span_from(at))),
                         _ => block.osp,
                     };
-                    if block.statement.replace(found).is_some() {
+                    let opens = matches!(block.statement, Some(Statement::While(..))) && block.behind.is_none();
+                    if opens && matches!(found, Statement::IfGoto(..) | Statement::IfThen(..)) {
+                        block.behind = Some(found);
+                    } else if block.statement.replace(found).is_some() {
                         let message = "a second statement in one block: what the control makes of both is not stated";
                         return Err(Fault::new(codes::CONFLICT, s.span_from(at), message)
                             .help("write it in a block of its own"));
@@ -233,6 +250,12 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
             }
             _ if s.at_end() => break,
             _ => return Err(unexpected(&s, flavor)),
+        }
+        if block.behind.is_some() && held != (block.words.len(), block.assignments.len()) {
+            let message = "words stand behind an IF behind WHILE .. DO: what the control makes of them is not stated";
+            return Err(
+                Fault::new(codes::CONFLICT, s.span_from(at), message).help("write them in a block of their own")
+            );
         }
     }
     block.span = Span::new(start.unwrap_or(0), end);

@@ -19,6 +19,8 @@ pub(crate) enum Statement {
     /// `IF [..] THEN #1 = 5`
     IfThen(Expr, Assignment),
     Goto(Expr),
+    /// `$H` and other lines of a grbl that begin with `$`.
+    Dollar(String),
     /// `WHILE [..] DO n`; without a condition `DO n`.
     While(Option<Expr>, u32),
     /// `END n`

@@ -169,6 +169,10 @@ impl Interpreter {
             if m == NOTED_G + 500 && p.has(b'S') {
                 return Err(of_a_lathe("G50 S", "limits the speed of the spindle", span));
             }
+            if m == NOTED_G + 500 && self.is_scaled() {
+                self.scaling(500, p, span)?;
+                continue;
+            }
             if m >= NOTED_G {
                 self.note_with_values(&g_name(m - NOTED_G), p);
                 continue;

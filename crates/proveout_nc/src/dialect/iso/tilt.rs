@@ -15,6 +15,7 @@
 //!
 //! for a C table that is carried by an A or B trunnion, counted as ISO 841 does (motion of the tool against the part).
 
+use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{Length, Plane};
 use super::pending::{AXES, Pending};
@@ -203,30 +204,27 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G51 X Y Z P and G50 of a Haas (*Mill operator's manual*, G51): all end points and arcs are scaled by P about a center, which
+    /// A scaling is in force.
+    pub(crate) fn is_scaled(&self) -> bool {
+        self.modal.frames.scale != Frame::IDENTITY
+    }
+
+    /// G51 X Y Z P and G50 (Haas, *Mill operator's manual*, G51): all end points and arcs are scaled by P about a center, which
     /// is where the tool stands along axes without a word. Scaling is switched on before a rotation, and off behind it.
-    fn scaling(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+    ///
+    /// A Fanuc (*Operator's manual*, "Scaling (G50, G51)") scales each axis by I, J and K as well, mirrors it where they are
+    /// below zero, and counts thousandths where they have no decimal point.
+    pub(crate) fn scaling(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let frames = &self.modal.frames;
         let inside = frames.rotation != Frame::IDENTITY || frames.mirror != Frame::IDENTITY;
         if inside || self.modal.plane != Plane::Off || self.modal.tcp {
             return Err(Fault::new(codes::CONFLICT, span, "scaling changes under a rotation, a mirror or a plane")
-                .help("write G69, G100 or G255 before it"));
+                .help("write G69, G100 or G50.1, or G255 before it"));
         }
         let mut scale = Frame::IDENTITY;
         if code == 510 {
-            let Some(factor) = p.take(b'P') else {
-                return Err(Fault::new(
-                    codes::MISSING_VALUE,
-                    span,
-                    "G51 has no P, and would scale by settings of the control",
-                )
-                .help("write the factor: G51 X0 Y0 Z0 P2."));
-            };
-            if !(SCALES.contains(&factor)) {
-                let message = format!("the scale P takes 0.001 to 999.999 and has {factor}");
-                return Err(Fault::new(codes::BAD_VALUE, span, message).help("write a factor above zero"));
-            }
-            let scaled = frames.scale != Frame::IDENTITY;
+            let factors = self.scale_factors(p, span)?;
+            let scaled = self.is_scaled();
             if p.axes() & !LINEAR != 0 {
                 return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "G51 of a rotary axis is not supported")
                     .help("scale X, Y and Z"));
@@ -234,19 +232,76 @@ impl Interpreter {
             for (axis, letter) in [b'X', b'Y', b'Z'].into_iter().enumerate() {
                 let center = match self.length_of(p, letter) {
                     Some(value) => value,
+                    // What is not scaled has no center.
+                    None if factors[axis] == 1.0 => 0.0,
                     None => self.position.work.get(axis).filter(|_| !scaled).ok_or_else(|| {
                         let message = format!("G51 has no {}, and the position is not known", char::from(letter));
                         Fault::new(codes::POSITION_UNKNOWN, span, message).help("write the center: G51 X0 Y0 Z0 P2.")
                     })?,
                 };
-                scale.linear[axis][axis] = factor;
-                scale.translation[axis] = center * (1.0 - factor);
+                scale.linear[axis][axis] = factors[axis];
+                scale.translation[axis] = center * (1.0 - factors[axis]);
             }
         }
         self.begin();
         self.modal.frames.scale = scale;
         self.frames_changed(&super::block::g_name(code));
         Ok(())
+    }
+
+    /// P for all axes, or on a Fanuc I J K for each.
+    fn scale_factors(&mut self, p: &mut Pending, span: Span) -> Result<[f64; 3], Fault> {
+        let fanuc = self.own.flavor == Flavor::Fanuc;
+        let points = [b'P', b'I', b'J', b'K'].map(|letter| p.has_point(letter));
+        let all = p.take(b'P');
+        let each = [b'I', b'J', b'K'].map(|letter| p.take(letter).filter(|_| fanuc));
+        let wrong =
+            |code: &'static str, message: String, help: &'static str| Err(Fault::new(code, span, message).help(help));
+        let one = |value: f64, point: bool| if fanuc && !point { value / 1000.0 } else { value };
+        let factors = match (all, each) {
+            (Some(_), [None, None, None]) | (None, [Some(_), Some(_), Some(_)]) => match all {
+                Some(all) => [one(all, points[0]); 3],
+                None => std::array::from_fn(|axis| one(each[axis].unwrap_or(1.0), points[axis + 1])),
+            },
+            (None, [None, None, None]) => {
+                return wrong(
+                    codes::MISSING_VALUE,
+                    "G51 has no P, and would scale by settings of the control".to_owned(),
+                    "write the factor: G51 X0 Y0 Z0 P2.",
+                );
+            }
+            (None, _) => {
+                return wrong(
+                    codes::MISSING_VALUE,
+                    "G51 has not all of I, J and K, and would scale an axis by a parameter of the control".to_owned(),
+                    "write all three: G51 X0 Y0 Z0 I2000 J2000 K1000",
+                );
+            }
+            (Some(_), _) => {
+                return wrong(
+                    codes::CONFLICT,
+                    "G51 has P for all axes, and I, J or K for one".to_owned(),
+                    "write P, or I, J and K",
+                );
+            }
+        };
+        for factor in factors {
+            if !SCALES.contains(&if all.is_none() { factor.abs() } else { factor }) {
+                let message = format!("the scale takes 0.001 to 999.999 and has {factor}");
+                return wrong(
+                    codes::BAD_VALUE,
+                    message,
+                    "write a factor above zero, without a decimal point in thousandths",
+                );
+            }
+        }
+        if fanuc {
+            self.assume(
+                "G51: P, I, J and K without a decimal point count thousandths (bit 7 of parameter 5400), and no axis is kept from \
+                 scaling (bit 0 of parameter 5401)",
+            );
+        }
+        Ok(factors)
     }
 
     /// G254

@@ -121,7 +121,7 @@ fn fanuc(code: u32) -> Class {
         700 | 710 | 720 | 750 => Class::Refused(TURNING),
         411 | 421 | 412 | 422 => Class::Refused("let the CAM system compensate the cutter, and use G40"),
         270 | 290 => Class::Refused("program the motion with G53 or in work coordinates"),
-        510 => Class::Refused("write the scaled coordinates"),
+        510 => Class::Known(Group::Scaling),
         512 | 544 | 436 => Class::Refused("take the function out for the prove-out"),
         600 => Class::Refused("program the approach from one side with G0"),
         661 => Class::Refused("call the macro with G65"),

@@ -5,8 +5,9 @@
 //! cycle or subprogram call, end of program.
 
 use super::interpreter::Interpreter;
+use super::modal::Interpolation;
 use super::parser::{Block, Call, WordKind};
-use super::pending::Pending;
+use super::pending::{FrameWord, Pending};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
@@ -14,10 +15,35 @@ use crate::machine_data::KinematicsKind;
 use super::block::LINEAR;
 
 impl Interpreter {
+    /// Words of an arc or a rotation that nothing in the block takes.
+    fn without_use(&self, p: &Pending, span: Span) -> Result<(), Fault> {
+        let circle = matches!(self.modal.interpolation, Interpolation::Clockwise | Interpolation::CounterClockwise);
+        let through = self.modal.interpolation == Interpolation::Intermediate;
+        let moves = p.has_axis() || p.has_center() || p.has_orientation() || p.opening.is_some() || p.angle.is_some();
+        let moves = (moves || p.polar_angle.is_some() || p.polar_radius.is_some()) && p.frame.is_none() && !p.machine;
+        let turned = matches!(p.frame, Some((FrameWord::Rot | FrameWord::ARot, _)));
+        let lost = if p.turns.is_some() && !(moves && (circle || through)) {
+            "TURN=, which belongs to G2, G3 and CIP"
+        } else if p.intermediate.iter().any(Option::is_some) && !(moves && through) {
+            "I1=, J1= or K1=, which belongs to CIP"
+        } else if p.radius.is_some() && !moves {
+            "CR=, which belongs to G2 and G3"
+        } else if p.plane_angle.is_some() && !turned {
+            "RPL=, which belongs to ROT and AROT"
+        } else {
+            return Ok(());
+        };
+        let message = format!("nothing in this block takes {lost}");
+        Err(Fault::new(codes::CONFLICT, span, message).help("take it out, or write the word that it belongs to"))
+    }
+
     pub(super) fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
         let span = block.span;
         if self.own.first_line.is_some() {
             self.second_line(p, span)?;
+        }
+        if p.turns.is_some() || p.radius.is_some() || p.plane_angle.is_some() || p.intermediate != [None; 3] {
+            self.without_use(p, span)?;
         }
         if let Some(code) = p.limits {
             self.note(limits_text(code, p));
@@ -58,11 +84,15 @@ impl Interpreter {
                 self.settings.check_kinematics(KinematicsKind::Tcp, word, span)?;
             }
             let before = self.own.tcp();
+            self.own.tool_axis = None;
             self.own.transformed = on;
             self.tell_tcp();
             if before != self.own.tcp() {
                 self.position.forget(LINEAR);
             }
+        }
+        if let Some(wanted) = p.tool_frame {
+            self.tool_frame(wanted, p, span)?;
         }
         if !p.dwell {
             self.feed_word(p, span)?;
@@ -80,6 +110,9 @@ impl Interpreter {
         if let Some(side) = p.compensation {
             self.compensate(side, span)?;
         }
+        if p.corner_feed.is_some() && self.corner_of(p, span)?.is_none() {
+            self.note("FRC= has no effect: the block has neither chamfer nor rounding");
+        }
         if p.dwell {
             self.dwell(p, span)?;
         } else if p.frame.is_none() && (p.has_axis() || p.has_orientation() || p.has_center() || p.opening.is_some()) {
@@ -88,6 +121,9 @@ impl Interpreter {
             } else {
                 let before = self.block_feed(p, span)?;
                 self.motion_with_corner(p, span)?;
+                if self.own.transformed {
+                    self.keep_tool_axis(p, span)?;
+                }
                 if let Some(before) = before {
                     self.set_feed(before);
                 }

@@ -6,6 +6,7 @@ use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, OrientationAngles, SplineEnd, SplineKind, Units};
 use super::parser::{Block, Call, Value, Word, WordKind};
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
+use super::tool_frame::ToolFrame;
 use super::words::{self, Class};
 use crate::channel::doubt::Stage;
 use crate::codes;
@@ -300,6 +301,10 @@ impl Interpreter {
             return Ok(());
         }
         if self.compensation_name(name) {
+            return Ok(());
+        }
+        if let Some(frame) = ToolFrame::from_name(name) {
+            p.tool_frame = Some(frame);
             return Ok(());
         }
         match name {

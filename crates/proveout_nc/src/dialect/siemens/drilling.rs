@@ -8,6 +8,7 @@ use super::eval::Val;
 use super::frames::number;
 use super::interpreter::{Interpreter, Siemens};
 use super::parser::Call;
+use super::slots::surplus;
 use crate::channel::{Holes, Stroke};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -25,7 +26,7 @@ const CHIP_BREAK_RETRACTION: f64 = 1.0;
 const DRILLING: [&str; 10] =
     ["CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE840", "CYCLE85", "CYCLE86", "CYCLE87", "CYCLE88", "CYCLE89"];
 /// Most infeeds of one hole.
-const MAX_INFEEDS: usize = 10_000;
+pub(super) const MAX_INFEEDS: usize = 10_000;
 
 /// The planes that all drilling cycles share, mm.
 #[derive(Clone, Copy, Debug)]
@@ -111,6 +112,7 @@ impl Interpreter {
             name if super::milling::MILLING.contains(&name) => self.mill_cycle(call, span)?,
             "HOLES1" => self.row_of_holes(call, span)?,
             "HOLES2" => self.circle_of_holes(call, span)?,
+            "CYCLE801" => self.grid_of_holes(call, span)?,
             _ => return Ok(false),
         }
         Ok(true)
@@ -214,7 +216,10 @@ impl Interpreter {
         const NAME: &str = "CYCLE83";
         let length = self.modal.units.length();
         let value = |at: usize| number(values, at, NAME, span);
-        if value(12)?.is_some_and(|axis| axis != 0.0 && axis != 3.0) {
+        // 1 to 3 are the axes of the geometry, anything else the third one.
+        let axis =
+            value(12)?.filter(|axis| *axis != 0.0).map(|axis| if matches!(axis, 1.0 | 2.0) { axis } else { 3.0 });
+        if axis.is_some_and(|axis| axis != (self.modal.normal + 1) as f64) {
             return Err(Fault::new(
                 codes::UNSUPPORTED_WORD,
                 span,
@@ -299,8 +304,54 @@ impl Interpreter {
         Ok(())
     }
 
-    fn pattern(&self, call: &Call, span: Span) -> Result<[f64; 6], Fault> {
+    /// CYCLE801(SPCA, SPCO, STA, DIS1, DIS2, NUM1, NUM2, VARI): holes on a grid, row by row to and fro; VARI 1 leaves its inside out.
+    fn grid_of_holes(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
+        const NAME: &str = "CYCLE801";
         let values = self.arguments(call, span)?;
+        let mut numbers = [0.0; 8];
+        for (at, slot) in numbers.iter_mut().enumerate() {
+            *slot = number(&values, at, NAME, span)?.unwrap_or(0.0);
+        }
+        let [x, y, angle, across, up, columns, rows, variant] = numbers;
+        if !matches!(variant, 0.0 | 1.0) || surplus(&values, 8).is_some() {
+            let message = "`CYCLE801` with sheared rows, hidden holes, or a VARI other than 0 and 1 is not supported";
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("write the holes with X and Y"));
+        }
+        let (columns, rows) = (hole_count(columns, NAME, span)?, hole_count(rows, NAME, span)?);
+        self.assume("CYCLE801: the holes are made row by row along the first direction, to and fro");
+        let ((s, c), length) = (crate::frame::sin_cos_degrees(angle), self.modal.units.length());
+        for row in 0..rows {
+            for place in 0..columns {
+                let column = if row % 2 == 0 { place } else { columns - 1 - place };
+                let edge = row == 0 || row + 1 == rows || column == 0 || column + 1 == columns;
+                if variant == 1.0 && !edge {
+                    continue;
+                }
+                let (u, v) = (across * f64::from(column), up * f64::from(row));
+                self.hole((x + u * c - v * s) * length, (y + u * s + v * c) * length, span)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn pattern(&mut self, call: &Call, span: Span) -> Result<[f64; 6], Fault> {
+        let values = self.arguments(call, span)?;
+        if let Some(at) = surplus(&values, 6) {
+            // HIDE
+            if let Some(Some(Val::Text(hidden))) = values.get(8)
+                && !hidden.trim().is_empty()
+            {
+                let message = format!("`{}` with hidden holes (argument 9) is not supported", call.name);
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("write the holes with X and Y"));
+            }
+            if at != 8 || surplus(&values, 9).is_some() {
+                self.assume(format!(
+                    "{}: arguments from 7 on say how the control's editor shows the pattern and how the tool gets from hole to hole: \
+                     straight ways are taken",
+                    call.name
+                ));
+            }
+        }
         let mut numbers = [0.0; 6];
         for (at, slot) in numbers.iter_mut().enumerate() {
             *slot = number(&values, at, &call.name, span)?.unwrap_or(0.0);

@@ -253,6 +253,9 @@ impl Variables {
             "_ORI_FINISH" => 11.0,
             "_ORI_SEMIFIN" => 12.0,
             "_ORI_ROUGH" => 13.0,
+            // Added to one of them, so that only other digits differ.
+            "_TOP_SURFACE_SMOOTH_ON" => 100.0,
+            "_TOP_SURFACE_SMOOTH_OFF" => 200.0,
             _ if is_axis(name) => return Ok(Val::Text(name.to_owned())),
             _ => return Err(unknown(name, span)),
         }))

@@ -185,7 +185,8 @@ impl Interpreter {
                 .help("write CYCLE832(0.02,1)"));
         };
         // 11 to 13: the third argument is the tolerance of the orientation, degrees.
-        let with_orientation = (11.0..=13.0).contains(&mode);
+        let kind = if mode < 1000.0 { mode.rem_euclid(100.0) } else { mode };
+        let with_orientation = (11.0..=13.0).contains(&kind);
         let orientation = if with_orientation { number(&values, 2, "CYCLE832", span)? } else { None };
         if self.modal.mode_before_cycle832.is_none() {
             self.modal.mode_before_cycle832 = Some(self.modal.path_mode);
@@ -208,6 +209,10 @@ impl Interpreter {
         let values = self.arguments(call, span)?;
         let deselected =
             matches!(values.get(1), Some(Some(Val::Text(name))) if name.trim() == "0" || name.trim().is_empty());
+        if self.own.tool_framed {
+            return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` stands while TOROT or TOFRAME is in force")
+                .help("write TOROTOF before it"));
+        }
         let frames_before = self.modal.frames.total();
         if values.iter().all(Option::is_none) || deselected {
             self.modal.frames.swivel = Frame::IDENTITY;

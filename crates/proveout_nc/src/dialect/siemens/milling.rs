@@ -1,4 +1,4 @@
-//! Milling cycles: POCKET3 rectangular pocket, POCKET4 circular pocket, CYCLE71 face milling.
+//! Milling cycles: POCKET3 rectangular pocket, POCKET4 circular pocket, CYCLE71 face milling; the others are in [`super::slots`].
 //!
 //! ```text
 //!   POCKET3(RTP, RFP, SDIS, DP, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA, AP1, AP2, AD, RAD1, DP1)
@@ -19,27 +19,39 @@ use super::eval::Val;
 use super::frames::number;
 use super::interpreter::{Interpreter, Siemens};
 use super::parser::Call;
-use crate::arc::PlaneArc;
+use super::slots::surplus;
 use crate::channel::milling::{self, Heights, Job, MAX_PASSES, Mills, Plan, Plunge};
 use crate::channel::shape::{Leg, NO_WIDTH_MM, Place, Point, Shape};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Compensation;
-use crate::{AxisValues, CompSide, CutterComp, Feed, Op, SpindleDirection};
+use crate::{AxisValues, Feed, Motion, SpindleDirection};
 
 /// Milling cycles that are read.
-pub(crate) const MILLING: [&str; 3] = ["POCKET3", "POCKET4", "CYCLE71"];
+pub(crate) const MILLING: [&str; 8] =
+    ["POCKET3", "POCKET4", "CYCLE71", "SLOT1", "SLOT2", "LONGHOLE", "CYCLE76", "CYCLE77"];
 
 /// Part of the tool diameter that is the widest infeed where MIDA gives none.
-const USUAL_WIDTH: f64 = 0.8;
+pub(super) const USUAL_WIDTH: f64 = 0.8;
 /// Widest way between two rings that leaves no posts in their corners, in radii of the tool.
-const WIDEST_STEP: f64 = 1.7;
+pub(super) const WIDEST_STEP: f64 = 1.7;
 /// Radius of the arc onto the wall, mm.
-const LEAD_MM: f64 = 2.0;
+pub(super) const LEAD_MM: f64 = 2.0;
 
 impl Mills for Siemens {
     fn working_plane(channel: &Interpreter) -> [usize; 3] {
         channel.modal.plane_axes()
+    }
+
+    fn mill_feed(channel: &mut Interpreter, _programmed: u16, span: Span) -> Result<(), Fault> {
+        channel.own.tangent = None;
+        channel.need_feed(span)?;
+        channel.tell_feed();
+        Ok(())
+    }
+
+    fn mill_motion(channel: &Interpreter, end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
+        channel.cycle_motion(end, programmed, span)
     }
 
     fn mill_line(
@@ -50,48 +62,26 @@ impl Mills for Siemens {
         span: Span,
     ) -> Result<(), Fault> {
         if !rapid {
-            channel.need_feed(span)?;
-            channel.tell_feed();
+            Self::mill_feed(channel, programmed, span)?;
         }
         channel.straight(end, programmed, rapid, span)
-    }
-
-    fn mill_circle(
-        channel: &mut Interpreter,
-        (end, programmed): (AxisValues, u16),
-        arc: PlaneArc,
-        clockwise: bool,
-        span: Span,
-    ) -> Result<(), Fault> {
-        channel.need_feed(span)?;
-        channel.tell_feed();
-        let [u, v, w] = channel.modal.plane_axes();
-        let mut center = [0.0; 3];
-        center[u] = arc.center[0];
-        center[v] = arc.center[1];
-        center[w] = channel.position.work.get(w).unwrap_or(0.0);
-        let mut normal = [0.0; 3];
-        normal[w] = if clockwise { -1.0 } else { 1.0 };
-        let motion = channel.cycle_motion(end, programmed, span)?;
-        channel.own.tangent = None;
-        channel.go_arc(motion, center, normal, &arc, span)
     }
 }
 
 /// The arguments of a cycle: numbers by their place, lengths in mm.
-struct Words<'a> {
-    name: &'a str,
+pub(super) struct Words<'a> {
+    pub(super) name: &'a str,
     values: &'a [Option<Val>],
     length: f64,
-    span: Span,
+    pub(super) span: Span,
 }
 
 impl Words<'_> {
-    fn number(&self, at: usize) -> Result<Option<f64>, Fault> {
+    pub(super) fn number(&self, at: usize) -> Result<Option<f64>, Fault> {
         number(self.values, at, self.name, self.span)
     }
 
-    fn or_zero(&self, at: usize) -> Result<f64, Fault> {
+    pub(super) fn or_zero(&self, at: usize) -> Result<f64, Fault> {
         Ok(self.number(at)?.unwrap_or(0.0))
     }
 
@@ -100,21 +90,21 @@ impl Words<'_> {
             .help("write the argument")
     }
 
-    fn need(&self, at: usize, what: &str) -> Result<f64, Fault> {
+    pub(super) fn need(&self, at: usize, what: &str) -> Result<f64, Fault> {
         self.number(at)?.map(|v| v * self.length).ok_or_else(|| self.missing(at, what))
     }
 
     /// Without sign; zero where it is left out.
-    fn size(&self, at: usize) -> Result<f64, Fault> {
+    pub(super) fn size(&self, at: usize) -> Result<f64, Fault> {
         Ok(self.or_zero(at)?.abs() * self.length)
     }
 
-    fn above_zero(&self, at: usize, what: &str) -> Result<f64, Fault> {
+    pub(super) fn above_zero(&self, at: usize, what: &str) -> Result<f64, Fault> {
         let value = self.need(at, what)?.abs();
         if value > 0.0 && value.is_finite() { Ok(value) } else { Err(self.missing(at, what)) }
     }
 
-    fn fault(&self, code: &'static str, message: String, help: &'static str) -> Fault {
+    pub(super) fn fault(&self, code: &'static str, message: String, help: &'static str) -> Fault {
         Fault::new(code, self.span, message).help(help)
     }
 
@@ -126,16 +116,25 @@ impl Words<'_> {
         Err(self.fault(codes::UNSUPPORTED_WORD, message, "let the CAM system write the motions"))
     }
 
+    /// Arguments from `from` on are none of the cycle's.
+    pub(super) fn no_more(&self, from: usize) -> Result<(), Fault> {
+        let Some(at) = surplus(self.values, from) else { return Ok(()) };
+        let message = format!("argument {} of `{}` is not read", at + 1, self.name);
+        let help =
+            "leave it out; those that the control's editor adds (GMODE, DMODE, AMODE and before) are not supported";
+        Err(self.fault(codes::UNSUPPORTED_WORD, message, help))
+    }
+
     /// Tens and units of VARI.
-    fn variant(&self, at: usize) -> Result<(u32, u32), Fault> {
-        let vari = self.number(at)?.unwrap_or(1.0);
+    pub(super) fn variant_or(&self, at: usize, usual: f64) -> Result<(u32, u32), Fault> {
+        let vari = self.number(at)?.unwrap_or(usual);
         if vari.fract() == 0.0 && (0.0..100.0).contains(&vari) {
             return Ok((vari as u32 / 10, vari as u32 % 10));
         }
         Err(self.fault(codes::ARGUMENTS, format!("VARI of `{}` is {vari}", self.name), "write 1 or 2, and tens"))
     }
 
-    fn finishes(&self, units: u32) -> Result<bool, Fault> {
+    pub(super) fn finishes(&self, units: u32) -> Result<bool, Fault> {
         match units {
             1 => Ok(false),
             2 => Ok(true),
@@ -149,8 +148,16 @@ impl Words<'_> {
 
     /// Planes that all milling cycles share.
     fn heights(&self) -> Result<Heights, Fault> {
+        self.heights_by(None)
+    }
+
+    /// The same where the depth may be relative (DPR), without sign, away from the retraction plane.
+    pub(super) fn heights_by(&self, relative: Option<usize>) -> Result<Heights, Fault> {
         let (retraction, reference) = (self.need(0, "retraction plane")?, self.need(1, "reference plane")?);
-        let depth = self.need(3, "final depth")?;
+        let depth = match relative.map_or(Ok(0.0), |at| self.size(at))? {
+            0.0 => self.need(3, "final depth")?,
+            below => reference - below * if retraction >= reference { 1.0 } else { -1.0 },
+        };
         let down = if depth < reference { -1.0 } else { 1.0 };
         if depth == reference || (retraction - reference) * down > 0.0 {
             let message = format!(
@@ -169,7 +176,7 @@ impl Words<'_> {
 }
 
 /// The equal share of a way that is not above the greatest one; the whole where none is given.
-fn share(way: f64, greatest: f64) -> f64 {
+pub(super) fn share(way: f64, greatest: f64) -> f64 {
     if greatest > 0.0 { way / (way / greatest - 1e-9).ceil().max(1.0) } else { way }
 }
 
@@ -189,6 +196,9 @@ impl Interpreter {
         let before = self.technology.feed;
         match call.name.as_str() {
             "CYCLE71" => self.face(&words)?,
+            "LONGHOLE" => self.long_holes(&words)?,
+            "SLOT1" | "SLOT2" => self.slots(&words)?,
+            "CYCLE76" | "CYCLE77" => self.spigot(&words)?,
             _ => self.pocket(&words)?,
         }
         if self.technology.feed != before && before.is_some() {
@@ -198,7 +208,7 @@ impl Interpreter {
     }
 
     /// Radius of the tool in the spindle, mm.
-    fn tool_radius(&self, words: &Words<'_>) -> Result<Option<f64>, Fault> {
+    pub(super) fn tool_radius(&self, words: &Words<'_>) -> Result<Option<f64>, Fault> {
         if let Some(radius) = self.settings.variables.get("$P_TOOLR") {
             return Ok(Some(radius * words.length).filter(|r| *r > 0.0));
         }
@@ -209,7 +219,7 @@ impl Interpreter {
         }
     }
 
-    fn milling_feed(&self, words: &Words<'_>, at: usize) -> Result<Option<Feed>, Fault> {
+    pub(super) fn milling_feed(&self, words: &Words<'_>, at: usize) -> Result<Option<Feed>, Fault> {
         let factor = self.modal.units.feed();
         Ok(words.number(at)?.filter(|f| *f > 0.0).map_or(self.technology.feed, |value| {
             Some(match self.technology.feed {
@@ -221,8 +231,9 @@ impl Interpreter {
 
     fn pocket(&mut self, words: &Words<'_>) -> Result<(), Fault> {
         let span = words.span;
-        let h = words.heights()?;
         let circle = words.name == "POCKET4";
+        words.no_more(if circle { 19 } else { 23 })?;
+        let h = words.heights()?;
         let (shape, corner, center, turn, places) = if circle {
             let r = words.above_zero(4, "pocket radius")?;
             let center = [words.need(5, "center")?, words.need(6, "center")?];
@@ -252,11 +263,11 @@ impl Interpreter {
                 return Err(words.fault(codes::ARGUMENTS, message, "0 climb, 1 up-cut, 2 as G2, 3 as G3"));
             }
         };
-        let (insertion, units) = words.variant(at + 6)?;
+        let (insertion, units) = words.variant_or(at + 6, 1.0)?;
         let finishing = words.finishes(units)?;
         let place = Place::new(center, turn);
         let Some(radius) = self.tool_radius(words)? else {
-            return self.wall_alone(words, (place, shape), h, (mill, down), climb == climbs);
+            return self.wall_alone(words, (place, shape, [0.0; 2]), h, (mill, down), climb);
         };
         // Corners smaller than the tool become those of the tool.
         let Shape::Rounded { a, b, .. } = shape else { return Ok(()) };
@@ -355,38 +366,9 @@ impl Interpreter {
         }
     }
 
-    /// The finished wall of a pocket at its depth, with cutter compensation: what a program says without its tools.
-    fn wall_alone(
-        &mut self,
-        words: &Words<'_>,
-        (place, shape): (Place, Shape),
-        h: Heights,
-        (mill, down): (Option<Feed>, Option<Feed>),
-        climb: bool,
-    ) -> Result<(), Fault> {
-        let span = words.span;
-        self.assume(format!(
-            "{}: the radius of the tool is not known here, so that the finished wall is given once at its depth, with cutter \
-             compensation, and no roughing",
-            words.name
-        ));
-        let left = climb == (self.technology.direction != SpindleDirection::CounterClockwise);
-        let ring = shape.ring(0.0);
-        let ring = if left { ring } else { ring.reversed() };
-        let center = place.at([0.0; 2]);
-        self.come_over(center, h.clear, span)?;
-        self.mill_to(None, Some(h.depth), down, span)?;
-        let side = if left { CompSide::Left } else { CompSide::Right };
-        self.emit(Op::CutterComp(CutterComp { side, offset: None, radius: None }));
-        self.mill_pass(&place, &ring, mill, span)?;
-        self.emit(Op::CutterComp(CutterComp { side: CompSide::Off, offset: None, radius: None }));
-        self.mill_to(None, Some(h.clear), None, span)?;
-        self.mill_to(None, Some(h.second), None, span)?;
-        self.mill_to(Some(center), None, None, span)
-    }
-
     fn face(&mut self, words: &Words<'_>) -> Result<(), Fault> {
         let span = words.span;
+        words.no_more(16)?;
         let h = words.heights()?;
         let corner = [words.need(4, "starting point")?, words.need(5, "starting point")?];
         let sides = [words.need(6, "length")?, words.need(7, "width")?];
@@ -400,7 +382,7 @@ impl Interpreter {
         let place = Place::new(corner, words.or_zero(8)?);
         let (greatest, beyond, over) = (words.above_zero(10, "infeed width")?, words.size(11)?, words.size(15)?);
         let (floor, mill) = (words.size(12)?, self.milling_feed(words, 13)?);
-        let (tens, units) = words.variant(14)?;
+        let (tens, units) = words.variant_or(14, 1.0)?;
         let finishing = words.finishes(units)?;
         if !(1..=4).contains(&tens) {
             let message = format!("the tens of VARI of `CYCLE71` are {tens}");
@@ -462,7 +444,7 @@ impl Interpreter {
     }
 }
 
-fn no_radius(words: &Words<'_>, why: &str) -> Fault {
+pub(super) fn no_radius(words: &Words<'_>, why: &str) -> Fault {
     words.fault(
         codes::COMPENSATION,
         format!("`{}` needs the radius of the tool, which {why}", words.name),

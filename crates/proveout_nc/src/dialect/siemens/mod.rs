@@ -29,11 +29,13 @@ mod parser;
 mod pending;
 mod polar;
 mod recover;
+mod slots;
 mod splines;
 mod statement;
 mod system;
 mod tapping;
 mod technology;
+mod tool_frame;
 mod two_lines;
 mod words;
 

@@ -154,7 +154,7 @@ impl Interpreter {
     }
 
     /// Unit tool axis from A3= B3= C3= or A2= B2= C2=.
-    fn tool_axis(&self, p: &Pending, span: Span) -> Result<[f64; 3], Fault> {
+    pub(super) fn tool_axis(&self, p: &Pending, span: Span) -> Result<[f64; 3], Fault> {
         let wrong = |message: &str, help: &str| Err(Fault::new(codes::ORIENTATION, span, message).help(help));
         if !self.own.transformed {
             return wrong("a tool vector is programmed and TRAORI is not active", "write TRAORI before it");

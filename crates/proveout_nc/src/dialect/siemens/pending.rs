@@ -1,5 +1,6 @@
 //! The words of one block, sorted: what the block asks for, before anything is done.
 
+use super::tool_frame::ToolFrame;
 use crate::diagnostic::Span;
 use crate::{CompSide, ToolName};
 
@@ -104,6 +105,7 @@ pub(crate) struct Pending {
     pub(crate) exact_stop: bool,
     pub(crate) machine: bool,
     pub(crate) frame: Option<(FrameWord, Span)>,
+    pub(crate) tool_frame: Option<ToolFrame>,
     pub(crate) plane_angle: Option<f64>,
     pub(crate) rounding: Option<f64>,
     /// M words in the order of the block.

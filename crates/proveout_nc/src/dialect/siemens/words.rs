@@ -25,12 +25,12 @@ pub(crate) fn classify_name(name: &str) -> Class {
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
         "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "DIAMOF" | "DISPLON" | "DISPLOF"
         | "SBLOF" | "SBLON" | "ACTBLOCNO" | "GROUP_BEGIN" | "GROUP_ADDEND" | "GROUP_END" | "WORKPIECE" | "FGROUP"
-        | "SETMS" | "SPOF" | "TOFRAMEOF" | "TOROTOF" | "PAROTOF" | "TCOFR" | "ROTOF" | "GETD" | "GET" | "RELEASE"
-        | "SETAL" | "PTPOF" | "CP" | "LFOF" | "LFON" | "GEOAXRESET" | "PRESETONOF" | "NCCHECK" | "PREPRO"
-        | "ORIPATHSOF" | "MEASOF" | "G290" | "SUPD" | "PROTD" | "WAITENC" => Class::Note,
+        | "SETMS" | "SPOF" | "PAROTOF" | "TCOFR" | "ROTOF" | "GETD" | "GET" | "RELEASE" | "SETAL" | "PTPOF" | "CP"
+        | "LFOF" | "LFON" | "GEOAXRESET" | "PRESETONOF" | "NCCHECK" | "PREPRO" | "ORIPATHSOF" | "MEASOF" | "G290"
+        | "SUPD" | "PROTD" | "WAITENC" => Class::Note,
         "INVCW" | "INVCCW" | "POLYPATH" | "CPT" => Class::Refused(PLAIN),
-        "ROTS" | "AROTS" | "CROTS" | "TOFRAME" | "TOFRAMEX" | "TOFRAMEY" | "TOFRAMEZ" | "TOROT" | "TOROTX"
-        | "TOROTY" | "TOROTZ" | "PAROT" | "MEAFRAME" | "PRESETON" | "SETPAL" => Class::Refused(FRAME),
+        "ROTS" | "AROTS" | "CROTS" | "TOFRAMEX" | "TOFRAMEY" | "TOROTX" | "TOROTY" | "PAROT" | "MEAFRAME"
+        | "PRESETON" | "SETPAL" => Class::Refused(FRAME),
         "ORIPATH" | "ORIPATHS" | "ORIROTA" | "ORIROTR" | "ORIROTT" | "ORIROTC" | "ORIPLANE_POLY" | "ORICURVE"
         | "ORICONCW" | "ORICONCCW" | "ORICONIO" | "ORICONTO" | "ORIVIRT1" | "ORIVIRT2" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3= and ORIAXES or ORIVECT")
@@ -40,12 +40,21 @@ pub(crate) fn classify_name(name: &str) -> Class {
         "INIT" | "START" | "COUPON" | "COUPOF" | "COUPDEF" | "TRAILON" | "TRAILOF" | "LEADON" | "LEADOF" => {
             Class::Refused(ONE_CHANNEL)
         }
-        "CYCLE83_EXT" | "CYCLE78" | "CYCLE435" | "CYCLE495" => {
+        "CYCLE83_EXT" | "CYCLE435" | "CYCLE495" => {
             Class::Refused("drilling cycles done here are CYCLE81 to CYCLE89 and CYCLE840")
         }
-        "POCKET1" | "POCKET2" | "SLOT1" | "SLOT2" | "LONGHOLE" | "CYCLE60" | "CYCLE61" | "CYCLE62" | "CYCLE63"
-        | "CYCLE64" | "CYCLE70" | "CYCLE72" | "CYCLE73" | "CYCLE74" | "CYCLE75" | "CYCLE76" | "CYCLE77" | "CYCLE79"
-        | "CYCLE801" | "CYCLE802" | "CYCLE899" | "CYCLE90" => {
+        "CYCLE72" => Class::Refused(
+            "how the cycle comes onto the contour and joins its infeeds is not published; write G41, the contour and its approach",
+        ),
+        "CYCLE73" | "CYCLE74" | "CYCLE75" | "CYCLE62" | "CYCLE63" | "CYCLE64" => Class::Refused(
+            "the path that the control clears a contour pocket on is not published; let the CAM system write the motions",
+        ),
+        "CYCLE90" | "CYCLE78" => Class::Refused("write the helix of the thread as G2 or G3 with TURN="),
+        "POCKET1" | "POCKET2" => Class::Refused("write POCKET3 or POCKET4"),
+        "CYCLE79" => {
+            Class::Refused("its clearing between blank and polygon is not published; write the sides as G1 under G41")
+        }
+        "CYCLE60" | "CYCLE61" | "CYCLE70" | "CYCLE802" | "CYCLE899" => {
             Class::Refused("let the CAM system write the motions of the milling cycle")
         }
         "MEAS" | "MEAW" | "MEASA" | "MEAWA" | "CYCLE971" | "CYCLE976" | "CYCLE977" | "CYCLE978" | "CYCLE979"
@@ -81,7 +90,10 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
         "FZ" | "FD" | "FDA" | "FPR" => Class::Refused("write the feed with F and G94"),
         "DISR" | "DISCL" | "OFFN" => Class::Refused("use G40 and programmed approach motions"),
         "POSA" | "POSP" => Class::Refused("program the axis in a G0 or G1 block"),
-        "LEAD" | "TILT" | "THETA" | "PSI" | "NUT" | "XH" | "YH" | "ZH" | "PHI" => {
+        "LEAD" | "TILT" => Class::Refused(
+            "both count from the normal of the surface (ORIPATH, A4= B4= C4=), which no program without it says; program A3= B3= C3=",
+        ),
+        "THETA" | "PSI" | "NUT" | "XH" | "YH" | "ZH" | "PHI" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3=")
         }
         "TCARR" => Class::Refused("swivel the plane with CYCLE800"),

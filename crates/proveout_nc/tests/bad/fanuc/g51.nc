@@ -1,2 +1,2 @@
-(nc-unsupported-word)
-G51 X0 Y0 P2000
+(nc-missing-value)
+G51 X0 Y0 I2000 J2000

@@ -1,4 +1,4 @@
 ; nc-unsupported-word
 BEGIN PGM BAD MM
 TOOL CALL 1 Z S100
-FL X+10 Y+10
+FSELECT 1

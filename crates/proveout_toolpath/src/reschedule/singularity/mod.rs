@@ -24,15 +24,12 @@ use proveout_machine::{Carries, JointValues, Machine};
 
 use super::{
     Curve, CurveKind, CuttingRun, Figure, Method, Quantity, RescheduleError, Rescheduled, Study, Surroundings,
+    touching::touching,
 };
-use crate::path::{PathCutter, Place};
+use crate::path::PathCutter;
 
 pub use pole::{Junction, PoleAngles, PoleStretch, between, fitted, pole_angles};
 use pole::{Rules, treated};
-
-/// Steps that the contact is looked for in, and how near it must come, mm.
-const CONTACT_STEPS: usize = 60;
-const CONTACT: f64 = 1e-7;
 
 /// Parameters of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,49 +142,6 @@ impl Singularity {
     }
 }
 
-/// Where a cutter in a pose is from touching the surface, and the contact: of a ball by its center, which no axis moves.
-struct Touching {
-    place: Place,
-    /// From the tip that touches to the tip of the program.
-    off: Vector,
-}
-
-fn place(point: proveout_geom::Point, normal: Vector) -> Place {
-    let helper = if normal.x.abs() < 0.9 { Vector::x() } else { Vector::y() };
-    let feed = (helper - normal * helper.dot(&normal)).normalize();
-    Place {
-        t: 0.0,
-        uv: [0.0; 2],
-        point,
-        normal,
-        feed,
-        across: normal.cross(&feed),
-        speed: 1.0,
-        path_curvature: 0.0,
-        form: [0.0; 3],
-    }
-}
-
-fn touching(pose: &ToolPose, cutter: &PathCutter, around: &Surroundings<'_>) -> Option<Touching> {
-    if let Some(radius) = cutter.ball_radius() {
-        let center = pose.tip + pose.axis * radius;
-        return Some(Touching { place: place(center, pose.axis), off: Vector::zeros() });
-    }
-    let surface = around.surface?;
-    let mut near = pose.tip;
-    for _ in 0..CONTACT_STEPS {
-        let contact = surface.contact(&near)?;
-        let place = place(contact.point, contact.normal);
-        let off = pose.tip - cutter.touch(&place, &pose.axis, 0.0, None).pose.tip;
-        let along = off - contact.normal * off.dot(&contact.normal);
-        if along.norm() < CONTACT {
-            return Some(Touching { place, off });
-        }
-        near = contact.point + along;
-    }
-    None
-}
-
 impl Method for Singularity {
     fn name(&self) -> &'static str {
         "singularity"
@@ -274,8 +228,9 @@ impl Method for Singularity {
     }
 }
 
-/// Sum of the turns of the table, its largest rate, and how often the polar angle turns back.
-fn row_figures(row: &[PoleAngles], arc: &[f64]) -> [f64; 3] {
+/// Sum of the turns of the table, its largest rate, how often the polar angle turns back, and the largest jump of the table's rate from
+/// block to block.
+fn row_figures(row: &[PoleAngles], arc: &[f64]) -> [f64; 4] {
     let steps = || row.windows(2).zip(arc.windows(2));
     let travel: f64 = steps().map(|(p, _)| (p[1].azimuth - p[0].azimuth).abs()).sum();
     let rate = steps().map(|(p, s)| ((p[1].azimuth - p[0].azimuth) / (s[1] - s[0])).abs()).fold(0.0, f64::max);
@@ -290,7 +245,9 @@ fn row_figures(row: &[PoleAngles], arc: &[f64]) -> [f64; 3] {
             last = step;
         }
     }
-    [travel.to_degrees(), rate.to_degrees(), reversals]
+    let rates: Vec<f64> = steps().map(|(p, s)| (p[1].azimuth - p[0].azimuth) / (s[1] - s[0])).collect();
+    let jump = rates.windows(2).map(|r| (r[1] - r[0]).abs()).fold(0.0, f64::max);
+    [travel.to_degrees(), rate.to_degrees(), reversals, jump.to_degrees()]
 }
 
 fn study(arc: &[f64], [row, new]: [&[PoleAngles]; 2], stretches: &[PoleStretch]) -> Study {
@@ -323,6 +280,8 @@ fn study(arc: &[f64], [row, new]: [&[PoleAngles]; 2], stretches: &[PoleStretch])
             figure("turns of the table", "deg", after[0]),
             figure("largest rate of the table before", "deg/mm", before[1]),
             figure("largest rate of the table", "deg/mm", after[1]),
+            figure("largest jump of the table's rate before", "deg/mm", before[3]),
+            figure("largest jump of the table's rate", "deg/mm", after[3]),
             figure("reversals of the tilt before", "", before[2]),
             figure("reversals of the tilt", "", after[2]),
             figure("largest change of the tool axis", "deg", change.fold(0.0, f64::max).to_degrees()),

@@ -2,7 +2,7 @@
 //!
 //! 251 rectangular pocket, 252 circular pocket, 253 slot, 254 circular slot ([`pocket`]), 256 rectangular stud, 257 circular stud
 //! ([`stud`]), 208 bore milling, 262 thread milling ([`bore`]), 263 to 265 threads that are countersunk, drilled or milled downwards
-//! ([`thread`]), 232 and 233 face milling ([`face`]), and the old pockets 4 and 5 as 251 and 252.
+//! ([`thread`]), 232 and 233 face milling ([`face`]), 230 and 231 lines over flat and ruled surfaces ([`ruled`]), and the old pockets 4 and 5 as 251 and 252.
 //!
 //! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), chapters "Pocket milling / stud milling / slot
 //! milling", "Drilling" (208), "Threading" (262) and "Face milling" (232, 233): which material is taken in which order, on which side,
@@ -15,6 +15,7 @@
 mod bore;
 mod face;
 mod pocket;
+mod ruled;
 mod stud;
 mod thread;
 
@@ -24,18 +25,17 @@ use super::cycle::Setting;
 use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
 use super::words::{Kind, Param};
-use crate::arc::PlaneArc;
 use crate::channel::milling::{Job, Mills};
 use crate::channel::shape::{self, Place};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Compensation;
-use crate::{AxisValues, CompSide, CutterComp, Op, SpindleDirection};
+use crate::{AxisValues, CompSide, CutterComp, Motion, Op, SpindleDirection};
 
 type Values = BTreeMap<u32, Setting>;
 
 /// Milling cycles that are read.
-pub(crate) const CYCLES: [u32; 13] = [208, 232, 233, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
+pub(crate) const CYCLES: [u32; 15] = [208, 230, 231, 232, 233, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
 
 /// Largest overlap factor that leaves no posts in the corners between rings: a ring reaches the corner that the one around it
 /// has left where (k - R) sqrt(2) is at most R.
@@ -54,6 +54,15 @@ impl Mills for Heidenhain {
         channel.modal.plane_axes()
     }
 
+    fn mill_feed(channel: &mut Interpreter, _programmed: u16, span: Span) -> Result<(), Fault> {
+        channel.modal.tangent = None;
+        channel.need_feed(span)
+    }
+
+    fn mill_motion(channel: &Interpreter, end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
+        channel.complete(Goal { end, programmed, tool_axis: None }, span)
+    }
+
     fn mill_line(
         channel: &mut Interpreter,
         end: AxisValues,
@@ -62,16 +71,6 @@ impl Mills for Heidenhain {
         span: Span,
     ) -> Result<(), Fault> {
         channel.straight(Goal { end, programmed, tool_axis: None }, rapid, span)
-    }
-
-    fn mill_circle(
-        channel: &mut Interpreter,
-        (end, programmed): (AxisValues, u16),
-        arc: PlaneArc,
-        clockwise: bool,
-        span: Span,
-    ) -> Result<(), Fault> {
-        channel.arc_to(Goal { end, programmed, tool_axis: None }, arc, clockwise, span)
     }
 }
 
@@ -82,6 +81,7 @@ impl Interpreter {
             208 => bore::bore_words(),
             262 => bore::thread_words(),
             263..=265 => thread::words(number),
+            230 | 231 => ruled::words(number),
             232 => face::words(),
             233 => face::words_of_233(),
             256 | 257 => stud::words(number),
@@ -93,7 +93,7 @@ impl Interpreter {
                     .help(format!("write Q{key}=, as the control does")));
             }
         }
-        if !matches!(number, 232 | 233) && self.cycle_number(values, 201, None, span)? == 0.0 {
+        if !matches!(number, 230..=233) && self.cycle_number(values, 201, None, span)? == 0.0 {
             return Err(Fault::new(codes::ARGUMENTS, span, format!("the depth Q201 of cycle {number} is zero"))
                 .help("write a depth below zero"));
         }
@@ -166,6 +166,8 @@ impl Interpreter {
             208 => self.bore_mill(values, radius, lift, span)?,
             262 => self.thread_mill(values, radius, lift, span)?,
             263..=265 => self.thread_cycle(number, values, radius, lift, span)?,
+            230 => self.multipass(values, radius, span)?,
+            231 => self.ruled_surface(values, radius, span)?,
             232 => self.face_mill(values, radius, span)?,
             233 => self.face_233(values, radius, span)?,
             _ => {
@@ -247,7 +249,7 @@ impl Interpreter {
         if matches!(self.settings.compensation, Compensation::ToolCenter(_)) {
             return Err(unknown("the tools do not give"));
         }
-        if matches!(number, 232 | 233) {
+        if matches!(number, 230..=233) {
             return Err(unknown("no tool table gives here"));
         }
         let h = self.heights(number, values, lift, span)?;

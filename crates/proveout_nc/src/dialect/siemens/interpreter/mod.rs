@@ -95,6 +95,10 @@ pub(crate) struct Siemens {
     pub(crate) transformed: bool,
     /// CYCLE800 stands in a plane.
     pub(crate) swiveled: bool,
+    /// Where the tool points by its last vector, base coordinates.
+    pub(crate) tool_axis: Option<[f64; 3]>,
+    /// TOROT or TOFRAME is in force, in the place of the swivel plane.
+    pub(crate) tool_framed: bool,
 }
 
 impl Siemens {

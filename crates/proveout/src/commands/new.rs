@@ -1,0 +1,226 @@
+use std::io::{self, BufRead, IsTerminal as _, Write};
+use std::path::{Path, PathBuf};
+
+use proveout_machine::Machine;
+use proveout_sim::SimError;
+use proveout_sim::first_part::{FirstPart, FirstPartError, Question, propose, read_answers};
+use proveout_tool::LengthUnit;
+
+use crate::args::{NewArgs, UnitArg};
+use crate::failure::Failure;
+
+/// Folder of the machine library beside scenes and tools.
+const LIBRARY: &str = "machines";
+
+/// Makes a scene from programs, or lists the machines.
+pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
+    if args.list_machines {
+        return list();
+    }
+    let mut answers = match &args.answers {
+        Some(file) => read_answers(file).map_err(|e| Failure::from(&SimError::from(e)))?,
+        None => Default::default(),
+    };
+    if let Some(stock) = &args.stock {
+        answers.insert("stock".into(), stock.clone());
+    }
+    let Some(machine) = &args.machine else {
+        return Err(Failure::new("no machine is named")
+            .with_help("name one with --machine; `proveout new --list-machines` lists them"));
+    };
+    let output = args
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(args.programs.first().and_then(|p| p.file_stem()).unwrap_or_default()));
+    let call = FirstPart {
+        programs: args.programs.clone(),
+        machine: machine_folder(machine)?,
+        control: args.control.clone(),
+        design: args.design.clone(),
+        tools: args.tools.clone(),
+        unit: args.unit.map(unit),
+        answers,
+        output: output.clone(),
+    };
+    let terminal = io::stdin().is_terminal() && io::stderr().is_terminal();
+    let mut dialogue = Dialogue::new(io::stdin().lock(), io::stderr());
+    let proposal = propose(&call, &mut |question| terminal.then(|| dialogue.ask(question)).flatten())
+        .map_err(|e| dialogue.with_answers(told(e)))?;
+    for line in &proposal.told {
+        say!("{line}");
+    }
+    proposal.write().map_err(told)?;
+    say!("\n{} answers; written: {}", proposal.answered, output.display());
+    say!("next: proveout check {0}; proveout run {0}", output.display());
+    Ok(())
+}
+
+pub(super) fn unit(argument: UnitArg) -> LengthUnit {
+    match argument {
+        UnitArg::Mm => LengthUnit::Millimeter,
+        UnitArg::Inch => LengthUnit::Inch,
+    }
+}
+
+/// Questions and answers of whoever sits at the terminal.
+struct Dialogue<R, W> {
+    input: R,
+    output: W,
+    /// Answers that were typed, by key.
+    answers: Vec<(String, String)>,
+}
+
+impl<R: BufRead, W: Write> Dialogue<R, W> {
+    fn new(input: R, output: W) -> Self {
+        Self { input, output, answers: Vec::new() }
+    }
+
+    /// Asks; an empty line takes what is proposed, where something is. None at the end of the input.
+    fn ask(&mut self, question: &Question) -> Option<String> {
+        let line = |text: &str| crate::terminal::plain(text).to_string();
+        let mut asked = line(&format!("{}: {}\n", question.key, question.text));
+        if let Some(proposed) = &question.proposed {
+            asked += &line(&format!("  proposed, with an empty line: {proposed}\n"));
+        }
+        write!(self.output, "{asked}> ").and_then(|()| self.output.flush()).ok();
+        let mut typed = String::new();
+        self.input.read_line(&mut typed).ok().filter(|read| *read > 0)?;
+        let answer = match (typed.trim(), &question.proposed) {
+            ("", Some(_)) => "proposed".to_owned(),
+            ("", None) => return None,
+            (answer, _) => answer.to_owned(),
+        };
+        self.answers.push((question.key.clone(), answer.clone()));
+        Some(answer)
+    }
+
+    /// A failure after answers: they are not to be typed again.
+    fn with_answers(&self, failure: Failure) -> Failure {
+        if self.answers.is_empty() {
+            return failure;
+        }
+        let lines: Vec<String> = self
+            .answers
+            .iter()
+            .map(|(key, answer)| format!("{key} = \"{}\"", answer.replace('\\', "\\\\").replace('"', "\\\"")))
+            .collect();
+        failure.with_more_help(format!("the answers so far, for a file of --answers: {}", lines.join(", ")))
+    }
+}
+
+pub(super) fn told(e: FirstPartError) -> Failure {
+    match e {
+        FirstPartError::Sim(e) => Failure::from(&*e),
+        FirstPartError::Refused { message, help } => Failure::new(message).with_help(help),
+        FirstPartError::Unanswered(open) => {
+            let keys: Vec<&str> = open.iter().map(|q| q.key.as_str()).collect();
+            let lines: Vec<String> = open
+                .iter()
+                .map(|q| {
+                    let proposed = q.proposed.as_ref().map_or_else(String::new, |p| format!("; proposed: {p}"));
+                    format!("  {}: {}{proposed}", q.key, q.text)
+                })
+                .collect();
+            let example: Vec<String> = open
+                .iter()
+                .map(|q| format!("{} = \"{}\"", q.key, if q.proposed.is_some() { "proposed" } else { "..." }))
+                .collect();
+            Failure::new(format!("nobody answers: {}\n{}", keys.join(", "), lines.join("\n")))
+                .with_help(format!("write them into a file for --answers: {}", example.join(", ")))
+        }
+    }
+}
+
+/// Folders that may hold the machine library: the current one and those above it, then those above the program.
+fn libraries() -> Vec<PathBuf> {
+    let mut all = Vec::new();
+    let from = [std::env::current_dir().ok(), std::env::current_exe().ok()];
+    for start in from.into_iter().flatten() {
+        for folder in start.ancestors() {
+            let library = folder.join(LIBRARY);
+            if library.is_dir() && !all.contains(&library) {
+                all.push(library);
+            }
+        }
+    }
+    all
+}
+
+/// The folder of a machine: a path, or a name of the library.
+pub(super) fn machine_folder(name: &str) -> Result<PathBuf, Failure> {
+    let path = Path::new(name);
+    if path.join("machine.toml").is_file() || path.is_file() {
+        return Ok(path.to_owned());
+    }
+    let libraries = libraries();
+    if let Some(found) = libraries.iter().map(|l| l.join(name)).find(|f| f.join("machine.toml").is_file()) {
+        return Ok(found);
+    }
+    let names: Vec<String> = libraries.iter().flat_map(|l| names_in(l)).collect();
+    let near = proveout_sim::nearest_word(name, names.iter().map(String::as_str));
+    let help = match near {
+        Some(near) => format!("did you mean {near}? `proveout new --list-machines` lists them"),
+        None => {
+            "`proveout new --list-machines` lists them; a machine of your own is a folder with machine.toml".to_owned()
+        }
+    };
+    Err(Failure::new(format!("there is no machine {name:?}")).with_help(help))
+}
+
+fn names_in(library: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(library).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter(|e| e.path().join("machine.toml").is_file())
+        .map(|e| e.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+/// A line for each machine of the library: structure, travel, where its travel comes from.
+fn list() -> Result<(), Failure> {
+    let Some(library) = libraries().into_iter().find(|l| !names_in(l).is_empty()) else {
+        return Err(Failure::new("there is no folder `machines` here or above")
+            .with_help("call it in the folder of the project"));
+    };
+    for name in names_in(&library) {
+        match Machine::read(&library.join(&name)) {
+            Ok(machine) => say!("{name:<26} {}", machine.in_one_line()),
+            Err(e) => say!("{name:<26} cannot be read: {e}"),
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn question(key: &str, proposed: Option<&str>) -> Question {
+        Question { key: key.into(), text: format!("What {key}?"), proposed: proposed.map(str::to_owned) }
+    }
+
+    #[test]
+    fn an_empty_line_takes_what_is_proposed_and_nothing_else() {
+        let mut dialogue = Dialogue::new(&b"\n\n 40x60 \r\nlast"[..], Vec::new());
+        assert_eq!(dialogue.ask(&question("holder", Some("none"))).as_deref(), Some("proposed"));
+        assert_eq!(dialogue.ask(&question("design_unit", None)), None, "nothing is proposed, so that it stays open");
+        assert_eq!(dialogue.ask(&question("stock", Some("0"))).as_deref(), Some("40x60"));
+        assert_eq!(dialogue.ask(&question("mount", None)).as_deref(), Some("last"), "the end needs no line end");
+        assert_eq!(dialogue.ask(&question("more", Some("1"))), None, "the end of the input is no empty line");
+        let shown = String::from_utf8(dialogue.output.clone()).expect("text");
+        assert!(
+            shown.starts_with("holder: What holder?\n  proposed, with an empty line: none\n> design_unit: "),
+            "{shown}"
+        );
+        let failure = dialogue.with_answers(Failure::new("the stock holds nothing")).to_string();
+        assert!(failure.contains("holder = \"proposed\", stock = \"40x60\", mount = \"last\""), "{failure}");
+    }
+
+    #[test]
+    fn what_a_question_quotes_cannot_steer_the_terminal() {
+        let mut dialogue = Dialogue::new(&b""[..], Vec::new());
+        dialogue.ask(&question("tool.\u{1b}[2J", None));
+        assert!(!dialogue.output.contains(&0x1b));
+    }
+}

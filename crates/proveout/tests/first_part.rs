@@ -1,0 +1,548 @@
+//! A scene from a program of one's own, as a user types it: `new`, `tools`, `check`, `run`.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
+}
+
+/// A folder of a user with programs of `tests/first-part`.
+struct Desk(TempDir);
+
+impl Desk {
+    fn new(programs: &[&str]) -> Self {
+        let desk = Self(tempfile::tempdir().expect("temporary folder"));
+        for name in programs {
+            fs::copy(root().join("tests/first-part").join(name), desk.path(name)).expect("copied");
+        }
+        std::os::unix::fs::symlink(root().join("machines"), desk.path("machines")).expect("a link");
+        desk
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).expect("written");
+    }
+
+    fn call(&self, line: &str) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_proveout"))
+            .current_dir(self.0.path())
+            .args(line.split_whitespace())
+            .stdin(Stdio::null())
+            .output()
+            .expect("the program starts")
+    }
+
+    /// The call did its work; what it printed.
+    fn done(&self, line: &str) -> String {
+        let output = self.call(line);
+        let told = told(&output);
+        assert_eq!(output.status.code(), Some(0), "{line}\n{told}");
+        told
+    }
+
+    /// The call is refused with these words, and nothing is made.
+    fn refused(&self, line: &str, words: &[&str]) -> String {
+        let before = self.names();
+        let output = self.call(line);
+        let told = told(&output);
+        assert_eq!(output.status.code(), Some(2), "{line}\n{told}");
+        for word in words {
+            assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        }
+        assert_eq!(told.matches("error: ").count(), 1, "one clear answer:\n{told}");
+        assert_eq!(self.names(), before, "nothing is written");
+        told
+    }
+
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(self.0.path())
+            .expect("readable")
+            .map(|e| e.expect("entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// Runs a scene; its verdict.
+    fn verdict(&self, scene: &str) -> Value {
+        let output = self.call(&format!("run {scene} --rerun off --out out/{scene}"));
+        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{}", told(&output));
+        let text = fs::read_to_string(self.path(&format!("out/{scene}/verdict.json"))).expect("written");
+        serde_json::from_str(&text).expect("JSON")
+    }
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
+}
+
+/// State of a gate, and why.
+fn gate(verdict: &Value, name: &str) -> (String, String) {
+    let gates = verdict["gates"].as_array().expect("gates");
+    let gate = gates.iter().find(|g| g["name"] == name).unwrap_or_else(|| panic!("no gate {name}"));
+    (gate["state"].as_str().unwrap_or_default().to_owned(), gate["reason"].as_str().unwrap_or_default().to_owned())
+}
+
+/// Nothing that the setup would cause: no overtravel, no collision, no rapid in material; material was cut.
+fn believable(verdict: &Value) {
+    let errors: Vec<String> = verdict["findings"]
+        .as_array()
+        .expect("findings")
+        .iter()
+        .filter(|f| f["severity"] == "error")
+        .map(|f| format!("{}: {} {}", f["code"], f["line"], f["message"]))
+        .collect();
+    assert!(errors.is_empty(), "{}", errors.join("\n"));
+    assert!(verdict["removal"]["volume_mm3"].as_f64().expect("a volume") > 100.0, "{}", verdict["removal"]);
+    assert_eq!(gate(verdict, "limits").0, "pass", "{:?}", gate(verdict, "limits"));
+}
+
+#[test]
+fn a_plate_in_inch_comes_to_its_verdict() {
+    let desk = Desk::new(&["plate.nc"]);
+    desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"0,0,-0.6,4,3,0 inch\"\n");
+    let told = desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --output plate");
+    for word in
+        ["unit: inch (G20 in line 8)", "face_mill D50.8", "flat D12.7", "drill D5.1054", "work offset G54", "2 answers"]
+    {
+        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+    }
+    let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
+    assert!(scene.contains("chosen") && scene.contains("max_mm = [101.6, 76.2, 0]"), "{scene}");
+    believable(&desk.verdict("plate"));
+}
+
+#[test]
+fn a_program_of_840d_states_its_stock() {
+    let desk = Desk::new(&["part.mpf"]);
+    desk.write("answers.toml", "holder = \"40x60\"\n");
+    let told = desk.done("new part.mpf --machine spinner-u5-620 --answers answers.toml --output plate");
+    for word in [
+        "siemens-840d",
+        "WORKPIECE in line 3",
+        "tool \"END_D12\": flat D12",
+        "tool \"DRILL_D8\": drill D8",
+        "1 answers",
+    ] {
+        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+    }
+    believable(&desk.verdict("plate"));
+}
+
+#[test]
+fn a_klartext_program_states_its_blank() {
+    let desk = Desk::new(&["part.h"]);
+    desk.write("answers.toml", "holder = \"50x70\"\n");
+    let told = desk.done("new part.h --machine three-axis-mill --answers answers.toml --output halter");
+    for word in ["heidenhain", "BLK FORM in line 3", "work offset PRESET0", "flat D20", "drill D10"] {
+        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+    }
+    believable(&desk.verdict("halter"));
+}
+
+#[test]
+fn five_axes_at_once_come_to_their_verdict() {
+    let desk = Desk::new(&["five.nc"]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-45,-15,-30,45,15,0\"\n");
+    let told = desk.done("new five.nc --machine bc-trunnion --answers answers.toml --output five");
+    for word in
+        ["rotary axis B: 0.000 to 10.000", "rotary axis C: 0.000 to 45.000", "tool center point control", "ball D8"]
+    {
+        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+    }
+    believable(&desk.verdict("five"));
+}
+
+#[test]
+fn a_tilted_plane_comes_to_its_verdict() {
+    let desk = Desk::new(&["tilted.nc"]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-40,-20,-40,40,20,0\"\n");
+    desk.done("new tilted.nc --machine bc-trunnion --answers answers.toml --output tilted");
+    believable(&desk.verdict("tilted"));
+}
+
+#[test]
+fn machines_are_listed_and_misspelt_ones_corrected() {
+    let desk = Desk::new(&["plate.nc"]);
+    let list = desk.done("new --list-machines");
+    assert!(list.lines().count() >= 18 && list.contains("three-axis-mill") && list.contains("travel chosen"), "{list}");
+    desk.refused("new plate.nc --machine three-axis-mil", &["three-axis-mil", "did you mean three-axis-mill?"]);
+}
+
+#[test]
+fn nothing_is_taken_silently() {
+    let desk = Desk::new(&["plate.nc"]);
+    let told =
+        desk.refused("new plate.nc --machine three-axis-mill", &["nobody answers: holder, stock\n", "--answers"]);
+    assert!(told.contains("proposed: none") && told.contains("holder = \"proposed\", stock = \"proposed\""), "{told}");
+    desk.write("answers.toml", "holder = \"none\"\nstok = \"proposed\"\n");
+    desk.refused("new plate.nc --machine three-axis-mill --answers answers.toml", &["nobody answers: stock"]);
+    desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\nstok = \"1\"\n");
+    desk.refused("new plate.nc --machine three-axis-mill --answers answers.toml", &["`stok`", "did you mean `stock`"]);
+    desk.write("answers.toml", "holder = \"none\"\n");
+    fs::create_dir(desk.path("plate")).expect("made");
+    desk.refused("new plate.nc --machine three-axis-mill --answers answers.toml", &["plate is there already"]);
+    desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --stock proposed --output other");
+}
+
+#[test]
+fn bad_input_gets_one_clear_answer() {
+    let desk = Desk::new(&["plate.nc"]);
+    desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\n");
+    let new = |rest: &str| format!("new {rest} --machine three-axis-mill --answers answers.toml --output made");
+    desk.write("letter.txt", "Dear customer,\nplease find the drawing attached.\n");
+    desk.refused(&new("letter.txt"), &["letter.txt"]);
+    desk.write("tools.tbl", "T1 P1 D2 Z4\nT2 P2 D0.5 Z4\nT2 P3 D0.75 Z4\nT3 P4 D0.201 Z5\n");
+    desk.refused(&new("plate.nc --tools tools.tbl --unit inch"), &["two tools have the number 2"]);
+    desk.refused(&new("plate.nc --tools tools.tbl"), &["--unit"]);
+    desk.write("far.stl", &block([500.0, 500.0, -20.0], [600.0, 570.0, 0.0]));
+    desk.refused(&new("plate.nc --design far.stl"), &["far.stl", "nothing to do with each other"]);
+    desk.refused(&new("nowhere.nc"), &["nowhere.nc"]);
+    desk.refused(&new("plate.nc --control siemens-840d-sl"), &["siemens"]);
+}
+
+#[test]
+fn a_design_in_inch_is_asked_for_and_converted_by_the_answer_alone() {
+    let desk = Desk::new(&["plate.nc"]);
+    desk.write("design.stl", &block([0.0, 0.0, -0.6], [4.0, 3.0, -0.02]));
+    let answers = "holder = \"1.6x2.5 inch\"\nstock = \"0,0,-0.6,4,3,0 inch\"\n";
+    desk.write("answers.toml", answers);
+    let line = "new plate.nc --machine three-axis-mill --design design.stl --answers answers.toml --output plate";
+    desk.refused(line, &["nobody answers: design_unit", "25.4 times"]);
+    desk.write("answers.toml", &format!("{answers}design_unit = \"mm\"\n"));
+    desk.refused(line, &["nothing to do with each other"]);
+    desk.write("answers.toml", &format!("{answers}design_unit = \"inch\"\n"));
+    desk.done(line);
+    let verdict = desk.verdict("plate");
+    // The face is at its height; pocket and holes are not in this design.
+    assert_eq!(gate(&verdict, "gouge").0, "fail", "{:?}", gate(&verdict, "gouge"));
+    assert_eq!(gate(&verdict, "excess").0, "pass", "{:?}", gate(&verdict, "excess"));
+}
+
+/// A block as STL text.
+fn block(min: [f64; 3], max: [f64; 3]) -> String {
+    let corner = |k: usize| [0, 1, 2].map(|bit| if k >> bit & 1 == 1 { max[bit] } else { min[bit] });
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut text = String::from("solid block\n");
+    for [a, b, c, d] in faces {
+        for triangle in [[a, b, c], [a, c, d]] {
+            text += "facet normal 0 0 0\nouter loop\n";
+            for [x, y, z] in triangle.map(corner) {
+                text += &format!("vertex {x} {y} {z}\n");
+            }
+            text += "endloop\nendfacet\n";
+        }
+    }
+    text + "endsolid block\n"
+}
+
+#[test]
+fn libraries_of_others_become_libraries_of_ours() {
+    let desk = Desk::new(&["plate.nc"]);
+    desk.write("shop.tbl", "T1 P1 D2 Z4 ;face mill\nT2 P2 D0.5 Z4 ;4FL end mill\nT3 P4 D0.201 Z5 ;drill\n");
+    let told = desk.done("tools shop.tbl --unit inch --holder 40x60 --output tools.toml");
+    assert!(told.contains("3 tools of a LinuxCNC tool table"), "{told}");
+    desk.refused("tools shop.tbl --unit inch --output tools.toml", &["tools.toml is there already"]);
+    desk.refused("tools shop.tbl --unit inch --number 9 --output other.toml", &["no tool 9"]);
+    desk.done("check tools.toml");
+    desk.write("answers.toml", "stock = \"0,0,-0.6,4,3,0 inch\"\n");
+    desk.done("new plate.nc --machine three-axis-mill --tools tools.toml --answers answers.toml --output plate");
+    believable(&desk.verdict("plate"));
+}
+
+/// The plate on its machine, with its program and scene changed.
+fn changed(program: impl Fn(String) -> String, scene: impl Fn(String) -> String) -> Desk {
+    let desk = Desk::new(&["plate.nc", "answers.toml"]);
+    let text = fs::read_to_string(desk.path("plate.nc")).expect("there");
+    desk.write("plate.nc", &program(text));
+    desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --output plate");
+    let text = fs::read_to_string(desk.path("plate/scene.toml")).expect("there");
+    desk.write("plate/scene.toml", &scene(text));
+    desk
+}
+
+/// Causes that `check` tells, the first of them first; a run tells the same before it begins.
+fn causes(desk: &Desk) -> String {
+    let told = desk.done("check plate");
+    let run = desk.call("run plate --rerun off --out out/plate");
+    let stderr = String::from_utf8_lossy(&run.stderr).into_owned();
+    for line in told.lines().filter_map(|l| l.split_once("before the run, ")) {
+        assert!(stderr.contains(line.1), "{} is not in:\n{stderr}", line.1);
+    }
+    told
+}
+
+#[test]
+fn an_orderly_scene_has_no_cause_but_what_is_chosen() {
+    let desk = changed(|p| p, |s| s);
+    let told = causes(&desk);
+    assert!(!told.contains("before the run") && told.contains("note: the travel of Y, X, Z"), "{told}");
+}
+
+#[test]
+fn a_length_that_is_not_active_is_one_cause_with_its_line() {
+    let desk = changed(|p| p.replace("G43 ", ""), |s| s);
+    let told = causes(&desk);
+    // Z reaches the cuts without a length from 130 mm on; 89 mm is the gauge length of T1.
+    for word in
+        ["1: no tool length is active while T1, T2, T3 cut (lines", "write G43 H1", "[work_offsets.G54] Z_mm = 219"]
+    {
+        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+    }
+}
+
+#[test]
+fn positions_of_the_machine_outside_of_travel_are_told_with_the_other_zero() {
+    let desk = changed(|p| p.replacen("G28 G91 Z0.", "G53 G0 Z0.", 1), |s| s);
+    let told = causes(&desk);
+    for word in ["Z is sent to 0.000 mm of the machine", "line 9", "chosen in the machine file", "zero at home"] {
+        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+    }
+    let verdict = desk.verdict("plate");
+    let findings = verdict["findings"].as_array().expect("findings");
+    let over = findings.iter().find(|f| f["code"] == "limits-overtravel").expect("overtravel");
+    assert!(
+        over["message"].as_str().is_some_and(|m| m.contains("chosen in the machine file, not published")),
+        "{over}"
+    );
+}
+
+#[test]
+fn cuts_that_miss_the_stock_or_plunge_into_it_are_told_with_the_shift() {
+    let desk = changed(|p| p, |s| s.replace("X_mm = -50.8", "X_mm = 200"));
+    let told = causes(&desk);
+    assert!(told.contains("no motion in feed meets the stock") && told.contains("G54 shifted by about -2"), "{told}");
+    let desk = changed(|p| p, |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));
+    // The face mill begins beside the stock; the end mill is what plunges, but the first tool is looked at alone.
+    let told = causes(&desk);
+    assert!(!told.contains("no motion in feed"), "{told}");
+    let desk = changed(|p| p.replace("X-1.2 Y0.75", "X1. Y0.75"), |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));
+    let told = causes(&desk);
+    // Z0.2 inch, 10 mm lower: 4.92 mm below the top.
+    assert!(told.contains("T1 goes down in rapid into the stock before its first cut: 4.920 mm"), "{told}");
+}
+
+#[test]
+fn a_design_in_inch_is_told_before_the_run_and_never_converted() {
+    let desk = changed(|p| p, |s| s.replace("[[program]]", "[part]\nmesh = \"../design.stl\"\n\n[[program]]"));
+    desk.write("design.stl", &block([0.0, 0.0, -0.6], [4.0, 3.0, -0.02]));
+    let told = causes(&desk);
+    assert!(told.contains("1: the design is about 25.4 times smaller"), "{told}");
+}
+
+#[test]
+fn a_program_without_a_tool_call_is_asked_for_its_tool() {
+    let desk = Desk::new(&[]);
+    desk.write(
+        "slot.nc",
+        "%\nG21 G90 G17\nG54\nS3000 M3\nG0 X-20. Y10.\nZ5.\nG1 Z-2. F200.\nX70. F500.\nG0 Z20.\nM30\n%\n",
+    );
+    desk.write(
+        "answers.toml",
+        "holder = \"40x60\"\nstock = \"0,0,-20,50,20,0\"\nstart_tool = 1\ntool.T1 = \"flat D10 L25\"\n",
+    );
+    let told = desk.done("new slot.nc --machine three-axis-mill --answers answers.toml --output slot");
+    assert!(told.contains("the zero is taken at the tip of the tool"), "{told}");
+    let verdict = desk.verdict("slot");
+    believable(&verdict);
+    assert_eq!(verdict["tools"][0]["number"], 1, "{}", verdict["tools"]);
+    // A slot of 10 x 2 mm along 50 mm.
+    let volume = verdict["removal"]["volume_mm3"].as_f64().expect("a volume");
+    assert!((volume - 1000.0).abs() < 1.0, "{volume}");
+    // Without the tool the cause is told, and the run fails.
+    let scene = fs::read_to_string(desk.path("slot/scene.toml")).expect("there").replace("[start]\ntool = 1\n", "");
+    desk.write("slot/scene.toml", &scene);
+    let told = desk.done("check slot");
+    assert!(told.contains("cuts with no tool in the spindle (line 7)") && told.contains("[start] tool = 1"), "{told}");
+    desk.write("slot/scene.toml", &(scene + "[start]\ntool = 9\n"));
+    desk.refused("check slot", &["start.tool = 9"]);
+}
+
+#[test]
+fn a_setup_in_inch_gives_what_the_same_one_gives_in_millimeters() {
+    let desk = Desk::new(&[]);
+    desk.write(
+        "slot.nc",
+        "%\nG20 G90 G17\nT1 M6\nG54\nS3000 M3\nG0 X-1. Y.5\nG43 H1 Z.5\nG1 Z-.125 F20.\nX3. F40.\nG0 Z1.\nM30\n%\n",
+    );
+    let tools = "[[tool]]\nnumber = 1\nname = \"END\"\nkind = \"flat\"\ndiameter_mm = 12.7\nflute_length_mm = 25.4\ngauge_length_mm = 101.6\n\
+                 [tool.holder]\nsections = [{ diameter_mm = 50.8, length_mm = 50.8 }]\n";
+    let scene = "name = \"slot\"\nmachine = \"machines/three-axis-mill\"\ntools = \"tools.toml\"\nresolution_mm = 0.508\n[stock]\nbox = { min_mm = [0, 0, -25.4], \
+                 max_mm = [50.8, 25.4, 0] }\n[mount]\ntranslation_mm = [0, 0, 101.6]\n[work_offsets.G54]\nZ_mm = 101.6\n[[program]]\nname = \"slot\"\nfile = \"slot.nc\"\n";
+    let inch = |text: &str| {
+        let mut out = String::from("unit = \"inch\"\n");
+        for line in text.lines() {
+            let Some((key, values)) = line.split_once('=').filter(|_| line.contains("_mm")) else {
+                out += &format!("{line}\n");
+                continue;
+            };
+            // Every number of a line with lengths.
+            let mut number = String::new();
+            let put = |out: &mut String, number: &mut String| {
+                let value = number.parse::<f64>().map_or(number.clone(), |v| (v / 25.4).to_string());
+                out.push_str(&value);
+                number.clear();
+            };
+            out += &format!("{}=", key.replace("_mm", "_inch"));
+            for c in values.replace("_mm", "_inch").chars() {
+                if c.is_ascii_digit() || matches!(c, '.' | '-') {
+                    number.push(c);
+                } else {
+                    put(&mut out, &mut number);
+                    out.push(c);
+                }
+            }
+            put(&mut out, &mut number);
+            out.push('\n');
+        }
+        out
+    };
+    for (folder, scene, tools) in [("in-mm", scene.to_owned(), tools.to_owned()), ("in-inch", inch(scene), inch(tools))]
+    {
+        fs::create_dir(desk.path(folder)).expect("made");
+        desk.write(&format!("{folder}/tools.toml"), &tools);
+        let scene = scene.replace("machines/", "../machines/").replace("slot.nc", "../slot.nc");
+        desk.write(&format!("{folder}/scene.toml"), &scene);
+    }
+    let [mm, inch] = ["in-mm", "in-inch"].map(|scene| desk.verdict(scene));
+    let volume = |v: &Value| v["removal"]["volume_mm3"].as_f64().expect("a volume");
+    // 12.7 x 3.175 mm along 50.8 mm; rays along the walls of the slot are touched and not cut.
+    assert!((volume(&mm) / (12.7 * 3.175 * 50.8) - 1.0).abs() < 0.1, "{}", volume(&mm));
+    assert!((volume(&mm) - volume(&inch)).abs() < 1e-6, "{} {}", volume(&mm), volume(&inch));
+    assert_eq!(mm["gates"], inch["gates"]);
+    // A file counts in one unit, and says which.
+    let text = fs::read_to_string(desk.path("in-inch/scene.toml")).expect("there");
+    desk.write("in-inch/scene.toml", &text.replace("Z_inch = 4", "Z_mm = 101.6"));
+    desk.refused("check in-inch", &["`Z_mm` is in millimeters", "write `Z_inch`", "scene.toml:11"]);
+    desk.write("in-inch/scene.toml", &text.replace("unit = \"inch\"\n", ""));
+    desk.refused("check in-inch", &["is in inch, and the file does not say so", "unit = \"inch\""]);
+}
+
+#[test]
+fn a_configuration_of_linuxcnc_becomes_a_machine_that_runs() {
+    let desk = Desk::new(&["plate.nc", "answers.toml", "bench.ini"]);
+    let told = desk.done("machine bench.ini --table-axes XY --output bench");
+    assert!(
+        told.contains("X Y table, Z tool; X 508, Y 305, Z 457; travel published")
+            && told.contains("note: the machine has no bodies"),
+        "{told}"
+    );
+    desk.done("check bench");
+    desk.done("new plate.nc --machine bench --answers answers.toml --output plate");
+    let verdict = desk.verdict("plate");
+    // The file states no jerk, and there are no bodies: nothing fails, and nothing passes unseen.
+    let (state, reason) = gate(&verdict, "limits");
+    assert!(state == "unchecked" && reason.contains("jerk"), "{state}: {reason}");
+    desk.refused("machine bench.ini --output bench", &["bench is there already"]);
+    desk.refused("machine bench.ini --table-axes XQ --output other", &["Q is no linear axis"]);
+    desk.refused("machine plate.nc --output other", &["is no INI file"]);
+}
+
+#[test]
+fn every_open_question_is_told_at_once() {
+    let desk = Desk::new(&[]);
+    // A tool of which nothing is told, a second offset, a turned table, no stock, no holder.
+    desk.write(
+        "bare.nc",
+        "%\nO1\nG21 G90 G17 G94\nT7 M6\nS3000 M3\nG54\nG0 X0. Y0.\nG43 H7 Z20.\nG1 Z-1. F100.\nX50.\nG55\nC90.\nG1 X10.\nG0 Z20.\nM30\n%\n",
+    );
+    let told = desk.refused(
+        "new bare.nc --machine bc-trunnion",
+        &["nobody answers: tool.T7, holder, offset.G55, mount, stock\n", "proposed: 0,0,0"],
+    );
+    // Without the tool nobody knows how wide the cuts are.
+    assert!(told.contains("stock = \"...\""), "{told}");
+    desk.write(
+        "answers.toml",
+        "holder = \"none\"\nstock = \"0,-20,-10,50,20,0\"\nmount = \"proposed\"\n\"tool.T7\" = \"flat D10 L25\"\n\"offset.G55\" = \"0,0,0\"\n",
+    );
+    desk.done("new bare.nc --machine bc-trunnion --answers answers.toml --output bare");
+}
+
+/// A program without a word for a tool length: heights are those of the tips.
+#[test]
+fn without_g43_the_stock_is_where_the_program_cuts() {
+    let desk = Desk::new(&["plate.nc"]);
+    let text = fs::read_to_string(desk.path("plate.nc")).expect("there").replace("G43 ", "");
+    desk.write("plate.nc", &text);
+    let told = desk.refused("new plate.nc --machine three-axis-mill", &["nobody answers: holder, stock"]);
+    let stock = |told: &str| told.split("proposed: ").nth(2).and_then(|t| t.lines().next()).map(str::to_owned);
+    // What the same program is proposed with its lengths.
+    let with =
+        Desk::new(&["plate.nc"]).refused("new plate.nc --machine three-axis-mill", &["nobody answers: holder, stock"]);
+    assert!(stock(&told).is_some() && stock(&told) == stock(&with), "{:?} {:?}", stock(&told), stock(&with));
+    desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"proposed\"\n");
+    desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --output plate");
+    let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
+    assert!(scene.contains("no tool length is ever active (no G43)"), "{scene}");
+    // Three tools cannot all be right, and `check` says so.
+    assert!(desk.done("check plate").contains("1: no tool length is active while T1, T2, T3 cut"));
+}
+
+/// One tool alone: its zero is taken at its tip, chosen and told, and the run cuts what the program says.
+#[test]
+fn a_program_of_one_tool_without_g43_counts_from_its_tip() {
+    let desk = Desk::new(&[]);
+    desk.write(
+        "one.nc",
+        "%\nO1\n(T1 D=10. CR=0. - ZMIN=-3. - FLAT END MILL)\nG21 G90 G17 G94\nT1 M6\nS3000 M3\nG54\nG0 X-20. Y10.\nZ20.\nG1 Z-3. F100.\nX70. F500.\n\
+         G0 Z20.\nM30\n%\n",
+    );
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-20,50,20,0\"\n");
+    let told = desk.done("new one.nc --machine three-axis-mill --answers answers.toml --output one");
+    assert!(told.contains("chosen, the zero is taken at the tip of the tool"), "{told}");
+    let told = desk.done("check one");
+    assert!(!told.contains("before the run") && told.contains("note: no tool length is ever active"), "{told}");
+    let verdict = desk.verdict("one");
+    believable(&verdict);
+    // A slot of 10 x 3 x 50 mm.
+    let volume = verdict["removal"]["volume_mm3"].as_f64().expect("a volume");
+    assert!((volume / 1500.0 - 1.0).abs() < 0.02, "{volume}");
+}
+
+/// The questions at a terminal: `script` of util-linux gives the program one.
+#[test]
+fn a_terminal_is_asked_and_an_empty_line_takes_the_proposal() {
+    if Command::new("script").arg("--version").output().is_err() {
+        // Past the capture of the harness.
+        use std::io::Write as _;
+        writeln!(std::io::stderr(), "LEFT OUT: the dialogue at a terminal: `script` (util-linux) is not installed")
+            .ok();
+        return;
+    }
+    let desk = Desk::new(&["plate.nc"]);
+    let line = format!("{} new plate.nc --machine three-axis-mill --output plate", env!("CARGO_BIN_EXE_proveout"));
+    let mut child = Command::new("script")
+        .current_dir(desk.0.path())
+        .args(["-qec", &line, "/dev/null"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("a terminal");
+    use std::io::Write as _;
+    child.stdin.as_mut().expect("input").write_all(b"1.6x2.5 inch\n\n").expect("typed");
+    let output = child.wait_with_output().expect("ended");
+    let shown = told(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    for word in [
+        "holder: What holder",
+        "proposed, with an empty line: none",
+        "stock: What is the stock?",
+        "2 answers; written: plate",
+    ] {
+        assert!(shown.contains(word), "{word:?} is not in:\n{shown}");
+    }
+    let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
+    assert!(scene.contains("chosen: the room that the cutters reach"), "{scene}");
+}

@@ -1,0 +1,5 @@
+(nc-arc-geometry)
+G21 G0 X0. Y0. Z0.
+G51 X0. Y0. Z0. I2000 J1000 K1000
+G2 X10. Y10. R10. F100.
+M30

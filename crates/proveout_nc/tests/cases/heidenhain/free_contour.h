@@ -1,0 +1,36 @@
+0 BEGIN PGM FREE MM
+1 BLK FORM 0.1 Z X+0 Y+0 Z-20
+2 BLK FORM 0.2 X+100 Y+100 Z+0
+3 TOOL CALL 1 Z S500
+4 L Z+250 R0 FMAX M3
+5 L X-20 Y+30 R0 FMAX
+6 L Z-10 R0 F1000
+7 ; three circles clockwise, joined by tangents, closed where it began
+8 APPR CT X+2 Y+30 CCA90 R+5 RL F250
+9 FC DR- R18 CLSD+ CCX+20 CCY+30
+10 FLT
+11 FCT DR- R15 CCX+50 CCY+75
+12 FLT
+13 FCT DR- R15 CCX+75 CCY+20
+14 FLT
+15 FCT DR- R18 CLSD- CCX+20 CCY+30
+16 DEP CT CCA90 R+5 F1000
+17 L X+0 Y+0 R0 FMAX
+18 ; lines by their angles and lengths, circles that are fixed by what stands before them
+19 FL X+0 Y+40 F500
+20 FL LEN+50 AN+90
+21 FL X+30 AN+0
+22 FCT DR- R10 CCA90
+23 FLT LEN+20
+24 FCT DR+ R5 X+45 Y+55
+25 FL IX+10 IY-20
+26 FC DR+ CCX+65 CCY+35 R10 X+75 Y+35
+27 ; circles that touch each other: from (10, 0) by (15, 0) to (25, 0)
+28 L X+5 Y+0
+29 FC DR+ CCX+10 CCY+0
+30 FCT DR- R5 CCX+20 CCY+0 X+25 Y+0
+31 ; a point 20 from the pole (50, 50) under 90 degrees
+32 FPOL X+50 Y+50
+33 FL PR+20 PA+90
+34 L Z+250 R0 FMAX M2
+35 END PGM FREE MM

@@ -1,0 +1,137 @@
+//! The result of a job: `job.json`, and `job.html` with the setups on one page, each with a link to its own report.
+
+use std::{fs, path::Path};
+
+use minijinja::{Environment, context, value::Serde};
+use proveout_sim::{
+    job::JobVerdict,
+    verdict::{Gate, State},
+};
+use serde::Serialize;
+
+use crate::{
+    error::RecordError,
+    page_safety::{policy, without_steering},
+};
+
+const TEMPLATE: &str = include_str!("../templates/job.html");
+
+/// A setup in words.
+#[derive(Serialize)]
+struct Row {
+    name: String,
+    /// Path of its page from that of the job, as part of an address; none where it was not run.
+    report: Option<String>,
+    class: &'static str,
+    word: &'static str,
+    stock: String,
+    why: String,
+    figures: String,
+    gates: Vec<[String; 3]>,
+    errors: Vec<String>,
+    more: u64,
+}
+
+/// Writes `job.json` and `job.html` into the folder of a job.
+///
+/// # Errors
+/// [`RecordError`] when a file cannot be written.
+pub fn write_job(folder: &Path, verdict: &JobVerdict) -> Result<(), RecordError> {
+    let put = |name: &str, text: String| {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|source| RecordError::Io { path, source })
+    };
+    let json = serde_json::to_string_pretty(verdict).map_err(|e| RecordError::Page { message: e.to_string() })?;
+    put("job.json", json + "\n")?;
+    put("job.html", render(verdict)?)
+}
+
+fn render(verdict: &JobVerdict) -> Result<String, RecordError> {
+    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
+    environment.add_template("job.html", TEMPLATE).map_err(fault)?;
+    let rows: Vec<Row> = verdict
+        .setups
+        .iter()
+        .map(|s| {
+            let (class, word) = s.verdict.map_or(("unchecked", "not run"), words);
+            Row {
+                name: s.name.clone(),
+                report: s.verdict.map(|_| format!("{}/report.html", address(&s.name))),
+                class,
+                word,
+                stock: s.after.as_ref().map_or_else(|| "of its scene".into(), |a| format!("as {a} left it")),
+                why: s.not_run.clone().unwrap_or_default(),
+                figures: match (s.time_s, s.removed_mm3, s.stock_left_mm3) {
+                    (Some(time), Some(removed), Some(left)) => {
+                        format!("{time:.1} s of machine time, {removed:.1} mm³ removed, {left:.1} mm³ left")
+                    }
+                    _ => String::new(),
+                },
+                gates: s.gates.iter().map(gate).collect(),
+                errors: s.first_errors.clone(),
+                more: s.errors.saturating_sub(s.first_errors.len() as u64),
+            }
+        })
+        .collect();
+    let (class, word) = words(verdict.verdict);
+    let template = environment.get_template("job.html").map_err(fault)?;
+    let page = template
+        .render(context! { policy => policy(&[]), job => verdict.job.clone(), class, word, rows => Serde(rows) })
+        .map_err(fault)?;
+    Ok(without_steering(page))
+}
+
+fn words(state: State) -> (&'static str, &'static str) {
+    match state {
+        State::Pass => ("pass", "pass"),
+        State::Fail => ("fail", "fail"),
+        State::Unchecked => ("unchecked", "unchecked"),
+    }
+}
+
+fn gate(gate: &Gate) -> [String; 3] {
+    [words(gate.state).0.to_owned(), gate.name.clone(), gate.reason.clone()]
+}
+
+/// A name of a folder in an address: everything but letters, digits and a few marks as the hexadecimal digits of its bytes.
+fn address(name: &str) -> String {
+    let plain = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_' | b'.');
+    name.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_sim::job::SetupVerdict;
+
+    use super::*;
+
+    #[test]
+    fn names_are_escaped_and_setups_that_were_not_run_have_no_link() {
+        let ran = SetupVerdict {
+            name: "op 10 <b>".into(),
+            verdict: Some(State::Fail),
+            gates: vec![Gate { name: "process".into(), state: State::Fail, reason: "1 x <rapid>".into() }],
+            errors: 7,
+            first_errors: vec!["line 3: <script>alert(1)</script>".into()],
+            ..SetupVerdict::default()
+        };
+        let left = SetupVerdict {
+            name: "op20".into(),
+            after: Some("op 10 <b>".into()),
+            not_run: Some("not run: setup op 10 <b> before it failed".into()),
+            ..SetupVerdict::default()
+        };
+        let job =
+            JobVerdict { schema_version: 1, job: "bracket".into(), verdict: State::Fail, setups: vec![ran, left] };
+        let page = render(&job).expect("a page");
+        assert!(!page.contains("<script>") && !page.contains("<rapid>"), "{page}");
+        assert!(page.contains("href=\"op%2010%20%3Cb%3E/report.html\""), "{page}");
+        assert_eq!(page.matches("report.html").count(), 1);
+        assert!(
+            page.contains("not run") && page.contains("6 more") && page.contains("default-src &#x27;none&#x27;"),
+            "{page}"
+        );
+    }
+}

@@ -1,0 +1,161 @@
+//! What stands behind a finding: its tool, where its limit comes from, and the lines of the program round it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proveout_machine::Machine;
+use proveout_sim::{
+    finding::{self, Finding},
+    listing::{self, Listing, Wanted},
+    observer::Setup,
+    verdict::{State, Verdict},
+};
+
+use crate::report::{
+    blocks::{Blocks, LineNumbers},
+    findings::Explained,
+    format::{compact, length},
+};
+
+/// Program text up to which the page holds all of it, bytes; it is compressed to about a sixth.
+const WHOLE_BYTES: u64 = 1 << 20;
+/// Lines before and after a line of interest that the page holds of a longer text.
+const AROUND: u32 = 12;
+/// Lines of interest of a longer text.
+const MOST_LINES: usize = 800;
+
+/// Lines of the program files for the page, and why some are missing.
+pub(crate) fn listings(setup: &Setup<'_>, blocks: &Blocks, findings: &[Finding]) -> (Vec<Listing>, String) {
+    let files = listing::files(setup);
+    let used = |name: &str| {
+        blocks.files().iter().any(|f| **f == *name) || findings.iter().any(|f| f.file.as_deref() == Some(name))
+    };
+    let used: Vec<&(String, u64)> = files.iter().filter(|(name, _)| used(name)).collect();
+    if used.iter().map(|(_, bytes)| bytes).sum::<u64>() <= WHOLE_BYTES {
+        return (
+            used.iter().filter_map(|(name, _)| listing::lines(setup, name, &Wanted::All)).collect(),
+            String::new(),
+        );
+    }
+    let mut near: BTreeMap<&str, BTreeSet<u32>> =
+        used.iter().map(|(n, _)| (n.as_str(), (1..=AROUND).collect())).collect();
+    for f in findings.iter().take(MOST_LINES) {
+        if let Some((line, lines)) = f.line.zip(f.file.as_deref().and_then(|name| near.get_mut(name))) {
+            lines.extend(line.saturating_sub(AROUND)..=line.saturating_add(AROUND));
+        }
+    }
+    let read = |(name, lines): (&str, BTreeSet<u32>)| listing::lines(setup, name, &Wanted::Lines(lines));
+    let words = format!(
+        "The program is above {} KiB: its beginning and the lines round findings are shown.",
+        WHOLE_BYTES >> 10
+    );
+    (near.into_iter().filter_map(read).collect(), words)
+}
+
+/// Beside each finding: its tool, its limit's source, its line.
+pub(crate) fn explained(
+    setup: &Setup<'_>,
+    blocks: &Blocks,
+    numbers: &LineNumbers,
+    findings: &[Finding],
+) -> Vec<Explained> {
+    let tools = &setup.tools.tools;
+    let tool = |f: &Finding| {
+        let of_block = || tools.get(usize::from(blocks.of_block(f.block?)?.tool?));
+        let named = || tools.iter().find(|t| f.bodies.iter().any(|b| b.starts_with(&format!("{}/", t.name))));
+        named().or_else(of_block).map_or_else(String::new, |t| format!("T{} {}", t.number, t.name))
+    };
+    let of = |f: &Finding| Explained {
+        tool: tool(f),
+        basis: basis(setup, f),
+        line: numbers.named(f.file.as_deref(), f.line),
+    };
+    findings.iter().map(of).collect()
+}
+
+/// Where the limit of a finding comes from.
+fn basis(setup: &Setup<'_>, f: &Finding) -> String {
+    let t = &setup.scene.file.tolerances;
+    let scene = |key: &str| format!("chosen: {key} in the scene");
+    let joint = || f.bodies.first().and_then(|name| setup.machine.joints.iter().find(|j| j.name == *name));
+    let code = f.code.as_str();
+    if code == finding::OVERTRAVEL.code {
+        return joint().map_or_else(String::new, |j| {
+            let note = trust_note(setup.machine, &j.name, &["travel_mm", "travel_deg", "endless"]);
+            match setup.machine.travel_is_chosen(j) {
+                Some(true) => format!("chosen in the machine file{note}"),
+                Some(false) => format!("published{note}"),
+                None => "the machine file names no source".into(),
+            }
+        });
+    }
+    if code == finding::NEAR_MISS.code {
+        return scene("tolerances.near_miss_mm");
+    }
+    if code == finding::GOUGE.code {
+        return scene("tolerances.gouge_mm");
+    }
+    if code == finding::EXCESS.code {
+        return scene("tolerances.excess_mm");
+    }
+    if code == finding::INSPECTION.code {
+        return "the tolerance of the feature in the scene".into();
+    }
+    if code == finding::SPINDLE_SPEED.code {
+        return "of the spindle in the machine file or of the tool in its library".into();
+    }
+    if code == finding::PLUNGE.code {
+        return "of the tool in its library".into();
+    }
+    if f.limit.is_none() && f.penetration_mm.is_some() {
+        return format!(
+            "chosen: a touch up to {} is no cut (tolerances.contact_mm in the scene)",
+            length(t.contact_mm)
+        );
+    }
+    String::new()
+}
+
+/// What the machine file says of a value: its source or the reason of the choice.
+fn trust_note(machine: &Machine, joint: &str, keys: &[&str]) -> String {
+    let named = keys.iter().map(|key| format!("joint.{joint}.{key}"));
+    let wanted: Vec<String> = named.chain([format!("joint.{joint}.*")]).collect();
+    let note = wanted.iter().find_map(|key| machine.trust.iter().find(|t| t.key == *key));
+    note.filter(|t| !t.note.is_empty()).map_or_else(String::new, |t| format!(": {}", t.note))
+}
+
+/// What was not checked, and why: gates, places, and what the twin does not know.
+pub(crate) fn unchecked(setup: &Setup<'_>, v: &Verdict) -> Vec<[String; 2]> {
+    let mut all: Vec<[String; 2]> = Vec::new();
+    for gate in v.gates.iter().filter(|g| g.state == State::Unchecked) {
+        all.push([format!("Gate {}", gate.name), gate.reason.clone()]);
+    }
+    for texture in &v.surface.textures {
+        all.extend(texture.unchecked.iter().map(|why| [format!("Texture of {}", texture.name), why.clone()]));
+    }
+    let used = |number: u32| v.tools.iter().any(|t| t.number == number);
+    for tool in setup.tools.tools.iter().filter(|t| used(t.number) && !t.has_holder) {
+        let why = "its library gives no holder, so that no holder was held against anything";
+        all.push([format!("Holder of T{} {}", tool.number, tool.name), why.into()]);
+    }
+    if v.axes.values().all(|a| a.max_following_error.is_none()) {
+        all.push(["Drives".into(), "not simulated: no following errors and no drive loads are known".into()]);
+    }
+    if let Some(floor) = v.deviation.tolerance_floor_mm.filter(|f| *f > 0.0) {
+        let why = format!("below {} the resolution of stock and design tells nothing", length(floor));
+        all.push(["Deviations near zero".into(), why]);
+    }
+    let chosen = setup.machine.trust.iter().filter(|t| t.chosen).count();
+    if chosen > 0 {
+        let why = format!(
+            "{} values of the machine file are chosen, not published: times and limits hold as far as they do",
+            compact(chosen as f64)
+        );
+        all.push(["The machine as it stands in the shop".into(), why]);
+    }
+    let assumed = v.findings.iter().filter(|f| f.code == finding::ASSUMED.code);
+    all.extend(assumed.map(|f| {
+        let place = f.line.map_or_else(String::new, |l| format!(", line {l}"));
+        [format!("A word of the program{place}"), f.message.clone()]
+    }));
+    all
+}

@@ -1,0 +1,258 @@
+//! `setup.html`: what stands on the machine for this program, for the person who sets it up.
+
+mod picture;
+
+use std::{fs, path::Path};
+
+use minijinja::{Environment, value::Serde};
+use proveout_controller::Event;
+use proveout_geom::{Aabb, Point, Pose, TriMesh};
+use proveout_sim::{
+    Observer,
+    observer::{Batch, ObserverError, Outcome, Setup},
+    scene::OffsetFile,
+};
+use proveout_tool::{Role, Tool};
+use serde::Serialize;
+
+use crate::{
+    encode::base64,
+    error::RecordError,
+    page_safety::{policy, without_steering},
+    report::format::{duration, fixed},
+};
+
+const TEMPLATE: &str = include_str!("../../templates/setup.html");
+const CSS: &str = include_str!("../../templates/report.css");
+/// Most pictures at tool changes, and most stops that are listed.
+const PICTURES: usize = 8;
+const STOPS: usize = 200;
+
+/// Something at which the operator is asked for, or which a program says to him.
+#[derive(Clone, Debug, Serialize)]
+struct Moment {
+    time: String,
+    #[serde(skip)]
+    block: u32,
+    place: String,
+    what: String,
+    /// PNG in Base64; empty without a picture.
+    picture: String,
+}
+
+#[derive(Serialize)]
+struct OffsetRow {
+    name: String,
+    values: Vec<String>,
+    /// The zero in the workpiece frame.
+    zero: String,
+}
+
+#[derive(Debug, Serialize)]
+struct BodyRow {
+    name: String,
+    size: String,
+    /// Lower and upper corner in the table frame.
+    from: String,
+    to: String,
+}
+
+#[derive(Serialize)]
+struct ToolRow {
+    number: u32,
+    name: String,
+    description: String,
+    diameter: String,
+    length: String,
+    flutes: String,
+    overhang: String,
+    holder: &'static str,
+}
+
+/// Writes `setup.html`.
+#[derive(Debug, Default)]
+pub struct SetupSheetObserver {
+    bodies: Vec<BodyRow>,
+    picture: String,
+    moments: Vec<Moment>,
+    pictures: usize,
+    left_out: usize,
+    /// Place of the last block.
+    last: String,
+}
+
+impl SetupSheetObserver {
+    fn moment(&mut self, time: f64, block: u32, what: String, picture: String) {
+        if self.moments.len() < STOPS {
+            let place = self.last.clone();
+            self.moments.push(Moment { time: duration(time), block, place, what, picture });
+        } else {
+            self.left_out += 1;
+        }
+    }
+}
+
+impl Observer for SetupSheetObserver {
+    fn name(&self) -> &'static str {
+        "setup sheet"
+    }
+
+    fn begin(&mut self, setup: &Setup<'_>, _folder: &Path) -> Result<(), ObserverError> {
+        *self = Self::default();
+        let table = |mesh: &TriMesh, pose: &Pose| Aabb::of_points(&mesh.transformed(pose).positions);
+        let stock = setup.stock.bounds();
+        let corners = (0..8).map(|k| {
+            let pick = |axis: usize| if k >> axis & 1 == 0 { stock.min[axis] } else { stock.max[axis] };
+            setup.table_from_work.point(&Point::new(pick(0), pick(1), pick(2)))
+        });
+        let on_table = Aabb::of_points(&corners.collect::<Vec<_>>());
+        self.bodies.push(body_row("Stock (the box round it)", &on_table));
+        for (name, mesh) in setup.fixtures {
+            self.bodies.push(body_row(name, &table(mesh, &Pose::identity())));
+        }
+        self.picture = picture::clamped(setup, setup.stock, None)?;
+        Ok(())
+    }
+
+    fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
+        for event in batch.events {
+            match event {
+                Event::ToolChange { time, block, tool } => {
+                    let tool = tool.and_then(|t| setup.tools.tools.get(t));
+                    let what = tool
+                        .map_or_else(|| "The spindle is empty".into(), |t| format!("Tool T{} {}", t.number, t.name));
+                    let mut picture = String::new();
+                    if let Some(tool) = tool.filter(|_| self.pictures < PICTURES) {
+                        picture = picture::clamped(setup, batch.stock, Some(tool))?;
+                        self.pictures += 1;
+                    }
+                    self.moment(*time, *block, what, picture);
+                }
+                Event::Stop { time, block, optional } => {
+                    let what = if *optional { "Optional stop (M1)" } else { "Stop (M0)" };
+                    self.moment(*time, *block, what.into(), String::new());
+                }
+                Event::Message { time, block, text } if !text.trim().is_empty() => {
+                    self.moment(*time, *block, format!("Message: {}", text.trim()), String::new());
+                }
+                _ => {}
+            }
+        }
+        for row in batch.blocks {
+            let file = crate::report::format::file_name(&row.file);
+            for moment in self.moments.iter_mut().rev().take_while(|m| m.block >= row.block) {
+                // Blocks without motion are no rows: the last one before them is named.
+                let word = if moment.block == row.block { "line" } else { "after line" };
+                moment.place = format!("{file}, {word} {}", row.line);
+            }
+            self.last = format!("{file}, after line {}", row.line);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
+        let text = self.render(setup, outcome)?;
+        let path = outcome.folder.join("setup.html");
+        fs::write(&path, text).map_err(RecordError::io(&path))?;
+        Ok(())
+    }
+}
+
+impl SetupSheetObserver {
+    fn render(&self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<String, RecordError> {
+        let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
+        let file = &setup.scene.file;
+        let entry = file.program.iter().find(|p| p.name == setup.program);
+        let offsets = entry.and_then(|p| p.work_offsets.as_ref()).unwrap_or(&file.work_offsets);
+        let v = outcome.verdict;
+        let tools: Vec<ToolRow> = v
+            .tools
+            .iter()
+            .filter_map(|used| {
+                let tool = setup.tools.tools.iter().find(|t| t.number == used.number && t.name == used.name)?;
+                Some(tool_row(tool, used.min_overhang_mm))
+            })
+            .collect();
+        let start = file.start.tool;
+        let at = setup.table_from_work.point(&Point::origin());
+        let turned = setup.table_from_work.vector(&proveout_geom::Vector::x());
+        let upright = setup.table_from_work.vector(&proveout_geom::Vector::z());
+        let tilt = upright.z.clamp(-1.0, 1.0).acos().to_degrees();
+        let turn = turned.y.atan2(turned.x).to_degrees();
+        let mut environment = Environment::new();
+        environment.add_template("setup.html", TEMPLATE).map_err(fault)?;
+        let data = serde_json::json!({
+            "css": CSS,
+            "policy": policy(&[]),
+            "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
+            "program": setup.program,
+            "scene": v.scene,
+            "machine": setup.machine.name,
+            "description": file.description.trim(),
+            "time": duration(v.time.total_s),
+            "picture": self.picture,
+            "mount": [place(&at), fixed(turn, 3), fixed(tilt, 3)],
+            "offset_axes": OFFSET_AXES,
+            "offsets": offsets.iter().map(|(name, o)| offset_row(setup, name, o)).collect::<Vec<_>>(),
+            "bodies": self.bodies,
+            "tools": tools,
+            "start": start,
+            "moments": self.moments,
+            "left_out": self.left_out,
+        });
+        let template = environment.get_template("setup.html").map_err(fault)?;
+        template.render(Serde(&data)).map(without_steering).map_err(fault)
+    }
+}
+
+const OFFSET_AXES: [&str; 6] = ["X, mm", "Y, mm", "Z, mm", "A, °", "B, °", "C, °"];
+
+fn place(p: &Point) -> String {
+    format!("X {} Y {} Z {}", fixed(p.x, 3), fixed(p.y, 3), fixed(p.z, 3))
+}
+
+fn offset_row(setup: &Setup<'_>, name: &str, o: &OffsetFile) -> OffsetRow {
+    let turned = [o.A_deg, o.B_deg, o.C_deg].iter().any(|a| *a != 0.0);
+    let zero = setup.machine.program_zero().filter(|_| !turned).map(|z| {
+        let in_table = z + proveout_geom::Vector::new(o.X_mm, o.Y_mm, o.Z_mm);
+        place(&setup.table_from_work.inverse().point(&in_table))
+    });
+    OffsetRow {
+        name: name.to_owned(),
+        values: [o.X_mm, o.Y_mm, o.Z_mm, o.A_deg, o.B_deg, o.C_deg].map(|v| fixed(v, 3)).to_vec(),
+        zero: zero.unwrap_or_else(|| "–".into()),
+    }
+}
+
+fn body_row(name: &str, bounds: &Aabb) -> BodyRow {
+    let size = bounds.size();
+    BodyRow {
+        name: name.to_owned(),
+        size: format!("{} × {} × {} mm", fixed(size.x, 2), fixed(size.y, 2), fixed(size.z, 2)),
+        from: place(&bounds.min),
+        to: place(&bounds.max),
+    }
+}
+
+fn tool_row(tool: &Tool, overhang: Option<f64>) -> ToolRow {
+    let radius = tool.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max);
+    // What stands out of the holder: from the tip to the lowest point of the holder.
+    let lowest = tool.bodies.iter().filter(|b| b.role == Role::Holder).map(|b| b.profile.z_min());
+    let clamped = lowest.fold(f64::INFINITY, f64::min);
+    let now = if clamped.is_finite() { format!("clamped {}", fixed(clamped, 1)) } else { "not stated".into() };
+    ToolRow {
+        number: tool.number,
+        name: tool.name.clone(),
+        description: tool.description.clone(),
+        diameter: fixed(2.0 * radius, 3),
+        length: fixed(tool.gauge_length, 3),
+        flutes: fixed(tool.flute_length, 1),
+        overhang: overhang.map_or(now.clone(), |least| format!("{} at least; {now}", fixed(least, 1))),
+        holder: if tool.has_holder { "modeled" } else { "not modeled, not checked" },
+    }
+}
+
+/// A PNG in Base64.
+fn coded(png: &[u8]) -> String {
+    base64(png)
+}

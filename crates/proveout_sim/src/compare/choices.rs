@@ -1,0 +1,489 @@
+//! Published values over what the experiment leaves open.
+//!
+//! Every choice of `[[compare.choice]]` is tried at its ends (its values) alone, then all of them at once in draws of a Latin hypercube: of n draws
+//! each choice has one in every n-th part of its range, in an order of its own (`McKay`, Beckman, Conover 1979). The order comes from a fixed seed:
+//! same scene, same draws. A try makes the programs again as the scene with these values says (plan, re-scheduling, machine's limits) and runs their
+//! motion, no stock. What hangs on the cut part is not varied, and says so.
+//!
+//! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have given: `reproduced` if ours has its sign
+//! in all of them and one choice or the twin alone comes as far; `possible` if the sign turns, or only draws come as far; `not` outside.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use proveout_controller::{Dynamics, Settings as ControlSettings};
+use proveout_geom::{InputError, Pose, TriMesh, read_input};
+use proveout_machine::Machine;
+use proveout_nc::{Command, Dialect, Program, Settings as NcSettings};
+use rayon::prelude::*;
+
+use super::{
+    Comparing, Entry,
+    finish::{stretch_of, time_of},
+    judge,
+    motion::{Motion, Source},
+    pictures::study_of,
+    result::{Choices, Comparison, Made, ProgramFigures, Published, Reproduced, TriedChoice},
+};
+use crate::{
+    error::SimError,
+    part_on_table::PartOnTable,
+    planning,
+    prepare::{Prepared, control_settings},
+    programs,
+    scene::{ChoiceValueFile, CompareFile, HELIX, Scene, StrategyFile},
+    scene_choice::{limit_machine, with_values},
+    scene_compare::QuantityFile,
+    scene_limits::limit_joints,
+    verdict::State,
+};
+
+/// Where the draws begin; any number does.
+const SEED: u64 = 0x5EED_CA5E;
+/// Reasons of refused draws that are told.
+const REASONS: usize = 3;
+/// A published value whose change over choices is below this part of it is not acted on: decimals of posted programs.
+const ACTS: f64 = 1e-6;
+
+/// What is kept of a program to make it again.
+#[derive(Debug)]
+pub(super) struct Again {
+    scene: PathBuf,
+    program: PathBuf,
+    /// As its file describes it.
+    machine: Machine,
+    table_from_work: Pose,
+    part_mesh: Option<TriMesh>,
+    fixtures: Vec<(String, TriMesh)>,
+    /// How the text that it is made from is read.
+    nc: NcSettings,
+    dialect: Dialect,
+}
+
+impl Again {
+    pub(super) fn new(prepared: &Prepared) -> Self {
+        let open = prepared.scene.file.compare.as_ref().is_some_and(|c| !c.choice.is_empty());
+        Self {
+            scene: prepared.scene.path.clone(),
+            program: prepared.program_path.clone(),
+            machine: prepared.own_machine.as_ref().unwrap_or(&prepared.machine).clone(),
+            table_from_work: prepared.table_from_work,
+            part_mesh: prepared.part_mesh.clone().filter(|_| open),
+            fixtures: if open { prepared.fixtures.clone() } else { Vec::new() },
+            nc: prepared.source_nc_settings.clone(),
+            dialect: prepared.program().map_or(Dialect::Auto, |p| p.dialect()),
+        }
+    }
+}
+
+/// Every choice can be put into the scene: a key that leads nowhere, or a value that the scene refuses, is told before anything runs.
+///
+/// # Errors
+/// The first such choice.
+pub(super) fn check(scene: &Scene) -> Result<(), InputError> {
+    let Some(file) = &scene.file.compare else { return Ok(()) };
+    let text = if file.choice.is_empty() { String::new() } else { read_input(&scene.path)? };
+    for choice in &file.choice {
+        for value in choice.ends() {
+            let words = value.words();
+            let refused = |why: String| {
+                let message =
+                    format!("the choice {:?} cannot be tried with {} = {words}: {why}", choice.name, choice.key);
+                InputError::file(&scene.path, message, "correct the key or its range in [[compare.choice]]")
+            };
+            let other = with_values(&text, &[(choice.key.as_str(), value)]).map_err(refused)?;
+            Scene::of_text(scene.path.clone(), &other).map_err(|e| refused(e.message.clone()))?;
+        }
+    }
+    Ok(())
+}
+
+/// Values of choices that are tried together, by their number.
+pub(super) type Try = Vec<(usize, ChoiceValueFile)>;
+
+/// All tries: each choice alone, then the draws.
+pub(super) fn tries(file: &CompareFile) -> Vec<Try> {
+    let alone = file.choice.iter().enumerate().flat_map(|(k, c)| c.ends().into_iter().map(move |v| vec![(k, v)]));
+    let mut all: Vec<Try> = alone.collect();
+    if !file.choice.is_empty() {
+        all.extend(draws(file));
+    }
+    all
+}
+
+/// Latin hypercube: place of every choice in every draw.
+fn draws(file: &CompareFile) -> Vec<Try> {
+    let n = file.draws;
+    let mut state = SEED;
+    // Steele, Lea, Flood 2014: splitmix64.
+    let mut random = || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut all = vec![Try::new(); n];
+    for (k, choice) in file.choice.iter().enumerate() {
+        let mut order: Vec<usize> = (0..n).collect();
+        for i in (1..n).rev() {
+            order.swap(i, ((i + 1) as f64 * random()) as usize);
+        }
+        for (draw, place) in all.iter_mut().zip(order) {
+            draw.extend(choice.at((place as f64 + random()) / n as f64).map(|v| (k, v)));
+        }
+    }
+    all
+}
+
+/// What the tries gave.
+#[derive(Debug)]
+pub(super) struct Tried {
+    pub(super) told: Choices,
+    /// Values of the published rows over the choices alone and over the draws; none where a row is not known without a cut.
+    alone: Vec<Option<[f64; 2]>>,
+    drawn: Vec<Option<[f64; 2]>>,
+}
+
+fn wider(range: &mut Option<[f64; 2]>, value: f64) {
+    let [low, high] = range.unwrap_or([value; 2]);
+    *range = Some([low.min(value), high.max(value)]);
+}
+
+impl Comparing {
+    /// Tries them all; one that a method or the control refuses is told and counts in no range.
+    pub(super) fn tried(&self, tries: &[Try], step: &(dyn Fn() + Sync)) -> Tried {
+        let values: Vec<Result<Vec<Option<f64>>, String>> = tries
+            .par_iter()
+            .map(|values| {
+                let found = self.values_with(values);
+                self.entries.iter().for_each(|_| step());
+                found
+            })
+            .collect();
+        let rows = &self.file.published;
+        let nominal: Vec<Option<f64>> = self.nominal_rows();
+        let (mut alone, mut drawn) = (vec![None; rows.len()], vec![None; rows.len()]);
+        let mut told: Vec<TriedChoice> = self.file.choice.iter().map(told).collect();
+        let single = tries.iter().take_while(|t| tries.len() > self.file.draws && t.len() == 1).count();
+        let single = single.min(tries.len() - self.file.draws);
+        let mut reasons = Vec::new();
+        let mut refused = 0;
+        for (k, (values, found)) in tries.iter().zip(values).enumerate() {
+            match found {
+                Ok(found) => {
+                    for (row, value) in found.into_iter().enumerate() {
+                        let (Some(value), Some(own)) = (value, nominal[row]) else { continue };
+                        wider(if k < single { &mut alone[row] } else { &mut drawn[row] }, value);
+                        if k < single && (value - own).abs() > ACTS * own.abs().max(1.0) {
+                            let range = told[values[0].0].acts_on.entry(rows[row].name.clone()).or_insert([own; 2]);
+                            *range = [range[0].min(value), range[1].max(value)];
+                        }
+                    }
+                }
+                Err(why) if k < single => told[values[0].0].refused = why,
+                Err(why) => {
+                    refused += 1;
+                    if reasons.len() < REASONS && !reasons.contains(&why) {
+                        reasons.push(why);
+                    }
+                }
+            }
+        }
+        let acted = |name: &str| told.iter().any(|c| c.acts_on.contains_key(name));
+        for (row, (a, d)) in rows.iter().zip(alone.iter_mut().zip(&mut drawn)) {
+            // Choices that cannot act on a value are not counted.
+            if !acted(&row.name) {
+                (*a, *d) = (None, None);
+            }
+        }
+        let draws = (tries.len() - single) as u64;
+        Tried { told: Choices { choices: told, draws, refused, reasons }, alone, drawn }
+    }
+
+    /// Published rows of the nominal twin, as far as motion tells them.
+    fn nominal_rows(&self) -> Vec<Option<f64>> {
+        let figures = |entry: &Entry| {
+            let made = self.made_figures(entry);
+            Some(ProgramFigures::of_motion(
+                String::new(),
+                time_of(&entry.motion.as_ref()?.summary),
+                made,
+                self.stretch(entry),
+            ))
+        };
+        let all = self.entries.iter().filter_map(|e| Some((e.name.clone(), figures(e)?))).collect();
+        judge::published(&self.file, &bare(all)).into_iter().map(|p| p.value).collect()
+    }
+
+    /// The published rows with other values of choices.
+    fn values_with(&self, values: &Try) -> Result<Vec<Option<f64>>, String> {
+        let keys = |k: &usize| self.file.choice.get(*k).map_or("", |c| c.key.as_str());
+        let values: Vec<(&str, ChoiceValueFile)> = values.iter().map(|(k, v)| (keys(k), v.clone())).collect();
+        let plans = values.iter().any(|(key, _)| key.starts_with("plan.") || key.starts_with("part."));
+        let first = self.entries.first().ok_or("no program")?;
+        let path = first.again.scene.clone();
+        let text = read_input(&path).map_err(|e| e.to_string())?;
+        let scene = Scene::of_text(path, &with_values(&text, &values)?).map_err(|e| e.to_string())?;
+        let mut motions: BTreeMap<&str, (Motion, Motion, Option<Made>)> = BTreeMap::new();
+        let mut machines = BTreeMap::new();
+        for entry in &self.entries {
+            let mut machine = entry.again.machine.clone();
+            limit_machine(&mut machine, &values)?;
+            limit_joints(&scene, &mut machine).map_err(|e| e.to_string())?;
+            let (motion, ideal, made) =
+                again(entry, &scene, &machine, plans).map_err(|e| format!("{}: {e}", entry.name))?;
+            motions.insert(&entry.name, (motion, ideal, made));
+            machines.insert(entry.name.as_str(), machine);
+        }
+        let mut all = BTreeMap::new();
+        for (name, (motion, ideal, made)) in &motions {
+            let machine = machines.get(name).ok_or("no machine")?;
+            let stretch = stretch_of(self.file.run_ends_s, machine, motion, ideal);
+            let made = made.clone().map(|m| Made {
+                center_shift_mm: motions.get(m.from.as_str()).and_then(|(_, source, _)| ideal.center_shift(source)),
+                ..m
+            });
+            let figures = ProgramFigures::of_motion(String::new(), time_of(&motion.summary), made, stretch);
+            all.insert((*name).to_owned(), figures);
+        }
+        Ok(judge::published(&self.file, &bare(all)).into_iter().map(|p| p.value).collect())
+    }
+}
+
+fn told(choice: &crate::scene::ChoiceFile) -> TriedChoice {
+    let tried = match choice.range {
+        Some([low, high]) => [low, high].map(|v| ChoiceValueFile::Number(v).words()).to_vec(),
+        None => choice.ends().iter().map(ChoiceValueFile::words).collect(),
+    };
+    TriedChoice {
+        name: choice.name.clone(),
+        key: choice.key.clone(),
+        tried,
+        source: choice.source.word().to_owned(),
+        reason: choice.reason.clone(),
+        acts_on: BTreeMap::new(),
+        refused: String::new(),
+    }
+}
+
+/// A comparison of programs alone, for the rows to be taken from.
+fn bare(programs: BTreeMap<String, ProgramFigures>) -> Comparison {
+    Comparison {
+        schema_version: super::SCHEMA_VERSION,
+        scene: String::new(),
+        description: String::new(),
+        experiment: String::new(),
+        machine: String::new(),
+        joint_limits: Vec::new(),
+        baseline: String::new(),
+        cells_mm: [0.0; 3],
+        scene_cells: true,
+        motion_only: false,
+        order: Vec::new(),
+        verdict: State::Unchecked,
+        programs,
+        gains: BTreeMap::new(),
+        variations: Vec::new(),
+        own_limits: None,
+        choices: None,
+        null_program: None,
+        must_pass: None,
+        published: Vec::new(),
+        expectations: Vec::new(),
+        rules: BTreeMap::new(),
+    }
+}
+
+/// A program made again and its motion: as it cuts, and along the programmed path.
+fn again(
+    entry: &Entry,
+    scene: &Scene,
+    machine: &Machine,
+    plans: bool,
+) -> Result<(Motion, Motion, Option<Made>), SimError> {
+    let (kept, case) = (&entry.again, &entry.case);
+    let file = scene.program(Some(&entry.name));
+    let from = file.and_then(|f| f.reschedule.as_ref()).map(|r| r.from.as_str());
+    let source = from.map_or(file, |from| scene.program(Some(from)));
+    let planned = source.and_then(|s| s.planned.as_deref()).filter(|_| plans);
+    let text = planned.map(|plan| planned_text(scene, machine, entry, plan)).transpose()?;
+    let source = match text {
+        Some(text) => Source::Text { name: "planned.mpf".into(), text },
+        None => Source::File(kept.program.clone()),
+    };
+    let (source, nc, made) = match file.and_then(|f| f.reschedule.as_ref()) {
+        None => (source, case.nc().clone(), None),
+        Some(reschedule) => {
+            let commands = read(&source, &kept.nc)?;
+            let mesh = kept.part_mesh.as_ref();
+            let part = PartOnTable::new(scene, &kept.table_from_work, mesh, &kept.fixtures)?;
+            let tools = case.tools();
+            let out = programs::rescheduled_commands(scene, reschedule, commands, &kept.nc, machine, tools, &part)?;
+            let text = programs::text(&out.commands, Dialect::Siemens840d, &kept.nc)?;
+            let method = reschedule.method();
+            let made = Made {
+                method: method.name().to_owned(),
+                source: method.source().to_owned(),
+                from: reschedule.from.clone(),
+                center_shift_mm: None,
+                figures: out.runs.first().map_or_else(Vec::new, |run| study_of(run).figures),
+            };
+            let nc = programs::settings_of_made(kept.nc.clone());
+            (Source::Text { name: "made.mpf".into(), text }, nc, Some(made))
+        }
+    };
+    let settings = ControlSettings {
+        dynamics: case.settings.dynamics,
+        plant: case.settings.plant,
+        ..control_settings(scene, kept.dialect)
+    };
+    let case = case.with(machine.clone(), settings, source, nc);
+    let motion = case.run()?;
+    let ideal = if case.settings.dynamics == Dynamics::Ideal { motion.clone() } else { case.ideal().run()? };
+    Ok((motion, ideal, made))
+}
+
+fn read(source: &Source, nc: &NcSettings) -> Result<Vec<Command>, SimError> {
+    let program: Program = source.program(nc)?;
+    Ok(program.collect::<Result<Vec<Command>, _>>()?)
+}
+
+/// What a plan of the scene writes.
+fn planned_text(scene: &Scene, machine: &Machine, entry: &Entry, plan: &str) -> Result<String, SimError> {
+    let tools = entry.case.tools();
+    let commands = match StrategyFile::named(plan) {
+        Some(strategy) => planning::plan(scene, machine, tools, strategy)?.commands,
+        None => {
+            debug_assert_eq!(plan, HELIX.0);
+            programs::helix(scene, machine, tools)?
+        }
+    };
+    programs::text(&commands, Dialect::Siemens840d, &entry.again.nc)
+}
+
+impl Tried {
+    /// Puts ranges and judgements into the published rows, which are judged by their band until then.
+    pub(super) fn judge(&self, file: &CompareFile, all: &mut Comparison) {
+        let twin: Vec<Option<[f64; 2]>> = file.published.iter().map(|p| over_twin(p, all)).collect();
+        for (k, row) in all.published.iter_mut().enumerate() {
+            (row.over_choices, row.over_draws, row.over_twin) = (self.alone[k], self.drawn[k], twin[k]);
+            row.reproduced = reproduced(row);
+            if let (Some(found), Some(_)) = (row.reproduced, row.band) {
+                row.state = match found {
+                    Reproduced::Reproduced => State::Pass,
+                    Reproduced::Possible => State::Unchecked,
+                    Reproduced::Not => State::Fail,
+                };
+            }
+        }
+    }
+}
+
+/// The gain in the time of a stretch over the variations that act on it; variations of the twin change no other row.
+fn over_twin(row: &crate::scene::PublishedFile, all: &Comparison) -> Option<[f64; 2]> {
+    let against = row.against.as_ref().filter(|a| **a == all.baseline && row.quantity == QuantityFile::StretchTime)?;
+    let mut range = None;
+    for variation in all.variations.iter().filter(|v| v.acts) {
+        let (own, base) = (variation.times.get(&row.program)?, variation.times.get(against)?);
+        let percent = match row.form {
+            crate::scene::FormFile::Reduction => 100.0 * (1.0 - own.stretch_s / base.stretch_s),
+            crate::scene::FormFile::Rate => 100.0 * (base.stretch_s / own.stretch_s - 1.0),
+        };
+        wider(&mut range, percent);
+    }
+    range
+}
+
+fn reproduced(row: &Published) -> Option<Reproduced> {
+    let value = row.value?;
+    if row.over_choices.is_none() && row.over_twin.is_none() {
+        return None;
+    }
+    let hull = |ranges: &[Option<[f64; 2]>]| {
+        let ends = ranges.iter().flatten().flatten();
+        ends.fold([value; 2], |[low, high], v| [low.min(*v), high.max(*v)])
+    };
+    let holds = |[low, high]: [f64; 2]| (low..=high).contains(&row.published);
+    let alone = hull(&[row.over_choices, row.over_twin]);
+    let all = hull(&[row.over_choices, row.over_draws, row.over_twin]);
+    let sign = all[0] * row.published > 0.0 && all[1] * row.published > 0.0;
+    Some(if holds(alone) && sign {
+        Reproduced::Reproduced
+    } else if holds(all) {
+        Reproduced::Possible
+    } else {
+        Reproduced::Not
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(draws: usize) -> CompareFile {
+        let choice = |name: &str, values: &str| {
+            format!(
+                "[[choice]]\nname = \"{name}\"\nkey = \"control.{name}\"\nsource = \"chosen\"\nreason = \"r\"\n{values}\n"
+            )
+        };
+        let text =
+            choice("a", "range = [10, 20]") + &choice("b", "values = [1, 2, 3]") + &choice("c", "range = [0, 1]");
+        CompareFile { draws, ..toml::from_str(&text).expect("choices") }
+    }
+
+    #[test]
+    fn every_part_of_every_range_is_drawn_once() {
+        let all = tries(&file(12));
+        assert_eq!(all.len(), 2 + 3 + 2 + 12);
+        assert!(all[..7].iter().all(|t| t.len() == 1) && all[7..].iter().all(|t| t.len() == 3));
+        let number = |v: &ChoiceValueFile| match v {
+            ChoiceValueFile::Number(v) => *v,
+            ChoiceValueFile::Whole(v) => *v as f64,
+            _ => f64::NAN,
+        };
+        let part = |k: usize, of: &dyn Fn(f64) -> usize| {
+            let mut parts: Vec<usize> = all[7..].iter().map(|t| of(number(&t[k].1))).collect();
+            parts.sort_unstable();
+            parts
+        };
+        assert_eq!(part(0, &|v| ((v - 10.0) / 10.0 * 12.0) as usize), (0..12).collect::<Vec<_>>());
+        assert_eq!(part(2, &|v| (v * 12.0) as usize), (0..12).collect::<Vec<_>>());
+        assert_eq!(part(1, &|v| v as usize), [1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3]);
+        assert_eq!(tries(&file(12)), all, "same scene, same draws");
+        assert!(tries(&CompareFile::default()).is_empty());
+    }
+
+    fn row(value: f64, published: f64, ranges: [Option<[f64; 2]>; 3]) -> Published {
+        let [over_choices, over_draws, over_twin] = ranges;
+        Published {
+            name: "n".into(),
+            measured: String::new(),
+            unit: "%".into(),
+            published,
+            value: Some(value),
+            band: Some([0.0, 1.0]),
+            state: State::Pass,
+            null_value: None,
+            over_choices,
+            over_draws,
+            over_twin,
+            reproduced: None,
+            source: String::new(),
+            remark: String::new(),
+        }
+    }
+
+    #[test]
+    fn reproduced_possible_and_not_are_told_apart() {
+        use super::Reproduced::{Not, Possible, Reproduced};
+        let judged = |value, published, ranges| reproduced(&row(value, published, ranges));
+        assert_eq!(judged(17.8, 24.5, [Some([12.0, 26.0]), Some([10.0, 30.0]), None]), Some(Reproduced));
+        assert_eq!(judged(17.8, 24.5, [Some([17.0, 20.0]), None, Some([14.0, 25.0])]), Some(Reproduced), "by the twin");
+        assert_eq!(judged(17.8, 24.5, [Some([12.0, 20.0]), Some([10.0, 30.0]), None]), Some(Possible), "draws alone");
+        assert_eq!(judged(17.8, 24.5, [Some([-1.0, 26.0]), None, None]), Some(Possible), "the sign turns");
+        assert_eq!(judged(17.8, 24.5, [Some([12.0, 26.0]), Some([-4.0, 20.0]), None]), Some(Possible), "in a draw");
+        assert_eq!(judged(17.8, 24.5, [Some([12.0, 20.0]), Some([10.0, 24.4]), None]), Some(Not));
+        assert_eq!(judged(24.5, 24.5, [None, None, None]), None, "nothing was varied, nothing is proved");
+    }
+}

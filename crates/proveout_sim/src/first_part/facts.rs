@@ -1,0 +1,308 @@
+//! What the comments and headers of a program tell: unit, stock, tools. Comments of posts are looked at line by line; nothing of them decides
+//! how the program runs.
+
+use std::collections::BTreeMap;
+
+use proveout_nc::{Dialect, ProgramText, ToolName};
+use proveout_tool::{LengthUnit, ToolDraft};
+
+use super::tool_words;
+
+/// Lines of a program that are looked at for comments: the head and the calls of the tools.
+const MAX_LINES: usize = 2_000_000;
+/// A comment without a number belongs to the tool that is called within so many lines.
+const BEFORE_CALL: usize = 4;
+
+/// Stock as a program states it, workpiece frame, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Stock {
+    Box { min: [f64; 3], max: [f64; 3] },
+    Cylinder { base: [f64; 3], radius: f64, height: f64 },
+}
+
+/// Facts of a text.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Facts {
+    /// Unit of length, and the word that says it.
+    pub(crate) unit: Option<(LengthUnit, String)>,
+    /// Stock, the line and the word that states it.
+    pub(crate) stock: Option<(Stock, usize, &'static str)>,
+    /// Tools, by number or by name.
+    pub(crate) tools: BTreeMap<ToolName, ToolDraft>,
+}
+
+/// Reads a text. `unit`: that of numbers where the text has no word for it.
+pub(crate) fn of_text(text: &ProgramText, dialect: Dialect) -> Facts {
+    let mut facts = Facts { unit: unit_of(text, dialect), ..Facts::default() };
+    let unit = facts.unit.as_ref().map_or(LengthUnit::Millimeter, |(u, _)| *u).mm();
+    let lines = || (1..=text.lines().min(MAX_LINES)).filter_map(|n| Some((n, text.line(n)?)));
+    let mut blank = [None, None];
+    // A comment without a number, waiting for its tool.
+    let mut waiting: Option<(usize, ToolDraft)> = None;
+    for (n, line) in lines() {
+        let upper = line.to_uppercase();
+        if facts.stock.is_none() {
+            facts.stock = stock_of(&upper, dialect, unit, &mut blank).map(|(stock, word)| (stock, n, word));
+        }
+        if dialect.family() == Dialect::Heidenhain
+            && let Some(draft) = tool_words::tool_def(&upper, unit, n)
+        {
+            facts.tools.insert(ToolName::Number(draft.number), draft);
+            continue;
+        }
+        if dialect == Dialect::Apt
+            && let Some(draft) = tool_words::cutter_statement(&upper, unit, n)
+        {
+            waiting = Some((n, draft));
+        }
+        let call = called(&upper, dialect);
+        for comment in comments(line, dialect) {
+            match tool_words::of_comment(&comment, unit, n) {
+                Some((Some(number), draft)) => {
+                    merge(&mut facts.tools, ToolName::Number(number), draft);
+                }
+                Some((None, draft)) => waiting = Some((n, draft)),
+                None => {}
+            }
+        }
+        if let Some(name) = call {
+            if let Some((at, mut draft)) = waiting.take()
+                && (n - at <= BEFORE_CALL || dialect == Dialect::Apt)
+                && !facts.tools.contains_key(&name)
+            {
+                if let ToolName::Number(number) = name {
+                    draft.number = number;
+                    draft.name = format!("T{number}");
+                }
+                facts.tools.insert(name.clone(), draft);
+            }
+            // A name may tell the tool itself: "END_D12", "KUGEL_D8".
+            if let ToolName::Name(word) = &name
+                && !facts.tools.contains_key(&name)
+                && let Some(draft) = tool_words::of_name(word, unit, n)
+            {
+                facts.tools.insert(name, draft);
+            }
+        }
+    }
+    facts
+}
+
+/// A comment that tells more of a tool than one before completes it; what is there stays.
+fn merge(tools: &mut BTreeMap<ToolName, ToolDraft>, name: ToolName, draft: ToolDraft) {
+    match tools.get_mut(&name) {
+        None => {
+            tools.insert(name, draft);
+        }
+        Some(known) if known.diameter().is_none() && draft.diameter().is_some() => *known = draft,
+        Some(known) => {
+            known.kind = known.kind.or(draft.kind);
+            known.flutes = known.flutes.or(draft.flutes);
+        }
+    }
+}
+
+/// The comments of a line.
+fn comments(line: &str, dialect: Dialect) -> Vec<String> {
+    let mut all = Vec::new();
+    match dialect {
+        Dialect::Siemens840d => all.extend(line.split_once(';').map(|(_, c)| c.to_owned())),
+        Dialect::Heidenhain | Dialect::HeidenhainIso => {
+            all.extend(line.split_once(';').map(|(_, c)| c.to_owned()));
+            let text = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start();
+            all.extend(text.strip_prefix("* -").map(str::to_owned));
+        }
+        Dialect::Apt => {
+            let upper = line.to_uppercase();
+            for word in ["PPRINT", "TPRINT/", "PPRINT/", "$$"] {
+                all.extend(upper.find(word).map(|at| line[at + word.len()..].to_owned()));
+            }
+        }
+        _ => {
+            let mut rest = line;
+            while let Some(open) = rest.find('(') {
+                let Some(close) = rest[open..].find(')') else { break };
+                all.push(rest[open + 1..open + close].to_owned());
+                rest = &rest[open + close + 1..];
+            }
+            all.extend(rest.split_once(';').map(|(_, c)| c.to_owned()));
+        }
+    }
+    all
+}
+
+/// The code of a line without its comments.
+fn code(upper: &str, dialect: Dialect) -> String {
+    let mut out = String::new();
+    let mut depth = 0_u32;
+    for c in upper.chars() {
+        match c {
+            ';' if depth == 0 => break,
+            '(' if dialect.family() == Dialect::Iso => depth += 1,
+            ')' if dialect.family() == Dialect::Iso => depth = depth.saturating_sub(1),
+            c if depth == 0 => out.push(c),
+            _ => {}
+        }
+    }
+    out
+}
+
+/// The tool that a line names: `T5`, `T="END"`, `TOOL CALL 5`, `LOADTL/5`.
+fn called(upper: &str, dialect: Dialect) -> Option<ToolName> {
+    let code = code(upper, dialect);
+    let digits = |text: &str| {
+        let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+        text[..end].parse::<u32>().ok().map(ToolName::Number)
+    };
+    let quoted = |text: &str| text.strip_prefix('"')?.split_once('"').map(|(name, _)| ToolName::Name(name.to_owned()));
+    match dialect {
+        Dialect::Heidenhain => {
+            let rest = code.split_once("TOOL CALL ")?.1.trim_start();
+            digits(rest).or_else(|| quoted(rest))
+        }
+        Dialect::Apt => {
+            let at = ["LOADTL/", "LOAD/TOOL,", "LOADTL /"].iter().find_map(|w| Some(code.find(w)? + w.len()))?;
+            digits(code[at..].trim_start())
+        }
+        _ => {
+            let mut from = 0;
+            while let Some(at) = code[from..].find('T').map(|i| i + from) {
+                let alone = !code[..at].chars().next_back().is_some_and(char::is_alphabetic);
+                let rest = code[at + 1..].trim_start();
+                let rest = rest.strip_prefix('=').unwrap_or(rest).trim_start();
+                if alone && let Some(name) = digits(rest).or_else(|| quoted(rest)) {
+                    return Some(name);
+                }
+                from = at + 1;
+            }
+            None
+        }
+    }
+}
+
+/// The first word of a program that says its unit.
+fn unit_of(text: &ProgramText, dialect: Dialect) -> Option<(LengthUnit, String)> {
+    use LengthUnit::{Inch, Millimeter};
+    let words: &[(&str, LengthUnit)] = match dialect {
+        Dialect::Siemens840d => &[("G700", Inch), ("G710", Millimeter), ("G70", Inch), ("G71", Millimeter)],
+        Dialect::Heidenhain => &[(" INCH", Inch), (" MM", Millimeter)],
+        Dialect::HeidenhainIso => &[("G70", Inch), ("G71", Millimeter)],
+        Dialect::Apt => &[("INCH", Inch), ("MM", Millimeter)],
+        _ => &[("G20", Inch), ("G21", Millimeter)],
+    };
+    (1..=text.lines().min(MAX_LINES)).find_map(|n| {
+        let line = code(&text.line(n)?.to_uppercase(), dialect);
+        if dialect == Dialect::Heidenhain && !line.contains("BEGIN PGM")
+            || dialect == Dialect::Apt && !line.contains("UNITS")
+        {
+            return None;
+        }
+        words
+            .iter()
+            .find(|(word, _)| {
+                line.match_indices(word).any(|(at, _)| {
+                    let next = line[at + word.len()..].chars().next();
+                    !next.is_some_and(|c| c.is_ascii_digit() || c == '.' || c.is_alphabetic() && !word.starts_with('G'))
+                })
+            })
+            .map(|(word, unit)| (*unit, format!("{} in line {n}", word.trim())))
+    })
+}
+
+/// Numbers of a list `a,b,,c`; an empty member has none.
+fn list(text: &str) -> Vec<Option<f64>> {
+    text.split(',').map(|t| t.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect()
+}
+
+fn stock_of(
+    upper: &str,
+    dialect: Dialect,
+    unit: f64,
+    blank: &mut [Option<[f64; 3]>; 2],
+) -> Option<(Stock, &'static str)> {
+    match dialect {
+        Dialect::Siemens840d => workpiece(upper, unit).map(|s| (s, "WORKPIECE")),
+        Dialect::Heidenhain => {
+            let at = upper.find("BLK FORM ")?;
+            let rest = &upper[at + "BLK FORM ".len()..];
+            let axis = |letter: char| tool_words::letter(rest, letter).map(|v| v * unit);
+            if let Some(rest) = rest.trim_start().strip_prefix("CYLINDER") {
+                let value = |letter: char| tool_words::letter(rest, letter).map(|v| v * unit);
+                let radius = value('R').or_else(|| value('D').map(|d| 0.5 * d))?;
+                // L grows from the top down to below; DIST is the way from the datum to its top.
+                let height = value('L')?.abs();
+                let top =
+                    rest.find("DIST").and_then(|at| rest[at + 4..].split_whitespace().next()?.parse::<f64>().ok());
+                let top = top.unwrap_or(0.0) * unit;
+                return Some((Stock::Cylinder { base: [0.0, 0.0, top - height], radius, height }, "BLK FORM CYLINDER"));
+            }
+            let corner = usize::from(rest.trim_start().strip_prefix("0.2").is_some());
+            if corner == 0 && rest.trim_start().strip_prefix("0.1").is_none() {
+                return None;
+            }
+            let point = [axis('X')?, axis('Y')?, if corner == 0 { last_letter(rest, 'Z')? * unit } else { axis('Z')? }];
+            blank[corner] = Some(point);
+            let (Some(min), Some(max)) = (blank[0], blank[1]) else { return None };
+            let solid = (0..3).all(|i| min[i] < max[i]);
+            solid.then_some((Stock::Box { min, max }, "BLK FORM"))
+        }
+        _ => None,
+    }
+}
+
+/// `0.1 Z X+0 Y+0 Z-20`: the first Z names the spindle axis and has no number.
+fn last_letter(text: &str, letter: char) -> Option<f64> {
+    let at = text.rfind(letter)?;
+    tool_words::letter(&text[at..], letter)
+}
+
+/// `WORKPIECE(,"",,"BOX",MODE,Z0,Z1,ZB,X0,Y0,X1,Y1)`, `"CYLINDER",MODE,Z0,Z1,ZB,D`.
+///
+/// In MODE bit 4 and 5 say that X1 and Y1 are coordinates (else lengths from X0, Y0), bit 6 that Z1 is one (else a length from Z0).
+fn workpiece(upper: &str, unit: f64) -> Option<Stock> {
+    let at = upper.find("WORKPIECE(")?;
+    let inside = upper[at + "WORKPIECE(".len()..].split(')').next()?;
+    let (kind, rest) = ["\"BOX\"", "\"CYLINDER\""].iter().find_map(|k| Some((*k, inside.split_once(k)?.1)))?;
+    let n = list(rest.trim_start_matches(','));
+    let mm = |i: usize| n.get(i).copied().flatten().map(|v| v * unit);
+    let mode = n.first().copied().flatten().unwrap_or(0.0) as u32;
+    let z0 = mm(1)?;
+    let z1 = if mode >> 6 & 1 == 1 { mm(2)? } else { z0 + mm(2)? };
+    let [low, high] = [z0.min(z1), z0.max(z1)];
+    if high <= low {
+        return None;
+    }
+    if kind == "\"CYLINDER\"" {
+        let radius = 0.5 * mm(4)?;
+        return (radius > 0.0).then_some(Stock::Cylinder { base: [0.0, 0.0, low], radius, height: high - low });
+    }
+    let [x0, y0] = [mm(4)?, mm(5)?];
+    let x1 = if mode >> 4 & 1 == 1 { mm(6)? } else { x0 + mm(6)? };
+    let y1 = if mode >> 5 & 1 == 1 { mm(7)? } else { y0 + mm(7)? };
+    let min = [x0.min(x1), y0.min(y1), low];
+    let max = [x0.max(x1), y0.max(y1), high];
+    (0..3).all(|i| min[i] < max[i]).then_some(Stock::Box { min, max })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_blank_of_840d_and_klartext_is_read_in_both_ways_of_counting() {
+        let absolute = workpiece("WORKPIECE(,\"\",,\"BOX\",112,0,-50,-80,0,0,100,80)", 1.0);
+        assert_eq!(absolute, Some(Stock::Box { min: [0.0, 0.0, -50.0], max: [100.0, 80.0, 0.0] }));
+        let lengths = workpiece("N5 WORKPIECE(,\"\",,\"BOX\",0,2,-30,-80,-2,-2,184,170)", 1.0);
+        assert_eq!(lengths, Some(Stock::Box { min: [-2.0, -2.0, -28.0], max: [182.0, 168.0, 2.0] }));
+        let turned = workpiece("WORKPIECE(,,,\"CYLINDER\",192,1,-40,-30,50)", 1.0);
+        assert_eq!(turned, Some(Stock::Cylinder { base: [0.0, 0.0, -40.0], radius: 25.0, height: 41.0 }));
+        assert_eq!(workpiece("WORKPIECE(,\"\",,\"BOX\",112,0,0,0,0,0,0,0)", 1.0), None);
+        let mut blank = [None, None];
+        let d = Dialect::Heidenhain;
+        assert_eq!(stock_of("1 BLK FORM 0.1 Z X+0 Y-5 Z-20", d, 1.0, &mut blank), None);
+        let (stock, _) = stock_of("2 BLK FORM 0.2 X+100 Y+60 Z+0", d, 1.0, &mut blank).expect("both corners");
+        assert_eq!(stock, Stock::Box { min: [0.0, -5.0, -20.0], max: [100.0, 60.0, 0.0] });
+        let (round, _) = stock_of("1 BLK FORM CYLINDER Z D80 L60 DIST+1", d, 1.0, &mut [None, None]).expect("round");
+        assert_eq!(round, Stock::Cylinder { base: [0.0, 0.0, -59.0], radius: 40.0, height: 60.0 });
+    }
+}

@@ -1,0 +1,539 @@
+//! From a program to a scene that runs: what the text tells, what nobody but the user knows, and a folder with scene, tools and README.
+//!
+//! [`propose`] reads the programs with the control of the call, the machine, or as their text tells; follows where they take their tools
+//! (`trace`), looks for unit, stock and tools in headers and comments (`facts`), proposes stock and mounting (`place`), and asks for the rest
+//! (`interview`). What was chosen and not told is marked so in the files (`writing`). Nothing is written here: [`Proposal::write`] does, into a
+//! folder that is not there yet, moved into its place when it is whole.
+//!
+//! The frame of the workpiece is that of the first work offset that the program uses: its zero is the zero of the program.
+
+mod facts;
+mod interview;
+pub(crate) mod place;
+pub(crate) mod reading;
+mod stock_choice;
+mod tool_choice;
+mod tool_words;
+pub(crate) mod trace;
+mod writing;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
+use proveout_machine::Machine;
+use proveout_nc::{Control, Dialect, Location, ProgramText, Settings, ToolName, WorkOffset};
+use proveout_tool::{LengthUnit, ToolDraft, ToolLibrary};
+
+pub use interview::{Ask, Question, holder, read_answers};
+
+use self::interview::{Interview, PROPOSED};
+use self::place::Reach;
+use self::reading::{Reading, ToolUse};
+use self::stock_choice::{Cuts, check_design, design, resolution, stock, unit_of_design};
+pub(crate) use self::tool_choice::shown;
+use self::tool_choice::tools;
+use self::trace::TraceSetup;
+use crate::control_file::{control_of, settings_on};
+use crate::error::SimError;
+use crate::machine_data::with_machine;
+use crate::prepare::{length_active_after_change, length_in_machine_coordinates};
+
+/// What the call gives.
+#[derive(Clone, Debug, Default)]
+pub struct FirstPart {
+    /// Program texts.
+    pub programs: Vec<PathBuf>,
+    /// Folder of the machine.
+    pub machine: PathBuf,
+    /// Control: a built-in one or a file.
+    pub control: Option<String>,
+    /// Design mesh.
+    pub design: Option<PathBuf>,
+    /// Tool library: of this program, or one that [`proveout_tool::import_tools`] reads.
+    pub tools: Option<PathBuf>,
+    /// Unit of that library, where it does not tell it.
+    pub unit: Option<LengthUnit>,
+    /// Answers by their keys.
+    pub answers: BTreeMap<String, String>,
+    /// Folder that is to be written.
+    pub output: PathBuf,
+}
+
+/// Why there is no proposal.
+#[derive(Debug)]
+pub enum FirstPartError {
+    /// A file of the call is wrong.
+    Sim(Box<SimError>),
+    /// Questions without an answer.
+    Unanswered(Vec<Question>),
+    /// What else keeps a scene from being made.
+    Refused {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        help: String,
+    },
+}
+
+impl<E: Into<SimError>> From<E> for FirstPartError {
+    fn from(e: E) -> Self {
+        Self::Sim(Box::new(e.into()))
+    }
+}
+
+fn refused(message: impl Into<String>, help: impl Into<String>) -> FirstPartError {
+    FirstPartError::Refused { message: message.into(), help: help.into() }
+}
+
+/// A scene that can be written.
+#[derive(Clone, Debug)]
+pub struct Proposal {
+    /// What was found, line by line, for people.
+    pub told: Vec<String>,
+    /// Questions that were answered.
+    pub answered: usize,
+    files: Vec<(&'static str, String)>,
+    design: Option<TriMesh>,
+    output: PathBuf,
+}
+
+/// A value with the reason for it; told by the text where `chosen` is false.
+#[derive(Clone, Debug)]
+pub(crate) struct Reasoned<T> {
+    pub(crate) value: T,
+    pub(crate) reason: String,
+}
+
+/// Stock of the scene.
+#[derive(Clone, Debug)]
+pub(crate) enum StockForm {
+    Box(Aabb),
+    Cylinder { base: [f64; 3], radius: f64, height: f64 },
+    Mesh(PathBuf, Aabb),
+}
+
+impl StockForm {
+    pub(crate) fn aabb(&self) -> Aabb {
+        match self {
+            Self::Box(b) | Self::Mesh(_, b) => *b,
+            Self::Cylinder { base, radius, height } => Aabb {
+                min: Point::new(base[0] - radius, base[1] - radius, base[2]),
+                max: Point::new(base[0] + radius, base[1] + radius, base[2] + height),
+            },
+        }
+    }
+}
+
+/// Everything that the files of the scene say.
+pub(crate) struct Plan<'a> {
+    pub(crate) call: &'a FirstPart,
+    pub(crate) machine: &'a Machine,
+    pub(crate) dialects: Vec<Dialect>,
+    pub(crate) control: Option<String>,
+
+    pub(crate) stock: Reasoned<StockForm>,
+    pub(crate) mount: Reasoned<Vector>,
+    /// Work offsets: word, base coordinates, rotary positions, reason.
+    pub(crate) offsets: Vec<(String, [f64; 3], String)>,
+    /// The library: its path as it is, or drafts that are written.
+    pub(crate) tools: Tools,
+    pub(crate) start_tool: Option<(u32, String)>,
+    pub(crate) design: Option<Design>,
+    pub(crate) resolution: Reasoned<f64>,
+    pub(crate) notes: Vec<String>,
+}
+
+pub(crate) enum Tools {
+    Library(PathBuf),
+    Drafts(Vec<ToolDraft>),
+}
+
+/// Design of the part.
+pub(crate) struct Design {
+    pub(crate) path: PathBuf,
+    pub(crate) mesh: TriMesh,
+    /// Its numbers are inches, as an answer says.
+    pub(crate) inch: bool,
+}
+
+/// Makes a scene for programs on a machine; `ask` is asked what the text does not tell and no answer is given for.
+///
+/// # Errors
+/// [`FirstPartError`]: what is wrong with a file of the call, with all faults of a program's text; all questions that stay open.
+pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPartError> {
+    if call.output.symlink_metadata().is_ok() {
+        let message = format!("{} is there already", call.output.display());
+        return Err(refused(message, "name another folder with --output: nothing is written over"));
+    }
+    let machine = Machine::read(&call.machine)?;
+    let mut interview = Interview::new(call.answers.clone(), ask);
+    let texts = call.programs.iter().map(ProgramText::open).collect::<Result<Vec<_>, _>>()?;
+    let (settings, notes) = settings(call, &machine)?;
+
+    // What is called, before anything is known of tools and zero.
+    let none = |dialect| setup(&Pose::identity(), BTreeMap::new(), dialect, ToolName::Empty);
+    let first: Vec<Reading> =
+        call.programs.iter().zip(&settings).map(|(p, s)| Reading::of(p, s, &machine, none(s.dialect))).collect();
+    for reading in &first {
+        let faults =
+            if reading.survey.faults.is_empty() { reading.survey.defects() } else { reading.survey.faults.clone() };
+        if !faults.is_empty() {
+            return Err(FirstPartError::from(proveout_nc::Diagnostics(faults)));
+        }
+    }
+    let dialects: Vec<Dialect> = first.iter().map(|r| r.survey.dialect).collect();
+    let all_facts: Vec<facts::Facts> = texts.iter().zip(&dialects).map(|(t, d)| facts::of_text(t, *d)).collect();
+    let unit = all_facts.iter().find_map(|f| f.unit.clone());
+    let mut told = told_of_programs(call, &first, &settings, unit.as_ref());
+    let mut notes = notes;
+
+    let start_tool = start_tool(&first, &mut interview)?;
+    let tools = tools(call, &first, &all_facts, start_tool.as_ref(), &mut interview, &mut notes)?;
+    // Where the zeros are: the first work offset is the frame of the workpiece.
+    let offsets = offsets(&first, &dialects, &mut interview)?;
+    let indexed = first.iter().find_map(|r| r.indexed.clone());
+    let stated_mount = stated_mount(&machine, indexed.as_ref(), &mut interview)?;
+    let design = design(call)?;
+
+    // The same with tools and zeros: where the cuts are in the workpiece frame.
+    let provisional = stated_mount.as_ref().map_or_else(|| Vector::new(0.0, 0.0, 100.0), |m| m.value);
+    let lengths = tools.lengths();
+    // Without any word for a length the coordinates are taken as those of the tips.
+    let untold = untold(&first, &dialects);
+    let followed = if untold { BTreeMap::new() } else { lengths.clone() };
+    let start_name = start_tool.as_ref().map_or(ToolName::Empty, |(n, _)| ToolName::Number(*n));
+    let touch_off = if untold { touch_off(&first, start_tool.as_ref(), &lengths) } else { 0.0 };
+    let zero = machine.program_zero();
+    let base = |mount: &Vector, shift: &[f64; 3]| -> [f64; 3] {
+        let zero = zero.unwrap_or_else(Point::origin);
+        [0, 1, 2].map(|i| mount[i] - zero[i] + shift[i])
+    };
+    let follow = |mount: &Vector| -> Vec<Reading> {
+        let pose = Pose::from_translation(*mount);
+        call.programs
+            .iter()
+            .zip(&settings)
+            .zip(&dialects)
+            .map(|((program, s), dialect)| {
+                let work_offsets = offsets
+                    .iter()
+                    .map(|(word, shift, _)| {
+                        (word.clone(), WorkOffset { translation: base(mount, shift), rotary: [0.0; 3] })
+                    })
+                    .collect();
+                let s = Settings { work_offsets, ..s.clone() };
+                Reading::of(program, &s, &machine, setup(&pose, followed.clone(), *dialect, start_name.clone()))
+            })
+            .collect()
+    };
+    let readings = follow(&provisional);
+    let uses: Vec<&ToolUse> = readings.iter().flat_map(|r| &r.tools).collect();
+    let room = readings.iter().fold(Aabb::empty(), |all, r| all.union(&r.feed()));
+    // What is asked here needs the answers before; a proposal that may be wrong without them is none.
+    let guessed = interview.open.iter().any(|q| q.key != "holder");
+    let found = (|| {
+        if room.is_empty() {
+            return Err(refused("no program moves in feed: there is nothing to cut", "name the program that cuts"));
+        }
+        let design =
+            design.map(|d| unit_of_design(d, &all_facts, &room, unit.as_ref(), &mut interview)).transpose()?.flatten();
+        let cuts = Cuts { uses: &uses, tools: &tools, untold, guessed };
+        let stock = stock(&all_facts, &cuts, design.as_ref(), &mut interview)?;
+        Ok((design, stock))
+    })();
+    // All that is open is told at once, before what may only be wrong because it is.
+    stop_if_open(&interview)?;
+    let (design, stock) = found?;
+    if let Some((stray, near)) = interview.stray() {
+        let help = near.map_or_else(|| "leave it out".to_owned(), |n| format!("did you mean `{n}`? Else leave it out"));
+        return Err(refused(format!("nothing asks for the answer `{stray}`"), help));
+    }
+    let Some(stock) = stock else { return Err(refused("the stock is not known", "state it with --stock")) };
+    if let Some(design) = &design {
+        check_design(design, &stock.value, &room)?;
+    }
+
+    let mount = match stated_mount {
+        Some(mount) => mount,
+        None => {
+            let reaches: Vec<Reach> = uses
+                .iter()
+                .filter(|t| !t.feed.is_empty() && !t.tilted)
+                .map(|t| Reach {
+                    // Without a length and without a zero at the tip the gauge line goes where the tip is programmed.
+                    gauge: if untold && touch_off == 0.0 { 0.0 } else { lengths.get(&t.name).copied().unwrap_or(0.0) },
+                    tip: [t.feed.min.z, t.feed.max.z.max(stock.value.aabb().max.z) + 2.0],
+                })
+                .collect();
+            let (value, reason) = place::propose_mount(&machine, &stock.value.aabb(), &reaches);
+            Reasoned { value, reason }
+        }
+    };
+    let offsets: Vec<(String, [f64; 3], String)> = offsets
+        .iter()
+        .map(|(word, shift, reason)| {
+            let [x, y, z] = base(&mount.value, shift);
+            (word.clone(), [x, y, z + touch_off], reason.clone())
+        })
+        .collect();
+
+    let resolution = resolution(&stock.value.aabb(), &uses, &tools);
+    notes.extend(
+        crate::preflight::outside_travel(&machine, &readings).into_iter().map(|c| format!("{}; {}", c.what, c.add)),
+    );
+    told.extend(writing::told_of_setup(&uses, &tools, &stock, &mount, &offsets, &readings, touch_off));
+    told.extend(notes.iter().map(|n| format!("note: {n}")));
+    let answered = interview.answered;
+    let plan = Plan {
+        call,
+        machine: &machine,
+        control: call.control.clone(),
+        dialects,
+
+        stock,
+        mount,
+        offsets,
+        tools,
+        start_tool,
+        design,
+        resolution,
+        notes,
+    };
+    let files = writing::files(&plan, &told);
+    // A library that cannot be read would be found out by the first run.
+    if let Some((_, text)) = files.iter().find(|(name, _)| *name == writing::TOOLS) {
+        ToolLibrary::from_text(Path::new(writing::TOOLS), text)?;
+    }
+    let design = plan.design.filter(|d| d.inch).map(|d| {
+        let mut mesh = d.mesh;
+        mesh.positions.iter_mut().for_each(|v| *v *= 25.4);
+        mesh
+    });
+    Ok(Proposal { told, answered, files, design, output: call.output.clone() })
+}
+
+/// Everything that is open is told at once.
+fn stop_if_open(interview: &Interview<'_, '_>) -> Result<(), FirstPartError> {
+    if interview.open.is_empty() { Ok(()) } else { Err(FirstPartError::Unanswered(interview.open.clone())) }
+}
+
+pub(crate) fn setup(
+    table_from_work: &Pose,
+    lengths: BTreeMap<ToolName, f64>,
+    dialect: Dialect,
+    tool: ToolName,
+) -> TraceSetup {
+    TraceSetup {
+        table_from_work: *table_from_work,
+        lengths,
+        length_with_change: length_active_after_change(dialect),
+        length_in_machine: length_in_machine_coordinates(dialect),
+        tool,
+    }
+}
+
+/// Settings of the reader for each program, with what is to be told of them.
+fn settings(call: &FirstPart, machine: &Machine) -> Result<(Vec<Settings>, Vec<String>), FirstPartError> {
+    let control = match &call.control {
+        Some(name) => Some(Control::find(name, None).map_err(SimError::from)?),
+        None => control_of(None, machine)?,
+    };
+    let mut notes = Vec::new();
+    let mut all = Vec::new();
+    for program in &call.programs {
+        let (settings, note) = settings_on(control.as_ref(), Dialect::Auto, program)?;
+        if let (Some(note), Some(name)) = (&note, &call.control) {
+            return Err(refused(note.clone(), format!("name another control than {name}, or leave --control out")));
+        }
+        notes.extend(note);
+        all.push(with_machine(settings, machine));
+    }
+    // The dialect that is spoken decides what comes with a tool.
+    for (settings, program) in all.iter_mut().zip(&call.programs) {
+        if settings.dialect == Dialect::Auto
+            && let Ok(open) = proveout_nc::Program::open(program, settings)
+        {
+            settings.dialect = open.dialect();
+        }
+    }
+    Ok((all, notes))
+}
+
+/// Lines about control, unit, offsets and rotary axes.
+fn told_of_programs(
+    call: &FirstPart,
+    readings: &[Reading],
+    settings: &[Settings],
+    unit: Option<&(LengthUnit, String)>,
+) -> Vec<String> {
+    let mut told = Vec::new();
+    for ((program, reading), settings) in call.programs.iter().zip(readings).zip(settings) {
+        let control = settings.control.name();
+        let by = if control.is_empty() { String::new() } else { format!(", control \"{control}\"") };
+        told.push(format!(
+            "{}: {}{by}, {} commands, {} motions",
+            program.display(),
+            reading.survey.dialect.name(),
+            reading.survey.commands,
+            reading.survey.motions
+        ));
+    }
+    told.push(match unit {
+        Some((LengthUnit::Inch, word)) => format!("unit: inch ({word})"),
+        Some((LengthUnit::Millimeter, word)) => format!("unit: mm ({word})"),
+        None => "unit: no word of the text says it; read as its control has it".into(),
+    });
+    for reading in readings {
+        for (letter, [low, high]) in &reading.rotary {
+            told.push(format!("rotary axis {letter}: {:.3} to {:.3} degrees", low.to_degrees(), high.to_degrees()));
+        }
+        if reading.tcp {
+            told.push("tool center point control or tilted planes are used".into());
+        }
+    }
+    told
+}
+
+/// The tool in the spindle of a program that cuts and calls none.
+fn start_tool(
+    readings: &[Reading],
+    interview: &mut Interview<'_, '_>,
+) -> Result<Option<(u32, String)>, FirstPartError> {
+    let bare = readings.iter().find_map(|r| r.tools.iter().find(|t| t.name == ToolName::Empty && t.feeds > 0));
+    let key = "start_tool";
+    let text = match bare {
+        None => return Ok(None),
+        Some(tool) => format!(
+            "Which tool is in the spindle when the program begins? It cuts in line {} of {} before it calls one. A number",
+            tool.at.line, tool.at.file
+        ),
+    };
+    let Some(answer) = interview.get(key, text, Some("1".into())) else { return Ok(None) };
+    let answer = if answer == PROPOSED { "1" } else { &answer };
+    match answer.trim_start_matches(['T', 't']).parse::<u32>() {
+        Ok(number) if number > 0 => Ok(Some((number, "the answer of the call".into()))),
+        _ => Err(refused(format!("`{key}` = {answer:?} is no number of a tool"), "write a number above zero")),
+    }
+}
+
+/// Work offsets that the programs use, with the place of their zero in the workpiece frame.
+fn offsets(
+    readings: &[Reading],
+    dialects: &[Dialect],
+    interview: &mut Interview<'_, '_>,
+) -> Result<Vec<(String, [f64; 3], String)>, FirstPartError> {
+    let mut all: Vec<(String, [f64; 3], String)> = Vec::new();
+    for (reading, dialect) in readings.iter().zip(dialects) {
+        // In force before the first word.
+        let from_start = match dialect.family() {
+            Dialect::Iso => Some("G54"),
+            Dialect::Heidenhain => Some("PRESET0"),
+            _ => None,
+        };
+        let named: Vec<(&str, Option<&Location>)> =
+            reading.offsets.iter().map(|(w, at)| (w.as_str(), Some(at))).collect();
+        let zero_only = |w: &str| matches!(w, "G500" | "G53");
+        let words: Vec<(&str, Option<&Location>)> = if named.iter().any(|(w, _)| !zero_only(w)) {
+            named.into_iter().filter(|(w, _)| !zero_only(w)).collect()
+        } else {
+            from_start.map(|w| (w, None)).into_iter().collect()
+        };
+        for (word, at) in words {
+            if all.iter().any(|(known, ..)| known == word) {
+                continue;
+            }
+            if all.is_empty() {
+                let reason = match at {
+                    Some(at) => format!(
+                        "the first work offset of the program, line {}: its zero is that of the workpiece",
+                        at.line
+                    ),
+                    None => "in force from the start: its zero is that of the workpiece".to_owned(),
+                };
+                all.push((word.to_owned(), [0.0; 3], reason));
+                continue;
+            }
+            let first = all[0].0.clone();
+            let key = format!("offset.{word}");
+            let line = at.map_or_else(String::new, |at| format!(" (line {})", at.line));
+            let text = format!("Where is the zero of {word}{line} as seen from that of {first}? X,Y,Z in mm");
+            let Some(answer) = interview.get(&key, text, Some("0,0,0".into())) else { continue };
+            let answer = if answer == PROPOSED { "0,0,0".to_owned() } else { answer };
+            let Some(shift) = interview::numbers::<3>(&answer) else {
+                return Err(refused(format!("`{key}` = {answer:?} is no place"), "write three numbers: 0,120,0"));
+            };
+            all.push((word.to_owned(), shift, format!("{answer} from {first}, as the answer says")));
+        }
+    }
+    Ok(all)
+}
+
+/// The mounting that the call states; asked for where the program turns the table under the part without following it.
+fn stated_mount(
+    machine: &Machine,
+    indexed: Option<&Location>,
+    interview: &mut Interview<'_, '_>,
+) -> Result<Option<Reasoned<Vector>>, FirstPartError> {
+    let key = "mount";
+    let table = machine.table.point;
+    let on_table = format!("{},{},{}", table.x, table.y, table.z + place::ABOVE_TABLE_MM);
+    let answer = match indexed {
+        None => interview.given(key),
+        Some(at) => {
+            let text = format!(
+                "Where on the table is the zero of the program? It turns the table by its axes (line {}), so that the place decides \
+                 where the cuts are. X,Y,Z in mm from the zero of the table frame",
+                at.line
+            );
+            interview.get(key, text, Some(on_table.clone()))
+        }
+    };
+    let Some(answer) = answer else { return Ok(None) };
+    let proposed = answer == PROPOSED;
+    let answer = if proposed { on_table } else { answer };
+    match interview::numbers::<3>(&answer) {
+        Some(mount) => Ok(Some(Reasoned {
+            value: Vector::from(mount),
+            reason: if proposed {
+                format!("chosen: over the middle of the table, {} mm above it", place::ABOVE_TABLE_MM)
+            } else {
+                "as the answer `mount` says".into()
+            },
+        })),
+        None => Err(refused(format!("`{key}` = {answer:?} is no place"), "write three numbers: 0,0,150")),
+    }
+}
+
+/// No program ever takes a tool length into account while it cuts, on controls that want a word (G43) for it.
+fn untold(readings: &[Reading], dialects: &[Dialect]) -> bool {
+    let cutting = || readings.iter().flat_map(|r| &r.tools).filter(|t| t.feeds > 0);
+    dialects.iter().all(|d| !length_active_after_change(*d))
+        && cutting().next().is_some()
+        && cutting().all(|t| t.bare.is_some() && !t.lengthened)
+}
+
+/// What a length that is never active adds to Z of the work offset: that of the tool, where one cuts alone, since the zero was taken at its
+/// tip. Several tools without lengths cannot all be right; `check` tells it.
+fn touch_off(readings: &[Reading], start: Option<&(u32, String)>, lengths: &BTreeMap<ToolName, f64>) -> f64 {
+    let name = |t: &ToolUse| match (&t.name, start) {
+        (ToolName::Empty, Some((number, _))) => ToolName::Number(*number),
+        (name, _) => name.clone(),
+    };
+    let mut cutting = readings.iter().flat_map(|r| &r.tools).filter(|t| t.feeds > 0).map(name);
+    let Some(first) = cutting.next() else { return 0.0 };
+    if cutting.all(|other| other == first) { lengths.get(&first).copied().unwrap_or(0.0) } else { 0.0 }
+}
+
+impl Proposal {
+    /// Writes the folder: beside its place first, moved there when it is whole.
+    ///
+    /// # Errors
+    /// What the system refuses; nothing is then left.
+    pub fn write(&self) -> Result<(), FirstPartError> {
+        writing::write(self)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,204 @@
+//! Stock and mounting that fit a program, as far as its motion tells.
+//!
+//! *Stock.* Where neither program nor call states it: the box of what the cutters reach in feed while they move sideways, up to the highest
+//! of these motions or the program's zero, down to the lowest. Where a tool goes down in rapid beside it there is no material: the box is cut
+//! back on the side that costs least. Sides that are not cut back get an allowance, since a cutter inside of a part does not reach its walls.
+//!
+//! *Mounting.* The middle of the stock stands over the middle of the table, its lower face 50 mm above it, or where the travel of Z allows every
+//! tool to reach its cuts.
+
+use proveout_geom::{Aabb, Point, Vector};
+use proveout_machine::Machine;
+
+/// Allowance of sides that no descent bounds, mm.
+const ALLOWANCE_MM: f64 = 5.0;
+/// Allowance above the highest cut where the zero of the program is not its top, mm.
+const ABOVE_MM: f64 = 1.0;
+/// Height of the stock's lower face above the table: a low vise, mm.
+pub(crate) const ABOVE_TABLE_MM: f64 = 50.0;
+/// Coordinates of a proposal are rounded outward to these, mm.
+const ROUND_MM: f64 = 0.5;
+
+/// What one tool does, for the stock.
+pub(crate) struct Swept<'a> {
+    pub(crate) radius: f64,
+    /// It faces: it runs out over the edges of the stock by its radius.
+    pub(crate) faces: bool,
+    pub(crate) sideways: Aabb,
+    pub(crate) feed: Aabb,
+    pub(crate) descents: &'a [Point],
+}
+
+/// The stock that the motion speaks for; none without motion in feed.
+pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
+    let swept = |t: &Swept<'_>| {
+        let mut b = if t.sideways.is_empty() { t.feed } else { t.sideways };
+        for i in 0..2 {
+            let (middle, half) = (0.5 * (b.min[i] + b.max[i]), 0.5 * (b.max[i] - b.min[i]));
+            let reach = if t.faces { (half - t.radius).max(0.5 * half) } else { half + t.radius };
+            (b.min[i], b.max[i]) = (middle - reach, middle + reach);
+        }
+        b
+    };
+    let mut all = Aabb::empty();
+    let sideways = tools.iter().any(|t| !t.sideways.is_empty());
+    for tool in tools.iter().filter(|t| !t.feed.is_empty() && (!sideways || !t.sideways.is_empty())) {
+        all = all.union(&swept(tool));
+    }
+    if all.is_empty() {
+        return None;
+    }
+    let (lowest, highest) = (all.min.z, all.max.z);
+    let at_zero = lowest < 0.0 && highest <= ABOVE_MM;
+    let top = if at_zero { highest.max(0.0) } else { highest + ABOVE_MM };
+    let bottom = lowest - 1.0;
+    // Sides: [axis][low, high].
+    let mut cut_back = [[false; 2]; 2];
+    let mut places = 0;
+    for tool in tools {
+        for p in tool.descents.iter().filter(|p| p.z < top - 1e-6) {
+            let reach = |axis: usize| [p[axis] - tool.radius, p[axis] + tool.radius];
+            let inside =
+                (0..2).all(|axis| reach(axis)[1] > all.min[axis] + 1e-9 && reach(axis)[0] < all.max[axis] - 1e-9);
+            if !inside {
+                continue;
+            }
+            // What is lost by moving a side past the tool.
+            let sides = (0..2).flat_map(|axis| {
+                [(axis, 0, reach(axis)[1] - all.min[axis]), (axis, 1, all.max[axis] - reach(axis)[0])]
+            });
+            let Some((axis, side, lost)) = sides.min_by(|a, b| a.2.total_cmp(&b.2)) else { continue };
+            // A place in the middle of the part is a hole that was there before, and not its side.
+            if lost > 0.4 * (all.max[axis] - all.min[axis]) {
+                continue;
+            }
+            places += 1;
+            cut_back[axis][side] = true;
+            if side == 0 { all.min[axis] += lost } else { all.max[axis] -= lost }
+        }
+    }
+    for (axis, cut_back) in cut_back.iter().enumerate() {
+        let out = |side: usize| if cut_back[side] { 0.0 } else { ALLOWANCE_MM };
+        all.min[axis] -= out(0);
+        all.max[axis] += out(1);
+        // Inward where tools come down beside it.
+        let round =
+            |v: f64, up: bool| if up { (v / ROUND_MM).ceil() * ROUND_MM } else { (v / ROUND_MM).floor() * ROUND_MM };
+        all.min[axis] = round(all.min[axis], cut_back[0]);
+        all.max[axis] = round(all.max[axis], !cut_back[1]);
+    }
+    (all.min.z, all.max.z) = ((bottom / ROUND_MM).floor() * ROUND_MM, top);
+    let how = format!(
+        "the room that the cutters reach in feed, {}, 1 mm below the lowest cut{}",
+        if at_zero { "up to the zero of the program or the highest cut" } else { "1 mm above the highest cut" },
+        match places {
+            0 => format!(", {ALLOWANCE_MM} mm more on each side"),
+            n => format!(", cut back where tools go down in rapid ({n} places), else {ALLOWANCE_MM} mm more"),
+        }
+    );
+    (0..3).all(|i| all.max[i] - all.min[i] > 1e-3).then_some((all, how))
+}
+
+/// What a tool needs of Z: gauge length and the heights of its tip above the zero of the workpiece.
+pub(crate) struct Reach {
+    pub(crate) gauge: f64,
+    pub(crate) tip: [f64; 2],
+}
+
+/// Place of the workpiece frame on the table, and why.
+pub(crate) fn propose_mount(machine: &Machine, stock: &Aabb, reaches: &[Reach]) -> (Vector, String) {
+    let table = machine.table.point;
+    let middle = stock.center();
+    let wanted = table.z + ABOVE_TABLE_MM - stock.min.z;
+    let place = |z: f64| Vector::new(table.x - middle.x, table.y - middle.y, z).map(|v| (v * 1e3).round() / 1e3);
+    let usual = format!(
+        "chosen: the middle of the stock over the middle of the table, its lower face {ABOVE_TABLE_MM} mm above it"
+    );
+    let range = machine.program_zero().zip(machine.joint_for_letter('Z')).and_then(|(zero, z)| {
+        let [low, high] = machine.joints[z].travel?;
+        let least = reaches.iter().map(|r| low + zero.z - r.gauge - r.tip[0]).fold(f64::NEG_INFINITY, f64::max);
+        let most = reaches.iter().map(|r| high + zero.z - r.gauge - r.tip[1]).fold(f64::INFINITY, f64::min);
+        Some([least, most])
+    });
+    match range {
+        Some([least, most]) if wanted < least && least <= most => {
+            let z = ((least + 10.0).min(most) / 10.0).ceil() * 10.0;
+            let z = if z > most { least } else { z };
+            let up = z + stock.min.z - table.z;
+            (
+                place(z),
+                format!(
+                    "chosen: the middle of the stock over the middle of the table; {up:.1} mm above it Z reaches every cut of every tool"
+                ),
+            )
+        }
+        Some([_, most]) if wanted > most && most + stock.min.z > table.z => (
+            place(most.floor()),
+            "chosen: the middle of the stock over the middle of the table, as high as Z can reach".into(),
+        ),
+        _ => (place(wanted), usual),
+    }
+}
+
+/// How a design lies to what it is to be cut from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fit {
+    /// As it is.
+    Fits,
+    /// It would 25.4 times larger: its numbers are inches.
+    InInch,
+    /// It lies elsewhere.
+    Off,
+}
+
+/// Largest ratio of two sizes that are taken for the same part.
+const SAME_SIZE: f64 = 3.0;
+
+/// Holds the box of a design against the room of stock and cuts.
+pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
+    let scaled = Aabb { min: design.min * 25.4, max: design.max * 25.4 };
+    let like = |b: &Aabb| {
+        let ratio = b.size().max() / room.size().max().max(1e-9);
+        (1.0 / SAME_SIZE..=SAME_SIZE).contains(&ratio)
+    };
+    let meets = |b: &Aabb| b.expanded(1.0).intersects(room);
+    match (meets(design), like(design)) {
+        (true, true) => Fit::Fits,
+        _ if like(&scaled) && meets(&scaled) => Fit::InInch,
+        (true, false) => Fit::Fits,
+        _ => Fit::Off,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn aabb(min: [f64; 3], max: [f64; 3]) -> Aabb {
+        Aabb { min: min.into(), max: max.into() }
+    }
+
+    #[test]
+    fn the_stock_ends_where_tools_go_down_beside_it() {
+        // Round a part of 100 x 60 mm with a cutter of 10 mm radius; it goes down at x = -25.
+        let path = aabb([-25.0, -10.0, -8.0], [110.0, 70.0, -8.0]);
+        let descents = [Point::new(-25.0, 0.0, -7.0)];
+        let contour = Swept { radius: 10.0, faces: false, sideways: path, feed: path, descents: &descents };
+        let (stock, how) = propose_stock(&[contour]).expect("motion");
+        assert_eq!((stock.min.x, stock.max.z, stock.min.z), (-15.0, 0.0, -9.0));
+        assert!(how.contains("1 places"), "{how}");
+        // The other sides: reach of the cutter and the allowance.
+        assert_eq!((stock.max.x, stock.min.y, stock.max.y), (125.0, -25.0, 85.0));
+        assert!(propose_stock(&[]).is_none());
+    }
+
+    #[test]
+    fn inches_are_told_from_a_part_that_is_elsewhere() {
+        let room = aabb([0.0, 0.0, -20.0], [101.6, 76.2, 0.0]);
+        assert_eq!(fit(&aabb([0.0, 0.0, -0.75], [4.0, 3.0, 0.0]), &room), Fit::InInch);
+        assert_eq!(fit(&aabb([1.0, 1.0, -19.0], [100.0, 75.0, 0.0]), &room), Fit::Fits);
+        assert_eq!(fit(&aabb([500.0, 0.0, -19.0], [600.0, 75.0, 0.0]), &room), Fit::Off);
+        // A small part of a large plate is no inch.
+        assert_eq!(fit(&aabb([10.0, 10.0, -5.0], [30.0, 25.0, 0.0]), &room), Fit::Fits);
+    }
+}

@@ -1,0 +1,222 @@
+//! What a program does, told by one pass of its reader: tools with the room that they move in, work offsets, rotary axes, positions of the machine.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use proveout_geom::{Aabb, Point};
+use proveout_machine::Machine;
+use proveout_nc::{
+    AXIS_LETTERS, Command, Dialect, Location, Motion, Offset, Op, Settings, Survey, ToolAction, ToolName,
+};
+
+use super::trace::{TraceSetup, Tracer, Way, WayKind};
+
+/// Most descents that are kept a tool: places where it goes down in rapid.
+const MAX_DESCENTS: usize = 10_000;
+/// Turns below this are none, radian.
+const NO_TURN: f64 = 1e-9;
+
+/// Use of one tool.
+#[derive(Clone, Debug)]
+pub(crate) struct ToolUse {
+    pub(crate) name: ToolName,
+    /// Where it is called first.
+    pub(crate) at: Location,
+    /// Tip in feed, workpiece frame.
+    pub(crate) feed: Aabb,
+    /// Tip in feed while it moves sideways to its axis.
+    pub(crate) sideways: Aabb,
+    /// Ends of rapid motions that go down along the tool axis.
+    pub(crate) descents: Vec<Point>,
+    /// Motions in feed.
+    pub(crate) feeds: u64,
+    /// A motion in feed without an active length, and where.
+    pub(crate) bare: Option<Location>,
+    /// A motion in feed with an active length.
+    pub(crate) lengthened: bool,
+    /// A motion in feed with the tool off the z axis of the workpiece.
+    pub(crate) tilted: bool,
+    /// The first motion in feed.
+    pub(crate) first_feed: Option<Location>,
+    /// The first end of a rapid motion that goes down, before any motion in feed.
+    pub(crate) first_descent: Option<(Location, Point)>,
+}
+
+/// A position of the machine that the program names.
+#[derive(Clone, Debug)]
+pub(crate) struct MachineMove {
+    pub(crate) letter: char,
+    /// mm or radian.
+    pub(crate) value: f64,
+    pub(crate) at: Location,
+}
+
+/// What a program does.
+#[derive(Clone, Debug)]
+pub(crate) struct Reading {
+    pub(crate) survey: Survey,
+    pub(crate) tools: Vec<ToolUse>,
+    /// Work offsets in the order in which they are called, with the place.
+    pub(crate) offsets: Vec<(String, Location)>,
+    /// Lowest and highest positions of rotary axes, radian.
+    pub(crate) rotary: BTreeMap<char, [f64; 2]>,
+    /// Tool center point control or a tilted plane is used.
+    pub(crate) tcp: bool,
+    /// Feed with a rotary axis of the table turned, without tool center point control: where the part is depends on where it stands on the
+    /// table.
+    pub(crate) indexed: Option<Location>,
+    pub(crate) machine_moves: Vec<MachineMove>,
+    /// Lowest and highest position of each joint in motion of the axes, where the program is.
+    pub(crate) joints: BTreeMap<usize, [(f64, Location); 2]>,
+}
+
+impl Reading {
+    /// Box of the tip in feed of all tools.
+    pub(crate) fn feed(&self) -> Aabb {
+        self.tools.iter().fold(Aabb::empty(), |all, t| all.union(&t.feed))
+    }
+
+    /// Reads a program to its end.
+    pub(crate) fn of(path: &Path, settings: &Settings, machine: &Machine, setup: TraceSetup) -> Self {
+        let mut tracer = Tracer::new(machine, setup);
+        let mut state = Collecting {
+            machine,
+            tools: Vec::new(),
+            current: None,
+            offsets: Vec::new(),
+            rotary: BTreeMap::new(),
+            tcp: false,
+            indexed: None,
+            machine_moves: Vec::new(),
+            joints: BTreeMap::new(),
+        };
+        let survey = Survey::of_file(path, settings, &mut |command, _: Dialect| {
+            let way = tracer.step(command);
+            state.look(command, way.as_ref(), &tracer);
+            None
+        });
+        let Collecting { mut tools, offsets, rotary, tcp, indexed, machine_moves, joints, .. } = state;
+        tools.retain(|t| t.name != ToolName::Empty || t.feeds > 0);
+        Self { survey, tools, offsets, rotary, tcp, indexed, machine_moves, joints }
+    }
+}
+
+struct Collecting<'a> {
+    machine: &'a Machine,
+    tools: Vec<ToolUse>,
+    current: Option<usize>,
+    offsets: Vec<(String, Location)>,
+    rotary: BTreeMap<char, [f64; 2]>,
+    tcp: bool,
+    indexed: Option<Location>,
+    machine_moves: Vec<MachineMove>,
+    joints: BTreeMap<usize, [(f64, Location); 2]>,
+}
+
+impl Collecting<'_> {
+    fn look(&mut self, command: &Command, way: Option<&Way>, tracer: &Tracer<'_>) {
+        let at = &command.location;
+        match &command.op {
+            Op::Tool(ToolAction::Change(name)) => self.change(name, at),
+            Op::Offset(Offset::Work { word }) if !self.offsets.iter().any(|(known, _)| known == word) => {
+                self.offsets.push((word.clone(), at.clone()));
+            }
+            Op::Tcp(tcp) => self.tcp |= tcp.on,
+            Op::Rapid(motion) | Op::Linear(motion) => self.axes(motion, at),
+            Op::Arc(arc) => self.axes(&arc.motion, at),
+            Op::Spline(spline) => self.axes(&spline.motion, at),
+            _ => {}
+        }
+        let Some(way) = way else { return };
+        if self.current.is_none() {
+            let name = tracer.tool.clone();
+            self.change(&name, at);
+        }
+        let table_turned = way.joints.is_some_and(|q| {
+            let turned =
+                |&j: &usize| self.machine.joints[j].is_rotary() && (q[j] - self.machine.joints[j].home).abs() > NO_TURN;
+            self.machine.work_chain.iter().any(turned)
+        });
+        if let Some(q) = way.joints.filter(|_| !way.machine) {
+            for j in 0..self.machine.joints.len() {
+                let [low, high] = self.joints.entry(j).or_insert_with(|| [(q[j], at.clone()), (q[j], at.clone())]);
+                if q[j] < low.0 {
+                    *low = (q[j], at.clone());
+                }
+                if q[j] > high.0 {
+                    *high = (q[j], at.clone());
+                }
+            }
+        }
+        let Some(tool) = self.current.and_then(|i| self.tools.get_mut(i)) else { return };
+        match way.kind {
+            WayKind::Rapid => {
+                if let (true, [from, .., to]) = (!way.machine && way.from_known, &way.points[..])
+                    && (from - to).dot(&way.axis) > 1e-6
+                    && tool.descents.len() < MAX_DESCENTS
+                {
+                    tool.descents.push(*to);
+                    if tool.feeds == 0 {
+                        tool.first_descent = Some((at.clone(), *to));
+                    }
+                }
+            }
+            WayKind::Feed if !way.machine => {
+                tool.feeds += 1;
+                if !tracer.length_on && !tracer.tcp {
+                    tool.bare.get_or_insert_with(|| at.clone());
+                } else {
+                    tool.lengthened = true;
+                }
+                tool.tilted |= way.axis.z < 1.0 - 1e-9;
+                if table_turned && !tracer.tcp {
+                    self.indexed.get_or_insert_with(|| at.clone());
+                }
+                way.points.iter().skip(usize::from(!way.from_known)).for_each(|p| tool.feed.grow(p));
+                if let [from, .., to] = &way.points[..] {
+                    let along = way.axis * (to - from).dot(&way.axis);
+                    if (to - from - along).norm() > 1e-6 || way.points.len() > 2 {
+                        way.points.iter().for_each(|p| tool.sideways.grow(p));
+                    }
+                }
+                tool.first_feed.get_or_insert_with(|| at.clone());
+            }
+            WayKind::Feed => {}
+        }
+    }
+
+    fn change(&mut self, name: &ToolName, at: &Location) {
+        let known = self.tools.iter().position(|t| t.name == *name);
+        self.current = Some(known.unwrap_or_else(|| {
+            self.tools.push(ToolUse {
+                name: name.clone(),
+                at: at.clone(),
+                feed: Aabb::empty(),
+                sideways: Aabb::empty(),
+                descents: Vec::new(),
+                feeds: 0,
+                bare: None,
+                lengthened: false,
+                tilted: false,
+                first_feed: None,
+                first_descent: None,
+            });
+            self.tools.len() - 1
+        }));
+    }
+
+    fn axes(&mut self, motion: &Motion, at: &Location) {
+        for (index, letter) in AXIS_LETTERS.into_iter().enumerate() {
+            if motion.programmed >> index & 1 == 0 && !motion.machine_coordinates {
+                continue;
+            }
+            let Some(value) = motion.end_base.get(index) else { continue };
+            if motion.machine_coordinates {
+                self.machine_moves.push(MachineMove { letter, value, at: at.clone() });
+            } else if (3..6).contains(&index) {
+                let range = self.rotary.entry(letter).or_insert([value; 2]);
+                *range = [range[0].min(value), range[1].max(value)];
+            }
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! The tools that programs call: from a library, from what the text tells, or from answers.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proveout_nc::{Location, ToolName};
+use proveout_tool::{ImportCall, ToolDraft, ToolLibrary, import_tools};
+
+use super::interview::{self, Interview, PROPOSED};
+use super::reading::Reading;
+use super::{FirstPart, FirstPartError, Tools, facts, refused};
+
+impl Tools {
+    /// Gauge lengths by number and name, mm.
+    pub(crate) fn lengths(&self) -> BTreeMap<ToolName, f64> {
+        let mut all = BTreeMap::new();
+        match self {
+            Self::Drafts(drafts) => {
+                for d in drafts {
+                    all.insert(ToolName::Number(d.number), d.gauge.unwrap_or(0.0));
+                    all.insert(ToolName::Name(d.name.clone()), d.gauge.unwrap_or(0.0));
+                }
+            }
+            Self::Library(path) => {
+                for t in ToolLibrary::read(path).map(|l| l.tools).unwrap_or_default() {
+                    all.insert(ToolName::Number(t.number), t.gauge_length);
+                    all.insert(ToolName::Name(t.name), t.gauge_length);
+                }
+            }
+        }
+        all
+    }
+
+    /// A face mill, as a draft tells it.
+    pub(crate) fn faces(&self, name: &ToolName) -> bool {
+        let Self::Drafts(drafts) = self else { return false };
+        let own = |d: &&ToolDraft| *name == ToolName::Number(d.number) || *name == ToolName::Name(d.name.clone());
+        drafts.iter().find(own).is_some_and(|d| d.kind == Some("face_mill"))
+    }
+
+    /// Radius of a tool, mm.
+    pub(crate) fn radius(&self, name: &ToolName) -> f64 {
+        match self {
+            Self::Drafts(drafts) => drafts
+                .iter()
+                .find(|d| *name == ToolName::Number(d.number) || *name == ToolName::Name(d.name.clone()))
+                .and_then(ToolDraft::diameter)
+                .map_or(0.0, |d| 0.5 * d),
+            Self::Library(path) => ToolLibrary::read(path)
+                .map(|l| l.tools)
+                .unwrap_or_default()
+                .iter()
+                .find(|t| *name == ToolName::Number(t.number) || *name == ToolName::Name(t.name.clone()))
+                .map_or(0.0, |t| t.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max)),
+        }
+    }
+}
+
+/// Tools that the programs call, from a library, the text, or answers; a tool of which a question stays open is left out, and an open holder is none.
+pub(super) fn tools(
+    call: &FirstPart,
+    readings: &[Reading],
+    all_facts: &[facts::Facts],
+    start: Option<&(u32, String)>,
+    interview: &mut Interview<'_, '_>,
+    notes: &mut Vec<String>,
+) -> Result<Tools, FirstPartError> {
+    let mut called: Vec<(ToolName, Option<Location>)> = Vec::new();
+    for tool in readings.iter().flat_map(|r| &r.tools) {
+        let name = match (&tool.name, start) {
+            (ToolName::Empty, Some((number, _))) => ToolName::Number(*number),
+            (ToolName::Empty, None) => continue,
+            (name, _) => name.clone(),
+        };
+        if !called.iter().any(|(known, _)| *known == name) {
+            called.push((name, Some(tool.at.clone())));
+        }
+    }
+    let mut library: Vec<ToolDraft> = Vec::new();
+    if let Some(path) = &call.tools {
+        if path.extension().is_some_and(|e| e == "toml") {
+            let own = ToolLibrary::read(path)?;
+            let missing = called.iter().find(|(name, _)| match name {
+                ToolName::Empty => false,
+                ToolName::Number(n) => !own.tools.iter().any(|t| t.number == *n),
+                ToolName::Name(n) => !own.tools.iter().any(|t| t.name == *n),
+            });
+            if let Some((name, at)) = missing {
+                let line =
+                    at.as_ref().map_or_else(String::new, |at| format!(", called in line {} of {}", at.line, at.file));
+                let message = format!("tool {}{line}, is not in {}", shown(name), path.display());
+                return Err(refused(message, "add it to the library, or leave --tools out and let the text tell"));
+            }
+            return Ok(Tools::Library(path.clone()));
+        }
+        let numbers: BTreeSet<u32> =
+            called.iter().filter_map(|(n, _)| if let ToolName::Number(n) = n { Some(*n) } else { None }).collect();
+        let by_name = called.iter().any(|(n, _)| matches!(n, ToolName::Name(_)));
+        let wanted = (!by_name).then_some(numbers);
+        let imported = import_tools(path, &ImportCall { unit: call.unit, wanted })?;
+        notes.extend(imported.notes);
+        library = imported.tools;
+    }
+    let mut drafts: Vec<ToolDraft> = Vec::new();
+    let mut free = 1_u32;
+    // Tools of which a question is open want a holder as well.
+    let mut unknown: Vec<String> = Vec::new();
+    for (name, at) in &called {
+        let from_library = library.iter().find(|d| match name {
+            ToolName::Number(n) => d.number == *n,
+            ToolName::Name(n) => d.name == *n,
+            ToolName::Empty => false,
+        });
+        let of_text = all_facts.iter().find_map(|f| f.tools.get(name));
+        let number = match name {
+            ToolName::Number(n) => *n,
+            _ => from_library.map_or(0, |d| d.number),
+        };
+        let key = format!("tool.{}", shown(name).trim_matches('"'));
+        let mut draft = match (interview.given(&key), from_library, of_text) {
+            (Some(answer), ..) => tool_of_answer(&key, &answer, number)?,
+            (None, Some(from), of_text) => {
+                let mut draft = from.clone();
+                // What the library leaves open the text may tell.
+                if draft.diameter().is_none()
+                    && let Some(text) = of_text
+                {
+                    let (gauge, number, name) = (draft.gauge, draft.number, draft.name);
+                    draft = ToolDraft { number, name, gauge: gauge.or(text.gauge), ..text.clone() };
+                }
+                draft
+            }
+            (None, None, Some(text)) => text.clone(),
+            (None, None, None) => ToolDraft::new(number, ""),
+        };
+        if draft.diameter().is_none() {
+            let line = at.as_ref().map_or_else(String::new, |at| format!(" (line {} of {})", at.line, at.file));
+            let text = format!(
+                "What is tool {}{line}? Kind and millimeters such as \"flat D10 L25\", \"bull_nose D12 R1\", \"drill D8.5 A118\" (inches: \
+                 \"flat D0.5 inch\"); or name a library with --tools",
+                shown(name)
+            );
+            let Some(answer) = interview.get(&key, text, None) else {
+                unknown.push(shown(name));
+                continue;
+            };
+            let gauge = draft.gauge;
+            draft = tool_of_answer(&key, &answer, number)?;
+            draft.gauge = draft.gauge.or(gauge);
+        }
+        match name {
+            ToolName::Number(n) => draft.number = *n,
+            ToolName::Name(word) => {
+                draft.name.clone_from(word);
+                if draft.number == 0 {
+                    while called.iter().any(|(n, _)| *n == ToolName::Number(free))
+                        || drafts.iter().any(|d| d.number == free)
+                    {
+                        free += 1;
+                    }
+                    draft.number = free;
+                }
+            }
+            ToolName::Empty => {}
+        }
+        drafts.push(draft);
+    }
+    // One holder for all tools of which nothing tells one.
+    let mut holder = None;
+    if !unknown.is_empty() || drafts.iter().any(|d| d.holder.is_empty()) {
+        let key = "holder";
+        let which = drafts
+            .iter()
+            .filter(|d| d.holder.is_empty())
+            .map(|d| format!("T{}", d.number))
+            .chain(unknown)
+            .collect::<Vec<_>>()
+            .join(" ");
+        let text = format!(
+            "What holder for {which}? Diameter and length to the gauge line in mm such as 40x60, or none: what needs the holder is then unchecked"
+        );
+        let answer = interview.get(key, text, Some("none".into())).unwrap_or_else(|| PROPOSED.into());
+        let answer = if answer == PROPOSED { "none".to_owned() } else { answer };
+        holder = interview::holder(&answer).ok_or_else(|| {
+            refused(format!("`{key}` = {answer:?} is no holder"), "write none, or diameter and length: 40x60")
+        })?;
+    }
+    for draft in &mut drafts {
+        draft.complete(holder).map_err(|e| refused(e, "name a library with --tools, or answer for the tool"))?;
+    }
+    drafts.sort_by_key(|d| d.number);
+    Ok(Tools::Drafts(drafts))
+}
+
+fn tool_of_answer(key: &str, answer: &str, number: u32) -> Result<ToolDraft, FirstPartError> {
+    interview::tool(answer, number).ok_or_else(|| {
+        let help = "write kind and dimensions: flat D10 L25, ball D8, bull_nose D12 R1, drill D8.5 A118, chamfer D10 A90, face_mill D50";
+        refused(format!("`{key}` = {answer:?} is no tool"), help)
+    })
+}
+
+/// A tool as a program names it.
+pub(crate) fn shown(name: &ToolName) -> String {
+    match name {
+        ToolName::Empty => "T0".to_owned(),
+        ToolName::Number(n) => format!("T{n}"),
+        ToolName::Name(n) => format!("\"{n}\""),
+    }
+}

@@ -1,0 +1,321 @@
+//! Tools in comments, names and statements of programs.
+//!
+//! | who writes it | form |
+//! |---|---|
+//! | Fusion 360, HSMWorks | `T1 D=10. CR=0.5 TAPER=45deg - ZMIN=-5. - flat end mill` |
+//! | Mastercam | `T1 \| 1/2 FLAT ENDMILL \| H1 \| D1 \| TOOL DIA. - .5`, `1/2 BALL ENDMILL TOOL - 3 DIA. OFF. - 3 LEN. - 3 DIA. - .5` |
+//! | SolidCAM and others | `T5 - END MILL D12 R1`, `TOOL 5: BALL DIA 8.0` |
+//! | name of a tool | `END_D12`, `BALL_D8`, `BULL_D10_R1` |
+//! | Klartext | `TOOL DEF 5 L+80 R+5` |
+//! | CL data | `CUTTER/ d, r` before `LOADTL/ n` |
+//!
+//! A diameter is taken where a word says that it is one, or where it is all that the comment of a tool has for a number. TAPER of Fusion is the
+//! half angle of a chamfer mill and the full angle of a drill.
+
+use proveout_tool::{ToolDraft, tool_kind_of_words, tool_teeth_of_words};
+
+/// Number behind a letter or word with its sign: `X+10`, `D=10.5`, `DIA 8`.
+fn number_at(text: &str) -> Option<f64> {
+    let text = text.trim_start_matches([' ', '=', ':']);
+    // `DIA. - .5` has a dash that is no sign.
+    let text = text.strip_prefix("- ").map_or(text, str::trim_start);
+    let end = text
+        .char_indices()
+        .find(|(i, c)| !(c.is_ascii_digit() || *c == '.' || *i == 0 && matches!(c, '+' | '-')))
+        .map_or(text.len(), |(i, _)| i);
+    let number = text[..end].parse::<f64>().ok().filter(|v| v.is_finite())?;
+    // `1/2`.
+    let Some(rest) = text[end..].strip_prefix('/') else { return Some(number) };
+    let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    rest[..end].parse::<f64>().ok().filter(|d| *d > 0.0).map(|d| number / d)
+}
+
+/// Number behind a single letter that stands alone: `X+10` in `X+10 Y+5`.
+pub(super) fn letter(text: &str, letter: char) -> Option<f64> {
+    text.match_indices(letter).find_map(|(at, _)| {
+        let alone = !text[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric());
+        let next = text[at + letter.len_utf8()..].trim_start_matches('=').chars().next()?;
+        let number = alone && (next.is_ascii_digit() || matches!(next, '+' | '-' | '.'));
+        number.then(|| number_at(&text[at + letter.len_utf8()..]))?
+    })
+}
+
+/// Number behind one of the words.
+fn word(text: &str, words: &[&str]) -> Option<f64> {
+    words.iter().find_map(|w| {
+        text.match_indices(w).find_map(|(at, _)| {
+            let alone = !text[..at].chars().next_back().is_some_and(char::is_alphanumeric);
+            alone.then(|| number_at(&text[at + w.len()..]))?
+        })
+    })
+}
+
+/// Number of the tool that a comment begins with: `T1`, `TOOL 5`, `TOOL - 3`, `TOOL NO. 4`.
+fn tool_number(text: &str) -> Option<(u32, usize)> {
+    let digits = |from: usize| {
+        let rest = &text[from..];
+        let skip = rest.find(|c: char| !matches!(c, ' ' | '-' | '#' | '=' | ':' | '.')).unwrap_or(rest.len());
+        let body = &rest[skip..];
+        let end = body.find(|c: char| !c.is_ascii_digit()).unwrap_or(body.len());
+        // `T1.5` and `T1/2` are no tools.
+        let after = body[end..].chars().next();
+        (!matches!(after, Some('/' | '.')) || body[end..].starts_with(". "))
+            .then(|| body[..end].parse().ok())?
+            .map(|n| (n, from + skip + end))
+    };
+    let start = text.len() - text.trim_start().len();
+    let head = &text[start..];
+    for word in ["TOOL NUMBER", "TOOL NO.", "TOOL NO", "TOOL", "WERKZEUG", "T"] {
+        if head.starts_with(word)
+            && let Some(found) = digits(start + word.len())
+        {
+            return Some(found);
+        }
+    }
+    text.find("TOOL - ").and_then(|at| digits(at + "TOOL".len()))
+}
+
+/// A draft with what words tell: kind, teeth, diameter, corner radius.
+fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolDraft> {
+    let kind = tool_kind_of_words(text);
+    let told = word(upper, &["D=", "DIA.", "DIAMETER", "DIA", "TOOL DIA. -", "\u{d8}"]).or_else(|| letter(upper, 'D'));
+    let diameter = told.or_else(|| kind.and_then(|_| lone_size(upper)));
+    let diameter = diameter.filter(|d| *d > 0.0)? * unit;
+    let mut draft = ToolDraft::new(0, source);
+    draft.description = text.trim().to_owned();
+    draft.flutes = tool_teeth_of_words(text);
+    let corner = word(upper, &["CR=", "RAD=", "CORNER RAD.", "CORNER RADIUS", "CR.", "CR"])
+        .or_else(|| letter(upper, 'R'))
+        .map(|r| r * unit)
+        .filter(|r| *r > 0.0 && *r <= 0.5 * diameter + 1e-9);
+    let taper = word(upper, &["TAPER=", "ANGLE=", "POINT ANGLE", "ANGLE"]).filter(|a| *a > 0.0 && *a < 180.0);
+    draft.put("diameter_mm", diameter);
+    match kind {
+        Some(("bull_nose", _)) => match corner {
+            Some(r) => {
+                draft.kind = Some("bull_nose");
+                draft.put("corner_radius_mm", r);
+            }
+            None => draft.kind = None,
+        },
+        Some(("flat", None)) if corner.is_some_and(|r| r > 0.5 * diameter - 1e-6) => draft.kind = Some("ball"),
+        Some(("flat", None)) if corner.is_some() => {
+            draft.kind = Some("bull_nose");
+            draft.put("corner_radius_mm", corner.unwrap_or(0.0));
+        }
+        Some(("drill", _)) => {
+            draft.kind = Some("drill");
+            if let Some(angle) = taper {
+                draft.put("point_angle_deg", angle);
+            }
+        }
+        Some(("chamfer", _)) => {
+            draft.kind = Some("chamfer");
+            let lower = text.to_lowercase();
+            // Half angle of a chamfer mill, full angle of what drills.
+            let full = lower.contains("drill") || lower.contains("anbohr") || lower.contains("zentrier");
+            let size = taper.or_else(|| upper.contains("90").then_some(if full { 90.0 } else { 45.0 }));
+            let angle = size.map(|a| if full || a > 89.0 { a } else { 2.0 * a });
+            draft.put("point_angle_deg", angle.unwrap_or(90.0));
+            if angle.is_none() {
+                draft.choose(&["point_angle_deg"], "nothing tells it: a usual one");
+            }
+            draft.put("tip_diameter_mm", 0.0);
+            draft.choose(&["tip_diameter_mm"], "nothing tells it: a sharp tip");
+        }
+        Some(("face_mill", _)) => {
+            draft.kind = Some("face_mill");
+            draft.put("corner_radius_mm", corner.unwrap_or(0.0));
+            let angle = taper.filter(|a| *a < 90.0).map_or(90.0, |a| 90.0 - a);
+            draft.put("entering_angle_deg", angle);
+            if taper.is_none() {
+                draft.choose(
+                    &["entering_angle_deg"],
+                    "nothing tells it: a square shoulder is the fullest body of this diameter",
+                );
+            }
+        }
+        Some((kind @ ("ball" | "flat"), why)) => {
+            draft.kind = Some(kind);
+            if let Some(why) = why {
+                draft.choose(&["kind"], why);
+            }
+        }
+        // A shape that the words do not describe: a taper ball without its angle, a lollipop without its neck.
+        Some((_, _)) | None => {
+            draft.kind = match corner {
+                Some(r) if r > 0.5 * diameter - 1e-6 => Some("ball"),
+                Some(r) => {
+                    draft.put("corner_radius_mm", r);
+                    Some("bull_nose")
+                }
+                None => None,
+            };
+        }
+    }
+    Some(draft)
+}
+
+/// A size that stands alone: `1/2 FLAT ENDMILL`, `10.5 DRILL`, `6MM BALL`.
+fn lone_size(upper: &str) -> Option<f64> {
+    let mut rest = upper;
+    if let Some((_, end)) = tool_number(upper) {
+        rest = &upper[end..];
+    }
+    rest.split(|c: char| c.is_whitespace() || matches!(c, '|' | ',' | '-' | '_' | ';')).find_map(|w| {
+        let w = w.trim_end_matches("MM").trim_end_matches('"').trim_end_matches("IN");
+        let plain =
+            w.chars().all(|c| c.is_ascii_digit() || matches!(c, '.' | '/')) && w.chars().any(|c| c.is_ascii_digit());
+        plain.then(|| number_at(w))?
+    })
+}
+
+/// The tool of a comment, with its number where it has one.
+pub(super) fn of_comment(text: &str, unit: f64, line: usize) -> Option<(Option<u32>, ToolDraft)> {
+    let upper = text.to_uppercase();
+    let number = tool_number(&upper);
+    // Without a number only what is named a tool by its words.
+    if number.is_none() && tool_kind_of_words(text).is_none() {
+        return None;
+    }
+    let body = number.map_or(upper.as_str(), |(_, end)| &upper[end..]);
+    // Mastercam names offsets between: `DIA. OFF. - 3 LEN. - 3 DIA. - .5`.
+    let cleaned = body.replace("DIA. OFF.", "").replace("LEN. -", "");
+    let mut draft = described(text, &cleaned, unit, format!("comment in line {line}")).or_else(|| {
+        described(text, &upper.replace("DIA. OFF.", "").replace("LEN. -", ""), unit, format!("comment in line {line}"))
+    })?;
+    if let Some((n, _)) = number {
+        draft.number = n;
+        draft.name = format!("T{n}");
+    }
+    Some((number.map(|(n, _)| n), draft))
+}
+
+/// The tool that a name describes.
+pub(super) fn of_name(name: &str, unit: f64, line: usize) -> Option<ToolDraft> {
+    let spaced = name.replace(['_', '-'], " ");
+    let words =
+        spaced.to_uppercase().replace("BULL ", "BULL NOSE ").replace("END ", "END MILL ").replace("CUTTER", "END MILL");
+    let told =
+        letter(&words, 'D').is_some() || word(&words, &["DIA"]).is_some() || tool_kind_of_words(&words).is_some();
+    if !told {
+        return None;
+    }
+    let mut draft = described(&words, &words, unit, format!("its name, line {line}"))?;
+    name.clone_into(&mut draft.name);
+    draft.description.clear();
+    Some(draft)
+}
+
+/// `TOOL DEF 5 L+80 R+5` of a TNC.
+pub(super) fn tool_def(upper: &str, unit: f64, line: usize) -> Option<ToolDraft> {
+    let rest = upper.split_once("TOOL DEF ")?.1;
+    let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    let number: u32 = rest[..end].parse().ok()?;
+    let rest = &rest[end..];
+    let radius = letter(rest, 'R').filter(|r| *r > 0.0)? * unit;
+    let mut draft = ToolDraft::new(number, format!("TOOL DEF in line {line}"));
+    draft.put("diameter_mm", 2.0 * radius);
+    draft.gauge = letter(rest, 'L').map(|l| l * unit).filter(|l| *l > 0.0);
+    Some(draft)
+}
+
+/// `CUTTER/ d, r [, e, f, alpha, beta, h]` of CL data.
+pub(super) fn cutter_statement(upper: &str, unit: f64, line: usize) -> Option<ToolDraft> {
+    let rest = upper.trim_start().strip_prefix("CUTTER")?.trim_start().strip_prefix('/')?;
+    let n: Vec<f64> = rest.split(',').map_while(|t| t.trim().parse().ok()).collect();
+    let diameter = n.first().copied().filter(|d| *d > 0.0)? * unit;
+    let corner = n.get(1).copied().unwrap_or(0.0) * unit;
+    let mut draft = ToolDraft::new(0, format!("CUTTER in line {line}"));
+    if n.get(4).is_some_and(|a| *a != 0.0) || n.get(5).is_some_and(|a| *a != 0.0) {
+        // Lower and upper lines that are inclined need all of it.
+        return None;
+    }
+    draft.put("diameter_mm", diameter);
+    draft.kind = Some("flat");
+    if corner > 0.5 * diameter - 1e-6 {
+        draft.kind = Some("ball");
+    } else if corner > 0.0 {
+        draft.kind = Some("bull_nose");
+        draft.put("corner_radius_mm", corner);
+    }
+    draft.flute_length = n.get(6).map(|h| h * unit).filter(|h| *h > corner);
+    Some(draft)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn comment(text: &str, unit: f64) -> (Option<u32>, ToolDraft) {
+        of_comment(text, unit, 3).unwrap_or_else(|| panic!("{text} tells a tool"))
+    }
+
+    #[test]
+    fn comments_of_posts_tell_their_tools() {
+        type Case<'a> = (&'a str, f64, Option<u32>, Option<&'a str>, f64, Option<f64>);
+        let cases: [Case<'_>; 14] = [
+            ("T1 D=10. CR=0. - ZMIN=-5. - flat end mill", 1.0, Some(1), Some("flat"), 10.0, None),
+            ("T2 D=9.525 CR=0.8 - ZMIN=-10. - BULL NOSE END MILL", 1.0, Some(2), Some("bull_nose"), 9.525, Some(0.8)),
+            ("T12 D=6. CR=3. - ZMIN=-4.25 - ball end mill", 1.0, Some(12), Some("ball"), 6.0, None),
+            ("T3 D=8.5 CR=0. TAPER=118deg - ZMIN=-25 - drill", 1.0, Some(3), Some("drill"), 8.5, None),
+            ("T4  D=0.5 CR=0.  TAPER=45deg - ZMIN=-0.02 - chamfer mill", 25.4, Some(4), Some("chamfer"), 12.7, None),
+            ("T5 D=2. CR=0. - ZMIN=0. - face mill", 25.4, Some(5), Some("face_mill"), 50.8, None),
+            ("T1 | 1/2 FLAT ENDMILL | H1 | D1 | TOOL DIA. - .5", 25.4, Some(1), Some("flat"), 12.7, None),
+            ("1/4 BALL ENDMILL TOOL - 3 DIA. OFF. - 3 LEN. - 3 DIA. - .25", 25.4, Some(3), Some("ball"), 6.35, None),
+            ("TOOL 5: END MILL DIA 12.0 R1.0", 1.0, Some(5), Some("bull_nose"), 12.0, Some(1.0)),
+            ("T05 - SPOT DRILL D10 90DEG", 1.0, Some(5), Some("chamfer"), 10.0, None),
+            ("1/2 FLAT ENDMILL", 25.4, None, Some("flat"), 12.7, None),
+            ("6MM BALL NOSE", 1.0, None, Some("ball"), 6.0, None),
+            ("T7 D10", 1.0, Some(7), None, 10.0, None),
+            ("Schaftfraeser D12", 1.0, None, Some("flat"), 12.0, None),
+        ];
+        for (text, unit, number, kind, diameter, corner) in cases {
+            let (n, draft) = comment(text, unit);
+            assert_eq!((n, draft.kind), (number, kind), "{text}");
+            assert!((draft.diameter().expect("told") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
+            if kind == Some("bull_nose") {
+                assert!((draft.get("corner_radius_mm").unwrap_or(0.0) - corner.unwrap_or(0.0)).abs() < 1e-9, "{text}");
+            }
+        }
+        assert_eq!(
+            comment("T4 D=12. CR=0. TAPER=45deg - ZMIN=-1. - chamfer mill", 1.0).1.get("point_angle_deg"),
+            Some(90.0)
+        );
+        assert_eq!(
+            comment("T4 D=12. CR=0. TAPER=90deg - ZMIN=-1. - spot drill", 1.0).1.get("point_angle_deg"),
+            Some(90.0)
+        );
+    }
+
+    #[test]
+    fn comments_of_something_else_tell_none() {
+        for text in [
+            "USING HIGH FEED G1 F5000.",
+            "2D CONTOUR1",
+            "",
+            "T",
+            "TOOL",
+            "MACHINE VENDOR HAAS",
+            "STOCK TOP",
+            "T1",
+            "DATE 12/03/24",
+        ] {
+            assert!(of_comment(text, 1.0, 1).is_none(), "{text}");
+        }
+    }
+
+    #[test]
+    fn names_and_statements_tell_tools() {
+        let name = |text: &str| of_name(text, 1.0, 1).map(|d| (d.kind, d.diameter()));
+        assert_eq!(name("END_D12"), Some((Some("flat"), Some(12.0))));
+        assert_eq!(name("BALL_D8"), Some((Some("ball"), Some(8.0))));
+        assert_eq!(name("CUTTER 10"), Some((Some("flat"), Some(10.0))));
+        assert_eq!(name("BULL_D10_R1").and_then(|n| n.0), Some("bull_nose"));
+        assert_eq!(name("TASTER"), None);
+        let def = tool_def("4 TOOL DEF 5 L+80 R+5", 1.0, 4).expect("a definition");
+        assert_eq!((def.number, def.diameter(), def.gauge), (5, Some(10.0), Some(80.0)));
+        let cutter = cutter_statement("CUTTER/ 12.0, 1.5, 0,0,0,0,40", 1.0, 2).expect("a cutter");
+        assert_eq!((cutter.kind, cutter.diameter(), cutter.flute_length), (Some("bull_nose"), Some(12.0), Some(40.0)));
+    }
+}

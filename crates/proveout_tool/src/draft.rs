@@ -1,0 +1,385 @@
+//! A tool as somebody else's file tells it, on its way into a library: dimensions that are told, those that are not, and why a number stands
+//! where nothing told it.
+//!
+//! A draft keeps apart what was read and what was chosen. [`ToolDraft::complete`] chooses what a library cannot do without (length of the flutes,
+//! gauge length) and gives the reason; [`library_text`] writes all of it as a library file, chosen keys named with their reasons.
+
+use std::fmt::Write as _;
+
+use crate::HolderSection;
+
+/// Length of the flutes over the diameter where nothing tells it: that of a usual end mill. A cut that is deeper is a finding, so that a
+/// longer tool is never assumed.
+const FLUTES_OVER_DIAMETER: f64 = 3.0;
+/// Flutes of a tool of which only the point cuts, over its height.
+const FLUTES_OVER_POINT: f64 = 1.0;
+/// Stick-out behind the flutes where nothing tells it, mm.
+const BEHIND_FLUTES_MM: f64 = 15.0;
+/// Gauge length without a holder, mm: a usual projection of tool and holder together.
+const BARE_GAUGE_MM: f64 = 150.0;
+/// Full angle of a drill's point where nothing tells it, degrees: that of a usual twist drill.
+const DRILL_POINT_DEG: f64 = 118.0;
+/// Entering angle of a face mill where nothing tells it, degrees: a square shoulder, the fullest body of its diameter.
+const SQUARE_DEG: f64 = 90.0;
+
+/// One tool as read, mm and degrees.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ToolDraft {
+    /// Place in the tool table.
+    pub number: u32,
+    /// Name; `T7` where nothing tells it.
+    pub name: String,
+    /// Words for people.
+    pub description: String,
+    /// `kind` of the library; none where nothing tells the shape.
+    pub kind: Option<&'static str>,
+    /// Keys of the shape with their values, in the order in which they are written.
+    pub shape: Vec<(&'static str, f64)>,
+    /// Curve of a `profile`, ends and centers `[radius, height]`.
+    pub segments: Vec<([f64; 2], Option<[f64; 2]>)>,
+    /// Length of the flutes.
+    pub flute_length: Option<f64>,
+    /// Diameter and length of the neck above the flutes.
+    pub neck: Option<(f64, f64)>,
+    /// Diameter of the shank.
+    pub shank: Option<f64>,
+    /// Length of the tool without its holder.
+    pub overall: Option<f64>,
+    /// Length that stands out of the holder.
+    pub stick_out: Option<f64>,
+    /// From the tip to the gauge line.
+    pub gauge: Option<f64>,
+    /// Number of teeth.
+    pub flutes: Option<u32>,
+    /// The tool cuts when the spindle turns counter-clockwise.
+    pub left_handed: bool,
+    /// Name of the holder.
+    pub holder_name: String,
+    /// Holder from its nose up; empty where nothing tells it.
+    pub holder: Vec<HolderSection>,
+    /// Where the numbers come from.
+    pub source: String,
+    /// Keys that nothing told, and why they have their values.
+    pub chosen: Vec<(Vec<&'static str>, String)>,
+}
+
+/// Holder that a call gives to tools of which nothing tells one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlainHolder {
+    /// Diameter, mm.
+    pub diameter: f64,
+    /// From its nose to the gauge line, mm.
+    pub length: f64,
+}
+
+impl ToolDraft {
+    /// A tool of which nothing is known but its number.
+    pub fn new(number: u32, source: impl Into<String>) -> Self {
+        Self { number, name: format!("T{number}"), source: source.into(), ..Self::default() }
+    }
+
+    /// Value of a key of its shape.
+    pub fn get(&self, key: &str) -> Option<f64> {
+        self.shape.iter().find(|(known, _)| *known == key).map(|(_, value)| *value)
+    }
+
+    /// Gives the shape a value; one that is there is replaced.
+    pub fn put(&mut self, key: &'static str, value: f64) {
+        match self.shape.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, old)) => *old = value,
+            None => self.shape.push((key, value)),
+        }
+    }
+
+    /// Cutting diameter, where it is told, mm.
+    pub fn diameter(&self) -> Option<f64> {
+        let outline = self.segments.iter().map(|([r, _], _)| 2.0 * r).fold(0.0, f64::max);
+        self.get("diameter_mm").or((outline > 0.0).then_some(outline))
+    }
+
+    /// Marks keys as chosen.
+    pub fn choose(&mut self, keys: &[&'static str], reason: impl Into<String>) {
+        self.chosen.push((keys.to_vec(), reason.into()));
+    }
+
+    /// Height of the cutting end: below it the flutes cannot end, mm.
+    fn end_height(&self) -> f64 {
+        let d = self.diameter().unwrap_or(0.0);
+        let point = |angle: f64, tip: f64| 0.5 * (d - tip) / (0.5 * angle).to_radians().tan();
+        match self.kind {
+            Some("ball") => 0.5 * d,
+            Some("bull_nose" | "face_mill") => self.get("corner_radius_mm").unwrap_or(0.0),
+            Some("drill") => point(self.get("point_angle_deg").unwrap_or(DRILL_POINT_DEG), 0.0),
+            Some("chamfer") => {
+                point(self.get("point_angle_deg").unwrap_or(90.0), self.get("tip_diameter_mm").unwrap_or(0.0))
+            }
+            Some("taper_ball") => {
+                let half = self.get("half_angle_deg").unwrap_or(1.0).to_radians();
+                let tip = self.get("tip_diameter_mm").unwrap_or(0.0);
+                // Ball up to its tangent circle, then the cone.
+                0.5 * tip * (1.0 - half.sin()) + (0.5 * d - 0.5 * tip * half.cos()) / half.tan()
+            }
+            Some("oval" | "lens" | "barrel" | "drum_wheel") => 0.5 * d,
+            _ => self.segments.iter().map(|([_, z], _)| *z).fold(0.0, f64::max),
+        }
+    }
+
+    /// Chooses what a library cannot do without and nothing has told; every choice has its reason. `holder` is that of the call, for a tool
+    /// without one: none leaves it without, so that what needs a holder stays unchecked.
+    ///
+    /// # Errors
+    /// What cannot be chosen: a tool of which neither diameter nor shape is told.
+    pub fn complete(&mut self, holder: Option<PlainHolder>) -> Result<(), String> {
+        let Some(diameter) = self.diameter() else {
+            return Err(format!("nothing tells the diameter of tool T{}", self.number));
+        };
+        if self.kind.is_none() {
+            self.kind = Some("flat");
+            let reason = "nothing tells the shape: a flat end is the fullest body of this diameter";
+            self.choose(&["kind"], reason);
+        }
+        let lacking = |this: &Self, key| this.get(key).is_none();
+        if self.kind == Some("drill") && lacking(self, "point_angle_deg") {
+            self.put("point_angle_deg", DRILL_POINT_DEG);
+            self.choose(&["point_angle_deg"], "nothing tells it: the point of a usual twist drill");
+        }
+        if self.kind == Some("face_mill") && lacking(self, "entering_angle_deg") {
+            self.put("entering_angle_deg", SQUARE_DEG);
+            self.choose(
+                &["entering_angle_deg"],
+                "nothing tells it: a square shoulder is the fullest body of this diameter",
+            );
+        }
+        if self.kind == Some("face_mill") && lacking(self, "corner_radius_mm") {
+            self.put("corner_radius_mm", 0.0);
+            self.choose(&["corner_radius_mm"], "nothing tells it: a sharp corner is the fullest one");
+        }
+        let end = self.end_height();
+        if self.flute_length.is_none() && self.kind != Some("profile") {
+            let length = match self.kind {
+                Some("chamfer") => FLUTES_OVER_POINT * end,
+                Some("face_mill") => (0.2 * diameter).max(end + 1.0),
+                _ => (FLUTES_OVER_DIAMETER * diameter).max(end + 1.0),
+            };
+            self.flute_length = Some(rounded(length));
+            let reason = format!(
+                "nothing tells it: a usual length for {diameter} mm; write your own, since a cut that is deeper is a finding"
+            );
+            self.choose(&["flute_length_mm"], reason);
+        }
+        let cutter = self.flute_length.unwrap_or(0.0).max(end);
+        let reach = cutter + self.neck.map_or(0.0, |(_, length)| length);
+        if self.holder.is_empty()
+            && let Some(PlainHolder { diameter, length }) = holder
+        {
+            self.holder = vec![HolderSection { diameter, top_diameter: diameter, length }];
+            self.holder_name = "of the call".into();
+            self.choose(
+                &["holder"],
+                "one holder for all tools of which nothing tells another, as the answer `holder` says",
+            );
+        }
+        let held: f64 = self.holder.iter().map(|s| s.length).sum();
+        if self.gauge.is_none() {
+            if let (Some(out), true) = (self.stick_out, held > 0.0) {
+                self.gauge = Some(out + held);
+            } else {
+                let out = self.stick_out.unwrap_or(rounded(reach + BEHIND_FLUTES_MM));
+                let length = if held > 0.0 { out + held } else { BARE_GAUGE_MM.max(out + 50.0) };
+                self.gauge = Some(length);
+                let reason = if held > 0.0 {
+                    format!("nothing tells how far the tool stands out: {BEHIND_FLUTES_MM} mm behind its flutes")
+                } else {
+                    "nothing tells the length to the gauge line: a usual one; measure yours before travel is trusted"
+                        .into()
+                };
+                self.choose(&["gauge_length_mm"], reason);
+            }
+        }
+        // It proves that the tool reaches into its holder; without one there is nothing to reach.
+        if held <= 0.0 && self.overall < self.gauge {
+            self.overall = None;
+        }
+        Ok(())
+    }
+}
+
+/// Up to the next half millimeter.
+fn rounded(length: f64) -> f64 {
+    (2.0 * length).ceil() / 2.0
+}
+
+/// A number as a library file has it: no more digits than it needs to be the same to a nanometer.
+pub fn plain_number(value: f64) -> String {
+    let text = format!("{value:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text.is_empty() || text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// Text in quotes of TOML.
+pub fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
+
+/// A library file of these tools, in their order.
+pub fn library_text(heading: &str, description: &str, tools: &[ToolDraft]) -> String {
+    let mut out = String::new();
+    for line in heading.lines() {
+        let _ = writeln!(out, "# {}", line.trim_end());
+    }
+    let _ = writeln!(out, "\ndescription = {}", quoted(description));
+    for tool in tools {
+        write_tool(&mut out, tool);
+    }
+    out
+}
+
+fn write_tool(out: &mut String, tool: &ToolDraft) {
+    let n = plain_number;
+    let mut line = |text: String| {
+        out.push_str(&text);
+        out.push('\n');
+    };
+    line(String::new());
+    line("[[tool]]".into());
+    line(format!("number = {}", tool.number));
+    line(format!("name = {}", quoted(tool.name.trim())));
+    if !tool.description.is_empty() {
+        line(format!("description = {}", quoted(&tool.description)));
+    }
+    line(format!("kind = \"{}\"", tool.kind.unwrap_or("flat")));
+    for (key, value) in &tool.shape {
+        line(format!("{key} = {}", n(*value)));
+    }
+    if !tool.segments.is_empty() {
+        line("segments = [".into());
+        for ([r, z], center) in &tool.segments {
+            let center = center.map_or_else(String::new, |[r, z]| format!(", center_mm = [{}, {}]", n(r), n(z)));
+            line(format!("    {{ to_mm = [{}, {}]{center} }},", n(*r), n(*z)));
+        }
+        line("]".into());
+    }
+    let lengths = [
+        ("flute_length_mm", tool.flute_length),
+        ("neck_diameter_mm", tool.neck.map(|(d, _)| d)),
+        ("neck_length_mm", tool.neck.map(|(_, l)| l)),
+        ("shank_diameter_mm", tool.shank),
+        ("overall_length_mm", tool.overall),
+        ("gauge_length_mm", tool.gauge),
+    ];
+    for (key, value) in lengths {
+        if let Some(value) = value {
+            line(format!("{key} = {}", n(value)));
+        }
+    }
+    if let Some(flutes) = tool.flutes {
+        line(format!("flutes = {flutes}"));
+    }
+    if tool.left_handed {
+        line("hand = \"left\"".into());
+    }
+    if !tool.source.is_empty() {
+        line(format!("source = {}", quoted(&tool.source)));
+    }
+    if !tool.chosen.is_empty() {
+        line("chosen = [".into());
+        for (keys, reason) in &tool.chosen {
+            let keys: Vec<String> = keys.iter().map(|k| quoted(k)).collect();
+            line(format!("    {{ keys = [{}], reason = {} }},", keys.join(", "), quoted(reason)));
+        }
+        line("]".into());
+    }
+    if !tool.holder.is_empty() {
+        line(String::new());
+        line("[tool.holder]".into());
+        line(format!("name = {}", quoted(&tool.holder_name)));
+        line("sections = [".into());
+        for s in &tool.holder {
+            let top = if s.top_diameter == s.diameter {
+                String::new()
+            } else {
+                format!("top_diameter_mm = {}, ", n(s.top_diameter))
+            };
+            line(format!("    {{ diameter_mm = {}, {top}length_mm = {} }},", n(s.diameter), n(s.length)));
+        }
+        line("]".into());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::ToolLibrary;
+
+    fn draft(kind: &'static str, shape: &[(&'static str, f64)]) -> ToolDraft {
+        ToolDraft { kind: Some(kind), shape: shape.to_vec(), ..ToolDraft::new(7, "a comment") }
+    }
+
+    #[test]
+    fn every_completed_kind_is_a_tool_of_the_library() {
+        let kinds = [
+            draft("ball", &[("diameter_mm", 8.0)]),
+            draft("flat", &[("diameter_mm", 12.7)]),
+            draft("bull_nose", &[("diameter_mm", 50.0), ("corner_radius_mm", 6.0)]),
+            draft("drill", &[("diameter_mm", 0.3)]),
+            draft("chamfer", &[("diameter_mm", 10.0), ("point_angle_deg", 90.0), ("tip_diameter_mm", 0.0)]),
+            draft("taper_ball", &[("tip_diameter_mm", 2.0), ("half_angle_deg", 4.0), ("diameter_mm", 6.0)]),
+            draft("face_mill", &[("diameter_mm", 63.0)]),
+            draft("lens", &[("diameter_mm", 10.0), ("lens_radius_mm", 20.0), ("corner_radius_mm", 0.5)]),
+            ToolDraft { shape: vec![("diameter_mm", 10.0)], ..ToolDraft::new(7, "") },
+        ];
+        let holders = [None, Some(PlainHolder { diameter: 40.0, length: 60.0 })];
+        for (mut tool, holder) in kinds.into_iter().flat_map(|k| holders.map(|h| (k.clone(), h))) {
+            tool.complete(holder).expect("a diameter is told");
+            let text = library_text("Made", "made", std::slice::from_ref(&tool));
+            let library =
+                ToolLibrary::from_text(Path::new("tools.toml"), &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+            let read = &library.tools[0];
+            assert_eq!(read.has_holder, holder.is_some());
+            assert!(
+                (2.0 * read.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max)
+                    - tool.diameter().expect("told"))
+                .abs()
+                    < 1e-6
+            );
+            let chosen: Vec<&str> =
+                library.notes[0].chosen.iter().flat_map(|(keys, _)| keys).map(String::as_str).collect();
+            assert!(chosen.contains(&"gauge_length_mm") && chosen.contains(&"flute_length_mm"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_tool_without_a_diameter_is_not_made_up() {
+        let mut nothing = ToolDraft::new(3, "");
+        assert!(nothing.complete(None).expect_err("no diameter").contains("T3"));
+    }
+
+    #[test]
+    fn told_lengths_stay_and_are_not_marked() {
+        let mut tool = draft("flat", &[("diameter_mm", 10.0)]);
+        tool.flute_length = Some(22.0);
+        tool.stick_out = Some(45.0);
+        tool.holder = vec![HolderSection { diameter: 30.0, top_diameter: 40.0, length: 70.0 }];
+        tool.complete(None).expect("told");
+        assert_eq!((tool.gauge, tool.chosen.len()), (Some(115.0), 0));
+    }
+
+    #[test]
+    fn numbers_and_texts_are_toml() {
+        assert_eq!(plain_number(12.700_000_01), "12.7");
+        assert_eq!(plain_number(-0.0), "0");
+        assert_eq!(quoted("a \"b\" \\ c\n"), "\"a \\\"b\\\" \\\\ c \"");
+    }
+}

@@ -1,0 +1,212 @@
+//! Tool libraries of other programs, read into [`ToolDraft`]s.
+//!
+//! | file | told by | unit |
+//! |---|---|---|
+//! | Fusion 360 library | JSON with a list `data` | each tool and each holder has its own |
+//! | CAMotics project or tool table | JSON with a table `tools` | of the tool, else of the project |
+//! | LinuxCNC tool table | ending `.tbl` | that of the machine: the call states it |
+//! | offsets as a program (G10 L10, L12), as Haas and Fanuc controls write them | `G10` in the text | G20 or G21 in it, else the call states it |
+//! | CSV | ending `.csv` | in the name of each column |
+//!
+//! Nothing is filled in here: what a file does not tell is missing in the draft. What a file tells and a library cannot hold stands in
+//! [`Imported::notes`]. Two tools of one number are refused, unless they are the same tool.
+
+mod camotics;
+mod fusion;
+mod linuxcnc_table;
+mod offsets_program;
+mod spreadsheet;
+pub(crate) mod words;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use proveout_geom::{InputError, open_regular_file, read_input};
+
+use crate::draft::ToolDraft;
+
+/// Largest library that is read, bytes: tens of thousands of tools.
+const MAX_BYTES: u64 = 256 << 20;
+/// Millimeters of an inch.
+pub(crate) const INCH_MM: f64 = 25.4;
+
+/// Unit of length of a file that does not tell it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Millimeters.
+    Millimeter,
+    /// Inches.
+    Inch,
+}
+
+impl LengthUnit {
+    /// Millimeters of one unit.
+    pub fn mm(self) -> f64 {
+        match self {
+            Self::Millimeter => 1.0,
+            Self::Inch => INCH_MM,
+        }
+    }
+
+    /// The unit of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name.trim().to_ascii_lowercase().as_str() {
+            "mm" | "millimeter" | "millimeters" | "metric" => Some(Self::Millimeter),
+            "inch" | "inches" | "in" | "imperial" => Some(Self::Inch),
+            _ => None,
+        }
+    }
+}
+
+/// Tools of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Imported {
+    /// What kind of file it is.
+    pub format: &'static str,
+    /// The tools, in the order of the file.
+    pub tools: Vec<ToolDraft>,
+    /// What the file tells and the drafts do not hold.
+    pub notes: Vec<String>,
+}
+
+/// What a call says about a file.
+#[derive(Clone, Debug, Default)]
+pub struct ImportCall {
+    /// Unit of length, where the file does not tell it.
+    pub unit: Option<LengthUnit>,
+    /// Numbers of the tools that are wanted; all where none.
+    pub wanted: Option<BTreeSet<u32>>,
+}
+
+impl ImportCall {
+    pub(crate) fn wants(&self, number: u32) -> bool {
+        self.wanted.as_ref().is_none_or(|all| all.contains(&number))
+    }
+
+    /// The unit of a file that cannot tell it.
+    pub(crate) fn stated(&self, file: &Path, what: &str) -> Result<f64, InputError> {
+        self.unit.map(LengthUnit::mm).ok_or_else(|| {
+            InputError::file(
+                file,
+                format!("{what} does not tell its unit of length"),
+                "state it: --unit mm or --unit inch",
+            )
+        })
+    }
+}
+
+/// Reads the tools of another program's file.
+///
+/// # Errors
+/// [`InputError`] with the file, and line where the format has lines: a file of no known kind, a value that is no dimension, a unit that nobody
+/// states, two tools of one number.
+pub fn import_tools(file: &Path, call: &ImportCall) -> Result<Imported, InputError> {
+    let ending = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let imported = match ending.as_str() {
+        "tbl" => linuxcnc_table::read(file, &read_input(file)?, call)?,
+        "csv" => spreadsheet::read(file, &read_input(file)?, call)?,
+        "json" | "camotics" | "ctbl" => json(file, call)?,
+        "tools" | "hsmlib" => {
+            let message = "a packed library is not read".to_owned();
+            return Err(InputError::file(file, message, "export it from Fusion as JSON (.json)"));
+        }
+        _ => {
+            let text = read_input(file)?;
+            if !offsets_program::fits(&text) {
+                let message = "the file is no tool library that is known".to_owned();
+                let known = "give a Fusion 360 library (.json), a LinuxCNC tool table (.tbl), offsets as a program (G10 L10), a CAMotics \
+                             project, a table (.csv), or a library of this program (.toml)";
+                return Err(InputError::file(file, message, known));
+            }
+            offsets_program::read(file, &text, call)?
+        }
+    };
+    unique(file, imported)
+}
+
+/// A JSON file: which of the two it is stands in its keys.
+fn json(file: &Path, call: &ImportCall) -> Result<Imported, InputError> {
+    let refused = |e: &dyn std::fmt::Display| {
+        InputError::file(
+            file,
+            format!("the file cannot be read: {e}"),
+            "check the path, and that the file is a tool library",
+        )
+    };
+    let open = || open_regular_file(file).map_err(|e| refused(&e));
+    let length = open()?.metadata().map_err(|e| refused(&e))?.len();
+    if length > MAX_BYTES {
+        return Err(refused(&format!("it has {length} bytes, and {MAX_BYTES} are read at most")));
+    }
+    let reader = std::io::BufReader::new(open()?);
+    // A list of one kind or the other; members that neither has are passed over and not held.
+    let either: Either = serde_json::from_reader(reader).map_err(|e| {
+        InputError::file(file, format!("the text is not the JSON of a tool library: {e}"), "export the library anew")
+            .with_line(e.line())
+    })?;
+    match (either.data, either.tools) {
+        (Some(data), _) => fusion::drafts(file, data, call),
+        (None, Some(tools)) => camotics::drafts(file, tools, either.units.as_deref(), call),
+        (None, None) => {
+            let message = "the JSON has neither `data` (Fusion 360) nor `tools` (CAMotics)";
+            Err(InputError::file(file, message, "export the tool library as JSON"))
+        }
+    }
+}
+
+#[derive(serde::Deserialize)]
+struct Either {
+    data: Option<Vec<fusion::Entry>>,
+    tools: Option<std::collections::BTreeMap<String, camotics::Entry>>,
+    units: Option<String>,
+}
+
+/// Refuses two tools of one number; the same tool told twice counts once.
+fn unique(file: &Path, mut imported: Imported) -> Result<Imported, InputError> {
+    let mut kept: Vec<ToolDraft> = Vec::new();
+    for tool in std::mem::take(&mut imported.tools) {
+        let Some(first) = kept.iter().find(|t| t.number == tool.number) else {
+            kept.push(tool);
+            continue;
+        };
+        let same = ToolDraft {
+            name: first.name.clone(),
+            description: first.description.clone(),
+            source: first.source.clone(),
+            ..tool.clone()
+        };
+        if same != *first {
+            let message =
+                format!("two tools have the number {}: \"{}\" and \"{}\"", tool.number, first.name, tool.name);
+            return Err(InputError::file(
+                file,
+                message,
+                "give each tool its own number, or name a file with the tools of this program alone",
+            ));
+        }
+        imported.notes.push(format!(
+            "T{}: \"{}\" is told twice with the same dimensions and stands once",
+            tool.number, tool.name
+        ));
+    }
+    for (at, name) in twice(&kept) {
+        // Programs that call tools by name would not know which is meant; the number tells them apart.
+        kept[at].name = format!("{name} (T{})", kept[at].number);
+        imported.notes.push(format!(
+            "T{}: another tool has the name \"{name}\" as well: this one is \"{}\"",
+            kept[at].number, kept[at].name
+        ));
+    }
+    imported.tools = kept;
+    Ok(imported)
+}
+
+/// Tools whose name an earlier one has.
+fn twice(tools: &[ToolDraft]) -> Vec<(usize, String)> {
+    let mut seen = BTreeSet::new();
+    let late = |(at, tool): (usize, &ToolDraft)| (!seen.insert(tool.name.clone())).then(|| (at, tool.name.clone()));
+    tools.iter().enumerate().filter_map(late).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,92 @@
+//! What words of the trade say about a tool: remarks of tool tables, comments of posts, in English and German.
+
+/// Kind of the library and the words that mean it, in the order in which they are looked for: `ball nose end mill` is a ball, `spot drill`
+/// no drill. The last member says what the library has no word for, and why the kind stands for it.
+const KINDS: [(&[&str], &str, Option<&str>); 15] = [
+    (&["lollipop", "undercut ball"], "lollipop", None),
+    (&["taper ball", "tapered ball", "conical ball"], "taper_ball", None),
+    (&["ball", "kugel", "sphere", "spherical"], "ball", None),
+    (&["bull", "torus", "radius end", "toroid", "corner radius", "rundplatten"], "bull_nose", None),
+    (&["spot", "center drill", "centre drill", "nc-anbohrer", "anbohrer", "zentrier"], "chamfer", None),
+    (
+        &["chamfer", "countersink", "counter sink", "v-bit", "vbit", "engrav", "fase", "senker", "deburr"],
+        "chamfer",
+        None,
+    ),
+    (&["face mill", "facemill", "shell mill", "facing", "planfr", "messerkopf"], "face_mill", None),
+    (&["thread mill", "gewindefr"], "flat", Some("a thread mill: a cylinder of its diameter is its envelope")),
+    (&["tap", "gewindeb"], "flat", Some("a tap: a cylinder of its diameter is its envelope")),
+    (&["ream", "reib"], "flat", Some("a reamer: a cylinder of its diameter is its envelope")),
+    (&["boring", "bore", "ausdreh"], "flat", Some("a boring tool: a cylinder of its diameter is its envelope")),
+    (&["drill", "bohrer"], "drill", None),
+    (&["probe", "taster"], "ball", Some("a probe: its ball")),
+    (&["slot", "saw", "nut"], "flat", Some("a slot mill: a disk of its flute length")),
+    (&["flat", "end mill", "endmill", "square", "schaftfr", "mill", "schrupp", "fr\u{e4}ser", "fraeser"], "flat", None),
+];
+
+/// Kind of a tool by the words of a text, and why another kind stands for what the library has no word for.
+pub fn kind_of(text: &str) -> Option<(&'static str, Option<&'static str>)> {
+    let text = text.to_lowercase().replace('_', " ");
+    let has = |word: &&str| {
+        text.match_indices(*word).any(|(at, _)| {
+            let begins = !text[..at].chars().next_back().is_some_and(char::is_alphabetic) || word.len() > 5;
+            // `TAPER` is no tap.
+            let ends = *word != "tap" || !text[at + word.len()..].starts_with("er");
+            begins && ends
+        })
+    };
+    KINDS.iter().find(|(words, ..)| words.iter().any(&has)).map(|&(_, kind, why)| (kind, why))
+}
+
+/// Teeth: `4FL`, `3 FLUTES`, `Z4`.
+pub fn flutes_of(text: &str) -> Option<u32> {
+    let upper = text.to_uppercase();
+    let words: Vec<&str> = upper
+        .split(|c: char| c.is_whitespace() || matches!(c, ',' | '-' | '(' | ')' | ';'))
+        .filter(|w| !w.is_empty())
+        .collect();
+    let count = |w: &str| w.parse::<u32>().ok().filter(|n| (1..=40).contains(n));
+    for (i, word) in words.iter().enumerate() {
+        let unit = word.trim_start_matches(|c: char| c.is_ascii_digit());
+        if matches!(unit, "FL" | "FLT" | "FLUTE" | "FLUTES") {
+            let digits = &word[..word.len() - unit.len()];
+            return count(digits).or_else(|| count(words.get(i.checked_sub(1)?)?));
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_the_trade_have_their_kinds() {
+        for (text, kind) in [
+            ("flat end mill", Some("flat")),
+            ("1/2 BALL NOSE END MILL", Some("ball")),
+            ("bull nose end mill", Some("bull_nose")),
+            ("SPOT DRILL 90", Some("chamfer")),
+            ("10.5 DRILL", Some("drill")),
+            ("spiralbohrer d=8", Some("drill")),
+            ("Schaftfraeser D12", Some("flat")),
+            ("Kugelfraeser", Some("ball")),
+            ("FACE MILL 50MM", Some("face_mill")),
+            ("M8 TAP", Some("flat")),
+            ("TAPER=118DEG - ZMIN=-0.7 - DRILL", Some("drill")),
+            ("something else", None),
+            ("", None),
+        ] {
+            assert_eq!(kind_of(text).map(|(kind, _)| kind), kind, "{text}");
+        }
+        assert!(kind_of("tap right hand").and_then(|(_, why)| why).is_some());
+    }
+
+    #[test]
+    fn teeth_are_counted_where_they_are_told() {
+        assert_eq!(flutes_of("1/2 4FL END MILL"), Some(4));
+        assert_eq!(flutes_of("3 flute, 12 mm"), Some(3));
+        assert_eq!(flutes_of("FLAT END MILL"), None);
+        assert_eq!(flutes_of("99999999999 FL"), None);
+    }
+}

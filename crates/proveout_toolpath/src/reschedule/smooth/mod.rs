@@ -1,0 +1,413 @@
+//! The smoothest axes of a channel: least time by the velocity of the rotary axis first, then the least peak of its acceleration, in time.
+//!
+//! A method of this project, for paths as [`super::STheta`] takes them. Ball centers and the inclination of the tool axis to the table axis stay; the angle
+//! about the table axis is anything in a [`Channel`]: that of the paper with its clearance, or what the tool itself leaves free ([`ChannelKind::Tool`],
+//! `tool_channel.rs`). A schedule is judged by time, not by its shape over the path:
+//!
+//! 1. *Globally*: over the nominal time (the sum of the programmed times of blocks) the taut string through the gates with both ends free. It minimizes
+//!    the sum of every convex function of the slopes at once, that of `max(least time, way / velocity)` among them, so that no schedule
+//!    is faster by feed and velocity. Where it is steeper than the joint can turn, the time of its blocks grows by that.
+//! 2. *Locally*: in that time the spline with the least peak of acceleration, then with the least jerk (`spline_in_corridor.rs`): a convex program.
+//! 3. *With the control*, where one is known ([`TimeLaw`]): it is asked for the times of the blocks, and the program is solved again in those, as long as that gains.
+//!
+//! What is handed out is the fastest for the control of all these, of the program before and of s-theta, as far as they are in the channel. Linear joints
+//! that follow the axes are looked at by the control only. Without a jump of speed at its ends the angle stands still there, as lead-in and lead-out do.
+//!
+//! *Between blocks*: limits and angles run straight from block to block, so that what holds at both ends of a block holds between them; the free intervals of
+//! the tool are proved for whole blocks.
+
+mod corridor_program;
+mod spline_in_corridor;
+
+use std::f64::consts::TAU;
+
+use proveout_machine::{Carries, Joint, Machine};
+
+use self::spline_in_corridor::Corridor;
+use super::s_theta::{curve, poses, study, turns};
+use super::taut::{Gate, free_taut_string};
+use super::tool_channel::ToolChannel;
+use super::{
+    Channel, Curve, CurveKind, CuttingRun, Figure, Method, RescheduleError, Rescheduled, STHETA_DEFAULTS, STheta,
+    SectionPath, Surroundings,
+};
+
+/// Part of the joint's velocity that is planned with at most.
+const VELOCITY_USED: f64 = 0.995;
+/// Where the string itself needs more than this part of it, its blocks take longer.
+const VELOCITY_OF_STRING: f64 = 0.985;
+/// The peak of velocity may be this many times the least one, in the order in which it is tried: what is faster than needed leaves room for
+/// less acceleration.
+const VELOCITY_GIVEN: [f64; 2] = [1.25, 1.02];
+/// Part of the joint's acceleration that ramps at the ends of the path take.
+const RAMP_PART: f64 = 0.25;
+/// Acceleration of the ramps where the machine tells none, rad/s2.
+const RAMP: f64 = 3.0;
+/// Nothing more is tried where no other schedule can be faster than by this part.
+const GAIN: f64 = 5e-4;
+/// Rounding of sums of angles, radian.
+const ROUNDED: f64 = 1e-9;
+/// Another clearance of the same rule that is shown beside the published one, radian.
+const OTHER_CLEARANCE: f64 = 10.0 * TAU / 360.0;
+
+/// Where the limits of the angle come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChannelKind {
+    /// The rule of Li et al. 2022 with a clearance on both sides.
+    Clearance,
+    /// What the tool leaves free.
+    Tool,
+}
+
+/// Parameters of the method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Smooth {
+    /// The channel.
+    pub channel: ChannelKind,
+    /// Clearance of the channel by the paper's rule, radian.
+    pub clearance: f64,
+    /// Largest lean of the tool axis from the normal in the channel of the tool, radian.
+    pub lean_max: f64,
+    /// The axis does not turn back.
+    pub monotone: bool,
+}
+
+impl Default for Smooth {
+    /// The published clearance of 50 degrees; a lean of 80, beyond which the end of a ball does not cut but its side; no turning back.
+    fn default() -> Self {
+        Self {
+            channel: ChannelKind::Clearance,
+            clearance: STHETA_DEFAULTS.clearance,
+            lean_max: 80.0 * TAU / 360.0,
+            monotone: true,
+        }
+    }
+}
+
+/// Limits of the joint that turns the angle; infinite where there are none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurnLimits {
+    /// Velocity, rad/s.
+    pub velocity: f64,
+    /// Acceleration, rad/s2.
+    pub acceleration: f64,
+}
+
+/// Angles that the method has planned without a control.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SmoothPlan {
+    /// Angle at each block, radian.
+    pub angles: Vec<f64>,
+    /// Largest acceleration between the ramps, rad/s2; none where the channel bends so sharply that the taut string was left.
+    pub acceleration: Option<f64>,
+}
+
+impl TurnLimits {
+    /// Those of the rotary joint next to the workpiece.
+    fn of(machine: Option<&Machine>) -> Self {
+        let table = |m: &&Machine| {
+            let last = m.work_chain.iter().rfind(|&&j| m.joints[j].is_rotary());
+            last.map(|&j| m.joints[j].clone()).filter(|j| j.carries == Carries::Workpiece)
+        };
+        let joint: Option<Joint> = machine.as_ref().and_then(table);
+        let velocity = joint.as_ref().and_then(|j| j.max_velocity).filter(|v| *v > 0.0).unwrap_or(f64::INFINITY);
+        let acceleration = joint.and_then(|j| j.max_acceleration).filter(|a| *a > 0.0).unwrap_or(f64::INFINITY);
+        Self { velocity, acceleration }
+    }
+
+    fn ramp(&self) -> f64 {
+        if self.acceleration.is_finite() { RAMP_PART * self.acceleration } else { RAMP }
+    }
+}
+
+/// A schedule that was tried.
+struct Tried {
+    angles: Vec<f64>,
+    time: f64,
+}
+
+impl Smooth {
+    fn check(&self) -> Result<(), RescheduleError> {
+        let quarter = 0.25 * TAU;
+        let options = [
+            ("clearance_deg", self.clearance, (0.0..quarter).contains(&self.clearance)),
+            ("lean_max_deg", self.lean_max, self.lean_max > 0.0 && self.lean_max <= quarter),
+        ];
+        let Some((key, value, _)) = options.into_iter().find(|(.., fits)| !fits) else { return Ok(()) };
+        Err(RescheduleError::new(
+            "reschedule-option",
+            0,
+            format!("{key} = {:.6} of smooth is outside of its range", value.to_degrees()),
+            "clearance 0 to 90 degrees, largest lean above 0 to 90 degrees",
+        ))
+    }
+
+    /// The gates that a schedule of this method keeps: the channel, or what of it an angle that does not fall can reach.
+    fn gates(&self, path: &SectionPath, channel: &Channel) -> Result<Vec<[f64; 2]>, RescheduleError> {
+        let mut gates: Vec<[f64; 2]> = channel.lower.iter().zip(&channel.upper).map(|(l, u)| [*l, *u]).collect();
+        if self.monotone {
+            for i in 1..gates.len() {
+                gates[i][0] = gates[i][0].max(gates[i - 1][0]);
+            }
+            for i in (0..gates.len().saturating_sub(1)).rev() {
+                gates[i][1] = gates[i][1].min(gates[i + 1][1]);
+            }
+        }
+        match gates.iter().position(|[low, high]| low > high) {
+            None => Ok(gates),
+            Some(first) => Err(RescheduleError::new(
+                "reschedule-channel",
+                path.lines[first],
+                format!(
+                    "no angle that only grows passes the channel: it must be at least {:.2} degrees here and at most {:.2} degrees later",
+                    gates[first][0].to_degrees(),
+                    gates[first][1].to_degrees()
+                ),
+                "set monotone=false, a smaller clearance or a larger lean",
+            )),
+        }
+    }
+
+    /// The angles with the least peak of acceleration in a channel, where the blocks behind the first take these times at least. Of the path only lines are looked at.
+    ///
+    /// # Errors
+    /// `reschedule-channel`: no angle passes the channel.
+    pub fn plan(
+        &self,
+        path: &SectionPath,
+        channel: &Channel,
+        least: &[f64],
+        limits: TurnLimits,
+    ) -> Result<SmoothPlan, RescheduleError> {
+        self.check()?;
+        let gates = self.gates(path, channel)?;
+        self.solve(path, &gates, least, limits, VELOCITY_GIVEN[0])
+    }
+
+    fn solve(
+        &self,
+        path: &SectionPath,
+        gates: &[[f64; 2]],
+        least: &[f64],
+        limits: TurnLimits,
+        given: f64,
+    ) -> Result<SmoothPlan, RescheduleError> {
+        let mut times = vec![0.0];
+        for t in least {
+            times.push(times[times.len() - 1] + t);
+        }
+        let row = gates.iter().zip(&times).map(|([low, high], s)| Gate { s: *s, low: *low, high: *high });
+        let string = free_taut_string(&row.collect::<Vec<_>>()).map_err(|gate| {
+            let message = "the channel is closed here".to_owned();
+            RescheduleError::new("reschedule-channel", path.lines[gate], message, "set a smaller clearance")
+        })?;
+        let way = kept(at_gates(&string, &times), gates);
+        // Where the joint cannot turn as fast as the string wants it, time grows.
+        let most = VELOCITY_OF_STRING * limits.velocity;
+        let mut stretched = vec![0.0];
+        for (i, t) in least.iter().enumerate() {
+            let needed = (way[i + 1] - way[i]).abs() / most;
+            stretched.push(stretched[i] + t.max(needed));
+        }
+        let slope = |i: usize| (way[i + 1] - way[i]).abs() / (stretched[i + 1] - stretched[i]);
+        let needed = (0..least.len()).map(slope).fold(1e-6, f64::max);
+        let corridor = Corridor {
+            times: &stretched,
+            gates,
+            way: &way,
+            velocity: (VELOCITY_USED * limits.velocity).min(given * needed),
+            rising: self.monotone,
+            ramp: limits.ramp(),
+        };
+        // A channel that bends within a block leaves nothing but the string.
+        Ok(match corridor.least_peak() {
+            Some(found) => SmoothPlan { angles: found.angles, acceleration: Some(found.acceleration) },
+            None => SmoothPlan { angles: way, acceleration: None },
+        })
+    }
+}
+
+impl Smooth {
+    /// Schedules of others that are in the gates: the program's own, and that of s-theta.
+    fn others(&self, path: &SectionPath, gates: &[[f64; 2]]) -> Vec<Vec<f64>> {
+        let s_theta = STheta { clearance: self.clearance, ..STHETA_DEFAULTS };
+        let planned = Channel::tabulated(path, self.clearance, 2.0 * s_theta.inset);
+        let planned = planned.and_then(|channel| s_theta.plan(path, &channel)).map(|plan| plan.angles);
+        let inside = |angles: &Vec<f64>| {
+            let fits = angles.iter().zip(gates).all(|(q, [low, high])| *q >= low - ROUNDED && *q <= high + ROUNDED);
+            fits && (!self.monotone || angles.windows(2).all(|q| q[1] >= q[0] - ROUNDED))
+        };
+        let others = [Some(path.axis_angle.clone()), planned.ok()].into_iter().flatten().filter(inside);
+        others.map(|angles| kept(angles, gates)).collect()
+    }
+}
+
+/// Angles in their gates, without what rounding has left beside them.
+fn kept(mut angles: Vec<f64>, gates: &[[f64; 2]]) -> Vec<f64> {
+    angles.iter_mut().zip(gates).for_each(|(q, [low, high])| *q = q.clamp(*low, *high));
+    angles
+}
+
+/// The limits of the tool beside those that were kept.
+fn add_limits(curves: &mut Vec<Curve>, path: &SectionPath, channel: &Channel) {
+    for (name, values) in
+        [("forward limit by the tool", &channel.upper), ("backward limit by the tool", &channel.lower)]
+    {
+        curves.push(curve(name, CurveKind::Limit, path.arc.iter().zip(values).map(|(s, v)| [*s, *v])));
+    }
+}
+
+/// Values of a polyline at rising abscissas within it.
+fn at_gates(string: &[[f64; 2]], times: &[f64]) -> Vec<f64> {
+    let mut k = 0;
+    times
+        .iter()
+        .map(|&t| {
+            while k + 2 < string.len() && string[k + 1][0] < t {
+                k += 1;
+            }
+            let (Some(a), Some(b)) = (string.get(k), string.get(k + 1)) else { return string[k][1] };
+            let part = if b[0] > a[0] { ((t - a[0]) / (b[0] - a[0])).clamp(0.0, 1.0) } else { 1.0 };
+            a[1] + (b[1] - a[1]) * part
+        })
+        .collect()
+}
+
+/// Largest rate of change over blocks, and of its change, s.
+fn peaks(angles: &[f64], least: &[f64]) -> [f64; 2] {
+    let rate: Vec<f64> = angles.windows(2).zip(least).map(|(q, t)| (q[1] - q[0]) / t).collect();
+    let change = rate.windows(2).zip(least.windows(2)).map(|(v, t)| 2.0 * (v[1] - v[0]) / (t[0] + t[1]));
+    [rate.iter().fold(0.0, |m, v| v.abs().max(m)), change.fold(0.0, |m, a| a.abs().max(m))]
+}
+
+/// Least peak of the velocity in a channel at the programmed feed, rad/s.
+fn least_velocity(channel: &Channel, least: &[f64]) -> Option<f64> {
+    let mut s = 0.0;
+    let mut gates = Vec::with_capacity(channel.lower.len());
+    for (i, (low, high)) in channel.lower.iter().zip(&channel.upper).enumerate() {
+        gates.push(Gate { s, low: *low, high: *high });
+        s += least.get(i).copied().unwrap_or(0.0);
+    }
+    let string = free_taut_string(&gates).ok()?;
+    Some(string.windows(2).map(|p| ((p[1][1] - p[0][1]) / (p[1][0] - p[0][0])).abs()).fold(0.0, f64::max))
+}
+
+impl Method for Smooth {
+    fn name(&self) -> &'static str {
+        "smooth"
+    }
+
+    fn source(&self) -> &'static str {
+        "this project: taut string over time, least peak of acceleration"
+    }
+
+    fn needs_region(&self) -> bool {
+        // The channel of the tool is shown beside the others where the part is known.
+        true
+    }
+
+    fn reschedule(&self, run: &CuttingRun, around: &Surroundings<'_>) -> Result<Rescheduled, RescheduleError> {
+        self.check()?;
+        let path = SectionPath::new(run, around)?;
+        let own = &run.blocks[path.stretch()];
+        let least: Option<Vec<f64>> =
+            own.iter().skip(1).map(|b| b.time.filter(|t| t.is_finite() && *t > 0.0)).collect();
+        let Some(least) = least else {
+            let first = own.iter().skip(1).find(|b| b.time.is_none_or(|t| !(t.is_finite() && t > 0.0)));
+            let line = first.map_or(0, |b| b.line);
+            return Err(RescheduleError::new(
+                "reschedule-path",
+                line,
+                "the program gives this block no feed, so that nothing can be said of its time",
+                "program a feed before it",
+            ));
+        };
+        let rule = |clearance: f64, narrowest: f64| Channel::tabulated(&path, clearance, narrowest);
+        let tool = ToolChannel { lean_max: self.lean_max }.channel(&path, around);
+        let channel = match self.channel {
+            ChannelKind::Clearance => rule(self.clearance, 0.0)?,
+            ChannelKind::Tool => tool.clone()?,
+        };
+        let gates = self.gates(&path, &channel)?;
+        let limits = TurnLimits::of(around.machine);
+        let shortest: f64 = least.iter().sum();
+        let stretch = path.stretch().start + 1..path.stretch().end;
+        let judged = |angles: &[f64]| -> Option<Vec<f64>> {
+            let times = around.time_law?.block_times(&poses(run, &path, angles))?;
+            times.get(stretch.clone()).map(<[f64]>::to_vec)
+        };
+        let SmoothPlan { angles, acceleration: mut asked } =
+            self.solve(&path, &gates, &least, limits, VELOCITY_GIVEN[0])?;
+        let mut rounds = 0;
+        let mut best = Tried { angles, time: f64::INFINITY };
+        if let Some(mut times) = judged(&best.angles) {
+            best.time = times.iter().sum();
+            rounds = 1;
+            // In the time of the control, then with less room for the velocity, in both times.
+            let [roomy, tight] = VELOCITY_GIVEN;
+            for (given, in_time_of_control) in [(roomy, true), (tight, false), (tight, true)] {
+                if best.time <= shortest * (1.0 + GAIN) {
+                    break;
+                }
+                // No block is planned with less than its own time.
+                let slower: Vec<f64> = times.iter().zip(&least).map(|(t, l)| t.max(*l)).collect();
+                let blocks = if in_time_of_control { &slower } else { &least };
+                let SmoothPlan { angles, acceleration } = self.solve(&path, &gates, blocks, limits, given)?;
+                let Some(next) = judged(&angles) else { continue };
+                rounds += 1;
+                let time: f64 = next.iter().sum();
+                // A smoother schedule is not given up for less than that.
+                if time < best.time * (1.0 - GAIN) {
+                    (best, asked, times) = (Tried { angles, time }, acceleration, next);
+                }
+            }
+        }
+        let mut others = false;
+        if best.time.is_finite() && best.time > shortest * (1.0 + GAIN) {
+            for angles in self.others(&path, &gates) {
+                let Some(times) = judged(&angles) else { continue };
+                let time: f64 = times.iter().sum();
+                if time < best.time {
+                    best = Tried { angles, time };
+                    others = true;
+                }
+            }
+        }
+        let angles = best.angles;
+        let mut study = study(&path, &channel, &angles);
+        let mut figure = |name, unit, value: f64| study.figures.push(Figure { name, unit, value });
+        let [velocity, acceleration] = peaks(&angles, &least).map(f64::to_degrees);
+        figure("peak velocity at the programmed feed", "deg/s", velocity);
+        figure("peak acceleration at the programmed feed, ramps too", "deg/s2", acceleration);
+        if let Some(planned) = asked.filter(|_| !others) {
+            figure("peak acceleration between the ramps, as planned", "deg/s2", planned.to_degrees());
+        }
+        figure("times the control was asked", "", rounds as f64);
+        let published = rule(STHETA_DEFAULTS.clearance, f64::MIN).ok();
+        let other = rule(OTHER_CLEARANCE, f64::MIN).ok();
+        let shown = [
+            (published, "narrowest channel, clearance 50 deg", "least peak velocity, clearance 50 deg"),
+            (other, "narrowest channel, clearance 10 deg", "least peak velocity, clearance 10 deg"),
+            (tool.ok(), "narrowest channel, by the tool", "least peak velocity, by the tool"),
+        ];
+        for (channel, narrowest, fastest) in shown {
+            let Some(channel) = channel else { continue };
+            let width = (0..path.len()).map(|i| channel.width(i)).fold(f64::MAX, f64::min);
+            figure(narrowest, "deg", width.to_degrees());
+            if let Some(velocity) = least_velocity(&channel, &least) {
+                figure(fastest, "deg/s", velocity.to_degrees());
+            }
+            if self.channel == ChannelKind::Clearance && fastest.ends_with("tool") {
+                add_limits(&mut study.curves, &path, &channel);
+            }
+        }
+        let poses = poses(run, &path, &angles);
+        Ok(Rescheduled {
+            poses,
+            stretch: path.stretch(),
+            rotary: None,
+            channel: Some(turns(&path, &channel, angles)),
+            study,
+        })
+    }
+}
