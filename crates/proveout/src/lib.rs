@@ -1,4 +1,6 @@
 //! The command line of Proveout: arguments, progress, exit codes; no algorithm of its own.
+//!
+//! A library with one function, so that the program and the Python package call the same thing.
 
 /// A line on standard output, without what would steer a terminal; a reader that went away (`| head`) is no error.
 macro_rules! say {
@@ -26,7 +28,7 @@ mod progress;
 mod stop;
 mod terminal;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 use clap::Parser;
 use proveout_sim::verdict::State;
@@ -51,8 +53,11 @@ fn code(verdict: State) -> u8 {
     }
 }
 
-fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+/// Does what a call says, its first word being the name of the program; the exit code.
+///
+/// A call for help, or one that is wrong, ends the process, as command lines do.
+pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let result = match Cli::parse_from(words).command {
         Command::New(args) => commands::new::new(&args).map(|()| PASS),
         Command::Tools(args) => commands::tools::tools(&args).map(|()| PASS),
         Command::Machine(args) => commands::machine::machine(&args).map(|()| PASS),
@@ -74,10 +79,10 @@ fn main() -> ExitCode {
         Command::View(args) => commands::view::view(&args.run).map(|()| PASS),
     };
     match result {
-        Ok(code) => ExitCode::from(code),
+        Ok(code) => code,
         Err(failure) => {
             tell!("{}", failure.to_string().trim_end());
-            ExitCode::from(WRONG)
+            WRONG
         }
     }
 }
