@@ -1,10 +1,11 @@
-use std::{iter, path::PathBuf};
+use std::{iter, path::PathBuf, str::FromStr};
 
 use clap::{
     ArgGroup, Args, Parser, Subcommand, ValueEnum,
     builder::{PossibleValue, PossibleValuesParser},
 };
 use proveout_sim::{
+    SetValue,
     gates::GATES,
     partial::StopAt,
     scene::{HELIX, StrategyFile},
@@ -34,6 +35,11 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Run the setups of a part in order, the stock handed on from one to the next: one verdict, one page
     Job(JobArgs),
+    /// Run a scene many times with other values of its keys, on as many machines as there are: plan, run, merge
+    Sweep {
+        #[command(subcommand)]
+        command: SweepCommand,
+    },
     /// Run all programs of a scene on the same twin and compare them: times with error, joints, cut parts
     Compare(CompareArgs),
     /// Diagnostics only: scenes, machines, tool libraries, NC programs
@@ -58,6 +64,10 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Sign the manifest of a run folder, so that `verify` tells who vouches for it
     Sign(SignArgs),
+    /// Write the completions of a shell into a file that it reads
+    Completions(CompletionsArgs),
+    /// Write the manual pages of all commands into a folder
+    Manual(ManualArgs),
 }
 
 /// Where the recording of a run goes where the call does not say so: into its folder, if this build can write one.
@@ -94,6 +104,10 @@ pub(crate) struct RunArgs {
     /// Worker threads (default: all processors); the verdict does not depend on it
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
+    /// A value in the place of that in the files, by tables, names and key with points between; `machine.` and `tools.` lead into those
+    /// files: control.path_tolerance_mm=0.005, machine.A.max_velocity_deg_s=50. The verdict names it. May be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<SetValue>,
     /// Which motion cuts (default: the scene's)
     #[arg(long, value_enum)]
     pub(crate) dynamics: Option<DynamicsArg>,
@@ -210,6 +224,108 @@ pub(crate) struct JobArgs {
     /// Where the Rerun recording of each setup goes
     #[arg(long, value_enum, default_value = "off")]
     pub(crate) rerun: RerunArg,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    pub(crate) shell: clap_complete::Shell,
+    /// File, such as /etc/bash_completion.d/proveout
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Write over a file that is there
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ManualArgs {
+    /// Folder, such as /usr/local/share/man/man1
+    #[arg(long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Write over pages that are there
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// What to do with a sweep.
+#[derive(Debug, Subcommand)]
+pub(crate) enum SweepCommand {
+    /// Write a folder a job, with its values and the SHA-256 of all that it reads; jobs that are planned already stay with their results
+    Plan(SweepPlanArgs),
+    /// Run jobs of a plan that have no result yet, one after the other; may be called many times beside each other, on many machines
+    Run(SweepRunArgs),
+    /// Put all results into one table and one page; nothing is merged where one is missing, damaged or of another plan
+    Merge(SweepMergeArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepPlanArgs {
+    /// Folder of the sweep, or its sweep.toml
+    pub(crate) sweep: PathBuf,
+    /// Folder (default: out/SWEEP-sweep)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepRunArgs {
+    /// Folder that sweep plan has written
+    pub(crate) sweep: PathBuf,
+    /// Only this job, or these from one to another; may be repeated
+    #[arg(long, value_name = "N|FIRST-LAST")]
+    pub(crate) job: Vec<JobRange>,
+    /// Only one part of the jobs, as 3/8: every eighth from the third on
+    #[arg(long, value_name = "I/N")]
+    pub(crate) part: Option<Part>,
+    /// Worker threads of a job (default: all processors); no result depends on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepMergeArgs {
+    /// Folder that sweep plan has written
+    pub(crate) sweep: PathBuf,
+}
+
+/// Jobs from one to another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JobRange {
+    pub(crate) first: usize,
+    pub(crate) last: usize,
+}
+
+impl FromStr for JobRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (first, last) = text.split_once('-').unwrap_or((text, text));
+        match (first.parse(), last.parse()) {
+            (Ok(first), Ok(last)) if first <= last => Ok(Self { first, last }),
+            _ => Err("write a job as 7, or jobs as 7-12".into()),
+        }
+    }
+}
+
+/// One part of several.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    /// From 1.
+    pub(crate) number: usize,
+    pub(crate) of: usize,
+}
+
+impl FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('/').map(|(number, of)| (number.parse(), of.parse())) {
+            Some((Ok(number), Ok(of))) if (1..=of).contains(&number) => Ok(Self { number, of }),
+            _ => Err("write a part as 3/8, from 1/8 to 8/8".into()),
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -63,6 +63,7 @@ pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Machine(args) => commands::machine::machine(&args).map(|()| PASS),
         Command::Run(args) => commands::run::run(&args).map(code),
         Command::Job(args) => commands::job::job(&args).map(code),
+        Command::Sweep { command } => commands::sweep::sweep(&command).map(|()| PASS),
         Command::Compare(args) => commands::compare::compare(&args).map(code),
         Command::Verify(args) => commands::verify::verify(&args).map(code),
         Command::Sign(args) => commands::verify::sign(&args).map(|()| PASS),
@@ -76,6 +77,8 @@ pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
             commands::measure::measure(&args).map(|checked| if checked { PASS } else { UNCHECKED })
         }
         Command::Diff(args) => commands::diff::diff(&args.run_a, &args.run_b).map(|()| PASS),
+        Command::Completions(args) => commands::install::completions(&args).map(|()| PASS),
+        Command::Manual(args) => commands::install::manual(&args).map(|()| PASS),
         Command::View(args) => commands::view::view(&args.run).map(|()| PASS),
     };
     match result {

@@ -25,6 +25,7 @@
 //! | [`SetupSheetObserver`] | `setup.html` | zero point, clamping, tools, stops, with pictures, to be printed |
 //! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
 //! | [`write_job`] | `job.json`, `job.html` | the setups of a job, one page |
+//! | [`merge_sweep`] | `sweep.parquet`, `.csv`, `.json`, `.html` | a row a job of a sweep, one page |
 //! | [`write_section_svg`], [`write_section_csv`] | as named | a section of a stock, in the plane and in W, mm |
 //! | [`machine_png`] | as named | a machine at home with its axes and bodies |
 //! | [`write_height_map_png`] | as named | a height map with color bar, units, direction of the lay |
@@ -84,6 +85,7 @@ mod section;
 mod set;
 mod setup_sheet;
 mod stock;
+mod sweep;
 mod table;
 mod tables;
 mod texture;
@@ -109,4 +111,5 @@ pub use section::{write_section_csv, write_section_svg};
 pub use set::observers;
 pub use setup_sheet::SetupSheetObserver;
 pub use stock::{StockObserver, write_stock};
+pub use sweep::{Fastest, MergeError, Merged, merge_sweep};
 pub use tables::{TableObserver, write_surface_table};

@@ -92,6 +92,7 @@ pub(crate) fn judge(
             digest: prepared.digests.get("machine").cloned().unwrap_or_default(),
         },
         digests: prepared.digests.clone(),
+        set: prepared.set.clone(),
         verdict: gates::overall(&gates),
         gates,
         partial,

@@ -37,6 +37,8 @@ mod scene_reschedule;
 mod scene_run_limits;
 mod scene_surface;
 mod scene_tolerance;
+mod set_values;
+pub mod sweep;
 pub mod verdict;
 
 mod bodies;
@@ -91,6 +93,7 @@ pub use proveout_collision::{AxisState, OrientationCell};
 pub use proveout_geom::{InputError, nearest as nearest_word, read_regular_text};
 pub use raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use run_folder::{Committed, RunFolder};
+pub use set_values::SetValue;
 pub use shape::{BladeMesh, blade_mesh_of};
 pub use signature::{SIGNATURE, SignatureError, check_signature, sign};
 pub use surface_map::{MapPoint, PatchMap, PatchShape, SurfaceKeeper, SurfaceMap, SurfaceShape};

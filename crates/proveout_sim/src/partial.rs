@@ -111,6 +111,21 @@ pub struct Partial {
     pub stopped: Option<Stopped>,
 }
 
+impl Partial {
+    /// In what the run was not the whole check, in sentences.
+    pub fn words(&self) -> Vec<String> {
+        let preview = self.preview.as_ref().map(|p| {
+            let [cell, full] = [&p.cells_mm, &p.scene_cells_mm].map(|c| c.iter().copied().fold(0.0, f64::max));
+            format!("PREVIEW with cells of {cell} mm, the scene has {full} mm: not the whole check, which is the same call without --preview")
+        });
+        let stopped = self.stopped.as_ref().map(|s| {
+            let line = s.line.map_or_else(String::new, |l| format!(", behind line {l}"));
+            format!("STOPPED at {:.3} s{line}: {}; nothing behind it was looked at", s.time_s, s.why)
+        });
+        preview.into_iter().chain(stopped).collect()
+    }
+}
+
 /// Cells of a preview.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PreviewUsed {

@@ -33,6 +33,7 @@ use crate::{
         BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile, Scene,
     },
     scene_limits::{ChangedLimit, limit_joints},
+    set_values::{self, SetValue},
     shape::{self, Shape},
     texture::Plan,
 };
@@ -82,6 +83,8 @@ pub struct Choice {
     pub stock: StockChoice,
     /// What ends the run early.
     pub stop_at: Option<StopAt>,
+    /// Values in the place of those in the files of scene, machine and tools.
+    pub set: Vec<SetValue>,
 }
 
 /// A program that was made from another one.
@@ -142,6 +145,8 @@ pub struct Prepared {
     pub least_overhang_mm: BTreeMap<String, f64>,
     /// Places along the motion at which the free tool axes are looked for; zero for none.
     pub free_axes: usize,
+    /// Values that the call sets, by key.
+    pub set: BTreeMap<String, String>,
     /// In what the run is less than the whole check.
     pub(crate) wanted: Wanted,
     /// Which motion cuts.
@@ -185,18 +190,19 @@ impl Prepared {
         announce: &mut dyn FnMut(&Memory),
     ) -> Result<Self, SimError> {
         let start = Instant::now();
-        let mut scene = Scene::read(scene_path)?;
+        let mut scene = set_values::scene(scene_path, &choice.set)?;
         choose_stock(&mut scene, &choice.stock);
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
         let (wanted, cells) = Wanted::of(choice, &mut scene, cells);
         let entry = program_entry(&scene, choice)?;
+        set_values::check_used(&scene, entry, choice)?;
         let (program_name, program_path) = program_text(&scene, entry, choice)?;
         let machine_path = scene.resolve(entry.and_then(|e| e.machine.as_ref()).unwrap_or(&scene.file.machine));
         let tools_path = scene.resolve(&scene.file.tools);
-        let mut machine = Machine::read(&machine_path)?;
+        let mut machine = set_values::machine(&machine_path, &choice.set)?;
         let described = machine.clone();
         let changed_limits = limit_joints(&scene, &mut machine)?;
-        let mut tools = ToolLibrary::read(&tools_path)?;
+        let mut tools = set_values::tools(&tools_path, &choice.set)?;
         clamp_out(&mut tools, choice, &tools_path)?;
         check_start_tool(&scene, &tools)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
@@ -215,6 +221,7 @@ impl Prepared {
             Self::running_settings(&scene, entry, &tools, &machine, &program_path, choice.nc.is_some())?;
         // All that the program names is there, before stock or motion take their time.
         let place = scene.path.display().to_string();
+        check_holds_text(&program_path)?;
         let read = |look: &mut Look<'_>| Survey::of_file(&program_path, &nc_settings, look);
         let (mut survey, motions) =
             program_survey::survey(read, &nc_settings, &tools, &machine, &place, scene.file.start.tool)?;
@@ -251,17 +258,25 @@ impl Prepared {
         }
 
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
-        let made = match reschedule {
-            None => None,
-            Some(reschedule) => {
+        let planned = set_values::planned_again(&scene, entry, &choice.set, (&machine, &tools), &nc_settings)?;
+        let made = match (reschedule, planned) {
+            (None, None) => None,
+            (None, Some(text)) => Some((text, Vec::new())),
+            (Some(reschedule), planned) => {
                 let part = PartOnTable::new(&scene, &table_from_work, part_mesh.as_ref(), &fixtures)?;
-                let made =
-                    programs::rescheduled(&scene, reschedule, &program_path, &nc_settings, &machine, &tools, &part)?;
-                let text = programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?;
-                digests.insert("made_program".to_owned(), digest::of_bytes(text.as_bytes()));
-                Some(MadeProgram { file: made_file(&program_name), text, runs: made.runs })
+                let (text, settings) = match planned {
+                    None => (None, nc_settings.clone()),
+                    Some(text) => (Some(text), programs::settings_of_made(nc_settings.clone())),
+                };
+                let source = text.as_deref().map_or(programs::Original::File(&program_path), programs::Original::Text);
+                let made = programs::rescheduled(&scene, reschedule, source, &settings, &machine, &tools, &part)?;
+                Some((programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?, made.runs))
             }
         };
+        let made = made.map(|(text, runs)| MadeProgram { file: made_file(&program_name), text, runs });
+        if let Some(made) = &made {
+            digests.insert("made_program".to_owned(), digest::of_bytes(made.text.as_bytes()));
+        }
         let source_nc_settings = nc_settings.clone();
         let nc_settings = match made {
             None => nc_settings,
@@ -303,6 +318,7 @@ impl Prepared {
             table_from_work,
             least_overhang_mm: choice.least_overhang_mm.clone(),
             free_axes: choice.free_axes,
+            set: set_values::told(&choice.set),
             wanted,
             dynamics: match dynamics {
                 DynamicsFile::Ideal => Dynamics::Ideal,
@@ -426,6 +442,17 @@ fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
             stock.block = Some(BoxFile { min_mm: [0.0; 3], max_mm: [edge; 3] });
         }
     }
+}
+
+/// A program that says nothing at all is a file that was not written, not a part that passes.
+fn check_holds_text(program: &Path) -> Result<(), SimError> {
+    let text = ProgramText::open(program)?;
+    let blank = |line: &str| line.chars().all(|c| c.is_whitespace() || c == '%');
+    if (1..=text.lines()).all(|i| text.line(i).is_none_or(blank)) {
+        let remedy = "write the program anew: a full disk or a stopped copy leaves such a file";
+        return Err(InputError::file(program, "the program is empty", remedy).into());
+    }
+    Ok(())
 }
 
 /// The tool that the scene puts into the spindle is one of its library.

@@ -260,6 +260,15 @@ impl Writer {
     }
 }
 
+/// What a program is re-scheduled from.
+#[derive(Clone, Copy, Debug)]
+pub enum Original<'a> {
+    /// A file.
+    File(&'a Path),
+    /// A text, as a plan has written it.
+    Text(&'a str),
+}
+
 /// Reads a program, re-schedules it and gives the commands before posting. `part` is what the method may ask about; where it asks how long the control
 /// takes, that is the control of the scene with planned set points.
 ///
@@ -268,13 +277,17 @@ impl Writer {
 pub fn rescheduled(
     scene: &Scene,
     reschedule: &RescheduleFile,
-    program: &Path,
+    from: Original<'_>,
     settings: &Settings,
     machine: &Machine,
     tools: &ToolLibrary,
     part: &PartOnTable,
 ) -> Result<Reprogrammed, SimError> {
-    let commands = Program::open(program, &with_machine(settings.clone(), machine))?;
+    let settings = &with_machine(settings.clone(), machine);
+    let commands = match from {
+        Original::File(program) => Program::open(program, settings)?,
+        Original::Text(text) => Program::from_text("planned.mpf", text, settings)?,
+    };
     let commands = commands.collect::<Result<Vec<Command>, _>>()?;
     rescheduled_commands(scene, reschedule, commands, settings, machine, tools, part)
 }
@@ -406,7 +419,7 @@ impl<'a> Rescheduling<'a> {
         let part = Prepared::part_on_table(scene, Some(self.entry))?;
         let path = scene.resolve(self.source.file.as_deref().unwrap_or(Path::new("")));
         let (settings, _) = Prepared::running_settings(scene, Some(self.entry), &tools, &machine, &path, false)?;
-        let made = rescheduled(scene, &self.file, &path, &settings, &machine, &tools, &part)?;
+        let made = rescheduled(scene, &self.file, Original::File(&path), &settings, &machine, &tools, &part)?;
         let run = text(&made.commands, Dialect::Siemens840d, &settings)?;
         let motion_of = |nc: &Settings, source: Source| -> Result<motion::Motion, SimError> {
             MotionCase::planned(scene, &machine, &tools, nc, source)?.run()

@@ -430,6 +430,8 @@ pub struct Scene {
     pub path: PathBuf,
     /// Folder that relative paths start from.
     pub folder: PathBuf,
+    /// Whether a call has set values: places in the text are then not those of the file.
+    pub(crate) values_set: bool,
 }
 
 impl Scene {
@@ -452,7 +454,7 @@ impl Scene {
         let file: SceneFile = Document::new(&path, &text).read()?;
         check(&path, &text, &file)?;
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
-        Ok(Self { file, path, folder })
+        Ok(Self { file, path, folder, values_set: false })
     }
 
     /// A path of the scene file as one to open.
@@ -463,8 +465,8 @@ impl Scene {
     /// A fault at a byte offset of the scene file.
     pub(crate) fn fault(&self, offset: usize, message: impl Into<String>, help: impl Into<String>) -> InputError {
         match read_input(&self.path) {
-            Ok(text) => InputError::at(&self.path, &text, offset, message, help),
-            Err(_) => InputError::file(&self.path, message, help),
+            Ok(text) if !self.values_set => InputError::at(&self.path, &text, offset, message, help),
+            _ => InputError::file(&self.path, message, help),
         }
     }
 

@@ -143,6 +143,36 @@ impl ChoiceValueFile {
         }
     }
 
+    /// To the last digit.
+    pub fn exact(&self) -> String {
+        match self {
+            Self::Number(v) => v.to_string(),
+            _ => self.words(),
+        }
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> serde_json::Value {
+        match self {
+            Self::Switch(v) => (*v).into(),
+            Self::Whole(v) => (*v).into(),
+            Self::Number(v) => (*v).into(),
+            Self::Word(v) => v.as_str().into(),
+        }
+    }
+
+    /// From JSON; none where it is no single value.
+    pub fn of_json(value: &serde_json::Value) -> Option<Self> {
+        Some(match value {
+            serde_json::Value::Bool(v) => Self::Switch(*v),
+            serde_json::Value::Number(n) => {
+                n.as_i64().map_or_else(|| n.as_f64().map(Self::Number), |v| Some(Self::Whole(v)))?
+            }
+            serde_json::Value::String(v) => Self::Word(v.clone()),
+            _ => return None,
+        })
+    }
+
     fn value(&self) -> Value {
         match self {
             Self::Switch(v) => Value::Boolean(*v),
@@ -166,10 +196,11 @@ pub(crate) fn with_values(text: &str, values: &[(&str, ChoiceValueFile)]) -> Res
     toml::to_string(&whole).map_err(|e| e.to_string())
 }
 
-fn put(whole: &mut Value, key: &str, value: &ChoiceValueFile) -> Option<()> {
-    let (parents, last) = key.rsplit_once('.')?;
+/// Puts a value at a key; none where the key leads nowhere.
+pub(crate) fn put(whole: &mut Value, key: &str, value: &ChoiceValueFile) -> Option<()> {
+    let (parents, last) = key.rsplit_once('.').map_or((None, key), |(parents, last)| (Some(parents), last));
     let mut at = whole;
-    for step in parents.split('.') {
+    for step in parents.iter().flat_map(|parents| parents.split('.')) {
         // A table that the scene leaves out is made; what does not belong into it is refused when the scene is read.
         if let Value::Table(table) = at {
             table.entry(step).or_insert_with(|| Value::Table(Table::new()));

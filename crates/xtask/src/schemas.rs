@@ -13,6 +13,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
         ("scene", bounded(&text(&schemars::schema_for!(proveout_sim::scene::SceneFile))?, true)?),
         ("job", text(&schemars::schema_for!(proveout_sim::job::JobFile))?),
         ("job-verdict", text(&schemars::schema_for!(proveout_sim::job::JobVerdict))?),
+        ("sweep", text(&schemars::schema_for!(proveout_sim::sweep::SweepFile))?),
         ("verdict", text(&schemars::schema_for!(proveout_sim::verdict::Verdict))?),
         ("compare", text(&schemars::schema_for!(proveout_sim::compare::Comparison))?),
     ];

@@ -47,6 +47,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
         free_axes: args.free_axes.map_or(0, usize::from),
         preview: args.preview,
         stop_at: args.stop_at.clone(),
+        set: args.set.clone(),
         ..Choice::default()
     };
     let overhangs = if args.overhang {
@@ -248,8 +249,12 @@ pub(super) fn recorder(argument: RerunArg) -> RerunMode {
 fn print_summary(result: &RunResult, place: &Path) {
     let v: &Verdict = &result.verdict;
     say!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
-    for line in v.partial.iter().flat_map(not_whole) {
+    for line in v.partial.iter().flat_map(Partial::words) {
         say!("  {line}\n");
+    }
+    if !v.set.is_empty() {
+        let set: Vec<String> = v.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        say!("  set by the call: {}\n", set.join(", "));
     }
     for gate in &v.gates {
         say!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
@@ -318,19 +323,6 @@ fn print_summary(result: &RunResult, place: &Path) {
         place.join("report.html").display(),
         place.display()
     );
-}
-
-/// In what the run was not the whole check.
-fn not_whole(partial: &Partial) -> Vec<String> {
-    let preview = partial.preview.as_ref().map(|p| {
-        let [cell, full] = [&p.cells_mm, &p.scene_cells_mm].map(|c| c.iter().copied().fold(0.0, f64::max));
-        format!("PREVIEW with cells of {cell} mm, the scene has {full} mm: not the whole check, which is the same call without --preview")
-    });
-    let stopped = partial.stopped.as_ref().map(|s| {
-        let line = s.line.map_or_else(String::new, |l| format!(", behind line {l}"));
-        format!("STOPPED at {:.3} s{line}: {}; nothing behind it was looked at", s.time_s, s.why)
-    });
-    preview.into_iter().chain(stopped).collect()
 }
 
 fn print_overhangs(found: &[Overhang]) {

@@ -57,6 +57,8 @@ const NOISE: &[(&str, &str)] = &[
         "computed in [time]: [n] times faster than the machine",
     ),
     (r"computed in [0-9.]+ s", "computed in [time]"),
+    (r"planned in [0-9.]+ s", "planned in [time]"),
+    (r"started, [0-9.]+ s", "started, [time]"),
     // What the checks cost is no promise.
     (r"collision: [0-9.]+ % of .* from the stock", "collision: [counts]"),
     (r"together [0-9.]+ of", "together [n] of"),

@@ -78,7 +78,7 @@ pub(crate) fn sandbox() -> TempDir {
         symlink(root.join(name), to.join(name)).expect("a link");
     }
     fs::create_dir(to.join("tests")).expect("made");
-    for name in ["tests/first-part", "tests/own-machine", "tests/job"] {
+    for name in ["tests/first-part", "tests/own-machine", "tests/job", "tests/sweep"] {
         symlink(root.join(name), to.join(name)).expect("a link");
     }
     for name in ["out", "part", "bin", "scenes"] {

@@ -16,6 +16,8 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("check", "", "MACHINE", "machines/three-axis-mill"),
     ("check", "--picture", "FILE", "machine.png"),
     ("job", "", "JOB", "tests/job"),
+    ("sweep", "", "SWEEP", "tests/sweep"),
+    ("completions", "--output", "FILE", "proveout.bash"),
     ("new", "", "PROGRAM", "tests/first-part/plate.nc"),
     ("new", "", "PROGRAM...", "tests/first-part/plate.nc"),
     ("new", "--machine", "NAME", "three-axis-mill"),

@@ -1,6 +1,6 @@
 //! Files of a comparison: `compare.json` and the page `compare.html`.
 
-mod chart;
+pub(crate) mod chart;
 mod page;
 mod part;
 mod rows;

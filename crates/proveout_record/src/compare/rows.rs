@@ -136,8 +136,56 @@ pub(crate) struct PublishedRow {
     band: String,
     judged: Judged,
     word: &'static str,
+    /// That of the null program.
+    null: String,
+    /// Ranges over the choices alone, the draws and the twin.
+    over: [String; 3],
     source: String,
     remark: String,
+}
+
+/// As many as the published value needs to be told from others.
+fn digits(published: f64) -> usize {
+    if published.abs() < 2.0 { 3 } else { 1 }
+}
+
+/// A choice that the experiment leaves open.
+#[derive(Serialize)]
+pub(crate) struct ChoiceRow {
+    name: String,
+    key: String,
+    tried: String,
+    source: String,
+    reason: String,
+    /// What it changes, from where to where.
+    acts: Vec<String>,
+}
+
+pub(crate) fn choices(c: &Comparison) -> Vec<ChoiceRow> {
+    let row = |choice: &proveout_sim::compare::TriedChoice| {
+        let change = |(name, [low, high]): (&String, &[f64; 2])| {
+            let row = c.published.iter().find(|p| p.name == *name);
+            let digits = row.map_or(1, |p| digits(p.published));
+            let unit = row.map_or("", |p| p.unit.as_str());
+            format!("{name}: {} to {} {unit}", fixed(*low, digits), fixed(*high, digits))
+        };
+        let mut acts: Vec<String> = choice.acts_on.iter().map(change).collect();
+        if acts.is_empty() {
+            acts.push("nothing".to_owned());
+        }
+        if !choice.refused.is_empty() {
+            acts.push(format!("a value was refused: {}", choice.refused));
+        }
+        ChoiceRow {
+            name: choice.name.clone(),
+            key: choice.key.clone(),
+            tried: choice.tried.join(", "),
+            source: choice.source.clone(),
+            reason: choice.reason.clone(),
+            acts,
+        }
+    };
+    c.choices.iter().flat_map(|open| &open.choices).map(row).collect()
 }
 
 pub(crate) fn published(c: &Comparison) -> Vec<PublishedRow> {
@@ -148,11 +196,20 @@ pub(crate) fn published(c: &Comparison) -> Vec<PublishedRow> {
         value: p.value.map_or_else(|| "–".into(), |v| format!("{} {}", fixed(v, 1), p.unit)),
         band: p.band.map_or_else(|| "none".into(), |[low, high]| format!("{} to {}", compact(low), compact(high))),
         judged: judged(p.state),
-        word: match p.state {
-            State::Pass => "in the band",
-            State::Fail => "outside",
-            State::Unchecked => "not judged",
+        word: match (p.reproduced, p.state) {
+            (Some(found), _) => found.word(),
+            (None, State::Pass) => "in the band",
+            (None, State::Fail) => "outside",
+            (None, State::Unchecked) => "not judged",
         },
+        null: p.null_value.map_or_else(String::new, |v| format!("{} {}", fixed(v, digits(p.published)), p.unit)),
+        over: [p.over_choices, p.over_draws, p.over_twin].map(|range| {
+            let digits = digits(p.published);
+            range.map_or_else(
+                || "cannot act".to_owned(),
+                |[low, high]| format!("{} to {}", fixed(low, digits), fixed(high, digits)),
+            )
+        }),
         source: p.source.clone(),
         remark: p.remark.clone(),
     };

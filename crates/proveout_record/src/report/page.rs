@@ -1,7 +1,7 @@
 //! Fills the page's template.
 
 use minijinja::{Environment, value::Serde};
-use proveout_sim::verdict::{State, Verdict};
+use proveout_sim::verdict::{Partial, State, Verdict};
 use serde::Serialize;
 
 use crate::page_safety::{policy, without_steering};
@@ -42,6 +42,16 @@ pub(crate) struct Entry {
 
 pub(crate) fn entry(name: &str, value: impl Into<String>, note: impl Into<String>) -> Entry {
     Entry { name: name.into(), value: value.into(), note: note.into() }
+}
+
+/// What a reader must know before the verdict: what was not the whole check, and what was not as the files say.
+fn notices(v: &Verdict) -> Vec<String> {
+    let mut all: Vec<String> = v.partial.iter().flat_map(Partial::words).collect();
+    if !v.set.is_empty() {
+        let set: Vec<String> = v.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        all.push(format!("Not as the files say, set by the call: {}", set.join(", ")));
+    }
+    all
 }
 
 /// Writes the page as one string.
@@ -114,6 +124,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
     });
     let fixed = serde_json::json!({
+        "notices": notices(v),
         "css": CSS,
         "viewer": VIEWER,
         "bench_script": BENCH,

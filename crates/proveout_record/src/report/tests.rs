@@ -67,6 +67,7 @@ pub(crate) fn verdict(message: &str) -> Verdict {
         program: message.into(),
         machine: MachineUsed { name: message.into(), digest: "3f".repeat(32) },
         digests: [(message.to_owned(), "ab".repeat(32))].into(),
+        set: [("control.path_tolerance_mm".to_owned(), message.to_owned())].into(),
         verdict: State::Fail,
         gates: vec![Gate { name: "collision".into(), state: State::Fail, reason: message.into() }],
         partial: None,

@@ -140,6 +140,10 @@ impl Observer for SetupSheetObserver {
         }
         for row in batch.blocks {
             let file = crate::report::format::file_name(&row.file);
+            // Before the first block with motion there is none to come after.
+            for moment in self.moments.iter_mut().filter(|m| m.place.is_empty() && m.block < row.block) {
+                moment.place = format!("{file}, before line {}", row.line);
+            }
             for moment in self.moments.iter_mut().rev().take_while(|m| m.block >= row.block) {
                 // Blocks without motion are no rows: the last one before them is named.
                 let word = if moment.block == row.block { "line" } else { "after line" };

@@ -1,0 +1,187 @@
+//! `proveout sweep plan|run|merge`: no engine of its own; anything that can start a program runs its jobs.
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use proveout_record::{JsonObserver, RerunMode, merge_sweep, observers, write_run_json};
+use proveout_sim::{
+    Observer, RunFolder, SimError,
+    run::run as prove,
+    sweep::{
+        JobResult, KeepFile, Plan, Planned, ResultFault, Sweep, job_folder, plan as write_plan, prepare_job,
+        read_result, result_of, write_result,
+    },
+};
+
+use crate::{
+    args::{SweepCommand, SweepMergeArgs, SweepPlanArgs, SweepRunArgs},
+    commands::run::{complete, pool},
+    failure::Failure,
+    host::run_info,
+    progress::Progress,
+};
+
+/// Faults of jobs that are told at the end.
+const TOLD: usize = 10;
+/// Folder of a whole run, in that of its job.
+const RUN: &str = "run";
+
+pub(crate) fn sweep(command: &SweepCommand) -> Result<(), Failure> {
+    match command {
+        SweepCommand::Plan(args) => plan(args),
+        SweepCommand::Run(args) => run(args),
+        SweepCommand::Merge(args) => merge(args),
+    }
+}
+
+fn of(e: SimError) -> Failure {
+    Failure::from(&e)
+}
+
+fn plan(args: &SweepPlanArgs) -> Result<(), Failure> {
+    let begin = Instant::now();
+    let sweep = Sweep::read(&args.sweep).map_err(|e| of(e.into()))?;
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-sweep", sweep.file.name)));
+    let report = write_plan(&sweep, &out).map_err(of)?;
+    say!("{} jobs planned in {:.2} s", report.jobs, begin.elapsed().as_secs_f64());
+    if report.as_before > 0 {
+        say!("  {} are as they were planned before: their results stay", report.as_before);
+    }
+    if report.left_over > 0 {
+        say!("  {} folders of jobs of an earlier plan stay, and are no part of it", report.left_over);
+    }
+    say!("  run:   proveout sweep run {}", out.display());
+    say!("  merge: proveout sweep merge {}", out.display());
+    Ok(())
+}
+
+/// The jobs that a call asks for, in order.
+fn chosen(args: &SweepRunArgs, plan: &Plan) -> Result<Vec<usize>, Failure> {
+    let jobs = plan.jobs.len();
+    let all: BTreeSet<usize> = if args.job.is_empty() {
+        (0..jobs).collect()
+    } else {
+        args.job.iter().flat_map(|range| range.first..=range.last).collect()
+    };
+    if let Some(job) = all.iter().find(|job| **job >= jobs) {
+        return Err(Failure::new(format!("--job {job}: the plan has the jobs 0 to {}", jobs.saturating_sub(1)))
+            .with_help("name jobs of the plan"));
+    }
+    Ok(match args.part {
+        None => all.into_iter().collect(),
+        Some(part) => all.into_iter().filter(|job| job % part.of == part.number - 1).collect(),
+    })
+}
+
+/// Runs jobs that have no result yet; an error names those that could not be run, the others have their results.
+fn run(args: &SweepRunArgs) -> Result<(), Failure> {
+    let begin = Instant::now();
+    let (threads, pool) = pool(None, args.threads)?;
+    let plan = Plan::read(&args.sweep).map_err(|e| of(e.into()))?;
+    let jobs = chosen(args, &plan)?;
+    let (mut done, mut started, mut faults) = (0, 0, Vec::new());
+    for (at, job) in jobs.iter().enumerate() {
+        match read_result(&args.sweep, &plan, *job) {
+            Ok(_) => {
+                done += 1;
+                continue;
+            }
+            Err(ResultFault::Damaged { message, path, .. }) => {
+                tell!("note: job {job} is run again, its result is damaged: {message} ({})", path.display());
+            }
+            Err(ResultFault::Missing(_) | ResultFault::Other(_)) => {}
+        }
+        started += 1;
+        match pool.install(|| run_job(&args.sweep, &plan, *job, threads)) {
+            Ok(result) => tell!("job {job} ({} of {}): {}", at + 1, jobs.len(), told(&result)),
+            Err(fault) => {
+                tell!("job {job} ({} of {}): NOT RUN", at + 1, jobs.len());
+                faults.push((*job, fault));
+            }
+        }
+    }
+    say!("{} jobs: {done} had their result, {started} started, {:.1} s", jobs.len(), begin.elapsed().as_secs_f64());
+    if faults.is_empty() {
+        return Ok(());
+    }
+    for (job, fault) in faults.iter().take(TOLD) {
+        tell!("job {job}: {}", fault.to_string().trim_end());
+    }
+    Err(Failure::new(format!("{} of {} jobs have no result", faults.len(), jobs.len()))
+        .with_help("mend the cause, then run the same call: jobs that have a result are not run again"))
+}
+
+fn told(result: &JobResult) -> String {
+    let time = result.figures.get("time_s").copied().flatten().map_or_else(String::new, |t| format!(", {t:.1} s"));
+    if result.refused.is_empty() {
+        format!("{}{time}", result.state.word())
+    } else {
+        format!("refused: {}", result.refused)
+    }
+}
+
+/// Runs one job and writes its result, last of all.
+fn run_job(sweep: &Path, plan: &Plan, job: usize, threads: usize) -> Result<JobResult, Failure> {
+    let folder_fault = |e: std::io::Error| of(SimError::Folder(e));
+    let planned = Planned::read(sweep, plan, job).map_err(|e| of(e.into()))?;
+    let prepared = match prepare_job(sweep, &planned).map_err(|e| of(e.into()))? {
+        Ok(prepared) => prepared,
+        // What the values make of the scene is a result like any other.
+        Err(refused) => {
+            let result = result_of(&planned, Err(refused.to_string()));
+            write_result(sweep, &result).map_err(folder_fault)?;
+            return Ok(result);
+        }
+    };
+    let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
+    let at = job_folder(sweep, job);
+    let folder = RunFolder::create(&at.join(RUN)).map_err(folder_fault)?;
+    let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
+    match plan.keep {
+        KeepFile::Verdict => watchers.push(Box::new(JsonObserver)),
+        KeepFile::Folder => watchers.extend(observers(&RerunMode::Off).map_err(Failure::new)?),
+    }
+    let run = match prove(prepared, &mut watchers, folder.path()) {
+        Ok(run) => run,
+        Err(fault @ (SimError::Observer(_) | SimError::Folder(_))) => return Err(of(fault)),
+        Err(refused) => {
+            let result = result_of(&planned, Err(refused.to_string()));
+            write_result(sweep, &result).map_err(folder_fault)?;
+            return Ok(result);
+        }
+    };
+    drop(watchers);
+    let bytes = fs::read(folder.path().join("verdict.json")).map_err(folder_fault)?;
+    if plan.keep == KeepFile::Folder {
+        write_run_json(folder.path(), &run_info(&run, &scene.path, threads, false))
+            .map_err(|e| Failure::new(format!("run.json: {e}")))?;
+        complete(folder, &inputs, &scene.folder, &mut || ())?;
+    } else {
+        let to = at.join("verdict.json");
+        fs::copy(folder.path().join("verdict.json"), &to).map_err(folder_fault)?;
+        drop(folder);
+    }
+    let result = result_of(&planned, Ok((&run.verdict, &bytes)));
+    write_result(sweep, &result).map_err(folder_fault)?;
+    Ok(result)
+}
+
+fn merge(args: &SweepMergeArgs) -> Result<(), Failure> {
+    let plan = Plan::read(&args.sweep).map_err(|e| of(e.into()))?;
+    let merged = merge_sweep(&args.sweep, &plan).map_err(|e| {
+        Failure::new(e).with_help(format!("run what is missing: proveout sweep run {}", args.sweep.display()))
+    })?;
+    let states: Vec<String> = merged.states.iter().map(|(state, n)| format!("{n} {state}")).collect();
+    say!("{} jobs: {}", merged.jobs, states.join(", "));
+    if let Some(best) = &merged.fastest_pass {
+        let values: Vec<String> = best.values.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        say!("  fastest that passes: job {} with {:.3} s, {}", best.job, best.time_s, values.join(", "));
+    }
+    say!("  results: {}", args.sweep.join("sweep.parquet").display());
+    say!("           {} in a browser", args.sweep.join("sweep.html").display());
+    Ok(())
+}

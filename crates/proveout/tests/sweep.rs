@@ -1,0 +1,289 @@
+//! Sweeps as a person calls them: plan, run in parts, merge; what is killed, changed, lost or damaged costs its jobs and is named.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+
+use tempfile::TempDir;
+
+const FILES: [&str; 4] = ["sweep.parquet", "sweep.csv", "sweep.json", "sweep.html"];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
+}
+
+fn command(words: &[&str], folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_proveout"));
+    command.args(words).current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+fn call(words: &[&str], folder: &Path) -> Output {
+    command(words, folder).output().expect("started")
+}
+
+/// Standard output and standard error of a call with this exit code.
+fn told(words: &[&str], folder: &Path, code: i32) -> (String, String) {
+    let output = call(words, folder);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{words:?}\n{out}\n{err}");
+    (out, err)
+}
+
+/// A folder with a copy of the small scene, a second program, and a sweep.
+fn small(vary: &str) -> TempDir {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let of = |name: &str| fs::read_to_string(root().join("tests/job").join(name)).expect("there");
+    let machine = root().join("machines/three-axis-mill");
+    let scene = of("op10/scene.toml").replace("../../../machines/three-axis-mill", &machine.display().to_string());
+    let scene = scene.replace("../tools.toml", "tools.toml") + "\n[[program]]\nname = \"other\"\nfile = \"other.nc\"\n";
+    fs::create_dir(folder.path().join("scene")).expect("made");
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("written");
+    write("scene/scene.toml", &scene);
+    write("scene/tools.toml", &of("tools.toml"));
+    write("scene/main.nc", &of("op10/main.nc"));
+    write("scene/other.nc", &of("op10/main.nc"));
+    write("sweep.toml", &format!("name = \"small\"\nscene = \"scene\"\n{vary}"));
+    folder
+}
+
+const PROGRAMS: &str = "[[vary]]\nkey = \"program\"\nvalues = [\"main\", \"other\"]\n\
+                        [[vary]]\nkey = \"machine.X.max_acceleration_mm_s2\"\nvalues = [500, 2000]\n";
+
+fn merged(folder: &Path) -> BTreeMap<&'static str, Vec<u8>> {
+    FILES.into_iter().map(|name| (name, fs::read(folder.join(name)).expect("merged"))).collect()
+}
+
+#[test]
+fn parts_that_run_beside_each_other_merge_to_the_bytes_of_one() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (sweep, at) = (root().join("tests/sweep"), folder.path());
+    let sweep = sweep.to_str().expect("a path");
+    for out in ["one", "four"] {
+        let (words, _) = told(&["sweep", "plan", sweep, "--out", out], at, 0);
+        assert!(words.contains("6 jobs planned"), "{words}");
+    }
+    told(&["sweep", "run", "one", "--threads", "1"], at, 0);
+    let parts = ["1/4", "2/4", "3/4", "4/4"];
+    let mut running: Vec<_> = parts
+        .iter()
+        .map(|part| {
+            let mut command = command(&["sweep", "run", "four", "--part", part, "--threads", "2"], at);
+            command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started")
+        })
+        .collect();
+    for child in &mut running {
+        assert!(child.wait().expect("ended").success());
+    }
+    let (words, _) = told(&["sweep", "merge", "one"], at, 0);
+    assert!(words.contains("6 jobs: 6 "), "{words}");
+    told(&["sweep", "merge", "four"], at, 0);
+    let (one, four) = (merged(&at.join("one")), merged(&at.join("four")));
+    for name in FILES {
+        assert!(one[name] == four[name], "{name}");
+    }
+    // A second run starts nothing, and a second plan leaves everything as it is.
+    let (words, _) = told(&["sweep", "run", "four"], at, 0);
+    assert!(words.contains("6 had their result, 0 started"), "{words}");
+    let (words, _) = told(&["sweep", "plan", sweep, "--out", "four"], at, 0);
+    assert!(words.contains("6 are as they were planned before"), "{words}");
+    told(&["sweep", "merge", "four"], at, 0);
+    assert!(one == merged(&at.join("four")));
+
+    // The values act: less acceleration is more time, and the table says which.
+    let csv = String::from_utf8(one["sweep.csv"].clone()).expect("text");
+    let mut lines = csv.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let head = lines.next().expect("a head");
+    let column = |name: &str| head.iter().position(|h| *h == name).unwrap_or_else(|| panic!("no {name} in {head:?}"));
+    let (key, time) = (column("machine.X.max_acceleration_mm_s2"), column("time_s"));
+    let rows: Vec<(f64, f64)> =
+        lines.map(|row| (row[key].parse().expect("a number"), row[time].parse().expect("a number"))).collect();
+    assert_eq!(rows.len(), 6);
+    let slowest = rows.iter().filter(|r| r.0 == 500.0).map(|r| r.1).fold(f64::INFINITY, f64::min);
+    let fastest = rows.iter().filter(|r| r.0 == 2000.0).map(|r| r.1).fold(0.0, f64::max);
+    assert!(slowest > fastest, "{rows:?}");
+}
+
+#[test]
+fn a_job_gives_what_run_set_gives() {
+    let folder = small(PROGRAMS);
+    let at = folder.path();
+    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    told(&["sweep", "run", "out", "--job", "3"], at, 0);
+    let job = fs::read(at.join("out/jobs/00003/verdict.json")).expect("a verdict");
+    let set = "machine.X.max_acceleration_mm_s2=2000";
+    let output = call(&["run", "scene", "--program", "other", "--set", set, "--rerun", "off", "--out", "run"], at);
+    assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{output:?}");
+    assert!(job == fs::read(at.join("run/verdict.json")).expect("a verdict"));
+    let text = String::from_utf8(job).expect("text");
+    assert!(text.contains("\"machine.X.max_acceleration_mm_s2\": \"2000\""), "the verdict names what was set");
+    let page = fs::read_to_string(at.join("run/report.html")).expect("a report");
+    assert!(page.contains("Not as the files say, set by the call: machine.X.max_acceleration_mm_s2 = 2000"));
+    // Job 0 was not asked for.
+    let (_, words) = told(&["sweep", "merge", "out"], at, 2);
+    assert!(words.contains("3 of 4 results cannot be merged: job 0 has no result; job 1"), "{words}");
+    assert!(FILES.iter().all(|name| !at.join("out").join(name).exists()), "nothing is merged by halves");
+}
+
+#[test]
+fn a_changed_input_costs_the_jobs_that_read_it() {
+    let folder = small(PROGRAMS);
+    let at = folder.path();
+    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    told(&["sweep", "run", "out"], at, 0);
+    let text = fs::read_to_string(at.join("scene/other.nc")).expect("text");
+    fs::write(at.join("scene/other.nc"), format!("(changed)\n{text}").replace("(changed)\n%", "%\n(changed)"))
+        .expect("written");
+    // Before it is planned again, a job that is not done refuses the input that has changed.
+    fs::remove_file(at.join("out/jobs/00002/result.json")).expect("removed");
+    let (_, words) = told(&["sweep", "run", "out"], at, 2);
+    assert!(words.contains("the program of job 2: it has changed since the sweep was planned"), "{words}");
+    assert!(words.contains("other.nc"), "{words}");
+    let (words, _) = told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    assert!(words.contains("2 are as they were planned before"), "{words}");
+    let (_, words) = told(&["sweep", "merge", "out"], at, 2);
+    assert!(words.contains("the result of job 3 is of an earlier plan"), "{words}");
+    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    assert!(words.contains("2 had their result, 2 started"), "{words}");
+    told(&["sweep", "merge", "out"], at, 0);
+}
+
+#[test]
+fn a_worker_that_is_killed_costs_its_job() {
+    let folder = small(
+        "method = \"latin-hypercube\"\ndraws = 12\n[[vary]]\nkey = \"machine.X.max_acceleration_mm_s2\"\nrange = [200, 4000]\n",
+    );
+    let at = folder.path();
+    for out in ["killed", "whole"] {
+        told(&["sweep", "plan", ".", "--out", out], at, 0);
+    }
+    let mut worker =
+        command(&["sweep", "run", "killed"], at).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started");
+    let begin = Instant::now();
+    while !at.join("killed/jobs/00003/result.json").exists() {
+        assert!(begin.elapsed() < Duration::from_secs(300), "the first jobs take too long");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    worker.kill().expect("killed");
+    worker.wait().expect("ended");
+    let (words, _) = told(&["sweep", "run", "killed"], at, 0);
+    let done: usize = words
+        .split(" had their result")
+        .next()
+        .and_then(|w| w.rsplit(' ').next())
+        .and_then(|w| w.parse().ok())
+        .expect(&words);
+    assert!((4..12).contains(&done), "{words}");
+    told(&["sweep", "run", "whole"], at, 0);
+    for out in ["killed", "whole"] {
+        told(&["sweep", "merge", out], at, 0);
+    }
+    assert!(merged(&at.join("killed")) == merged(&at.join("whole")));
+}
+
+#[test]
+fn what_is_missing_damaged_or_of_another_version_is_named_and_nothing_is_merged() {
+    let folder = small(PROGRAMS);
+    let at = folder.path();
+    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    told(&["sweep", "run", "out"], at, 0);
+    let result = at.join("out/jobs/00001/result.json");
+    let sound = fs::read_to_string(&result).expect("a result");
+    let time = sound.lines().find(|l| l.contains("\"time_s\"")).expect("a time");
+    for damage in [sound.replace(time, &time.replace(": ", ": 1")), sound[..sound.len() / 2].to_owned(), String::new()]
+    {
+        fs::write(&result, damage).expect("written");
+        let (_, words) = told(&["sweep", "merge", "out"], at, 2);
+        assert!(words.contains("1 of 4 results cannot be merged: the result of job 1 is damaged"), "{words}");
+        assert!(!at.join("out/sweep.parquet").exists());
+    }
+    // Damaged is not done.
+    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    assert!(words.contains("3 had their result, 1 started"), "{words}");
+    assert_eq!(fs::read_to_string(&result).expect("a result"), sound, "same job, same bytes");
+
+    let plan = at.join("out/plan.json");
+    let own = fs::read_to_string(&plan).expect("a plan");
+    let version = format!("proveout {}", env!("CARGO_PKG_VERSION"));
+    fs::write(&plan, own.replace(&version, "proveout 0.0.1")).expect("written");
+    for verb in ["run", "merge"] {
+        let (_, words) = told(&["sweep", verb, "out"], at, 2);
+        assert!(words.contains("was planned by proveout 0.0.1"), "{words}");
+    }
+    fs::write(&plan, &own).expect("written");
+    let job = at.join("out/jobs/00002/job.json");
+    let text = fs::read_to_string(&job).expect("a job");
+    fs::write(&job, text.replace("500", "501")).expect("written");
+    fs::remove_file(at.join("out/jobs/00002/result.json")).expect("removed");
+    let (_, words) = told(&["sweep", "run", "out"], at, 2);
+    assert!(words.contains("is not as it was planned"), "{words}");
+}
+
+#[test]
+fn a_job_whose_folder_cannot_be_written_is_named_and_the_others_have_their_results() {
+    let folder = small(PROGRAMS);
+    let at = folder.path();
+    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    // Where the run would be written there is a file.
+    fs::write(at.join("out/jobs/00001/run"), "in the way").expect("written");
+    let (_, words) = told(&["sweep", "run", "out"], at, 2);
+    assert!(words.contains("job 1 (2 of 4): NOT RUN") && words.contains("1 of 4 jobs have no result"), "{words}");
+    fs::remove_file(at.join("out/jobs/00001/run")).expect("removed");
+    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    assert!(words.contains("3 had their result, 1 started"), "{words}");
+}
+
+#[test]
+fn values_that_a_scene_refuses_together_are_a_result() {
+    // Each value is possible; both ends of the travel together are none.
+    let folder = small("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 0.002]\n");
+    let at = folder.path();
+    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    let (_, words) = told(&["sweep", "run", "out"], at, 0);
+    assert!(words.contains("job 1 (2 of 2): refused: "), "{words}");
+    let (words, _) = told(&["sweep", "merge", "out"], at, 0);
+    assert!(words.contains("1 refused"), "{words}");
+}
+
+#[test]
+fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written() {
+    for (vary, wanted) in [
+        ("", "varies nothing"),
+        ("[[vary]]\nkey = \"control.path_tolerance\"\nvalues = [1]\n", "path_tolerance_mm"),
+        ("[[vary]]\nkey = \"machine.Q.max_velocity_mm_min\"\nvalues = [1]\n", "machine.Q.max_velocity_mm_min = 1"),
+        ("[[vary]]\nkey = \"program\"\nvalues = [\"mian\"]\n", "did you mean \"main\"?"),
+        ("[[vary]]\nkey = \"nc\"\nvalues = [\"gone.nc\"]\n", "is not there"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [-1]\n", "resolution_mm = -1"),
+        ("[[vary]]\nkey = \"resolution_mm\"\n", "wants either values, or range"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nvalues = []\n", "values are missing"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 1]\n", "there twice"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nrange = [2, 1]\nsteps = 3\n", "holds nothing"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\n", "no number of values"),
+        ("draws = 3\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "belong to a Latin hypercube"),
+        ("method = \"latin-hypercube\"\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "no number of draws"),
+        (
+            "[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\nsteps = 900000\n[[vary]]\nkey = \"tolerances.near_miss_mm\"\nrange = [1, 2]\nsteps = 900000\n",
+            "at most 1000000",
+        ),
+        (
+            "[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [2]\n",
+            "two [[vary]]",
+        ),
+        ("speed = 3\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "speed"),
+    ] {
+        let folder = small(vary);
+        let (_, words) = told(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);
+        assert!(words.contains(wanted) && words.contains("sweep.toml"), "{vary}\n{words}");
+        assert!(!folder.path().join("out").exists(), "{vary}");
+    }
+    let folder = small(PROGRAMS);
+    let (_, words) = told(&["sweep", "plan", ".", "--out", "scene"], folder.path(), 2);
+    assert!(words.contains("no folder of a sweep"), "{words}");
+    let (_, words) = told(&["sweep", "run", "scene"], folder.path(), 2);
+    assert!(words.contains("plan.json"), "{words}");
+}

@@ -1,0 +1,299 @@
+//! The plan of a sweep on disk: what every job is, before any is run.
+
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use proveout_geom::{InputError, read_regular_text};
+use serde::{Deserialize, Serialize};
+
+use super::file::{KeepFile, Sweep};
+use crate::{
+    digest,
+    error::SimError,
+    manifest::{Listed, relative},
+    memory::Recorded,
+    prepare::{Choice, Prepared},
+    scene::ChoiceValueFile,
+    set_values::SetValue,
+};
+
+/// The plan, in the folder of a sweep.
+pub const PLAN: &str = "plan.json";
+/// Folder of its jobs.
+pub const JOBS: &str = "jobs";
+/// A job, in its folder.
+pub const JOB: &str = "job.json";
+/// Version of the layout of plan and jobs.
+const VERSION: u32 = 1;
+/// Largest plan that is read: a million digests.
+const MAX_BYTES: u64 = 128 << 20;
+/// Largest job that is read.
+const MAX_JOB_BYTES: u64 = 16 << 20;
+
+/// `plan.json`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// Layout of this file.
+    pub plan_version: u32,
+    /// Program and version that planned, and alone may run and merge.
+    pub made_by: String,
+    /// Name of the sweep.
+    pub name: String,
+    /// What varies.
+    pub keys: Vec<String>,
+    /// What is kept of every run.
+    pub keep: KeepFile,
+    /// Digests of the jobs in order.
+    pub jobs: Vec<String>,
+}
+
+/// `job.json`: all that a job hangs on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Planned {
+    /// Number, from 0.
+    pub job: usize,
+    /// Program and version.
+    pub made_by: String,
+    /// Scene, from the folder of the sweep's results.
+    pub scene: String,
+    /// What varies, in the order of the keys.
+    pub values: serde_json::Map<String, serde_json::Value>,
+    /// Files that are read, with SHA-256; paths from the folder of the sweep's results.
+    pub inputs: Vec<Listed>,
+    /// SHA-256 of the above.
+    pub digest: String,
+}
+
+/// What a call for a plan did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PlanReport {
+    /// Jobs of the plan.
+    pub jobs: usize,
+    /// Those that are as they were planned before.
+    pub as_before: usize,
+    /// Folders of jobs of an earlier, longer plan, which stay.
+    pub left_over: usize,
+}
+
+/// Folder of a job.
+pub fn job_folder(sweep: &Path, job: usize) -> PathBuf {
+    sweep.join(JOBS).join(format!("{job:05}"))
+}
+
+/// This program and its version.
+pub(super) fn made_by() -> String {
+    format!("proveout {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// What the job chooses; paths of values are from `folder`.
+fn choice(values: &[SetValue], folder: &Path) -> Choice {
+    let mut choice = Choice { recorded: Recorded::Folder, ..Choice::default() };
+    for value in values {
+        match (value.key.as_str(), &value.value) {
+            ("program", ChoiceValueFile::Word(name)) => choice.program = Some(name.clone()),
+            ("nc", ChoiceValueFile::Word(name)) => choice.nc = Some(folder.join(name)),
+            _ => choice.set.push(value.clone()),
+        }
+    }
+    choice
+}
+
+/// Writes the plan of a sweep into `out`. Jobs that are planned there already, and have not changed, stay as they are with their results.
+///
+/// Files are looked up once for all jobs that have the same words (names of programs, machines, files): numbers do not choose files.
+///
+/// # Errors
+/// An input that cannot be read, a scene that refuses its values, a folder that cannot be written.
+pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
+    let folder_fault = |e: io::Error| SimError::Folder(e);
+    check_place(out)?;
+    fs::create_dir_all(out.join(JOBS)).map_err(folder_fault)?;
+    let scene = sweep.scene();
+    let scene_shown = relative(out, &scene);
+    let mut files: BTreeMap<String, Vec<Listed>> = BTreeMap::new();
+    let mut plan = Plan {
+        plan_version: VERSION,
+        made_by: made_by(),
+        name: sweep.file.name.clone(),
+        keys: sweep.design.keys().to_vec(),
+        keep: sweep.file.keep,
+        jobs: Vec::with_capacity(sweep.design.len()),
+    };
+    let mut report = PlanReport { jobs: sweep.design.len(), ..PlanReport::default() };
+    for job in 0..sweep.design.len() {
+        let values = sweep.design.job(job);
+        let is_word = |v: &&SetValue| matches!(v.value, ChoiceValueFile::Word(_));
+        let words: Vec<SetValue> = values.iter().filter(is_word).cloned().collect();
+        let group = words.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
+        let inputs = match files.get(&group) {
+            Some(inputs) => inputs.clone(),
+            None => {
+                let read = |values: &[SetValue]| Prepared::read(&scene, &choice(values, &sweep.folder));
+                // A job whose numbers are refused is a result; the files are then those of the scene's own numbers.
+                let prepared = read(&values).or_else(|refused| read(&words).map_err(|_| refused))?;
+                files.entry(group).or_insert(listed(&prepared, out)).clone()
+            }
+        };
+        let values = values
+            .iter()
+            .map(|v| {
+                let path = matches!((v.key.as_str(), &v.value), ("nc", ChoiceValueFile::Word(_)));
+                let own = if path { relative(out, &sweep.folder.join(v.value.exact())).into() } else { v.value.json() };
+                (v.key.clone(), own)
+            })
+            .collect();
+        let mut planned =
+            Planned { job, made_by: made_by(), scene: scene_shown.clone(), values, inputs, digest: String::new() };
+        planned.digest = planned.own_digest()?;
+        let (at, text) = (job_folder(out, job), json(&planned)?);
+        let path = at.join(JOB);
+        if fs::read(&path).is_ok_and(|before| before == text.as_bytes()) {
+            report.as_before += 1;
+        } else {
+            fs::create_dir_all(&at).map_err(folder_fault)?;
+            replace(&path, &text).map_err(folder_fault)?;
+        }
+        plan.jobs.push(planned.digest);
+    }
+    // Last: a plan that is there is whole.
+    replace(&out.join(PLAN), &json(&plan)?).map_err(folder_fault)?;
+    report.left_over = (plan.jobs.len()..).take_while(|job| job_folder(out, *job).is_dir()).count();
+    Ok(report)
+}
+
+/// The folder is new, empty, or that of a sweep.
+fn check_place(out: &Path) -> Result<(), SimError> {
+    let taken = match fs::read_dir(out) {
+        Ok(mut entries) => entries.next().is_some() && !out.join(PLAN).is_file() && !out.join(JOBS).is_dir(),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => false,
+        Err(e) => return Err(SimError::Folder(e)),
+    };
+    if taken {
+        let message = "is not empty, and no folder of a sweep: nothing is written into it";
+        return Err(InputError::file(out, message, "choose another folder by --out").into());
+    }
+    Ok(())
+}
+
+fn listed(prepared: &Prepared, out: &Path) -> Vec<Listed> {
+    let mut all: Vec<Listed> = prepared
+        .inputs
+        .iter()
+        .map(|i| Listed {
+            role: i.role.clone(),
+            path: relative(out, &i.path),
+            bytes: i.bytes,
+            sha256: i.sha256.clone(),
+        })
+        .collect();
+    all.sort_by(|a, b| (&a.role, &a.path).cmp(&(&b.role, &b.path)));
+    all
+}
+
+fn json(value: &impl Serialize) -> Result<String, SimError> {
+    serde_json::to_string_pretty(value).map(|text| text + "\n").map_err(|e| SimError::Folder(e.into()))
+}
+
+/// Writes a file beside its place and moves it there: it is whole, or not there.
+pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.{}", std::process::id()));
+    let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, path));
+    if written.is_err() {
+        fs::remove_file(&beside).ok();
+    }
+    written
+}
+
+impl Plan {
+    /// Reads the plan of a sweep.
+    ///
+    /// # Errors
+    /// None there, one that cannot be read, or one of another version of the program: its jobs would be other jobs.
+    pub fn read(sweep: &Path) -> Result<Self, InputError> {
+        let path = sweep.join(PLAN);
+        let again = "plan the sweep again: proveout sweep plan";
+        let text = read_regular_text(&path, MAX_BYTES).map_err(|e| {
+            InputError::file(&path, format!("cannot be read: {e}"), "name the folder that sweep plan has written")
+        })?;
+        let plan: Self = serde_json::from_str(&text)
+            .map_err(|e| InputError::file(&path, format!("is no plan of a sweep: {e}"), again))?;
+        if plan.plan_version != VERSION || plan.made_by != made_by() {
+            let message =
+                format!("was planned by {} (layout {}), and this is {}", plan.made_by, plan.plan_version, made_by());
+            return Err(InputError::file(&path, message, again));
+        }
+        Ok(plan)
+    }
+}
+
+impl Planned {
+    /// Reads a job and holds it against the plan.
+    ///
+    /// # Errors
+    /// None of this number, one that cannot be read, or one that is not as it was planned.
+    pub fn read(sweep: &Path, plan: &Plan, job: usize) -> Result<Self, InputError> {
+        let path = job_folder(sweep, job).join(JOB);
+        let fault = |message: String| InputError::file(&path, message, "plan the sweep again: proveout sweep plan");
+        let Some(digest) = plan.jobs.get(job) else {
+            return Err(fault(format!("there is no job {job}: the plan has {}", plan.jobs.len())));
+        };
+        let text = read_regular_text(&path, MAX_JOB_BYTES).map_err(|e| fault(format!("cannot be read: {e}")))?;
+        let planned: Self = serde_json::from_str(&text).map_err(|e| fault(format!("is no job: {e}")))?;
+        let own = planned.own_digest().map_err(|e| fault(e.to_string()))?;
+        if planned.job != job || planned.digest != *digest || own != *digest {
+            return Err(fault("is not as it was planned: its digest is another".into()));
+        }
+        Ok(planned)
+    }
+
+    /// SHA-256 of all but the digest itself.
+    fn own_digest(&self) -> Result<String, SimError> {
+        Ok(digest::of_bytes(json(&Self { digest: String::new(), ..self.clone() })?.as_bytes()))
+    }
+
+    /// The values, in the order of the keys.
+    pub fn settings(&self) -> Vec<SetValue> {
+        let values = self.values.iter();
+        values.filter_map(|(key, v)| Some(SetValue { key: key.clone(), value: ChoiceValueFile::of_json(v)? })).collect()
+    }
+}
+
+/// Reads all that a job names, and holds it against what was planned.
+///
+/// # Errors
+/// What the scene refuses with these values ([`SimError::Input`] and its like: a result), or an input that is not as it was planned.
+pub fn prepare_job(sweep: &Path, job: &Planned) -> Result<Result<Prepared, SimError>, InputError> {
+    for input in &job.inputs {
+        let path = sweep.join(&input.path);
+        let changed = |why: String| {
+            InputError::file(
+                &path,
+                format!("the {} of job {}: {why}", input.role, job.job),
+                "plan the sweep again: proveout sweep plan",
+            )
+        };
+        let (_, sha256) = digest::measure(&path).map_err(|e| changed(format!("cannot be read: {e}")))?;
+        if sha256 != input.sha256 {
+            return Err(changed("it has changed since the sweep was planned".into()));
+        }
+    }
+    let prepared = Prepared::read(&sweep.join(&job.scene), &choice(&job.settings(), sweep));
+    if let Ok(prepared) = &prepared {
+        let now = listed(prepared, sweep);
+        if let Some(other) = now.iter().find(|n| !job.inputs.contains(n)) {
+            let message = format!("job {} reads this {} too, which its plan does not name", job.job, other.role);
+            return Err(InputError::file(
+                &sweep.join(&other.path),
+                message,
+                "plan the sweep again: proveout sweep plan",
+            ));
+        }
+    }
+    Ok(prepared)
+}
