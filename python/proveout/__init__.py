@@ -3,7 +3,7 @@
 >>> import proveout as pv
 >>> machine = pv.kinematics("machines/bc-trunnion")
 >>> machine.joints
-('X_mm', 'Y_mm', 'Z_mm', 'B_deg', 'C_deg')
+('Y_mm', 'X_mm', 'Z_mm', 'B_deg', 'C_deg')
 >>> pose = machine.forward([10, 20, 30, 0, 0], tool_length_mm=100)
 >>> pose[3:].tolist()
 [0.0, 0.0, 1.0]

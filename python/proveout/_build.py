@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import types
 import typing
 from collections.abc import Mapping
@@ -14,15 +13,20 @@ from .errors import InputError
 T = TypeVar("T")
 
 
-@functools.cache
+_known: dict[type, dict[str, tuple[Any, bool]]] = {}
+
+
 def _fields(cls: type) -> dict[str, tuple[Any, bool]]:
     """Type of each field, and whether it has a default."""
+    if cls in _known:
+        return _known[cls]
     hints = typing.get_type_hints(cls)
     missing = dataclasses.MISSING
-    return {
+    _known[cls] = {
         field.name: (hints[field.name], field.default is not missing or field.default_factory is not missing)
         for field in dataclasses.fields(cls)
     }
+    return _known[cls]
 
 
 def build(cls: type[T], data: Any) -> T:
@@ -39,6 +43,8 @@ def build(cls: type[T], data: Any) -> T:
 
 
 def _value(hint: Any, data: Any) -> Any:
+    if hint is Any:
+        return data
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin in (Union, types.UnionType):
         if data is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ def _number(value: float | None, digits: int, unit: str) -> str:
     return "unchecked" if value is None else f"{value:.{digits}f} {unit}"
 
 
-def _table(rows: list[tuple[str, ...]]) -> str:
+def _table(rows: Sequence[tuple[str, ...]]) -> str:
     style = 'style="text-align:left;padding:1px 8px"'
     body = "".join("<tr>" + "".join(f"<td {style}>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table>{body}</table>"

@@ -49,7 +49,7 @@ def test_faults_of_programs_are_told_with_their_line(cone, tmp_path):
         ({"resolution_mm": 0}, "resolution_mm = 0"),
         ({"resolution_mm": NAN}, "resolution_mm = NaN"),
         ({"resolution_mm": math.inf}, "resolution_mm = inf"),
-        ({"resolution_mm": 1e-9}, ""),
+        ({"resolution_mm": 1e-9}, "stock|memory|cells"),
         ({"threads": 0}, "threads = 0"),
         ({"threads": -3}, "threads = -3"),
         ({"threads": 10**6}, "threads = 1000000"),
@@ -65,7 +65,7 @@ def test_faults_of_programs_are_told_with_their_line(cone, tmp_path):
         ({"set": {"name.x": 1}}, "not a table"),
         ({"set": {"program.nothing.file": "x"}}, "has no"),
         ({"set": {"name": object()}}, "no value of a scene"),
-        ({"set": {"stock": []}}, ""),
+        ({"set": {"stock": []}}, "stock"),
     ],
 )
 def test_wrong_arguments_are_refused(cone, tmp_path, words, message):

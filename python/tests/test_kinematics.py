@@ -19,7 +19,7 @@ def trunnion(machines):
 
 
 def test_a_machine_tells_its_joints(trunnion):
-    assert trunnion.joints == ("X_mm", "Y_mm", "Z_mm", "B_deg", "C_deg")
+    assert trunnion.joints == ("Y_mm", "X_mm", "Z_mm", "B_deg", "C_deg")
     assert trunnion.home.shape == (5,)
     assert "bc" in repr(trunnion).lower()
 

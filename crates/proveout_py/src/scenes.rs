@@ -148,7 +148,15 @@ fn keep_programs(file: &mut Table, programs: &[String]) -> Result<(), Fault> {
             compare.remove(key);
         }
     }
-    for list in ["published", "expect", "choice"] {
+    // What may be chosen of a program that is left out, as `program.NAME.KEY`.
+    let of_gone = |v: Option<&Value>| {
+        let rest = v.and_then(Value::as_str).and_then(|key| key.strip_prefix("program."));
+        rest.is_some_and(|rest| !kept.iter().any(|k| rest.strip_prefix(k.as_str()).is_some_and(|r| r.starts_with('.'))))
+    };
+    if let Some(Value::Array(choices)) = compare.get_mut("choice") {
+        choices.retain(|c| !of_gone(c.get("key")));
+    }
+    for list in ["published", "expect"] {
         if let Some(Value::Array(entries)) = compare.get_mut(list) {
             entries.retain(|e| !gone(e.get("program")) && !gone(e.get("against")));
         }
