@@ -199,7 +199,7 @@ pub(crate) fn run<'py>(
             let prepared = Prepared::read(&scene, &choice)?;
             let place = out.unwrap_or_else(|| default_place(&prepared, preview, choice.stop_at.is_some()));
             let _claim = Claim::take(&place)?;
-            let watcher = Watcher::new(shared, &prepared, [0.0, 1.0], kept.clone());
+            let watcher = Watcher::boxed(shared, &prepared, [0.0, 1.0], kept.clone());
             let (_, committed) = prove_out(prepared, &place, chosen.threads, &chosen.recorder(), vec![watcher])?;
             Ok(committed.place)
         })
@@ -258,7 +258,7 @@ pub(crate) fn compare<'py>(
                 let programs = prepared.scene.file.program.len().max(1) as f64;
                 let share = |k: i32| MOTIONS + (1.0 - MOTIONS) * f64::from(k) / programs;
                 runs += 1;
-                vec![Watcher::new(shared, prepared, [share(runs - 1), share(runs)], None)]
+                vec![Watcher::boxed(shared, prepared, [share(runs - 1), share(runs)], None)]
             };
             Ok(compare_programs(&order, &told, &mut watchers)?.1.place)
         })

@@ -58,7 +58,7 @@ pub(crate) struct Watcher {
 
 impl Watcher {
     /// For a run that takes the work from one share to another; `kept` where its surface is wanted.
-    pub(crate) fn new(
+    pub(crate) fn boxed(
         shared: &Arc<Shared>,
         prepared: &Prepared,
         share: [f64; 2],
