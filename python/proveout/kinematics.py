@@ -1,5 +1,7 @@
 """Joints and tool poses of a machine, as numpy arrays; mm and degrees.
 
+Joint positions stand in the order of ``Kinematics.joints``, which is that of the machine, not of the alphabet.
+
 A pose is a row ``x_mm, y_mm, z_mm, i, j, k``: tip, and unit axis from the tip to the holder, in the table frame.
 """
 

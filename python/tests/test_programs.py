@@ -69,6 +69,20 @@ def test_how_a_program_is_read_can_be_said(tmp_path):
         pv.read_nc(file, subprograms="folder")
 
 
+def test_a_comparison_can_be_ended(scenes, tmp_path):
+    scene = pv.Scene.load(scenes / "ma-2020-sine")
+
+    class Enough(Exception):
+        pass
+
+    def enough(share, text):
+        raise Enough(text)
+
+    with pytest.raises(Enough, match="motions"):
+        scene.compare(resolution_mm=3, out=tmp_path / "ended", progress=enough)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_comparison_is_that_of_the_command_line(scenes, program, tmp_path):
     scene = pv.Scene.load(scenes / "ma-2020-sine")
     names = scene.programs[:2]
