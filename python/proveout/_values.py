@@ -22,8 +22,10 @@ def _text(key: str, value: Value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str | os.PathLike):
+        # Text may be a path beside the scene; a path object is one of the current folder.
+        text = value if isinstance(value, str) else os.path.abspath(value)
         # A string of JSON is one of TOML, but for the delete character.
-        return json.dumps(os.fspath(value), ensure_ascii=False).replace("\x7f", "\\u007f")
+        return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{json.dumps(k)} = {_text(f'{key}.{k}', v)}" for k, v in value.items()) + "}"
     if isinstance(value, Sequence):

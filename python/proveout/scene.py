@@ -45,8 +45,8 @@ class Scene:
         """A copy with other values, by the path of their key; ``None`` takes a key out.
 
         ``{"control.joint_limits.A.max_velocity_deg_s": 50}`` reaches into tables, ``{"program.original.file": "other.mpf"}`` into lists by
-        the ``name`` of their tables, ``{"fixture.0.source": ""}`` by their number. Paths beside the scene stay as they are; a path that is
-        given is that of a file beside the scene, or a whole one. The copy is ``scene.toml`` in ``folder``, or in a temporary folder that
+        the ``name`` of their tables, ``{"fixture.0.source": ""}`` by their number. A path that is
+        given as text is that of a file beside the scene, as those that stand there; a path object is one of the current folder. The copy is ``scene.toml`` in ``folder``, or in a temporary folder that
         lives as long as the scene.
 
         Raises:

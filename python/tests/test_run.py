@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import pathlib
 import threading
+import tomllib
 
 import numpy as np
 import pytest
@@ -90,13 +92,32 @@ def test_arguments_reach_the_run(cone, cone_run, tmp_path):
 
 
 def test_values_of_the_scene_can_be_set(cone, cone_run, tmp_path):
-    slow = cone.run("bc", resolution_mm=4, set={"control.joint_limits.C.max_velocity_deg_s": 5, "control.joint_limits.C.source": "test"}, out=tmp_path / "a")
+    limit = {"max_velocity_deg_s": 5, "source": "test"}
+    slow = cone.run("bc", resolution_mm=4, set={"control.joint_limits.C": limit}, out=tmp_path / "a")
     assert slow.time.total_s > cone_run.time.total_s
     assert slow.axes["C"].max_velocity <= 5.01
-    copy = cone.with_values({"description": "another", "program.ac.file": None, "program.ac.reschedule": None, "program.0.name": "first"} | {"program.ac.file": "bc.mpf"}, tmp_path / "copy")
-    assert copy.description == "another"
-    assert copy.programs[0] == "first"
+
+
+def test_a_scene_with_other_values_means_the_same_files(cone, root, tmp_path, monkeypatch):
+    monkeypatch.chdir(root)
+    values = {
+        "description": "another",
+        "program.0.name": "first",
+        "program.ac.file": "bc.mpf",
+        "program.ac.machine": pathlib.Path("machines/bc-trunnion"),
+        "tolerances.near_miss_mm": None,
+    }
+    copy = cone.with_values(values, tmp_path / "copy")
+    assert copy.path == tmp_path / "copy" / "scene.toml"
+    assert (copy.description, copy.programs[0]) == ("another", "first")
     assert copy.machine.resolve() == cone.machine.resolve()
+    written = tomllib.loads(copy.path.read_text())
+    program = next(p for p in written["program"] if p["name"] == "ac")
+    assert program["file"] == str(cone.path.parent / "bc.mpf")
+    assert program["machine"] == str(root / "machines" / "bc-trunnion")
+    assert "near_miss_mm" not in written["tolerances"]
+    run = copy.run("ac", resolution_mm=4, out=tmp_path / "run")
+    assert run.document["machine"]["name"] == "BC trunnion"
 
 
 def test_progress_is_told_and_may_end_the_run(cone, tmp_path):

@@ -7,8 +7,8 @@
 //! |---|---|---|
 //! | `work` | runs something long beside the interpreter: signals, progress, panics | |
 //! | `watcher` | an observer that tells progress, ends a run, keeps the surface | |
-//! | `runs` | prove-outs and comparisons | run folder, [`Part`](runs::Part), height maps |
-//! | `tables` | Parquet files and canonical commands as Arrow | [`Table`](tables::Table), `__arrow_c_stream__` |
+//! | `runs` | prove-outs and comparisons | run folder, `Part`, height maps |
+//! | `tables` | Parquet files and canonical commands as Arrow | `Table`, `__arrow_c_stream__` |
 //! | `arrays` | numbers as numpy arrays that nobody writes to, without a copy | |
 //! | `kinematics` | joints and tool poses | numpy, mm and degrees |
 //! | `programs` | planned and re-scheduled programs, NC text | text, JSON, tables |

@@ -43,11 +43,11 @@ pub(crate) fn scene_copy(
             .map_err(|e| Fault::new(format!("{}: {e}", scene.path.display()), ""))?;
         let mut file: Table = text.parse().map_err(|e| Fault::new(format!("{}: {e}", scene.path.display()), ""))?;
         let folder = std::path::absolute(&scene.folder).unwrap_or_else(|_| scene.folder.clone());
-        make_absolute(&mut file, &folder);
         for (key, value) in &values {
             let value: Table = value.parse().map_err(|e| Fault::new(format!("{key}: {e}"), "give a value of TOML"))?;
             put(&mut file, key, value.get("value").cloned())?;
         }
+        make_absolute(&mut file, &folder);
         if let Some(programs) = &programs {
             keep_programs(&mut file, programs)?;
         }
