@@ -3,7 +3,7 @@ use std::{collections::BTreeMap, fmt::Display, path::Path};
 use proveout_nc::{Diagnostic, ProgramText};
 use proveout_sim::SimError;
 
-use crate::terminal;
+use crate::{front::FaultKind, terminal};
 
 /// Characters of a line that are shown.
 const SHOWN: usize = 160;
@@ -16,9 +16,9 @@ pub(crate) struct Failure(Box<Parts>);
 
 #[derive(Debug, Default)]
 struct Parts {
+    kind: FaultKind,
     message: String,
-    /// `file:line:column` or a file.
-    place: Option<String>,
+    place: Option<Place>,
     source_line: Option<String>,
     /// Column of the fault in `source_line`, from 1, and its length.
     mark: Option<(usize, usize)>,
@@ -27,6 +27,24 @@ struct Parts {
     more: Vec<Failure>,
     /// Errors behind those.
     uncounted: usize,
+}
+
+/// A place in a file: line and column from 1; zero where only the file, or only the line, is known.
+#[derive(Debug)]
+struct Place {
+    file: String,
+    line: usize,
+    column: usize,
+}
+
+impl Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.line, self.column) {
+            (0, _) => write!(f, "{}", self.file),
+            (line, 0) => write!(f, "{}:{line}", self.file),
+            (line, column) => write!(f, "{}:{line}:{column}", self.file),
+        }
+    }
 }
 
 impl Failure {
@@ -47,16 +65,34 @@ impl Failure {
     }
 
     pub(crate) fn at(mut self, file: impl Display, line: usize, column: usize, length: usize, text: &str) -> Self {
-        self.0.place = Some(match (line, column) {
-            (0, _) => file.to_string(),
-            (_, 0) => format!("{file}:{line}"),
-            _ => format!("{file}:{line}:{column}"),
-        });
+        self.0.place = Some(Place { file: file.to_string(), line, column });
         if !text.is_empty() && column > 0 {
             self.0.source_line = Some(text.replace('\t', " "));
             self.0.mark = Some((column, length.max(1)));
         }
         self
+    }
+
+    fn of_kind(mut self, kind: FaultKind) -> Self {
+        self.0.kind = kind;
+        self
+    }
+
+    pub(crate) fn kind(&self) -> FaultKind {
+        self.0.kind
+    }
+
+    pub(crate) fn message(&self) -> &str {
+        &self.0.message
+    }
+
+    /// File, line and column; zero where only the file, or only the line, is known.
+    pub(crate) fn place(&self) -> Option<(&str, usize, usize)> {
+        self.0.place.as_ref().map(|p| (p.file.as_str(), p.line, p.column))
+    }
+
+    pub(crate) fn help(&self) -> &str {
+        self.0.help.as_deref().unwrap_or_default()
     }
 }
 
@@ -97,10 +133,10 @@ fn plain(text: &str) -> String {
 
 impl Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Parts { message, place, source_line, mark, help, more, uncounted } = &*self.0;
+        let Parts { message, place, source_line, mark, help, more, uncounted, .. } = &*self.0;
         writeln!(f, "error: {}", terminal::plain(message))?;
         if let Some(place) = place {
-            writeln!(f, "  at {}", plain(place))?;
+            writeln!(f, "  at {}", plain(&place.to_string()))?;
         }
         if let (Some(line), Some((column, length))) = (source_line, *mark) {
             let shown: String = line.chars().take(SHOWN).collect();
@@ -119,7 +155,13 @@ impl Display for Failure {
 
 impl From<&SimError> for Failure {
     fn from(e: &SimError) -> Self {
-        match e {
+        let kind = match e {
+            SimError::Program(_) | SimError::Post(_) => FaultKind::Program,
+            SimError::Control(_) => FaultKind::Control,
+            SimError::Folder(_) | SimError::Observer(_) | SimError::Journal(_) => FaultKind::Folder,
+            _ => FaultKind::Input,
+        };
+        let failure = match e {
             SimError::Input(e) => {
                 Self::new(&**e).at(e.file.display(), e.line, e.column, e.length, &e.source_line).with_help(&e.remedy)
             }
@@ -152,7 +194,8 @@ impl From<&SimError> for Failure {
             SimError::Stock(s) => Self::new(s).with_help("see resolution_mm of the scene, or --resolution-mm"),
             SimError::Folder(f) => Self::new(f).with_help("name another folder with --out"),
             other => Self::new(other),
-        }
+        };
+        failure.of_kind(kind)
     }
 }
 

@@ -31,7 +31,7 @@ pub(crate) fn run_info(result: &RunResult, scene: &Path, threads: usize, alone: 
     }
     RunInfo {
         scene: scene.canonicalize().unwrap_or_else(|_| scene.to_owned()).display().to_string(),
-        command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
+        command: crate::words().iter().map(|a| a.to_string_lossy().into_owned()).collect(),
         wall_s: result.wall,
         cpu_s: cpu_time(),
         threads,

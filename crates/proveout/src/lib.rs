@@ -1,6 +1,7 @@
 //! The command line of Proveout: arguments, progress, exit codes; no algorithm of its own.
 //!
-//! A library with one function, so that the program and the Python package call the same thing.
+//! A library, so that the program and the Python package call the same thing: [`call`] does what a command line says, [`front`] is
+//! what other front ends need of it.
 
 /// A line on standard output, without what would steer a terminal; a reader that went away (`| head`) is no error.
 macro_rules! say {
@@ -23,12 +24,13 @@ mod commands;
 #[cfg(test)]
 mod every_option;
 mod failure;
+pub mod front;
 mod host;
 mod progress;
 mod stop;
 mod terminal;
 
-use std::ffi::OsString;
+use std::{ffi::OsString, sync::OnceLock};
 
 use clap::Parser;
 use proveout_sim::verdict::State;
@@ -53,10 +55,20 @@ fn code(verdict: State) -> u8 {
     }
 }
 
+/// The words of [`call`].
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// The call as it was made: behind an interpreter, the process has other words than the command line.
+fn words() -> Vec<OsString> {
+    WORDS.get().cloned().unwrap_or_else(|| std::env::args_os().collect())
+}
+
 /// Does what a call says, its first word being the name of the program; the exit code.
 ///
 /// A call for help, or one that is wrong, ends the process, as command lines do.
 pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let words: Vec<OsString> = words.into_iter().collect();
+    WORDS.set(words.clone()).ok();
     let result = match Cli::parse_from(words).command {
         Command::New(args) => commands::new::new(&args).map(|()| PASS),
         Command::Tools(args) => commands::tools::tools(&args).map(|()| PASS),

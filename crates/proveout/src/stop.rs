@@ -100,7 +100,7 @@ fn call() -> String {
         if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
     };
     let mut words: Vec<String> =
-        std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned())).collect();
+        crate::words().iter().skip(1).map(|word| quoted(word.to_string_lossy().into_owned())).collect();
     if !words.iter().any(|word| word == "--resume") {
         words.push("--resume".to_owned());
     }

@@ -19,6 +19,7 @@ mod tools;
 #[cfg(any(test, feature = "certificates"))]
 mod verify_clearance;
 mod verify_schedule;
+mod wheel;
 mod workspace;
 
 use std::{
@@ -53,6 +54,7 @@ cargo xtask COMMAND
                    check the bound of `proveout reschedule --certificate FILE` and its proof with code of its own
   figures          make the runs of docs/figures.toml and fill the figures of the pages; --run NAME: that run (also a long one),
                    --kept: results in target/figures as they are
+  wheel            build the Python package and test it in an environment of its own; --release, --rerun: with recordings, --no-test
 
   --check          with a command that writes files: compare only, fail on a difference
 ";
@@ -97,6 +99,10 @@ fn run(words: &[&str]) -> Result<(), Failure> {
         ["verify-clearance", folder, scene] => verify_clearance(&root, folder, scene),
         ["verify-schedule", file] => {
             println!("{}", verify_schedule::run(Path::new(file))?);
+            Ok(())
+        }
+        ["wheel", options @ ..] => {
+            println!("{}", wheel::run(&root, wheel::Options::read(options)?)?);
             Ok(())
         }
         ["machine-models"] => machine_models::run(&root, false),

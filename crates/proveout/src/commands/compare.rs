@@ -1,28 +1,17 @@
-use std::{
-    collections::BTreeSet,
-    fs,
-    path::PathBuf,
-    sync::{Arc, Mutex, PoisonError},
-    time::Instant,
-};
+use std::{collections::BTreeSet, time::Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use proveout_record::{
-    compare::{Trace, TraceObserver, write_comparison},
-    observers, write_run_json,
-};
 use proveout_sim::{
-    Observer, RunFolder, SimError,
-    compare::{CompareChoice, Compared, Comparing, Comparison},
-    run::run_with_surface as prove,
+    Observer, Prepared,
+    compare::{CompareChoice, Compared, Comparison},
     verdict::State,
 };
 
 use crate::{
     args::CompareArgs,
-    commands::run::{check_viewer, complete, dynamics, pool, recorder, word},
+    commands::run::{check_viewer, dynamics, pool, recorder, told_kept, word},
     failure::Failure,
-    host::run_info,
+    front::{self, CompareOrder},
     progress::Progress,
 };
 
@@ -36,11 +25,6 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
         resolution_mm: args.resolution_mm,
         dynamics: args.dynamics.map(dynamics),
     };
-    let failure = |e: SimError| Failure::from(&e);
-    let mut comparing = pool.install(|| Comparing::read(&args.scene, &choice)).map_err(failure)?;
-    let place = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-compare", comparing.scene())));
-    let folder = RunFolder::create(&place).map_err(|e| failure(SimError::Folder(e)))?;
-
     let bar = motion_bar();
     let plain = bar.is_hidden();
     let told = |done: usize, total: usize| {
@@ -50,43 +34,16 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
             tell!("{total} motions of the programs on the varied twin");
         }
     };
-    pool.install(|| comparing.vary(&told)).map_err(failure)?;
+    let rerun = recorder(args.rerun);
+    let order =
+        CompareOrder { scene: &args.scene, choice: &choice, place: args.out.as_deref(), threads, rerun: &rerun };
+    let mut watchers = |prepared: &Prepared| -> Vec<Box<dyn Observer>> {
+        bar.finish_and_clear();
+        vec![Box::new(Progress::new(&prepared.running_file()))]
+    };
+    let (compared, committed) = pool.install(|| front::compare(&order, &told, &mut watchers))?;
     bar.finish_and_clear();
-
-    let (mut inputs, mut scene_folder) = (Vec::new(), PathBuf::new());
-    let mut traces: Vec<(String, Arc<Mutex<Trace>>)> = Vec::new();
-    for name in comparing.order() {
-        let Some(prepared) = comparing.take(&name) else { continue };
-        inputs.extend(prepared.inputs.iter().cloned());
-        let scene = prepared.scene.clone();
-        scene_folder.clone_from(&scene.folder);
-        if comparing.motion_only() {
-            continue;
-        }
-        let place = folder.path().join(comparing.folder(&name));
-        fs::create_dir_all(&place).map_err(|e| failure(SimError::Folder(e)))?;
-        let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
-        watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
-        if let Some(windows) = comparing.windows(&name) {
-            let (observer, trace) = TraceObserver::new(windows);
-            watchers.push(Box::new(observer));
-            traces.push((name.clone(), trace));
-        }
-        let (result, surface) = pool.install(|| prove(prepared, watchers, &place)).map_err(failure)?;
-        write_run_json(&place, &run_info(&result, &scene.path, threads, false))
-            .map_err(|e| Failure::new(format!("run.json: {e}")))?;
-        pool.install(|| comparing.add(&name, result, &surface));
-    }
-    let Some(compared) = pool.install(|| comparing.finish()) else {
-        return Err(Failure::new("a program of the comparison was not run"));
-    };
-    let trace = |name: &String| {
-        let found = traces.iter().find(|(n, _)| n == name);
-        found.map_or_else(Trace::default, |(_, t)| t.lock().unwrap_or_else(PoisonError::into_inner).clone())
-    };
-    let traces: Vec<Trace> = compared.comparison.order.iter().map(trace).collect();
-    write_comparison(folder.path(), &compared, &traces).map_err(Failure::new)?;
-    let place = complete(folder, &inputs, &scene_folder, &mut || ())?;
+    let place = told_kept(committed);
     print_summary(&compared, &place, begin.elapsed().as_secs_f64());
     Ok(accepted(&compared.comparison, &args.accept_unchecked))
 }

@@ -4,11 +4,10 @@ use std::path::Path;
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, detect};
 use proveout_sim::{
-    Prepared, SimError,
+    SimError,
     certificate::{JointCertificate, RunCertificate, ScheduleCertificate, VelocityLimit, VelocityRow},
     planning,
-    programs::{self, Rescheduling},
-    scene::{MethodFile, Scene, StrategyFile},
+    scene::{HELIX, Scene, StrategyFile},
 };
 use proveout_tool::ToolLibrary;
 
@@ -16,6 +15,7 @@ use crate::{
     args::{PlanArgs, RescheduleArgs},
     commands::output_file::{check, put_bytes},
     failure::Failure,
+    front::{self, Rescheduled},
 };
 
 /// Writes a program for the blade of a scene, or compares its plans.
@@ -23,44 +23,36 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
     for file in args.output.iter().chain(&args.report) {
         check(file, args.force)?;
     }
-    let failure = |e: SimError| Failure::from(&e);
-    let scene = Scene::read(&args.scene).map_err(|e| failure(e.into()))?;
-    let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| failure(e.into()))?;
-    let machine = Machine::read(&scene.resolve(&scene.file.machine)).map_err(|e| failure(e.into()))?;
     let (Some(strategy), Some(output)) = (&args.strategy, &args.output) else {
-        return study(&scene, &machine, &tools);
+        return study(&args.scene);
     };
-    let commands = match StrategyFile::named(strategy) {
-        None => {
-            if args.report.is_some() {
-                return Err(Failure::new("--report does not go with --strategy helix")
-                    .with_help("compare `proveout run`, which tells what the program asks of the joints"));
-            }
-            programs::helix(&scene, &machine, &tools).map_err(failure)?
+    if strategy == HELIX.0 && args.report.is_some() {
+        return Err(Failure::new("--report does not go with --strategy helix")
+            .with_help("compare `proveout run`, which tells what the program asks of the joints"));
+    }
+    let (text, report) = front::plan(&args.scene, strategy, language(output))?;
+    if let Some(report) = report {
+        tell!("{}", report.text().trim_end());
+        if let Some(path) = &args.report {
+            let json = serde_json::to_string_pretty(&report);
+            let json = json.map_err(|e| Failure::new(format!("the report cannot be written: {e}")))?;
+            put_bytes(path, args.force, json)?;
         }
-        Some(strategy) => {
-            let planned = planning::plan(&scene, &machine, &tools, strategy).map_err(failure)?;
-            tell!("{}", planned.report.text().trim_end());
-            if let Some(path) = &args.report {
-                let json = serde_json::to_string_pretty(&planned.report);
-                let json = json.map_err(|e| Failure::new(format!("the report cannot be written: {e}")))?;
-                put_bytes(path, args.force, json)?;
-            }
-            planned.commands
-        }
-    };
-    let settings = Prepared::reader_settings(&scene, None).map_err(|e| failure(e.into()))?;
-    let text = programs::text(&commands, language(output), &settings).map_err(failure)?;
+    }
     put_bytes(output, args.force, &text)
 }
 
 /// All plans of a scene side by side.
-fn study(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<(), Failure> {
+fn study(scene: &Path) -> Result<(), Failure> {
+    let failure = |e: SimError| Failure::from(&e);
+    let scene = Scene::read(scene).map_err(|e| failure(e.into()))?;
+    let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| failure(e.into()))?;
+    let machine = Machine::read(&scene.resolve(&scene.file.machine)).map_err(|e| failure(e.into()))?;
     let plans = scene.file.plan.as_ref();
     let given = StrategyFile::ALL.into_iter().filter(|(s, ..)| plans.is_some_and(|p| s.of(p).is_some()));
     let mut reports = Vec::new();
     for (strategy, ..) in given {
-        let planned = planning::plan(scene, machine, tools, strategy).map_err(|e| Failure::from(&e))?;
+        let planned = planning::plan(&scene, &machine, &tools, strategy).map_err(failure)?;
         reports.push(planned.report);
     }
     if reports.is_empty() {
@@ -76,22 +68,17 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
     for file in std::iter::once(&args.output).chain(&args.certificate) {
         check(file, args.force)?;
     }
-    let Some(&(_, method)) = MethodFile::NAMES.iter().find(|(name, _)| *name == args.method) else {
-        let names: Vec<&str> = MethodFile::NAMES.iter().map(|(name, _)| *name).collect();
-        return Err(Failure::new(format!("method {:?} is not known", args.method))
-            .with_help(format!("methods: {}", names.join(", "))));
-    };
-    let failure = |e: SimError| Failure::from(&e);
-    let scene = Scene::read(&args.scene).map_err(|e| failure(e.into()))?;
-    let mut work = Rescheduling::of_scene(&scene, &args.program, method).map_err(|e| failure(e.into()))?;
+    let mut options = Vec::new();
     for option in &args.set {
-        let wrong = |(message, help): (String, String)| Failure::new(format!("--set {message}")).with_help(help);
         let Some((key, value)) = option.split_once('=') else {
-            return Err(wrong((format!("{option} is not KEY=VALUE"), "write for example --set keys=15".into())));
+            return Err(
+                Failure::new(format!("--set {option} is not KEY=VALUE")).with_help("write for example --set keys=15")
+            );
         };
-        work.file.set(key.trim(), value.trim()).map_err(wrong)?;
+        options.push((key.trim(), value.trim()));
     }
-    let made = work.remade(&scene, language(&args.output)).map_err(failure)?;
+    let work = front::reschedule(&args.scene, &args.program, &args.method, &options, "--set", language(&args.output))?;
+    let made = &work.made;
     if let Some(path) = &args.certificate {
         let json = serde_json::to_string(&made.certificate);
         put_bytes(
@@ -101,7 +88,7 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
         )?;
     }
     put_bytes(&args.output, args.force, &made.text)?;
-    tell!("{}: {} from {}, {}", args.output.display(), args.method, work.source.name, options(&work));
+    tell!("{}: {} from {}, {}", args.output.display(), args.method, work.source, options_in_words(&work));
     for run in &made.certificate.runs {
         tell!("{}", stretch(run, &made.certificate).trim_end());
     }
@@ -192,11 +179,11 @@ fn over_velocity(joint: &JointCertificate) -> Option<String> {
 }
 
 /// The options that were taken, and where they come from.
-fn options(work: &Rescheduling<'_>) -> String {
-    let given: Vec<String> = work.file.given().into_iter().map(|(key, value)| format!("{key}={value}")).collect();
+fn options_in_words(work: &Rescheduled) -> String {
+    let given: Vec<String> = work.options.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let given = if given.is_empty() { "published and default options".to_owned() } else { given.join(", ") };
-    match &work.entry.reschedule {
-        Some(_) => format!("{given} (program {} of the scene)", work.entry.name),
+    match &work.entry {
+        Some(entry) => format!("{given} (program {entry} of the scene)"),
         None => given,
     }
 }

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use proveout_record::{RerunMode, observers, write_run_json};
 use proveout_sim::{
-    Choice, Committed, Manifest, Memory, Observer, Prepared, Recorded, RunFolder, SimError,
+    Choice, Committed, Memory, Observer, Prepared, Recorded, RunFolder, SimError,
     digest::InputFile,
     journal::{Begun, Journal},
     overhang::{Overhang, STEP_MM, by_tool, least_overhangs},
@@ -15,6 +15,7 @@ use proveout_sim::{
 use crate::{
     args::{DynamicsArg, PlantArg, RerunArg, RunArgs},
     failure::Failure,
+    front::{self, default_place},
     host::run_info,
     progress::Progress,
     stop::Stop,
@@ -67,14 +68,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     {
         tell!("{line}");
     }
-    let place = args.out.clone().unwrap_or_else(|| {
-        let kind = match (args.preview, &args.stop_at) {
-            (true, _) => "-preview",
-            (false, Some(_)) => "-stopped",
-            (false, None) => "",
-        };
-        PathBuf::from("out").join(format!("{}-{}{kind}", prepared.scene.file.name, prepared.program_name))
-    });
+    let place = args.out.clone().unwrap_or_else(|| default_place(&prepared, args.preview, args.stop_at.is_some()));
     if args.preview {
         tell!("a preview, with coarse cells: not the whole check");
     }
@@ -148,14 +142,15 @@ pub(super) fn complete(
     scene_folder: &Path,
     before_move: &mut dyn FnMut(),
 ) -> Result<PathBuf, Failure> {
-    let failure = |e: std::io::Error| Failure::from(&SimError::Folder(e));
-    Manifest::of(folder.path(), inputs, scene_folder).and_then(|m| m.write(folder.path())).map_err(failure)?;
-    before_move();
-    let Committed { place, kept } = folder.commit().map_err(failure)?;
+    front::complete(folder, inputs, scene_folder, before_move).map(told_kept).map_err(|e| Failure::from(&e))
+}
+
+/// The place of a folder; tells what stays there.
+pub(super) fn told_kept(Committed { place, kept }: Committed) -> PathBuf {
     for name in &kept {
         tell!("note: {} is of no run and stays", place.join(name).display());
     }
-    Ok(place)
+    place
 }
 
 fn stopped(verdict: &Verdict) -> bool {

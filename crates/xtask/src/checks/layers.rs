@@ -12,7 +12,7 @@ pub(crate) const PREFIX: &str = "proveout_";
 /// above all and may use any.
 ///
 /// `proveout` names the types of the stages that its commands `nc`, `kinematics` and `check` print; it stays without an
-/// algorithm of its own.
+/// algorithm of its own. `proveout_py` stands above it: its commands are those of the Python package too.
 pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
     ("proveout_geom", &[]),
     ("proveout_nc", &[]),
@@ -29,6 +29,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
         &["geom", "nc", "tool", "machine", "toolpath", "controller", "stock", "surface", "collision", "sim"],
     ),
     ("proveout", &["geom", "nc", "tool", "machine", "toolpath", "controller", "surface", "sim", "record"]),
+    ("proveout_py", &["geom", "nc", "machine", "toolpath", "controller", "surface", "sim", "record", "proveout"]),
 ];
 
 /// Crates above the table.

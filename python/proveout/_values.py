@@ -1,0 +1,39 @@
+"""Values of a scene as TOML."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from typing import Union
+
+from .errors import InputError
+
+Value = Union[None, bool, int, float, str, os.PathLike[str], Sequence["Value"], Mapping[str, "Value"]]
+
+
+def document(key: str, value: Value) -> str:
+    """``value = ...`` as TOML; empty for ``None``."""
+    return "" if value is None else f"value = {_text(key, value)}"
+
+
+def _text(key: str, value: Value) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str | os.PathLike):
+        # Text may be a path beside the scene; a path object is one of the current folder.
+        text = value if isinstance(value, str) else os.path.abspath(value)
+        # A string of JSON is one of TOML, but for the delete character.
+        return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(k)} = {_text(f'{key}.{k}', v)}" for k, v in value.items()) + "}"
+    if isinstance(value, Sequence):
+        return "[" + ", ".join(_text(key, item) for item in value) + "]"
+    try:
+        number = float(value) if not isinstance(value, int) else value  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise InputError(f"{key}: {value!r} is no value of a scene") from None
+    if not math.isfinite(number):
+        raise InputError(f"{key}: {number} is no finite number")
+    return repr(number)
