@@ -2,7 +2,7 @@
 
 import os
 import pathlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypedDict
 
 import numpy as np
@@ -87,6 +87,7 @@ def run(
     out: _StrPath | None,
     preview: bool,
     stop_at: str | None,
+    set: Sequence[str],
     rerun: bool,
     keep_surface: bool,
     progress: _Progress | None,

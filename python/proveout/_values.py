@@ -18,6 +18,13 @@ def document(key: str, value: Value) -> str:
     return "" if value is None else f"value = {_text(key, value)}"
 
 
+def split(values: Mapping[str, Value]) -> tuple[list[str], dict[str, Value]]:
+    """Values that a run sets by itself, as ``KEY=VALUE``, and those (lists, tables, nothing) that want a scene of their own."""
+    plain = {key: value for key, value in values.items() if isinstance(value, bool | int | float | str | os.PathLike)}
+    rest = {key: value for key, value in values.items() if key not in plain}
+    return [f"{key}={_text(key, value)}" for key, value in plain.items()], rest
+
+
 def _text(key: str, value: Value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"

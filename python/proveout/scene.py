@@ -11,7 +11,7 @@ from typing import Literal
 
 from . import _proveout
 from ._progress import Progress, printer
-from ._values import Value, document
+from ._values import Value, document, split
 from .compare import Comparison
 from .run import HeightMap, Run
 
@@ -99,7 +99,8 @@ class Scene:
             out: run folder; ``out/SCENE-PROGRAM`` where none is given. An older run there is replaced when the new one is complete.
             preview: a quick look with coarse cells, which proves nothing that it does not find.
             stop_at: ends the run early: ``any``, the code of a finding, a line as ``120``, a time as ``12.5s``.
-            set: other values of the scene, as for ``with_values``.
+            set: other values of scene, machine and tools by their keys, as ``--set`` of the program takes them; the verdict names them. Lists and
+                tables make a scene of their own, as ``with_values`` does.
             rerun: writes a recording too, where the wheel was built for it.
             keep_surface: keeps the surface of the part and its height maps in memory.
             progress: prints how far the run is, or is called about ten times a second with a share from 0 to 1 and a text. What it raises
@@ -109,7 +110,8 @@ class Scene:
             ProveoutError: there is no verdict; nothing is written. A program that fails has a verdict and raises nothing.
             KeyboardInterrupt: at Ctrl-C, when what was half written is removed.
         """
-        scene = self if not set else self.with_values(set)
+        plain, rest = split(set or {})
+        scene = self.with_values(rest) if rest else self
         folder, part, maps = _proveout.run(
             scene.path,
             program=program,
@@ -121,6 +123,7 @@ class Scene:
             out=out,
             preview=preview,
             stop_at=stop_at,
+            set=plain,
             rerun=rerun,
             keep_surface=keep_surface,
             progress=printer(progress),

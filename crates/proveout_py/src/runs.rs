@@ -146,7 +146,7 @@ impl Chosen {
 
 /// Runs a program of a scene; folder, part and height maps.
 #[pyfunction]
-#[pyo3(signature = (scene, *, program, nc, resolution_mm, threads, dynamics, plant, out, preview, stop_at, rerun, keep_surface, progress))]
+#[pyo3(signature = (scene, *, program, nc, resolution_mm, threads, dynamics, plant, out, preview, stop_at, set, rerun, keep_surface, progress))]
 #[expect(
     clippy::too_many_arguments,
     clippy::fn_params_excessive_bools,
@@ -164,6 +164,7 @@ pub(crate) fn run<'py>(
     out: Option<PathBuf>,
     preview: bool,
     stop_at: Option<&str>,
+    set: Vec<String>,
     rerun: bool,
     keep_surface: bool,
     progress: Option<Bound<'py, PyAny>>,
@@ -191,6 +192,7 @@ pub(crate) fn run<'py>(
         recorded: if chosen.rerun { Recorded::Recording } else { Recorded::Folder },
         preview,
         stop_at,
+        set: set.iter().map(|s| s.parse()).collect::<Result<_, _>>().map_err(|e: String| wrong(py, e, ""))?,
         ..Choice::default()
     };
     let kept = keep_surface.then(|| Arc::new(Mutex::new(Kept::default())));
