@@ -6,6 +6,7 @@ import gc
 import pathlib
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
@@ -22,6 +23,13 @@ def test_tables_are_those_of_the_files(cone_run):
         assert ours.equals(read), name
         assert len(table) == table.num_rows == read.num_rows > 10
         assert ours.schema.field("time_s" if name != "surface" else "x_mm").metadata[b"unit"] in (b"s", b"mm")
+
+
+def test_pandas_takes_a_table(cone_run):
+    frame = pd.DataFrame.from_arrow(cone_run.blocks)
+    assert list(frame.columns) == cone_run.blocks.column_names
+    assert frame["time_s"].sum() == pytest.approx(np.nansum(cone_run.blocks["time_s"]))
+    assert (frame["time_s"] >= 0).all()
 
 
 def test_columns_are_views_of_the_table(cone_run):
