@@ -416,6 +416,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
         program: "synthetic".into(),
         machine: MachineUsed { name: "Spinner U5-620".into(), digest: "3f".repeat(32) },
         digests: ["machine", "program", "scene", "tools"].map(|n| (n.to_owned(), "3f".repeat(32))).into(),
+        set: std::collections::BTreeMap::new(),
         verdict: State::Fail,
         gates: vec![
             gate("program", State::Pass, "292 blocks executed to the end"),
