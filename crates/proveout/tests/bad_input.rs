@@ -108,12 +108,18 @@ fn the_small_scene_itself_runs() {
 #[test]
 fn a_program_without_motion_passes_nothing_but_its_reading() {
     let small = Small::new();
-    for (text, program_passes) in [("", false), ("M30\n", true)] {
+    small.write("program.mpf", "M30\n");
+    assert_eq!(small.run().status.code(), Some(3));
+    let verdict = fs::read_to_string(small.path().join("result/verdict.json")).expect("written");
+    assert_eq!(verdict.matches("\"state\": \"pass\"").count(), 1, "{verdict}");
+}
+
+#[test]
+fn an_empty_program() {
+    for text in ["", "\n \n\t\n", "%\n%\n"] {
+        let small = Small::new();
         small.write("program.mpf", text);
-        assert_eq!(small.run().status.code(), Some(3));
-        let verdict = fs::read_to_string(small.path().join("result/verdict.json")).expect("written");
-        let passed = verdict.matches("\"state\": \"pass\"").count();
-        assert_eq!(passed, usize::from(program_passes), "{verdict}");
+        small.refused(&["program.mpf", "the program is empty", "help: write the program anew"]);
     }
 }
 

@@ -132,11 +132,11 @@ fn with_words(fault: &InputError, set: &[SetValue], of: Home) -> InputError {
 /// A scene with the values of the call.
 pub(crate) fn scene(path: &Path, set: &[SetValue]) -> Result<Scene, InputError> {
     check(path, set)?;
-    let path = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
-    match changed(&path, set, Home::Scene, None)? {
-        None => Scene::read(&path),
+    let file = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
+    match changed(&file, set, Home::Scene, None)? {
+        None => Scene::read(path),
         Some(text) => {
-            let scene = Scene::of_text(path, &text).map_err(|fault| with_words(&fault, set, Home::Scene))?;
+            let scene = Scene::of_text(file, &text).map_err(|fault| with_words(&fault, set, Home::Scene))?;
             Ok(Scene { values_set: true, ..scene })
         }
     }
@@ -146,7 +146,7 @@ pub(crate) fn scene(path: &Path, set: &[SetValue]) -> Result<Scene, InputError> 
 pub(crate) fn machine(path: &Path, set: &[SetValue]) -> Result<Machine, InputError> {
     let file = if path.is_dir() { path.join("machine.toml") } else { path.to_owned() };
     match changed(&file, set, Home::Machine, Some("joint"))? {
-        None => Machine::read(&file),
+        None => Machine::read(path),
         Some(text) => Machine::from_text(&file, &text).map_err(|fault| with_words(&fault, set, Home::Machine)),
     }
 }
@@ -307,11 +307,11 @@ mod tests {
     #[test]
     fn joints_and_tools_are_found_by_name_alone_and_what_is_no_key_is_refused() {
         let folder = library("machines/starrag-lx-451");
-        let short = machine(&folder, &set("machine.A.max_velocity_deg_s=90")).expect("a limit");
-        let long = machine(&folder, &set("machine.joint.A.max_velocity_deg_s=90")).expect("a limit");
+        let short = machine(&folder, &set("machine.A.max_acceleration_deg_s2=90")).expect("a limit");
+        let long = machine(&folder, &set("machine.joint.A.max_acceleration_deg_s2=90")).expect("a limit");
         let a = short.joint("A").expect("a joint");
-        assert_eq!(short.joints[a].max_velocity, long.joints[a].max_velocity);
-        assert!((short.joints[a].max_velocity.expect("a limit") - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        assert_eq!(short.joints[a].max_acceleration, long.joints[a].max_acceleration);
+        assert!((short.joints[a].max_acceleration.expect("a limit") - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         let tool = tools(&library("tools/li-2022.toml"), &set("tools.BALL_D16.gauge_length_mm=200")).expect("a tool");
         assert!((tool.tools[0].gauge_length - 200.0).abs() < 1e-12);
         for wrong in

@@ -42,8 +42,16 @@ impl Experiment {
     fn made(&self, name: &str) -> Reprogrammed {
         let reschedule = self.scene.program(Some(name)).unwrap().reschedule.clone().unwrap();
         let (program, part) = (self.file("original.mpf"), PartOnTable::default());
-        programs::rescheduled(&self.scene, &reschedule, &program, &self.settings, &self.machine, &self.tools, &part)
-            .unwrap()
+        programs::rescheduled(
+            &self.scene,
+            &reschedule,
+            programs::Original::File(&program),
+            &self.settings,
+            &self.machine,
+            &self.tools,
+            &part,
+        )
+        .unwrap()
     }
 
     fn commands(&self, name: &str, text: &str) -> Vec<Command> {

@@ -49,7 +49,7 @@ impl Spoiled {
         programs::rescheduled(
             &self.scene,
             &self.reschedule,
-            &self.program,
+            programs::Original::File(&self.program),
             &settings,
             &self.machine,
             &self.tools,
