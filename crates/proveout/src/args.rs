@@ -105,7 +105,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
     /// A value in the place of that in the files, by tables, names and key with points between; `machine.` and `tools.` lead into those
-    /// files: control.path_tolerance_mm=0.005, machine.A.max_velocity_deg_s=50. The verdict names it. May be repeated
+    /// files: `control.path_tolerance_mm=0.005`, `machine.A.max_velocity_deg_s=50`. The verdict names it. May be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<SetValue>,
     /// Which motion cuts (default: the scene's)
@@ -231,7 +231,7 @@ pub(crate) struct CompletionsArgs {
     /// The shell
     #[arg(value_enum)]
     pub(crate) shell: clap_complete::Shell,
-    /// File, such as /etc/bash_completion.d/proveout
+    /// File, such as `/etc/bash_completion.d/proveout`
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Write over a file that is there
@@ -242,7 +242,7 @@ pub(crate) struct CompletionsArgs {
 #[derive(Debug, Args)]
 pub(crate) struct ManualArgs {
     /// Folder, such as /usr/local/share/man/man1
-    #[arg(long, value_name = "DIR")]
+    #[arg(value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Write over pages that are there
     #[arg(long)]

@@ -50,11 +50,11 @@ impl FromStr for SetValue {
         if value.is_empty() {
             return Err(format!("{key} has no value"));
         }
-        let number = |v: f64| if v.is_finite() { Ok(ChoiceValueFile::Number(v)) } else { Err("no number".to_owned()) };
+        let number = |v: f64| v.is_finite().then_some(ChoiceValueFile::Number(v));
         let value = match (value, value.parse::<i64>(), value.parse::<f64>()) {
             ("true" | "false", ..) => ChoiceValueFile::Switch(value == "true"),
             (_, Ok(whole), _) => ChoiceValueFile::Whole(whole),
-            (_, _, Ok(v)) => number(v).map_err(|_| format!("{key} = {value} is no number that can be used"))?,
+            (_, _, Ok(v)) => number(v).ok_or_else(|| format!("{key} = {value} is no number that can be used"))?,
             _ => ChoiceValueFile::Word(
                 value.strip_prefix('"').and_then(|v| v.strip_suffix('"')).unwrap_or(value).to_owned(),
             ),

@@ -58,7 +58,8 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
         if x != y {
             let show = |v: Option<f64>| v.map_or("unchecked".to_owned(), |v| format!("{v:.6}"));
             let percent = match (x, y) {
-                (Some(x), Some(y)) if x != 0.0 => format!(" ({:+.3} %)", 100.0 * (y - x) / x),
+                // Of what rounding leaves, a share says nothing.
+                (Some(x), Some(y)) if x.abs() > 1e-9 => format!(" ({:+.3} %)", 100.0 * (y - x) / x),
                 _ => String::new(),
             };
             say!("{name:<28} {} -> {}{percent}", show(x), show(y));

@@ -19,7 +19,7 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("sweep", "", "SWEEP", "tests/sweep"),
     ("completions", "", "SHELL", "zsh"),
     ("completions", "--output", "FILE", "out/proveout.sh"),
-    ("manual", "--output", "DIR", "out/manual"),
+    ("manual", "", "DIR", "out/manual"),
     ("run", "--set", "KEY=VALUE", "tolerances.near_miss_mm=1"),
     ("new", "", "PROGRAM", "tests/first-part/plate.nc"),
     ("new", "", "PROGRAM...", "tests/first-part/plate.nc"),
@@ -158,6 +158,8 @@ pub(crate) fn typed(shown: &[Shown]) -> Result<Vec<Typed>, String> {
         Some("new" | "tools" | "machine") => 0,
         Some("run") if after(t, "--nc").is_some_and(|nc| planned.contains(&nc)) => 4,
         Some("run") => 1,
+        Some("sweep") if t.words.get(1).is_some_and(|w| w == "plan") => 0,
+        Some("sweep") if t.words.get(1).is_some_and(|w| w == "run") => 1,
         Some("compare") => 2,
         _ => 3,
     };

@@ -135,7 +135,10 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
             None => {
                 let read = |values: &[SetValue]| Prepared::read(&scene, &choice(values, &sweep.folder));
                 // A job whose numbers are refused is a result; the files are then those of the scene's own numbers.
-                let prepared = read(&values).or_else(|refused| read(&words).map_err(|_| refused))?;
+                let prepared = match read(&values) {
+                    Ok(prepared) => prepared,
+                    Err(refused) => read(&words).ok().ok_or(refused)?,
+                };
                 files.entry(group).or_insert(listed(&prepared, out)).clone()
             }
         };

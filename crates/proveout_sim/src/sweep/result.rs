@@ -178,7 +178,7 @@ fn figures(v: &Verdict) -> Figures {
     }
     let count = |severity: Severity| {
         let found = v.findings.iter().filter(|f| f.severity == severity);
-        Some(found.map(|f| 1.0 + f64::from(u32::try_from(f.repeats).unwrap_or(u32::MAX))).sum())
+        Some(found.map(|f| 1.0 + f64::from(f.repeats)).sum())
     };
     put("errors", count(Severity::Error));
     put("warnings", count(Severity::Warning));
