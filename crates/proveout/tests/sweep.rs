@@ -256,7 +256,7 @@ fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written(
         ("", "varies nothing"),
         ("[[vary]]\nkey = \"control.path_tolerance\"\nvalues = [1]\n", "path_tolerance_mm"),
         ("[[vary]]\nkey = \"machine.Q.max_velocity_mm_min\"\nvalues = [1]\n", "machine.Q.max_velocity_mm_min = 1"),
-        ("[[vary]]\nkey = \"program\"\nvalues = [\"mian\"]\n", "did you mean \"main\"?"),
+        ("[[vary]]\nkey = \"program\"\nvalues = [\"man\"]\n", "did you mean \"main\"?"),
         ("[[vary]]\nkey = \"nc\"\nvalues = [\"gone.nc\"]\n", "is not there"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [-1]\n", "resolution_mm = -1"),
         ("[[vary]]\nkey = \"resolution_mm\"\n", "wants either values, or range"),

@@ -320,8 +320,8 @@ mod tests {
             let error = machine(&folder, &set(wrong)).expect_err(wrong);
             assert!(error.to_string().contains("set by the call"), "{error}");
         }
-        let error = scene(&library("scenes/li-2022-s-theta"), &set("control.dynamcs=ideal")).expect_err("no key");
-        assert!(error.to_string().contains("control.dynamcs = ideal set by the call"), "{error}");
+        let error = scene(&library("scenes/li-2022-s-theta"), &set("control.dynamic=ideal")).expect_err("no key");
+        assert!(error.to_string().contains("control.dynamic = ideal set by the call"), "{error}");
         assert!(error.to_string().contains("dynamics"), "the nearest key: {error}");
         assert!(
             scene(&library("scenes/li-2022-s-theta"), &set("resolution_mm=0.3 resolution_mm=0.4")).is_err(),
