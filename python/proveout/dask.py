@@ -13,6 +13,7 @@ is merged in the end depends on the results alone, not on who made them.
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import pathlib
 import subprocess
@@ -46,6 +47,11 @@ class SweepReport:
     started: int
     #: Jobs that have no result, with why.
     failed: dict[int, str] = field(default_factory=dict)
+
+
+def _distributed() -> Any:
+    """Dask's module, which is wanted here alone."""
+    return importlib.import_module("dask.distributed")
 
 
 def _plan(folder: pathlib.Path) -> list[str]:
@@ -95,8 +101,7 @@ def run_sweep(
 
     Jobs that fail are named in the report, the others have their results; only a sweep of which all are there is merged.
     """
-    from dask.distributed import as_completed
-
+    distributed = _distributed()
     place = pathlib.Path(folder).resolve()
     digests = _plan(place)
     waiting = pending(place)
@@ -108,7 +113,7 @@ def run_sweep(
         for job in waiting
     }
     failed: dict[int, str] = {}
-    for task in as_completed(list(tasks)):
+    for task in distributed.as_completed(list(tasks)):
         if task.status != "finished":
             failed[tasks[task]] = str(task.exception()) if task.status == "error" else task.status
         task.release()
@@ -131,14 +136,13 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--scheduler", default=None, help="address of a Dask scheduler whose workers are taken instead")
     parser.add_argument("--threads", type=int, default=1, help="threads of one job (default: 1)")
     call = parser.parse_args(words)
-    from dask.distributed import Client, LocalCluster
-
+    distributed = _distributed()
     if call.scheduler is not None:
-        with Client(call.scheduler) as client:
+        with distributed.Client(call.scheduler) as client:
             report = run_sweep(call.folder, client, threads=call.threads)
     else:
-        cluster = LocalCluster(n_workers=call.workers, threads_per_worker=1, processes=True, dashboard_address=None)
-        with cluster, Client(cluster) as client:
+        cluster = distributed.LocalCluster(n_workers=call.workers, threads_per_worker=1, processes=True, dashboard_address=None)
+        with cluster, distributed.Client(cluster) as client:
             report = run_sweep(call.folder, client, threads=call.threads)
     print(f"{report.jobs} jobs, {report.started} started, {len(report.failed)} without a result")
     for why in report.failed.values():

@@ -193,7 +193,7 @@ fn shorten(best: &mut Vec<JobResult>) {
             JobState::Fail => 2,
             JobState::Refused => 3,
         };
-        (state(a), a.job).0.cmp(&state(b)).then(time(a).total_cmp(&time(b))).then(a.job.cmp(&b.job))
+        state(a).cmp(&state(b)).then(time(a).total_cmp(&time(b))).then(a.job.cmp(&b.job))
     };
     best.sort_by(order);
     best.truncate(SHOWN);

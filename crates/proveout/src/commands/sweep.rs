@@ -62,15 +62,15 @@ fn plan(args: &SweepPlanArgs) -> Result<(), Failure> {
 /// The jobs that a call asks for, in order.
 fn chosen(args: &SweepRunArgs, plan: &Plan) -> Result<Vec<usize>, Failure> {
     let jobs = plan.jobs.len();
+    if let Some(range) = args.job.iter().find(|range| range.last >= jobs) {
+        let message = format!("--job {}: the plan has the jobs 0 to {}", range.last, jobs.saturating_sub(1));
+        return Err(Failure::new(message).with_help("name jobs of the plan"));
+    }
     let all: BTreeSet<usize> = if args.job.is_empty() {
         (0..jobs).collect()
     } else {
         args.job.iter().flat_map(|range| range.first..=range.last).collect()
     };
-    if let Some(job) = all.iter().find(|job| **job >= jobs) {
-        return Err(Failure::new(format!("--job {job}: the plan has the jobs 0 to {}", jobs.saturating_sub(1)))
-            .with_help("name jobs of the plan"));
-    }
     Ok(match args.part {
         None => all.into_iter().collect(),
         Some(part) => all.into_iter().filter(|job| job % part.of == part.number - 1).collect(),
