@@ -158,7 +158,9 @@ impl From<&SimError> for Failure {
         let kind = match e {
             SimError::Program(_) | SimError::Post(_) => FaultKind::Program,
             SimError::Control(_) => FaultKind::Control,
-            SimError::Folder(_) | SimError::Observer(_) | SimError::Journal(_) => FaultKind::Folder,
+            SimError::Folder(_) | SimError::Observer(_) | SimError::Journal(_) | SimError::Shard(_) => {
+                FaultKind::Folder
+            }
             _ => FaultKind::Input,
         };
         let failure = match e {

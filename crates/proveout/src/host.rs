@@ -8,6 +8,13 @@ use proveout_sim::run::{Checks, RunResult};
 /// Clock ticks a second of `/proc/self/stat`: 100 on every Linux that Rust supports.
 const TICKS_PER_S: f64 = 100.0;
 
+/// The most memory that the process has held, MiB, where the system tells.
+pub(crate) fn peak_mib() -> Option<f64> {
+    first_value("/proc/self/status", "VmHWM")
+        .and_then(|v| v.trim_end_matches("kB").trim().parse::<f64>().ok())
+        .map(|kib| kib / 1024.0)
+}
+
 /// Wall time, processor time, memory and versions of a run.
 ///
 /// `alone`: the process has made no other run, so that its peak is that of this one.
@@ -35,9 +42,7 @@ pub(crate) fn run_info(result: &RunResult, scene: &Path, threads: usize, alone: 
         wall_s: result.wall,
         cpu_s: cpu_time(),
         threads,
-        peak_rss_mib: first_value("/proc/self/status", "VmHWM")
-            .and_then(|v| v.trim_end_matches("kB").trim().parse::<f64>().ok())
-            .map(|kib| kib / 1024.0),
+        peak_rss_mib: peak_mib(),
         announced_mib: alone.then(|| result.announced_memory as f64 / f64::from(1 << 20)),
         stock_mib: result.stock_memory.iter().map(|(n, b)| (n.clone(), *b as f64 / f64::from(1 << 20))).collect(),
         simulated_s: simulated,
@@ -81,7 +86,7 @@ fn first_value(file: &str, key: &str) -> Option<String> {
 }
 
 /// Time of all processor cores, s; none where the host does not tell.
-fn cpu_time() -> Option<f64> {
+pub(crate) fn cpu_time() -> Option<f64> {
     let stat = fs::read_to_string("/proc/self/stat").ok()?;
     let after_name = stat.rsplit_once(')')?.1;
     let mut fields = after_name.split_whitespace().skip(11);

@@ -287,3 +287,121 @@ fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written(
     let (_, words) = told(&["sweep", "run", "scene"], folder.path(), 2);
     assert!(words.contains("plan.json"), "{words}");
 }
+
+/// All files of a folder and what is in them, but for the one that tells of time and memory.
+fn folder_of(path: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(path).expect("a run folder").map(|e| e.expect("an entry").path());
+    let name = |p: &Path| p.file_name().expect("a name").to_string_lossy().into_owned();
+    entries.filter(|p| name(p) != "run.json").map(|p| (name(&p), fs::read(&p).expect("read"))).collect()
+}
+
+fn write_program(folder: &Path, name: &str, lines: &str) {
+    let text = format!("G21 G17 G90 G54\nT1 M6\nS3000 M3\nG43 H1\n{lines}M5\nM30\n");
+    fs::write(folder.join("scene").join(name), text).expect("written");
+}
+
+#[test]
+fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
+    // Two cuts, then the spindle comes down to the block within a stretch, and the nose stands in it; a part that is cut off, and cuts behind
+    // that; a patch of finer cells, the history and the engagement beside.
+    let (slots, down) = ("G0 X5 Y-30\nG0 Z5\nG0 Z-9\nG1 Y30 F600\nG0 Z10\n", "G0 X-10 Y0\nG0 Z-100\nG0 Z50\n");
+    let off = slots.replace("Z-9", "Z-21") + "G0 X-10 Y-30\nG0 Z-5\nG1 Y30 F600\nG0 Z10\n";
+    let near = format!("{slots}{down}{slots}");
+    let fine = "engagement = true\n[stock]\nhistory = true\nbox = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }\n\
+                [[stock.patch]]\nname = \"edge\"\nmin_mm = [0, -20, -12]\nmax_mm = [10, 0, 0]\ncell_mm = 0.4\n";
+    let plain = "[stock]\nbox = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }\n";
+    for (lines, made_here) in [(slots, None), (&*near, Some("a body came near")), (&off, Some("behind a part"))] {
+        for stock in [plain, fine] {
+            let folder = small("shards = 3\n");
+            let at = folder.path();
+            write_program(at, "main.nc", lines);
+            let scene = at.join("scene/scene.toml");
+            let text = fs::read_to_string(&scene).expect("read");
+            assert!(text.contains(plain));
+            fs::write(&scene, text.replace(plain, stock)).expect("written");
+            let code = call(&["run", "scene", "--program", "main", "--rerun", "off", "--out", "whole"], at);
+            let code = code.status.code().expect("an exit code");
+            let whole = folder_of(&at.join("whole"));
+            for shards in [1, 3, 8] {
+                let out = format!("out{shards}");
+                let sweep = format!(
+                    "name = \"small\"\nscene = \"scene\"\nshards = {shards}\n\
+                                     [[vary]]\nkey = \"program\"\nvalues = [\"main\"]\n"
+                );
+                fs::write(at.join("sweep.toml"), sweep).expect("written");
+                let (words, _) = told(&["sweep", "plan", ".", "--out", &out], at, 0);
+                assert!(words.contains(&format!("{shards} jobs planned")), "{words}");
+                told(&["sweep", "run", &out, "--threads", "2"], at, 0);
+                let (words, _) = told(&["sweep", "merge", &out], at, code);
+                assert!(words.contains(&format!("{shards} shards: ")), "{words}");
+                for why in ["a body came near", "behind a part"] {
+                    assert_eq!(words.contains(why), made_here == Some(why), "{words}");
+                }
+                let merged = folder_of(&at.join(&out).join("run"));
+                assert!(whole.keys().eq(merged.keys()));
+                for (name, bytes) in &whole {
+                    assert!(*bytes == merged[name], "{name} of {shards} shards");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_alone() {
+    let folder = small("shards = 4\n");
+    let at = folder.path();
+    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    told(&["sweep", "run", "out", "--part", "1/2"], at, 0);
+    let (_, fault) = told(&["sweep", "merge", "out"], at, 2);
+    assert!(fault.contains("job 1 has no result") && !at.join("out/run").exists(), "{fault}");
+    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    assert!(words.contains("2 had their result, 2 started"), "{words}");
+    told(&["sweep", "merge", "out"], at, 3);
+    let whole = folder_of(&at.join("out/run"));
+
+    // A byte of the cuts: the shard is named, and cut again alone.
+    let cuts = at.join("out/jobs/00002/cuts.bin");
+    let mut bytes = fs::read(&cuts).expect("read");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&cuts, bytes).expect("written");
+    let (_, fault) = told(&["sweep", "merge", "out"], at, 2);
+    assert!(fault.contains("the cuts of shard 2 are damaged"), "{fault}");
+    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    assert!(words.contains("3 had their result, 1 started"), "{words}");
+    told(&["sweep", "merge", "out"], at, 3);
+    assert!(folder_of(&at.join("out/run")) == whole);
+
+    // A second plan of the same files changes nothing; motion that was changed behind the plan is found.
+    let (words, _) = told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    assert!(words.contains("4 are as they were planned before"), "{words}");
+    let motion = at.join("out/motion.bin");
+    let mut bytes = fs::read(&motion).expect("read");
+    bytes.push(0);
+    fs::write(&motion, bytes).expect("written");
+    fs::remove_file(at.join("out/jobs/00001/result.json")).expect("removed");
+    let (_, fault) = told(&["sweep", "run", "out"], at, 2);
+    assert!(fault.contains("the motion of job 1: it has changed since the sweep was planned"), "{fault}");
+
+    // Another program is another motion: all shards.
+    write_program(at, "main.nc", "G0 X0 Y-30\nG0 Z5\nG0 Z-3\nG1 Y30 F600\nG0 Z10\n");
+    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    assert!(words.contains("0 had their result, 4 started"), "{words}");
+}
+
+#[test]
+fn shards_are_those_of_a_single_run() {
+    for (head, words) in [
+        (PROGRAMS.replacen("[[vary]]", "shards = 2\n[[vary]]", 1), "shards belong to a single run, and there are 4"),
+        ("shards = 0\n".into(), "shards = 0: a run is split into 1 to 1024"),
+        ("shards = 2000\n".into(), "shards = 2000"),
+        (String::new(), "the sweep varies nothing"),
+    ] {
+        let folder = small(&head);
+        let (_, fault) = told(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);
+        assert!(fault.contains(words) && fault.contains("help:"), "{fault}");
+        assert!(!folder.path().join("out").exists());
+    }
+}

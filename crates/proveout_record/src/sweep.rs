@@ -191,7 +191,7 @@ fn shorten(best: &mut Vec<JobResult>) {
             JobState::Pass => 0,
             JobState::Unchecked => 1,
             JobState::Fail => 2,
-            JobState::Refused => 3,
+            JobState::Refused | JobState::Cut => 3,
         };
         state(a).cmp(&state(b)).then(time(a).total_cmp(&time(b))).then(a.job.cmp(&b.job))
     };

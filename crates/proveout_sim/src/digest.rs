@@ -30,7 +30,7 @@ pub fn sha256(bytes: &[u8]) -> [u8; 32] {
 ///
 /// # Errors
 /// What the system says.
-pub(crate) fn measure(path: &Path) -> std::io::Result<(u64, String)> {
+pub fn measure(path: &Path) -> std::io::Result<(u64, String)> {
     let mut file = BufReader::with_capacity(1 << 20, open_regular_file(path)?);
     let (mut hash, mut bytes) = (Sha256::new(), 0);
     let mut buffer = vec![0; 1 << 16];

@@ -7,25 +7,24 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, MoveKind};
 use proveout_geom::Pose;
-use proveout_nc::SpindleDirection;
 use proveout_stock::{Depths, Patch, SweepMotion, TileId, TriDexel};
-use proveout_tool::{Profile, Tool};
+use proveout_tool::Tool;
 
 use crate::{
     bodies::{BodyCheck, StockNear, Told},
+    cuts::Cuts,
     engagement::Engagement,
     error::SimError,
     finding::{self, Finding},
-    journal::Journal,
     kept_motion::{KeptMotion, KeptPiece},
     legs,
     log::{self, FindingLog},
     loose::LooseParts,
     memory::{ALLOWANCE, HISTORY_MEMORY},
     observer::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
-    plunge::{self, PlungeWatch},
+    plunge::PlungeWatch,
     prepare::Prepared,
-    process::{self, CuttingState, Sweeps},
+    process::{Barring, Cutters, CuttingState, Sweeps, states_of_pieces},
     run::{Checks, Stages, timed},
     stock_bodies::{Cutting, StockBodies},
     texture::{Recorder, Tracks},
@@ -114,11 +113,9 @@ pub(crate) struct Engine<'a> {
     stock_bodies: StockBodies,
     depths: Depths,
     /// Where the cuts are written down, or taken from.
-    journal: Option<Journal>,
-    /// First piece of the run in which the cutter must not meet material, the tool, and why.
-    barred: Option<(u32, Option<usize>, &'static str)>,
-    /// Cores of the tools that are watched for going down, by tool.
-    cores: Vec<Vec<Profile>>,
+    cuts: Option<Cuts>,
+    barring: Barring,
+    cutters: Cutters<'a>,
     plunge: PlungeWatch,
     unknown_plunges: BTreeMap<usize, UnknownPlunge>,
     log: FindingLog,
@@ -149,7 +146,7 @@ impl<'a> Engine<'a> {
         prepared: &'a Prepared,
         stock: TriDexel,
         patches: Vec<Patch>,
-        journal: Option<Journal>,
+        cuts: Option<Cuts>,
     ) -> Result<Self, SimError> {
         let (bodies, stock_bodies) = BodyCheck::new(prepared, &stock)?;
         Ok(Self {
@@ -158,14 +155,9 @@ impl<'a> Engine<'a> {
             loose: LooseParts::new(&stock),
             looked_at: 0.0,
             depths: Depths::new(prepared.scene.file.tolerances.contact_mm),
-            journal,
-            barred: None,
-            cores: prepared
-                .tools
-                .tools
-                .iter()
-                .map(|t| plunge::core(t, stock.cell_mm()).into_iter().collect())
-                .collect(),
+            cuts,
+            barring: Barring::default(),
+            cutters: Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm()),
             plunge: PlungeWatch::default(),
             unknown_plunges: BTreeMap::new(),
             bodies,
@@ -175,7 +167,7 @@ impl<'a> Engine<'a> {
             log: FindingLog::default(),
             breaches: Vec::new(),
             stock_breaches: Vec::new(),
-            state: CuttingState { tool: None, spindle: SpindleDirection::Off, speed_rpm: 0.0 },
+            state: CuttingState::IDLE,
             uses: BTreeMap::new(),
             in_spindle_since: 0.0,
             sums: BTreeMap::new(),
@@ -242,25 +234,16 @@ impl<'a> Engine<'a> {
                     deviation: piece.edge_deviation as f32,
                 });
             }
-            let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else {
-                self.barred = None;
-                continue;
-            };
-            self.barred = process::fault(piece.kind, state, tool).map(|code| match self.barred {
-                Some((since, of, why)) if (of, why) == (state.tool, code.code) => (since, of, why),
-                _ => (id, state.tool, code.code),
-            });
-            let zones = self.prepared.holder_zones.get(index).map_or(&[][..], Vec::as_slice);
-            let goes_down = piece.kind == MoveKind::Feed && plunge::way_down(&piece.pose).0 > 0.0;
-            let core = self.cores.get(index).filter(|_| goes_down).map_or(&[][..], Vec::as_slice);
-            let since = self.barred.map(|(since, ..)| since);
-            sweeps.add((i, id), SweepMotion { from, to }, tool, [zones, core], since);
+            let tools = &self.prepared.tools.tools;
+            if let Some(cut) = self.barring.cut(id, piece, state, tools, SweepMotion { from, to }) {
+                self.cutters.add(&mut sweeps, i, &cut);
+            }
         }
         let (bodies, stock_bodies) = (&mut self.bodies, &mut self.stock_bodies);
         let cutting = Cutting { stock: &mut self.stock, patches: &mut self.patches, depths: &mut self.depths };
-        let journal = self.journal.as_mut();
+        let cuts = self.cuts.as_mut();
         let (cut, (hits, collision)) = rayon::join(
-            || stock_bodies.cut(cutting, journal, &sweeps, &chunk.pieces),
+            || stock_bodies.cut(cutting, cuts, &sweeps, &chunk.pieces),
             || timed(|| bodies.check(&chunk.pieces, &states)),
         );
         stages.removal += cut.removal;
@@ -293,6 +276,11 @@ impl<'a> Engine<'a> {
             self.looked_at = self.removed;
             let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
             self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
+            if self.loose.has_taken()
+                && let Some(cuts) = &mut self.cuts
+            {
+                cuts.stock_was_changed();
+            }
         }
         let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
         self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
@@ -309,14 +297,14 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Refuses to go on with a journal that does not fit.
-    pub(crate) fn check_journal(&mut self) -> Result<(), SimError> {
-        self.journal.as_mut().and_then(Journal::take_fault).map_or(Ok(()), |fault| Err(fault.into()))
+    /// Refuses to go on with cuts of other motion.
+    pub(crate) fn check_cuts(&mut self) -> Result<(), SimError> {
+        self.cuts.as_mut().and_then(Cuts::take_fault).map_or(Ok(()), Err)
     }
 
-    /// Why the journal was given up, where it was.
-    pub(crate) fn journal_given_up(&self) -> Option<String> {
-        self.journal.as_ref().and_then(Journal::given_up)
+    /// Where the cuts are written down, or taken from.
+    pub(crate) fn cuts(&self) -> Option<&Cuts> {
+        self.cuts.as_ref()
     }
 
     /// Refuses to go on when the stock takes more than was announced.
@@ -410,17 +398,11 @@ impl<'a> Engine<'a> {
         self.places[index] = Some((block.file.clone(), block.line));
     }
 
-    /// Tool and spindle at each piece; events of earlier blocks come first.
+    /// Tool and spindle at each piece.
     fn states_of_pieces(&mut self, chunk: &Chunk) -> Vec<CuttingState> {
-        let mut states = Vec::with_capacity(chunk.pieces.len());
-        let mut events = chunk.events.iter().peekable();
-        for piece in &chunk.pieces {
-            while let Some(event) = events.next_if(|e| e.block() < piece.block) {
-                self.apply(event);
-            }
-            states.push(self.state);
-        }
-        events.for_each(|e| self.apply(e));
+        let mut state = self.state;
+        let states = states_of_pieces(chunk, &mut state, |event| self.apply(event));
+        debug_assert_eq!(state, self.state);
         states
     }
 
@@ -428,8 +410,6 @@ impl<'a> Engine<'a> {
         match *event {
             Event::ToolChange { time, tool, .. } => {
                 self.tool_out(time);
-                // The spindle stands for the change and needs a new M3 or M4 after it.
-                self.state = CuttingState { tool, spindle: SpindleDirection::Off, speed_rpm: 0.0 };
                 if let Some(t) = self.tool(tool) {
                     let order = self.uses.len();
                     let least = self.prepared.least_overhang_mm.get(&t.name).copied();
@@ -440,13 +420,11 @@ impl<'a> Engine<'a> {
                     self.uses.entry(tool.unwrap_or_default()).or_insert_with(fresh);
                 }
             }
-            Event::Spindle { direction, speed_rpm, .. } => {
-                (self.state.spindle, self.state.speed_rpm) = (direction, speed_rpm);
-            }
             // A program that the control ends has its finding.
             Event::End { .. } | Event::Ended { .. } => self.ended = true,
             _ => {}
         }
+        self.state.apply(event);
     }
 
     /// Books the time of the tool in the spindle until now.

@@ -10,7 +10,7 @@ use proveout_nc::{ControlFileError, Diagnostic, Diagnostics};
 use proveout_stock::StockError;
 use thiserror::Error;
 
-use crate::{journal::JournalError, observer::ObserverError};
+use crate::{journal::JournalError, observer::ObserverError, shards::ShardError};
 
 /// Why there is no verdict.
 #[derive(Debug, Error)]
@@ -70,6 +70,9 @@ pub enum SimError {
     /// Journal of a run.
     #[error(transparent)]
     Journal(#[from] JournalError),
+    /// Motion or cuts of a run in shards.
+    #[error(transparent)]
+    Shard(#[from] ShardError),
     /// Place at which no run stops.
     #[error("{message}")]
     StopAt {

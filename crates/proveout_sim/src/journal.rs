@@ -417,7 +417,7 @@ fn replayed(content: &[u8], cutting: &mut Cutting<'_>) -> Result<Vec<SweepReport
 }
 
 /// Begin of the SHA-256 of the motion of some sweeps.
-fn motion(items: &[SweepItem<'_>], measures: &[Measure]) -> [u8; 16] {
+pub(crate) fn motion(items: &[SweepItem<'_>], measures: &[Measure]) -> [u8; 16] {
     let mut hash = Sha256::new();
     for (item, measure) in items.iter().zip(measures) {
         hash.update(item.id.to_le_bytes());

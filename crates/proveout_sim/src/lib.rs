@@ -14,6 +14,7 @@
 pub mod certificate;
 pub mod compare;
 mod control_file;
+mod cuts;
 pub mod finding;
 pub mod first_part;
 pub mod gates;
@@ -38,6 +39,7 @@ mod scene_run_limits;
 mod scene_surface;
 mod scene_tolerance;
 mod set_values;
+pub mod shards;
 pub mod sweep;
 pub mod verdict;
 

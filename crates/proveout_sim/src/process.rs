@@ -1,12 +1,15 @@
 //! From sweep reports to process findings: what met material, with which part of the tool, in which kind of motion.
 
-use proveout_controller::MoveKind;
+use proveout_controller::{Chunk, Event, MoveKind, Piece};
 use proveout_nc::SpindleDirection;
 use proveout_stock::{Action, Measure, SweepItem, SweepMotion, SweepReport};
 use proveout_tool::{Profile, Role, Tool};
 
-use crate::finding::{
-    Code, HOLDER_IN_STOCK, NEAR_MISS, NECK_RUBS, RAPID_IN_MATERIAL, SHANK_RUBS, SPINDLE_OFF, SPINDLE_WRONG_WAY,
+use crate::{
+    finding::{
+        Code, HOLDER_IN_STOCK, NEAR_MISS, NECK_RUBS, RAPID_IN_MATERIAL, SHANK_RUBS, SPINDLE_OFF, SPINDLE_WRONG_WAY,
+    },
+    plunge,
 };
 
 /// Spindle and tool while a piece is cut.
@@ -82,6 +85,116 @@ impl<'a> Sweeps<'a> {
             put(zone, Action::Probe, Measure::Alone, Swept::Zone);
         }
     }
+}
+
+/// What a piece of motion asks of the stock, before the bodies of its tool are put in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PieceCut {
+    /// Number of the piece in the run.
+    pub(crate) id: u32,
+    /// Its tool in the library.
+    pub(crate) tool: usize,
+    /// First piece of the run of motion in which the cutter must not meet material, where this is one of it.
+    pub(crate) since: Option<u32>,
+    /// In feed, and down along the axis.
+    pub(crate) goes_down: bool,
+    /// In the frame of the stock.
+    pub(crate) motion: SweepMotion,
+}
+
+/// Follows in which run of pieces the cutter must not meet material: the first of it, the tool, and why.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Barring(Option<(u32, usize, &'static str)>);
+
+impl Barring {
+    /// What the next piece asks of the stock; nothing without a tool.
+    pub(crate) fn cut(
+        &mut self,
+        id: u32,
+        piece: &Piece,
+        state: &CuttingState,
+        tools: &[Tool],
+        motion: SweepMotion,
+    ) -> Option<PieceCut> {
+        let Some((index, tool)) = state.tool.and_then(|t| Some((t, tools.get(t)?))) else {
+            self.0 = None;
+            return None;
+        };
+        self.0 = fault(piece.kind, state, tool).map(|code| match self.0 {
+            Some((since, of, why)) if (of, why) == (index, code.code) => (since, of, why),
+            _ => (id, index, code.code),
+        });
+        let goes_down = piece.kind == MoveKind::Feed && plunge::way_down(&piece.pose).0 > 0.0;
+        Some(PieceCut { id, tool: index, since: self.0.map(|(since, ..)| since), goes_down, motion })
+    }
+}
+
+/// The bodies of all tools that are swept.
+#[derive(Debug)]
+pub(crate) struct Cutters<'a> {
+    tools: &'a [Tool],
+    /// For each tool the parts of its holder, widened by the wanted clearance.
+    zones: &'a [Vec<Profile>],
+    /// For each tool that is watched for going down its core.
+    cores: Vec<Vec<Profile>>,
+}
+
+impl<'a> Cutters<'a> {
+    pub(crate) fn new(tools: &'a [Tool], zones: &'a [Vec<Profile>], cell_mm: f64) -> Self {
+        Self { tools, zones, cores: tools.iter().map(|t| plunge::core(t, cell_mm).into_iter().collect()).collect() }
+    }
+
+    /// The core of a tool that is watched for going down.
+    pub(crate) fn core(&self, tool: usize) -> Option<&Profile> {
+        self.cores.get(tool).and_then(|c| c.first())
+    }
+
+    /// Adds the sweeps of a piece; `index` is its place in the batch.
+    pub(crate) fn add<'s>(&'s self, sweeps: &mut Sweeps<'s>, index: usize, cut: &PieceCut) {
+        let Some(tool) = self.tools.get(cut.tool) else { return };
+        let zones = self.zones.get(cut.tool).map_or(&[][..], Vec::as_slice);
+        let core = self.cores.get(cut.tool).filter(|_| cut.goes_down).map_or(&[][..], Vec::as_slice);
+        sweeps.add((index, cut.id), cut.motion, tool, [zones, core], cut.since);
+    }
+}
+
+impl CuttingState {
+    /// Without a tool, the spindle at rest.
+    pub(crate) const IDLE: Self = Self { tool: None, spindle: SpindleDirection::Off, speed_rpm: 0.0 };
+
+    /// What an event makes of it.
+    pub(crate) fn apply(&mut self, event: &Event) {
+        match *event {
+            // The spindle stands for the change and needs a new M3 or M4 after it.
+            Event::ToolChange { tool, .. } => *self = Self { tool, ..Self::IDLE },
+            Event::Spindle { direction, speed_rpm, .. } => {
+                (self.spindle, self.speed_rpm) = (direction, speed_rpm);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Tool and spindle at each piece; events of earlier blocks come first. `apply` is told every event.
+pub(crate) fn states_of_pieces(
+    chunk: &Chunk,
+    state: &mut CuttingState,
+    mut apply: impl FnMut(&Event),
+) -> Vec<CuttingState> {
+    let mut states = Vec::with_capacity(chunk.pieces.len());
+    let mut events = chunk.events.iter().peekable();
+    let mut take = |event: &Event, state: &mut CuttingState| {
+        apply(event);
+        state.apply(event);
+    };
+    for piece in &chunk.pieces {
+        while let Some(event) = events.next_if(|e| e.block() < piece.block) {
+            take(event, state);
+        }
+        states.push(*state);
+    }
+    events.for_each(|e| take(e, state));
+    states
 }
 
 /// Why the cutter must not meet material in this motion; none in feed with the spindle turning its way.

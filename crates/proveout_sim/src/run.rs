@@ -14,10 +14,11 @@ use std::{
 
 use proveout_collision::Effort;
 use proveout_controller::{Chunk, Controller, RunError, Summary as PathSummary};
-use proveout_nc::Diagnostic;
+use proveout_nc::{Command, Diagnostic};
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
+    cuts::Cuts,
     engine::Engine,
     error::SimError,
     free_axes,
@@ -27,13 +28,14 @@ use crate::{
     partial::{Partial, Stopped, Watch},
     prepare::Prepared,
     program_survey::known_offset,
+    shards::{ShardCuts, ShardFacts},
     show_mesh::show_mesh,
     surface_map::{SurfaceKeeper, SurfaceMap},
     verdict::Verdict,
 };
 
 /// Simulated time of one stretch, s.
-const STRETCH_S: f64 = 2.0;
+pub(crate) const STRETCH_S: f64 = 2.0;
 
 /// Wall time of the stages of a run, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -86,6 +88,8 @@ pub struct RunResult {
     pub checks: Checks,
     /// Why the journal was given up, where there was one that could not be kept to the end.
     pub journal_given_up: Option<String>,
+    /// What was taken from the shards of the run, where it has some.
+    pub shards: Option<ShardFacts>,
     /// What was found of the free tool axes, and what was not looked at; empty where nobody asks for them.
     pub free_axes: Vec<String>,
 }
@@ -103,8 +107,30 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
 /// # Errors
 /// As [`run`]; [`SimError::Journal`] when the journal does not fit.
 pub fn run_journaled(
-    mut prepared: Prepared,
+    prepared: Prepared,
     journal: Option<Journal>,
+    observers: &mut [Box<dyn Observer>],
+    folder: &Path,
+) -> Result<RunResult, SimError> {
+    run_with(prepared, journal.map(Cuts::Journal), observers, folder)
+}
+
+/// The same with cuts that shards have made: the folder has the bytes of a run that makes them itself.
+///
+/// # Errors
+/// As [`run`]; [`SimError::Shard`] when they are those of another run.
+pub fn run_merged(
+    prepared: Prepared,
+    shards: ShardCuts,
+    observers: &mut [Box<dyn Observer>],
+    folder: &Path,
+) -> Result<RunResult, SimError> {
+    run_with(prepared, Some(Cuts::Shards(shards)), observers, folder)
+}
+
+fn run_with(
+    mut prepared: Prepared,
+    cuts: Option<Cuts>,
     observers: &mut [Box<dyn Observer>],
     folder: &Path,
 ) -> Result<RunResult, SimError> {
@@ -112,7 +138,7 @@ pub fn run_journaled(
     let mut stages = Stages { read: prepared.read_time, ..Stages::default() };
     let (stock, patches) = prepared.stock.take()?;
     let prepared = prepared;
-    let mut engine = Engine::new(&prepared, stock, patches, journal)?;
+    let mut engine = Engine::new(&prepared, stock, patches, cuts)?;
     engine.prove_clearance();
     let told = Instant::now();
     for observer in observers.iter_mut() {
@@ -126,7 +152,9 @@ pub fn run_journaled(
 
     let judging = Instant::now();
     let recorded = stages.record;
-    let (pieces, journal_given_up) = (engine.pieces(), engine.journal_given_up());
+    let pieces = engine.pieces();
+    let journal_given_up = engine.cuts().and_then(Cuts::journal_given_up);
+    let shards = engine.cuts().and_then(Cuts::shards).map(ShardCuts::facts);
     let (stock, patches, facts) = engine.finish();
     let setup = setup(&prepared, &stock, &patches);
     let (verdict, surveyed) = judge::judge(&prepared, (&stock, &patches), &facts, &summary, partial, &mut |shown| {
@@ -165,6 +193,7 @@ pub fn run_journaled(
         stock_memory,
         checks: facts.effort,
         journal_given_up,
+        shards,
         free_axes: told_of_axes,
     })
 }
@@ -177,6 +206,23 @@ pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer
     drive(&prepared, &mut engine, &mut Stages::default(), observers).map(|_| ())
 }
 
+/// The control at the begin of the program.
+pub(crate) fn controller(
+    prepared: &Prepared,
+) -> Result<Controller<'_, impl Iterator<Item = Result<Command, Diagnostic>>>, SimError> {
+    let scene_path = prepared.scene.path.display().to_string();
+    let program = prepared.program()?;
+    let settings = prepared.control_settings(program.dialect());
+    let commands = program.map(move |command| {
+        let mut command = command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path))?;
+        if let Some(name) = prepared.shown.get(&*command.location.file) {
+            command.location.file = Arc::clone(name);
+        }
+        Ok(command)
+    });
+    Ok(Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?)
+}
+
 /// Plans the motion of the program and takes it through the engine, stretch by stretch.
 fn drive(
     prepared: &Prepared,
@@ -184,17 +230,7 @@ fn drive(
     stages: &mut Stages,
     observers: &mut [Box<dyn Observer>],
 ) -> Result<(PathSummary, Option<Stopped>), SimError> {
-    let scene_path = prepared.scene.path.display().to_string();
-    let program = prepared.program()?;
-    let settings = prepared.control_settings(program.dialect());
-    let commands = program.map(|command| {
-        let mut command = command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path))?;
-        if let Some(name) = prepared.shown.get(&*command.location.file) {
-            command.location.file = Arc::clone(name);
-        }
-        Ok(command)
-    });
-    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
+    let mut controller = controller(prepared)?;
     let mut watch = Watch::new(prepared);
     while !watch.has_stopped() {
         let planning = Instant::now();
@@ -206,7 +242,7 @@ fn drive(
         let chunk = watch.cut(chunk);
         for stretch in stretches(chunk, watch.stretch_s(STRETCH_S)) {
             let batch = engine.step(&stretch, stages);
-            engine.check_journal()?;
+            engine.check_cuts()?;
             engine.check_memory()?;
             let telling = Instant::now();
             let batch = Batch {
@@ -289,7 +325,7 @@ fn setup<'a>(prepared: &'a Prepared, stock: &'a TriDexel, patches: &'a [Patch]) 
 }
 
 /// A fault of the control at the file that was opened, so that its line can be shown.
-fn opened(prepared: &Prepared, mut fault: RunError<Diagnostic>) -> RunError<Diagnostic> {
+pub(crate) fn opened(prepared: &Prepared, mut fault: RunError<Diagnostic>) -> RunError<Diagnostic> {
     if let RunError::Control(control) = &mut fault
         && let Some(location) = &mut control.location
         && let Some((name, _)) = prepared.shown.iter().find(|(_, shown)| **shown == location.file)
@@ -307,7 +343,7 @@ pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
 }
 
 /// Cuts a chunk into stretches of at most so many simulated seconds, at borders of pieces.
-fn stretches(chunk: Chunk, seconds: f64) -> impl Iterator<Item = Chunk> {
+pub(crate) fn stretches(chunk: Chunk, seconds: f64) -> impl Iterator<Item = Chunk> {
     let start = [
         chunk.pieces.first().map(|p| p.time[0]),
         chunk.samples.first().map(|s| s.time),

@@ -19,9 +19,7 @@ use proveout_controller::Piece;
 use proveout_geom::TriMesh;
 use proveout_stock::{Depths, Measure, Patch, SolidOverlap, SweepItem, SweepReport, TriDexel};
 
-use crate::{
-    bodies::StockNear, journal::Journal, prepare::Prepared, process::Sweeps, run::timed, verdict::PairClearance,
-};
+use crate::{bodies::StockNear, cuts::Cuts, prepare::Prepared, process::Sweeps, run::timed, verdict::PairClearance};
 
 /// A body that stands in the stock without moving against it.
 #[derive(Clone, Debug)]
@@ -96,11 +94,11 @@ impl StockBodies {
         std::mem::take(&mut self.at_rest)
     }
 
-    /// Cuts a stretch, and follows the bodies through it; where there is a journal, it is written there, or taken from it.
+    /// Cuts a stretch, and follows the bodies through it; `cuts` is where they are written down, or taken from.
     pub(crate) fn cut(
         &mut self,
         mut cutting: Cutting<'_>,
-        mut journal: Option<&mut Journal>,
+        mut cuts: Option<&mut Cuts>,
         sweeps: &Sweeps<'_>,
         pieces: &[Piece],
     ) -> Cut {
@@ -126,8 +124,8 @@ impl StockBodies {
             let next = sweeps.parts.partition_point(|part| part.piece < piece);
             let ((), removal) = timed(|| {
                 let (items, measures) = (&sweeps.items[sweep..next], &sweeps.measures[sweep..next]);
-                out.reports.extend(match &mut journal {
-                    Some(journal) if !items.is_empty() => journal.sweep(&mut cutting, items, measures),
+                out.reports.extend(match &mut cuts {
+                    Some(cuts) if !items.is_empty() => cuts.sweep(&mut cutting, items, measures),
                     _ => cutting.sweep(items, measures),
                 });
             });

@@ -241,7 +241,7 @@ pub(super) fn recorder(argument: RerunArg) -> RerunMode {
     }
 }
 
-fn print_summary(result: &RunResult, place: &Path) {
+pub(super) fn print_summary(result: &RunResult, place: &Path) {
     let v: &Verdict = &result.verdict;
     say!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
     for line in v.partial.iter().flat_map(Partial::words) {

@@ -9,31 +9,38 @@ use std::{
 
 use proveout_record::{JsonObserver, RerunMode, merge_sweep, observers, write_run_json};
 use proveout_sim::{
-    Observer, RunFolder, SimError,
-    run::run as prove,
+    Observer, Prepared, RunFolder, SimError, digest,
+    run::{run as prove, run_merged},
+    shards::{ShardCuts, cut_shard},
     sweep::{
-        JobResult, KeepFile, Plan, Planned, ResultFault, Sweep, job_folder, plan as write_plan, prepare_job,
-        read_result, result_of, write_result,
+        JobResult, JobState, KeepFile, Plan, Planned, RESULT, ResultFault, Sweep, job_folder, plan as write_plan,
+        prepare_job, read_result, result_of, result_of_shard, write_result,
     },
+    verdict::State,
 };
 
 use crate::{
     args::{SweepCommand, SweepMergeArgs, SweepPlanArgs, SweepRunArgs},
-    commands::run::{complete, pool},
+    commands::run::{complete, pool, print_summary},
     failure::Failure,
-    host::run_info,
+    host::{cpu_time, peak_mib, run_info},
     progress::Progress,
 };
 
 /// Faults of jobs that are told at the end.
 const TOLD: usize = 10;
-/// Folder of a whole run, in that of its job.
+/// Folder of a whole run, in that of its job; of a run in shards, in that of the sweep.
 const RUN: &str = "run";
+/// What a shard has cut, in the folder of its job.
+const CUTS: &str = "cuts.bin";
+/// Wall time between two lines of a shard, s.
+const TELL_EVERY_S: f64 = 10.0;
 
-pub(crate) fn sweep(command: &SweepCommand) -> Result<(), Failure> {
+/// The verdict is that of a run that was brought together from its shards; all else passes.
+pub(crate) fn sweep(command: &SweepCommand) -> Result<State, Failure> {
     match command {
-        SweepCommand::Plan(args) => plan(args),
-        SweepCommand::Run(args) => run(args),
+        SweepCommand::Plan(args) => plan(args).map(|()| State::Pass),
+        SweepCommand::Run(args) => run(args).map(|()| State::Pass),
         SweepCommand::Merge(args) => merge(args),
     }
 }
@@ -48,6 +55,11 @@ fn plan(args: &SweepPlanArgs) -> Result<(), Failure> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-sweep", sweep.file.name)));
     let report = write_plan(&sweep, &out).map_err(of)?;
     say!("{} jobs planned in {:.2} s", report.jobs, begin.elapsed().as_secs_f64());
+    if let Some(motion) = &report.motion {
+        say!("  a single run in shards: {} pieces of motion, {} tiles of stock", motion.pieces, motion.tiles);
+        let [most, least] = motion.loads;
+        say!("  sweeps that come to the tiles of a shard: {least} to {most}");
+    }
     if report.as_before > 0 {
         say!("  {} are as they were planned before: their results stay", report.as_before);
     }
@@ -137,6 +149,9 @@ fn run_job(sweep: &Path, plan: &Plan, job: usize, threads: usize) -> Result<JobR
             return Ok(result);
         }
     };
+    if let Some([shard, of]) = planned.shard {
+        return cut(sweep, &planned, prepared, (shard, of));
+    }
     let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
     let at = job_folder(sweep, job);
     let folder = RunFolder::create(&at.join(RUN)).map_err(folder_fault)?;
@@ -170,8 +185,95 @@ fn run_job(sweep: &Path, plan: &Plan, job: usize, threads: usize) -> Result<JobR
     Ok(result)
 }
 
-fn merge(args: &SweepMergeArgs) -> Result<(), Failure> {
+/// Cuts a shard, and writes its result, last of all.
+fn cut(sweep: &Path, planned: &Planned, prepared: Prepared, shard: (u16, u16)) -> Result<JobResult, Failure> {
+    let folder_fault = |e: std::io::Error| of(SimError::Folder(e));
+    let at = job_folder(sweep, planned.job);
+    let (to, beside) = (at.join(CUTS), at.join(format!(".{CUTS}.{}", std::process::id())));
+    let (begin, mut told) = (Instant::now(), Instant::now());
+    let processor = cpu_time();
+    let done = cut_shard(prepared, sweep, shard, &beside, &mut |pieces| {
+        if told.elapsed().as_secs_f64() > TELL_EVERY_S {
+            told = Instant::now();
+            tell!("  {pieces} pieces of motion are cut");
+        }
+    });
+    let done = done.and_then(|cost| {
+        let result = result_of_shard(planned, &cost, &beside).map_err(SimError::Folder)?;
+        fs::rename(&beside, &to).map_err(SimError::Folder)?;
+        Ok((cost, result))
+    });
+    if done.is_err() {
+        fs::remove_file(&beside).ok();
+    }
+    let (cost, result) = done.map_err(of)?;
+    let spent = cpu_time().zip(processor).map(|(now, then)| now - then);
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    tell!(
+        "  {} tiles, {} pieces of motion: cut in {:.2} s of {:.2} s{}; stock {:.1} MiB{}, cuts {:.1} MiB",
+        cost.tiles,
+        cost.pieces,
+        cost.removal_s,
+        begin.elapsed().as_secs_f64(),
+        spent.map_or_else(String::new, |s| format!(", {s:.2} s of a processor")),
+        mib(cost.stock_bytes),
+        peak_mib().map_or_else(String::new, |p| format!(", process {p:.0} MiB at most")),
+        mib(cost.bytes)
+    );
+    write_result(sweep, &result).map_err(folder_fault)?;
+    Ok(result)
+}
+
+/// Brings the shards of a run together: its run folder is that of a run that was never split.
+fn merge_shards(args: &SweepMergeArgs, plan: &Plan) -> Result<State, Failure> {
+    let missing = |message: String| {
+        Failure::new(message).with_help(format!("run what is missing: proveout sweep run {}", args.sweep.display()))
+    };
+    let mut cuts = Vec::with_capacity(plan.jobs.len());
+    for job in 0..plan.jobs.len() {
+        let result = read_result(&args.sweep, plan, job).map_err(|e| missing(e.to_string()))?;
+        if result.state != JobState::Cut {
+            return Err(missing(format!("shard {job} was refused: {}", result.refused)));
+        }
+        let path = job_folder(&args.sweep, job).join(CUTS);
+        let digest = digest::measure(&path).map_err(|e| missing(format!("{}: {e}", path.display())))?.1;
+        if digest != result.verdict_sha256 {
+            fs::remove_file(job_folder(&args.sweep, job).join(RESULT)).map_err(|e| of(SimError::Folder(e)))?;
+            return Err(missing(format!("the cuts of shard {job} are damaged: {}", path.display())));
+        }
+        cuts.push(path);
+    }
+    let (threads, pool) = pool(None, None)?;
+    let planned = Planned::read(&args.sweep, plan, 0).map_err(|e| of(e.into()))?;
+    let prepared = pool.install(|| prepare_job(&args.sweep, &planned)).map_err(|e| of(e.into()))?.map_err(of)?;
+    let shards = ShardCuts::open(&cuts).map_err(|e| of(e.into()))?;
+    let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
+    let folder = RunFolder::create(&args.sweep.join(RUN)).map_err(|e| of(SimError::Folder(e)))?;
+    let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
+    watchers.extend(observers(&RerunMode::Off).map_err(Failure::new)?);
+    let run = pool.install(|| run_merged(prepared, shards, &mut watchers, folder.path())).map_err(of)?;
+    drop(watchers);
+    write_run_json(folder.path(), &run_info(&run, &scene.path, threads, true))
+        .map_err(|e| Failure::new(format!("run.json: {e}")))?;
+    let place = complete(folder, &inputs, &scene.folder, &mut || ())?;
+    print_summary(&run, &place);
+    if let Some(facts) = &run.shards {
+        say!("\n  {} shards: {} sweeps taken from them", facts.shards, facts.taken);
+        if facts.near_bodies > 0 {
+            say!("  {} sweeps made here: a body came near the stock within their stretch", facts.near_bodies);
+        }
+        if facts.behind_loose_part > 0 {
+            say!("  {} sweeps made here, behind a part that came off the stock", facts.behind_loose_part);
+        }
+    }
+    Ok(run.verdict.verdict)
+}
+
+fn merge(args: &SweepMergeArgs) -> Result<State, Failure> {
     let plan = Plan::read(&args.sweep).map_err(|e| of(e.into()))?;
+    if plan.shards.is_some() {
+        return merge_shards(args, &plan);
+    }
     let merged = merge_sweep(&args.sweep, &plan).map_err(|e| {
         Failure::new(e).with_help(format!("run what is missing: proveout sweep run {}", args.sweep.display()))
     })?;
@@ -183,5 +285,5 @@ fn merge(args: &SweepMergeArgs) -> Result<(), Failure> {
     }
     say!("  results: {}", args.sweep.join("sweep.parquet").display());
     say!("           {} in a browser", args.sweep.join("sweep.html").display());
-    Ok(())
+    Ok(State::Pass)
 }

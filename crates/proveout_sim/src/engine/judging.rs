@@ -77,7 +77,7 @@ impl Engine<'_> {
     /// Follows a tool without edges at its center; `met` is what its core met, where it goes down.
     fn judge_descent(&mut self, piece: &Piece, state: &CuttingState, met: Option<&SweepReport>) {
         let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else { return };
-        let Some(core) = self.cores.get(index).and_then(|c| c.first()) else { return };
+        let Some(core) = self.cutters.core(index) else { return };
         let contact = self.prepared.scene.file.tolerances.contact_mm;
         let Some(descent) = self.plunge.follow((index, tool), piece, met, core, contact) else { return };
         match descent.judged(tool, contact) {

@@ -112,6 +112,8 @@ pub(crate) struct LooseParts {
     unknown: Vec<String>,
     /// Volume that is no longer stock, mm³.
     fallen: f64,
+    /// A part was taken out of the stock, if only to be looked at.
+    has_taken: bool,
     motions: Vec<LooseMotion>,
     /// Rays that were met since the last look.
     met: u64,
@@ -128,6 +130,7 @@ impl LooseParts {
             lying: None,
             unknown: Vec::new(),
             fallen: 0.0,
+            has_taken: false,
             motions: Vec::new(),
             met: 0,
         };
@@ -318,6 +321,7 @@ impl LooseParts {
             self.loose[k].state = State::Gone;
             return Vec::new();
         };
+        self.has_taken = true;
         let (seen, mesh) = if k < MOST_PARTS {
             neighbors::follow(shop, &taken, &at, course, last)
         } else {
@@ -392,6 +396,11 @@ impl LooseParts {
     /// For the gates: what is not known.
     pub(crate) fn left_out(&self) -> Vec<String> {
         self.unknown.clone()
+    }
+
+    /// True once a part was taken out of the stock, if only to be looked at.
+    pub(crate) fn has_taken(&self) -> bool {
+        self.has_taken
     }
 
     /// For the gates: what is known of the parts that have come off; none while the stock hangs together.

@@ -19,6 +19,8 @@ use crate::{
 
 /// Most jobs of a sweep.
 const MOST_JOBS: usize = 1_000_000;
+/// Most shards of a run: each sorts all of its motion.
+const MOST_SHARDS: u16 = 1024;
 /// Values of a key that are tried on the scene before anything is planned; the others are read by their jobs.
 const TRIED: usize = 200;
 
@@ -41,7 +43,11 @@ pub struct SweepFile {
     /// What is kept of every run.
     #[serde(default)]
     pub keep: KeepFile,
-    /// What varies.
+    /// Jobs into which a single run is split: each cuts its share of the stock.
+    #[serde(default)]
+    #[schemars(with = "Option<u16>")]
+    pub shards: Option<Spanned<u16>>,
+    /// What varies; of a run in shards each key has one value.
     #[serde(default)]
     #[schemars(with = "Vec<VaryFile>")]
     pub vary: Vec<Spanned<VaryFile>>,
@@ -111,7 +117,7 @@ impl Sweep {
         if let Some(message) = names::fault(&file.name) {
             return Err(fault(0, message, names::REMEDY));
         }
-        if file.vary.is_empty() {
+        if file.vary.is_empty() && file.shards.is_none() {
             return Err(fault(0, "the sweep varies nothing".into(), "add a [[vary]] with key and values"));
         }
         let mut known = BTreeSet::new();
@@ -150,6 +156,17 @@ impl Sweep {
         if design.len() > MOST_JOBS {
             let message = format!("{} jobs, and at most {MOST_JOBS} are planned", design.len());
             return Err(fault(0, message, "vary less, or draw: method = \"latin-hypercube\""));
+        }
+        if let Some(shards) = &file.shards {
+            let (at, n) = (shards.span().start, *shards.get_ref());
+            if n == 0 || n > MOST_SHARDS {
+                let message = format!("shards = {n}: a run is split into 1 to {MOST_SHARDS}");
+                return Err(fault(at, message, "write as many as there are machines, for example shards = 8"));
+            }
+            if design.len() != 1 {
+                let message = format!("shards belong to a single run, and there are {}", design.len());
+                return Err(fault(at, message, "give each key one value, or leave `shards` out"));
+            }
         }
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
         let sweep = Self { file, path: path.clone(), folder, design };

@@ -17,7 +17,7 @@
 //! *Designs.* `grid`: all combinations, the last key changing fastest. `list`: the first values of all keys, then the second ones. `latin-hypercube`:
 //! n draws, of which each key has one in every n-th part of its range (`McKay`, Beckman, Conover 1979); the order comes from the `seed`.
 //!
-//! Not split is a single run: its stock and its motion stay in one process.
+//! A single run in `shards` has a job for each: [`crate::shards`].
 
 mod design;
 mod file;
@@ -27,4 +27,6 @@ mod result;
 pub use design::Design;
 pub use file::{DesignFile, KeepFile, Sweep, SweepFile, VaryFile};
 pub use plan::{JOB, JOBS, PLAN, Plan, PlanReport, Planned, job_folder, plan, prepare_job};
-pub use result::{Figures, JobResult, JobState, RESULT, ResultFault, read_result, result_of, write_result};
+pub use result::{
+    Figures, JobResult, JobState, RESULT, ResultFault, read_result, result_of, result_of_shard, write_result,
+};

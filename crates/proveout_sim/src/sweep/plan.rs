@@ -18,6 +18,7 @@ use crate::{
     prepare::{Choice, Prepared},
     scene::ChoiceValueFile,
     set_values::SetValue,
+    shards::{MOTION, MotionPlan, SHARES, plan_motion},
 };
 
 /// The plan, in the folder of a sweep.
@@ -47,6 +48,9 @@ pub struct Plan {
     pub keys: Vec<String>,
     /// What is kept of every run.
     pub keep: KeepFile,
+    /// The jobs are so many shards of a single run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shards: Option<u16>,
     /// Digests of the jobs in order.
     pub jobs: Vec<String>,
 }
@@ -63,6 +67,9 @@ pub struct Planned {
     pub scene: String,
     /// What varies, in the order of the keys.
     pub values: serde_json::Map<String, serde_json::Value>,
+    /// The shard that is cut, from 0, and of how many.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<[u16; 2]>,
     /// Files that are read, with SHA-256; paths from the folder of the sweep's results.
     pub inputs: Vec<Listed>,
     /// SHA-256 of the above.
@@ -78,6 +85,8 @@ pub struct PlanReport {
     pub as_before: usize,
     /// Folders of jobs of an earlier, longer plan, which stay.
     pub left_over: usize,
+    /// The motion of a run in shards.
+    pub motion: Option<MotionPlan>,
 }
 
 /// Folder of a job.
@@ -116,17 +125,20 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
     let scene = sweep.scene();
     let scene_shown = relative(out, &scene);
     let mut files: BTreeMap<String, Vec<Listed>> = BTreeMap::new();
+    let shards = sweep.file.shards.as_ref().map(|n| *n.get_ref());
+    let jobs = shards.map_or(sweep.design.len(), usize::from);
     let mut plan = Plan {
         plan_version: VERSION,
         made_by: made_by(),
         name: sweep.file.name.clone(),
         keys: sweep.design.keys().to_vec(),
         keep: sweep.file.keep,
-        jobs: Vec::with_capacity(sweep.design.len()),
+        shards,
+        jobs: Vec::with_capacity(jobs),
     };
-    let mut report = PlanReport { jobs: sweep.design.len(), ..PlanReport::default() };
-    for job in 0..sweep.design.len() {
-        let values = sweep.design.job(job);
+    let mut report = PlanReport { jobs, ..PlanReport::default() };
+    for job in 0..jobs {
+        let values = sweep.design.job(if shards.is_some() { 0 } else { job });
         let is_word = |v: &&SetValue| matches!(v.value, ChoiceValueFile::Word(_));
         let words: Vec<SetValue> = values.iter().filter(is_word).cloned().collect();
         let group = words.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
@@ -134,12 +146,19 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
             Some(inputs) => inputs.clone(),
             None => {
                 let read = |values: &[SetValue]| Prepared::read(&scene, &choice(values, &sweep.folder));
-                // A job whose numbers are refused is a result; the files are then those of the scene's own numbers.
+                // A job whose numbers are refused is a result; the files are then those of the scene's own numbers. Of a single run in
+                // shards it is the end.
                 let prepared = match read(&values) {
                     Ok(prepared) => prepared,
+                    Err(refused) if shards.is_some() => return Err(refused),
                     Err(refused) => read(&words).ok().ok_or(refused)?,
                 };
-                files.entry(group).or_insert(listed(&prepared, out)).clone()
+                let mut inputs = listed(&prepared, out);
+                if let Some(shards) = shards {
+                    report.motion = Some(plan_motion(prepared, shards, out)?);
+                    inputs.extend([listed_own(out, "motion", MOTION)?, listed_own(out, "shares", SHARES)?]);
+                }
+                files.entry(group).or_insert(inputs).clone()
             }
         };
         let values = values
@@ -150,8 +169,15 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
                 (v.key.clone(), own)
             })
             .collect();
-        let mut planned =
-            Planned { job, made_by: made_by(), scene: scene_shown.clone(), values, inputs, digest: String::new() };
+        let mut planned = Planned {
+            job,
+            made_by: made_by(),
+            scene: scene_shown.clone(),
+            values,
+            shard: shards.map(|of| [job as u16, of]),
+            inputs,
+            digest: String::new(),
+        };
         planned.digest = planned.own_digest()?;
         let (at, text) = (job_folder(out, job), json(&planned)?);
         let path = at.join(JOB);
@@ -201,6 +227,12 @@ fn listed(prepared: &Prepared, out: &Path) -> Vec<Listed> {
         .collect();
     all.sort_by(|a, b| (&a.role, &a.path).cmp(&(&b.role, &b.path)));
     all
+}
+
+/// A file that the plan itself has made.
+fn listed_own(out: &Path, role: &str, name: &str) -> Result<Listed, SimError> {
+    let (bytes, sha256) = digest::measure(&out.join(name)).map_err(SimError::Folder)?;
+    Ok(Listed { role: role.into(), path: name.into(), bytes, sha256 })
 }
 
 fn json(value: &impl Serialize) -> Result<String, SimError> {

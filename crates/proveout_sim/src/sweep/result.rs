@@ -14,6 +14,7 @@ use super::plan::{Plan, Planned, job_folder, made_by, replace};
 use crate::{
     digest,
     finding::Severity,
+    shards::ShardCost,
     verdict::{State, Verdict},
 };
 
@@ -34,6 +35,8 @@ pub enum JobState {
     Unchecked,
     /// Scene, control or method refuse its values: there is no run.
     Refused,
+    /// A shard of a run, cut; the verdict comes with the merge.
+    Cut,
 }
 
 impl JobState {
@@ -44,6 +47,7 @@ impl JobState {
             Self::Fail => "fail",
             Self::Unchecked => "unchecked",
             Self::Refused => "refused",
+            Self::Cut => "cut",
         }
     }
 }
@@ -71,7 +75,7 @@ pub struct JobResult {
     pub gates: BTreeMap<String, State>,
     /// Its figures.
     pub figures: Figures,
-    /// SHA-256 of `verdict.json`; empty where it was refused.
+    /// SHA-256 of `verdict.json`, or of the cuts of a shard; empty where it was refused.
     pub verdict_sha256: String,
     /// SHA-256 of the above.
     pub check: String,
@@ -128,6 +132,21 @@ pub fn result_of(job: &Planned, outcome: Result<(&Verdict, &[u8]), String>) -> J
     }
     result.check = result.own_check();
     result
+}
+
+/// The result of a shard: `cuts` are its own, on disk.
+///
+/// # Errors
+/// What the system says when they are read.
+pub fn result_of_shard(job: &Planned, cost: &ShardCost, cuts: &Path) -> io::Result<JobResult> {
+    let mut result = result_of(job, Err(String::new()));
+    result.state = JobState::Cut;
+    result.figures = [("tiles", cost.tiles), ("pieces", cost.pieces), ("cuts_bytes", cost.bytes)]
+        .map(|(name, count)| (name.to_owned(), Some(count as f64)))
+        .into();
+    result.verdict_sha256 = digest::measure(cuts)?.1;
+    result.check = result.own_check();
+    Ok(result)
 }
 
 /// Figures of a verdict in a flat table.

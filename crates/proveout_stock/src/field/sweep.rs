@@ -90,35 +90,32 @@ impl TriDexel {
         depths: &mut Depths,
     ) -> Vec<SweepReport> {
         let mut reports = vec![SweepReport::default(); items.len()];
-        let mut bodies: Vec<(*const Profile, Meridian)> = Vec::new();
-        let index: Vec<usize> = items
-            .iter()
-            .map(|item| {
-                let address = std::ptr::from_ref(item.body);
-                bodies.iter().position(|b| b.0 == address).unwrap_or_else(|| {
-                    bodies.push((address, Meridian::split(item.body)));
-                    bodies.len() - 1
-                })
-            })
-            .collect();
-        let bodies: Vec<Meridian> = bodies.into_iter().map(|b| b.1).collect();
-        for first in (0..items.len()).step_by(ITEMS) {
-            let last = (first + ITEMS).min(items.len());
-            let measures = measures.get(first..last).unwrap_or(&[]);
-            let out = (&mut reports[first..last], &mut *depths);
-            self.pass(&items[first..last], measures, &index[first..last], &bodies, out);
+        let (index, bodies) = bodies_of(items);
+        for chunk in chunks(items, measures) {
+            let mut batch = self.batch(chunk.items, chunk.measures, &index[chunk.range.clone()], &bodies);
+            batch.moves = self.watch_engagement.then(|| Moves::new(chunk.items, &index[chunk.range.clone()]));
+            let reports = &mut reports[chunk.range.clone()];
+            let mut first = 0;
+            while first < batch.ready.len() {
+                let (bins, next) = self.bin(&batch, first);
+                let mut works = self.works(&batch, bins);
+                let laps = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
+                self.settle(works, reports);
+                self.measure(&chunk, laps, reports, depths);
+                first = next;
+            }
         }
         reports
     }
 
-    fn pass(
+    /// The items made ready, and the bound of their sweeps taken note of.
+    pub(crate) fn batch<'b>(
         &mut self,
         items: &[SweepItem<'_>],
         measures: &[Measure],
         index: &[usize],
-        bodies: &[Meridian],
-        (reports, depths): (&mut [SweepReport], &mut Depths),
-    ) {
+        bodies: &'b [Meridian],
+    ) -> Batch<'b> {
         let bounds = &self.grid.bounds;
         let split: Vec<Split> = items
             .par_iter()
@@ -133,24 +130,30 @@ impl TriDexel {
         for (ready, measure) in batch.ready.iter_mut().zip(measures) {
             ready.measured = *measure != Measure::No;
         }
-        batch.moves = self.watch_engagement.then(|| Moves::new(items, index));
-        let mut first = 0;
-        while first < batch.ready.len() {
-            let (bins, next) = self.bin(&batch, first);
-            let laps = self.run(&batch, bins, reports);
-            for of_item in laps.chunk_by(|x, y| x.item == y.item) {
-                let item = of_item[0].item as usize;
-                let longest = reports[item].overlap_mm;
-                let (body, begin) = (items[item].body, &items[item].motion.from);
-                let held = |x: &Point| {
-                    let way = x - begin.tip;
-                    let z = way.dot(&begin.axis);
-                    body.signed_distance([(way - begin.axis * z).norm(), z])
-                };
-                reports[item].depth_mm =
-                    Some(depths.of_item(&self.grid, measures[item], of_item, longest, (held, self.sweep_bound)));
-            }
-            first = next;
+        batch
+    }
+
+    /// How deep the measured items of a pass were; `laps` are in the order of the tiles.
+    pub(crate) fn measure(
+        &self,
+        chunk: &ItemChunk<'_, '_>,
+        mut laps: Vec<Lap>,
+        reports: &mut [SweepReport],
+        depths: &mut Depths,
+    ) {
+        // In the order of the items; among those of one item, that of the tiles stays.
+        laps.sort_by_key(|lap| lap.item);
+        for of_item in laps.chunk_by(|x, y| x.item == y.item) {
+            let item = of_item[0].item as usize;
+            let longest = reports[item].overlap_mm;
+            let (body, begin) = (chunk.items[item].body, &chunk.items[item].motion.from);
+            let held = |x: &Point| {
+                let way = x - begin.tip;
+                let z = way.dot(&begin.axis);
+                body.signed_distance([(way - begin.axis * z).norm(), z])
+            };
+            reports[item].depth_mm =
+                Some(depths.of_item(&self.grid, chunk.measures[item], of_item, longest, (held, self.sweep_bound)));
         }
     }
 
@@ -169,7 +172,7 @@ impl TriDexel {
     }
 
     /// Sorts items into the tiles that they may touch, in the order of the items, until the pass is full.
-    fn bin(&self, batch: &Batch<'_>, first: usize) -> (Bins, usize) {
+    pub(crate) fn bin(&self, batch: &Batch<'_>, first: usize) -> (Bins, usize) {
         let (mut count, mut measured) = (0, 0);
         let mut next = first;
         while next < batch.ready.len() && (next == first || count < ENTRIES && measured < MEASURED_ENTRIES) {
@@ -231,8 +234,8 @@ impl TriDexel {
         (bins, next)
     }
 
-    /// Carries out what the bins hold; gives what measured items take up, by item.
-    fn run(&mut self, batch: &Batch<'_>, bins: Bins, reports: &mut [SweepReport]) -> Vec<Lap> {
+    /// Carries out what the bins hold, on tiles that are taken out of the stock.
+    pub(crate) fn works(&mut self, batch: &Batch<'_>, bins: Bins) -> Vec<Work> {
         let mut undo = self.history.as_mut();
         let mut works: Vec<Work> = bins
             .tiles
@@ -253,10 +256,12 @@ impl TriDexel {
             let entries = work.entries.clone();
             batch.on_tile(grid, work, &bins.entries[entries], scratch);
         });
-        let mut laps: Vec<Lap> = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
-        // In the order of the items; among those of one item, that of the tiles stays.
-        laps.sort_by_key(|lap| lap.item);
-        let cut = works.iter().any(|work| work.changed[0] < work.changed[1]);
+        works
+    }
+
+    /// Puts tiles back, in rising order, and adds up what was met in them.
+    pub(crate) fn settle(&mut self, works: Vec<Work>, reports: &mut [SweepReport]) {
+        let cut = works.iter().any(Work::is_cut);
         let pass = self.passes + u32::from(cut);
         self.passes = pass;
         for work in works {
@@ -281,11 +286,11 @@ impl TriDexel {
                 let region = Aabb { min: low, max: high };
                 report.region = Some(report.region.map_or(region, |r| r.union(&region)));
             }
-            for (item, contact) in work.watch.contacts {
-                let report = &mut reports[item as usize];
-                report.contact = Some(report.contact.map_or(contact, |c| c.union(&contact)));
+            for (item, contact) in &work.watch.contacts {
+                let report = &mut reports[*item as usize];
+                report.contact = Some(report.contact.map_or(*contact, |c| c.union(contact)));
             }
-            if work.changed[0] < work.changed[1] {
+            if work.is_cut() {
                 self.cut_in[work.index] = pass;
                 self.mark_changed(work.index, work.changed);
             }
@@ -295,12 +300,45 @@ impl TriDexel {
             self.lost[work.index] = work.lost;
             self.tiles[work.index] = work.tile;
         }
-        laps
     }
 }
 
 /// Items sorted by tile.
-struct Bins {
-    entries: Vec<u32>,
-    tiles: Vec<(usize, std::ops::Range<usize>)>,
+pub(crate) struct Bins {
+    pub(crate) entries: Vec<u32>,
+    pub(crate) tiles: Vec<(usize, std::ops::Range<usize>)>,
+}
+
+/// Items that are made ready in one go.
+pub(crate) struct ItemChunk<'c, 'a> {
+    pub(crate) range: std::ops::Range<usize>,
+    pub(crate) items: &'c [SweepItem<'a>],
+    pub(crate) measures: &'c [Measure],
+}
+
+/// The items in goes; the same for everyone who is given the same items.
+pub(crate) fn chunks<'c, 'a>(
+    items: &'c [SweepItem<'a>],
+    measures: &'c [Measure],
+) -> impl Iterator<Item = ItemChunk<'c, 'a>> {
+    (0..items.len()).step_by(ITEMS).map(move |first| {
+        let range = first..(first + ITEMS).min(items.len());
+        ItemChunk { items: &items[range.clone()], measures: measures.get(range.clone()).unwrap_or(&[]), range }
+    })
+}
+
+/// The bodies of items, each made ready once, and which one each item has.
+pub(crate) fn bodies_of(items: &[SweepItem<'_>]) -> (Vec<usize>, Vec<Meridian>) {
+    let mut bodies: Vec<(*const Profile, Meridian)> = Vec::new();
+    let index: Vec<usize> = items
+        .iter()
+        .map(|item| {
+            let address = std::ptr::from_ref(item.body);
+            bodies.iter().position(|b| b.0 == address).unwrap_or_else(|| {
+                bodies.push((address, Meridian::split(item.body)));
+                bodies.len() - 1
+            })
+        })
+        .collect();
+    (index, bodies.into_iter().map(|b| b.1).collect())
 }

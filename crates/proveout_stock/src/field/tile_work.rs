@@ -36,6 +36,13 @@ pub(crate) struct Work {
     pub changed: [f64; 2],
 }
 
+impl Work {
+    /// True where something was taken away.
+    pub(crate) fn is_cut(&self) -> bool {
+        self.changed[0] < self.changed[1]
+    }
+}
+
 /// Layer and lane.
 type Place = (usize, usize);
 /// A step that may touch a layer, and the rows that it may.

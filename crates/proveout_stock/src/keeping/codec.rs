@@ -111,6 +111,11 @@ impl<'a> Decoder<'a> {
         Ok(out)
     }
 
+    /// Three bytes.
+    pub(crate) fn three(&mut self) -> Result<[u8; 3], Fault> {
+        self.take::<3>(3)
+    }
+
     pub(crate) fn number(&mut self) -> Result<u64, Fault> {
         let mut x = 0_u64;
         for shift in (0..64).step_by(7) {

@@ -246,12 +246,17 @@ impl Patch {
     /// Carries out the removing items, in their order; probes and motions that cannot reach the patch are left out. What they meet
     /// is reported by the stock that the patch belongs to, so that nothing is counted twice.
     pub fn sweep(&mut self, items: &[SweepItem<'_>]) {
-        let bounds = self.stock.bounds();
-        let near = |item: &&SweepItem<'_>| item.action == Action::Remove && reaches(item, &bounds);
-        let near: Vec<SweepItem<'_>> = items.iter().filter(near).copied().collect();
+        let near = self.near(items);
         if !near.is_empty() {
             self.stock.sweep(&near);
         }
+    }
+
+    /// The items that [`Self::sweep`] carries out: for the stock of the patch in shares.
+    pub fn near<'a>(&self, items: &[SweepItem<'a>]) -> Vec<SweepItem<'a>> {
+        let bounds = self.stock.bounds();
+        let near = |item: &&SweepItem<'_>| item.action == Action::Remove && reaches(item, &bounds);
+        items.iter().filter(near).copied().collect()
     }
 
     /// The exact points of the surface in the window, in the order of [`TriDexel::surface_points`].

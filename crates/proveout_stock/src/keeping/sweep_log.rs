@@ -13,7 +13,7 @@ use crate::{
     StockFileError,
     field::{
         dexel::TriDexel,
-        grid::TILE_RAYS,
+        grid::{Grid, TILE_RAYS},
         lost::Lost,
         span::{INITIAL, Span},
         sweep::SweepReport,
@@ -69,14 +69,11 @@ impl SweepLog {
             out.number(u64::from(stock.cut_in[tile] - moment.0));
             before = tile;
             write_tile(out, &stock.tiles[tile]);
-            let emptied = (0..TILE_RAYS).filter_map(|r| Some((r, stock.lost[tile].of(r)?)));
-            out.number(emptied.clone().count() as u64);
-            for (ray, id) in emptied {
-                out.number(ray as u64);
-                out.number(u64::from(id));
-            }
+            write_lost(out, &stock.lost[tile]);
             if let Some(history) = &stock.history {
-                write_undo(out, &history.tiles[tile], first);
+                // Ids rise.
+                let undo = &history.tiles[tile];
+                write_undo(out, undo, undo.changes.partition_point(|c| c.id < first));
             }
         }
         let changed = || stock.changed.iter().enumerate().filter(|(_, c)| **c).map(|(k, _)| k);
@@ -156,17 +153,8 @@ impl<'a> SweepReplay<'a> {
         for _ in 0..below(input, stock.tiles.len() as u64 + 1, "more tiles than the stock has")? {
             tile += below(input, (stock.tiles.len() - tile) as u64, "a tile that the stock does not have")? as usize;
             stock.cut_in[tile] = before + below(input, u64::from(passes) + 1, "a pass that was not made")? as u32;
-            let (axis, _) = stock.grid.tile_place(tile);
-            // A cell of play: rays may end by rounding outside of the box.
-            let play = stock.grid.cells[axis];
-            let room = [stock.grid.bounds.min[axis] - play, stock.grid.bounds.max[axis] + play];
-            stock.tiles[tile] = read_tile(input, room)?;
-            let mut lost = Lost::default();
-            for _ in 0..below(input, TILE_RAYS as u64 + 1, "more rays than a tile has")? {
-                let ray = below(input, TILE_RAYS as u64, "a ray that the tile does not have")? as usize;
-                lost.set(ray, below(input, u64::from(INITIAL), "an id that is none")? as u32);
-            }
-            stock.lost[tile] = lost;
+            stock.tiles[tile] = read_tile(input, rays_end_in(&stock.grid, tile))?;
+            stock.lost[tile] = read_lost(input)?;
             if let Some(history) = &mut stock.history {
                 read_undo(input, &mut history.tiles[tile])?;
             }
@@ -236,7 +224,26 @@ pub(crate) fn below(input: &mut Decoder<'_>, limit: u64, what: &'static str) -> 
     if x < limit { Ok(x) } else { Err(input.fault(what)) }
 }
 
-fn write_tile(out: &mut Encoder, tile: &Tile) {
+/// Who emptied which rays.
+pub(crate) fn write_lost(out: &mut Encoder, lost: &Lost) {
+    let emptied = (0..TILE_RAYS).filter_map(|r| Some((r, lost.of(r)?)));
+    out.number(emptied.clone().count() as u64);
+    for (ray, id) in emptied {
+        out.number(ray as u64);
+        out.number(u64::from(id));
+    }
+}
+
+pub(crate) fn read_lost(input: &mut Decoder<'_>) -> Result<Lost, Fault> {
+    let mut lost = Lost::default();
+    for _ in 0..below(input, TILE_RAYS as u64 + 1, "more rays than a tile has")? {
+        let ray = below(input, TILE_RAYS as u64, "a ray that the tile does not have")? as usize;
+        lost.set(ray, below(input, u64::from(INITIAL), "an id that is none")? as u32);
+    }
+    Ok(lost)
+}
+
+pub(crate) fn write_tile(out: &mut Encoder, tile: &Tile) {
     out.number(tile.room() as u64);
     for ray in 0..TILE_RAYS {
         let spans = tile.ray(ray);
@@ -247,7 +254,14 @@ fn write_tile(out: &mut Encoder, tile: &Tile) {
     }
 }
 
-fn read_tile(input: &mut Decoder<'_>, [low, high]: [f64; 2]) -> Result<Tile, Fault> {
+/// Range in which the rays of a tile may end: a cell of play, since they may end by rounding outside of the box.
+pub(crate) fn rays_end_in(grid: &Grid, tile: usize) -> [f64; 2] {
+    let (axis, _) = grid.tile_place(tile);
+    let play = grid.cells[axis];
+    [grid.bounds.min[axis] - play, grid.bounds.max[axis] + play]
+}
+
+pub(crate) fn read_tile(input: &mut Decoder<'_>, [low, high]: [f64; 2]) -> Result<Tile, Fault> {
     // Twice what is there at most is kept free, see `Tile::rewrite`.
     let room = below(input, u64::from(u32::MAX), "a tile without bounds")? as usize;
     let mut rays: Vec<Vec<Span>> = Vec::with_capacity(TILE_RAYS);
@@ -274,9 +288,8 @@ fn read_tile(input: &mut Decoder<'_>, [low, high]: [f64; 2]) -> Result<Tile, Fau
     Ok(Tile::with_room(room, rays))
 }
 
-/// The changes of the items from `first` on; ids rise.
-fn write_undo(out: &mut Encoder, undo: &crate::keeping::history::Undo, first: u32) {
-    let known = undo.changes.partition_point(|c| c.id < first);
+/// The changes behind the first `known`.
+pub(crate) fn write_undo(out: &mut Encoder, undo: &crate::keeping::history::Undo, known: usize) {
     let ends: usize = undo.changes[known..].iter().map(|c| usize::from(c.put)).sum();
     out.number(undo.changes.capacity() as u64);
     out.number(undo.ends.capacity() as u64);
@@ -292,7 +305,7 @@ fn write_undo(out: &mut Encoder, undo: &crate::keeping::history::Undo, first: u3
     }
 }
 
-fn read_undo(input: &mut Decoder<'_>, undo: &mut crate::keeping::history::Undo) -> Result<(), Fault> {
+pub(crate) fn read_undo(input: &mut Decoder<'_>, undo: &mut crate::keeping::history::Undo) -> Result<(), Fault> {
     let [changes_room, ends_room] = [input.number()?, input.number()?];
     undo.broken |= below(input, 2, "a flag that is none")? == 1;
     let count = below(input, input.left() as u64 + 1, "more changes than there are bytes")?;
@@ -325,17 +338,17 @@ fn with_room<T: Copy>(room: usize, held: &[T]) -> Vec<T> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use proveout_geom::{Aabb, Point, ToolPose, Vector};
     use proveout_tool::{Profile, Segment};
 
     use super::*;
     use crate::{Action, Measure, SweepItem, SweepMotion};
 
-    struct Random(u64);
+    pub(crate) struct Random(pub(crate) u64);
 
     impl Random {
-        fn next(&mut self, low: f64, high: f64) -> f64 {
+        pub(crate) fn next(&mut self, low: f64, high: f64) -> f64 {
             self.0 ^= self.0 << 13;
             self.0 ^= self.0 >> 7;
             self.0 ^= self.0 << 17;
@@ -343,7 +356,7 @@ mod tests {
         }
     }
 
-    fn cutters() -> [Profile; 2] {
+    pub(crate) fn cutters() -> [Profile; 2] {
         let line = |from, to| Segment::Line { from, to };
         let flat = vec![line([0.0, 0.0], [2.0, 0.0]), line([2.0, 0.0], [2.0, 20.0]), line([2.0, 20.0], [0.0, 20.0])];
         let ball = vec![
@@ -355,7 +368,10 @@ mod tests {
     }
 
     /// Batches of motions, some of them probed, some measured alone and some in runs; from air to far below the block.
-    fn batches<'a>(cutters: &'a [Profile; 2], random: &mut Random) -> Vec<(Vec<SweepItem<'a>>, Vec<Measure>)> {
+    pub(crate) fn batches<'a>(
+        cutters: &'a [Profile; 2],
+        random: &mut Random,
+    ) -> Vec<(Vec<SweepItem<'a>>, Vec<Measure>)> {
         let mut at = ToolPose { tip: Point::new(1.0, 1.0, 9.0), axis: Vector::z() };
         let (mut id, mut since) = (0, 0);
         let mut batch = |count: usize| {
@@ -385,7 +401,7 @@ mod tests {
     }
 
     /// All that a stock holds, its memory included.
-    fn whole(stock: &TriDexel) -> String {
+    pub(crate) fn whole(stock: &TriDexel) -> String {
         let mut saved = Vec::new();
         stock.save(&mut saved).expect("written");
         let undo = stock.history.iter().flat_map(|h| &h.tiles);
@@ -403,7 +419,7 @@ mod tests {
         )
     }
 
-    fn block(history: bool) -> TriDexel {
+    pub(crate) fn block(history: bool) -> TriDexel {
         let bounds = Aabb { min: Point::origin(), max: Point::new(20.0, 16.0, 8.0) };
         let mut stock = TriDexel::from_box(&bounds, [0.5, 0.4, 0.3], 1 << 30).expect("a stock");
         stock.watch_engagement(true);

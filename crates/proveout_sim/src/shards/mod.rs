@@ -1,0 +1,57 @@
+//! One run on several machines: its stock in shards, its motion planned before.
+//!
+//! ```text
+//!   plan     program ─► control ─► pieces of motion ──► motion.bin     what each stretch asks of the stock
+//!                                  which tile comes to whom ► shares.bin
+//!   shard k  motion.bin ─► the tiles of k are cut ─────► cuts.bin      what became of each tile, stretch by stretch
+//!   merge    the run as ever; where it would cut, it takes what all shards say
+//! ```
+//!
+//! The merged run plans its motion, follows bodies, looks for loose parts and judges as any other run: there is one way to a verdict. So its
+//! folder has the bytes of a run that was never split, for any number of shards. A stretch that the merged run has to cut in parts,
+//! since a body comes near the stock within it, is cut by the merged run itself; so is everything behind a part that
+//! came off the stock, of which the shards do not know. Motion is planned twice in all, however many shards there are.
+//!
+//! Tiles of the stock and of its patches go to the shards by load: the heaviest first, to whoever has least, where the load of
+//! a tile is the number of sweeps that come to it before anything is cut ([`proveout_stock::shares_of`]).
+//!
+//! *Limits.* Collision, judgement and the surface are not split, and the merged run holds the whole stock. A shard makes the whole raw stock
+//! before it keeps its tiles.
+
+mod cut;
+mod motion;
+mod told;
+
+use std::{io::Read, path::PathBuf};
+
+pub use cut::{ShardCost, cut_shard};
+pub use motion::{MOTION, MotionPlan, SHARES, plan_motion};
+use thiserror::Error;
+pub use told::{ShardCuts, ShardFacts};
+
+/// Why a shard cannot be cut, or its cuts not be taken.
+#[derive(Debug, Error)]
+#[error("{}: {message}", path.display())]
+pub struct ShardError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub message: String,
+}
+
+impl ShardError {
+    fn new(path: &std::path::Path, message: impl std::fmt::Display) -> Self {
+        Self { path: path.to_owned(), message: message.to_string() }
+    }
+}
+
+/// Reads exactly so many bytes; none at the end of the file.
+fn record(input: &mut impl Read, length: usize) -> std::io::Result<Option<Vec<u8>>> {
+    let mut bytes = Vec::new();
+    input.by_ref().take(length as u64).read_to_end(&mut bytes)?;
+    match bytes.len() {
+        n if n == length => Ok(Some(bytes)),
+        0 => Ok(None),
+        _ => Err(std::io::Error::new(std::io::ErrorKind::UnexpectedEof, "it ends in the middle of a record")),
+    }
+}
