@@ -42,14 +42,15 @@ mod cap;
 mod field;
 mod grid;
 mod lanes;
-mod pair;
 mod part;
 mod problem;
+mod side;
 mod solved;
 mod solver;
+mod stages;
 
 pub(crate) use self::grid::{Spot, jerk_along};
-use self::{grid::Probe, solved::Solved};
+use self::{grid::Probe, solved::Solved, stages::Stages};
 use crate::{
     path::{Frame, Path},
     profile::Law,
@@ -116,6 +117,7 @@ pub(crate) struct Rounds {
     spots: Vec<Spot>,
     /// Stretches of time that run as in the first law, rising.
     cuts: Vec<[f64; 2]>,
+    stages: Stages,
 }
 
 impl Rounds {
@@ -197,12 +199,12 @@ impl Rounds {
             let at_begin = region.from <= 0.0;
             let same = before.iter().position(|k| k.from == region.from && k.to == region.to);
             let known = match same {
-                Some(i) => before.swap_remove(i).repaired(&mut probe),
+                Some(i) => before.swap_remove(i).repaired(&mut probe, &mut self.stages),
                 None => {
                     let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
                     let start = if at_begin { entry.square } else { [1.0, 0.0] };
                     let problem = grid::problem(&mut probe, &region, fixed, &self.spots);
-                    Solved::new(&mut probe, problem, [region.from, region.to], start)
+                    Solved::new((&mut probe, &mut self.stages), problem, [region.from, region.to], start)
                 }
             };
             if region.from >= kept_until {
