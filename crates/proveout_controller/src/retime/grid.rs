@@ -19,6 +19,8 @@ const INTERVAL: [f64; 3] = [0.001, 0.004, 0.02];
 /// Interval at low speed as part of the longest, and what a border of pieces must be apart from the next.
 const SLOWEST: f64 = 0.35;
 const SHORTEST: f64 = 0.2;
+/// Points an interval for which there is room at once.
+const NODES: usize = 4;
 /// Intervals by which a region reaches into stretches that run at the highest speed already.
 const INTO_HELD: f64 = 5.0;
 /// Speed along the path that counts as the highest, as part of it.
@@ -257,6 +259,9 @@ pub(super) fn problem(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], 
     let begins = knots.clone();
     let problem = Problem { fixed, lengths, begins, scale: step, count: used.len(), used, ..Problem::default() };
     let mut grid = Grid { tight: 1.0, smooth: 0, cell: 0, first: 0, problem, caps: Vec::new() };
+    let most = NODES * knots.len();
+    grid.problem.nodes.reserve(most);
+    grid.problem.joints.reserve(most * grid.problem.count);
     let mut k = 0;
     let last = knots.len() - 2;
     for piece in &region.pieces {

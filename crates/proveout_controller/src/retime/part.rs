@@ -11,6 +11,8 @@
 
 use std::ops::Range;
 
+use proveout_machine::MAX_JOINTS;
+
 use super::{
     lanes::{LANES, Lanes},
     problem::{JointRow, Problem, RELAXED},
@@ -23,6 +25,9 @@ pub(super) type Names = u64;
 
 /// Name of the row of speed.
 pub(super) const SPEED: usize = 0;
+
+/// How many there are.
+const NAMES: usize = 1 + 4 * MAX_JOINTS;
 
 /// Names of a joint's rows: acceleration above and below, jerk above and below.
 pub(super) fn names(joint: usize) -> [usize; 4] {
@@ -44,6 +49,8 @@ struct Slot {
     /// Rows without and with the tempo on their right side.
     even: Range<usize>,
     jerk: Range<usize>,
+    /// Places of the names among its rows, counted from one.
+    index: [u8; NAMES],
 }
 
 impl Bundle {
@@ -155,8 +162,11 @@ impl Part {
         }
         let without = self.even.len() - even;
         self.jerk.resize(jerk + self.names.len() - first - without, [zero; 3]);
-        let mut slot =
-            Slot { basis: [[zero; 4]; 3], weight: zero, even: even..self.even.len(), jerk: jerk..self.jerk.len() };
+        let (even, jerk) = (even..self.even.len(), jerk..self.jerk.len());
+        let mut slot = Slot { basis: [[zero; 4]; 3], weight: zero, even, jerk, index: [0; NAMES] };
+        for (place, name) in (1..).zip(&self.names[first..]) {
+            slot.index[usize::from(*name)] = place;
+        }
         let mut lanes = [NONE; LANES];
         for lane in 0..LANES {
             let [k, begin, count] = eight[lane.min(eight.len() - 1)];
@@ -183,7 +193,7 @@ impl Part {
             let out = near[0] && node.lead > 0.0 || near[1] && node.lead < 0.0;
             let joints: &[JointRow] = &problem.joints[at * problem.count..(at + 1) * problem.count];
             let (without, with) = self.names[first..].split_at(without);
-            for (row, name) in self.even[even..].iter_mut().zip(without) {
+            for (row, name) in self.even[slot.even.clone()].iter_mut().zip(without) {
                 let [a1, a0] = match of_joint(*name) {
                     None if out => [0.0; 2],
                     None => [node.speed * node.lead, node.speed],
@@ -191,7 +201,7 @@ impl Part {
                 };
                 (row[0].0[lane], row[1].0[lane]) = (a1, a0);
             }
-            for (row, name) in self.jerk[jerk..].iter_mut().zip(with) {
+            for (row, name) in self.jerk[slot.jerk.clone()].iter_mut().zip(with) {
                 let Some((joint, sign)) = of_joint(*name) else { continue };
                 for q in 0..3 {
                     row[q].0[lane] = joints[joint][2 + q] * factor * sign;
@@ -224,8 +234,9 @@ impl Part {
     /// Running number and lane of a node's row with a name.
     pub(super) fn row(&self, node: usize, name: u8) -> Option<[usize; 2]> {
         let [at, lane] = *self.places.get(node)?;
-        let rows = self.slots.get(at)?.rows();
-        Some([rows.start + self.names[rows].iter().position(|own| *own == name)?, lane])
+        let slot = self.slots.get(at)?;
+        let place = slot.index[usize::from(name)];
+        (place > 0).then(|| [slot.rows().start + usize::from(place) - 1, lane])
     }
 
     /// Sum of w / sqrt(b); infinite where b is not above zero.

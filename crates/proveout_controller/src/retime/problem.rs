@@ -94,7 +94,8 @@ impl Problem {
         let value = [r * r * (1.0 + 2.0 * t), w * t * r * r, t * t * (3.0 - 2.0 * t), -w * t * t * r];
         let slope = [-6.0 * t * r, w * r * (r - 2.0 * t), 6.0 * t * r, w * t * (t - 2.0 * r)];
         let bend = [12.0 * t - 6.0, w * (6.0 * t - 4.0), 6.0 - 12.0 * t, w * (6.0 * t - 2.0)];
-        [value, slope.map(|x| x / h), bend.map(|x| x / (h * h))]
+        let over = 1.0 / h;
+        [value, slope.map(|x| x * over), bend.map(|x| x * (over * over))]
     }
 
     /// The unknowns of the law's own tempo.

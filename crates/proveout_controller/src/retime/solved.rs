@@ -94,13 +94,11 @@ impl Solved {
         let mut problem = self.field.between([begin, end]);
         let before = &self.c[2 * begin..2 * end + 2];
         let mut c = before.to_vec();
-        let used_before = worst(&problem, before, &[]);
         let good = stages.run(probe, &mut problem, &mut c);
         let after = worst(&problem, &c, &stages.relaxed);
         let good = good && after <= ALLOWED;
         // Better than before is something, too: the next round goes on from there.
-        let better = after - 1.0 < BETTER * (used_before - 1.0);
-        if good || better {
+        if good || after - 1.0 < BETTER * (worst(&problem, before, &[]) - 1.0) {
             self.c[2 * begin..2 * end + 2].copy_from_slice(&c);
         }
         self.field.put_back(begin, problem);
