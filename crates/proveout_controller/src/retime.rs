@@ -22,8 +22,8 @@
 //!    on each other. A program that runs at its feed costs nothing here.
 //! 2. *Grid*: knots at borders of phases and cells and between them, closer where the speed is low; limits at two to five points an
 //!    interval, on both sides of every jump.
-//! 3. *Solution* (`problem.rs`, `solver.rs`): an interior point method, chunk by chunk with an overlap. Where a row passes its limit
-//!    between two points, a point is put there and the search goes on.
+//! 3. *Solution* (`problem.rs`, `stages.rs`, `solver.rs`): an interior point method, chunk by chunk with an overlap. Where a row passes
+//!    its limit between two points, a point is put there and the search goes on, at the end around that place alone.
 //! 4. *Samples* (`watch.rs`): the law is measured at the control samples. Where one passes a limit, or a difference of set points does,
 //!    that place gets a point of its own, or rows around it are tightened where they do not see the excess, and the surroundings are
 //!    solved again; after some rounds the tempo is lowered there (`dip`).
@@ -48,6 +48,7 @@ mod side;
 mod solved;
 mod solver;
 mod stages;
+mod system;
 
 pub(crate) use self::grid::{Spot, jerk_along};
 use self::{grid::Probe, solved::Solved, stages::Stages};

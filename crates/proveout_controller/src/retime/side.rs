@@ -1,4 +1,4 @@
-//! Slack and multiplier of a row, of eight nodes at once.
+//! Slack and multiplier of a row, of eight nodes at once: one side of a limit.
 
 use super::lanes::{LANES, Lanes};
 
