@@ -14,17 +14,32 @@ pub(crate) struct Jet<const N: usize = 4>(pub(crate) [f64; N]);
 impl<const N: usize> Jet<N> {
     #[inline]
     pub(crate) fn times(&self, o: &Self) -> Self {
-        Self(std::array::from_fn(|k| (1..=k).fold(self.0[0] * o.0[k], |sum, m| sum + self.0[m] * o.0[k - m])))
+        let mut out = [0.0; N];
+        for k in 0..N {
+            out[k] = self.0[0] * o.0[k];
+            for m in 1..=k {
+                out[k] += self.0[m] * o.0[k - m];
+            }
+        }
+        Self(out)
     }
 
     #[inline]
     fn plus(&self, o: &Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] + o.0[k]))
+        let mut out = *self;
+        for (a, b) in out.0.iter_mut().zip(&o.0) {
+            *a += b;
+        }
+        out
     }
 
     #[inline]
     fn minus(&self, o: &Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] - o.0[k]))
+        let mut out = *self;
+        for (a, b) in out.0.iter_mut().zip(&o.0) {
+            *a -= b;
+        }
+        out
     }
 
     /// Sine and cosine; exact at right angles.
@@ -36,10 +51,12 @@ impl<const N: usize> Jet<N> {
         // With r = a1 h + a2 h^2 + a3 h^3: sin r = r - r^3/6 and 1 - cos r = r^2/2 up to h^3.
         let sine = [0.0, a1, a2, a3 - a1 * a1 * a1 / 6.0];
         let drop = [0.0, 0.0, 0.5 * a1 * a1, a1 * a2];
-        let of = |first: f64, k: usize, [by_sine, by_drop]: [f64; 2]| {
-            if k == 0 { first } else { by_sine * sine[k] + by_drop * drop[k] }
-        };
-        (Self(std::array::from_fn(|k| of(s, k, [c, -s]))), Self(std::array::from_fn(|k| of(c, k, [-s, -c]))))
+        let (mut sines, mut cosines) = ([s; N], [c; N]);
+        for k in 1..N.min(4) {
+            sines[k] = c * sine[k] + -s * drop[k];
+            cosines[k] = -s * sine[k] + -c * drop[k];
+        }
+        (Self(sines), Self(cosines))
     }
 }
 
@@ -55,17 +72,32 @@ impl<const N: usize> VectorJet<N> {
 
     #[inline]
     pub(crate) fn plus(&self, o: &Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] + o.0[k]))
+        let mut out = *self;
+        for (a, b) in out.0.iter_mut().zip(&o.0) {
+            *a += b;
+        }
+        out
     }
 
     #[inline]
     pub(crate) fn minus(&self, o: &Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] - o.0[k]))
+        let mut out = *self;
+        for (a, b) in out.0.iter_mut().zip(&o.0) {
+            *a -= b;
+        }
+        out
     }
 
     #[inline]
     pub(crate) fn times(&self, f: &Jet<N>) -> Self {
-        Self(std::array::from_fn(|k| (1..=k).fold(self.0[0] * f.0[k], |sum, m| sum + self.0[m] * f.0[k - m])))
+        let mut out = *self;
+        for k in 0..N {
+            out.0[k] = self.0[0] * f.0[k];
+            for m in 1..=k {
+                out.0[k] += self.0[m] * f.0[k - m];
+            }
+        }
+        out
     }
 
     /// Turned about the line through the origin along the unit vector `axis` (Rodrigues 1840) by the angle whose sine
@@ -88,8 +120,11 @@ impl<const N: usize> VectorJet<N> {
     #[inline]
     fn turned_about(&self, k: usize, sense: f64, sine: &Jet<N>, cosine: &Jet<N>) -> Self {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        let (x, y) = (Jet(self.0.map(|v| v[i])), Jet(self.0.map(|v| v[j])));
-        let sine = Jet(sine.0.map(|s| sense * s));
+        let (mut x, mut y, mut sine) = (Jet([0.0; N]), Jet([0.0; N]), *sine);
+        for m in 0..N {
+            (x.0[m], y.0[m]) = (self.0[m][i], self.0[m][j]);
+            sine.0[m] *= sense;
+        }
         let (u, v) = (cosine.times(&x).minus(&sine.times(&y)), sine.times(&x).plus(&cosine.times(&y)));
         let mut out = *self;
         for m in 0..N {
@@ -111,7 +146,11 @@ impl JointJet {
     /// The first N coefficients of a joint.
     #[inline]
     pub(crate) fn joint<const N: usize>(&self, i: usize) -> Jet<N> {
-        Jet(std::array::from_fn(|k| self.0[k][i]))
+        let mut out = [0.0; N];
+        for (own, values) in out.iter_mut().zip(&self.0) {
+            *own = values[i];
+        }
+        Jet(out)
     }
 
     pub(crate) fn set(&mut self, i: usize, jet: &Jet) {

@@ -22,8 +22,8 @@
 //!    on each other. A program that runs at its feed costs nothing here.
 //! 2. *Grid*: knots at borders of phases and cells and between them, closer where the speed is low; limits at two to five points an
 //!    interval, on both sides of every jump.
-//! 3. *Solution* (`problem.rs`, `solver.rs`): an interior point method, chunk by chunk with an overlap. Where a row passes its limit
-//!    between two points, a point is put there and the search goes on.
+//! 3. *Solution* (`problem.rs`, `stages.rs`, `solver.rs`): an interior point method, chunk by chunk with an overlap. Where a row passes
+//!    its limit between two points, a point is put there and the search goes on, at the end around that place alone.
 //! 4. *Samples* (`watch.rs`): the law is measured at the control samples. Where one passes a limit, or a difference of set points does,
 //!    that place gets a point of its own, or rows around it are tightened where they do not see the excess, and the surroundings are
 //!    solved again; after some rounds the tempo is lowered there (`dip`).
@@ -42,14 +42,16 @@ mod cap;
 mod field;
 mod grid;
 mod lanes;
-mod pair;
 mod part;
 mod problem;
+mod side;
 mod solved;
 mod solver;
+mod stages;
+mod system;
 
 pub(crate) use self::grid::{Spot, jerk_along};
-use self::{grid::Probe, solved::Solved};
+use self::{grid::Probe, solved::Solved, stages::Stages};
 use crate::{
     path::{Frame, Path},
     profile::Law,
@@ -116,6 +118,7 @@ pub(crate) struct Rounds {
     spots: Vec<Spot>,
     /// Stretches of time that run as in the first law, rising.
     cuts: Vec<[f64; 2]>,
+    stages: Stages,
 }
 
 impl Rounds {
@@ -197,12 +200,12 @@ impl Rounds {
             let at_begin = region.from <= 0.0;
             let same = before.iter().position(|k| k.from == region.from && k.to == region.to);
             let known = match same {
-                Some(i) => before.swap_remove(i).repaired(&mut probe),
+                Some(i) => before.swap_remove(i).repaired(&mut probe, &mut self.stages),
                 None => {
                     let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
                     let start = if at_begin { entry.square } else { [1.0, 0.0] };
                     let problem = grid::problem(&mut probe, &region, fixed, &self.spots);
-                    Solved::new(&mut probe, problem, [region.from, region.to], start)
+                    Solved::new((&mut probe, &mut self.stages), problem, [region.from, region.to], start)
                 }
             };
             if region.from >= kept_until {

@@ -136,7 +136,9 @@ impl Rig {
         let (p_tool, d_tool) = self.run(&self.tool, VectorJet::constant(end), task);
         let rest = p_work.minus(&p_tool);
         if let Some(inverse) = &self.inverse {
-            return Some(rest.0.map(|r| inverse * r));
+            let mut x = rest.0;
+            x.iter_mut().for_each(|r| *r = inverse * *r);
+            return Some(x);
         }
         let columns: [VectorJet<N>; 3] = std::array::from_fn(|k| d_tool[k].minus(&d_work[k]));
         let matrix = |m: usize| Matrix3::from_columns(&[columns[0].0[m], columns[1].0[m], columns[2].0[m]]);

@@ -42,15 +42,20 @@ impl Way {
         }
     }
 
+    /// What counts of the slope of one joint.
+    fn of_joint(self, kind: JointKind, slope: f64) -> f64 {
+        match (self, kind) {
+            (Self::Tip, JointKind::Linear) => slope,
+            (Self::Turn, JointKind::Rotary) => slope.to_degrees(),
+            _ => 0.0,
+        }
+    }
+
     /// What counts of a slope of task coordinates, as vector.
     fn counted(self, machine: &Machine, slope: &JointValues) -> JointValues {
         let mut out = JointValues::ZERO;
         for (i, joint) in machine.joints.iter().enumerate() {
-            match (self, joint.kind) {
-                (Self::Tip, JointKind::Linear) => out[i] = slope[i],
-                (Self::Turn, JointKind::Rotary) => out[i] = slope[i].to_degrees(),
-                _ => {}
-            }
+            out[i] = self.of_joint(joint.kind, slope[i]);
         }
         out
     }
@@ -60,9 +65,14 @@ impl Way {
         if self == Self::Parameter {
             return [1.0, 0.0];
         }
-        let [slope, bend] = [task.first(), task.second()].map(|v| self.counted(machine, &v));
-        let rate = dot(&slope, &slope).sqrt();
-        [rate, if rate > 0.0 { dot(&slope, &bend) / rate } else { 0.0 }]
+        let (mut square, mut cross) = (0.0, 0.0);
+        for (i, joint) in machine.joints.iter().enumerate() {
+            let [slope, bend] = [task.0[1][i], task.0[2][i] * 2.0].map(|x| self.of_joint(joint.kind, x));
+            square += slope * slope;
+            cross += slope * bend;
+        }
+        let rate = f64::sqrt(square);
+        [rate, if rate > 0.0 { cross / rate } else { 0.0 }]
     }
 
     /// Bounds of the rate over a whole piece: its slope lies in the hull of the control points of its derivative. Their longest is no
@@ -87,8 +97,9 @@ impl Way {
         let parts = (PARTS * (to - from) / (piece.u1 - piece.u0)).ceil().clamp(1.0, PARTS);
         let half = 0.5 * (to - from) / parts;
         let rate = |u: f64| {
-            let slope = self.counted(machine, &piece.slope(u));
-            dot(&slope, &slope).sqrt()
+            let slope = piece.slope(u);
+            let own = machine.joints.iter().enumerate().map(|(i, joint)| self.of_joint(joint.kind, slope[i]));
+            own.map(|x| x * x).sum::<f64>().sqrt()
         };
         let part = |k: usize| {
             let middle = from + half * (2.0 * k as f64 + 1.0);

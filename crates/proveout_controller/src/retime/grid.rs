@@ -19,6 +19,8 @@ const INTERVAL: [f64; 3] = [0.001, 0.004, 0.02];
 /// Interval at low speed as part of the longest, and what a border of pieces must be apart from the next.
 const SLOWEST: f64 = 0.35;
 const SHORTEST: f64 = 0.2;
+/// Points an interval for which there is room at once.
+const NODES: usize = 4;
 /// Intervals by which a region reaches into stretches that run at the highest speed already.
 const INTO_HELD: f64 = 5.0;
 /// Speed along the path that counts as the highest, as part of it.
@@ -253,8 +255,13 @@ pub(super) fn problem(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], 
     let step = interval(probe.frame);
     let knots = knots(region, step);
     let lengths: Vec<f64> = knots.windows(2).map(|w| w[1] - w[0]).collect();
-    let problem = Problem { fixed, lengths, begins: knots.clone(), scale: step, ..Problem::default() };
-    let mut grid = Grid { tight: 1.0, smooth: 0, cell: 0, problem, rows: Vec::new(), caps: Vec::new() };
+    let used = moving(probe, region);
+    let begins = knots.clone();
+    let problem = Problem { fixed, lengths, begins, scale: step, count: used.len(), used, ..Problem::default() };
+    let mut grid = Grid { tight: 1.0, smooth: 0, cell: 0, first: 0, problem, caps: Vec::new() };
+    let most = NODES * knots.len();
+    grid.problem.nodes.reserve(most);
+    grid.problem.joints.reserve(most * grid.problem.count);
     let mut k = 0;
     let last = knots.len() - 2;
     for piece in &region.pieces {
@@ -290,7 +297,19 @@ pub(super) fn problem(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], 
         }
     }
     grid.cap();
-    grid.finish()
+    grid.problem
+}
+
+/// Joints that move anywhere in a region.
+fn moving(probe: &Probe<'_>, region: &Region) -> Vec<usize> {
+    let mut moves = [false; MAX_JOINTS];
+    for piece in &region.pieces {
+        let b = &probe.path.cells[piece.cell].limits.bounds;
+        for (i, moves) in moves.iter_mut().enumerate().take(probe.frame.limits.count) {
+            *moves |= [&b.first, &b.second, &b.third].iter().any(|bound| bound[i] != 0.0);
+        }
+    }
+    (0..MAX_JOINTS).filter(|i| moves[*i]).collect()
 }
 
 /// A problem under construction.
@@ -301,47 +320,34 @@ struct Grid {
     cell: usize,
     smooth: u32,
     problem: Problem,
-    rows: Vec<[JointRow; MAX_JOINTS]>,
-    /// Of each node.
+    /// First node of the interval under way, and caps of its nodes.
+    first: usize,
     caps: Vec<Caps>,
 }
 
 impl Grid {
-    fn add(&mut self, k: usize, tau: f64, weight: f64, (mut rows, caps): ([JointRow; MAX_JOINTS], Caps)) {
-        let p = &mut self.problem;
-        if self.tight > 1.0 {
-            rows.iter_mut().flatten().for_each(|r| *r *= self.tight);
+    fn add(&mut self, k: usize, tau: f64, weight: f64, (rows, caps): ([JointRow; MAX_JOINTS], Caps)) {
+        if self.problem.nodes.last().is_some_and(|last| last.k != k) {
+            self.cap();
         }
-        let (cell, smooth, basis) = (self.cell, self.smooth, p.basis(k, tau));
-        p.nodes.push(Node { k, tau, cell, smooth, basis, weight, speed: 0.0, lead: 0.0 });
-        self.rows.push(rows);
-        self.caps.push(caps.map(|cap| cap.tightened(self.tight)));
+        let (p, tight) = (&mut self.problem, self.tight);
+        p.nodes.push(Node { k, tau, cell: self.cell, smooth: self.smooth, weight, speed: 0.0, lead: 0.0 });
+        p.joints.extend(p.used.iter().map(|i| if tight > 1.0 { rows[*i].map(|r| r * tight) } else { rows[*i] }));
+        self.caps.push(if tight > 1.0 { caps.map(|cap| cap.tightened(tight)) } else { caps });
     }
 
-    /// Limits the two inner control points of every interval, so that b passes no speed.
+    /// Limits the two inner control points of the interval that ends, so that b passes no speed.
     fn cap(&mut self) {
         let p = &mut self.problem;
-        let mut first = 0;
-        while first < p.nodes.len() {
-            let k = p.nodes[first].k;
-            let end = first + p.nodes[first..].partition_point(|n| n.k == k);
-            let [begin, behind] = inner_points(&p.nodes[first..end], &self.caps[first..end], p.lengths[k]);
-            let third = p.lengths[k] / 3.0;
-            (p.nodes[first].speed, p.nodes[first].lead) = (begin, third);
-            (p.nodes[end - 1].speed, p.nodes[end - 1].lead) = (behind, -third);
-            first = end;
-        }
-    }
-
-    /// Leaves out joints that stand still.
-    fn finish(self) -> Problem {
-        let Self { mut problem, rows, .. } = self;
-        let used: Vec<usize> =
-            (0..MAX_JOINTS).filter(|i| rows.iter().any(|r| r[*i].iter().any(|x| *x != 0.0))).collect();
-        problem.count = used.len();
-        problem.used.clone_from(&used);
-        problem.joints = rows.iter().flat_map(|r| used.iter().map(|i| r[*i])).collect();
-        problem
+        let nodes = &mut p.nodes[self.first..];
+        let Some(k) = nodes.first().map(|node| node.k) else { return };
+        let [begin, behind] = inner_points(nodes, &self.caps, p.lengths[k]);
+        let third = p.lengths[k] / 3.0;
+        (nodes[0].speed, nodes[0].lead) = (begin, third);
+        let last = nodes.len() - 1;
+        (nodes[last].speed, nodes[last].lead) = (behind, -third);
+        self.first = p.nodes.len();
+        self.caps.clear();
     }
 }
 

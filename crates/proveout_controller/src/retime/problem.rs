@@ -15,12 +15,28 @@
 //! passed between the points (`cap.rs`).
 //!
 //! *Rows that never bind.* Rows of acceleration (of jerk) of a joint that stay far below their limit in all of the intervals under
-//! way are left out (`Rows`); the caller looks at all rows of the result and takes them in where they are needed.
+//! way are left out (`far`, `near`); the caller looks at all rows of the result and takes them in where they are needed (`stages.rs`).
 //!
 //! *Between the points* of an interval a row may pass its limit. Where the parabola through three neighbors does, the caller puts
 //! a point at its vertex (`peaks`) and goes on from there: nodes lie where they are needed.
 
 use proveout_machine::MAX_JOINTS;
+
+use super::part::{Names, SPEED, names};
+
+/// Nodes, to either side of which rows near to their limits take part: as many up to twice as many.
+const AROUND: usize = 32;
+
+/// Parts of the limits that rows reach.
+#[derive(Debug, Default)]
+pub(super) struct Loads {
+    /// Acceleration and jerk of the joints of the first node, of the second, and so on.
+    joints: Vec<[f64; 2]>,
+}
+
+fn speed(node: &Node) -> Names {
+    Names::from(node.speed > 0.0) << SPEED
+}
 
 /// Five coefficients a joint and point, over the limits: a1, a0 of acceleration; j2, j1, j0 of jerk.
 pub(super) type JointRow = [f64; 5];
@@ -34,8 +50,6 @@ pub(super) struct Node {
     /// Cell of the path, and a number that changes where derivatives may jump.
     pub(super) cell: usize,
     pub(super) smooth: u32,
-    /// b, b', b'' by the four unknowns of the interval.
-    pub(super) basis: [[f64; 4]; 3],
     /// Part of the time that this point stands for.
     pub(super) weight: f64,
     /// One over the highest b that velocities and feed allow, for b + lead b'.
@@ -80,7 +94,8 @@ impl Problem {
         let value = [r * r * (1.0 + 2.0 * t), w * t * r * r, t * t * (3.0 - 2.0 * t), -w * t * t * r];
         let slope = [-6.0 * t * r, w * r * (r - 2.0 * t), 6.0 * t * r, w * t * (t - 2.0 * r)];
         let bend = [12.0 * t - 6.0, w * (6.0 * t - 4.0), 6.0 - 12.0 * t, w * (6.0 * t - 2.0)];
-        [value, slope.map(|x| x / h), bend.map(|x| x / (h * h))]
+        let over = 1.0 / h;
+        [value, slope.map(|x| x * over), bend.map(|x| x * (over * over))]
     }
 
     /// The unknowns of the law's own tempo.
@@ -103,8 +118,9 @@ impl Problem {
     }
 
     pub(super) fn state(&self, node: &Node, c: &[f64]) -> [f64; 3] {
-        let c = &c[2 * node.k..2 * node.k + 4];
-        node.basis.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2] + row[3] * c[3])
+        let [b0, b1, b2, b3] = self.polynomial(c, node.k);
+        let x = node.tau * self.lengths[node.k];
+        [b0 + x * (b1 + x * (b2 + x * b3)), b1 + x * (2.0 * b2 + 3.0 * x * b3), 2.0 * b2 + 6.0 * x * b3]
     }
 
     /// Highest part of the limits at a node: below one where all rows hold.
@@ -121,24 +137,30 @@ impl Problem {
         worst
     }
 
+    /// What all rows have of their limits.
+    pub(super) fn loads(&self, c: &[f64], loads: &mut Loads) {
+        loads.joints.clear();
+        for (at, node) in self.nodes.iter().enumerate() {
+            let [b, b1, b2] = self.state(node, c);
+            let root = b.max(0.0).sqrt();
+            let own = &self.joints[at * self.count..(at + 1) * self.count];
+            let of = |q: &JointRow| [q[0] * b1 + q[1] * b, (q[2] * b2 + q[3] * b1 + q[4] * b) * root];
+            loads.joints.extend(own.iter().map(of));
+        }
+    }
+
     /// Where a row of acceleration or jerk between the nodes comes above a part of its limit, and above the nodes: node behind which the
     /// place lies, and part of the interval.
-    pub(super) fn peaks(&self, c: &[f64], above: f64) -> Vec<(usize, f64)> {
-        let range = 0..self.nodes.len();
+    pub(super) fn peaks(&self, loads: &Loads, above: f64) -> Vec<(usize, f64)> {
         let mut out: Vec<(usize, f64)> = Vec::new();
-        let values = |at: usize, i: usize| {
-            let [b, b1, b2] = self.state(&self.nodes[at], c);
-            let q = &self.joints[at * self.count + i];
-            [q[0] * b1 + q[1] * b, (q[2] * b2 + q[3] * b1 + q[4] * b) * b.max(0.0).sqrt()]
-        };
-        for at in range.start + 1..range.end.max(1) - 1 {
-            let [l, m, r] = [at - 1, at, at + 1].map(|i| &self.nodes[i]);
+        for at in 1..self.nodes.len().max(1) - 1 {
+            let [l, m, r] = [&self.nodes[at - 1], &self.nodes[at], &self.nodes[at + 1]];
             if l.k != r.k || l.smooth != r.smooth || r.tau - l.tau < 2.0 * CLOSEST {
                 continue;
             }
             let (x0, x1) = (l.tau - m.tau, r.tau - m.tau);
             for i in 0..self.count {
-                let [fl, fm, fr] = [at - 1, at, at + 1].map(|n| values(n, i));
+                let [fl, fm, fr] = [at - 1, at, at + 1].map(|n| &loads.joints[n * self.count + i]);
                 for kind in 0..2 {
                     let (f0, f, f1) = (fl[kind], fm[kind], fr[kind]);
                     let highest = f.abs().max(f0.abs()).max(f1.abs());
@@ -175,8 +197,7 @@ impl Problem {
             nodes.push(node);
             joints.extend_from_slice(&self.joints[at * count..(at + 1) * count]);
             while let Some((_, tau)) = next.next_if(|p| p.0 == at) {
-                let basis = self.basis(node.k, *tau);
-                nodes.push(Node { tau: *tau, basis, weight: 0.0, speed: 0.0, lead: 0.0, ..node });
+                nodes.push(Node { tau: *tau, weight: 0.0, speed: 0.0, lead: 0.0, ..node });
                 joints.extend(rows(node.cell, self.begins[node.k] + tau * self.lengths[node.k]));
             }
         }
@@ -192,38 +213,75 @@ impl Problem {
         }
     }
 
-    /// Takes in the rows of joints that come above a part of their limits; false where nothing is new. `relative` counts it as part of the
-    /// highest of all rows, for a start that is far from all limits.
-    pub(super) fn choose(&self, c: &[f64], above: f64, relative: bool, rows: &mut Rows) -> bool {
+    /// Rows of all joints that reach a part of the highest load of all, for a start that is far from all limits; the same at each node.
+    pub(super) fn far(&self, loads: &Loads, part: f64, rows: &mut Vec<Names>) {
         let mut high = [[0.0_f64; 2]; MAX_JOINTS];
-        for at in 0..self.nodes.len() {
-            let [b, b1, b2] = self.state(&self.nodes[at], c);
-            let root = b.max(0.0).sqrt();
-            for (q, high) in self.joints[at * self.count..(at + 1) * self.count].iter().zip(&mut high) {
-                high[0] = high[0].max((q[0] * b1 + q[1] * b).abs());
-                high[1] = high[1].max((q[2] * b2 + q[3] * b1 + q[4] * b).abs() * root);
+        for own in loads.joints.chunks(self.count.max(1)) {
+            for (high, [a, j]) in high.iter_mut().zip(own) {
+                *high = [high[0].max(a.abs()), high[1].max(j.abs())];
             }
         }
         let highest = high.iter().flatten().fold(0.0_f64, |m, h| m.max(*h));
-        let above = if relative { above * highest.min(1.0) } else { above };
-        let mut new = false;
-        for i in 0..self.count {
-            for (taken, high) in [(&mut rows.acceleration[i], high[i][0]), (&mut rows.jerk[i], high[i][1])] {
-                new |= !*taken && high > above;
-                *taken |= high > above;
-            }
+        let above = part * highest.min(1.0);
+        let mut all = 0;
+        for (i, [a, j]) in high.into_iter().enumerate().take(self.count) {
+            let [a0, a1, j0, j1] = names(i);
+            all |= if a > above { 1 << a0 | 1 << a1 } else { 0 };
+            all |= if j > above { 1 << j0 | 1 << j1 } else { 0 };
         }
-        new
+        rows.clear();
+        rows.extend(self.nodes.iter().map(|node| all | speed(node)));
     }
-}
 
-/// Joints whose rows take part.
-#[derive(Clone, Debug)]
-pub(super) struct Rows {
-    pub(super) acceleration: [bool; MAX_JOINTS],
-    pub(super) jerk: [bool; MAX_JOINTS],
-}
+    /// Rows of joints that come above a part of a limit, node by node, with those of the nodes around: to both sides of the limit, since a
+    /// tempo that nothing holds there goes to the other one.
+    pub(super) fn near(&self, loads: &Loads, part: f64, rows: &mut Vec<Names>) {
+        let of = |own: &[[f64; 2]]| {
+            own.iter().enumerate().fold(0, |all, (i, [a, j])| {
+                let [a0, a1, j0, j1] = names(i);
+                let both = |load: &f64| Names::from(load.abs() > part);
+                all | both(a) << a0 | both(a) << a1 | both(j) << j0 | both(j) << j1
+            })
+        };
+        let count = self.count.max(1);
+        let blocks: Vec<Names> = loads
+            .joints
+            .chunks(AROUND * count)
+            .map(|block| block.chunks(count).fold(0, |all, own| all | of(own)))
+            .collect();
+        rows.clear();
+        rows.extend(self.nodes.iter().enumerate().map(|(at, node)| {
+            let block = at / AROUND;
+            let own = blocks.iter().take(block + 2).skip(block.saturating_sub(1));
+            own.fold(speed(node), |all, names| all | names)
+        }));
+    }
 
-impl Rows {
-    pub(super) const NONE: Self = Self { acceleration: [false; MAX_JOINTS], jerk: [false; MAX_JOINTS] };
+    /// Intervals with rows that take no part and pass their limits.
+    pub(super) fn passed(&self, loads: &Loads, rows: &[Names]) -> Vec<usize> {
+        let own = loads.joints.chunks(self.count.max(1)).zip(rows).zip(&self.nodes);
+        let passed = own.filter(|((own, rows), _)| {
+            own.iter().enumerate().any(|(i, load)| {
+                let [a0, _, j0, _] = names(i);
+                load[0].abs() > 1.0 && *rows >> a0 & 1 == 0 || load[1].abs() > 1.0 && *rows >> j0 & 1 == 0
+            })
+        });
+        passed.map(|(_, node)| node.k).collect()
+    }
+
+    /// The intervals from `from` up to `to` as a problem of their own; the unknowns at inner ends are given.
+    pub(super) fn between(&self, [from, to]: [usize; 2]) -> Self {
+        let first = self.nodes.partition_point(|n| n.k < from);
+        let last = self.nodes.partition_point(|n| n.k < to);
+        Self {
+            scale: self.scale,
+            lengths: self.lengths[from..to].to_vec(),
+            begins: self.begins[from..to].to_vec(),
+            nodes: self.nodes[first..last].iter().map(|n| Node { k: n.k - from, ..*n }).collect(),
+            joints: self.joints[first * self.count..last * self.count].to_vec(),
+            count: self.count,
+            used: self.used.clone(),
+            fixed: [from > 0 || self.fixed[0], to < self.lengths.len() || self.fixed[1]],
+        }
+    }
 }

@@ -3,9 +3,8 @@
 use super::{
     field::Field,
     grid::{Probe, Spot},
-    part::Part,
-    problem::{MARGIN, Problem, RELAXED, Rows},
-    solver::{GAP, Search},
+    problem::{MARGIN, Problem, RELAXED},
+    stages::Stages,
 };
 use crate::tempo::Tempo;
 
@@ -25,15 +24,6 @@ const LEVELING: f64 = 0.25;
 const AROUND: usize = 32;
 /// Excess over its rows, which lie `MARGIN` below the limits, that a tempo may have at the points of its grid.
 const ALLOWED: f64 = 1.002;
-/// Part of its limit above which a row takes part from the begin, and after the first passes of the solver.
-const FAR: f64 = 0.4;
-const CLOSE: f64 = 0.8;
-/// Gap at which nodes are added for the first time.
-const COARSE: f64 = 0.03;
-/// How often that is done, and the part of a limit above which a row between nodes gets one, at the wide gap and at the end.
-const PASSES: usize = 3;
-const EARLY: f64 = 0.9;
-const PEAK: f64 = 1.003;
 /// A spot gets a point of its own farther from the nodes than this part of the interval; time around it in which nodes are tightened, s.
 const NEW: f64 = 0.05;
 const AT_ONCE: f64 = 0.003;
@@ -58,7 +48,12 @@ pub(super) struct Solved {
 }
 
 impl Solved {
-    pub(super) fn new(probe: &mut Probe<'_>, problem: Problem, [from, to]: [f64; 2], start: [f64; 2]) -> Self {
+    pub(super) fn new(
+        (probe, stages): (&mut Probe<'_>, &mut Stages),
+        problem: Problem,
+        [from, to]: [f64; 2],
+        start: [f64; 2],
+    ) -> Self {
         let n = problem.lengths.len();
         let mut c = problem.even();
         problem.set_start(&mut c, start);
@@ -68,7 +63,7 @@ impl Solved {
         let mut begin = 0;
         while begin < n {
             let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
-            let good = solved.solve_in_parts(probe, begin, end);
+            let good = solved.solve_in_parts(probe, stages, begin, end);
             if begin == 0 {
                 solved.begun = good;
             }
@@ -80,8 +75,8 @@ impl Solved {
 
     /// Solves some intervals, or what can be solved of them: a tight place does not keep the others as slow as they were. True where
     /// something was found at their begin.
-    fn solve_in_parts(&mut self, probe: &mut Probe<'_>, begin: usize, end: usize) -> bool {
-        if self.solve(probe, begin, end) {
+    fn solve_in_parts(&mut self, probe: &mut Probe<'_>, stages: &mut Stages, begin: usize, end: usize) -> bool {
+        if self.solve(probe, stages, begin, end) {
             return true;
         }
         let n = end - begin;
@@ -89,42 +84,21 @@ impl Solved {
             return false;
         }
         // Halves that overlap by a quarter: where they meet, the second one moves what the first has found.
-        let good = self.solve_in_parts(probe, begin, end - 3 * n / 8);
-        self.solve_in_parts(probe, begin + 3 * n / 8, end);
+        let good = self.solve_in_parts(probe, stages, begin, end - 3 * n / 8);
+        self.solve_in_parts(probe, stages, begin + 3 * n / 8, end);
         good
     }
 
     /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.
-    fn solve(&mut self, probe: &mut Probe<'_>, begin: usize, end: usize) -> bool {
+    fn solve(&mut self, probe: &mut Probe<'_>, stages: &mut Stages, begin: usize, end: usize) -> bool {
         let mut problem = self.field.between([begin, end]);
         let before = &self.c[2 * begin..2 * end + 2];
         let mut c = before.to_vec();
-        let used_before = worst(&problem, before);
-        let mut rows = Rows::NONE;
-        problem.choose(&c, FAR, true, &mut rows);
-        let used = problem.used.clone();
-        let mut search = Search::default();
-        let mut good = Part::new(&problem, &rows).solve(&mut c, COARSE, &mut search);
-        for pass in 0..PASSES {
-            if !good {
-                break;
-            }
-            let first = pass == 0;
-            let [rows_above, peaks_above] = if first { [CLOSE, EARLY] } else { [1.0, PEAK] };
-            let more = problem.choose(&c, rows_above, false, &mut rows);
-            let peaks = problem.peaks(&c, peaks_above);
-            if !first && !more && peaks.is_empty() {
-                break;
-            }
-            search.insert(peaks.iter().map(|p| p.0));
-            problem.insert(&peaks, |cell, p| probe.rows_of(&used, cell, p));
-            good = Part::new(&problem, &rows).solve(&mut c, GAP, &mut search);
-        }
-        let after = worst(&problem, &c);
+        let good = stages.run(probe, &mut problem, &mut c);
+        let after = worst(&problem, &c, &stages.relaxed);
         let good = good && after <= ALLOWED;
         // Better than before is something, too: the next round goes on from there.
-        let better = after - 1.0 < BETTER * (used_before - 1.0);
-        if good || better {
+        if good || after - 1.0 < BETTER * (worst(&problem, before, &[]) - 1.0) {
             self.c[2 * begin..2 * end + 2].copy_from_slice(&c);
         }
         self.field.put_back(begin, problem);
@@ -161,7 +135,7 @@ impl Solved {
     }
 
     /// Solves again around the intervals whose rows were tightened.
-    pub(super) fn repaired(mut self, probe: &mut Probe<'_>) -> Self {
+    pub(super) fn repaired(mut self, probe: &mut Probe<'_>, stages: &mut Stages) -> Self {
         let spots = std::mem::take(&mut self.spots);
         let mut touched: Vec<usize> = spots.iter().filter_map(|s| self.tighten(probe, s)).collect();
         touched.sort_unstable();
@@ -175,10 +149,10 @@ impl Solved {
                 last = touched[i];
                 i += 1;
             }
-            let mut good = self.solve(probe, begin, (last + AROUND + 1).min(n));
+            let mut good = self.solve(probe, stages, begin, (last + AROUND + 1).min(n));
             if !good {
                 // Where the acceleration is at its limit for long, the speed before must change too.
-                good = self.solve(probe, begin.saturating_sub(3 * AROUND), (last + 4 * AROUND + 1).min(n));
+                good = self.solve(probe, stages, begin.saturating_sub(3 * AROUND), (last + 4 * AROUND + 1).min(n));
             }
             if begin == 0 {
                 self.begun |= good;
@@ -299,15 +273,15 @@ impl Solved {
     }
 }
 
-/// Highest part of the limits, less what is allowed next to given unknowns.
-fn worst(problem: &Problem, c: &[f64]) -> f64 {
+/// Highest part of the limits, less what is allowed next to given unknowns and in `relaxed` intervals.
+fn worst(problem: &Problem, c: &[f64], relaxed: &[usize]) -> f64 {
     if !c.iter().all(|x| x.is_finite()) {
         return f64::INFINITY;
     }
     let last = problem.lengths.len();
     let used = |at: usize| {
         let k = problem.nodes[at].k;
-        let near = problem.fixed[0] && k == 0 || problem.fixed[1] && k + 1 == last;
+        let near = problem.fixed[0] && k == 0 || problem.fixed[1] && k + 1 == last || relaxed.contains(&k);
         problem.used(at, c) * if near { 1.0 - RELAXED } else { 1.0 }
     };
     (0..problem.nodes.len()).map(used).fold(0.0, f64::max)

@@ -6,14 +6,18 @@
 //! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls to a tenth after a
 //! long step. The start need not keep the rows.
 //!
-//! *Cost.* About 14 iterations up to the first look between the points and 8 after each look, of linear cost; both passes of one
-//! treat the rows to either side of a limit together, and eight nodes at once (`part.rs`). *Limits.* The rows of jerk make the problem not convex: the result is a local
-//! optimum, and its time is known to the gap at the end, a thousandth. That it keeps its rows is checked by the caller on the
-//! result itself.
+//! *Cost.* About 13 iterations up to the first look between the points, 8 after it and 4 to 8 around each place that needs a point later
+//! (`stages.rs`), of linear cost; both passes of one treat eight intervals at once (`part.rs`). *Limits.* The rows of jerk make the problem
+//! not convex: the result is a local optimum, and its time is known to the gap at the end, a thousandth. That it keeps its rows is
+//! checked by the caller on the result itself.
 
 use pulp::{Simd, WithSimd};
 
-use super::{lanes::LANES, pair::Pair, part::Part};
+use super::{
+    part::{Names, Part},
+    problem::Problem,
+    side::Side,
+};
 
 /// Most iterations; 8 to 14 are usual.
 const ITERATIONS: usize = 60;
@@ -31,49 +35,11 @@ const EXCESS: f64 = 2e-5;
 /// Part of the way to the border of a slack or multiplier that a step may go.
 const TO_BORDER: f64 = 0.99;
 
-/// Where a search stands.
-pub(super) struct Search {
-    /// Slacks and multipliers of each node's rows, those of the first node, of the second, and so on; zero where a node is new.
-    kept: Vec<[f64; 4]>,
-    /// Which rows of a node they are (`Part::slots`).
-    slots: Vec<usize>,
-    /// The gap, as part of the time.
-    gap: f64,
-}
-
-impl Default for Search {
-    fn default() -> Self {
-        Self { kept: Vec::new(), slots: Vec::new(), gap: WIDE }
-    }
-}
-
-impl Search {
-    /// Makes room for nodes added to the part, each behind one of its nodes.
-    pub(super) fn insert(&mut self, behind: impl Iterator<Item = usize>) {
-        let each = self.slots.len();
-        let mut kept = Vec::with_capacity(self.kept.len());
-        let mut from = 0;
-        for at in behind {
-            let to = ((at + 1) * each).max(from).min(self.kept.len());
-            kept.extend_from_slice(&self.kept[from..to]);
-            kept.extend(std::iter::repeat_n([0.0; 4], each));
-            from = to;
-        }
-        kept.extend_from_slice(&self.kept[from..]);
-        self.kept = kept;
-    }
-
-    /// Slacks and multipliers of a node's row; none where it is new.
-    fn kept(&self, node: usize, place: Option<usize>) -> Option<[f64; 4]> {
-        let [s0, s1, l0, l1] = *self.kept.get(node * self.slots.len() + place?)?;
-        (s0 > 0.0).then(|| [s0.max(ROOM), s1.max(ROOM), l0, l1])
-    }
-}
-
 /// Vectors that live through the iterations.
+#[derive(Default)]
 pub(super) struct Work {
-    /// Of each eight nodes the row of their speed, acceleration rows, jerk rows.
-    pub(super) pairs: Vec<Pair>,
+    /// Rows of the first group of nodes, of the second, and so on.
+    pub(super) sides: Vec<Side>,
     /// Diagonal and the three above it.
     pub(super) matrix: Vec<[f64; 4]>,
     pub(super) right: Vec<f64>,
@@ -81,13 +47,40 @@ pub(super) struct Work {
     pub(super) central: Vec<f64>,
 }
 
+/// A search that can go on: its rows, their slacks and multipliers, and the mean product of both.
+#[derive(Default)]
+pub(super) struct Search {
+    part: Part,
+    work: Work,
+    mean: f64,
+}
+
+/// A node that was not there in the search before.
+pub(super) const NEW: usize = usize::MAX;
+
+/// What a search goes on from: another one, and the nodes there of those here.
+pub(super) struct Before<'a> {
+    pub(super) search: &'a Search,
+    pub(super) nodes: &'a [usize],
+}
+
+impl Before<'_> {
+    fn kept(&self, node: usize, name: u8) -> Option<[f64; 2]> {
+        let at = self.nodes.get(node).copied().filter(|at| *at < self.search.part.nodes)?;
+        let [row, lane] = self.search.part.row(at, name)?;
+        let [slack, multiplier] = self.search.work.sides.get(row)?.of_lane(lane);
+        (slack > 0.0).then(|| [slack.max(ROOM), multiplier])
+    }
+}
+
 /// A search on the widest vectors that the processor has.
-pub(super) struct Fastest<'a> {
-    pub(super) part: &'a Part,
-    pub(super) c: &'a mut [f64],
+struct Fastest<'a> {
+    part: &'a Part,
+    work: &'a mut Work,
+    c: &'a mut [f64],
+    mean: &'a mut f64,
     /// The gap up to which is searched.
-    pub(super) to: f64,
-    pub(super) search: &'a mut Search,
+    to: f64,
 }
 
 impl WithSimd for Fastest<'_> {
@@ -95,37 +88,56 @@ impl WithSimd for Fastest<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
-        self.part.search(self.c, self.to, self.search)
+        self.part.search(self.c, self.to, self.work, self.mean)
+    }
+}
+
+impl Search {
+    /// Looks for the fastest tempo from `c` on, up to a gap, under the rows named node by node; the given unknowns stay. It goes on
+    /// from what a search before has left, or begins anew. False when it does not get there.
+    pub(super) fn run(
+        &mut self,
+        problem: &Problem,
+        rows: &[Names],
+        c: &mut [f64],
+        to: f64,
+        before: Option<&Before<'_>>,
+    ) -> bool {
+        self.part.fill(problem, rows);
+        let start = self.part.time(c);
+        if !start.is_finite() || self.part.nodes == 0 || c.len() != self.part.unknowns {
+            return false;
+        }
+        self.mean = before.map_or(WIDE * start / self.part.rows() as f64, |b| b.search.mean);
+        let (mean, work) = (self.mean, &mut self.work);
+        work.sides.clear();
+        self.part.values(c, |nodes, name, value| {
+            work.sides.push(Side::begun(value, mean, |lane| before?.kept(nodes[lane], name)));
+        });
+        let n = self.part.unknowns;
+        work.matrix.resize(n, [0.0; 4]);
+        work.right.resize(n, 0.0);
+        work.central.resize(n, 0.0);
+        pulp::Arch::new().dispatch(Fastest { part: &self.part, work, c, mean: &mut self.mean, to })
     }
 }
 
 impl Part {
-    /// Looks for the fastest tempo from `c` on, up to a gap; the given unknowns stay. `search` is a search that has not yet begun, or one
-    /// that goes on. False when it does not get there.
-    pub(super) fn solve(&self, c: &mut [f64], to: f64, search: &mut Search) -> bool {
-        pulp::Arch::new().dispatch(Fastest { part: self, c, to, search })
-    }
-
     #[inline(always)]
-    fn search(&self, c: &mut [f64], to: f64, search: &mut Search) -> bool {
+    fn search(&self, c: &mut [f64], to: f64, work: &mut Work, mean: &mut f64) -> bool {
         let start = self.time(c);
-        if !start.is_finite() || self.nodes == 0 || c.len() != self.unknowns {
-            return false;
-        }
-        let total = self.rows as f64;
-        let mut mu = search.gap * start / total;
-        let mut work = self.begin(c, mu, search);
+        let total = self.rows() as f64;
+        let mut mu = *mean;
         let mut steps = [0.0; 2];
         for _ in 0..=ITERATIONS {
-            let sums = self.assemble(c, steps, &mut work);
+            let sums = self.assemble(c, steps, work);
             let (gap, excess) = (sums.gap.sum(), sums.excess.highest());
             if !gap.is_finite() || gap > 1e3 * start || steps != [0.0; 2] && steps[0] < 1e-7 {
                 return false; // rows that contradict each other
             }
             if steps != [0.0; 2] {
                 if gap < to * start && excess < EXCESS {
-                    self.keep(&work, search);
-                    search.gap = gap / start;
+                    *mean = gap / total;
                     return true;
                 }
                 let step = steps[0].min(steps[1]);
@@ -144,7 +156,7 @@ impl Part {
             if !factor_and_solve(&mut work.matrix, &mut work.right) {
                 return false;
             }
-            let (within, sums) = self.steps(c, mu, &mut work);
+            let (within, sums) = self.steps(c, mu, work);
             let full = |part: f64| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
             steps = [within.min(full(sums.primal.highest())), full(sums.dual.highest())];
             for (c, d) in c.iter_mut().zip(&work.right) {
@@ -153,63 +165,48 @@ impl Part {
         }
         false
     }
-
-    fn begin(&self, c: &[f64], mu: f64, search: &Search) -> Work {
-        let slots = self.slots();
-        let places: Vec<Option<usize>> = slots.iter().map(|slot| search.slots.iter().position(|s| s == slot)).collect();
-        let each = slots.len();
-        let mut pairs = Vec::with_capacity(self.groups.len() * each);
-        for at in 0..self.groups.len() {
-            for (row, place) in places.iter().enumerate() {
-                let values = self.values(at, row, c);
-                pairs.push(Pair::begun(values, mu, |lane| search.kept(at * LANES + lane, *place)));
-            }
-        }
-        let n = self.unknowns;
-        Work { pairs, matrix: vec![[0.0; 4]; n], right: vec![0.0; n], central: vec![0.0; n] }
-    }
-
-    /// Keeps slacks and multipliers for a search that goes on.
-    fn keep(&self, work: &Work, search: &mut Search) {
-        search.slots = self.slots();
-        let each = search.slots.len();
-        search.kept.clear();
-        search.kept.reserve(self.nodes * each);
-        for node in 0..self.nodes {
-            let pairs = &work.pairs[node / LANES * each..][..each];
-            search.kept.extend(pairs.iter().map(|pair| pair.of_lane(node % LANES)));
-        }
-    }
 }
 
 /// Cholesky's way without roots (L D L'), in place; the solution replaces the right side. False where the matrix is not
 /// positive definite.
 #[inline(always)]
 fn factor_and_solve(m: &mut [[f64; 4]], x: &mut [f64]) -> bool {
-    let n = m.len();
+    let n = m.len().min(x.len());
     for i in 0..n {
-        let row = m[i];
-        let d = row[0];
+        let [d, r1, r2, r3] = m[i];
         if !(d > 0.0 && d.is_finite()) {
             return false;
         }
-        let below = (n - 1 - i).min(3);
-        for k in 1..=below {
-            let l = row[k] / d;
-            for j in k..=below {
-                m[i + k][j - k] -= l * row[j];
+        let (over, right) = (1.0 / d, x[i]);
+        let l = [r1 * over, r2 * over, r3 * over];
+        m[i] = [over, l[0], l[1], l[2]];
+        if let (Some([a, b, c]), Some([u, v, w])) = (
+            m.get_mut(i + 1..i + 4).and_then(|s| s.first_chunk_mut()),
+            x.get_mut(i + 1..i + 4).and_then(|s| s.first_chunk_mut()),
+        ) {
+            a[0] -= l[0] * r1;
+            a[1] -= l[0] * r2;
+            a[2] -= l[0] * r3;
+            b[0] -= l[1] * r2;
+            b[1] -= l[1] * r3;
+            c[0] -= l[2] * r3;
+            *u -= l[0] * right;
+            *v -= l[1] * right;
+            *w -= l[2] * right;
+        } else {
+            let row = [r1, r2, r3];
+            for k in 1..n - i {
+                for j in k..n - i {
+                    m[i + k][j - k] -= l[k - 1] * row[j - 1];
+                }
+                x[i + k] -= l[k - 1] * right;
             }
-            x[i + k] -= l * x[i];
-            m[i][k] = l;
         }
     }
-    for i in (0..n).rev() {
-        let below = (n - 1 - i).min(3);
-        let mut v = x[i] / m[i][0];
-        for k in 1..=below {
-            v -= m[i][k] * x[i + k];
-        }
-        x[i] = v;
+    let mut behind = [0.0; 3];
+    for (m, x) in m.iter().zip(x.iter_mut()).rev() {
+        *x = *x * m[0] - m[3] * behind[2] - m[2] * behind[1] - m[1] * behind[0];
+        behind = [*x, behind[0], behind[1]];
     }
     true
 }
