@@ -115,7 +115,7 @@ pub(crate) struct Engine<'a> {
     /// Where the cuts are written down, or taken from.
     cuts: Option<Cuts>,
     barring: Barring,
-    cutters: Cutters<'a>,
+    cutters: Cutters,
     plunge: PlungeWatch,
     unknown_plunges: BTreeMap<usize, UnknownPlunge>,
     log: FindingLog,

@@ -51,42 +51,6 @@ pub(crate) struct Sweeps<'a> {
     pub(crate) parts: Vec<SweepPart>,
 }
 
-impl<'a> Sweeps<'a> {
-    /// The sweeps of a piece: the cutter removes, the rest is probed against what the cutter has left; `zones` are the parts
-    /// of the holder widened by the wanted clearance, `core` is that of a tool that goes down without edges there. `since` is the
-    /// first piece of the run of motion in which the cutter must not meet material, where this is one of it.
-    ///
-    /// A cutter removes material at rapid rate too, so that one crash is one finding and does not spoil what follows; the
-    /// finding tells that it was a rapid.
-    pub(crate) fn add(
-        &mut self,
-        (index, id): (usize, u32),
-        motion: SweepMotion,
-        tool: &'a Tool,
-        [zones, core]: [&'a [Profile]; 2],
-        since: Option<u32>,
-    ) {
-        let mut put = |body: &'a Profile, action: Action, measure: Measure, what: Swept| {
-            self.items.push(SweepItem { id, body, action, motion });
-            self.measures.push(measure);
-            self.parts.push(SweepPart { piece: index, what });
-        };
-        for body in core {
-            put(body, Action::Probe, Measure::No, Swept::Core);
-        }
-        let depth = since.map_or(Measure::No, Measure::Since);
-        for body in tool.cutting() {
-            put(&body.profile, Action::Remove, depth, Swept::Body(body.role));
-        }
-        for body in tool.not_cutting() {
-            put(&body.profile, Action::Probe, Measure::Alone, Swept::Body(body.role));
-        }
-        for zone in zones {
-            put(zone, Action::Probe, Measure::Alone, Swept::Zone);
-        }
-    }
-}
-
 /// What a piece of motion asks of the stock, before the bodies of its tool are put in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PieceCut {
@@ -129,32 +93,64 @@ impl Barring {
     }
 }
 
-/// The bodies of all tools that are swept.
-#[derive(Debug)]
-pub(crate) struct Cutters<'a> {
-    tools: &'a [Tool],
-    /// For each tool the parts of its holder, widened by the wanted clearance.
-    zones: &'a [Vec<Profile>],
-    /// For each tool that is watched for going down its core.
-    cores: Vec<Vec<Profile>>,
+/// The bodies of a tool that are swept.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct ToolBodies {
+    /// Round the axis of a tool that is watched for going down, before its cutter comes.
+    pub(crate) core: Vec<Profile>,
+    /// Those that cut.
+    pub(crate) cutting: Vec<(Role, Profile)>,
+    /// Those that must not touch anything.
+    pub(crate) others: Vec<(Role, Profile)>,
+    /// Parts of the holder, widened by the wanted clearance.
+    pub(crate) zones: Vec<Profile>,
 }
 
-impl<'a> Cutters<'a> {
-    pub(crate) fn new(tools: &'a [Tool], zones: &'a [Vec<Profile>], cell_mm: f64) -> Self {
-        Self { tools, zones, cores: tools.iter().map(|t| plunge::core(t, cell_mm).into_iter().collect()).collect() }
+/// The bodies of all tools that are swept.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Cutters(pub(crate) Vec<ToolBodies>);
+
+impl Cutters {
+    pub(crate) fn new(tools: &[Tool], zones: &[Vec<Profile>], cell_mm: f64) -> Self {
+        let of = |(k, tool): (usize, &Tool)| ToolBodies {
+            core: plunge::core(tool, cell_mm).into_iter().collect(),
+            cutting: tool.cutting().map(|b| (b.role, b.profile.clone())).collect(),
+            others: tool.not_cutting().map(|b| (b.role, b.profile.clone())).collect(),
+            zones: zones.get(k).cloned().unwrap_or_default(),
+        };
+        Self(tools.iter().enumerate().map(of).collect())
     }
 
     /// The core of a tool that is watched for going down.
     pub(crate) fn core(&self, tool: usize) -> Option<&Profile> {
-        self.cores.get(tool).and_then(|c| c.first())
+        self.0.get(tool).and_then(|t| t.core.first())
     }
 
-    /// Adds the sweeps of a piece; `index` is its place in the batch.
+    /// Adds the sweeps of a piece, whose place in the batch is `index`: the cutter removes, the rest is probed against what the cutter has
+    /// left.
+    ///
+    /// A cutter removes material at rapid rate too, so that one crash is one finding and does not spoil what follows; the
+    /// finding tells that it was a rapid.
     pub(crate) fn add<'s>(&'s self, sweeps: &mut Sweeps<'s>, index: usize, cut: &PieceCut) {
-        let Some(tool) = self.tools.get(cut.tool) else { return };
-        let zones = self.zones.get(cut.tool).map_or(&[][..], Vec::as_slice);
-        let core = self.cores.get(cut.tool).filter(|_| cut.goes_down).map_or(&[][..], Vec::as_slice);
-        sweeps.add((index, cut.id), cut.motion, tool, [zones, core], cut.since);
+        let Some(tool) = self.0.get(cut.tool) else { return };
+        let mut put = |body: &'s Profile, action: Action, measure: Measure, what: Swept| {
+            sweeps.items.push(SweepItem { id: cut.id, body, action, motion: cut.motion });
+            sweeps.measures.push(measure);
+            sweeps.parts.push(SweepPart { piece: index, what });
+        };
+        for body in tool.core.iter().filter(|_| cut.goes_down) {
+            put(body, Action::Probe, Measure::No, Swept::Core);
+        }
+        let depth = cut.since.map_or(Measure::No, Measure::Since);
+        for (role, body) in &tool.cutting {
+            put(body, Action::Remove, depth, Swept::Body(*role));
+        }
+        for (role, body) in &tool.others {
+            put(body, Action::Probe, Measure::Alone, Swept::Body(*role));
+        }
+        for zone in &tool.zones {
+            put(zone, Action::Probe, Measure::Alone, Swept::Zone);
+        }
     }
 }
 

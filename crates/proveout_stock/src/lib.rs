@@ -16,7 +16,7 @@
 //! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
 //!   [`Regrid`] as bound.
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
-//! * [`TriDexel::sweep_share`], [`TriDexel::sweep_told`], [`shares_of`] – one stock cut by several processes, bit for bit as by one.
+//! * [`TriDexel::sweep_share`], [`TriDexel::sweep_told`], [`TriDexel::share_rows`] – one stock cut by several processes, bit for bit as by one.
 //! * [`TriDexel::parts`], [`TriDexel::take_part`], [`TriDexel::put_back`], [`TriDexel::moments`] – what no longer hangs together, its
 //!   removal, its moments of inertia.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
@@ -94,7 +94,7 @@ pub use keeping::file::StockFileError;
 pub use keeping::history::HistoryError;
 pub use keeping::patch::{Patch, PatchError, PatchPlan, patched_intervals};
 pub use keeping::regrid::Regrid;
-pub use keeping::share::{ShareLog, ShareReplay, shares_of};
+pub use keeping::share::{ShareLog, ShareReplay};
 pub use keeping::sweep_log::{BeforeSweep, SweepLog, SweepReplay};
 pub use keeping::taken::TakenPart;
 pub use looking::bands::MeshBand;

@@ -9,12 +9,12 @@ use std::{
 
 use proveout_record::{JsonObserver, RerunMode, merge_sweep, observers, write_run_json};
 use proveout_sim::{
-    Observer, Prepared, RunFolder, SimError, digest,
+    Observer, RunFolder, SimError, digest,
     run::{run as prove, run_merged},
     shards::{ShardCuts, cut_shard},
     sweep::{
-        JobResult, JobState, KeepFile, Plan, Planned, RESULT, ResultFault, Sweep, job_folder, plan as write_plan,
-        prepare_job, read_result, result_of, result_of_shard, write_result,
+        JobResult, JobState, KeepFile, Plan, Planned, RESULT, ResultFault, Sweep, check_shard, job_folder,
+        plan as write_plan, prepare_job, read_result, result_of, result_of_shard, write_result,
     },
     verdict::State,
 };
@@ -140,6 +140,10 @@ fn told(result: &JobResult) -> String {
 fn run_job(sweep: &Path, plan: &Plan, job: usize, threads: usize) -> Result<JobResult, Failure> {
     let folder_fault = |e: std::io::Error| of(SimError::Folder(e));
     let planned = Planned::read(sweep, plan, job).map_err(|e| of(e.into()))?;
+    if planned.shard.is_some() {
+        check_shard(sweep, &planned).map_err(|e| of(e.into()))?;
+        return cut(sweep, &planned);
+    }
     let prepared = match prepare_job(sweep, &planned).map_err(|e| of(e.into()))? {
         Ok(prepared) => prepared,
         // What the values make of the scene is a result like any other.
@@ -149,9 +153,6 @@ fn run_job(sweep: &Path, plan: &Plan, job: usize, threads: usize) -> Result<JobR
             return Ok(result);
         }
     };
-    if let Some([shard, of]) = planned.shard {
-        return cut(sweep, &planned, prepared, (shard, of));
-    }
     let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
     let at = job_folder(sweep, job);
     let folder = RunFolder::create(&at.join(RUN)).map_err(folder_fault)?;
@@ -186,13 +187,13 @@ fn run_job(sweep: &Path, plan: &Plan, job: usize, threads: usize) -> Result<JobR
 }
 
 /// Cuts a shard, and writes its result, last of all.
-fn cut(sweep: &Path, planned: &Planned, prepared: Prepared, shard: (u16, u16)) -> Result<JobResult, Failure> {
+fn cut(sweep: &Path, planned: &Planned) -> Result<JobResult, Failure> {
     let folder_fault = |e: std::io::Error| of(SimError::Folder(e));
     let at = job_folder(sweep, planned.job);
     let (to, beside) = (at.join(CUTS), at.join(format!(".{CUTS}.{}", std::process::id())));
     let (begin, mut told) = (Instant::now(), Instant::now());
     let processor = cpu_time();
-    let done = cut_shard(prepared, sweep, shard, &beside, &mut |pieces| {
+    let done = cut_shard(sweep, &at, &beside, &mut |pieces| {
         if told.elapsed().as_secs_f64() > TELL_EVERY_S {
             told = Instant::now();
             tell!("  {pieces} pieces of motion are cut");
@@ -210,8 +211,7 @@ fn cut(sweep: &Path, planned: &Planned, prepared: Prepared, shard: (u16, u16)) -
     let spent = cpu_time().zip(processor).map(|(now, then)| now - then);
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     tell!(
-        "  {} tiles, {} pieces of motion: cut in {:.2} s of {:.2} s{}; stock {:.1} MiB{}, cuts {:.1} MiB",
-        cost.tiles,
+        "  {} pieces of motion: cut in {:.2} s of {:.2} s{}; stock {:.1} MiB{}, cuts {:.1} MiB",
         cost.pieces,
         cost.removal_s,
         begin.elapsed().as_secs_f64(),

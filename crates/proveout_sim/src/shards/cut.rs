@@ -9,20 +9,18 @@
 
 use std::{
     fs::File,
-    io::{BufWriter, Write},
+    io::{BufReader, BufWriter, Write},
     path::Path,
     time::Instant,
 };
 
-use proveout_stock::ShareLog;
+use proveout_stock::{ShareLog, TriDexel};
 
-use super::motion::{MOTION, MotionReader, SHARES, read_shares};
-use crate::{
-    error::SimError,
-    journal::motion,
-    prepare::Prepared,
-    process::{Cutters, Sweeps},
+use super::{
+    ShardError,
+    motion::{MOTION, MotionReader, raw_files, raw_patch},
 };
+use crate::{error::SimError, journal::motion, prepare::MEMORY, process::Sweeps};
 
 pub(super) const CUTS_MAGIC: &[u8] = b"PROVEOUT-CUTS 1\n";
 /// Bytes of a record before what became of the tiles, its length not counted.
@@ -31,8 +29,6 @@ pub(super) const HEAD: usize = 24;
 /// What a shard took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShardCost {
-    /// Tiles of its own, of stock and patches.
-    pub tiles: u64,
     /// Pieces of motion.
     pub pieces: u64,
     /// Bytes of its cuts.
@@ -43,37 +39,32 @@ pub struct ShardCost {
     pub stock_bytes: u64,
 }
 
-/// Cuts a shard (from 0) of a run whose motion lies in `folder`, and writes what became of its tiles to `out`. `tell` hears, stretch by
-/// stretch, how many pieces are done.
+/// Cuts the shard whose raw stock lies in `job`, of a run whose motion lies in `folder`, and writes what became of its tiles to `out`. `tell`
+/// hears, stretch by stretch, how many pieces are done.
 ///
 /// # Errors
-/// [`SimError`] when motion or shares are not those of this run, or the file cannot be written.
-pub fn cut_shard(
-    mut prepared: Prepared,
-    folder: &Path,
-    (shard, of): (u16, u16),
-    out: &Path,
-    tell: &mut dyn FnMut(u64),
-) -> Result<ShardCost, SimError> {
-    let (mut stock, mut patches) = prepared.stock.take()?;
-    let prepared = prepared;
-    let tiles: Vec<usize> = patches.iter().map(|p| p.stock().ray_tiles()).chain([stock.ray_tiles()]).collect();
-    let owners = read_shares(&folder.join(SHARES), (shard, of), &tiles)?;
-    for (patch, owners) in patches.iter_mut().zip(&owners) {
-        patch.stock_mut().keep_share(owners, shard);
-    }
-    if let Some(owners) = owners.last() {
-        stock.keep_share(owners, shard);
-    }
-    let own = |field: &Vec<u16>| field.iter().filter(|o| **o == shard).count() as u64;
-    let mut cost = ShardCost { tiles: owners.iter().map(own).sum(), ..ShardCost::default() };
-    let cutters = Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm());
+/// [`SimError`] when motion or stock cannot be read, or the file cannot be written.
+pub fn cut_shard(folder: &Path, job: &Path, out: &Path, tell: &mut dyn FnMut(u64)) -> Result<ShardCost, SimError> {
     let path = folder.join(MOTION);
-    let mut stretches = MotionReader::open(&path)?;
+    let (mut stretches, cutters) = MotionReader::open(&path)?;
+    let patches = (0..).take_while(|k| job.join(raw_patch(*k)).is_file()).count();
+    let mut fields = Vec::new();
+    for name in raw_files(patches) {
+        let path = job.join(name);
+        let fault = |e: &dyn std::fmt::Display| ShardError::new(&path, format!("cannot be read: {e}"));
+        let mut file = BufReader::new(File::open(&path).map_err(|e| fault(&e))?);
+        let mut field = TriDexel::load(&mut file, MEMORY).map_err(|e| fault(&e))?;
+        field.pass_over_empty_rows();
+        fields.push(field);
+    }
+    let Some(mut stock) = fields.pop() else { return Err(ShardError::new(job, "holds no stock").into()) };
+    stock.watch_engagement(stretches.engagement);
+    let mut patches = fields;
+    let mut cost = ShardCost::default();
     let mut file = BufWriter::with_capacity(1 << 20, File::create(out).map_err(SimError::Folder)?);
     file.write_all(CUTS_MAGIC).map_err(SimError::Folder)?;
     cost.bytes = CUTS_MAGIC.len() as u64;
-    while let Some(cuts) = stretches.next(prepared.tools.tools.len())? {
+    while let Some(cuts) = stretches.next(cutters.0.len())? {
         let mut sweeps = Sweeps::default();
         cuts.iter().for_each(|cut| cutters.add(&mut sweeps, 0, cut));
         cost.pieces += cuts.len() as u64;
@@ -81,17 +72,16 @@ pub fn cut_shard(
         let cutting = Instant::now();
         let mut log = ShareLog::default();
         for patch in &mut patches {
-            let near = patch.near(&sweeps.items);
+            let near = patch.removing_near(&sweeps.items);
             if !near.is_empty() {
-                patch.stock_mut().sweep_share(&near, &[], &mut log);
+                patch.sweep_share(&near, &[], &mut log);
             }
         }
         stock.sweep_share(&sweeps.items, &sweeps.measures, &mut log);
         cost.removal_s += cutting.elapsed().as_secs_f64();
         let content = log.into_bytes();
         let length = HEAD + content.len();
-        let short =
-            u32::try_from(length).map_err(|_| super::ShardError::new(out, "a stretch has more than 4 GiB of cuts"))?;
+        let short = u32::try_from(length).map_err(|_| ShardError::new(out, "a stretch has more than 4 GiB of cuts"))?;
         let mut head = short.to_le_bytes().to_vec();
         head.extend([first.id, last.id].iter().flat_map(|id| id.to_le_bytes()));
         head.extend(motion(&sweeps.items, &sweeps.measures));
@@ -100,7 +90,7 @@ pub fn cut_shard(
         tell(cost.pieces);
     }
     file.into_inner().map_err(|e| SimError::Folder(e.into_error()))?.sync_all().map_err(SimError::Folder)?;
-    let patches: u64 = patches.iter().map(|p| p.stock().memory_bytes()).sum();
+    let patches: u64 = patches.iter().map(TriDexel::memory_bytes).sum();
     cost.stock_bytes = stock.memory_bytes() + patches;
     Ok(cost)
 }

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   plan     program ─► control ─► pieces of motion ──► motion.bin     what each stretch asks of the stock
-//!                                  which tile comes to whom ► shares.bin
-//!   shard k  motion.bin ─► the tiles of k are cut ─────► cuts.bin      what became of each tile, stretch by stretch
+//!                                  which tile comes to whom ► raw-stock.dexel of each shard
+//!   shard k  motion.bin, raw-stock.dexel ─► cut ───────► cuts.bin      what became of each tile, stretch by stretch
 //!   merge    the run as ever; where it would cut, it takes what all shards say
 //! ```
 //!
@@ -12,11 +12,11 @@
 //! since a body comes near the stock within it, is cut by the merged run itself; so is everything behind a part that
 //! came off the stock, of which the shards do not know. Motion is planned twice in all, however many shards there are.
 //!
-//! Tiles of the stock and of its patches go to the shards by load: the heaviest first, to whoever has least, where the load of
-//! a tile is the number of sweeps that come to it before anything is cut ([`proveout_stock::shares_of`]).
+//! Rows of tiles of the stock and of its patches go to the shards by load: the heaviest first, to whoever has least, where the load of
+//! a tile is the number of sweeps that come to it before anything is cut ([`proveout_stock::TriDexel::share_rows`]). A shard needs motion and its
+//! own stock alone: no scene, no machine, no mesh.
 //!
-//! *Limits.* Collision, judgement and the surface are not split, and the merged run holds the whole stock. A shard makes the whole raw stock
-//! before it keeps its tiles.
+//! *Limits.* Collision, judgement and the surface are not split, and plan and merge hold the whole stock.
 
 mod cut;
 mod motion;
@@ -25,7 +25,7 @@ mod told;
 use std::{io::Read, path::PathBuf};
 
 pub use cut::{ShardCost, cut_shard};
-pub use motion::{MOTION, MotionPlan, SHARES, plan_motion};
+pub use motion::{MOTION, MotionPlan, plan_motion, raw_files};
 use thiserror::Error;
 pub use told::{ShardCuts, ShardFacts};
 

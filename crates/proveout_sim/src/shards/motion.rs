@@ -1,42 +1,54 @@
-//! `motion.bin` and `shares.bin`: what a run asks of its stock, and which tile comes to which shard.
+//! `motion.bin` and the raw stock of each shard: what a run asks of its stock. A shard needs nothing else, neither scene nor machine.
 //!
 //! ```text
-//!   motion.bin   PROVEOUT-MOTION 1\n, then for each stretch with a tool in the spindle: pieces (4 bytes), and 109 bytes each:
+//!   motion.bin   PROVEOUT-MOTION 1\n, 1 where engagement is watched, tools (4), and for each tool four lists of bodies:
+//!                  core, cutting, others, widened holder: bodies (4), of each its segments (4): 0 and 4 reals, 1 and 7 reals
+//!                then for each stretch with a tool in the spindle: pieces (4 bytes), and 109 bytes each:
 //!                  0  number of the piece      4  tool        8  first piece of its barred run, 2^32 - 1 for none
 //!                 12  1 where it goes down    13  tip and axis at both ends, twelve reals
-//!   shares.bin   PROVEOUT-SHARES 1\n, shards (4), then for each patch and last for the stock: tiles (8), shard of each (2)
+//!   jobs/0000k   raw-stock.dexel, raw-patch-0.dexel .. : the material of shard k
 //! ```
 //!
 //! All numbers with the lowest byte first.
 
 use std::{
     fs::File,
-    io::{BufReader, BufWriter, Read, Write},
-    path::Path,
+    io::{BufReader, BufWriter, Write},
+    path::{Path, PathBuf},
 };
 
 use proveout_geom::{Point, ToolPose, Vector};
-use proveout_stock::{SweepMotion, shares_of};
+use proveout_stock::{SweepMotion, TriDexel};
+use proveout_tool::{Profile, Role, Segment};
 
 use super::{ShardError, record};
 use crate::{
     error::SimError,
     prepare::Prepared,
-    process::{Barring, Cutters, CuttingState, PieceCut, Sweeps, states_of_pieces},
+    process::{Barring, Cutters, CuttingState, PieceCut, Sweeps, ToolBodies, states_of_pieces},
     run::{STRETCH_S, controller, from_run_error, opened, stretches},
 };
 
 /// The motion of a run, in the folder of its sweep.
 pub const MOTION: &str = "motion.bin";
-/// Which tile comes to which shard.
-pub const SHARES: &str = "shares.bin";
+/// Raw stock of a shard, in the folder of its job.
+const RAW: &str = "raw-stock.dexel";
 
 const MOTION_MAGIC: &[u8] = b"PROVEOUT-MOTION 1\n";
-const SHARES_MAGIC: &[u8] = b"PROVEOUT-SHARES 1\n";
 const PIECE: usize = 109;
-/// Most pieces of a stretch of two seconds, and most tiles: what is more is no file of ours.
+/// Most pieces of a stretch of two seconds, and most bodies or segments of a list: what is more is no file of ours.
 const MOST_PIECES: u32 = 1 << 24;
-const MOST_TILES: u64 = 1 << 34;
+const MOST_LISTED: u32 = 1 << 16;
+
+/// Name of the raw material of a patch in the folder of a job.
+pub(super) fn raw_patch(number: usize) -> String {
+    format!("raw-patch-{number}.dexel")
+}
+
+/// The files of a shard, in the folder of its job: patches, last the stock.
+pub fn raw_files(patches: usize) -> Vec<String> {
+    (0..patches).map(raw_patch).chain([RAW.to_owned()]).collect()
+}
 
 /// What was planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,25 +57,37 @@ pub struct MotionPlan {
     pub pieces: u64,
     /// Tiles of stock and patches.
     pub tiles: u64,
+    /// Patches.
+    pub patches: usize,
     /// Sweeps that come to the tiles of the heaviest and of the lightest shard, before anything is cut.
     pub loads: [u64; 2],
 }
 
-/// Plans the motion of a run and shares the tiles of its stock out; writes both files into `folder`.
+/// Plans the motion of a run and shares the tiles of its stock out: the motion into `folder`, raw stock into that of each job.
 ///
 /// # Errors
 /// [`SimError`] when program, control or stock refuse, or a file cannot be written.
-pub fn plan_motion(mut prepared: Prepared, shards: u16, folder: &Path) -> Result<MotionPlan, SimError> {
+pub fn plan_motion(
+    mut prepared: Prepared,
+    shards: u16,
+    folder: &Path,
+    job: impl Fn(u16) -> PathBuf,
+) -> Result<MotionPlan, SimError> {
     let (mut stock, mut patches) = prepared.stock.take()?;
     let prepared = prepared;
     let cutters = Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm());
     let work_from_table = prepared.table_from_work.inverse();
     let fields = patches.iter().map(|p| p.stock().ray_tiles()).chain([stock.ray_tiles()]);
     let mut loads: Vec<Vec<u64>> = fields.map(|tiles| vec![0; tiles]).collect();
-    let mut plan = MotionPlan { tiles: loads.iter().map(|l| l.len() as u64).sum(), ..MotionPlan::default() };
+    let mut plan = MotionPlan {
+        tiles: loads.iter().map(|l| l.len() as u64).sum(),
+        patches: patches.len(),
+        ..MotionPlan::default()
+    };
 
     let mut out = BufWriter::new(File::create(folder.join(MOTION)).map_err(SimError::Folder)?);
-    out.write_all(MOTION_MAGIC).map_err(SimError::Folder)?;
+    let head = (prepared.scene.file.engagement, &cutters);
+    write_head(&mut out, head).map_err(SimError::Folder)?;
     let (mut barring, mut state, mut id) = (Barring::default(), CuttingState::IDLE, 0);
     let mut control = controller(&prepared)?;
     while let Some(chunk) = control.next_chunk().map_err(|e| from_run_error(opened(&prepared, e)))? {
@@ -93,13 +117,28 @@ pub fn plan_motion(mut prepared: Prepared, shards: u16, folder: &Path) -> Result
     }
     out.flush().map_err(SimError::Folder)?;
     drop(out);
-    let owners: Vec<Vec<u16>> = loads.iter().map(|l| shares_of(l, shards)).collect();
+    let fields: Vec<&TriDexel> = patches.iter().map(|p| p.stock()).chain([&stock]).collect();
+    let owners: Vec<Vec<u16>> = fields.iter().zip(&loads).map(|(f, l)| f.share_rows(l, shards)).collect();
     let load = |k: u16| {
         let all = loads.iter().zip(&owners).flat_map(|(l, o)| l.iter().zip(o));
         all.filter(|(_, owner)| **owner == k).map(|(load, _)| load).sum::<u64>()
     };
     plan.loads = [(0..shards).map(load).max().unwrap_or(0), (0..shards).map(load).min().unwrap_or(0)];
-    write_shares(&folder.join(SHARES), shards, &owners).map_err(SimError::Folder)?;
+    for shard in 0..shards {
+        let job = job(shard);
+        std::fs::create_dir_all(&job).map_err(SimError::Folder)?;
+        // Patches of an earlier plan.
+        for left in (patches.len()..).map(|k| job.join(raw_patch(k))).take_while(|path| path.is_file()) {
+            std::fs::remove_file(left).map_err(SimError::Folder)?;
+        }
+        for ((field, owners), name) in fields.iter().zip(&owners).zip(raw_files(patches.len())) {
+            let path = job.join(name);
+            let mut out = BufWriter::new(File::create(&path).map_err(SimError::Folder)?);
+            let saved = field.share(owners, shard).save(&mut out);
+            saved.map_err(|e| ShardError::new(&path, format!("cannot be written: {e}")))?;
+            out.flush().map_err(SimError::Folder)?;
+        }
+    }
     Ok(plan)
 }
 
@@ -119,32 +158,89 @@ fn write_stretch(out: &mut impl Write, cuts: &[PieceCut]) -> std::io::Result<()>
     Ok(())
 }
 
-fn write_shares(path: &Path, shards: u16, owners: &[Vec<u16>]) -> std::io::Result<()> {
-    let mut out = BufWriter::new(File::create(path)?);
-    out.write_all(SHARES_MAGIC)?;
-    out.write_all(&u32::from(shards).to_le_bytes())?;
-    for field in owners {
-        out.write_all(&(field.len() as u64).to_le_bytes())?;
-        for owner in field {
-            out.write_all(&owner.to_le_bytes())?;
+fn write_head(out: &mut impl Write, (engagement, cutters): (bool, &Cutters)) -> std::io::Result<()> {
+    out.write_all(MOTION_MAGIC)?;
+    out.write_all(&[u8::from(engagement)])?;
+    out.write_all(&(cutters.0.len() as u32).to_le_bytes())?;
+    for tool in &cutters.0 {
+        let of = |list: &[(Role, Profile)]| list.iter().map(|b| b.1.clone()).collect::<Vec<_>>();
+        for list in [tool.core.clone(), of(&tool.cutting), of(&tool.others), tool.zones.clone()] {
+            out.write_all(&(list.len() as u32).to_le_bytes())?;
+            for body in &list {
+                out.write_all(&(body.segments().len() as u32).to_le_bytes())?;
+                for segment in body.segments() {
+                    let (kind, reals) = match *segment {
+                        Segment::Line { from, to } => (0, [from, to].concat()),
+                        Segment::Arc { center, radius, from, to } => (1, [&center[..], &[radius], &from, &to].concat()),
+                    };
+                    out.write_all(&[kind])?;
+                    for x in reals {
+                        out.write_all(&x.to_bits().to_le_bytes())?;
+                    }
+                }
+            }
         }
     }
-    out.flush()
+    Ok(())
 }
 
 /// Reads the motion, stretch by stretch.
 pub(super) struct MotionReader<'p> {
     path: &'p Path,
     input: BufReader<File>,
+    pub(super) engagement: bool,
 }
 
 impl<'p> MotionReader<'p> {
-    pub(super) fn open(path: &'p Path) -> Result<Self, ShardError> {
+    /// Opens the motion, and reads the bodies that run along it.
+    pub(super) fn open(path: &'p Path) -> Result<(Self, Cutters), ShardError> {
         let fault = |e: std::io::Error| ShardError::new(path, format!("cannot be read: {e}"));
-        let mut input = BufReader::with_capacity(1 << 20, File::open(path).map_err(fault)?);
-        match record(&mut input, MOTION_MAGIC.len()).map_err(fault)? {
-            Some(magic) if magic == MOTION_MAGIC => Ok(Self { path, input }),
-            _ => Err(ShardError::new(path, "is no motion that this version reads")),
+        let input = BufReader::with_capacity(1 << 20, File::open(path).map_err(fault)?);
+        let mut reader = Self { path, input, engagement: false };
+        if reader.read(MOTION_MAGIC.len()).is_none_or(|magic| magic != MOTION_MAGIC) {
+            return Err(ShardError::new(path, "is no motion that this version reads"));
+        }
+        let bodies = reader.bodies().ok_or_else(|| ShardError::new(path, "its tools cannot be read"))?;
+        Ok((reader, bodies))
+    }
+
+    fn read(&mut self, length: usize) -> Option<Vec<u8>> {
+        record(&mut self.input, length).ok().flatten()
+    }
+
+    fn count(&mut self) -> Option<usize> {
+        let count = u32_at(&self.read(4)?, 0);
+        (count <= MOST_LISTED).then_some(count as usize)
+    }
+
+    fn bodies(&mut self) -> Option<Cutters> {
+        self.engagement = self.read(1)?[0] != 0;
+        let mut tools = Vec::new();
+        for _ in 0..self.count()? {
+            let mut lists: [Vec<Profile>; 4] = Default::default();
+            for list in &mut lists {
+                for _ in 0..self.count()? {
+                    let segments = (0..self.count()?).map(|_| self.segment()).collect::<Option<Vec<_>>>()?;
+                    list.push(Profile::new(segments).ok()?);
+                }
+            }
+            let [core, cutting, others, zones] = lists;
+            // Which part of the tool a body is decides what its finding says: that is told by the merged run.
+            let of = |list: Vec<Profile>, role: Role| list.into_iter().map(|b| (role, b)).collect();
+            let (cutting, others) = (of(cutting, Role::Cutting), of(others, Role::Holder));
+            tools.push(ToolBodies { core, cutting, others, zones });
+        }
+        Some(Cutters(tools))
+    }
+
+    fn segment(&mut self) -> Option<Segment> {
+        let kind = self.read(1)?[0];
+        let bytes = self.read(8 * if kind == 0 { 4 } else { 7 })?;
+        let x = |k: usize| f64::from_bits(u64_at(&bytes, 8 * k));
+        match kind {
+            0 => Some(Segment::Line { from: [x(0), x(1)], to: [x(2), x(3)] }),
+            1 => Some(Segment::Arc { center: [x(0), x(1)], radius: x(2), from: [x(3), x(4)], to: [x(5), x(6)] }),
+            _ => None,
         }
     }
 
@@ -182,32 +278,6 @@ impl<'p> MotionReader<'p> {
         });
         pieces.collect::<Result<Vec<_>, _>>().map(Some)
     }
-}
-
-/// Reads who has which tile: for each patch and last for the stock, of which `tiles` are known.
-pub(super) fn read_shares(path: &Path, (shard, of): (u16, u16), tiles: &[usize]) -> Result<Vec<Vec<u16>>, ShardError> {
-    let fault = |e: std::io::Error| ShardError::new(path, format!("cannot be read: {e}"));
-    let other = || ShardError::new(path, "is not of this stock, or of another number of shards");
-    let mut input = BufReader::with_capacity(1 << 20, File::open(path).map_err(fault)?);
-    let head = record(&mut input, SHARES_MAGIC.len() + 4).map_err(fault)?.unwrap_or_default();
-    if !head.starts_with(SHARES_MAGIC) || u32_at(&head, SHARES_MAGIC.len()) != u32::from(of) || shard >= of {
-        return Err(other());
-    }
-    let mut all = Vec::new();
-    for &count in tiles {
-        let told = record(&mut input, 8).map_err(fault)?.map_or(u64::MAX, |b| u64_at(&b, 0));
-        if told != count as u64 || told > MOST_TILES {
-            return Err(other());
-        }
-        let bytes = record(&mut input, 2 * count).map_err(fault)?.ok_or_else(other)?;
-        let owners: Vec<u16> = bytes.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
-        if owners.iter().any(|o| *o >= of) {
-            return Err(other());
-        }
-        all.push(owners);
-    }
-    let mut rest = [0];
-    if input.read(&mut rest).map_err(fault)? > 0 { Err(other()) } else { Ok(all) }
 }
 
 pub(super) fn u32_at(bytes: &[u8], at: usize) -> u32 {

@@ -26,7 +26,7 @@ mod result;
 
 pub use design::Design;
 pub use file::{DesignFile, KeepFile, Sweep, SweepFile, VaryFile};
-pub use plan::{JOB, JOBS, PLAN, Plan, PlanReport, Planned, job_folder, plan, prepare_job};
+pub use plan::{JOB, JOBS, PLAN, Plan, PlanReport, Planned, check_shard, job_folder, plan, prepare_job};
 pub use result::{
     Figures, JobResult, JobState, RESULT, ResultFault, read_result, result_of, result_of_shard, write_result,
 };

@@ -18,7 +18,7 @@ use crate::{
     prepare::{Choice, Prepared},
     scene::ChoiceValueFile,
     set_values::SetValue,
-    shards::{MOTION, MotionPlan, SHARES, plan_motion},
+    shards::{MOTION, MotionPlan, plan_motion, raw_files},
 };
 
 /// The plan, in the folder of a sweep.
@@ -155,12 +155,16 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
                 };
                 let mut inputs = listed(&prepared, out);
                 if let Some(shards) = shards {
-                    report.motion = Some(plan_motion(prepared, shards, out)?);
-                    inputs.extend([listed_own(out, "motion", MOTION)?, listed_own(out, "shares", SHARES)?]);
+                    report.motion = Some(plan_motion(prepared, shards, out, |k| job_folder(out, usize::from(k)))?);
+                    inputs.push(own_file(out, "motion", MOTION)?);
                 }
                 files.entry(group).or_insert(inputs).clone()
             }
         };
+        let mut inputs = inputs;
+        for name in report.motion.iter().flat_map(|m| raw_files(m.patches)) {
+            inputs.push(own_file(out, "raw stock", &format!("{JOBS}/{job:05}/{name}"))?);
+        }
         let values = values
             .iter()
             .map(|v| {
@@ -230,7 +234,7 @@ fn listed(prepared: &Prepared, out: &Path) -> Vec<Listed> {
 }
 
 /// A file that the plan itself has made.
-fn listed_own(out: &Path, role: &str, name: &str) -> Result<Listed, SimError> {
+fn own_file(out: &Path, role: &str, name: &str) -> Result<Listed, SimError> {
     let (bytes, sha256) = digest::measure(&out.join(name)).map_err(SimError::Folder)?;
     Ok(Listed { role: role.into(), path: name.into(), bytes, sha256 })
 }
@@ -304,12 +308,16 @@ impl Planned {
     }
 }
 
-/// Reads all that a job names, and holds it against what was planned.
+/// Holds what a shard reads, motion and its own stock, against what was planned.
 ///
 /// # Errors
-/// What the scene refuses with these values ([`SimError::Input`] and its like: a result), or an input that is not as it was planned.
-pub fn prepare_job(sweep: &Path, job: &Planned) -> Result<Result<Prepared, SimError>, InputError> {
-    for input in &job.inputs {
+/// A file that is not as it was planned.
+pub fn check_shard(sweep: &Path, job: &Planned) -> Result<(), InputError> {
+    check_inputs(sweep, job, |input| ["motion", "raw stock"].contains(&input.role.as_str()))
+}
+
+fn check_inputs(sweep: &Path, job: &Planned, which: impl Fn(&Listed) -> bool) -> Result<(), InputError> {
+    for input in job.inputs.iter().filter(|i| which(i)) {
         let path = sweep.join(&input.path);
         let changed = |why: String| {
             InputError::file(
@@ -323,6 +331,15 @@ pub fn prepare_job(sweep: &Path, job: &Planned) -> Result<Result<Prepared, SimEr
             return Err(changed("it has changed since the sweep was planned".into()));
         }
     }
+    Ok(())
+}
+
+/// Reads all that a job names, and holds it against what was planned.
+///
+/// # Errors
+/// What the scene refuses with these values ([`SimError::Input`] and its like: a result), or an input that is not as it was planned.
+pub fn prepare_job(sweep: &Path, job: &Planned) -> Result<Result<Prepared, SimError>, InputError> {
+    check_inputs(sweep, job, |_| true)?;
     let prepared = Prepared::read(&sweep.join(&job.scene), &choice(&job.settings(), sweep));
     if let Ok(prepared) = &prepared {
         let now = listed(prepared, sweep);

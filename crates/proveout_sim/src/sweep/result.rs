@@ -141,7 +141,7 @@ pub fn result_of(job: &Planned, outcome: Result<(&Verdict, &[u8]), String>) -> J
 pub fn result_of_shard(job: &Planned, cost: &ShardCost, cuts: &Path) -> io::Result<JobResult> {
     let mut result = result_of(job, Err(String::new()));
     result.state = JobState::Cut;
-    result.figures = [("tiles", cost.tiles), ("pieces", cost.pieces), ("cuts_bytes", cost.bytes)]
+    result.figures = [("pieces", cost.pieces), ("cuts_bytes", cost.bytes)]
         .map(|(name, count)| (name.to_owned(), Some(count as f64)))
         .into();
     result.verdict_sha256 = digest::measure(cuts)?.1;

@@ -31,6 +31,8 @@ pub struct TriDexel {
     /// Who took whole intervals, one for each tile.
     pub(crate) lost: Vec<Lost>,
     pub(crate) watch_engagement: bool,
+    /// Rows of tiles without material, where [`TriDexel::pass_over_empty_rows`] has asked for them; else empty.
+    pub(crate) empty_rows: Vec<bool>,
 }
 
 /// One interval end: an exact point of the stock's surface, within [`TriDexel::sweep_bound_mm`].

@@ -99,6 +99,7 @@ impl TriDexel {
             changed,
             history: None,
             watch_engagement: false,
+            empty_rows: Vec::new(),
         };
         stock.initial_volume = stock.volume();
         stock

@@ -189,6 +189,7 @@ impl TriDexel {
             .into_par_iter()
             .map(|a| {
                 let base = self.grid.first_tile[a];
+                let first_row: usize = self.grid.tiles[..a].iter().map(|tiles| tiles[1]).sum();
                 let tiles = &self.tiles[base..self.grid.first_tile[a + 1]];
                 // Twice over the same tiles: first to count, then to write.
                 let each = |f: &mut dyn FnMut(usize, u32)| {
@@ -196,6 +197,9 @@ impl TriDexel {
                         let Some([u, v]) = self.tile_range(&item.region, a) else { continue };
                         let (low, high) = (item.region.min[a], item.region.max[a]);
                         for j in v[0]..v[1] {
+                            if self.empty_rows.get(first_row + j).is_some_and(|empty| *empty) {
+                                continue;
+                            }
                             let row = j * self.grid.tiles[a][0];
                             for (i, tile) in tiles[row + u[0]..row + u[1]].iter().enumerate() {
                                 // Material only shrinks: what the item misses now it will miss later.

@@ -235,6 +235,7 @@ impl TriDexel {
             history: None,
             lost: vec![Lost::default(); self.tiles.len()],
             watch_engagement: self.watch_engagement,
+            empty_rows: Vec::new(),
         }
     }
 }

@@ -254,9 +254,7 @@ impl Patch {
 
     /// The items that [`Self::sweep`] carries out: for the stock of the patch in shares.
     pub fn near<'a>(&self, items: &[SweepItem<'a>]) -> Vec<SweepItem<'a>> {
-        let bounds = self.stock.bounds();
-        let near = |item: &&SweepItem<'_>| item.action == Action::Remove && reaches(item, &bounds);
-        items.iter().filter(near).copied().collect()
+        self.stock.removing_near(items)
     }
 
     /// The exact points of the surface in the window, in the order of [`TriDexel::surface_points`].
@@ -272,6 +270,15 @@ impl Patch {
     /// The surface of one block of the patch in the window, see [`TriDexel::tile_surface`].
     pub fn tile_surface(&self, tile: TileId, step: usize) -> SurfaceMesh {
         self.stock.tile_surface(tile, step).inside(&self.plan.window)
+    }
+}
+
+impl TriDexel {
+    /// The removing items that may come to the box of the stock.
+    pub fn removing_near<'a>(&self, items: &[SweepItem<'a>]) -> Vec<SweepItem<'a>> {
+        let bounds = self.bounds();
+        let near = |item: &&SweepItem<'_>| item.action == Action::Remove && reaches(item, &bounds);
+        items.iter().filter(near).copied().collect()
     }
 }
 

@@ -11,12 +11,14 @@
 //! ```
 //!
 //! So stock and reports are the same bits for any division into shares; the tests hold them against the single process.
-//! A share holds no material in the tiles of others, which costs it no time; it sorts all items, which each share does again.
+//! A share has whole rows of tiles and no material in those of others, so that its items are sorted past them row by row; the boxes of all items
+//! are worked out in each share again, since the bound of the sweeps is over all.
 
 use crate::{
     StockFileError,
     field::{
         dexel::TriDexel,
+        grid::Grid,
         span::Mark,
         sweep::{SweepItem, SweepReport, bodies_of, chunks},
         tile::Tile,
@@ -38,8 +40,8 @@ use crate::{
 const CUT: u64 = 1;
 const UNDO: u64 = 2;
 
-/// Gives every tile to one of `shares` so that the sums of their loads are alike: the heaviest first, to whoever has least.
-pub fn shares_of(loads: &[u64], shares: u16) -> Vec<u16> {
+/// Gives every part to one of `shares` so that the sums of their loads are alike: the heaviest first, to whoever has least.
+fn shares_of(loads: &[u64], shares: u16) -> Vec<u16> {
     let shares = shares.max(1);
     let mut order: Vec<usize> = (0..loads.len()).collect();
     order.sort_by_key(|&t| (std::cmp::Reverse(loads[t]), t));
@@ -47,11 +49,21 @@ pub fn shares_of(loads: &[u64], shares: u16) -> Vec<u16> {
     let mut owners = vec![0; loads.len()];
     for t in order {
         let least = (0..sums.len()).min_by_key(|&k| sums[k]).unwrap_or(0);
-        // A tile that nothing comes to still takes memory.
-        sums[least] = sums[least].saturating_add(loads[t]).saturating_add(1);
+        sums[least] = sums[least].saturating_add(loads[t]);
         owners[t] = least as u16;
     }
     owners
+}
+
+/// Rows of tiles, over all three sets: the row of every tile.
+fn rows(grid: &Grid) -> Vec<usize> {
+    let mut first = 0;
+    let mut all = Vec::with_capacity(grid.first_tile[3]);
+    for [across, rows] in grid.tiles {
+        all.extend((0..across * rows).map(|t| first + t / across.max(1)));
+        first += rows;
+    }
+    all
 }
 
 /// Writes what sweeps did to the tiles of a share.
@@ -104,12 +116,48 @@ impl TriDexel {
         self.sweep_bound = bound;
     }
 
-    /// Leaves nothing in the tiles that are not of a share, and gives their memory back. `owners` has one entry a tile.
-    pub fn keep_share(&mut self, owners: &[u16], share: u16) {
-        for (tile, owner) in self.tiles.iter_mut().zip(owners) {
-            if *owner != share {
-                *tile = Tile::default();
-            }
+    /// Gives every tile to one of `shares`, by whole rows of tiles: what a motion has to do with a row of another share is settled by
+    /// one look. `loads` as [`Self::add_loads`] counts them.
+    pub fn share_rows(&self, loads: &[u64], shares: u16) -> Vec<u16> {
+        let rows = rows(&self.grid);
+        let mut sums = vec![0_u64; rows.last().map_or(0, |last| last + 1)];
+        // A tile that nothing comes to still takes memory.
+        rows.iter().zip(loads).for_each(|(&row, load)| sums[row] = sums[row].saturating_add(*load).saturating_add(1));
+        let owners = shares_of(&sums, shares);
+        rows.into_iter().map(|row| owners[row]).collect()
+    }
+
+    /// The stock with material in the tiles of a share alone. `owners` has one entry a tile.
+    #[must_use]
+    pub fn share(&self, owners: &[u16], share: u16) -> Self {
+        let own = |(tile, owner): (&Tile, &u16)| if *owner == share { tile.clone() } else { Tile::default() };
+        let mut part = Self {
+            grid: self.grid.clone(),
+            tiles: self.tiles.iter().zip(owners).map(own).collect(),
+            initial_volume: self.initial_volume,
+            sweep_bound: self.sweep_bound,
+            regrid: self.regrid,
+            changed: self.changed.clone(),
+            passes: self.passes,
+            cut_in: self.cut_in.clone(),
+            history: None,
+            lost: self.lost.clone(),
+            watch_engagement: self.watch_engagement,
+            empty_rows: Vec::new(),
+        };
+        if self.history.is_some() {
+            part.keep_history();
+        }
+        part.pass_over_empty_rows();
+        part
+    }
+
+    /// Has sweeps pass over rows of tiles that hold nothing now: for a share, most of whose rows are those of others.
+    pub fn pass_over_empty_rows(&mut self) {
+        let rows = rows(&self.grid);
+        self.empty_rows = vec![true; rows.last().map_or(0, |last| last + 1)];
+        for (row, tile) in rows.into_iter().zip(&self.tiles) {
+            self.empty_rows[row] &= tile.is_empty();
         }
     }
 
@@ -328,14 +376,8 @@ mod tests {
             let mut loads = vec![0; single.ray_tiles()];
             batches.iter().for_each(|(items, _)| single.add_loads(items, &mut loads));
             assert_eq!(single.sweep_bound_mm().to_bits(), 0.0_f64.to_bits(), "nothing was cut");
-            let owners = shares_of(&loads, shares);
-            let mut parts: Vec<TriDexel> = (0..shares)
-                .map(|k| {
-                    let mut part = block(history);
-                    part.keep_share(&owners, k);
-                    part
-                })
-                .collect();
+            let owners = single.share_rows(&loads, shares);
+            let mut parts: Vec<TriDexel> = (0..shares).map(|k| single.share(&owners, k)).collect();
             let held: f64 = parts.iter().map(TriDexel::volume).sum();
             assert!((held - single.volume()).abs() < 1e-9 * held, "every tile has one owner");
             for (k, (items, measures)) in batches.iter().enumerate() {
@@ -378,8 +420,8 @@ mod tests {
         let [least, most] = [(0..7).map(sum).min(), (0..7).map(sum).max()].map(Option::unwrap_or_default);
         // The last one given is among the lightest.
         assert!(most - least <= 50, "{least} {most}");
-        // Tiles without load go round.
-        let idle = shares_of(&[0; 70], 7);
+        // Equal ones go round.
+        let idle = shares_of(&[1; 70], 7);
         assert!((0..7).all(|k| idle.iter().filter(|o| **o == k).count() == 10));
         assert_eq!(shares_of(&[3, 4], 0), [0, 0]);
     }

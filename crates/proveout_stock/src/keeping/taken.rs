@@ -201,6 +201,7 @@ impl TriDexel {
             history: None,
             lost,
             watch_engagement: false,
+            empty_rows: Vec::new(),
         };
         stock.initial_volume = stock.volume();
         Some(TakenPart { stock, before: Vec::new() })
