@@ -35,7 +35,9 @@ impl Interpreter {
                 }
             }
             Statement::Output(text) => self.note(text),
-            Statement::Call(program, passes) => self.call_program(program, passes.as_ref(), block, span)?,
+            Statement::Call(call) => self.call_program(&call, false, block, span)?,
+            Statement::ModalCall(call) => self.call_program(&call, true, block, span)?,
+            Statement::EndModal => self.own.modal_macro = None,
             Statement::EndCall => self.end_call(span)?,
             Statement::IfGoto(condition, target) | Statement::IfSequence(condition, target) => {
                 if self.truth(&condition, span)? {
@@ -213,7 +215,7 @@ impl Interpreter {
                 .help("write the block number at the start of its block")
         };
         let Some(level) = self.stack.last() else { return Err(missing()) };
-        if !(number.fract() == 0.0 && (0.0..1e9).contains(&number)) {
+        if !(number.fract() == 0.0 && (0.0..4e9).contains(&number)) {
             return Err(missing());
         }
         let (section, wanted) = (level.section, number as u32);

@@ -181,6 +181,9 @@ impl Interpreter {
 
     /// G28 and G30: by rapid to the intermediate point, then to the reference point of the programmed axes.
     fn reference(&mut self, p: &mut Pending, word: &'static str, first: u32, span: Span) -> Result<(), Fault> {
+        if word == "G30" && self.settings.control.osp_words {
+            return self.okuma_home(p, span);
+        }
         p.use_up(if word == "G30" { b"P" } else { b"" });
         if let Some(which) = p.peek(b'P').filter(|&which| word == "G30" && which != 2.0) {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G30 P{which}` is not supported"))
@@ -220,6 +223,35 @@ impl Interpreter {
             self.known_in_machine(&end, axes);
         }
         self.length_in_doubt(word, axes);
+        Ok(())
+    }
+
+    /// G30 P of an Okuma: all axes to a home position of the machine, of which the twin has two.
+    fn okuma_home(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let number = p.take(b'P').unwrap_or(1.0);
+        let first = match number {
+            1.0 => FIRST_REFERENCE,
+            2.0 => SECOND_REFERENCE,
+            _ => {
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G30 P{number}` is not supported"))
+                    .help(
+                        "P1 and P2 are the two reference points of the machine file; write G16 H0 with coordinates",
+                    ));
+            }
+        };
+        self.nothing_held(span)?;
+        self.begin_motion();
+        self.assume(format!(
+            "G30 P{number} goes to the reference points of the machine file, Z first; the home positions of the control and their \
+             order are data of the machine"
+        ));
+        let all = self.all_axes();
+        for axes in [all & 0b100, all & !0b100] {
+            if axes != 0 {
+                let end = self.reference_point("G30", first, axes, span)?;
+                self.machine_motion(end, axes, true, false);
+            }
+        }
         Ok(())
     }
 

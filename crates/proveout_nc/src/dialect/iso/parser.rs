@@ -161,10 +161,31 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 first = false;
                 end = s.pos();
             }
+            b'N' | b'n' if !flavor.is_linuxcnc() && expr::next_is(&s, "NOEX") => {
+                s.set_pos(at + 4);
+                block.osp = Some(("`NOEX`", s.span_from(at)));
+                start = start.or(Some(at));
+                first = false;
+                end = s.pos();
+            }
+            b'A'..=b'Z' | b'a'..=b'z' if osp::local_is_next(&s, flavor) => {
+                first = false;
+                start = start.or(Some(at));
+                let assignment = assignment(&mut s, flavor)?;
+                block.osp = Some(("a variable by name", assignment.span));
+                block.assignments.push(assignment);
+                end = s.pos();
+            }
             b'N' | b'n' if first && block.number.is_none() && statement::keyword(&s).is_none() => {
                 s.bump();
                 s.skip_blanks();
-                let number = s.integer();
+                let mut number = s.integer();
+                if number.is_none()
+                    && let Some(name) = osp::sequence(&mut s, flavor)
+                {
+                    number = Some(name);
+                    block.osp = Some(("a sequence name of letters", s.span_from(at)));
+                }
                 if number.is_none() {
                     return Err(Fault::new(
                         codes::SYNTAX,
@@ -226,6 +247,10 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 if let Some(found) = statement::statement(&mut s, flavor, first)? {
                     block.osp = match found {
                         Statement::Call(..) => Some(("`CALL`", s.span_from(at))),
+                        Statement::ModalCall(..) | Statement::EndModal => Some(("`MODIN`", s.span_from(at))),
+                        Statement::Header(ref name) if name.starts_with('<') && flavor == Flavor::Fanuc => {
+                            Some(("a program name of letters behind O", s.span_from(at)))
+                        }
                         Statement::EndCall => Some(("`RTS`", s.span_from(at))),
                         Statement::IfSequence(..) => Some(("`IF [..] N`", s.span_from(at))),
                         _ => block.osp,
@@ -347,7 +372,11 @@ fn spaced_number(s: &mut Scanner<'_>, flavor: Flavor, letter: u8, start: usize, 
 /// `#1 = value`, `VC1 = value`; the scanner stands on the parameter.
 pub(crate) fn assignment(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Assignment, Fault> {
     let start = s.pos();
-    let target = if s.peek() == b'#' { expr::parameter(s, flavor)? } else { osp::variable(s)? };
+    let target = match s.peek() {
+        b'#' => expr::parameter(s, flavor)?,
+        _ if osp::local_is_next(s, flavor) => Expr::Name(osp::local(s)),
+        _ => osp::variable(s)?,
+    };
     s.skip_blanks();
     if !s.take(b'=') {
         return Err(

@@ -27,8 +27,11 @@ pub(crate) enum Statement {
     End(u32),
     /// `IF [..] N100` of an Okuma.
     IfSequence(Expr, Expr),
-    /// `CALL O200 Q3` of an Okuma: program and passes.
-    Call(u32, Option<Expr>),
+    /// `CALL O200 Q3` of an Okuma.
+    Call(osp::ProgramCall),
+    /// `MODIN O200` and `MODOUT` of an Okuma.
+    ModalCall(osp::ProgramCall),
+    EndModal,
     /// `RTS` of an Okuma.
     EndCall,
     /// `POPEN`, `DPRNT[..]`: output to a printer, without effect here.
@@ -112,7 +115,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
                         .help("write IF [#1 EQ 0] THEN #2=5"));
                 }
                 Statement::IfThen(condition, parser::assignment(s, flavor)?)
-            } else if next_is(s, "N") && s.peek_at(1).is_ascii_digit() {
+            } else if next_is(s, "N") && s.peek_at(1).is_ascii_alphanumeric() {
                 Statement::IfSequence(condition, target(s, flavor)?)
             } else {
                 return Err(Fault::new(
@@ -150,6 +153,9 @@ fn target(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
     s.skip_blanks();
     if matches!(s.peek(), b'N' | b'n') {
         s.bump();
+        if let Some(name) = osp::sequence(s, flavor) {
+            return Ok(Expr::Number(f64::from(name)));
+        }
     }
     expr::operand(s, flavor)
 }
@@ -189,8 +195,8 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
     let label = match s.peek() {
         b'<' => Label::Fixed(name_in_brackets(s, start)?),
         b'[' | b'#' if flavor.is_linuxcnc() => Label::Computed(expr::operand(s, flavor)?),
-        // A Haas takes names of letters too.
-        byte if flavor == Flavor::Haas && byte.is_ascii_alphabetic() && o_word_name(s).is_none() => {
+        // A Haas takes names of letters too, and an Okuma.
+        byte if !flavor.is_linuxcnc() && byte.is_ascii_alphabetic() && o_word_name(s).is_none() => {
             let from = s.pos();
             while s.peek().is_ascii_alphanumeric() || b"_-.".contains(&s.peek()) {
                 s.bump();

@@ -28,8 +28,8 @@ use crate::settings::Compensation;
 use crate::{AxisValues, Feed, Motion, SpindleDirection};
 
 /// Milling cycles that are read.
-pub(crate) const MILLING: [&str; 8] =
-    ["POCKET3", "POCKET4", "CYCLE71", "SLOT1", "SLOT2", "LONGHOLE", "CYCLE76", "CYCLE77"];
+pub(crate) const MILLING: [&str; 9] =
+    ["POCKET3", "POCKET4", "CYCLE71", "CYCLE61", "SLOT1", "SLOT2", "LONGHOLE", "CYCLE76", "CYCLE77"];
 
 /// Part of the tool diameter that is the widest infeed where MIDA gives none.
 pub(super) const USUAL_WIDTH: f64 = 0.8;
@@ -74,9 +74,50 @@ pub(super) struct Words<'a> {
     values: &'a [Option<Val>],
     length: f64,
     pub(super) span: Span,
+    /// Arguments of the cycle in front of the first one here.
+    before: usize,
+}
+
+impl<'a> Words<'a> {
+    /// The arguments behind the first one.
+    pub(super) fn behind_first(name: &'a str, values: &'a [Option<Val>], length: f64, span: Span) -> Self {
+        Self { name, values: values.get(1..).unwrap_or_default(), length, span, before: 1 }
+    }
+
+    /// Place of an argument as it is counted in the call, from 1.
+    pub(super) fn place(&self, at: usize) -> usize {
+        at + self.before + 1
+    }
 }
 
 impl Words<'_> {
+    /// A digit of a number that codes several things: `unit` is 1, 10, 100.
+    pub(super) fn digit(&self, at: usize, unit: f64) -> Result<f64, Fault> {
+        Ok((self.or_zero(at)? / unit).floor().rem_euclid(10.0))
+    }
+
+    /// DMODE: the plane that it names must be the active one.
+    pub(super) fn mode_planes(&self, at: usize, normal: usize) -> Result<(), Fault> {
+        let plane = self.digit(at, 1.0)?;
+        if plane == 0.0 || plane == (3 - normal) as f64 {
+            return Ok(());
+        }
+        let message = format!(
+            "`{}` in another plane than the active one (DMODE {}) is not supported",
+            self.name,
+            self.or_zero(at)?
+        );
+        Err(self.fault(codes::UNSUPPORTED_WORD, message, "choose the plane with G17, G18 or G19"))
+    }
+
+    /// Planes of a cycle whose AMODE says whether the depth is relative (1) or absolute (0, 2).
+    pub(super) fn heights_by_mode(&self, mode: f64) -> Result<Heights, Fault> {
+        if mode != 1.0 {
+            return self.heights();
+        }
+        self.heights_by(Some(3))
+    }
+
     pub(super) fn number(&self, at: usize) -> Result<Option<f64>, Fault> {
         number(self.values, at, self.name, self.span)
     }
@@ -86,7 +127,7 @@ impl Words<'_> {
     }
 
     fn missing(&self, at: usize, what: &str) -> Fault {
-        Fault::new(codes::ARGUMENTS, self.span, format!("`{}` has no {what} (argument {})", self.name, at + 1))
+        Fault::new(codes::ARGUMENTS, self.span, format!("`{}` has no {what} (argument {})", self.name, self.place(at)))
             .help("write the argument")
     }
 
@@ -112,14 +153,14 @@ impl Words<'_> {
         if self.or_zero(at)? == 0.0 {
             return Ok(());
         }
-        let message = format!("`{}` with {what} (argument {}) is not supported", self.name, at + 1);
+        let message = format!("`{}` with {what} (argument {}) is not supported", self.name, self.place(at));
         Err(self.fault(codes::UNSUPPORTED_WORD, message, "let the CAM system write the motions"))
     }
 
     /// Arguments from `from` on are none of the cycle's.
     pub(super) fn no_more(&self, from: usize) -> Result<(), Fault> {
         let Some(at) = surplus(self.values, from) else { return Ok(()) };
-        let message = format!("argument {} of `{}` is not read", at + 1, self.name);
+        let message = format!("argument {} of `{}` is not read", self.place(at), self.name);
         let help =
             "leave it out; those that the control's editor adds (GMODE, DMODE, AMODE and before) are not supported";
         Err(self.fault(codes::UNSUPPORTED_WORD, message, help))
@@ -188,14 +229,43 @@ struct Places {
     radius: usize,
 }
 
+/// What GMODE, DMODE and AMODE of a pocket say.
+#[derive(Clone, Copy, Debug, Default)]
+struct PocketModes {
+    /// 1: the depth is relative.
+    depth: f64,
+    /// MIDA is a part of the diameter of the tool.
+    percent: bool,
+}
+
+/// A surface that is milled line by line.
+struct Surface {
+    heights: Heights,
+    corner: Point,
+    sides: [f64; 2],
+    turn: f64,
+    infeed: f64,
+    /// Greatest way between two lines, mm.
+    greatest: f64,
+    /// Way beyond the ends of a line, and of the last line.
+    beyond: f64,
+    over: f64,
+    floor: f64,
+    mill: Option<Feed>,
+    /// Tens and units of VARI.
+    variant: (u32, u32),
+    radius: f64,
+}
+
 impl Interpreter {
     /// Runs a milling cycle.
     pub(super) fn mill_cycle(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
         let values = self.arguments(call, span)?;
-        let words = Words { name: &call.name, values: &values, length: self.modal.units.length(), span };
+        let words = Words { name: &call.name, values: &values, length: self.modal.units.length(), span, before: 0 };
         let before = self.technology.feed;
         match call.name.as_str() {
             "CYCLE71" => self.face(&words)?,
+            "CYCLE61" => self.surface(&words)?,
             "LONGHOLE" => self.long_holes(&words)?,
             "SLOT1" | "SLOT2" => self.slots(&words)?,
             "CYCLE76" | "CYCLE77" => self.spigot(&words)?,
@@ -232,8 +302,9 @@ impl Interpreter {
     fn pocket(&mut self, words: &Words<'_>) -> Result<(), Fault> {
         let span = words.span;
         let circle = words.name == "POCKET4";
-        words.no_more(if circle { 19 } else { 23 })?;
-        let h = words.heights()?;
+        words.no_more(if circle { 19 } else { 29 })?;
+        let modes = if circle { PocketModes::default() } else { self.pocket_modes(words)? };
+        let h = words.heights_by_mode(modes.depth)?;
         let (shape, corner, center, turn, places) = if circle {
             let r = words.above_zero(4, "pocket radius")?;
             let center = [words.need(5, "center")?, words.need(6, "center")?];
@@ -273,7 +344,8 @@ impl Interpreter {
         let Shape::Rounded { a, b, .. } = shape else { return Ok(()) };
         let shape = Shape::Rounded { a, b, corner: corner.max(radius) };
         let room = shape.half_width() - radius;
-        let greatest = words.size(at + 7)?;
+        let greatest =
+            if modes.percent { words.or_zero(at + 7)?.abs() / 100.0 * 2.0 * radius } else { words.size(at + 7)? };
         let widest = if greatest > 0.0 { greatest } else { 2.0 * USUAL_WIDTH * radius };
         let rings = |allowance: f64| {
             let step = share((room - allowance).max(0.0), widest.min(WIDEST_STEP * radius)).max(NO_WIDTH_MM);
@@ -317,6 +389,25 @@ impl Interpreter {
             words.name
         ));
         self.run_plan(&plan, &job, center, span)
+    }
+
+    /// GMODE, DMODE and AMODE, which the editor of the control adds.
+    fn pocket_modes(&self, words: &Words<'_>) -> Result<PocketModes, Fault> {
+        let refuse = |what: &str, value: f64| {
+            let message = format!("`{}` with {what} {value} is not supported", words.name);
+            Err(words.fault(
+                codes::UNSUPPORTED_WORD,
+                message,
+                "mill the whole pocket from its center, or let the CAM system write the motions",
+            ))
+        };
+        let (start_only, corner, rest) =
+            (words.digit(26, 100.0)?, words.digit(26, 1000.0)?, words.digit(26, 10_000.0)?);
+        if start_only > 1.0 || corner > 1.0 || rest > 1.0 {
+            return refuse("the mode GMODE", words.or_zero(26)?);
+        }
+        words.mode_planes(27, self.modal.normal)?;
+        Ok(PocketModes { depth: words.digit(28, 1.0)?, percent: words.digit(28, 10.0)? == 1.0 })
     }
 
     /// Tens of VARI: how the tool comes to a depth, and in which feed; none is at rapid rate.
@@ -367,33 +458,109 @@ impl Interpreter {
     }
 
     fn face(&mut self, words: &Words<'_>) -> Result<(), Fault> {
-        let span = words.span;
         words.no_more(16)?;
-        let h = words.heights()?;
-        let corner = [words.need(4, "starting point")?, words.need(5, "starting point")?];
-        let sides = [words.need(6, "length")?, words.need(7, "width")?];
-        if sides.contains(&0.0) {
-            return Err(words.fault(
-                codes::ARGUMENTS,
-                "the surface of `CYCLE71` has no size".to_owned(),
-                "write LENG and WID; the signs say where the surface lies",
-            ));
-        }
-        let place = Place::new(corner, words.or_zero(8)?);
-        let (greatest, beyond, over) = (words.above_zero(10, "infeed width")?, words.size(11)?, words.size(15)?);
-        let (floor, mill) = (words.size(12)?, self.milling_feed(words, 13)?);
-        let (tens, units) = words.variant_or(14, 1.0)?;
-        let finishing = words.finishes(units)?;
-        if !(1..=4).contains(&tens) {
-            let message = format!("the tens of VARI of `CYCLE71` are {tens}");
-            return Err(words.fault(codes::ARGUMENTS, message, "1 to 4 say along which axis, and whether to and fro"));
-        }
         let Some(radius) = self.tool_radius(words)? else {
             return Err(no_radius(words, "no tool table gives here"));
         };
-        if greatest > 2.0 * radius {
+        self.assume(
+            "CYCLE71: FDP counts from the edge of the tool; to and fro the tool goes on beside the surface in the feed FFP1; in \
+             one direction it comes back SDIS above the depth; every depth begins at the first line",
+        );
+        let surface = Surface {
+            heights: words.heights()?,
+            corner: [words.need(4, "starting point")?, words.need(5, "starting point")?],
+            sides: [words.need(6, "length")?, words.need(7, "width")?],
+            turn: words.or_zero(8)?,
+            infeed: words.size(9)?,
+            greatest: words.above_zero(10, "infeed width")?,
+            beyond: words.size(11)?,
+            over: words.size(15)?,
+            floor: words.size(12)?,
+            mill: self.milling_feed(words, 13)?,
+            variant: words.variant_or(14, 1.0)?,
+            radius,
+        };
+        self.mill_surface(words, &surface)
+    }
+
+    /// CYCLE61(RTP, Z0, SC, Z1, X0, Y0, X1, Y1, MID, MIDA, FALZ, FFP1, VARI, LIM, DMODE, AMODE): face milling of the editor of the
+    /// control. Parameters and digits from memory.
+    fn surface(&mut self, words: &Words<'_>) -> Result<(), Fault> {
+        words.no_more(16)?;
+        words.refuse_set(13, "limits of the surface")?;
+        words.mode_planes(14, self.modal.normal)?;
+        let Some(radius) = self.tool_radius(words)? else {
+            return Err(no_radius(words, "no tool table gives here"));
+        };
+        let corner = [words.need(4, "first corner")?, words.need(5, "first corner")?];
+        let mut sides = [words.need(6, "second corner or length")?, words.need(7, "second corner or length")?];
+        for (side, unit) in
+            sides.iter_mut().zip([1000.0, 10_000.0]).enumerate().map(|(i, (side, unit))| ((i, side), unit))
+        {
+            // 1 is the other corner, 0 the length.
+            if words.digit(15, unit)? == 1.0 {
+                *side.1 -= corner[side.0];
+            }
+        }
+        let surface = words.need(1, "reference plane")?;
+        if words.digit(15, 1.0)? == 1.0 && surface != 0.0 {
             let message =
-                format!("the infeed width MIDA of `CYCLE71` is {greatest} mm and the tool cuts {}", 2.0 * radius);
+                "`CYCLE61` with an incremental depth below a surface that is not at zero is not supported".to_owned();
+            return Err(words.fault(
+                codes::UNSUPPORTED_WORD,
+                message,
+                "write Z1 as an absolute height (units of AMODE 0)",
+            ));
+        }
+        let percent = words.digit(15, 10.0)? == 1.0;
+        let width = words.above_zero(9, "infeed width")?;
+        self.assume(
+            "CYCLE61: lengths where AMODE has 0 in its thousands and ten thousands, corners where it has 1; lines reach SC beyond the \
+             surface; to and fro the tool goes on beside the surface in the feed; in one direction it comes back SC above the depth",
+        );
+        let mut heights = words.heights_by_mode(words.digit(15, 1.0)?)?;
+        heights.second = words.need(0, "retraction plane")?;
+        let surface = Surface {
+            heights,
+            corner,
+            sides,
+            turn: 0.0,
+            infeed: words.size(8)?,
+            greatest: if percent { words.or_zero(9)?.abs() / 100.0 * 2.0 * radius } else { width },
+            beyond: (heights.clear - heights.surface).abs(),
+            over: 0.0,
+            floor: words.size(10)?,
+            mill: self.milling_feed(words, 11)?,
+            variant: words.variant_or(12, 1.0)?,
+            radius,
+        };
+        self.mill_surface(words, &surface)
+    }
+
+    fn mill_surface(&mut self, words: &Words<'_>, surface: &Surface) -> Result<(), Fault> {
+        let span = words.span;
+        let &Surface { heights: h, corner, sides, turn, infeed, greatest, beyond, over, floor, mill, radius, .. } =
+            surface;
+        if sides.contains(&0.0) {
+            return Err(words.fault(
+                codes::ARGUMENTS,
+                format!("the surface of `{}` has no size", words.name),
+                "write its length and width; the signs say where the surface lies",
+            ));
+        }
+        let place = Place::new(corner, turn);
+        let (tens, units) = surface.variant;
+        let finishing = words.finishes(units)?;
+        if !(1..=4).contains(&tens) {
+            let message = format!("the tens of VARI of `{}` are {tens}", words.name);
+            return Err(words.fault(codes::ARGUMENTS, message, "1 to 4 say along which axis, and whether to and fro"));
+        }
+        if greatest > 2.0 * radius {
+            let message = format!(
+                "the infeed width MIDA of `{}` is {greatest} mm and the tool cuts {}",
+                words.name,
+                2.0 * radius
+            );
             return Err(words.fault(codes::ARGUMENTS, message, "write a smaller MIDA, or use a larger tool"));
         }
         // Along the lines and across them.
@@ -403,12 +570,12 @@ impl Interpreter {
         let steps = if last > first { ((last - first) / greatest - 1e-9).ceil() } else { 0.0 };
         let total = (h.depth - h.surface).abs();
         let rough = (total - floor).max(0.0);
-        let infeeds = if finishing { 1.0 } else { rough / share(rough, words.size(9)?).max(1e-9) };
+        let infeeds = if finishing { 1.0 } else { rough / share(rough, infeed).max(1e-9) };
         if steps * infeeds >= MAX_PASSES as f64 || steps.is_nan() {
-            let message = format!("`CYCLE71` would need more than {MAX_PASSES} lines");
+            let message = format!("`{}` would need more than {MAX_PASSES} lines", words.name);
             return Err(words.fault(codes::LOOP_LIMIT, message, "check LENG, WID, MID and MIDA"));
         }
-        let depths = if finishing { vec![total] } else { milling::levels(rough, share(rough, words.size(9)?)) };
+        let depths = if finishing { vec![total] } else { milling::levels(rough, share(rough, infeed)) };
         let lines: Vec<f64> =
             (0..=steps as u32).map(|i| first + (last - first) * f64::from(i) / steps.max(1.0)).collect();
         let ends = [-(radius + beyond), sides[along].abs() + radius + beyond];
@@ -419,10 +586,6 @@ impl Interpreter {
             place.at(p)
         };
         let height = |depth: f64| h.surface + h.down * depth;
-        self.assume(
-            "CYCLE71: FDP counts from the edge of the tool; to and fro the tool goes on beside the surface in the feed FFP1; in \
-             one direction it comes back SDIS above the depth; every depth begins at the first line",
-        );
         for depth in depths {
             self.come_over(at(lines[0], ends[0]), h.clear, span)?;
             self.mill_to(None, Some(height(depth)), None, span)?;
