@@ -59,6 +59,8 @@ impl Interpreter {
             Value::Number { value, point } => (*value, *point),
             Value::Expr(expr) => match self.value(expr, span)? {
                 Some(value) => (value, true),
+                // A parameter of a Fagor that nothing has set is zero.
+                None if self.settings.control.depth_in_i => (0.0, true),
                 // A word with a vacant parameter is left out.
                 None => return Ok(()),
             },

@@ -310,6 +310,35 @@ impl Interpreter {
         Ok(())
     }
 
+    /// The blocks from one number to another, so many times.
+    pub(super) fn repeat_blocks(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        [first, last, passes]: [u32; 3],
+        span: Span,
+    ) -> Result<(), Fault> {
+        if !self.settings.control.depth_in_i {
+            return Err(Fault::new(codes::UNKNOWN_WORD, span, "`RPT` is a word of a Fagor")
+                .help("name that control (fagor-8055), or call a subprogram"));
+        }
+        let start = self.find_number(loaded, at, f64::from(first), span)?;
+        let end = self.find_number(loaded, start, f64::from(last), span)?;
+        if end.offset < start.offset {
+            let message = format!("block N{last} stands before N{first}");
+            return Err(Fault::new(codes::JUMP_TARGET, span, message).help("write the first block first"));
+        }
+        if start.offset <= at.offset && at.offset <= end.offset {
+            let message = format!("the blocks N{first} to N{last} hold their own repetition");
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("write the repetition behind them"));
+        }
+        let end = loaded.source.line(end).map_or(end, |(_, next)| next).offset;
+        if passes > 0 {
+            self.enter_sub((Arc::clone(loaded), Section { start, end }), start, passes, CallKind::Sub, span)?;
+        }
+        Ok(())
+    }
+
     /// Leaves a subprogram, or begins its next pass.
     pub(crate) fn leave(&mut self, span: Span) -> Result<(), Fault> {
         if self.next_pass() {

@@ -50,6 +50,7 @@ impl Interpreter {
                 }
             }
             Statement::Goto(target) => self.goto(loaded, at, &target, span)?,
+            Statement::Repeat(first, last, passes) => self.repeat_blocks(loaded, at, [first, last, passes], span)?,
             Statement::While(condition, _) => {
                 if let Some(condition) = condition
                     && !self.truth(&condition, span)?

@@ -178,6 +178,14 @@ impl Interpreter {
             let value = self.value(&one.value, one.span)?;
             return self.assign(&one.target, value, one.span, comment, line);
         }
+        if self.settings.control.osp_words || self.settings.control.depth_in_i {
+            // One behind the other.
+            for one in assignments {
+                let value = self.value(&one.value, one.span)?;
+                self.assign(&one.target, value, one.span, comment, line)?;
+            }
+            return Ok(());
+        }
         let mut values = Vec::with_capacity(assignments.len());
         for assignment in assignments {
             values.push(self.value(&assignment.value, assignment.span)?);

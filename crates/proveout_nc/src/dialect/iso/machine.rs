@@ -41,6 +41,7 @@ impl Interpreter {
     /// A word that acts in its block only.
     pub(crate) fn one_shot(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         match code {
+            930 if self.settings.control.depth_in_i => self.fagor_pole(p, span)?,
             700 | 710 if self.own.flavor == Flavor::Haas => self.bolt_holes(code, p, span)?,
             120 | 130 => self.circular_pocket(code, p, span)?,
             710 => self.return_level_word(p, span)?,
@@ -55,6 +56,7 @@ impl Interpreter {
                 self.note(text);
             }
             100 => self.write_data(p, span)?,
+            270 | 600 => self.positioning(code, p, span)?,
             280 => self.reference(p, "G28", FIRST_REFERENCE, span)?,
             300 => self.reference(p, "G30", SECOND_REFERENCE, span)?,
             281 => self.store_reference(FIRST_REFERENCE, span)?,
@@ -69,6 +71,24 @@ impl Interpreter {
             _ => {}
         }
         Ok(())
+    }
+
+    /// G27 and G60 of a Fanuc: a rapid motion to the programmed point. G27 checks that it is the reference point; G60 comes from one
+    /// side, by an overrun that is a parameter of the control.
+    fn positioning(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let axes = p.axes();
+        if axes == 0 {
+            let word = if code == 270 { "G27" } else { "G60" };
+            return Err(Fault::new(codes::MISSING_VALUE, span, format!("{word} names no axis")).help("write its point"));
+        }
+        self.before_motion(axes, p, span)?;
+        let (end, programmed) = self.targets(p, span)?;
+        self.assume(if code == 270 {
+            "G27 goes to the programmed point at rapid rate; whether it is the reference point is not checked"
+        } else {
+            "G60 goes straight to its point at rapid rate, without the overrun of the control (parameter 5440)"
+        });
+        if programmed == 0 { Ok(()) } else { self.rapid(end, programmed, true, span) }
     }
 
     /// G53: coordinates of the machine axes, only the programmed ones move.

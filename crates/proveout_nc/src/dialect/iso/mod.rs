@@ -16,6 +16,8 @@ mod corners;
 mod cycles;
 mod eval;
 mod expr;
+mod fagor;
+pub(crate) mod fagor_text;
 mod flavor;
 mod grbl;
 mod index;

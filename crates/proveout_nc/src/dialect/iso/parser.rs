@@ -234,6 +234,18 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 first = false;
                 end = s.pos();
             }
+            b',' if !flavor.is_linuxcnc()
+                && matches!(s.peek_at(1), b'K' | b'k')
+                && line.to_ascii_uppercase().contains("G61.1") =>
+            {
+                s.bump();
+                word(&mut s, flavor)?;
+                block.remarks.push(Remark::Assumed(
+                    "`,K` of G61.1 weighs accuracy against speed, which the controller of the twin does with its own tolerance",
+                ));
+                first = false;
+                end = s.pos();
+            }
             b'V' | b'v' if osp::variable_is_next(&s, flavor) => {
                 first = false;
                 start = start.or(Some(at));
@@ -401,6 +413,11 @@ fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(),
         return Err(
             Fault::new(codes::SYNTAX, s.span_from(start), "the comment has no end").help("write `)` at its end")
         );
+    }
+    if let Some(word) = text.strip_prefix(super::fagor_text::UNREAD) {
+        let message = format!("`({word})` is not supported");
+        return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
+            .help("of the statements in brackets assignments, IF GOTO, GOTO, SUB, RET, CALL, PCALL and RPT are read"));
     }
     if flavor.is_linuxcnc()
         && let Some((head, tail)) = text.split_once(',')

@@ -34,6 +34,8 @@ pub(crate) enum Statement {
     EndModal,
     /// `RTS` of an Okuma.
     EndCall,
+    /// The blocks from one number to another run again (`(RPT N50,N60)N3` of a Fagor): first, last, passes.
+    Repeat(u32, u32, u32),
     /// `POPEN`, `DPRNT[..]`: output to a printer, without effect here.
     Output(String),
 }
@@ -66,7 +68,7 @@ pub(crate) enum OWord {
 }
 
 /// Words of macro B that stand where an address letter could.
-const KEYWORDS: [&str; 9] = ["IF", "GOTO", "WHILE", "DO", "END", "POPEN", "PCLOS", "DPRNT", "BPRNT"];
+const KEYWORDS: [&str; 10] = ["RPT", "IF", "GOTO", "WHILE", "DO", "END", "POPEN", "PCLOS", "DPRNT", "BPRNT"];
 
 /// The keyword of macro B that is next.
 pub(crate) fn keyword(s: &Scanner<'_>) -> Option<&'static str> {
@@ -127,6 +129,16 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
             }
         }
         "GOTO" => Statement::Goto(target(s, flavor)?),
+        "RPT" => {
+            let mut number = || {
+                s.skip_blanks();
+                s.integer().ok_or_else(|| {
+                    Fault::new(codes::SYNTAX, s.span_from(start), "RPT needs two block numbers")
+                        .help("write (RPT N50,N60)")
+                })
+            };
+            Statement::Repeat(number()?, number()?, number()?)
+        }
         "WHILE" => {
             let condition = expr::bracket(s, flavor)?;
             s.skip_blanks();

@@ -17,6 +17,7 @@ use super::parser::Call;
 use crate::channel::Language;
 use crate::channel::Section;
 use crate::channel::corners::Cornering;
+use crate::channel::doubt::Stage;
 use crate::channel::shape::{Leg, Pass, Point};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -153,7 +154,11 @@ impl Interpreter {
         let depth = self.stack.len();
         self.variables.enter();
         self.enter((loaded, section), section.start, 1, CallLevel::default());
+        self.own.contour_torn = false;
         let commands = self.run_to_depth(depth, named, span);
+        // A line that cannot be read, or that holds a word that is never read, is told by itself.
+        self.own.contour_torn = commands.is_err() && self.recovery.faults.stage != Stage::Acting;
+        self.recovery.faults.stage = Stage::Acting;
         while self.stack.len() > depth {
             self.stack.pop();
             self.variables.leave();

@@ -234,6 +234,8 @@ struct Places {
 struct PocketModes {
     /// 1: the depth is relative.
     depth: f64,
+    /// The whole pocket is milled, whatever the sizes of one that is there before say.
+    whole: bool,
     /// MIDA is a part of the diameter of the tool.
     percent: bool,
 }
@@ -318,7 +320,8 @@ impl Interpreter {
             (Shape::Rounded { a, b, corner }, corner, center, words.or_zero(9)?, places)
         };
         let at = places.depth;
-        for &roughed in places.roughed {
+        let roughed: &[usize] = if modes.whole { &[] } else { places.roughed };
+        for &roughed in roughed {
             words.refuse_set(roughed, "the size of a pocket that is there before")?;
         }
         let (side, floor) = (words.size(at + 1)?, words.size(at + 2)?);
@@ -407,7 +410,7 @@ impl Interpreter {
             return refuse("the mode GMODE", words.or_zero(26)?);
         }
         words.mode_planes(27, self.modal.normal)?;
-        Ok(PocketModes { depth: words.digit(28, 1.0)?, percent: words.digit(28, 10.0)? == 1.0 })
+        Ok(PocketModes { depth: words.digit(28, 1.0)?, whole: rest == 1.0, percent: words.digit(28, 10.0)? == 1.0 })
     }
 
     /// Tens of VARI: how the tool comes to a depth, and in which feed; none is at rapid rate.

@@ -95,6 +95,8 @@ pub(crate) struct Siemens {
     pub(crate) held: AxisValues,
     /// Contours that CYCLE62 has called since the last milling of one.
     pub(crate) contours: Vec<super::contour::Named>,
+    /// A contour has failed at a line whose fault is told by itself.
+    pub(crate) contour_torn: bool,
     /// TRAORI.
     pub(crate) transformed: bool,
     /// CYCLE800 stands in a plane.
@@ -244,8 +246,15 @@ impl Lines for Siemens {
     fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
         let waits = channel.own.first_line.is_some();
         let ended = if waits { Err(channel.no_second_line(Span::new(0, 0))) } else { channel.end_curve(None) };
-        let ended =
-            if channel.stack.len() > 1 { ended } else { ended.and_then(|()| channel.nothing_waits(Span::new(0, 0))) };
+        if channel.stack.len() <= 1
+            && let Err(fault) = channel.nothing_waits(Span::new(0, 0))
+        {
+            // Told at the last block that was run.
+            let line = channel.location.line;
+            let text = channel.line_of(&loaded.source.name, line).unwrap_or_default();
+            let fault = Fault { span: Span::new(0, text.trim_end().len()), ..fault };
+            return Err(Box::new(fault.at(&loaded.source.name, line, &text)));
+        }
         ended.map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line.saturating_sub(1), "")))?;
         if channel.stack.len() > 1 {
             channel.leave();
