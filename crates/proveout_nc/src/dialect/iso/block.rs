@@ -176,6 +176,7 @@ impl Interpreter {
                 self.own.modal_macro = None;
             }
         }
+        self.fagor_cycle_words(p);
         if self.listed_macro(p, block)? {
             return Ok(());
         }

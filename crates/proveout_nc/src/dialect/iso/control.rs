@@ -212,7 +212,8 @@ impl Interpreter {
         span: Span,
     ) -> Result<Mark, Fault> {
         let missing = || {
-            Fault::new(codes::JUMP_TARGET, span, format!("the block number N{number} is not in this program"))
+            let what = if number < 1e9 { format!("block number N{number}") } else { "sequence name".to_owned() };
+            Fault::new(codes::JUMP_TARGET, span, format!("the {what} is not in this program"))
                 .help("write the block number at the start of its block")
         };
         let Some(level) = self.stack.last() else { return Err(missing()) };

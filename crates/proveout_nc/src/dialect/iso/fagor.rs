@@ -118,6 +118,27 @@ impl Interpreter {
         self.go_arc(motion, center, normal, &arc, span)
     }
 
+    /// Takes the words of G69, G87 and G88 before D is a tool, H a length, and B, C, V are axes.
+    pub(super) fn fagor_cycle_words(&mut self, p: &mut Pending) {
+        let Some(code @ (690 | 870 | 880)) = self.modal.cycle.filter(|_| self.settings.control.depth_in_i) else {
+            return;
+        };
+        if p.g(super::words::Group::Cycle).is_some() {
+            self.own.fagor = FagorCycle::default();
+        }
+        let (lengths, others): (&[u8], &[u8]) = if code == 690 { (b"ZIBCDHL", b"JKR") } else { (b"ZIJKBCDL", b"HV") };
+        for &letter in lengths {
+            if p.any_free(&[letter]) {
+                self.own.fagor.values[usize::from(letter - b'A')] = self.length_of(p, letter);
+            }
+        }
+        for &letter in others {
+            if let Some(value) = p.take(letter) {
+                self.own.fagor.values[usize::from(letter - b'A')] = Some(value);
+            }
+        }
+    }
+
     /// A block of G69, G87 or G88, or a further position of one.
     pub(super) fn fagor_cycle_block(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let name = g_name(code);
@@ -128,20 +149,7 @@ impl Interpreter {
         }
         let defines = p.g(super::words::Group::Cycle).is_some();
         if defines {
-            self.own.fagor = FagorCycle::default();
             self.own.cycle.initial = self.position.work.get(w);
-        }
-        let lengths: &[u8] = if code == 690 { b"ZIBCDHL" } else { b"ZIJKBCDL" };
-        for &letter in lengths {
-            if p.any_free(&[letter]) {
-                let value = self.length_of(p, letter);
-                self.own.fagor.values[usize::from(letter - b'A')] = value;
-            }
-        }
-        for &letter in if code == 690 { b"JKR".as_slice() } else { b"HV".as_slice() } {
-            if let Some(value) = p.take(letter) {
-                self.own.fagor.values[usize::from(letter - b'A')] = Some(value);
-            }
         }
         // B, C and V are words of the cycle here.
         let plane = 1 << u | 1 << v;

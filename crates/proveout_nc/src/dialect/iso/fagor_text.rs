@@ -195,26 +195,24 @@ fn expression(text: &str) -> String {
     const FUNCTIONS: [&str; 8] = ["SIN", "COS", "TAN", "ASIN", "ACOS", "SQRT", "ABS", "FIX"];
     let mut out = String::new();
     let bytes = text.as_bytes();
-    let (mut at, mut closes) = (0, false);
+    let mut at = 0;
     while let Some(&byte) = bytes.get(at) {
         let rest = text.get(at..).unwrap_or_default();
         if byte == b'P' && bytes.get(at + 1).is_some_and(u8::is_ascii_digit) {
             let digits: String = rest.chars().skip(1).take_while(char::is_ascii_digit).collect();
             out.push_str(&format!("#{}", parameter(digits.parse().unwrap_or(u32::MAX - 1))));
             at += 1 + digits.len();
-            if std::mem::take(&mut closes) {
-                out.push(']');
-            }
             continue;
         }
         if let Some(name) = FUNCTIONS.into_iter().find(|name| rest.starts_with(name)) {
             out.push_str(name);
             at += name.len();
-            let behind = rest.get(name.len()..).unwrap_or_default().trim_start();
-            if behind.starts_with('P') {
-                out.push('[');
-                closes = true;
-                at += rest.len() - name.len() - behind.len();
+            let behind = rest.get(name.len()..).unwrap_or_default();
+            let operand = behind.trim_start();
+            let length = operand.bytes().take_while(|b| b.is_ascii_digit() || matches!(b, b'P' | b'.')).count();
+            if length > 0 {
+                out.push_str(&format!("[{}]", expression(operand.get(..length).unwrap_or_default())));
+                at += behind.len() - operand.len() + length;
             }
             continue;
         }
@@ -345,6 +343,7 @@ mod tests {
             ("N100 G1 XP0 Y-P30 F100 ; to P0", "N100 G1 X#1 Y-#30 F100 ; to P0"),
             ("N40 P1=P1F1K1", "N40 #2=#2+1 "),
             ("N30 G20 N1.2", "N30 M98P1L2"),
+            ("(P1=SIN 30*4)", "#2=SIN[30]*4"),
             ("N15 T1.2 M6", "N15 T1 D2 M6"),
             ("N60 G25 N20.30.2", "N60 RPT 20 30 2"),
             ("N70 G1 G36 R3 Y50", "N70 G1 ,R3 Y50"),

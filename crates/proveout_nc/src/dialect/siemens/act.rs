@@ -47,7 +47,7 @@ impl Interpreter {
         }
         if p.machine_axes != 0 && p.fixed_point.is_none() || p.fixed_point_number.is_some() && p.fixed_point.is_none() {
             let message = "an axis named by the machine, such as X1=, or FP= stands without G74 or G75";
-            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("write the axis as X, Y, Z, A, B or C"));
+            return Err(Fault::new(codes::UNKNOWN_WORD, span, message).help("write the axis as X, Y, Z, A, B or C"));
         }
         if p.turns.is_some() || p.radius.is_some() || p.plane_angle.is_some() || p.intermediate != [None; 3] {
             self.without_use(p, span)?;
