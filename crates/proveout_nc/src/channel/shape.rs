@@ -77,14 +77,6 @@ impl Pass {
         Self { start: self.end(), legs: legs.collect() }
     }
 
-    /// The point beside the end, at a distance to the left or to the right of the path.
-    pub(crate) fn beside_end(&self, to_left: bool, distance: f64) -> Option<Point> {
-        // The reversed path has its left on the right.
-        let back = self.reversed().heading()?;
-        let side = left(back);
-        Some(plus(self.end(), side, if to_left { -distance } else { distance }))
-    }
-
     /// Direction at the start; none for a path without length.
     pub(crate) fn heading(&self) -> Option<Point> {
         let d = match *self.legs.first()? {

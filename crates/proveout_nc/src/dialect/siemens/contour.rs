@@ -156,8 +156,6 @@ impl Interpreter {
         self.enter((loaded, section), section.start, 1, CallLevel::default());
         self.own.contour_torn = false;
         let commands = self.run_to_depth(depth, named, span);
-        // A line that cannot be read, or that holds a word that is never read, is told by itself.
-        self.own.contour_torn = commands.is_err() && self.recovery.faults.stage != Stage::Acting;
         self.recovery.faults.stage = Stage::Acting;
         while self.stack.len() > depth {
             self.stack.pop();
@@ -197,6 +195,8 @@ impl Interpreter {
             }
             if let Err(fault) = Siemens::step(self) {
                 self.recovery.failed = None;
+                // A line that cannot be read, or that holds a word that is never read, is told by itself.
+                self.own.contour_torn = self.recovery.faults.stage != Stage::Acting;
                 return Err(wrong(named, &format!("line {}: {}", fault.line, fault.message), span));
             }
         }

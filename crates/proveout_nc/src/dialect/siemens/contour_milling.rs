@@ -37,10 +37,13 @@ struct Way {
     length: f64,
 }
 
-/// What is done at every depth.
+/// What is done at every depth. Ways on and off are paths of the tool center.
 struct Course {
+    on: Pass,
     path: Pass,
-    on: Way,
+    off: Pass,
+    on_in_space: bool,
+    off_in_space: bool,
     side: CompSide,
     radius: Option<f64>,
     lift: u32,
@@ -96,12 +99,13 @@ impl Interpreter {
         let off = Way::read(words, 14, Some(on), side)?;
         let path = self.contour(named, span)?;
         let left = side != CompSide::Right;
-        let path = on.lead(path, beside, left);
-        let path = off.lead(path.reversed(), beside, !left).reversed();
         let between = if vari / 10 % 10 == 1 { self.milling_feed(words, 13)? } else { None };
         let course = Course {
+            on: on.onto(&path, beside, left),
+            off: off.onto(&path.reversed(), beside, !left).reversed(),
             path,
-            on,
+            on_in_space: on.in_space,
+            off_in_space: off.in_space,
             side,
             radius: radius.map(|r| r + allowance),
             lift: vari / 100,
@@ -134,7 +138,7 @@ impl Interpreter {
         let last = levels.len().saturating_sub(1);
         self.come_up(h.second, span)?;
         for (i, depth) in levels.into_iter().enumerate() {
-            self.along_contour(&course, off, h.surface + h.down * depth, i == last, span)?;
+            self.along_contour(&course, h.surface + h.down * depth, i == last, span)?;
         }
         self.mill_to(None, Some(h.second), None, span)
     }
@@ -147,35 +151,33 @@ impl Interpreter {
         Ok(())
     }
 
-    fn along_contour(&mut self, c: &Course, off: Way, depth: f64, last: bool, span: Span) -> Result<(), Fault> {
+    fn along_contour(&mut self, c: &Course, depth: f64, last: bool, span: Span) -> Result<(), Fault> {
         let place = Place::new([0.0; 2], 0.0);
-        let comp = |side: CompSide| {
-            Op::CutterComp(CutterComp { side, offset: None, radius: c.radius.filter(|_| side != CompSide::Off) })
-        };
-        if c.side != CompSide::Off {
-            self.emit(comp(c.side));
-        }
-        let stays = c.lift == 3;
-        self.mill_to(Some(c.path.start), None, if stays { c.between.or(c.mill) } else { c.between }, span)?;
-        let clear = c.heights.clear;
+        let radius = |side: CompSide| c.radius.filter(|_| side != CompSide::Off);
+        let comp = |side: CompSide| Op::CutterComp(CutterComp { side, offset: None, radius: radius(side) });
+        let (stays, clear) = (c.lift == 3, c.heights.clear);
+        self.mill_to(Some(c.on.start), None, if stays { c.between.or(c.mill) } else { c.between }, span)?;
         if self.position.work.get(self.modal.normal).is_none_or(|z| (z - clear) * c.heights.down < 0.0) {
             self.mill_to(None, Some(clear), None, span)?;
         }
-        let mut legs = c.path.legs.as_slice();
-        if c.on.in_space {
-            if let [first, rest @ ..] = legs {
-                self.mill_leg(&place, *first, Some(depth), c.down, span)?;
-                legs = rest;
-            }
-        } else {
+        if !c.on_in_space {
             self.mill_to(None, Some(depth), c.down, span)?;
         }
-        let up = if off.in_space { legs.split_last() } else { None };
-        for leg in up.map_or(legs, |(_, before)| before) {
-            self.mill_leg(&place, *leg, None, c.mill, span)?;
+        for leg in &c.on.legs {
+            let (height, feed) = if c.on_in_space { (Some(depth), c.down) } else { (None, c.mill) };
+            self.mill_leg(&place, *leg, height, feed, span)?;
         }
-        if let Some((leg, _)) = up {
-            self.mill_leg(&place, *leg, Some(clear), c.mill, span)?;
+        // The tool stands beside the start of the contour already: its center does not move here, nor behind the end.
+        if c.side != CompSide::Off {
+            self.emit(comp(c.side));
+        }
+        self.mill_pass(&place, &c.path, c.mill, span)?;
+        if c.side != CompSide::Off {
+            self.emit(comp(CompSide::Off));
+        }
+        self.mill_to(Some(c.off.start), None, c.mill, span)?;
+        for leg in &c.off.legs {
+            self.mill_leg(&place, *leg, c.off_in_space.then_some(clear), c.mill, span)?;
         }
         let height = match c.lift {
             _ if last => Some(c.heights.second),
@@ -184,20 +186,7 @@ impl Interpreter {
             2 => Some(depth - c.heights.down * (clear - c.heights.surface).abs()),
             _ => None,
         };
-        if let Some(height) = height {
-            self.mill_to(None, Some(height), None, span)?;
-        }
-        if c.side != CompSide::Off {
-            self.emit(comp(CompSide::Off));
-            // The tool stands beside the end; the coordinates of its center count from here.
-            if let (Some(radius), Some(end)) =
-                (c.radius, c.path.beside_end(c.side == CompSide::Left, c.radius.unwrap_or(0.0)))
-                && radius > 0.0
-            {
-                self.mill_to(Some(end), None, if stays && !last { c.mill } else { c.between }, span)?;
-            }
-        }
-        Ok(())
+        height.map_or(Ok(()), |height| self.mill_to(None, Some(height), None, span))
     }
 }
 
@@ -237,23 +226,19 @@ impl Way {
         Ok(Self { kind: units, in_space, length })
     }
 
-    /// The path with this way onto its start. `left`: the tool runs on its left. `beside`: from the contour to the tool center.
-    fn lead(self, mut path: Pass, beside: f64, left: bool) -> Pass {
-        let Some(t) = path.heading() else { return path };
-        let p = path.start;
+    /// The way of the tool center to beside the start of a path. `left`: the tool runs on its left. `beside`: from the contour to the
+    /// tool center.
+    fn onto(self, path: &Pass, beside: f64, left: bool) -> Pass {
         let plus = |q: Point, d: Point, by: f64| [q[0] + by * d[0], q[1] + by * d[1]];
-        if self.kind == 1 {
-            if self.length > 0.0 {
-                path.start = plus(p, t, -self.length);
-                path.legs.insert(0, Leg::Line(p));
-            }
-            return path;
-        }
-        let radius = self.length + beside;
+        let Some(t) = path.heading() else { return Pass { start: path.start, legs: Vec::new() } };
         let side = if left { [-t[1], t[0]] } else { [t[1], -t[0]] };
-        let center = plus(p, side, radius);
-        path.start = if self.kind == 2 { plus(center, t, -radius) } else { plus(center, side, radius) };
-        path.legs.insert(0, Leg::Arc { to: p, center, clockwise: !left });
-        path
+        let to = plus(path.start, side, beside);
+        if self.kind == 1 {
+            let legs = if self.length > 0.0 { vec![Leg::Line(to)] } else { Vec::new() };
+            return Pass { start: plus(to, t, -self.length), legs };
+        }
+        let center = plus(to, side, self.length);
+        let start = if self.kind == 2 { plus(center, t, -self.length) } else { plus(center, side, self.length) };
+        Pass { start, legs: vec![Leg::Arc { to, center, clockwise: !left }] }
     }
 }
