@@ -86,11 +86,9 @@ fn the_tool_keeps_its_distance_all_around() {
 
 #[test]
 fn the_state_of_the_program_is_as_before_the_contour() {
-    let text = format!(
-        "T1 D1 M6\nS900 M3 F300 G90 G17\nG0 X-60 Y-70 Z50\nR1=1\nCYCLE72(\"KON:KONE\",50,0,2,-6,6,0,0,800,300,2,41,2,10,900,2,10)\n\
-         G0 X5 Y5\nG91 X1\nM30\nKON: G1 X0 Y0\nG91 Y40\nX60\nG90 Y0\nX0\nR1=R1+1\nKONE: M17\n"
-    );
-    let program = Program::from_text("p.mpf", text.as_str(), &settings()).unwrap();
+    let text = "T1 D1 M6\nS900 M3 F300 G90 G17\nG0 X-60 Y-70 Z50\nR1=1\nCYCLE72(\"KON:KONE\",50,0,2,-6,6,0,0,800,300,2,41,2,10,900,2,10)\n\
+         G0 X5 Y5\nG91 X1\nM30\nKON: G1 X0 Y0\nG91 Y40\nX60\nG90 Y0\nX0\nR1=R1+1\nKONE: M17\n";
+    let program = Program::from_text("p.mpf", text, &settings()).unwrap();
     let last = program.filter_map(|c| match c.unwrap().op {
         Op::Rapid(m) => Some([m.end.get(0), m.end.get(1)]),
         _ => None,

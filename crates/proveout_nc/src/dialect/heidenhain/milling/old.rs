@@ -91,11 +91,9 @@ impl Interpreter {
                 if number == 214 { 252 } else { 257 }
             }
         };
-        if !mapped.contains_key(&206) {
-            // 210 and 211 plunge in the feed of milling where Q206 is not there.
-            if let Some(feed) = values.get(&207) {
-                mapped.insert(206, *feed);
-            }
+        // 210 and 211 plunge in the feed of milling where Q206 is not there.
+        if let Some(feed) = values.get(&207) {
+            mapped.entry(206).or_insert(*feed);
         }
         let heights = self.heights(number, values, lift, span)?;
         let normal = self.modal.normal;
