@@ -107,6 +107,10 @@ fn contours_that_are_none_are_refused() {
         ("KON: G1 X0\nX5\nKONE: M17", "both coordinates"),
         ("KON: G1 X0 Y0\nKON1: GOTOB KON1\nKONE: M17", "more than 20000 blocks"),
         ("KON: G1 X0 Y0\nX5\nM17", "no label KONE"),
+        (
+            "KON: G1 X0 Y0\nCYCLE72(\"KON:KONE\",5,0,2,-6,6,0,0,800,300,2,41,2,9,900,2,9)\nKONE: M17",
+            "within another contour",
+        ),
     ] {
         let text = format!(
             "T1 D1 M6\nS900 M3 F300\nCYCLE72(\"KON:KONE\",50,0,2,-6,6,0,0,800,300,2,41,2,10,900,2,10)\nM30\n{contour}\n"

@@ -142,6 +142,9 @@ impl Interpreter {
 
     /// The path of a contour in the working plane, work coordinates. State of the program stays as it is.
     pub(super) fn contour(&mut self, named: &Named, span: Span) -> Result<Pass, Fault> {
+        if self.own.in_contour {
+            return Err(wrong(named, "it is called within another contour", span));
+        }
         let (loaded, section) = self.section_of(named, span)?;
         self.room_for_call(&format!("the contour `{}` is called", named.text()), span)?;
         let queue = std::mem::take(&mut self.queue);
@@ -155,7 +158,9 @@ impl Interpreter {
         self.variables.enter();
         self.enter((loaded, section), section.start, 1, CallLevel::default());
         self.own.contour_torn = false;
+        self.own.in_contour = true;
         let commands = self.run_to_depth(depth, named, span);
+        self.own.in_contour = false;
         self.recovery.faults.stage = Stage::Acting;
         while self.stack.len() > depth {
             self.stack.pop();
@@ -190,7 +195,7 @@ impl Interpreter {
                 return Ok(commands);
             }
             blocks += 1;
-            if blocks > MAX_BLOCKS {
+            if blocks > MAX_BLOCKS || commands.len() > 10 * MAX_BLOCKS {
                 return Err(wrong(named, &format!("it has more than {MAX_BLOCKS} blocks"), span));
             }
             if let Err(fault) = Siemens::step(self) {

@@ -97,6 +97,8 @@ pub(crate) struct Siemens {
     pub(crate) contours: Vec<super::contour::Named>,
     /// A contour has failed at a line whose fault is told by itself.
     pub(crate) contour_torn: bool,
+    /// A contour is run for its path.
+    pub(crate) in_contour: bool,
     /// TRAORI.
     pub(crate) transformed: bool,
     /// CYCLE800 stands in a plane.
