@@ -70,8 +70,10 @@ fn name_at(s: &Scanner<'_>, from: usize) -> Option<usize> {
 }
 
 /// `LX=`: a local variable and its value are next.
+#[inline]
 pub(super) fn local_is_next(s: &Scanner<'_>, flavor: Flavor) -> bool {
-    if flavor.is_linuxcnc() || variable_is_next(s, flavor) {
+    // Nearly all words have a digit, a sign or a point behind their letter.
+    if !s.peek_at(1).is_ascii_alphabetic() || flavor.is_linuxcnc() || variable_is_next(s, flavor) {
         return false;
     }
     let Some(mut at) = name_at(s, 0) else { return false };
