@@ -164,7 +164,7 @@ pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Opti
             break;
         }
     }
-    let call = ProgramCall { program, passes, values };
+    let call = Box::new(ProgramCall { program, passes, values });
     Ok(Some(if word == "CALL" { Statement::Call(call) } else { Statement::ModalCall(call) }))
 }
 

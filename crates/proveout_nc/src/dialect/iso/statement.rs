@@ -28,9 +28,9 @@ pub(crate) enum Statement {
     /// `IF [..] N100` of an Okuma.
     IfSequence(Expr, Expr),
     /// `CALL O200 Q3` of an Okuma.
-    Call(osp::ProgramCall),
+    Call(Box<osp::ProgramCall>),
     /// `MODIN O200` and `MODOUT` of an Okuma.
-    ModalCall(osp::ProgramCall),
+    ModalCall(Box<osp::ProgramCall>),
     EndModal,
     /// `RTS` of an Okuma.
     EndCall,
