@@ -77,6 +77,7 @@ impl Program {
             };
             notes.push_back(Command { location, op: Op::Note(format!("{} is no block on this control", text.trim())) });
         }
+        source.speak_as(&settings.control);
         let reader = dialect::open(dialect, source, folder, settings)?;
         Ok(Self { commands: Compensated::new(reader, dialect, settings), dialect, notes, settings: settings.clone() })
     }

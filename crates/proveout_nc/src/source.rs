@@ -122,6 +122,13 @@ impl Source {
         taken
     }
 
+    /// Statements that the control writes in a language of its own become those of the reader; lines stay where they are.
+    pub(crate) fn speak_as(&mut self, control: &crate::control::Control) {
+        if control.depth_in_i {
+            self.text = crate::dialect::fagor_text(&self.text);
+        }
+    }
+
     /// Text of a line, from 1.
     pub(crate) fn text_of(&self, line: u32) -> Option<&str> {
         self.text.split('\n').nth((line as usize).checked_sub(1)?)

@@ -550,7 +550,6 @@ const REFUSED: &[(&str, &str)] = &[
     ("266", "CYCL DEF 266 X"),
     ("267", "CYCL DEF 267 X"),
     ("270", "CYCL DEF 270 X"),
-    ("APPR PLT", "APPR PLT PR+1"),
     ("VC", "TOOL CALL 1 Z S( VC = 100 )"),
     ("PREDEF", "CYCL DEF 200 X Q200=PREDEF"),
     ("FSELECT", "FSELECT 1"),

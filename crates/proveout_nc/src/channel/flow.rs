@@ -165,6 +165,7 @@ impl<L: Language> Channel<L> {
         };
         let mut source = Source::read(&path).map_err(|fault| failed(format!("cannot be read: {fault}")))?;
         source.take_out(&self.settings.control.header, &self.settings.control.trailer);
+        source.speak_as(&self.settings.control);
         let mut faults = Vec::new();
         let index = self.own.index(&source, false, &mut faults);
         if !faults.is_empty() {

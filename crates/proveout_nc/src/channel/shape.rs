@@ -78,7 +78,7 @@ impl Pass {
     }
 
     /// Direction at the start; none for a path without length.
-    fn heading(&self) -> Option<Point> {
+    pub(crate) fn heading(&self) -> Option<Point> {
         let d = match *self.legs.first()? {
             Leg::Line(to) => [to[0] - self.start[0], to[1] - self.start[1]],
             Leg::Arc { center, clockwise, .. } => {

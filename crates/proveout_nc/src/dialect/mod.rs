@@ -139,3 +139,8 @@ fn unknown(source: &Source) -> Diagnostics {
         source_line: source.text.lines().next().unwrap_or_default().to_owned(),
     })
 }
+
+/// Statements of a Fagor as those of the reader.
+pub(crate) fn fagor_text(text: &str) -> String {
+    iso::fagor_text::translated(text)
+}

@@ -119,6 +119,8 @@ impl AptReader {
         let mut at = 1;
         let mut kind = match word.as_str() {
             "DRILL" | "FACE" => Kind::Drill,
+            // Without a word its first value may be the diameter of the cone.
+            "CSINK" | "THRU" if st.items.get(1).is_some_and(|item| item.token == Token::Word) => Kind::Drill,
             // CAMWorks gives the first infeed of DEEP2 and that of the others.
             "DEEP" | "DEEP2" => Kind::Deep,
             "BRKCHP" => Kind::BreakChip,
@@ -406,6 +408,6 @@ fn refused(word: &str, item: &Item) -> Box<Bad> {
     item.place.bad(
         codes::UNSUPPORTED_WORD,
         format!("`{word}` in CYCLE is not supported"),
-        "use DRILL, FACE, DEEP, BRKCHP, BORE, REAM or TAP, or write the motions with GOTO",
+        "use DRILL, FACE, CSINK, THRU, DEEP, BRKCHP, BORE, REAM or TAP, or write the motions with GOTO",
     )
 }

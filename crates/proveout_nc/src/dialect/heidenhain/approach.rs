@@ -134,6 +134,11 @@ impl Interpreter {
         }
     }
 
+    /// The point of the block, Cartesian or (PLT, PLN, PCT, PLCT) by PR and PA about the pole.
+    fn lead_goal(&mut self, w: &Words, span: Span) -> Result<Goal, Fault> {
+        if w.polar_radius.is_some() || w.polar_angle.is_some() { self.polar_point(w, span) } else { self.goal(w, span) }
+    }
+
     /// APPR: the position is PA from here, the motions follow when the contour goes on.
     pub(crate) fn approach(&mut self, lead: Lead, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
         if rapid {
@@ -148,7 +153,7 @@ impl Interpreter {
         self.need_feed(span)?;
         let (from, from_base) = (self.position.work, self.position.base);
         self.flat(span)?;
-        let goal = self.goal(w, span)?;
+        let goal = self.lead_goal(w, span)?;
         let motion = self.complete(goal, span)?;
         // The feed of the block was told; the way to PH needs the one before it.
         self.modal.approach = Some(Approach {
@@ -271,7 +276,7 @@ impl Interpreter {
             return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the departure has no contour element before it")
                 .help("write DEP behind the last element of the contour"));
         };
-        let goal = self.goal(w, span)?;
+        let goal = self.lead_goal(w, span)?;
         match lead {
             Lead::LineTangent => self.lead_on(shifted(last, t, length), None, span)?,
             Lead::LineNormal => self.lead_on(shifted(last, left, side * length.abs()), None, span)?,

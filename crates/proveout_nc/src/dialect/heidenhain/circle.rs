@@ -212,7 +212,7 @@ impl Interpreter {
     }
 
     /// PR and PA of a line or tangential arc; what is not written stays.
-    fn polar_point(&mut self, w: &Words, span: Span) -> Result<Goal, Fault> {
+    pub(super) fn polar_point(&mut self, w: &Words, span: Span) -> Result<Goal, Fault> {
         let pole = self.pole(span)?;
         let unit = self.modal.unit();
         let radius = match w.polar_radius {

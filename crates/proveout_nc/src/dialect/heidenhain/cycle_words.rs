@@ -7,9 +7,9 @@ use crate::diagnostic::{Fault, Span};
 /// Cycles in the old form, `CYCL DEF 7.1`, that are read.
 const OLD_CYCLES: [u32; 16] = [1, 2, 4, 5, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
 /// Cycles in the form with Q parameters that are read.
-pub(crate) const CYCLES: [u32; 28] = [
-    200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 230, 231, 232, 233, 240, 241, 247, 251, 252, 253, 254, 256,
-    257, 262, 263, 264, 265,
+pub(crate) const CYCLES: [u32; 34] = [
+    200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 220, 221, 230, 231, 232, 233, 240, 241,
+    247, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265,
 ];
 
 /// Cycles that builders of machines add.
@@ -66,7 +66,7 @@ pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> 
         14 | 20..=24 | 270..=276 => {
             "the path on which the control clears a contour (SL cycles) is not published: post the path as L and C blocks"
         }
-        25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
+        25 | 27..=31 | 39 | 216..=239 => "post the path as L and C blocks",
         3 | 6 | 15 | 16 => "post the path as L and C blocks",
         400..=499 => {
             "what a probe finds is not known: take the cycle out and give its result with --variable or in the control file"

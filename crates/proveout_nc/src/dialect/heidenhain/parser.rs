@@ -166,15 +166,13 @@ fn assignment(x: &mut Lexer<'_>, block: &mut Block, param: super::words::Param, 
 fn lead(x: &mut Lexer<'_>, start: usize) -> Result<Lead, Fault> {
     x.blanks();
     match x.letters().as_str() {
-        "LT" => Ok(Lead::LineTangent),
-        "LN" => Ok(Lead::LineNormal),
-        "CT" => Ok(Lead::Circle),
-        "LCT" => Ok(Lead::LineCircle),
+        // With P the point is given by PR and PA.
+        "LT" | "PLT" => Ok(Lead::LineTangent),
+        "LN" | "PLN" => Ok(Lead::LineNormal),
+        "CT" | "PCT" => Ok(Lead::Circle),
+        "LCT" | "PLCT" => Ok(Lead::LineCircle),
         "" => Err(Fault::new(codes::SYNTAX, x.span_from(start), "the form of approach or departure is missing")
             .help("write LT, LN, CT or LCT")),
-        form @ ("PLT" | "PLN" | "PCT" | "PLCT") => {
-            Err(refused(&format!("APPR/DEP {form}"), x.span_from(start), "give the point in Cartesian coordinates"))
-        }
         other => Err(unknown(other, x.span_from(start))),
     }
 }

@@ -21,13 +21,17 @@ const SPIRAL_RELATIVE: f64 = 1e-3;
 
 impl Interpreter {
     pub(crate) fn arc(&mut self, p: &mut Pending, clockwise: bool, span: Span) -> Result<(), Fault> {
+        if self.is_fagor_polar(p, true) {
+            return self.fagor_polar_arc(p, clockwise, span);
+        }
         let [u, v, w] = self.modal.plane_axes();
         let start = self.arc_start("the arc", [u, v, w], span)?;
         let turns = if self.own.flavor.is_linuxcnc() { p.take(b'P') } else { None };
         let radius = self.length_of(p, b'R');
         let mut center = start;
         let mut words = [None; 3];
-        let absolute = self.modal.absolute_centers;
+        let once = self.settings.control.depth_in_i && p.g(super::words::Group::OneShot) == Some(60);
+        let absolute = self.modal.absolute_centers || once;
         for (axis, letter) in CENTER.into_iter().enumerate() {
             let Some(value) = self.length_of(p, letter) else { continue };
             if axis == w {

@@ -59,6 +59,8 @@ impl Interpreter {
             Value::Number { value, point } => (*value, *point),
             Value::Expr(expr) => match self.value(expr, span)? {
                 Some(value) => (value, true),
+                // A parameter of a Fagor that nothing has set is zero.
+                None if self.settings.control.depth_in_i => (0.0, true),
                 // A word with a vacant parameter is left out.
                 None => return Ok(()),
             },
@@ -174,6 +176,7 @@ impl Interpreter {
                 self.own.modal_macro = None;
             }
         }
+        self.fagor_cycle_words(p);
         if self.listed_macro(p, block)? {
             return Ok(());
         }

@@ -30,10 +30,19 @@ pub(crate) enum CallKind {
 /// A modal macro with its arguments.
 #[derive(Clone, Debug)]
 pub(crate) struct MacroCall {
-    program: f64,
+    program: Program,
     passes: u32,
     arguments: Vec<(u32, f64)>,
+    /// Values of local variables by name.
+    names: Vec<(String, f64)>,
     depth: usize,
+}
+
+/// A program that is called: by a number that must be whole, or by the name of its head.
+#[derive(Clone, Debug)]
+enum Program {
+    Number(f64),
+    Name(String),
 }
 
 /// Program, passes and arguments.
@@ -120,7 +129,9 @@ impl Interpreter {
         let Some(program) = program else {
             return Err(Fault::new(codes::MISSING_VALUE, span, "the macro call has no P").help("write G65 P9010"));
         };
-        let call = MacroCall { program, passes: count(times, span)?, arguments, depth: self.depth() };
+        let program = Program::Number(program);
+        let (passes, names) = (count(times, span)?, Vec::new());
+        let call = MacroCall { program, passes, arguments, names, depth: self.depth() };
         if modal {
             self.own.modal_macro = Some(call);
             return Ok(());
@@ -131,7 +142,8 @@ impl Interpreter {
     /// A macro that a word of the control file calls: as G65, with the words of the block but this one and G words.
     pub(crate) fn call_macro(&mut self, program: f64, caller: &str, block: &Block) -> Result<(), Fault> {
         let (_, times, arguments) = self.macro_words(block, Some(caller))?;
-        let call = MacroCall { program, passes: count(times, block.span)?, arguments, depth: self.depth() };
+        let (passes, names) = (count(times, block.span)?, Vec::new());
+        let call = MacroCall { program: Program::Number(program), passes, arguments, names, depth: self.depth() };
         self.run_macro(&call, block.span)
     }
 
@@ -176,9 +188,12 @@ impl Interpreter {
     }
 
     pub(crate) fn run_macro(&mut self, call: &MacroCall, span: Span) -> Result<(), Fault> {
-        let number = whole(call.program, "P", 99_999_999.0, span)?;
-        let Some((loaded, section)) = self.find_program(&number.to_string(), span)? else {
-            return self.missing(&format!("O{number}"), span);
+        let name = match &call.program {
+            Program::Number(number) => whole(*number, "P", 99_999_999.0, span)?.to_string(),
+            Program::Name(name) => name.clone(),
+        };
+        let Some((loaded, section)) = self.find_program(&name, span)? else {
+            return self.missing(&format!("O{}", name.trim_matches(['<', '>']).to_ascii_uppercase()), span);
         };
         if call.passes == 0 {
             return Ok(());
@@ -187,7 +202,28 @@ impl Interpreter {
         for &(number, value) in &call.arguments {
             self.variables.set(number, Some(value));
         }
+        for (name, value) in &call.names {
+            self.variables.set_named(name, *value);
+        }
         Ok(())
+    }
+
+    /// CALL and MODIN of an Okuma: a program by the name of its head, with values of local variables.
+    pub(super) fn call_with_names(
+        &mut self,
+        program: String,
+        times: Option<f64>,
+        names: Vec<(String, f64)>,
+        modal: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let (passes, program) = (count(times, span)?, Program::Name(program));
+        let call = MacroCall { program, passes, arguments: Vec::new(), names, depth: self.depth() };
+        if modal {
+            self.own.modal_macro = Some(call);
+            return Ok(());
+        }
+        self.run_macro(&call, span)
     }
 
     /// The modal macro behind a block with a motion.
@@ -274,6 +310,35 @@ impl Interpreter {
         Ok(())
     }
 
+    /// The blocks from one number to another, so many times.
+    pub(super) fn repeat_blocks(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        [first, last, passes]: [u32; 3],
+        span: Span,
+    ) -> Result<(), Fault> {
+        if !self.settings.control.depth_in_i {
+            return Err(Fault::new(codes::UNKNOWN_WORD, span, "`RPT` is a word of a Fagor")
+                .help("name that control (fagor-8055), or call a subprogram"));
+        }
+        let start = self.find_number(loaded, at, f64::from(first), span)?;
+        let end = self.find_number(loaded, start, f64::from(last), span)?;
+        if end.offset < start.offset {
+            let message = format!("block N{last} stands before N{first}");
+            return Err(Fault::new(codes::JUMP_TARGET, span, message).help("write the first block first"));
+        }
+        if start.offset <= at.offset && at.offset <= end.offset {
+            let message = format!("the blocks N{first} to N{last} hold their own repetition");
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("write the repetition behind them"));
+        }
+        let end = loaded.source.line(end).map_or(end, |(_, next)| next).offset;
+        if passes > 0 {
+            self.enter_sub((Arc::clone(loaded), Section { start, end }), start, passes, CallKind::Sub, span)?;
+        }
+        Ok(())
+    }
+
     /// Leaves a subprogram, or begins its next pass.
     pub(crate) fn leave(&mut self, span: Span) -> Result<(), Fault> {
         if self.next_pass() {
@@ -297,7 +362,8 @@ impl Interpreter {
                 return Ok(Some((Arc::clone(&level.loaded), *section)));
             }
         }
-        let Some(loaded) = self.load_beside(name, span)? else { return Ok(None) };
+        let file = if self.settings.control.osp_words { name.trim_matches(['<', '>']) } else { name };
+        let Some(loaded) = self.load_beside(file, span)? else { return Ok(None) };
         let section = loaded.index.programs.get(name).copied().or(loaded.index.main);
         Ok(section.map(|section| (loaded, section)))
     }

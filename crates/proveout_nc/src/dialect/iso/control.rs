@@ -35,7 +35,9 @@ impl Interpreter {
                 }
             }
             Statement::Output(text) => self.note(text),
-            Statement::Call(program, passes) => self.call_program(program, passes.as_ref(), block, span)?,
+            Statement::Call(call) => self.call_program(&call, false, block, span)?,
+            Statement::ModalCall(call) => self.call_program(&call, true, block, span)?,
+            Statement::EndModal => self.own.modal_macro = None,
             Statement::EndCall => self.end_call(span)?,
             Statement::IfGoto(condition, target) | Statement::IfSequence(condition, target) => {
                 if self.truth(&condition, span)? {
@@ -48,6 +50,7 @@ impl Interpreter {
                 }
             }
             Statement::Goto(target) => self.goto(loaded, at, &target, span)?,
+            Statement::Repeat(first, last, passes) => self.repeat_blocks(loaded, at, [first, last, passes], span)?,
             Statement::While(condition, _) => {
                 if let Some(condition) = condition
                     && !self.truth(&condition, span)?
@@ -209,11 +212,12 @@ impl Interpreter {
         span: Span,
     ) -> Result<Mark, Fault> {
         let missing = || {
-            Fault::new(codes::JUMP_TARGET, span, format!("the block number N{number} is not in this program"))
+            let what = if number < 1e9 { format!("block number N{number}") } else { "sequence name".to_owned() };
+            Fault::new(codes::JUMP_TARGET, span, format!("the {what} is not in this program"))
                 .help("write the block number at the start of its block")
         };
         let Some(level) = self.stack.last() else { return Err(missing()) };
-        if !(number.fract() == 0.0 && (0.0..1e9).contains(&number)) {
+        if !(number.fract() == 0.0 && (0.0..4e9).contains(&number)) {
             return Err(missing());
         }
         let (section, wanted) = (level.section, number as u32);

@@ -59,6 +59,9 @@ impl Interpreter {
     /// A block under a cycle: takes its values, and drills where the block has a position.
     pub(crate) fn cycle_block(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = self.modal.cycle else { return Ok(()) };
+        if self.settings.control.depth_in_i && matches!(code, 690 | 870 | 880) {
+            return self.fagor_cycle_block(code, p, span);
+        }
         let normal = self.modal.normal;
         let axes = p.axes();
         let drills = axes != 0 || p.has_polar() || p.any_free(b"R");

@@ -152,6 +152,16 @@ impl Interpreter {
     }
 
     fn read_named(&self, name: &str, span: Span) -> Result<f64, Fault> {
+        if !self.own.flavor.is_linuxcnc() && !self.settings.control.osp_words {
+            let message = format!("`{name}` is no function of the {} reader", self.own.flavor.name());
+            return Err(Fault::new(codes::UNKNOWN_WORD, span, message)
+                .help("see the coverage table for the functions that are read"));
+        }
+        if self.settings.control.osp_words && self.variables.named(name).is_none() {
+            let message = format!("the local variable {name} has no value in this program");
+            return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message)
+                .help(format!("assign it first, or hand it over with the CALL: CALL O1 {name}=5")));
+        }
         if let Some(value) = self.variables.named(name) {
             return Ok(value);
         }
@@ -167,6 +177,14 @@ impl Interpreter {
         if let [one] = assignments {
             let value = self.value(&one.value, one.span)?;
             return self.assign(&one.target, value, one.span, comment, line);
+        }
+        if self.settings.control.osp_words || self.settings.control.depth_in_i {
+            // One behind the other.
+            for one in assignments {
+                let value = self.value(&one.value, one.span)?;
+                self.assign(&one.target, value, one.span, comment, line)?;
+            }
+            return Ok(());
         }
         let mut values = Vec::with_capacity(assignments.len());
         for assignment in assignments {

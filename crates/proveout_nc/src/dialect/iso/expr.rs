@@ -181,6 +181,13 @@ fn function(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
     let found = FUNCTIONS.into_iter().find(|(name, _)| next_is(s, name));
     let Some((name, function)) = found else {
         let word = s.identifier().to_owned();
+        // A local variable of an Okuma; the reader of another control refuses it where it is read.
+        if !flavor.is_linuxcnc()
+            && (2..=4).contains(&word.len())
+            && word.bytes().take(2).all(|b| b.is_ascii_alphabetic())
+        {
+            return Ok(Expr::Name(word.to_ascii_uppercase()));
+        }
         let message = format!("`{word}` is no function of the {} reader", flavor.name());
         return Err(Fault::new(codes::UNKNOWN_WORD, s.span_from(start), message)
             .help("see the coverage table for the functions that are read"));

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::flavor::Flavor;
+use super::osp;
 use super::parser::{self, Block};
 use super::statement::{Label, OWord, Statement};
 use crate::channel::Section;
@@ -427,7 +428,7 @@ pub(crate) fn find_block_number(source: &Source, section: Section, number: u32, 
             }
             if s.take(b'N') || s.take(b'n') {
                 s.skip_blanks();
-                if s.integer() == Some(number) {
+                if s.integer().or_else(|| osp::sequence(&mut s, Flavor::Fanuc)) == Some(number) {
                     return Some(at);
                 }
             }

@@ -66,6 +66,9 @@ pub(crate) struct Iso {
     /// The word that has canceled the tool length in Z, while nothing has said since whether it is back (Fanuc).
     pub(crate) length_canceled_by: Option<&'static str>,
     pub(crate) cycle: CycleValues,
+    /// Pole and cycle of a Fagor.
+    pub(crate) pole: [f64; 2],
+    pub(crate) fagor: super::fagor::FagorCycle,
     /// Coordinates of a rapid motion on a tilted plane that waits for the rest of its end.
     pub(crate) held: AxisValues,
     /// Chamfers and roundings between the motions.
@@ -108,6 +111,8 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         overrides: true,
         length_canceled_by: None,
         cycle: CycleValues::default(),
+        pole: [0.0; 2],
+        fagor: super::fagor::FagorCycle::default(),
         held: AxisValues::NONE,
         corners: Corners::default(),
         spline_end: None,

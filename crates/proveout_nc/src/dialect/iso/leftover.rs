@@ -156,8 +156,10 @@ fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) 
     };
     // End words behind each other do nothing that could be missed.
     let closing = block.words.iter().all(|w| w.letter == b'N' || is(b'M', &[2.0, 30.0, 99.0], w));
-    let calls = matches!(block.statement, Some(Statement::OWord(_, OWord::Call(_)) | Statement::Call(..)))
-        || block.words.iter().any(|w| is(b'M', &[97.0, 98.0, 198.0], w) || is(b'G', &[65.0, 66.0], w));
+    let calls = matches!(
+        block.statement,
+        Some(Statement::OWord(_, OWord::Call(_)) | Statement::Call(..) | Statement::ModalCall(..))
+    ) || block.words.iter().any(|w| is(b'M', &[97.0, 98.0, 198.0], w) || is(b'G', &[65.0, 66.0], w));
     let steers = matches!(
         block.statement,
         Some(

@@ -41,6 +41,7 @@ impl Interpreter {
     /// A word that acts in its block only.
     pub(crate) fn one_shot(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         match code {
+            930 if self.settings.control.depth_in_i => self.fagor_pole(p, span)?,
             700 | 710 if self.own.flavor == Flavor::Haas => self.bolt_holes(code, p, span)?,
             120 | 130 => self.circular_pocket(code, p, span)?,
             710 => self.return_level_word(p, span)?,
@@ -55,6 +56,7 @@ impl Interpreter {
                 self.note(text);
             }
             100 => self.write_data(p, span)?,
+            270 | 600 => self.positioning(code, p, span)?,
             280 => self.reference(p, "G28", FIRST_REFERENCE, span)?,
             300 => self.reference(p, "G30", SECOND_REFERENCE, span)?,
             281 => self.store_reference(FIRST_REFERENCE, span)?,
@@ -69,6 +71,24 @@ impl Interpreter {
             _ => {}
         }
         Ok(())
+    }
+
+    /// G27 and G60 of a Fanuc: a rapid motion to the programmed point. G27 checks that it is the reference point; G60 comes from one
+    /// side, by an overrun that is a parameter of the control.
+    fn positioning(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let axes = p.axes();
+        if axes == 0 {
+            let word = if code == 270 { "G27" } else { "G60" };
+            return Err(Fault::new(codes::MISSING_VALUE, span, format!("{word} names no axis")).help("write its point"));
+        }
+        self.before_motion(axes, p, span)?;
+        let (end, programmed) = self.targets(p, span)?;
+        self.assume(if code == 270 {
+            "G27 goes to the programmed point at rapid rate; whether it is the reference point is not checked"
+        } else {
+            "G60 goes straight to its point at rapid rate, without the overrun of the control (parameter 5440)"
+        });
+        if programmed == 0 { Ok(()) } else { self.rapid(end, programmed, true, span) }
     }
 
     /// G53: coordinates of the machine axes, only the programmed ones move.
@@ -181,6 +201,9 @@ impl Interpreter {
 
     /// G28 and G30: by rapid to the intermediate point, then to the reference point of the programmed axes.
     fn reference(&mut self, p: &mut Pending, word: &'static str, first: u32, span: Span) -> Result<(), Fault> {
+        if word == "G30" && self.settings.control.osp_words {
+            return self.okuma_home(p, span);
+        }
         p.use_up(if word == "G30" { b"P" } else { b"" });
         if let Some(which) = p.peek(b'P').filter(|&which| word == "G30" && which != 2.0) {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G30 P{which}` is not supported"))
@@ -220,6 +243,35 @@ impl Interpreter {
             self.known_in_machine(&end, axes);
         }
         self.length_in_doubt(word, axes);
+        Ok(())
+    }
+
+    /// G30 P of an Okuma: all axes to a home position of the machine, of which the twin has two.
+    fn okuma_home(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let number = p.take(b'P').unwrap_or(1.0);
+        let first = match number {
+            1.0 => FIRST_REFERENCE,
+            2.0 => SECOND_REFERENCE,
+            _ => {
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G30 P{number}` is not supported"))
+                    .help(
+                        "P1 and P2 are the two reference points of the machine file; write G16 H0 with coordinates",
+                    ));
+            }
+        };
+        self.nothing_held(span)?;
+        self.begin_motion();
+        self.assume(format!(
+            "G30 P{number} goes to the reference points of the machine file, Z first; the home positions of the control and their \
+             order are data of the machine"
+        ));
+        let all = self.all_axes();
+        for axes in [all & 0b100, all & !0b100] {
+            if axes != 0 {
+                let end = self.reference_point("G30", first, axes, span)?;
+                self.machine_motion(end, axes, true, false);
+            }
+        }
         Ok(())
     }
 

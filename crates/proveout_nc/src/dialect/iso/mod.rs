@@ -3,7 +3,7 @@
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
 //! a file, once), and [`interpreter`] (flow in [`control`], calls in [`calls`], parameters in [`eval`] and [`system`]), which
 //! executes plain blocks in [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
-//! with [`planes`] and [`cycles`] with [`boring`], [`bolt_holes`] and [`circle_pocket`]; chamfers and roundings in [`corners`], words of a control file in [`listed`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
+//! with [`planes`] and [`cycles`] with [`boring`], [`bolt_holes`] and [`circle_pocket`]; chamfers and roundings in [`corners`], words of a control file in [`listed`], those of an Okuma in [`osp`], of a Fagor in [`fagor`] and [`fagor_text`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
 
 mod arcs;
 mod block;
@@ -16,6 +16,8 @@ mod corners;
 mod cycles;
 mod eval;
 mod expr;
+mod fagor;
+pub(crate) mod fagor_text;
 mod flavor;
 mod grbl;
 mod index;

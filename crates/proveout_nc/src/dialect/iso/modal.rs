@@ -162,6 +162,11 @@ pub(crate) enum Plane {
 }
 
 impl Modal {
+    /// G2 or G3 is in force.
+    pub(crate) fn is_arc(&self) -> bool {
+        matches!(self.motion, Some(MotionMode::Clockwise | MotionMode::CounterClockwise))
+    }
+
     /// Power-on state: G17, G90, G94, G98, G40, G49, G54; no motion word, no unit. What the control states goes before.
     pub(crate) fn new(control: &Control) -> Self {
         let start = &control.start;

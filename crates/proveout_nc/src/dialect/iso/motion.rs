@@ -46,7 +46,8 @@ impl Interpreter {
                 Fault::new(codes::MISSING_VALUE, span, message).help("write the point that is probed for: G38.2 Z-5")
             );
         }
-        if !(axes != 0 || p.has_polar() || vector || arc && p.any_free(b"IJKR")) {
+        let polar = p.has_polar() || self.is_fagor_polar(p, arc);
+        if !(axes != 0 || polar || vector || arc && p.any_free(b"IJKR")) {
             return Ok(());
         }
         self.before_motion(axes, p, span)?;
@@ -223,6 +224,9 @@ impl Interpreter {
         let mut programmed = axes;
         if self.modal.polar && axes & LINEAR != 0 {
             programmed = self.polar_target(p, &mut end, span)?;
+        }
+        if self.is_fagor_polar(p, true) || self.is_fagor_polar(p, false) && !self.modal.is_arc() {
+            programmed |= self.fagor_polar(p, &mut end, span)?;
         }
         if p.has_polar() {
             programmed |= self.polar_words(p, &mut end, span)?;

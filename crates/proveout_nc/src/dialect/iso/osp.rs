@@ -5,12 +5,17 @@
 //!   VC1=VC2+5   X=VC1          common variables, and words by an expression
 //!   IF [VC1 GT 5] N100         a jump
 //!   CALL O200 Q3 ... RTS       a subprogram, three times
+//!   CALL OBOLT PX=10 DIA=40    with values for local variables of the subprogram
+//!   MODIN OBOLT PX=10 ... MODOUT   the same behind every motion of an axis
+//!   LX=10   X=LX+5             local variables: two letters and up to two letters or digits
+//!   NEND G0 Z100 ... GOTO NEND a sequence name of letters
+//!   NOEX VC1=3                 a block that is no step of its own
 //!   NCYL X10. Y0.              a point of a cycle where it is only positioned
 //! ```
 //!
 //! After Okuma, *OSP-E100M programming manual* (4292-E), "User task" (common variables `VC1` to `VC200`, which keep their values,
-//! IF, GOTO, CALL, RTS with Q for the number of passes) and "Fixed cycles" (NCYL). Local variables by name, variables that a CALL
-//! hands over, sequence names of letters, NOEX and MODIN are refused.
+//! IF, GOTO, CALL, MODIN, RTS with Q for the number of passes, local variables, sequence names) and "Fixed cycles" (NCYL). Local
+//! variables belong to the program that sets them; that a subprogram does not see those of its caller is from memory.
 
 use super::expr::{self, Expr};
 use super::flavor::Flavor;
@@ -54,33 +59,113 @@ pub(super) fn variable(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
     }
 }
 
-/// `CALL O200 Q3` or `RTS`, if it is next.
+/// A name of two letters and up to two letters or digits, and the byte behind it.
+fn name_at(s: &Scanner<'_>, from: usize) -> Option<usize> {
+    let byte = |i: usize| s.peek_at(from + i);
+    if !(byte(0).is_ascii_alphabetic() && byte(1).is_ascii_alphabetic()) {
+        return None;
+    }
+    let length = (2..=4).find(|&i| !byte(i).is_ascii_alphanumeric())?;
+    Some(from + length)
+}
+
+/// `LX=`: a local variable and its value are next.
+#[inline]
+pub(super) fn local_is_next(s: &Scanner<'_>, flavor: Flavor) -> bool {
+    // Nearly all words have a digit, a sign or a point behind their letter.
+    if !s.peek_at(1).is_ascii_alphabetic() || flavor.is_linuxcnc() || variable_is_next(s, flavor) {
+        return false;
+    }
+    let Some(mut at) = name_at(s, 0) else { return false };
+    while matches!(s.peek_at(at), b' ' | b'\t') {
+        at += 1;
+    }
+    s.peek_at(at) == b'='
+}
+
+/// The name of a local variable; the scanner stands on it.
+pub(super) fn local(s: &mut Scanner<'_>) -> String {
+    let start = s.pos();
+    s.set_pos(start + name_at(s, 0).unwrap_or(0));
+    s.slice(start).to_ascii_uppercase()
+}
+
+/// Sequence names are kept behind all block numbers.
+const NAMED_SEQUENCE: u32 = 1_000_000_000;
+
+/// `END` behind N, as a block number of its own; the scanner stands behind the N.
+pub(super) fn sequence(s: &mut Scanner<'_>, flavor: Flavor) -> Option<u32> {
+    if flavor.is_linuxcnc() || !s.peek().is_ascii_alphabetic() {
+        return None;
+    }
+    let length = (1..=4).find(|&i| !s.peek_at(i).is_ascii_alphanumeric())?;
+    let mut number = 0;
+    for _ in 0..length {
+        number = number * 37 + 1 + char::from(s.peek()).to_digit(36)?;
+        s.bump();
+    }
+    Some(NAMED_SEQUENCE + number)
+}
+
+/// Program, passes and values of a CALL or MODIN.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ProgramCall {
+    /// Number without leading zeros, or `<name>`.
+    program: String,
+    passes: Option<Expr>,
+    values: Vec<(String, Expr)>,
+}
+
+/// `CALL O200 Q3`, `MODIN O200`, `MODOUT` or `RTS`, if it is next.
 pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<Statement>, Fault> {
     if !s.peek_at(1).is_ascii_alphabetic() || flavor.is_linuxcnc() {
         return Ok(None);
     }
     let start = s.pos();
-    if expr::next_is(s, "RTS") {
-        s.set_pos(start + 3);
-        return Ok(Some(Statement::EndCall));
+    for (word, statement) in [("RTS", Statement::EndCall), ("MODOUT", Statement::EndModal)] {
+        if expr::next_is(s, word) {
+            s.set_pos(start + word.len());
+            return Ok(Some(statement));
+        }
     }
-    if !expr::next_is(s, "CALL") {
-        return Ok(None);
-    }
-    s.set_pos(start + 4);
+    let Some(word) = ["CALL", "MODIN"].into_iter().find(|word| expr::next_is(s, word)) else { return Ok(None) };
+    s.set_pos(start + word.len());
     s.skip_blanks();
     if !s.take(b'O') && !s.take(b'o') {
-        return Err(Fault::new(codes::SYNTAX, s.span_from(start), "CALL names no program").help("write CALL O200"));
+        return Err(Fault::new(codes::SYNTAX, s.span_from(start), format!("{word} names no program"))
+            .help(format!("write {word} O200")));
     }
-    let Some(program) = s.integer() else {
-        let message = "CALL of a program whose name has letters is not supported";
-        return Err(
-            Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message).help("give the program a number: O200")
-        );
+    let program = match s.integer() {
+        Some(number) => number.to_string(),
+        None => {
+            let from = s.pos();
+            while s.peek().is_ascii_alphanumeric() {
+                s.bump();
+            }
+            let name = s.slice(from).to_ascii_lowercase();
+            if name.is_empty() {
+                return Err(Fault::new(codes::SYNTAX, s.span_from(start), format!("{word} names no program"))
+                    .help(format!("write {word} O200")));
+            }
+            format!("<{name}>")
+        }
     };
-    s.skip_blanks();
-    let passes = if s.take(b'Q') || s.take(b'q') { Some(expr::operand(s, flavor)?) } else { None };
-    Ok(Some(Statement::Call(program, passes)))
+    let (mut passes, mut values) = (None, Vec::new());
+    loop {
+        s.skip_blanks();
+        if local_is_next(s, flavor) {
+            let name = local(s);
+            s.skip_blanks();
+            s.bump();
+            values.push((name, expr::expression(s, flavor)?));
+        } else if passes.is_none() && (s.take(b'Q') || s.take(b'q')) {
+            passes = Some(expr::operand(s, flavor)?);
+        } else {
+            break;
+        }
+    }
+    let call = Box::new(ProgramCall { program, passes, values });
+    Ok(Some(if word == "CALL" { Statement::Call(call) } else { Statement::ModalCall(call) }))
 }
 
 /// The words of this language in a block, where the control does not have them.
@@ -94,25 +179,28 @@ pub(super) fn refused(block: &Block, has_them: bool) -> Option<Fault> {
 }
 
 impl Interpreter {
-    /// CALL: nothing else stands in its block.
+    /// CALL and MODIN: nothing else stands in their block.
     pub(super) fn call_program(
         &mut self,
-        program: u32,
-        passes: Option<&Expr>,
+        call: &ProgramCall,
+        modal: bool,
         block: &Block,
         span: Span,
     ) -> Result<(), Fault> {
         if !block.words.is_empty() || !block.assignments.is_empty() {
-            let message = "words in the block of a CALL, which would be handed over, are not supported";
-            return Err(
-                Fault::new(codes::UNSUPPORTED_WORD, span, message).help("write the values into VC variables before it")
-            );
+            let message = "other words in the block of a CALL or MODIN are not supported";
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                .help("write them in a block of their own; values for the subprogram are LX=5"));
         }
-        let passes = match passes {
-            Some(passes) => self.number(passes, span)?,
-            None => 1.0,
+        let passes = match &call.passes {
+            Some(passes) => Some(self.number(passes, span)?),
+            None => None,
         };
-        self.call_sub(Some(f64::from(program)), Some(passes), span)
+        let mut values = Vec::with_capacity(call.values.len());
+        for (name, value) in &call.values {
+            values.push((name.clone(), self.number(value, span)?));
+        }
+        self.call_with_names(call.program.clone(), passes, values, modal, span)
     }
 
     /// RTS.

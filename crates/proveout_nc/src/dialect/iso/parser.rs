@@ -161,10 +161,31 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 first = false;
                 end = s.pos();
             }
+            b'N' | b'n' if !flavor.is_linuxcnc() && expr::next_is(&s, "NOEX") => {
+                s.set_pos(at + 4);
+                block.osp = Some(("`NOEX`", s.span_from(at)));
+                start = start.or(Some(at));
+                first = false;
+                end = s.pos();
+            }
+            b'A'..=b'Z' | b'a'..=b'z' if osp::local_is_next(&s, flavor) => {
+                first = false;
+                start = start.or(Some(at));
+                let assignment = assignment(&mut s, flavor)?;
+                block.osp = Some(("a variable by name", assignment.span));
+                block.assignments.push(assignment);
+                end = s.pos();
+            }
             b'N' | b'n' if first && block.number.is_none() && statement::keyword(&s).is_none() => {
                 s.bump();
                 s.skip_blanks();
-                let number = s.integer();
+                let mut number = s.integer();
+                if number.is_none()
+                    && let Some(name) = osp::sequence(&mut s, flavor)
+                {
+                    number = Some(name);
+                    block.osp = Some(("a sequence name of letters", s.span_from(at)));
+                }
                 if number.is_none() {
                     return Err(Fault::new(
                         codes::SYNTAX,
@@ -213,6 +234,18 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 first = false;
                 end = s.pos();
             }
+            b',' if !flavor.is_linuxcnc()
+                && matches!(s.peek_at(1), b'K' | b'k')
+                && line.to_ascii_uppercase().contains("G61.1") =>
+            {
+                s.bump();
+                word(&mut s, flavor)?;
+                block.remarks.push(Remark::Assumed(
+                    "`,K` of G61.1 weighs accuracy against speed, which the controller of the twin does with its own tolerance",
+                ));
+                first = false;
+                end = s.pos();
+            }
             b'V' | b'v' if osp::variable_is_next(&s, flavor) => {
                 first = false;
                 start = start.or(Some(at));
@@ -226,6 +259,10 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 if let Some(found) = statement::statement(&mut s, flavor, first)? {
                     block.osp = match found {
                         Statement::Call(..) => Some(("`CALL`", s.span_from(at))),
+                        Statement::ModalCall(..) | Statement::EndModal => Some(("`MODIN`", s.span_from(at))),
+                        Statement::Header(ref name) if name.starts_with('<') && flavor == Flavor::Fanuc => {
+                            Some(("a program name of letters behind O", s.span_from(at)))
+                        }
                         Statement::EndCall => Some(("`RTS`", s.span_from(at))),
                         Statement::IfSequence(..) => Some(("`IF [..] N`", s.span_from(at))),
                         _ => block.osp,
@@ -347,7 +384,11 @@ fn spaced_number(s: &mut Scanner<'_>, flavor: Flavor, letter: u8, start: usize, 
 /// `#1 = value`, `VC1 = value`; the scanner stands on the parameter.
 pub(crate) fn assignment(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Assignment, Fault> {
     let start = s.pos();
-    let target = if s.peek() == b'#' { expr::parameter(s, flavor)? } else { osp::variable(s)? };
+    let target = match s.peek() {
+        b'#' => expr::parameter(s, flavor)?,
+        _ if osp::local_is_next(s, flavor) => Expr::Name(osp::local(s)),
+        _ => osp::variable(s)?,
+    };
     s.skip_blanks();
     if !s.take(b'=') {
         return Err(
@@ -372,6 +413,11 @@ fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(),
         return Err(
             Fault::new(codes::SYNTAX, s.span_from(start), "the comment has no end").help("write `)` at its end")
         );
+    }
+    if let Some(word) = text.strip_prefix(super::fagor_text::UNREAD) {
+        let message = format!("`({word})` is not supported");
+        return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
+            .help("of the statements in brackets assignments, IF GOTO, GOTO, SUB, RET, CALL, PCALL and RPT are read"));
     }
     if flavor.is_linuxcnc()
         && let Some((head, tail)) = text.split_once(',')

@@ -27,10 +27,15 @@ pub(crate) enum Statement {
     End(u32),
     /// `IF [..] N100` of an Okuma.
     IfSequence(Expr, Expr),
-    /// `CALL O200 Q3` of an Okuma: program and passes.
-    Call(u32, Option<Expr>),
+    /// `CALL O200 Q3` of an Okuma.
+    Call(Box<osp::ProgramCall>),
+    /// `MODIN O200` and `MODOUT` of an Okuma.
+    ModalCall(Box<osp::ProgramCall>),
+    EndModal,
     /// `RTS` of an Okuma.
     EndCall,
+    /// The blocks from one number to another run again (`(RPT N50,N60)N3` of a Fagor): first, last, passes.
+    Repeat(u32, u32, u32),
     /// `POPEN`, `DPRNT[..]`: output to a printer, without effect here.
     Output(String),
 }
@@ -63,7 +68,7 @@ pub(crate) enum OWord {
 }
 
 /// Words of macro B that stand where an address letter could.
-const KEYWORDS: [&str; 9] = ["IF", "GOTO", "WHILE", "DO", "END", "POPEN", "PCLOS", "DPRNT", "BPRNT"];
+const KEYWORDS: [&str; 10] = ["RPT", "IF", "GOTO", "WHILE", "DO", "END", "POPEN", "PCLOS", "DPRNT", "BPRNT"];
 
 /// The keyword of macro B that is next.
 pub(crate) fn keyword(s: &Scanner<'_>) -> Option<&'static str> {
@@ -112,7 +117,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
                         .help("write IF [#1 EQ 0] THEN #2=5"));
                 }
                 Statement::IfThen(condition, parser::assignment(s, flavor)?)
-            } else if next_is(s, "N") && s.peek_at(1).is_ascii_digit() {
+            } else if next_is(s, "N") && s.peek_at(1).is_ascii_alphanumeric() {
                 Statement::IfSequence(condition, target(s, flavor)?)
             } else {
                 return Err(Fault::new(
@@ -124,6 +129,16 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
             }
         }
         "GOTO" => Statement::Goto(target(s, flavor)?),
+        "RPT" => {
+            let mut number = || {
+                s.skip_blanks();
+                s.integer().ok_or_else(|| {
+                    Fault::new(codes::SYNTAX, s.span_from(start), "RPT needs two block numbers")
+                        .help("write (RPT N50,N60)")
+                })
+            };
+            Statement::Repeat(number()?, number()?, number()?)
+        }
         "WHILE" => {
             let condition = expr::bracket(s, flavor)?;
             s.skip_blanks();
@@ -150,6 +165,9 @@ fn target(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
     s.skip_blanks();
     if matches!(s.peek(), b'N' | b'n') {
         s.bump();
+        if let Some(name) = osp::sequence(s, flavor) {
+            return Ok(Expr::Number(f64::from(name)));
+        }
     }
     expr::operand(s, flavor)
 }
@@ -189,8 +207,8 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
     let label = match s.peek() {
         b'<' => Label::Fixed(name_in_brackets(s, start)?),
         b'[' | b'#' if flavor.is_linuxcnc() => Label::Computed(expr::operand(s, flavor)?),
-        // A Haas takes names of letters too.
-        byte if flavor == Flavor::Haas && byte.is_ascii_alphabetic() && o_word_name(s).is_none() => {
+        // A Haas takes names of letters too, and an Okuma.
+        byte if !flavor.is_linuxcnc() && byte.is_ascii_alphabetic() && o_word_name(s).is_none() => {
             let from = s.pos();
             while s.peek().is_ascii_alphanumeric() || b"_-.".contains(&s.peek()) {
                 s.bump();

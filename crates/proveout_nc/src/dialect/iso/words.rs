@@ -53,6 +53,9 @@ pub(crate) enum Class {
 /// may be a Mach3, whose words of its own are these.
 pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: u32) -> Class {
     match code {
+        // A Fagor: absolute centers, pole, cycles of its own.
+        60 | 930 if control.depth_in_i => Class::Known(Group::OneShot),
+        690 | 870 | 880 if control.depth_in_i => Class::Known(Group::Cycle),
         700 | 710 if assumed || flavor.is_linuxcnc() && control.name.is_empty() => Class::Known(Group::Units),
         611 if assumed || flavor == Flavor::Fanuc && control.name.is_empty() => Class::Known(Group::PathMode),
         _ => classify(flavor, code),
@@ -120,10 +123,10 @@ fn fanuc(code: u32) -> Class {
         71 | 121 | 271 | 70 | 120 => Class::Refused("unroll the path in the CAM system"),
         700 | 710 | 720 | 750 => Class::Refused(TURNING),
         411 | 421 | 412 | 422 => Class::Refused("let the CAM system compensate the cutter, and use G40"),
-        270 | 290 => Class::Refused("program the motion with G53 or in work coordinates"),
+        270 | 600 => Class::Known(Group::OneShot),
+        290 => Class::Refused("program the motion with G53 or in work coordinates"),
         510 => Class::Known(Group::Scaling),
         512 | 544 | 436 => Class::Refused("take the function out for the prove-out"),
-        600 => Class::Refused("program the approach from one side with G0"),
         661 => Class::Refused("call the macro with G65"),
         106 | 751 | 753 => Class::Refused("take the function out for the prove-out"),
         880 => Class::Refused(MANUAL_RETRACT),

@@ -42,6 +42,13 @@ impl Interpreter {
         if self.own.first_line.is_some() {
             self.second_line(p, span)?;
         }
+        if !self.own.held.is_empty() {
+            self.nothing_waits_before(p, span)?;
+        }
+        if p.machine_axes != 0 && p.fixed_point.is_none() || p.fixed_point_number.is_some() && p.fixed_point.is_none() {
+            let message = "an axis named by the machine, such as X1=, or FP= stands without G74 or G75";
+            return Err(Fault::new(codes::UNKNOWN_WORD, span, message).help("write the axis as X, Y, Z, A, B or C"));
+        }
         if p.turns.is_some() || p.radius.is_some() || p.plane_angle.is_some() || p.intermediate != [None; 3] {
             self.without_use(p, span)?;
         }
@@ -115,6 +122,8 @@ impl Interpreter {
         }
         if p.dwell {
             self.dwell(p, span)?;
+        } else if let Some(code) = p.fixed_point {
+            self.fixed_point(code, p, span)?;
         } else if p.frame.is_none() && (p.has_axis() || p.has_orientation() || p.has_center() || p.opening.is_some()) {
             if p.positioning {
                 self.positioning(p, span)?;
@@ -171,6 +180,7 @@ impl Interpreter {
         } else if p.has_axis()
             && p.frame.is_none()
             && !p.machine
+            && p.fixed_point.is_none()
             && let Some(modal) = self.own.modal_call.clone()
             && modal.level == self.depth()
         {

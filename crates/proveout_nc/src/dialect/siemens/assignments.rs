@@ -87,6 +87,7 @@ impl Interpreter {
                 "OVR" => Some(&mut p.feed_override),
                 "PW" => Some(&mut p.weight),
                 "PL" => Some(&mut p.interval),
+                "FP" => Some(&mut p.fixed_point_number),
                 _ => None,
             };
             if let Some(slot) = slot {

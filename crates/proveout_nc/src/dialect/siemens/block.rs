@@ -166,6 +166,13 @@ impl Interpreter {
                 let number = self.number(value, span)?;
                 self.variables.assign_param(extension, number);
             }
+            (b'X'..=b'Z' | b'A'..=b'C' | b'U'..=b'W', 1) if letter != b'R' => {
+                let axis = AxisValues::index(char::from(letter)).unwrap_or_default();
+                set_once(p.axes[axis].is_some(), char::from(letter), span)?;
+                p.axes[axis] = Some(self.coordinate(value, span)?);
+                p.programmed |= 1 << axis;
+                p.machine_axes |= 1 << axis;
+            }
             (b'A'..=b'C', 3) => p.vector[usize::from(letter - b'A')] = Some(self.number(value, span)?),
             (b'A'..=b'C', 2) => p.angles[usize::from(letter - b'A')] = Some(self.number(value, span)?),
             (b'I'..=b'K', 1) => p.intermediate[usize::from(letter - b'I')] = Some(self.coordinate(value, span)?),
@@ -241,6 +248,7 @@ impl Interpreter {
             }
             4 => p.dwell = true,
             9 => p.exact_stop = true,
+            74 | 75 => p.fixed_point = Some(code),
             17..=19 => {
                 modal.normal = [2, 1, 0][code as usize - 17];
                 let normal = ['X', 'Y', 'Z'][modal.normal];
@@ -507,7 +515,7 @@ pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, 
 pub(super) fn does_g(code: i64) -> bool {
     matches!(
         code,
-        0..=4 | 9 | 17..=19 | 25 | 26 | 58 | 59 | 110..=112 | 33 | 63 | 331 | 332 | 40..=42 | 450 | 451 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
+        0..=4 | 9 | 17..=19 | 74 | 75 | 25 | 26 | 58 | 59 | 110..=112 | 33 | 63 | 331 | 332 | 40..=42 | 450 | 451 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
     )
 }
 

@@ -109,6 +109,8 @@ impl Interpreter {
                     }
                 }
             }
+            "CYCLE62" => self.contour_call(call, span)?,
+            "CYCLE72" => self.path_milling(call, span)?,
             name if super::milling::MILLING.contains(&name) => self.mill_cycle(call, span)?,
             "HOLES1" => self.row_of_holes(call, span)?,
             "HOLES2" => self.circle_of_holes(call, span)?,
@@ -194,7 +196,20 @@ impl Interpreter {
         end
     }
 
-    pub(crate) fn straight(&mut self, end: AxisValues, programmed: u16, rapid: bool, span: Span) -> Result<(), Fault> {
+    pub(crate) fn straight(
+        &mut self,
+        mut end: AxisValues,
+        mut programmed: u16,
+        rapid: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        if rapid {
+            if self.rapid_waits(&mut end, &mut programmed) {
+                return Ok(());
+            }
+        } else {
+            self.nothing_waits(span)?;
+        }
         let motion = self.cycle_motion(end, programmed, span)?;
         self.own.tangent = None;
         self.go(motion, rapid);

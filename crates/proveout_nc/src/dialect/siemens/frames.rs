@@ -213,6 +213,7 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` stands while TOROT or TOFRAME is in force")
                 .help("write TOROTOF before it"));
         }
+        self.nothing_waits(span)?;
         let frames_before = self.modal.frames.total();
         if values.iter().all(Option::is_none) || deselected {
             self.modal.frames.swivel = Frame::IDENTITY;

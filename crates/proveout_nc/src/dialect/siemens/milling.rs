@@ -1,9 +1,9 @@
-//! Milling cycles: POCKET3 rectangular pocket, POCKET4 circular pocket, CYCLE71 face milling; the others are in [`super::slots`].
+//! Milling cycles: POCKET3 rectangular pocket, POCKET4 circular pocket; the others are in [`super::slots`], [`super::surfaces`] and
+//! [`super::contour_milling`].
 //!
 //! ```text
 //!   POCKET3(RTP, RFP, SDIS, DP, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA, AP1, AP2, AD, RAD1, DP1)
 //!   POCKET4(RTP, RFP, SDIS, DP, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA, AP1, AD, RAD1, DP1)
-//!   CYCLE71(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, STA, MID, MIDA, FDP, FALD, FFP1, VARI, FDP1)
 //! ```
 //!
 //! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Milling cycles": the pocket from its center outwards,
@@ -20,16 +20,16 @@ use super::frames::number;
 use super::interpreter::{Interpreter, Siemens};
 use super::parser::Call;
 use super::slots::surplus;
-use crate::channel::milling::{self, Heights, Job, MAX_PASSES, Mills, Plan, Plunge};
-use crate::channel::shape::{Leg, NO_WIDTH_MM, Place, Point, Shape};
+use crate::channel::milling::{self, Heights, Job, Mills, Plan, Plunge};
+use crate::channel::shape::{Leg, NO_WIDTH_MM, Place, Shape};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Compensation;
 use crate::{AxisValues, Feed, Motion, SpindleDirection};
 
 /// Milling cycles that are read.
-pub(crate) const MILLING: [&str; 8] =
-    ["POCKET3", "POCKET4", "CYCLE71", "SLOT1", "SLOT2", "LONGHOLE", "CYCLE76", "CYCLE77"];
+pub(crate) const MILLING: [&str; 9] =
+    ["POCKET3", "POCKET4", "CYCLE71", "CYCLE61", "SLOT1", "SLOT2", "LONGHOLE", "CYCLE76", "CYCLE77"];
 
 /// Part of the tool diameter that is the widest infeed where MIDA gives none.
 pub(super) const USUAL_WIDTH: f64 = 0.8;
@@ -74,9 +74,50 @@ pub(super) struct Words<'a> {
     values: &'a [Option<Val>],
     length: f64,
     pub(super) span: Span,
+    /// Arguments of the cycle in front of the first one here.
+    before: usize,
+}
+
+impl<'a> Words<'a> {
+    /// The arguments behind the first one.
+    pub(super) fn behind_first(name: &'a str, values: &'a [Option<Val>], length: f64, span: Span) -> Self {
+        Self { name, values: values.get(1..).unwrap_or_default(), length, span, before: 1 }
+    }
+
+    /// Place of an argument as it is counted in the call, from 1.
+    pub(super) fn place(&self, at: usize) -> usize {
+        at + self.before + 1
+    }
 }
 
 impl Words<'_> {
+    /// A digit of a number that codes several things: `unit` is 1, 10, 100.
+    pub(super) fn digit(&self, at: usize, unit: f64) -> Result<f64, Fault> {
+        Ok((self.or_zero(at)? / unit).floor().rem_euclid(10.0))
+    }
+
+    /// DMODE: the plane that it names must be the active one.
+    pub(super) fn mode_planes(&self, at: usize, normal: usize) -> Result<(), Fault> {
+        let plane = self.digit(at, 1.0)?;
+        if plane == 0.0 || plane == (3 - normal) as f64 {
+            return Ok(());
+        }
+        let message = format!(
+            "`{}` in another plane than the active one (DMODE {}) is not supported",
+            self.name,
+            self.or_zero(at)?
+        );
+        Err(self.fault(codes::UNSUPPORTED_WORD, message, "choose the plane with G17, G18 or G19"))
+    }
+
+    /// Planes of a cycle whose AMODE says whether the depth is relative (1) or absolute (0, 2).
+    pub(super) fn heights_by_mode(&self, mode: f64) -> Result<Heights, Fault> {
+        if mode != 1.0 {
+            return self.heights();
+        }
+        self.heights_by(Some(3))
+    }
+
     pub(super) fn number(&self, at: usize) -> Result<Option<f64>, Fault> {
         number(self.values, at, self.name, self.span)
     }
@@ -86,7 +127,7 @@ impl Words<'_> {
     }
 
     fn missing(&self, at: usize, what: &str) -> Fault {
-        Fault::new(codes::ARGUMENTS, self.span, format!("`{}` has no {what} (argument {})", self.name, at + 1))
+        Fault::new(codes::ARGUMENTS, self.span, format!("`{}` has no {what} (argument {})", self.name, self.place(at)))
             .help("write the argument")
     }
 
@@ -108,18 +149,18 @@ impl Words<'_> {
         Fault::new(code, self.span, message).help(help)
     }
 
-    fn refuse_set(&self, at: usize, what: &str) -> Result<(), Fault> {
+    pub(super) fn refuse_set(&self, at: usize, what: &str) -> Result<(), Fault> {
         if self.or_zero(at)? == 0.0 {
             return Ok(());
         }
-        let message = format!("`{}` with {what} (argument {}) is not supported", self.name, at + 1);
+        let message = format!("`{}` with {what} (argument {}) is not supported", self.name, self.place(at));
         Err(self.fault(codes::UNSUPPORTED_WORD, message, "let the CAM system write the motions"))
     }
 
     /// Arguments from `from` on are none of the cycle's.
     pub(super) fn no_more(&self, from: usize) -> Result<(), Fault> {
         let Some(at) = surplus(self.values, from) else { return Ok(()) };
-        let message = format!("argument {} of `{}` is not read", at + 1, self.name);
+        let message = format!("argument {} of `{}` is not read", self.place(at), self.name);
         let help =
             "leave it out; those that the control's editor adds (GMODE, DMODE, AMODE and before) are not supported";
         Err(self.fault(codes::UNSUPPORTED_WORD, message, help))
@@ -147,7 +188,7 @@ impl Words<'_> {
     }
 
     /// Planes that all milling cycles share.
-    fn heights(&self) -> Result<Heights, Fault> {
+    pub(super) fn heights(&self) -> Result<Heights, Fault> {
         self.heights_by(None)
     }
 
@@ -188,14 +229,26 @@ struct Places {
     radius: usize,
 }
 
+/// What GMODE, DMODE and AMODE of a pocket say.
+#[derive(Clone, Copy, Debug, Default)]
+struct PocketModes {
+    /// 1: the depth is relative.
+    depth: f64,
+    /// The whole pocket is milled, whatever the sizes of one that is there before say.
+    whole: bool,
+    /// MIDA is a part of the diameter of the tool.
+    percent: bool,
+}
+
 impl Interpreter {
     /// Runs a milling cycle.
     pub(super) fn mill_cycle(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
         let values = self.arguments(call, span)?;
-        let words = Words { name: &call.name, values: &values, length: self.modal.units.length(), span };
+        let words = Words { name: &call.name, values: &values, length: self.modal.units.length(), span, before: 0 };
         let before = self.technology.feed;
         match call.name.as_str() {
             "CYCLE71" => self.face(&words)?,
+            "CYCLE61" => self.surface(&words)?,
             "LONGHOLE" => self.long_holes(&words)?,
             "SLOT1" | "SLOT2" => self.slots(&words)?,
             "CYCLE76" | "CYCLE77" => self.spigot(&words)?,
@@ -232,8 +285,9 @@ impl Interpreter {
     fn pocket(&mut self, words: &Words<'_>) -> Result<(), Fault> {
         let span = words.span;
         let circle = words.name == "POCKET4";
-        words.no_more(if circle { 19 } else { 23 })?;
-        let h = words.heights()?;
+        words.no_more(if circle { 19 } else { 29 })?;
+        let modes = if circle { PocketModes::default() } else { self.pocket_modes(words)? };
+        let h = words.heights_by_mode(modes.depth)?;
         let (shape, corner, center, turn, places) = if circle {
             let r = words.above_zero(4, "pocket radius")?;
             let center = [words.need(5, "center")?, words.need(6, "center")?];
@@ -247,7 +301,8 @@ impl Interpreter {
             (Shape::Rounded { a, b, corner }, corner, center, words.or_zero(9)?, places)
         };
         let at = places.depth;
-        for &roughed in places.roughed {
+        let roughed: &[usize] = if modes.whole { &[] } else { places.roughed };
+        for &roughed in roughed {
             words.refuse_set(roughed, "the size of a pocket that is there before")?;
         }
         let (side, floor) = (words.size(at + 1)?, words.size(at + 2)?);
@@ -273,7 +328,8 @@ impl Interpreter {
         let Shape::Rounded { a, b, .. } = shape else { return Ok(()) };
         let shape = Shape::Rounded { a, b, corner: corner.max(radius) };
         let room = shape.half_width() - radius;
-        let greatest = words.size(at + 7)?;
+        let greatest =
+            if modes.percent { words.or_zero(at + 7)?.abs() / 100.0 * 2.0 * radius } else { words.size(at + 7)? };
         let widest = if greatest > 0.0 { greatest } else { 2.0 * USUAL_WIDTH * radius };
         let rings = |allowance: f64| {
             let step = share((room - allowance).max(0.0), widest.min(WIDEST_STEP * radius)).max(NO_WIDTH_MM);
@@ -317,6 +373,25 @@ impl Interpreter {
             words.name
         ));
         self.run_plan(&plan, &job, center, span)
+    }
+
+    /// GMODE, DMODE and AMODE, which the editor of the control adds.
+    fn pocket_modes(&self, words: &Words<'_>) -> Result<PocketModes, Fault> {
+        let refuse = |what: &str, value: f64| {
+            let message = format!("`{}` with {what} {value} is not supported", words.name);
+            Err(words.fault(
+                codes::UNSUPPORTED_WORD,
+                message,
+                "mill the whole pocket from its center, or let the CAM system write the motions",
+            ))
+        };
+        let (start_only, corner, rest) =
+            (words.digit(26, 100.0)?, words.digit(26, 1000.0)?, words.digit(26, 10_000.0)?);
+        if start_only > 1.0 || corner > 1.0 || rest > 1.0 {
+            return refuse("the mode GMODE", words.or_zero(26)?);
+        }
+        words.mode_planes(27, self.modal.normal)?;
+        Ok(PocketModes { depth: words.digit(28, 1.0)?, whole: rest == 1.0, percent: words.digit(28, 10.0)? == 1.0 })
     }
 
     /// Tens of VARI: how the tool comes to a depth, and in which feed; none is at rapid rate.
@@ -364,83 +439,6 @@ impl Interpreter {
                 Err(words.fault(codes::ARGUMENTS, message, "0 and 1 plunge vertically, 2 on a helix, 3 to and fro"))
             }
         }
-    }
-
-    fn face(&mut self, words: &Words<'_>) -> Result<(), Fault> {
-        let span = words.span;
-        words.no_more(16)?;
-        let h = words.heights()?;
-        let corner = [words.need(4, "starting point")?, words.need(5, "starting point")?];
-        let sides = [words.need(6, "length")?, words.need(7, "width")?];
-        if sides.contains(&0.0) {
-            return Err(words.fault(
-                codes::ARGUMENTS,
-                "the surface of `CYCLE71` has no size".to_owned(),
-                "write LENG and WID; the signs say where the surface lies",
-            ));
-        }
-        let place = Place::new(corner, words.or_zero(8)?);
-        let (greatest, beyond, over) = (words.above_zero(10, "infeed width")?, words.size(11)?, words.size(15)?);
-        let (floor, mill) = (words.size(12)?, self.milling_feed(words, 13)?);
-        let (tens, units) = words.variant_or(14, 1.0)?;
-        let finishing = words.finishes(units)?;
-        if !(1..=4).contains(&tens) {
-            let message = format!("the tens of VARI of `CYCLE71` are {tens}");
-            return Err(words.fault(codes::ARGUMENTS, message, "1 to 4 say along which axis, and whether to and fro"));
-        }
-        let Some(radius) = self.tool_radius(words)? else {
-            return Err(no_radius(words, "no tool table gives here"));
-        };
-        if greatest > 2.0 * radius {
-            let message =
-                format!("the infeed width MIDA of `CYCLE71` is {greatest} mm and the tool cuts {}", 2.0 * radius);
-            return Err(words.fault(codes::ARGUMENTS, message, "write a smaller MIDA, or use a larger tool"));
-        }
-        // Along the lines and across them.
-        let (along, across) = if tens % 2 == 1 { (0, 1) } else { (1, 0) };
-        let to_and_fro = tens > 2;
-        let (first, last) = (greatest - radius, sides[across].abs() + over - radius);
-        let steps = if last > first { ((last - first) / greatest - 1e-9).ceil() } else { 0.0 };
-        let total = (h.depth - h.surface).abs();
-        let rough = (total - floor).max(0.0);
-        let infeeds = if finishing { 1.0 } else { rough / share(rough, words.size(9)?).max(1e-9) };
-        if steps * infeeds >= MAX_PASSES as f64 || steps.is_nan() {
-            let message = format!("`CYCLE71` would need more than {MAX_PASSES} lines");
-            return Err(words.fault(codes::LOOP_LIMIT, message, "check LENG, WID, MID and MIDA"));
-        }
-        let depths = if finishing { vec![total] } else { milling::levels(rough, share(rough, words.size(9)?)) };
-        let lines: Vec<f64> =
-            (0..=steps as u32).map(|i| first + (last - first) * f64::from(i) / steps.max(1.0)).collect();
-        let ends = [-(radius + beyond), sides[along].abs() + radius + beyond];
-        let at = |line: f64, end: f64| -> Point {
-            let mut p = [0.0; 2];
-            p[along] = end * sides[along].signum();
-            p[across] = line * sides[across].signum();
-            place.at(p)
-        };
-        let height = |depth: f64| h.surface + h.down * depth;
-        self.assume(
-            "CYCLE71: FDP counts from the edge of the tool; to and fro the tool goes on beside the surface in the feed FFP1; in \
-             one direction it comes back SDIS above the depth; every depth begins at the first line",
-        );
-        for depth in depths {
-            self.come_over(at(lines[0], ends[0]), h.clear, span)?;
-            self.mill_to(None, Some(height(depth)), None, span)?;
-            let mut side = 0;
-            for (i, &line) in lines.iter().enumerate() {
-                if i > 0 && !to_and_fro {
-                    self.mill_to(None, Some(height(depth) - h.down * (h.clear - h.surface).abs()), None, span)?;
-                    self.mill_to(Some(at(line, ends[0])), None, None, span)?;
-                    self.mill_to(None, Some(height(depth)), None, span)?;
-                } else {
-                    self.mill_to(Some(at(line, ends[side])), None, mill, span)?;
-                }
-                side = if to_and_fro { 1 - side } else { 1 };
-                self.mill_to(Some(at(line, ends[side])), None, mill, span)?;
-            }
-            self.mill_to(None, Some(h.clear), None, span)?;
-        }
-        self.mill_to(None, Some(h.second), None, span)
     }
 }
 

@@ -4,7 +4,8 @@
 //! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks: [`block`] and [`assignments`]
 //! collect their words, [`act`] does them with [`motion`], [`arcs`], [`polar`], [`frames`], [`technology`],
 //! [`splines`], [`compensation`] and the cycles in [`drilling`], [`tapping`] and [`boring`]. [`corners`] puts chamfers and roundings between
-//! motions, [`frame_values`] and [`system`] are variables of the control, [`words`] lists what is read with a note or refused.
+//! motions, [`waiting`] holds rapids back whose end is not known yet, [`fixed_point`] goes to points of the machine, [`contour`] and
+//! [`contour_milling`] mill along a subprogram, [`frame_values`] and [`system`] are variables of the control, [`words`] lists what is read with a note or refused.
 
 mod act;
 mod arcs;
@@ -12,10 +13,13 @@ mod assignments;
 mod block;
 mod boring;
 mod compensation;
+mod contour;
+mod contour_milling;
 mod corners;
 mod drilling;
 mod eval;
 mod expr;
+mod fixed_point;
 mod frame_values;
 mod frames;
 mod index;
@@ -32,11 +36,13 @@ mod recover;
 mod slots;
 mod splines;
 mod statement;
+mod surfaces;
 mod system;
 mod tapping;
 mod technology;
 mod tool_frame;
 mod two_lines;
+mod waiting;
 mod words;
 
 use std::path::PathBuf;

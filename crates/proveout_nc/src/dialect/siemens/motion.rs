@@ -55,7 +55,15 @@ impl Interpreter {
             return Ok(());
         }
         let start = self.position.work.xyz();
-        let motion = self.complete(p, end, p.programmed, span)?;
+        let (mut end, mut programmed) = (end, p.programmed);
+        if interpolation == Interpolation::Rapid && !p.has_orientation() {
+            if self.rapid_waits(&mut end, &mut programmed) {
+                return Ok(());
+            }
+        } else {
+            self.nothing_waits(span)?;
+        }
+        let motion = self.complete(p, end, programmed, span)?;
         if is_thread {
             return self.thread_block(p, motion, span);
         }

@@ -151,6 +151,12 @@ pub(crate) struct Pending {
     pub(crate) limits: Option<u32>,
     /// G63: this block is straight and in feed, whatever interpolation is in force.
     pub(crate) tapping_feed: bool,
+    /// G74, G75.
+    pub(crate) fixed_point: Option<u32>,
+    /// FP=.
+    pub(crate) fixed_point_number: Option<f64>,
+    /// Axes that are named by the machine (`X1=`), bit mask.
+    pub(crate) machine_axes: u16,
     /// G40, G41, G42.
     pub(crate) compensation: Option<CompSide>,
     /// The G word of each group of [`super::words::g_group`] that stands in the block.

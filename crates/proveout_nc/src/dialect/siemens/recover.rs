@@ -19,12 +19,14 @@ pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     let position = faults.doubt.axes != 0
         && fault.code == codes::UNSUPPORTED_WORD
         && ["$P_EP", "$AA_I"].iter().any(|name| fault.message.contains(name));
-    faults.doubt.hides(fault, faults.stage) || call || position
+    let contour = channel.own.contour_torn && fault.code == codes::SUBPROGRAM;
+    faults.doubt.hides(fault, faults.stage) || call || position || contour
 }
 
 /// What later blocks have set anew is in doubt no more.
 pub(super) fn settle_doubt(channel: &mut Interpreter) {
     channel.own.two_lines_torn = false;
+    channel.own.contour_torn = false;
     let doubt = &mut channel.recovery.faults.doubt;
     if !doubt.any() {
         return;

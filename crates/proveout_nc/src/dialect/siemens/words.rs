@@ -43,10 +43,7 @@ pub(crate) fn classify_name(name: &str) -> Class {
         "CYCLE83_EXT" | "CYCLE435" | "CYCLE495" => {
             Class::Refused("drilling cycles done here are CYCLE81 to CYCLE89 and CYCLE840")
         }
-        "CYCLE72" => Class::Refused(
-            "how the cycle comes onto the contour and joins its infeeds is not published; write G41, the contour and its approach",
-        ),
-        "CYCLE73" | "CYCLE74" | "CYCLE75" | "CYCLE62" | "CYCLE63" | "CYCLE64" => Class::Refused(
+        "CYCLE73" | "CYCLE74" | "CYCLE75" | "CYCLE63" | "CYCLE64" => Class::Refused(
             "the path that the control clears a contour pocket on is not published; let the CAM system write the motions",
         ),
         "CYCLE90" | "CYCLE78" => Class::Refused("write the helix of the thread as G2 or G3 with TURN="),
@@ -54,7 +51,7 @@ pub(crate) fn classify_name(name: &str) -> Class {
         "CYCLE79" => {
             Class::Refused("its clearing between blank and polygon is not published; write the sides as G1 under G41")
         }
-        "CYCLE60" | "CYCLE61" | "CYCLE70" | "CYCLE802" | "CYCLE899" => {
+        "CYCLE60" | "CYCLE70" | "CYCLE802" | "CYCLE899" => {
             Class::Refused("let the CAM system write the motions of the milling cycle")
         }
         "MEAS" | "MEAW" | "MEASA" | "MEAWA" | "CYCLE971" | "CYCLE976" | "CYCLE977" | "CYCLE978" | "CYCLE979"
@@ -136,7 +133,6 @@ pub(crate) fn refused_g(code: u32) -> Option<&'static str> {
     Some(match code {
         5 | 7 => "program the path with G1",
         34 | 35 | 335 | 336 => "program a thread of constant pitch with G33",
-        74 | 75 => "reference and fixed points are data of the machine; program SUPA G0 with coordinates",
         96 | 961 | 962 | 971..=973 => "constant cutting speed belongs to turning; use G94 or G95 and S in 1/min",
         147 | 148 | 247 | 248 => "program the approach with G1, G2, G3",
         291 => "ISO mode is a dialect of its own; use G290",

@@ -2,7 +2,7 @@
 //!
 //! 251 rectangular pocket, 252 circular pocket, 253 slot, 254 circular slot ([`pocket`]), 256 rectangular stud, 257 circular stud
 //! ([`stud`]), 208 bore milling, 262 thread milling ([`bore`]), 263 to 265 threads that are countersunk, drilled or milled downwards
-//! ([`thread`]), 232 and 233 face milling ([`face`]), 230 and 231 lines over flat and ruled surfaces ([`ruled`]), and the old pockets 4 and 5 as 251 and 252.
+//! ([`thread`]), 232 and 233 face milling ([`face`]), 230 and 231 lines over flat and ruled surfaces ([`ruled`]), the old pockets 4 and 5 as 251 and 252, and those of 210 to 215 ([`old`]).
 //!
 //! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), chapters "Pocket milling / stud milling / slot
 //! milling", "Drilling" (208), "Threading" (262) and "Face milling" (232, 233): which material is taken in which order, on which side,
@@ -14,6 +14,7 @@
 
 mod bore;
 mod face;
+mod old;
 mod pocket;
 mod ruled;
 mod stud;
@@ -35,7 +36,8 @@ use crate::{AxisValues, CompSide, CutterComp, Motion, Op, SpindleDirection};
 type Values = BTreeMap<u32, Setting>;
 
 /// Milling cycles that are read.
-pub(crate) const CYCLES: [u32; 15] = [208, 230, 231, 232, 233, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
+pub(crate) const CYCLES: [u32; 21] =
+    [208, 210, 211, 212, 213, 214, 215, 230, 231, 232, 233, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
 
 /// Largest overlap factor that leaves no posts in the corners between rings: a ring reaches the corner that the one around it
 /// has left where (k - R) sqrt(2) is at most R.
@@ -79,6 +81,7 @@ impl Interpreter {
     pub(crate) fn check_milling(&mut self, number: u32, values: &Values, span: Span) -> Result<(), Fault> {
         let (needed, assumed): (&[u32], &str) = match number {
             208 => bore::bore_words(),
+            210..=215 => old::words(number),
             262 => bore::thread_words(),
             263..=265 => thread::words(number),
             230 | 231 => ruled::words(number),
@@ -156,6 +159,9 @@ impl Interpreter {
 
     /// Runs a milling cycle where the tool stands.
     pub(crate) fn mill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
+        if old::OLD.contains(&number) {
+            return self.mill_old(number, values, lift, span);
+        }
         let before = self.technology.feed;
         let Some(radius) = self.tool_radius() else {
             self.mill_wall_alone(number, values, lift, span)?;

@@ -151,7 +151,11 @@ impl Interpreter {
         }
     }
 
-    pub(super) fn find_subprogram(&mut self, name: &str, span: Span) -> Result<Option<(Arc<Loaded>, Section)>, Fault> {
+    pub(in super::super) fn find_subprogram(
+        &mut self,
+        name: &str,
+        span: Span,
+    ) -> Result<Option<(Arc<Loaded>, Section)>, Fault> {
         for level in self.stack.iter().rev() {
             if let Some(section) = level.loaded.index.procs.get(name) {
                 return Ok(Some((Arc::clone(&level.loaded), *section)));

@@ -45,7 +45,13 @@ impl Interpreter {
         self.jump_to(at, target, jump.span)
     }
 
-    pub(super) fn find_target(&mut self, loaded: &Arc<Loaded>, at: Mark, name: &str, forward: bool) -> Option<Mark> {
+    pub(in super::super) fn find_target(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        name: &str,
+        forward: bool,
+    ) -> Option<Mark> {
         let section = self.stack.last()?.section;
         if let Some(mark) = loaded.index.label(name, section, at.offset, forward) {
             return Some(mark);

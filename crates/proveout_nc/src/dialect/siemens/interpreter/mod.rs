@@ -23,7 +23,7 @@ use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::frame::Frame;
 use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
-use crate::{Command, Settings};
+use crate::{AxisValues, Command, Settings};
 
 pub(crate) use calls::missing_subprogram;
 
@@ -91,6 +91,14 @@ pub(crate) struct Siemens {
     /// Pitch of the last thread block, mm, with its sign.
     pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
+    /// Rapid motion on a turned plane that waits for its third coordinate.
+    pub(crate) held: AxisValues,
+    /// Contours that CYCLE62 has called since the last milling of one.
+    pub(crate) contours: Vec<super::contour::Named>,
+    /// A contour has failed at a line whose fault is told by itself.
+    pub(crate) contour_torn: bool,
+    /// A contour is run for its path.
+    pub(crate) in_contour: bool,
     /// TRAORI.
     pub(crate) transformed: bool,
     /// CYCLE800 stands in a plane.
@@ -187,6 +195,7 @@ impl Language for Siemens {
     fn doubted(channel: &mut Interpreter, doubt: Doubt) {
         if doubt.axes != 0 {
             channel.own.tangent = None;
+            channel.own.held = AxisValues::NONE;
         }
     }
 
@@ -239,6 +248,15 @@ impl Lines for Siemens {
     fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
         let waits = channel.own.first_line.is_some();
         let ended = if waits { Err(channel.no_second_line(Span::new(0, 0))) } else { channel.end_curve(None) };
+        if channel.stack.len() <= 1
+            && let Err(fault) = channel.nothing_waits(Span::new(0, 0))
+        {
+            // Told at the last block that was run.
+            let line = channel.location.line;
+            let text = channel.line_of(&loaded.source.name, line).unwrap_or_default();
+            let fault = Fault { span: Span::new(0, text.trim_end().len()), ..fault };
+            return Err(Box::new(fault.at(&loaded.source.name, line, &text)));
+        }
         ended.map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line.saturating_sub(1), "")))?;
         if channel.stack.len() > 1 {
             channel.leave();

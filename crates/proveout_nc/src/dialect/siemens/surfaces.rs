@@ -1,0 +1,187 @@
+//! Surfaces that are milled line by line: CYCLE71 and CYCLE61.
+//!
+//! ```text
+//!   CYCLE71(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, STA, MID, MIDA, FDP, FALD, FFP1, VARI, FDP1)
+//!   CYCLE61(RTP, Z0, SC, Z1, X0, Y0, X1, Y1, MID, MIDA, FALZ, FFP1, VARI, LIM, DMODE, AMODE)
+//! ```
+//!
+//! The courses are those of [`super::milling`]; parameters and digits of CYCLE61 from memory.
+
+use super::interpreter::Interpreter;
+use super::milling::{Words, no_radius, share};
+use crate::Feed;
+use crate::channel::milling::{self, Heights, MAX_PASSES};
+use crate::channel::shape::{Place, Point};
+use crate::codes;
+use crate::diagnostic::Fault;
+
+/// A surface that is milled line by line.
+struct Surface {
+    heights: Heights,
+    corner: Point,
+    sides: [f64; 2],
+    turn: f64,
+    infeed: f64,
+    /// Greatest way between two lines, mm.
+    greatest: f64,
+    /// Way beyond the ends of a line, and of the last line.
+    beyond: f64,
+    over: f64,
+    floor: f64,
+    mill: Option<Feed>,
+    /// Tens and units of VARI.
+    variant: (u32, u32),
+    radius: f64,
+}
+
+impl Interpreter {
+    /// CYCLE71.
+    pub(super) fn face(&mut self, words: &Words<'_>) -> Result<(), Fault> {
+        words.no_more(16)?;
+        let Some(radius) = self.tool_radius(words)? else {
+            return Err(no_radius(words, "no tool table gives here"));
+        };
+        self.assume(
+            "CYCLE71: FDP counts from the edge of the tool; to and fro the tool goes on beside the surface in the feed FFP1; in \
+             one direction it comes back SDIS above the depth; every depth begins at the first line",
+        );
+        let surface = Surface {
+            heights: words.heights()?,
+            corner: [words.need(4, "starting point")?, words.need(5, "starting point")?],
+            sides: [words.need(6, "length")?, words.need(7, "width")?],
+            turn: words.or_zero(8)?,
+            infeed: words.size(9)?,
+            greatest: words.above_zero(10, "infeed width")?,
+            beyond: words.size(11)?,
+            over: words.size(15)?,
+            floor: words.size(12)?,
+            mill: self.milling_feed(words, 13)?,
+            variant: words.variant_or(14, 1.0)?,
+            radius,
+        };
+        self.mill_surface(words, &surface)
+    }
+
+    /// CYCLE61(RTP, Z0, SC, Z1, X0, Y0, X1, Y1, MID, MIDA, FALZ, FFP1, VARI, LIM, DMODE, AMODE): face milling of the editor of the
+    /// control. Parameters and digits from memory.
+    pub(super) fn surface(&mut self, words: &Words<'_>) -> Result<(), Fault> {
+        words.no_more(16)?;
+        words.refuse_set(13, "limits of the surface")?;
+        words.mode_planes(14, self.modal.normal)?;
+        let Some(radius) = self.tool_radius(words)? else {
+            return Err(no_radius(words, "no tool table gives here"));
+        };
+        let corner = [words.need(4, "first corner")?, words.need(5, "first corner")?];
+        let mut sides = [words.need(6, "second corner or length")?, words.need(7, "second corner or length")?];
+        for (side, unit) in
+            sides.iter_mut().zip([1000.0, 10_000.0]).enumerate().map(|(i, (side, unit))| ((i, side), unit))
+        {
+            // 1 is the other corner, 0 the length.
+            if words.digit(15, unit)? == 1.0 {
+                *side.1 -= corner[side.0];
+            }
+        }
+        let surface = words.need(1, "reference plane")?;
+        if words.digit(15, 1.0)? == 1.0 && surface != 0.0 {
+            let message =
+                "`CYCLE61` with an incremental depth below a surface that is not at zero is not supported".to_owned();
+            return Err(words.fault(
+                codes::UNSUPPORTED_WORD,
+                message,
+                "write Z1 as an absolute height (units of AMODE 0)",
+            ));
+        }
+        let percent = words.digit(15, 10.0)? == 1.0;
+        let width = words.above_zero(9, "infeed width")?;
+        self.assume(
+            "CYCLE61: lengths where AMODE has 0 in its thousands and ten thousands, corners where it has 1; lines reach SC beyond the \
+             surface; to and fro the tool goes on beside the surface in the feed; in one direction it comes back SC above the depth",
+        );
+        let mut heights = words.heights_by_mode(words.digit(15, 1.0)?)?;
+        heights.second = words.need(0, "retraction plane")?;
+        let surface = Surface {
+            heights,
+            corner,
+            sides,
+            turn: 0.0,
+            infeed: words.size(8)?,
+            greatest: if percent { words.or_zero(9)?.abs() / 100.0 * 2.0 * radius } else { width },
+            beyond: (heights.clear - heights.surface).abs(),
+            over: 0.0,
+            floor: words.size(10)?,
+            mill: self.milling_feed(words, 11)?,
+            variant: words.variant_or(12, 1.0)?,
+            radius,
+        };
+        self.mill_surface(words, &surface)
+    }
+
+    fn mill_surface(&mut self, words: &Words<'_>, surface: &Surface) -> Result<(), Fault> {
+        let span = words.span;
+        let &Surface { heights: h, corner, sides, turn, infeed, greatest, beyond, over, floor, mill, radius, .. } =
+            surface;
+        if sides.contains(&0.0) {
+            return Err(words.fault(
+                codes::ARGUMENTS,
+                format!("the surface of `{}` has no size", words.name),
+                "write its length and width; the signs say where the surface lies",
+            ));
+        }
+        let place = Place::new(corner, turn);
+        let (tens, units) = surface.variant;
+        let finishing = words.finishes(units)?;
+        if !(1..=4).contains(&tens) {
+            let message = format!("the tens of VARI of `{}` are {tens}", words.name);
+            return Err(words.fault(codes::ARGUMENTS, message, "1 to 4 say along which axis, and whether to and fro"));
+        }
+        if greatest > 2.0 * radius {
+            let message = format!(
+                "the infeed width MIDA of `{}` is {greatest} mm and the tool cuts {}",
+                words.name,
+                2.0 * radius
+            );
+            return Err(words.fault(codes::ARGUMENTS, message, "write a smaller MIDA, or use a larger tool"));
+        }
+        // Along the lines and across them.
+        let (along, across) = if tens % 2 == 1 { (0, 1) } else { (1, 0) };
+        let to_and_fro = tens > 2;
+        let (first, last) = (greatest - radius, sides[across].abs() + over - radius);
+        let steps = if last > first { ((last - first) / greatest - 1e-9).ceil() } else { 0.0 };
+        let total = (h.depth - h.surface).abs();
+        let rough = (total - floor).max(0.0);
+        let infeeds = if finishing { 1.0 } else { rough / share(rough, infeed).max(1e-9) };
+        if steps * infeeds >= MAX_PASSES as f64 || steps.is_nan() {
+            let message = format!("`{}` would need more than {MAX_PASSES} lines", words.name);
+            return Err(words.fault(codes::LOOP_LIMIT, message, "check LENG, WID, MID and MIDA"));
+        }
+        let depths = if finishing { vec![total] } else { milling::levels(rough, share(rough, infeed)) };
+        let lines: Vec<f64> =
+            (0..=steps as u32).map(|i| first + (last - first) * f64::from(i) / steps.max(1.0)).collect();
+        let ends = [-(radius + beyond), sides[along].abs() + radius + beyond];
+        let at = |line: f64, end: f64| -> Point {
+            let mut p = [0.0; 2];
+            p[along] = end * sides[along].signum();
+            p[across] = line * sides[across].signum();
+            place.at(p)
+        };
+        let height = |depth: f64| h.surface + h.down * depth;
+        for depth in depths {
+            self.come_over(at(lines[0], ends[0]), h.clear, span)?;
+            self.mill_to(None, Some(height(depth)), None, span)?;
+            let mut side = 0;
+            for (i, &line) in lines.iter().enumerate() {
+                if i > 0 && !to_and_fro {
+                    self.mill_to(None, Some(height(depth) - h.down * (h.clear - h.surface).abs()), None, span)?;
+                    self.mill_to(Some(at(line, ends[0])), None, None, span)?;
+                    self.mill_to(None, Some(height(depth)), None, span)?;
+                } else {
+                    self.mill_to(Some(at(line, ends[side])), None, mill, span)?;
+                }
+                side = if to_and_fro { 1 - side } else { 1 };
+                self.mill_to(Some(at(line, ends[side])), None, mill, span)?;
+            }
+            self.mill_to(None, Some(h.clear), None, span)?;
+        }
+        self.mill_to(None, Some(h.second), None, span)
+    }
+}
