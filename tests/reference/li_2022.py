@@ -8,7 +8,8 @@ which holds `quaternion.mpf` and `s-theta.mpf`, the axes of these programs are h
 counted from each program. Exit code 1 where a bound is broken.
 
 What the specification leaves open and is taken as the scene's page has it: the first and the last layer, which are parts of one, end at the angle that
-the whole layer beside them has there; the upper limit counts without inset where it has reached the angle at the layer's end.
+the whole layer beside them has there, or where that leaves the inset channel as near to the original axis as it allows; the upper limit counts without
+inset where it has reached the angle at the layer's end.
 """
 
 import os
@@ -56,7 +57,9 @@ class Section:
         self.concave = self.f[np.minimum(i + 5, n - 1)] - self.g[np.maximum(i - 5, 0)] < 0
         begins = np.where(~self.concave[1:] & self.concave[:-1])[0] + 1
         # The altered point itself: the last block before the tangent rises again.
-        self.bases = [b - 10 + int(np.argmin(self.f[b - 10:b + 11])) for b in begins if 10 < b < n - 11]
+        near = [slice(max(b - 10, 0), min(b + 11, n)) for b in begins]
+        self.bases = [int(k.start + np.argmin(self.f[k])) for k in near]
+        self.bases = [b for b in self.bases if 0 < b < n - 1]
         self.period = (self.s[self.bases[-1]] - self.s[self.bases[0]]) / (len(self.bases) - 1)
 
     def channel(self):
@@ -151,6 +154,8 @@ def layer(section, low, high, a, b, ends, starts_at_base, ends_at_base):
         points.append((begin, ends[0]))
     if ends_at_base:
         stop -= END_FLAT * section.period
+    if begin >= stop:  # the end of the path, shorter than the flats: level
+        return Curve([(s[a], ends[0]), (s[b], ends[0])], section, low, high)
     inside = np.arange(a, b + 1)[(s[a:b + 1] > begin) & (s[a:b + 1] < stop)]
     top = high[inside] - INSET
     if ends_at_base:
@@ -180,12 +185,18 @@ def s_theta(section):
     for a, b in zip(bases, bases[1:]):
         whole[a, b] = curve = layer(section, low, high, a, b, (high[a], high[b]), True, True)
         out[a:b + 1] = curve.at(s[a:b + 1])
+
+    def end_of_path(i, like):
+        """As the whole layer beside has it, else as near to the original axis as the inset limits allow."""
+        least, most = low[i] + INSET, high[i] - INSET
+        return like if least <= like <= most else min(max(section.original[i], least), most)
+
     (a, b), first = next(iter(whole.items()))
     like = high[a] + first.at(s[b] - (s[a] - s[0])) - first.at(s[b])
-    out[:a + 1] = layer(section, low, high, 0, a, (like, high[a]), False, True).at(s[:a + 1])
+    out[:a + 1] = layer(section, low, high, 0, a, (end_of_path(0, like), high[a]), False, True).at(s[:a + 1])
     (a, b), last = list(whole.items())[-1]
     like = high[b] + last.at(s[a] + s[-1] - s[b]) - last.at(s[a])
-    out[b:] = layer(section, low, high, b, len(s) - 1, (high[b], like), True, False).at(s[b:])
+    out[b:] = layer(section, low, high, b, len(s) - 1, (high[b], max(end_of_path(-1, like), high[b])), True, False).at(s[b:])
     return out, low, high
 
 
