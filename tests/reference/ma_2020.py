@@ -283,7 +283,7 @@ def main():
                 f"{apart[0]:10.5f}{apart[1]:12.3f}"
             )
             bound(name + ", axes", apart[0], 0, 0.01)
-    for name, want in (("original", 65.3), ("joints", 15.0), ("vertical", 9.6), ("original-tcp", 6.7)):
+    for name, want in (("original", 65.3), ("joints", 14.5), ("vertical", 9.6), ("original-tcp", 6.7), ("joints-tcp", 9.1)):
         for who in ("count", "program"):
             if (name, who) in cut:
                 bound(f"{name}, depth of the {who}", cut[name, who], want - 0.06, want + 0.06)
