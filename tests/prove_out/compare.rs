@@ -35,6 +35,10 @@ impl Experiment {
             Some((head, rest)) => format!("{head}{limits}{}", rest.split_once("[tolerances]").expect("tolerances").1),
             None => text.replace("[tolerances]", limits),
         };
+        // Dozens of other plans and methods, which their own tests look at.
+        let (head, rest) = text.split_once("[[compare.choice]]").expect("choices");
+        let text =
+            format!("{head}[[compare.published]]{}", rest.split_once("[[compare.published]]").expect("published").1);
         fs::write(folder.path().join("scene.toml"), change(&text)).expect("written");
         fs::copy(source.join("original.mpf"), folder.path().join("original.mpf")).expect("copied");
         Self { folder }

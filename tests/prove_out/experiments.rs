@@ -115,14 +115,13 @@ fn ma_one_sign_measures_the_step_and_two_signs_the_method() {
         close(name, stretch.axes["C"].travel, turns, 1e-3);
     }
     let gentle = moved(&scene("ma-2020-sine"));
+    // Counted by `tests/reference/ma_2020.py`.
     let wanted = [("original", [35.3, 20.9], 72.1), ("slerp", [16.1, 214.6], 15.5), ("joints", [16.1, 10.7], 15.1)];
     for (name, [velocity, acceleration], tip) in wanted {
         let stretch = gentle.stretch_of(name).expect("a stretch");
         let rotary = stretch.rotary.expect("rotary joints");
         close(name, rotary.velocity.expect("known"), velocity, 0.06);
-        // The other count has 10.7 within windows, this one 11.0; why was not found. It is half of what the original has.
-        let window = if name == "joints" { 0.4 } else { 0.06 };
-        close(name, rotary.acceleration.expect("known"), acceleration, window);
+        close(name, rotary.acceleration.expect("known"), acceleration, 0.06);
         close(name, stretch.straight_joints_tip_um.expect("known"), tip, 0.2);
     }
 }
@@ -153,6 +152,6 @@ fn ma_new_axes_gouge_less_and_upright_ones_least() {
     // At these cells a ray stands in the middle of the row, and meets few of the deepest places: the order is tested, not the criteria of the scene.
     let cut = |program| deepest("ma-2020-sine", program, 0.4);
     close("original", cut("original"), 65.3, 1.5);
-    close("joints", cut("joints"), 15.0, 2.0);
+    close("joints", cut("joints"), 14.5, 2.0);
     close("vertical", cut("vertical"), 9.6, 2.0);
 }

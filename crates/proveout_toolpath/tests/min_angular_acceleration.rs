@@ -163,8 +163,31 @@ fn on_a_gentle_sine_the_windows_are_what_helps() {
     close(peaks(&axes, &arc, false), [35.3, 20.9], 5e-3);
     let law = |window| peaks(&between_keys(&arc, &keys, window), &arc, false);
     close(law(0.0), [16.1, 214.6], 5e-3);
-    close([law(6.0)[1], 1.0], [10.7, 1.0], 0.05);
+    close([law(6.0)[1], 1.0], [10.7, 1.0], 5e-3);
     assert!(law(6.0)[1] < 20.9, "not more than the program before");
+}
+
+/// Between two keys with windows each has half of the way; a window beside an end of the row reaches to the end.
+#[test]
+fn a_window_beside_an_end_of_the_row_has_all_of_the_way() {
+    let axis = |lean: f64| Vector::new(0.0, -lean.sin(), lean.cos());
+    let lean = |axis: &Vector| (-axis.y).atan2(axis.z);
+    let arc: Vec<f64> = (0..=44).map(|i| 0.5 * f64::from(i)).collect();
+    // Keys at 0, 5, 12 and 22 mm: 5 mm to the first end, 7 mm between the windows, 10 mm to the last end.
+    let keys = [(0, axis(0.0)), (10, axis(0.5)), (24, axis(-0.2)), (44, axis(0.8))];
+    let straight = between_keys(&arc, &keys, 0.0);
+    let changed = |window| -> Vec<usize> {
+        let law = between_keys(&arc, &keys, window);
+        (0..arc.len()).filter(|&i| (lean(&law[i]) - lean(&straight[i])).abs() > 1e-9).collect()
+    };
+    // 3 mm fit on the side of the first end, where they would not beside another window.
+    let found = changed(3.2);
+    assert_eq!((found.first(), found.last()), (Some(&4), Some(&30)), "{found:?}");
+    // Never beyond the middle between two windows.
+    let found = changed(100.0);
+    assert_eq!((found.first(), found.last()), (Some(&4), Some(&30)), "{found:?}");
+    // The middle itself keeps the law between the keys.
+    assert!(found.contains(&16) && !found.contains(&17) && found.contains(&18), "{found:?}");
 }
 
 #[test]

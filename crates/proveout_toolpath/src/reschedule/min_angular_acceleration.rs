@@ -92,8 +92,9 @@ pub fn between_keys(arc: &[f64], keys: &[(usize, Vector)], window: f64) -> Vec<V
     for k in 1..keys.len() - 1 {
         let (key, at) = (keys[k].1, arc[keys[k].0]);
         let [before, behind] = [at - arc[keys[k - 1].0], arc[keys[k + 1].0] - at];
-        // No window reaches beyond the middle between two keys.
-        let half = window.min(0.5 * before).min(0.5 * behind);
+        // Two windows share the way between their keys; beside an end of the row there is no other window.
+        let room = |way: f64, end: bool| if end { way } else { 0.5 * way };
+        let half = window.min(room(before, k == 1)).min(room(behind, k + 2 == keys.len()));
         if half <= 0.0 {
             continue;
         }
