@@ -67,6 +67,20 @@ def test_one_two_and_four_workers_give_the_same_bytes(planned):
     assert merged(folder) == found[0]
 
 
+def test_a_run_in_shards_is_that_of_one_process(tmp_path, root, program):
+    folders = {}
+    for shards in (1, 3):
+        (tmp_path / "sweep.toml").write_text(f'name = "split"\nscene = "{root}/tests/job/op10"\nshards = {shards}\n')
+        folders[shards] = tmp_path / f"out{shards}"
+        program("sweep", "plan", tmp_path, "--out", folders[shards], code=0)
+        assert run(folders[shards], 2).failed == {}
+    names = sorted(path.name for path in (folders[1] / "run").iterdir())
+    assert "verdict.json" in names
+    for name in names:
+        if name != "run.json":
+            assert (folders[1] / "run" / name).read_bytes() == (folders[3] / "run" / name).read_bytes(), name
+
+
 def test_a_worker_that_is_killed_costs_no_more_than_its_job(planned):
     whole, killed = planned("whole"), planned("killed")
     run(whole, 1)

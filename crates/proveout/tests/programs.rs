@@ -116,7 +116,7 @@ fn a_wrong_form_is_named_as_what_it_looks_like() {
         ),
         ("fanuc", "G21 G90 G0 X10. Y10. Z0.\nG3 X0. Y20. I10. F100.\nM30\n", ":2:1", "fit with other signs"),
         ("fanuc", "$PART.MIN%\nG0 X0. Y0.\nM30\n", ":1:1", "this looks like Okuma OSP"),
-        ("fanuc", "O1\nNOEX VC1=5\nM30\n", ":2:1", "this looks like Okuma OSP"),
+        ("fanuc", "O1\nNOEX VC1=5\nM30\n", ":2:6", "this looks like Okuma OSP"),
         ("fanuc", "O1\nCALL O200\nM30\n", ":2:1", "this looks like Okuma OSP"),
         ("fanuc", "O1\n12 TOOL CALL 5 Z S100\nM30\n", ":2:1", "this looks like Heidenhain Klartext"),
         ("haas", "O1\nN5 TRAORI\nM30\n", ":2:", "this looks like Siemens 840D"),

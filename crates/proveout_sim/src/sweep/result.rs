@@ -153,7 +153,8 @@ pub fn result_of_shard(job: &Planned, cost: &ShardCost, cuts: &Path) -> io::Resu
 fn figures(v: &Verdict) -> Figures {
     let mut all = Figures::new();
     let mut put = |name: &str, value: Option<f64>| {
-        all.insert(name.to_owned(), value.filter(|v| v.is_finite()));
+        // The sum of nothing is -0.
+        all.insert(name.to_owned(), value.filter(|v| v.is_finite()).map(|v| v + 0.0));
     };
     put("time_s", Some(v.time.total_s));
     put("cutting_s", Some(v.time.cutting_s));
