@@ -81,7 +81,8 @@ pub fn cut_shard(folder: &Path, job: &Path, out: &Path, tell: &mut dyn FnMut(u64
         cost.removal_s += cutting.elapsed().as_secs_f64();
         let content = log.into_bytes();
         let length = HEAD + content.len();
-        let short = u32::try_from(length).map_err(|_| ShardError::new(out, "a stretch has more than 4 GiB of cuts"))?;
+        let short =
+            u32::try_from(length).map_err(|_too_long| ShardError::new(out, "a stretch has more than 4 GiB of cuts"))?;
         let mut head = short.to_le_bytes().to_vec();
         head.extend([first.id, last.id].iter().flat_map(|id| id.to_le_bytes()));
         head.extend(motion(&sweeps.items, &sweeps.measures));
