@@ -93,7 +93,7 @@ impl<'a> ShareReplay<'a> {
 }
 
 impl TriDexel {
-    /// Tiles of rays, of which [`Self::keep_share`] keeps some.
+    /// Tiles of rays: entries of the loads and owners of a division into shares.
     pub fn ray_tiles(&self) -> usize {
         self.tiles.len()
     }
