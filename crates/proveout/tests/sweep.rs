@@ -398,6 +398,8 @@ fn shards_are_those_of_a_single_run() {
         ("shards = 0\n".into(), "shards = 0: a run is split into 1 to 1024"),
         ("shards = 2000\n".into(), "shards = 2000"),
         (String::new(), "the sweep varies nothing"),
+        ("shards = 2\nkeep = \"folder\"\n".into(), "a run in shards keeps its whole folder"),
+        (format!("seed = 3\n{PROGRAMS}"), "`seed` belongs to a Latin hypercube"),
     ] {
         let folder = small(&head);
         let (_, fault) = told(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);

@@ -37,12 +37,10 @@ pub struct SweepFile {
     pub method: DesignFile,
     /// Jobs of a Latin hypercube.
     pub draws: Option<usize>,
-    /// Where the order of a Latin hypercube begins.
-    #[serde(default)]
-    pub seed: u64,
-    /// What is kept of every run.
-    #[serde(default)]
-    pub keep: KeepFile,
+    /// Where the order of a Latin hypercube begins; 0 when left out.
+    pub seed: Option<u64>,
+    /// What is kept of every run; the verdict when left out. A run in shards keeps its whole folder.
+    pub keep: Option<KeepFile>,
     /// Jobs into which a single run is split: each cuts its share of the stock.
     #[serde(default)]
     #[schemars(with = "Option<u16>")]
@@ -145,8 +143,16 @@ impl Sweep {
             }
             (_, None) => 0,
         };
+        if file.seed.is_some() && file.method != DesignFile::LatinHypercube {
+            let help = "leave it out, or write method = \"latin-hypercube\"";
+            return Err(fault(0, "`seed` belongs to a Latin hypercube".into(), help));
+        }
+        if let (Some(shards), Some(_)) = (&file.shards, file.keep) {
+            let message = "`keep` says what is kept of many runs: a run in shards keeps its whole folder".into();
+            return Err(fault(shards.span().start, message, "leave `keep` out, or `shards`"));
+        }
         let axes: Vec<VaryFile> = file.vary.iter().map(|v| v.get_ref().clone()).collect();
-        let design = Design::new(file.method, &axes, draws, file.seed).map_err(|(k, message)| {
+        let design = Design::new(file.method, &axes, draws, file.seed.unwrap_or(0)).map_err(|(k, message)| {
             fault(
                 file.vary.get(k).map_or(0, |v| v.span().start),
                 message,

@@ -132,7 +132,7 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
         made_by: made_by(),
         name: sweep.file.name.clone(),
         keys: sweep.design.keys().to_vec(),
-        keep: sweep.file.keep,
+        keep: sweep.file.keep.unwrap_or_default(),
         shards,
         jobs: Vec::with_capacity(jobs),
     };
