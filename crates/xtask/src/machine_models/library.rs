@@ -6,7 +6,7 @@ use crate::{
         c_frame::CFrame,
         gantry::Gantry,
         heads::{Fork, Spindle, fork, nutating, spindle},
-        home_zero, hybrid,
+        home_zero, hybrid, kinds,
         numbers::Numbers,
         part::Part,
         singles,
@@ -23,21 +23,29 @@ pub(crate) const LIBRARY: &[(&str, Build)] = &[
     ("bc-head-table-home-zero", |numbers| home_zero::parts(numbers, grinder)),
     ("bc-trunnion", bc_trunnion),
     ("bc-trunnion-home-zero", |numbers| home_zero::parts(numbers, bc_trunnion)),
+    ("dmu-50-type", kinds::dmu_50),
+    ("dmu-65-type", kinds::dmu_65),
     ("fork-head-gantry", fork_head_gantry),
     ("fork-head-home-zero", |numbers| home_zero::parts(numbers, fork_head_gantry)),
+    ("haas-umc-750", |numbers| home_zero::parts(numbers, kinds::umc_750)),
+    ("haas-vf-2-tr160", |numbers| home_zero::parts(numbers, kinds::vf_2)),
+    ("hermle-c42-type", kinds::hermle_c42),
+    ("hurco-vmx42-sr-type", kinds::hurco_vmx42),
     ("jdgr200t", jdgr200t),
     ("linuxcnc-bridge-mill", bridge_mill),
     ("linuxcnc-xyzac-trt", xyzac_trt),
     ("lu-hybrid-ii", hybrid::lu_hybrid),
     ("lu-serial-i", singles::lu_serial),
     ("ma-ac-trunnion", ma_ac_trunnion),
+    ("mikron-hpm-800u-type", kinds::mikron_hpm),
     ("nutating-head-45", nutating_head),
     ("pocket-nc-v2", singles::pocket_nc),
     ("starrag-lx-451", singles::starrag),
     ("three-axis-mill", three_axis),
+    ("variaxis-i600-type", kinds::variaxis),
 ];
 
-fn travels(numbers: &Numbers, joints: [&str; 3]) -> Result<[[f64; 2]; 3], Failure> {
+pub(crate) fn travels(numbers: &Numbers, joints: [&str; 3]) -> Result<[[f64; 2]; 3], Failure> {
     let [a, b, c] = joints.map(|name| numbers.travel(name));
     Ok([a?, b?, c?])
 }

@@ -10,6 +10,7 @@ mod glb;
 mod heads;
 mod home_zero;
 mod hybrid;
+mod kinds;
 mod library;
 mod numbers;
 mod part;

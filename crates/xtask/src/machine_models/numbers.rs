@@ -16,6 +16,8 @@ pub(crate) struct JointNumbers {
     pub(crate) direction: V3,
     /// Travel in mm of a linear joint.
     pub(crate) travel: Option<[f64; 2]>,
+    /// True where it moves the workpiece, against its axis.
+    pub(crate) workpiece: bool,
 }
 
 /// Kinematic numbers of a machine, mm, with all joints at zero.
@@ -50,6 +52,7 @@ impl Numbers {
                 point: joint.get("point_mm").and_then(vector),
                 direction: joint.get("direction").and_then(vector).ok_or_else(|| wrong("a joint without direction"))?,
                 travel: joint.get("travel_mm").and_then(vector),
+                workpiece: word("carries").as_deref() == Some("workpiece"),
             });
         }
         let place = |table: &str, key: &str| content.get(table).and_then(|t| t.get(key));
