@@ -5,6 +5,10 @@
 //! what is estimated or missing is told by [`MassReport`]. Workpiece, fixtures, tool and cutting forces are not in it.
 
 mod newton_euler;
+#[cfg(feature = "rapier")]
+mod rapier_plant;
+#[cfg(not(feature = "rapier"))]
+#[path = "no_rapier.rs"]
 mod rapier_plant;
 mod tree;
 

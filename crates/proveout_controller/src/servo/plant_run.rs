@@ -116,7 +116,11 @@ impl Bank {
         if plant == Plant::Rapier {
             let steps = (cycle / RapierPlant::LONGEST_STEP - 1e-9).ceil().max(1.0);
             let mut plant = RapierPlant::new(&bank.tree, cycle / steps, &armature).map_err(|message| {
-                let help = "add mass to every body and `up`, or take plant = \"newton-euler\"";
+                let help = if cfg!(feature = "rapier") {
+                    "add mass to every body and `up`, or take plant = \"newton-euler\""
+                } else {
+                    "build with `--features rapier`, or take plant = \"newton-euler\""
+                };
                 fault(machine, 0, &format!("the plant cannot be made: {message}"), help)
             })?;
             let mut at = home;

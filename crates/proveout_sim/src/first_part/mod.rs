@@ -267,7 +267,12 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
                 })
                 .collect();
             let (value, reason) = place::propose_mount(&machine, &stock.value.aabb(), &reaches);
-            Reasoned { value, reason }
+            if readings.iter().any(|r| r.tcp) {
+                let range = |mount: &Vector| place::range_of_z(&machine, &follow(mount));
+                place::lifted(&machine, value, reason, &range)
+            } else {
+                Reasoned { value, reason }
+            }
         }
     };
     let offsets: Vec<(String, [f64; 3], String)> = offsets

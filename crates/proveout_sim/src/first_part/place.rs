@@ -3,12 +3,17 @@
 //! *Stock.* Where neither program nor call states it: the box of what the cutters reach in feed while they move sideways, up to the highest
 //! of these motions or the program's zero, down to the lowest. Where a tool goes down in rapid beside it there is no material: the box is cut
 //! back on the side that costs least. Sides that are not cut back get an allowance, since a cutter inside of a part does not reach its walls.
+//! A tool that only goes down makes holes: they lie in the stock by twice their radius, which reaches down to where a point of 118 degrees
+//! begins.
 //!
 //! *Mounting.* The middle of the stock stands over the middle of the table, its lower face 50 mm above it, or where the travel of Z allows every
 //! tool to reach its cuts.
 
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_machine::Machine;
+
+use super::Reasoned;
+use super::reading::Reading;
 
 /// Allowance of sides that no descent bounds, mm.
 const ALLOWANCE_MM: f64 = 5.0;
@@ -27,7 +32,12 @@ pub(crate) struct Swept<'a> {
     pub(crate) sideways: Aabb,
     pub(crate) feed: Aabb,
     pub(crate) descents: &'a [Point],
+    /// It leaves the z axis of the workpiece.
+    pub(crate) tilted: bool,
 }
+
+/// Length of a drill's point of 118 degrees over the radius.
+const DRILL_POINT: f64 = 0.6;
 
 /// The stock that the motion speaks for; none without motion in feed.
 pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
@@ -51,7 +61,7 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     let (lowest, highest) = (all.min.z, all.max.z);
     let at_zero = lowest < 0.0 && highest <= ABOVE_MM;
     let top = if at_zero { highest.max(0.0) } else { highest + ABOVE_MM };
-    let bottom = lowest - 1.0;
+    let mut bottom = lowest - 1.0;
     // Sides: [axis][low, high].
     let mut cut_back = [[false; 2]; 2];
     let mut places = 0;
@@ -87,9 +97,18 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
         all.min[axis] = round(all.min[axis], cut_back[0]);
         all.max[axis] = round(all.max[axis], !cut_back[1]);
     }
+    for drill in tools.iter().filter(|t| sideways && t.sideways.is_empty() && !t.feed.is_empty() && !t.tilted) {
+        for axis in 0..2 {
+            let wall = 2.0 * drill.radius;
+            let (low, high) = (drill.feed.min[axis] - wall, drill.feed.max[axis] + wall);
+            all.min[axis] = all.min[axis].min((low / ROUND_MM).floor() * ROUND_MM);
+            all.max[axis] = all.max[axis].max((high / ROUND_MM).ceil() * ROUND_MM);
+        }
+        bottom = bottom.min(drill.feed.min.z + DRILL_POINT * drill.radius);
+    }
     (all.min.z, all.max.z) = ((bottom / ROUND_MM).floor() * ROUND_MM, top);
     let how = format!(
-        "the room that the cutters reach in feed, {}, 1 mm below the lowest cut{}",
+        "the room that the cutters reach in feed, {}, 1 mm below the lowest cut or to the end of the deepest hole{}",
         if at_zero { "up to the zero of the program or the highest cut" } else { "1 mm above the highest cut" },
         match places {
             0 => format!(", {ALLOWANCE_MM} mm more on each side"),
@@ -140,6 +159,47 @@ pub(crate) fn propose_mount(machine: &Machine, stock: &Aabb, reaches: &[Reach]) 
     }
 }
 
+/// Lowest and highest position of Z in motion of programs; none where no axis of this letter moves.
+pub(crate) fn range_of_z(machine: &Machine, readings: &[Reading]) -> Option<[f64; 2]> {
+    let z = machine.joint_for_letter('Z')?;
+    let ranges = readings.iter().filter_map(|r| r.joints.get(&z)).map(|[low, high]| [low.0, high.0]);
+    ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+}
+
+/// Room that is left to the end of the travel of Z, mm.
+const ROOM_MM: f64 = 5.0;
+/// Most times that a mount is shifted: on a table that tilts Z does not follow it in full.
+const MOST_SHIFTS: usize = 4;
+
+/// A mount at which Z stays within its travel in all motion, `range` told of a mount, as long as a shift along Z does it.
+pub(crate) fn lifted(
+    machine: &Machine,
+    mount: Vector,
+    reason: String,
+    range: &dyn Fn(&Vector) -> Option<[f64; 2]>,
+) -> Reasoned<Vector> {
+    let travel = machine.joint_for_letter('Z').and_then(|z| machine.joints[z].travel);
+    let Some([least, most]) = travel else { return Reasoned { value: mount, reason } };
+    let mut shifted = mount;
+    for _ in 0..MOST_SHIFTS {
+        let Some([low, high]) = range(&shifted) else { break };
+        let up = least - low;
+        if up <= 0.0 {
+            if shifted == mount {
+                break;
+            }
+            let reason =
+                format!("{reason}; {:.0} mm higher, so that Z reaches every place of the program", shifted.z - mount.z);
+            return Reasoned { value: shifted, reason };
+        }
+        if high + up + ROOM_MM > most {
+            break;
+        }
+        shifted.z = (shifted.z + up + ROOM_MM).ceil();
+    }
+    Reasoned { value: mount, reason }
+}
+
 /// How a design lies to what it is to be cut from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fit {
@@ -183,13 +243,20 @@ mod tests {
         // Round a part of 100 x 60 mm with a cutter of 10 mm radius; it goes down at x = -25.
         let path = aabb([-25.0, -10.0, -8.0], [110.0, 70.0, -8.0]);
         let descents = [Point::new(-25.0, 0.0, -7.0)];
-        let contour = Swept { radius: 10.0, faces: false, sideways: path, feed: path, descents: &descents };
+        let contour =
+            Swept { radius: 10.0, faces: false, sideways: path, feed: path, descents: &descents, tilted: false };
         let (stock, how) = propose_stock(&[contour]).expect("motion");
         assert_eq!((stock.min.x, stock.max.z, stock.min.z), (-15.0, 0.0, -9.0));
         assert!(how.contains("1 places"), "{how}");
         // The other sides: reach of the cutter and the allowance.
         assert_eq!((stock.max.x, stock.min.y, stock.max.y), (125.0, -25.0, 85.0));
         assert!(propose_stock(&[]).is_none());
+        // A drill of 5 mm radius 30 mm deep at x = 120 and -20.
+        let holes = aabb([-20.0, 10.0, -30.0], [120.0, 50.0, 2.0]);
+        let drill =
+            Swept { radius: 5.0, faces: false, sideways: Aabb::empty(), feed: holes, descents: &[], tilted: false };
+        let (stock, _) = propose_stock(&[contour, drill]).expect("motion");
+        assert_eq!((stock.min.x, stock.max.x, stock.min.z, stock.max.z), (-30.0, 130.0, -27.0, 0.0));
     }
 
     #[test]

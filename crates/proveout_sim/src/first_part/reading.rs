@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use proveout_geom::{Aabb, Point};
-use proveout_machine::Machine;
+use proveout_machine::{JointValues, Machine};
 use proveout_nc::{
     AXIS_LETTERS, Command, Dialect, Location, Motion, Offset, Op, Settings, Survey, ToolAction, ToolName,
 };
@@ -13,6 +13,10 @@ use super::trace::{TraceSetup, Tracer, Way, WayKind};
 
 /// Most descents that are kept a tool: places where it goes down in rapid.
 const MAX_DESCENTS: usize = 10_000;
+/// A motion that goes down by more than five times its way across goes into material or to it, and not along it.
+const STEEP: f64 = 0.2;
+/// Cosine of the tilt below which a tool stands upright: 3 degrees.
+const UPRIGHT: f64 = 0.9986;
 /// Turns below this are none, radian.
 const NO_TURN: f64 = 1e-9;
 
@@ -24,7 +28,8 @@ pub(crate) struct ToolUse {
     pub(crate) at: Location,
     /// Tip in feed, workpiece frame.
     pub(crate) feed: Aabb,
-    /// Tip in feed while it moves sideways to its axis.
+    /// Tip in feed while it moves sideways to its axis. Of an upright tool the lower end of each motion counts: what it came down from may
+    /// be air.
     pub(crate) sideways: Aabb,
     /// Ends of rapid motions that go down along the tool axis.
     pub(crate) descents: Vec<Point>,
@@ -66,7 +71,7 @@ pub(crate) struct Reading {
     /// table.
     pub(crate) indexed: Option<Location>,
     pub(crate) machine_moves: Vec<MachineMove>,
-    /// Lowest and highest position of each joint in motion of the axes, where the program is.
+    /// Lowest and highest position of each joint, where the program is; under tool center point control at the ends of motions.
     pub(crate) joints: BTreeMap<usize, [(f64, Location); 2]>,
 }
 
@@ -92,7 +97,12 @@ impl Reading {
         };
         let survey = Survey::of_file(path, settings, &mut |command, _: Dialect| {
             let way = tracer.step(command);
-            state.look(command, way.as_ref(), &tracer);
+            let joints = match &way {
+                Some(way) if way.joints.is_none() && !way.machine => tracer.joints_under_tip(),
+                Some(way) => way.joints.filter(|_| !way.machine),
+                None => None,
+            };
+            state.look(command, way.as_ref(), joints.as_ref(), &tracer);
             None
         });
         let Collecting { mut tools, offsets, rotary, tcp, indexed, machine_moves, joints, .. } = state;
@@ -114,7 +124,7 @@ struct Collecting<'a> {
 }
 
 impl Collecting<'_> {
-    fn look(&mut self, command: &Command, way: Option<&Way>, tracer: &Tracer<'_>) {
+    fn look(&mut self, command: &Command, way: Option<&Way>, joints: Option<&JointValues>, tracer: &Tracer<'_>) {
         let at = &command.location;
         match &command.op {
             Op::Tool(ToolAction::Change(name)) => self.change(name, at),
@@ -137,7 +147,7 @@ impl Collecting<'_> {
                 |&j: &usize| self.machine.joints[j].is_rotary() && (q[j] - self.machine.joints[j].home).abs() > NO_TURN;
             self.machine.work_chain.iter().any(turned)
         });
-        if let Some(q) = way.joints.filter(|_| !way.machine) {
+        if let Some(q) = joints {
             for j in 0..self.machine.joints.len() {
                 let [low, high] = self.joints.entry(j).or_insert_with(|| [(q[j], at.clone()), (q[j], at.clone())]);
                 if q[j] < low.0 {
@@ -174,9 +184,15 @@ impl Collecting<'_> {
                 }
                 way.points.iter().skip(usize::from(!way.from_known)).for_each(|p| tool.feed.grow(p));
                 if let [from, .., to] = &way.points[..] {
-                    let along = way.axis * (to - from).dot(&way.axis);
-                    if (to - from - along).norm() > 1e-6 || way.points.len() > 2 {
-                        way.points.iter().for_each(|p| tool.sideways.grow(p));
+                    let along = (to - from).dot(&way.axis);
+                    let across = (to - from - way.axis * along).norm();
+                    if way.points.len() > 2 || across > 1e-6_f64.max(STEEP * -along) {
+                        let upright = way.axis.z > UPRIGHT;
+                        for pair in way.points.windows(2) {
+                            let low = pair[0].z.min(pair[1].z);
+                            let lowered = |p: &Point| if upright { Point::new(p.x, p.y, low) } else { *p };
+                            pair.iter().for_each(|p| tool.sideways.grow(&lowered(p)));
+                        }
                     }
                 }
                 tool.first_feed.get_or_insert_with(|| at.clone());

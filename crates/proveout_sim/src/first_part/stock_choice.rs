@@ -134,6 +134,7 @@ pub(super) fn stock(
             sideways: t.sideways,
             feed: t.feed,
             descents: &t.descents,
+            tilted: t.tilted,
         })
         .collect();
     let mut proposed = if guessed { None } else { place::propose_stock(&swept) };

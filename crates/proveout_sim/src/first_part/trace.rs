@@ -207,6 +207,14 @@ impl<'a> Tracer<'a> {
         told.then_some(Some(self.q))
     }
 
+    /// The joints under the tip, those nearest to where the axes stood; none where no position of the axes leads there.
+    pub(crate) fn joints_under_tip(&mut self) -> Option<JointValues> {
+        let solution = self.machine.inverse_nearest(self.tip.as_ref()?, self.gauge(), &self.q).ok()?;
+        self.q = solution.q;
+        self.joints_known = true;
+        Some(self.q)
+    }
+
     /// The joints under the tip, after motion that told the tip alone.
     fn solve_joints(&mut self) {
         if self.joints_known {

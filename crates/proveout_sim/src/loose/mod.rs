@@ -17,12 +17,19 @@
 //! | `neighbors` | part, fixtures, machine, tool and the rest of the stock as bodies |
 //! | `lying` | places where parts lie, against what moves later |
 //! | `wording` | what is told |
+//!
+//! Rapier is the feature `rapier`. Without it (`no_rapier`) parts that come off are found and told, none is followed, and the gates
+//! are unchecked from then on.
 
 mod course;
 mod fall;
 mod lying;
 mod neighbors;
 mod pieces;
+#[cfg(feature = "rapier")]
+mod rapier_world;
+#[cfg(not(feature = "rapier"))]
+#[path = "no_rapier.rs"]
 mod rapier_world;
 mod wording;
 

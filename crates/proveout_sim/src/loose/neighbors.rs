@@ -9,7 +9,7 @@ use super::{
     course::{Course, felt},
     fall::{Decision, End, Fall},
     pieces::pieces,
-    rapier_world::{Body, Standing, hull},
+    rapier_world::{Body, IS_BUILT, Standing, hull},
 };
 use crate::prepare::Prepared;
 
@@ -32,6 +32,9 @@ pub(super) fn follow(
     let part = taken.stock();
     let surface = part.surface();
     let mesh = surface.mesh.transformed(&prepared.table_from_work);
+    if !IS_BUILT {
+        return (unknown("this program was built without Rapier (feature `rapier`)"), Some(mesh));
+    }
     let cell = part.cell_mm();
     let (Some(pieces), Some(moments)) = (pieces(part, &surface, 0.5 * cell), part.moments()) else {
         return (unknown("it is too thin for a shape"), None);

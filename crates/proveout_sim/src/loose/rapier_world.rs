@@ -27,6 +27,9 @@ const SUBSTEPS: usize = 4;
 /// Size of the parts, m: scales the tolerances of the library.
 const LENGTH_UNIT: f64 = 0.01;
 
+/// Whether falls can be followed.
+pub(super) const IS_BUILT: bool = true;
+
 /// What is taken for granted of two bodies that touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {

@@ -192,7 +192,8 @@ fn models_are_small() {
         assert!(size < 250_000, "{name}: {size} bytes");
         total += size;
     }
-    assert!(total < 3_000_000, "{total} bytes");
+    // A clone carries them all.
+    assert!(total < 4_000_000, "{total} bytes");
 }
 
 /// Rows of a table of reference values, by column name; texts stay texts.
