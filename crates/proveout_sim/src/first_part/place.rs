@@ -25,6 +25,7 @@ pub(crate) const ABOVE_TABLE_MM: f64 = 50.0;
 const ROUND_MM: f64 = 0.5;
 
 /// What one tool does, for the stock.
+#[derive(Clone, Copy)]
 pub(crate) struct Swept<'a> {
     pub(crate) radius: f64,
     /// It faces: it runs out over the edges of the stock by its radius.
