@@ -9,7 +9,7 @@ use crate::{
     SpindleData, TableData, Trust,
     bodies::read_bodies,
     chain::Chain,
-    description::{JointFile, KinematicsFile, MachineFile, Notes, RapidFile},
+    description::{JointFile, KinematicsFile, MachineFile, Notes, RapidFile, ZeroFile},
     errors_reader::read_errors,
     joint_reader::read_joint,
     pairs::read_pairs,
@@ -112,7 +112,14 @@ fn assemble(source: &Document<'_>, content: &MachineFile) -> Result<Machine, Inp
         actual: None,
         places: Places::new(source),
     };
-    Ok(machine.recompiled())
+    let machine = machine.recompiled();
+    match content.zero {
+        ZeroFile::File => Ok(machine),
+        ZeroFile::Home => machine.zero_at_home().map_err(|why| {
+            let message = format!("X, Y and Z cannot be zero at home: {why}");
+            source.error("machine-zero", &[Key("zero")], message, "leave the key out, or state what is missing")
+        }),
+    }
 }
 
 pub(crate) fn attachment(

@@ -27,6 +27,9 @@ pub(crate) struct MachineFile {
     pub(crate) description: String,
     /// Direction against gravity in machine coordinates, a unit vector; loads by weight are not known without it.
     pub(crate) up: Option<[f64; 3]>,
+    /// Where control and programs count X, Y and Z from. Everything else of the file counts as it is written, with either word.
+    #[serde(default)]
+    pub(crate) zero: ZeroFile,
     /// glTF file with the meshes of bodies that name a node, beside machine.toml.
     pub(crate) model: Option<String>,
     /// Axes, in the order of tables and reports.
@@ -51,6 +54,17 @@ pub(crate) struct MachineFile {
     /// Pairs of bodies with a rule of their own.
     #[serde(default)]
     pub(crate) pairs: Vec<PairFile>,
+}
+
+/// Zero of X, Y and Z.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum ZeroFile {
+    /// As the file counts them.
+    #[default]
+    File,
+    /// At home: travel, home and tool change position are those of the file less `home_mm`.
+    Home,
 }
 
 /// Slide or turn.

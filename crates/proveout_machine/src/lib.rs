@@ -68,6 +68,7 @@ mod structure;
 mod table;
 #[cfg(test)]
 mod testing;
+mod zero_at_home;
 
 pub use description::machine_schema;
 pub use diagnose::{Diagnosis, MissingLimit, Severity};

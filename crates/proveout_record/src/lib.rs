@@ -54,6 +54,7 @@
 //! [`Outcome`]: proveout_sim::observer::Outcome
 
 mod canvas;
+mod chart;
 mod classes;
 mod clearance;
 mod color;

@@ -17,7 +17,7 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::{
-    compare::chart::{Chart, Series, Style},
+    chart::{Chart, Series, Style},
     error::RecordError,
     page_safety::{policy, without_steering},
     table::{Column, Kind, Table},

@@ -81,5 +81,7 @@
       const text = e.textContent.toLowerCase();
       e.hidden = !words.every((w) => text.includes(w));
     });
+    // What is found is seen.
+    if (words.length) document.querySelectorAll('details.rest').forEach((d) => { d.open = true; });
   }));
 })();

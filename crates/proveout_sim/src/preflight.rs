@@ -11,7 +11,7 @@ use proveout_machine::{Joint, Machine};
 use proveout_nc::{AXIS_LETTERS, Location, ToolName};
 
 use crate::first_part::place::{Fit, fit};
-use crate::first_part::reading::{Reading, ToolUse};
+use crate::first_part::reading::{MachineMove, Reading, ToolUse};
 use crate::first_part::{setup, shown};
 use crate::prepare::{Prepared, length_active_after_change};
 
@@ -40,7 +40,7 @@ impl Cause {
 }
 
 /// `lines 3, 8 and 4 more`.
-fn lines<'a>(places: impl IntoIterator<Item = &'a Location>) -> String {
+pub(crate) fn lines<'a>(places: impl IntoIterator<Item = &'a Location>) -> String {
     let mut all: Vec<u32> = places.into_iter().map(|l| l.line).collect();
     all.sort_unstable();
     all.dedup();
@@ -86,8 +86,8 @@ pub(crate) fn outside_travel(machine: &Machine, readings: &[Reading]) -> Vec<Cau
         );
         let add = if from_home {
             format!(
-                "the program counts from home and {} from its table: take a machine with its zero at home (`proveout new --list-machines`), or write \
-                 {:.3} for {value:.3}",
+                "the program counts from home and {} from its table: write zero = \"home\" as the first line of its machine.toml and take the \
+                 work offsets from there (`proveout new` does both in a copy), or write {:.3} for {value:.3}",
                 machine.name,
                 joint.kind.in_unit(joint.home) + value
             )
@@ -254,6 +254,11 @@ fn axes(machine: &Machine, reading: &Reading) -> Vec<Cause> {
             unit(limit),
             trust(machine, joint)
         );
+        // Where the program has sent it by a position of the machine it still stands: that is told already.
+        let letter_of = |m: &MachineMove| machine.joint_for_letter(m.letter) == Some(j);
+        if reading.machine_moves.iter().any(|m| letter_of(m) && (m.value - value).abs() < 1e-9) {
+            continue;
+        }
         let fits = high.0 - low.0 <= most - least;
         let linear = AXIS_LETTERS[..3].iter().any(|l| machine.joint_for_letter(*l) == Some(j));
         let add = match (fits, linear) {

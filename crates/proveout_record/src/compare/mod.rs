@@ -1,6 +1,5 @@
 //! Files of a comparison: `compare.json` and the page `compare.html`.
 
-pub(crate) mod chart;
 mod page;
 mod part;
 mod rows;

@@ -7,13 +7,12 @@ use proveout_sim::compare::{Compared, Comparison, Pictures, Role, Study, StudyCu
 use serde::Serialize;
 
 use super::{
-    Trace,
-    chart::{Chart, DotRow, Series, Style, dots},
-    part,
+    Trace, part,
     rows::{self, judged},
 };
 use crate::page_safety::{policy, without_steering};
 use crate::{
+    chart::{Chart, DotRow, Series, Style, dots},
     error::RecordError,
     report::{format::fixed, rows::symbol},
 };

@@ -6,10 +6,12 @@ use proveout_sim::{
 };
 use serde::Serialize;
 
-use super::chart::Style;
-use crate::report::{
-    format::{compact, fixed, length_or_dash},
-    rows::symbol,
+use crate::{
+    chart::Style,
+    report::{
+        format::{compact, fixed, length_or_dash},
+        rows::symbol,
+    },
 };
 
 /// Class and word of a judgement.

@@ -12,7 +12,7 @@
 //!       /stock/<i_j_k>          tiles of the stock, logged again when they change
 //!       /stock/patch_<name>/<i_j_k>  the same of a patch, in its window instead of the stock
 //!       /part                   design part
-//!       /path/{feed,rapid}/<n>  path of the tip, growing with time
+//!       /path/{feed,rapid}/<n>  path of the tip, growing with time, in feed colored by the feed reached over the programmed one
 //!       /findings               places of the findings
 //!       /surface                cut part at the end, colored by deviation
 //! /axes/<joint>/{position,velocity,acceleration,jerk,following_error}   mm or degrees, seconds

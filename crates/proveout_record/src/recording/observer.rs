@@ -30,7 +30,7 @@ use crate::{
         stock::StockTiles,
         thin::MotionThinner,
         tool::tool_pictures,
-        trace::Trace,
+        trace::{Trace, class_of},
         tracks::{Mover, Moving, Signal},
     },
     texture::{ShownTexture, range_of},
@@ -48,8 +48,16 @@ const PATH_BINS: usize = 48;
 /// Places of findings that are marked.
 const MARKS: usize = 300;
 
-const FEED_COLOR: Rgba = [64, 148, 232, 255];
-const RAPID_COLOR: Rgba = [236, 150, 60, 255];
+/// Path in feed by the class of the feed that is reached, from all of it to less than a fifth.
+const FEED_COLORS: [Rgba; 6] = [
+    [64, 148, 232, 255],
+    [70, 190, 190, 255],
+    [110, 190, 90, 255],
+    [230, 200, 60, 255],
+    [240, 130, 50, 255],
+    [226, 60, 60, 255],
+];
+const RAPID_COLOR: Rgba = [150, 150, 165, 255];
 const FINDING_COLOR: Rgba = [230, 60, 70, 255];
 const FIXTURE_COLOR: Rgba = [120, 128, 140, 255];
 const LOOSE_COLOR: Rgba = [200, 120, 70, 255];
@@ -100,6 +108,8 @@ struct Open {
     patches: Vec<String>,
     frames: Frames<Picture>,
     trace: Trace,
+    /// Of the feed at the newest sample that a piece of the path was held against.
+    class: usize,
     marks: Vec<([f64; 3], String)>,
     last_joints: Option<(f64, JointValues)>,
     surface: SurfacePicture,
@@ -262,6 +272,7 @@ impl Open {
             patches: setup.patches.iter().map(|p| p.name().to_owned()).collect(),
             frames: Frames::default(),
             trace: Trace::default(),
+            class: 0,
             marks: Vec::new(),
             last_joints: None,
             surface: SurfacePicture::new(SURFACE_TRIANGLES),
@@ -274,9 +285,15 @@ impl Open {
 
     fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), RecordError> {
         let work_from_table = setup.table_from_work.inverse();
+        let mut samples = batch.samples.iter().peekable();
         for piece in batch.pieces {
             let [from, to] = piece.pose.map(|p| work_from_table.point(&p.tip));
-            self.trace.push(piece.kind, piece.time, from, to);
+            let middle = 0.5 * (piece.time[0] + piece.time[1]);
+            while let Some(sample) = samples.next_if(|s| s.time <= middle) {
+                self.class = class_of(sample.feed, sample.feed_programmed);
+            }
+            let class = if piece.kind == MoveKind::Feed { self.class } else { 0 };
+            self.trace.push(piece.kind, class, piece.time, from, to);
         }
         // Samples and events in the order of time, since a tool change moves the tip frame.
         let mut events = batch.events.iter().peekable();
@@ -446,15 +463,17 @@ impl Open {
     }
 
     fn send_path(&mut self, end: f64) -> Result<(), RecordError> {
-        let mut bins: std::collections::BTreeMap<(usize, bool), Vec<Vec<[f32; 3]>>> = Default::default();
+        let mut bins: std::collections::BTreeMap<(usize, bool), Vec<(Vec<[f32; 3]>, Rgba)>> = Default::default();
         for (bin, strip) in std::mem::take(&mut self.trace).finish(end, PATH_BINS) {
             let points = strip.points.into_iter().map(|p| p.1).collect();
-            bins.entry((bin, strip.kind == MoveKind::Feed)).or_default().push(points);
+            let feed = strip.kind == MoveKind::Feed;
+            let color = if feed { FEED_COLORS[strip.class.min(FEED_COLORS.len() - 1)] } else { RAPID_COLOR };
+            bins.entry((bin, feed)).or_default().push((points, color));
         }
         for ((bin, feed), strips) in bins {
-            let (name, color) = if feed { ("feed", FEED_COLOR) } else { ("rapid", RAPID_COLOR) };
+            let name = if feed { "feed" } else { "rapid" };
             let entity = path(["machine", "table", "work", "path", name, &format!("{bin:02}")]);
-            self.sink.lines(entity, end * (bin + 1) as f64 / PATH_BINS as f64, &strips, color)?;
+            self.sink.lines(entity, end * (bin + 1) as f64 / PATH_BINS as f64, &strips)?;
         }
         Ok(())
     }

@@ -144,16 +144,15 @@ impl Sink {
         self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
     }
 
-    /// Lines of one color.
+    /// Lines, each with its color.
     pub(crate) fn lines(
         &self,
         path: EntityPath,
         time: f64,
-        strips: &[Vec<[f32; 3]>],
-        color: Rgba,
+        strips: &[(Vec<[f32; 3]>, Rgba)],
     ) -> Result<(), RecordError> {
-        let what = rerun::LineStrips3D::new(strips.iter().map(|s| s.iter().copied()))
-            .with_colors([rerun::Color::from_rgb(color[0], color[1], color[2])])
+        let what = rerun::LineStrips3D::new(strips.iter().map(|(points, _)| points.iter().copied()))
+            .with_colors(strips.iter().map(|(_, c)| rerun::Color::from_rgb(c[0], c[1], c[2])))
             .with_radii([rerun::Radius::new_ui_points(0.75)]);
         self.log(path, Some(time), &what)
     }

@@ -10,10 +10,23 @@ const POINTS: usize = 200_000;
 /// Left-out points that are checked against the line.
 const HELD: usize = 64;
 
-/// A line of one kind of motion.
+/// Shares of the programmed feed below which the classes behind the first begin.
+pub(crate) const REACHED: [f64; 5] = [0.95, 0.8, 0.6, 0.4, 0.2];
+/// Shortest time in one class before the next may begin, s: what is shorter is less than a pixel at any useful zoom.
+const IN_CLASS: f64 = 0.02;
+
+/// Class of a motion by the feed that it reached over that which is programmed: 0 for 95 percent and more, 5 below 20. Without a
+/// programmed feed nothing is missed.
+pub(crate) fn class_of(reached: f64, programmed: f64) -> usize {
+    if programmed > 0.0 { REACHED.iter().filter(|r| reached < *r * programmed).count() } else { 0 }
+}
+
+/// A line of one kind of motion, its feed in one class.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Strip {
     pub(crate) kind: MoveKind,
+    /// See [`class_of`]; 0 of rapids.
+    pub(crate) class: usize,
     /// Time (s) and position (mm) of each point.
     pub(crate) points: Vec<(f64, [f32; 3])>,
 }
@@ -27,26 +40,38 @@ pub(crate) struct Trace {
     /// Points after it that are left out so far.
     held: Vec<(f64, Point)>,
     tolerance: f64,
+    in_class: f64,
     count: usize,
 }
 
 impl Default for Trace {
     fn default() -> Self {
-        Self { strips: Vec::new(), anchor: Point::origin(), held: Vec::new(), tolerance: TOLERANCE, count: 0 }
+        Self {
+            strips: Vec::new(),
+            anchor: Point::origin(),
+            held: Vec::new(),
+            tolerance: TOLERANCE,
+            in_class: IN_CLASS,
+            count: 0,
+        }
     }
 }
 
 impl Trace {
-    /// Adds a straight piece from one time and point to another; a gap or another kind of motion begins a new line.
-    pub(crate) fn push(&mut self, kind: MoveKind, times: [f64; 2], from: Point, to: Point) {
+    /// Adds a straight piece from one time and point to another; a gap, another kind of motion or another class begins a new line.
+    pub(crate) fn push(&mut self, kind: MoveKind, class: usize, times: [f64; 2], from: Point, to: Point) {
         if !from.iter().chain(to.iter()).all(|v| v.is_finite()) {
             return;
         }
         let end = self.held.last().map_or(self.anchor, |h| h.1);
-        let goes_on = self.strips.last().is_some_and(|s| s.kind == kind) && (end - from).norm() <= TOLERANCE;
+        let same = |s: &Strip| {
+            let young = s.points.first().is_some_and(|(begin, _)| times[0] - begin < self.in_class);
+            s.kind == kind && (s.class == class || young)
+        };
+        let goes_on = self.strips.last().is_some_and(same) && (end - from).norm() <= TOLERANCE;
         if !goes_on {
             self.close();
-            self.strips.push(Strip { kind, points: Vec::new() });
+            self.strips.push(Strip { kind, class, points: Vec::new() });
             self.keep(times[0], from);
         }
         if self.held.len() >= HELD || !self.held.iter().all(|(_, p)| off_line(&self.anchor, &to, p) <= self.tolerance) {
@@ -70,6 +95,7 @@ impl Trace {
             self.count += 1;
             if self.count.is_multiple_of(POINTS) {
                 self.tolerance *= 2.0;
+                self.in_class *= 2.0;
             }
         }
     }
@@ -87,7 +113,7 @@ impl Trace {
                     Some((open, line)) if *open == b => line.points.push(pair[1]),
                     other => {
                         out.extend(other.take());
-                        *other = Some((b, Strip { kind: strip.kind, points: pair.to_vec() }));
+                        *other = Some((b, Strip { kind: strip.kind, class: strip.class, points: pair.to_vec() }));
                     }
                 }
             }
@@ -121,9 +147,9 @@ mod tests {
             }
         };
         for i in 0..8000 {
-            trace.push(MoveKind::Feed, [f64::from(i) * 0.001, f64::from(i + 1) * 0.001], at(i), at(i + 1));
+            trace.push(MoveKind::Feed, 0, [f64::from(i) * 0.001, f64::from(i + 1) * 0.001], at(i), at(i + 1));
         }
-        trace.push(MoveKind::Rapid, [8.0, 9.0], at(8000), Point::new(0.0, 0.0, 50.0));
+        trace.push(MoveKind::Rapid, 0, [8.0, 9.0], at(8000), Point::new(0.0, 0.0, 50.0));
         let strips = trace.finish(9.0, 3);
         assert_eq!(strips.iter().map(|s| s.0).collect::<Vec<_>>(), [0, 1, 2, 2]);
         assert_eq!(strips.last().map(|s| s.1.kind), Some(MoveKind::Rapid));
@@ -143,9 +169,34 @@ mod tests {
     fn gaps_begin_a_new_line() {
         let mut trace = Trace::default();
         let p = |x: f64| Point::new(x, 0.0, 0.0);
-        trace.push(MoveKind::Feed, [0.0, 1.0], p(0.0), p(1.0));
-        trace.push(MoveKind::Feed, [1.0, 2.0], p(5.0), p(6.0));
-        trace.push(MoveKind::Feed, [2.0, 3.0], p(f64::NAN), p(6.0));
+        trace.push(MoveKind::Feed, 0, [0.0, 1.0], p(0.0), p(1.0));
+        trace.push(MoveKind::Feed, 0, [1.0, 2.0], p(5.0), p(6.0));
+        trace.push(MoveKind::Feed, 0, [2.0, 3.0], p(f64::NAN), p(6.0));
         assert_eq!(trace.finish(3.0, 1).len(), 2);
+    }
+
+    #[test]
+    fn the_feed_that_is_reached_parts_the_line_into_classes() {
+        let classes = [1.0, 0.95, 0.94, 0.7, 0.5, 0.3, 0.1].map(|share| class_of(share * 8.0, 8.0));
+        assert_eq!(classes, [0, 0, 1, 2, 3, 4, 5]);
+        assert_eq!((class_of(3.0, 0.0), class_of(0.0, 5.0)), (0, 5));
+        // 10 ms a piece: a corner of 50 ms in class 3 is a line of its own; one of 10 ms in class 5 is shown as long as a line may be short.
+        let class = |i: i32| match i {
+            10..15 => 3,
+            30 => 5,
+            _ => 0,
+        };
+        let mut trace = Trace::default();
+        let at = |i: i32| Point::new(f64::from(i), 0.0, 0.0);
+        for i in 0..50 {
+            let times = [f64::from(i) * 0.01, f64::from(i + 1) * 0.01];
+            trace.push(MoveKind::Feed, class(i), times, at(i), at(i + 1));
+        }
+        let strips = trace.finish(0.5, 1);
+        let shown: Vec<_> =
+            strips.iter().map(|(_, s)| (s.class, s.points[0].1[0], s.points[s.points.len() - 1].1[0])).collect();
+        // The one piece of class 5 begins a line, which is too young to end with it.
+        assert_eq!(shown, [(0, 0.0, 10.0), (3, 10.0, 15.0), (0, 15.0, 30.0), (5, 30.0, 32.0), (0, 32.0, 50.0)]);
+        assert!(strips.windows(2).all(|w| w[0].1.points.last() == w[1].1.points.first()), "no gap between lines");
     }
 }

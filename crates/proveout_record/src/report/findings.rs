@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use proveout_sim::{
-    finding::{CODES, Family, Finding, INSPECTION, Severity},
+    finding::{CODES, Family, Finding, INSPECTION, NEAR_MISS, Severity},
     listing::Listing,
 };
 use serde::Serialize;
@@ -15,6 +15,8 @@ use crate::report::format::{compact, count, duration, file_name, fixed, length};
 const ROWS: usize = 200;
 /// Causes of one code that are shown.
 const CAUSES: usize = 60;
+/// Causes of one code that are unfolded with their group.
+pub(crate) const SHOWN_CAUSES: usize = 8;
 /// Lines that a row of equal notes names.
 const LINES: usize = 12;
 /// Marks on the part: more hide it.
@@ -181,7 +183,8 @@ fn remedy(code: &str) -> &'static str {
     }
 }
 
-/// Groups by code: errors, then warnings, then notes; within a weight in order of first time. Within a code one entry a cause.
+/// Groups by code: errors, then warnings, then notes; within a weight in order of first time, near misses last, since all that hits comes near
+/// before. Within a code one entry a cause.
 pub(crate) fn groups(told: &Told<'_>) -> Vec<Group> {
     let findings = told.findings;
     let marked: Vec<String> = marks(findings).into_iter().map(|m| m.id).collect();
@@ -190,7 +193,7 @@ pub(crate) fn groups(told: &Told<'_>) -> Vec<Group> {
         by_code.entry(&f.code).or_default().push(i);
     }
     let mut order: Vec<(&str, Vec<usize>)> = by_code.into_iter().collect();
-    order.sort_by_key(|(_, list)| (std::cmp::Reverse(findings[list[0]].severity), list[0]));
+    order.sort_by_key(|(code, list)| (std::cmp::Reverse(findings[list[0]].severity), *code == NEAR_MISS.code, list[0]));
     let group = |(code, list): (&str, Vec<usize>)| {
         let severity = findings[list[0]].severity;
         let summary = CODES.iter().find(|c| c.code == code).map_or(code, |c| c.summary.trim_end_matches('.'));

@@ -8,7 +8,6 @@ pub(crate) mod format;
 mod operations;
 mod page;
 mod path;
-pub(crate) mod plot;
 pub(crate) mod rows;
 mod scale;
 mod scallop;

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::page_safety::{policy, without_steering};
 use crate::{
+    chart::{Bar, Strip, histogram, svg},
     color::{DeviationMap, STEEL},
     contact::{ContactPicture, FIRST, SECOND},
     encode::{Shades, base64, deflated, pack_mesh},
@@ -15,9 +16,8 @@ use crate::{
     part::GLB_TRIANGLES,
     report::{
         data::{JointSignals, Page, PartView, ProcessSignals},
-        findings::{Told, groups, marks},
+        findings::{SHOWN_CAUSES, Told, groups, marks},
         format::{compact, count, duration, file_name, fixed, length, length_or_dash, volume},
-        plot::{Bar, Strip, histogram, svg},
         rows::{axes, deviation, drives, inspection, operations, symbol, time, tools},
         scale::Scales,
         scallop::scallop,
@@ -56,7 +56,7 @@ fn notices(v: &Verdict) -> Vec<String> {
 
 /// Writes the page as one string.
 ///
-/// Every value of the run goes through the template's HTML escaping or through [`crate::report::plot::escape`]; only
+/// Every value of the run goes through the template's HTML escaping or through [`crate::chart`]; only
 /// markup made here, the style sheet and the script are put in as they are.
 ///
 /// # Errors
@@ -89,6 +89,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "figures": figures(v),
         "gates": gates(v),
         "groups": groups(&told),
+        "shown_causes": SHOWN_CAUSES,
         "contacts": contacts(page),
         "unchecked": program.unchecked,
         "listing": listing(page),

@@ -3,9 +3,9 @@
 use proveout_sim::verdict::{Scallop, ScallopHeights};
 use serde::Serialize;
 
-use crate::report::{
-    format::{count, fixed},
-    plot::{Bar, histogram},
+use crate::{
+    chart::{Bar, histogram},
+    report::format::{count, fixed},
 };
 
 /// Lines of a table at most; the verdict has more.

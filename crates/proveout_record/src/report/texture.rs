@@ -4,11 +4,11 @@ use proveout_sim::verdict::TextureUsed;
 use serde::Serialize;
 
 use crate::{
+    chart::{Strip, svg},
     color::height_color,
     encode::base64,
     report::{
         format::{count, fixed},
-        plot::{Strip, svg},
         rows::symbol,
     },
     texture::{ShownProfile, ShownTexture},

@@ -39,6 +39,8 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect) -> Facts {
     let mut blank = [None, None];
     // A comment without a number, waiting for its tool.
     let mut waiting: Option<(usize, ToolDraft)> = None;
+    // The number of a tool whose description follows in comments of its own, and what they have told so far.
+    let mut heading: Option<(u32, String)> = None;
     for (n, line) in lines() {
         let upper = line.to_uppercase();
         if facts.stock.is_none() {
@@ -57,6 +59,21 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect) -> Facts {
         }
         let call = called(&upper, dialect);
         for comment in comments(line, dialect) {
+            if let Some(number) = tool_words::number_alone(&comment) {
+                heading = Some((number, String::new()));
+                continue;
+            }
+            if let Some((number, told)) = heading.as_mut().filter(|_| tool_words::describes(&comment)) {
+                *told += &format!("{} ", comment.trim());
+                if let Some((_, mut draft)) = tool_words::of_comment(told, unit, n) {
+                    draft.number = *number;
+                    draft.name = format!("T{number}");
+                    draft.source = format!("comments up to line {n}");
+                    facts.tools.insert(ToolName::Number(*number), draft);
+                }
+                continue;
+            }
+            heading = None;
             match tool_words::of_comment(&comment, unit, n) {
                 Some((Some(number), draft)) => {
                     merge(&mut facts.tools, ToolName::Number(number), draft);
@@ -190,6 +207,16 @@ fn unit_of(text: &ProgramText, dialect: Dialect) -> Option<(LengthUnit, String)>
         Dialect::Apt => &[("INCH", Inch), ("MM", Millimeter)],
         _ => &[("G20", Inch), ("G21", Millimeter)],
     };
+    let told = first_unit(text, dialect, words);
+    // Posts of NX write G70 and G71 for controls that take them where no other word tells.
+    if told.is_none() && dialect.family() == Dialect::Iso {
+        return first_unit(text, dialect, &[("G70", Inch), ("G71", Millimeter)]);
+    }
+    told
+}
+
+/// The first of the words.
+fn first_unit(text: &ProgramText, dialect: Dialect, words: &[(&str, LengthUnit)]) -> Option<(LengthUnit, String)> {
     (1..=text.lines().min(MAX_LINES)).find_map(|n| {
         let line = code(&text.line(n)?.to_uppercase(), dialect);
         if dialect == Dialect::Heidenhain && !line.contains("BEGIN PGM")

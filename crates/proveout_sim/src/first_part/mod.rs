@@ -8,6 +8,7 @@
 //! The frame of the workpiece is that of the first work offset that the program uses: its zero is the zero of the program.
 
 mod facts;
+mod home_zero;
 mod interview;
 pub(crate) mod place;
 pub(crate) mod reading;
@@ -27,6 +28,7 @@ use proveout_tool::{LengthUnit, ToolDraft, ToolLibrary};
 
 pub use interview::{Ask, Question, holder, read_answers};
 
+use self::home_zero::HomeZero;
 use self::interview::{Interview, PROPOSED};
 use self::place::Reach;
 use self::reading::{Reading, ToolUse};
@@ -94,6 +96,7 @@ pub struct Proposal {
     /// Questions that were answered.
     pub answered: usize,
     files: Vec<(&'static str, String)>,
+    machine: Option<HomeZero>,
     design: Option<TriMesh>,
     output: PathBuf,
 }
@@ -129,6 +132,8 @@ impl StockForm {
 pub(crate) struct Plan<'a> {
     pub(crate) call: &'a FirstPart,
     pub(crate) machine: &'a Machine,
+    /// A copy of the machine that the scene gets.
+    pub(crate) home_zero: Option<HomeZero>,
     pub(crate) dialects: Vec<Dialect>,
     pub(crate) control: Option<String>,
 
@@ -166,15 +171,25 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         let message = format!("{} is there already", call.output.display());
         return Err(refused(message, "name another folder with --output: nothing is written over"));
     }
-    let machine = Machine::read(&call.machine)?;
+    let mut machine = Machine::read(&call.machine)?;
     let mut interview = Interview::new(call.answers.clone(), ask);
     let texts = call.programs.iter().map(ProgramText::open).collect::<Result<Vec<_>, _>>()?;
-    let (settings, notes) = settings(call, &machine)?;
+    let (mut settings, mut notes) = settings_of(call, &machine)?;
 
     // What is called, before anything is known of tools and zero.
     let none = |dialect| setup(&Pose::identity(), BTreeMap::new(), dialect, ToolName::Empty);
-    let first: Vec<Reading> =
-        call.programs.iter().zip(&settings).map(|(p, s)| Reading::of(p, s, &machine, none(s.dialect))).collect();
+    let read = |settings: &[Settings], machine: &Machine| -> Vec<Reading> {
+        call.programs.iter().zip(settings).map(|(p, s)| Reading::of(p, s, machine, none(s.dialect))).collect()
+    };
+    let mut first = read(&settings, &machine);
+    let mut home_zero = None;
+    if let Some((at_home, copy)) = home_zero::chosen(&call.machine, &machine, &first) {
+        machine = at_home;
+        (settings, notes) = settings_of(call, &machine)?;
+        first = read(&settings, &machine);
+        notes.push(copy.reason.clone());
+        home_zero = Some(copy);
+    }
     for reading in &first {
         let faults =
             if reading.survey.faults.is_empty() { reading.survey.defects() } else { reading.survey.faults.clone() };
@@ -186,14 +201,19 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let all_facts: Vec<facts::Facts> = texts.iter().zip(&dialects).map(|(t, d)| facts::of_text(t, *d)).collect();
     let unit = all_facts.iter().find_map(|f| f.unit.clone());
     let mut told = told_of_programs(call, &first, &settings, unit.as_ref());
-    let mut notes = notes;
 
     let start_tool = start_tool(&first, &mut interview)?;
     let tools = tools(call, &first, &all_facts, start_tool.as_ref(), &mut interview, &mut notes)?;
     // Where the zeros are: the first work offset is the frame of the workpiece.
     let offsets = offsets(&first, &dialects, &mut interview)?;
     let indexed = first.iter().find_map(|r| r.indexed.clone());
-    let stated_mount = stated_mount(&machine, indexed.as_ref(), &mut interview)?;
+    let turned: Vec<char> = first
+        .iter()
+        .flat_map(|r| &r.rotary)
+        .filter(|(_, [low, high])| low.abs().max(high.abs()) > 1e-9)
+        .map(|(letter, _)| *letter)
+        .collect();
+    let stated_mount = stated_mount(&machine, indexed.as_ref(), &turned, &mut interview)?;
     let design = design(call)?;
 
     // The same with tools and zeros: where the cuts are in the workpiece frame.
@@ -293,6 +313,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let plan = Plan {
         call,
         machine: &machine,
+        home_zero,
         control: call.control.clone(),
         dialects,
 
@@ -310,12 +331,13 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     if let Some((_, text)) = files.iter().find(|(name, _)| *name == writing::TOOLS) {
         ToolLibrary::from_text(Path::new(writing::TOOLS), text)?;
     }
+    let copy = plan.home_zero;
     let design = plan.design.filter(|d| d.inch).map(|d| {
         let mut mesh = d.mesh;
         mesh.positions.iter_mut().for_each(|v| *v *= 25.4);
         mesh
     });
-    Ok(Proposal { told, answered, files, design, output: call.output.clone() })
+    Ok(Proposal { told, answered, files, machine: copy, design, output: call.output.clone() })
 }
 
 /// Everything that is open is told at once.
@@ -339,7 +361,7 @@ pub(crate) fn setup(
 }
 
 /// Settings of the reader for each program, with what is to be told of them.
-fn settings(call: &FirstPart, machine: &Machine) -> Result<(Vec<Settings>, Vec<String>), FirstPartError> {
+fn settings_of(call: &FirstPart, machine: &Machine) -> Result<(Vec<Settings>, Vec<String>), FirstPartError> {
     let control = match &call.control {
         Some(name) => Some(Control::find(name, None).map_err(SimError::from)?),
         None => control_of(None, machine)?,
@@ -478,17 +500,24 @@ fn offsets(
 fn stated_mount(
     machine: &Machine,
     indexed: Option<&Location>,
+    turned: &[char],
     interview: &mut Interview<'_, '_>,
 ) -> Result<Option<Reasoned<Vector>>, FirstPartError> {
     let key = "mount";
     let table = machine.table.point;
-    let on_table = format!("{},{},{}", table.x, table.y, table.z + place::ABOVE_TABLE_MM);
+    let pivot = place::pivot(machine, turned);
+    let at = pivot.unwrap_or_else(|| table + Vector::z() * place::ABOVE_TABLE_MM);
+    let on_table = [at.x, at.y, at.z].map(proveout_tool::plain_number).join(",");
+    let where_it_is = match pivot {
+        Some(_) => "where the axes that it turns meet".to_owned(),
+        None => format!("over the middle of the table, {} mm above it", place::ABOVE_TABLE_MM),
+    };
     let answer = match indexed {
         None => interview.given(key),
         Some(at) => {
             let text = format!(
                 "Where on the table is the zero of the program? It turns the table by its axes (line {}), so that the place decides \
-                 where the cuts are. X,Y,Z in mm from the zero of the table frame",
+                 where the cuts are. X,Y,Z in mm from the zero of the table frame; what is proposed lies {where_it_is}",
                 at.line
             );
             interview.get(key, text, Some(on_table.clone()))
@@ -500,11 +529,7 @@ fn stated_mount(
     match interview::numbers::<3>(&answer) {
         Some(mount) => Ok(Some(Reasoned {
             value: Vector::from(mount),
-            reason: if proposed {
-                format!("chosen: over the middle of the table, {} mm above it", place::ABOVE_TABLE_MM)
-            } else {
-                "as the answer `mount` says".into()
-            },
+            reason: if proposed { format!("chosen: {where_it_is}") } else { "as the answer `mount` says".into() },
         })),
         None => Err(refused(format!("`{key}` = {answer:?} is no place"), "write three numbers: 0,0,150")),
     }

@@ -32,6 +32,8 @@ pub(crate) struct Swept<'a> {
     pub(crate) faces: bool,
     pub(crate) sideways: Aabb,
     pub(crate) feed: Aabb,
+    /// Highest motion sideways that does not go down.
+    pub(crate) level: Option<f64>,
     pub(crate) descents: &'a [Point],
     /// It leaves the z axis of the workpiece.
     pub(crate) tilted: bool,
@@ -59,14 +61,24 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     if all.is_empty() {
         return None;
     }
-    let (lowest, highest) = (all.min.z, all.max.z);
+    let lowest = all.min.z;
+    // A ramp begins in air: where all that is level is below the zero, the zero is the top.
+    let level = tools.iter().filter_map(|t| t.level).reduce(f64::max);
+    let highest = level.filter(|z| lowest < 0.0 && *z <= ABOVE_MM).unwrap_or(all.max.z);
     let at_zero = lowest < 0.0 && highest <= ABOVE_MM;
-    let top = if at_zero { highest.max(0.0) } else { highest + ABOVE_MM };
+    // What is faced at the zero was above it.
+    let faced = tools.iter().any(|t| t.faces && !t.sideways.is_empty() && t.sideways.min.z > -1e-6);
+    let top = match at_zero {
+        true if faced => highest.max(0.0) + ABOVE_MM,
+        true => highest.max(0.0),
+        false => highest + ABOVE_MM,
+    };
     let mut bottom = lowest - 1.0;
     // Sides: [axis][low, high].
     let mut cut_back = [[false; 2]; 2];
     let mut places = 0;
-    for tool in tools {
+    // What goes down alone goes into its own holes.
+    for tool in tools.iter().filter(|t| !sideways || !t.sideways.is_empty()) {
         for p in tool.descents.iter().filter(|p| p.z < top - 1e-6) {
             let reach = |axis: usize| [p[axis] - tool.radius, p[axis] + tool.radius];
             let inside =
@@ -110,7 +122,13 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     (all.min.z, all.max.z) = ((bottom / ROUND_MM).floor() * ROUND_MM, top);
     let how = format!(
         "the room that the cutters reach in feed, {}, 1 mm below the lowest cut or to the end of the deepest hole{}",
-        if at_zero { "up to the zero of the program or the highest cut" } else { "1 mm above the highest cut" },
+        if at_zero && faced {
+            "1 mm above the zero of the program, which is faced"
+        } else if at_zero {
+            "up to the zero of the program or the highest cut"
+        } else {
+            "1 mm above the highest cut"
+        },
         match places {
             0 => format!(", {ALLOWANCE_MM} mm more on each side"),
             n => format!(", cut back where tools go down in rapid ({n} places), else {ALLOWANCE_MM} mm more"),
@@ -158,6 +176,24 @@ pub(crate) fn propose_mount(machine: &Machine, stock: &Aabb, reaches: &[Reach]) 
         ),
         _ => (place(wanted), usual),
     }
+}
+
+/// Where the tilting axes of the table that a program turns meet the middle of the table: posts without tool center point control count from
+/// there. None where none of them tilts it.
+pub(crate) fn pivot(machine: &Machine, turned: &[char]) -> Option<Point> {
+    let (point, normal) = (machine.table.point, machine.table.normal);
+    let tilting = |&j: &usize| {
+        let joint = &machine.joints[j];
+        let named = turned.iter().any(|l| machine.joint_for_letter(*l) == Some(j));
+        joint.is_rotary() && named && joint.direction.cross(&normal).norm() > 0.5
+    };
+    let joint = &machine.joints[*machine.work_chain.iter().find(|j| tilting(j))?];
+    // The point of the line over the table that is nearest to the axis: both lines as p + t d.
+    let (d, w) = (joint.direction, point - joint.point);
+    let (b, e, f) = (normal.dot(&d), normal.dot(&w), d.dot(&w));
+    let along = (b * f - e) / (1.0 - b * b);
+    let at = point + normal * along;
+    Some(at.map(|v| (v * 1e3).round() / 1e3))
 }
 
 /// Lowest and highest position of Z in motion of programs; none where no axis of this letter moves.
@@ -244,8 +280,15 @@ mod tests {
         // Round a part of 100 x 60 mm with a cutter of 10 mm radius; it goes down at x = -25.
         let path = aabb([-25.0, -10.0, -8.0], [110.0, 70.0, -8.0]);
         let descents = [Point::new(-25.0, 0.0, -7.0)];
-        let contour =
-            Swept { radius: 10.0, faces: false, sideways: path, feed: path, descents: &descents, tilted: false };
+        let contour = Swept {
+            radius: 10.0,
+            faces: false,
+            sideways: path,
+            feed: path,
+            level: Some(-8.0),
+            descents: &descents,
+            tilted: false,
+        };
         let (stock, how) = propose_stock(&[contour]).expect("motion");
         assert_eq!((stock.min.x, stock.max.z, stock.min.z), (-15.0, 0.0, -9.0));
         assert!(how.contains("1 places"), "{how}");
@@ -254,10 +297,53 @@ mod tests {
         assert!(propose_stock(&[]).is_none());
         // A drill of 5 mm radius 30 mm deep at x = 120 and -20.
         let holes = aabb([-20.0, 10.0, -30.0], [120.0, 50.0, 2.0]);
-        let drill =
-            Swept { radius: 5.0, faces: false, sideways: Aabb::empty(), feed: holes, descents: &[], tilted: false };
+        let drill = Swept {
+            radius: 5.0,
+            faces: false,
+            sideways: Aabb::empty(),
+            feed: holes,
+            level: None,
+            descents: &[],
+            tilted: false,
+        };
         let (stock, _) = propose_stock(&[contour, drill]).expect("motion");
         assert_eq!((stock.min.x, stock.max.x, stock.min.z, stock.max.z), (-30.0, 130.0, -27.0, 0.0));
+    }
+
+    #[test]
+    fn a_table_that_is_tilted_is_counted_from_its_pivot() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines/bc-trunnion");
+        let machine = Machine::read(&folder).expect("library machine");
+        // B lies 80 mm above the clamping surface, over its middle.
+        assert_eq!(pivot(&machine, &['B', 'C']), Some(Point::new(0.0, 0.0, 80.0)));
+        assert_eq!(pivot(&machine, &['C']), None, "turning about the normal has no height");
+    }
+
+    #[test]
+    fn a_ramp_tells_no_top_and_a_faced_zero_lies_below_it() {
+        let box_of = |low: f64, high: f64| aabb([0.0, 0.0, low], [100.0, 60.0, high]);
+        let mill = |low: f64, high: f64, level: f64, faces: bool, descents| Swept {
+            radius: 5.0,
+            faces,
+            sideways: box_of(low, high),
+            feed: box_of(low, high + 3.0),
+            level: Some(level),
+            descents,
+            tilted: false,
+        };
+        let top = |tools: &[Swept<'_>]| propose_stock(tools).expect("motion").0.max.z;
+        // A helix from 2 mm above the zero down to a floor at -12.
+        assert_eq!(top(&[mill(-12.0, 2.0, -12.0, false, &[])]), 0.0);
+        assert_eq!(top(&[mill(-12.0, 2.0, -12.0, false, &[]), mill(0.0, 0.0, 0.0, true, &[])]), 1.0);
+        assert_eq!(top(&[mill(-12.0, 0.0, 0.0, false, &[])]), 0.0, "an end mill at the zero may run in air");
+        // The zero at the bottom.
+        assert_eq!(top(&[mill(1.0, 20.0, 12.0, false, &[])]), 21.0);
+        // A drill that pecks in its hole says nothing of the sides.
+        let holes = aabb([10.0, 10.0, -20.0], [90.0, 50.0, 2.0]);
+        let pecks = [Point::new(10.0, 10.0, -6.0)];
+        let drill = Swept { sideways: Aabb::empty(), feed: holes, level: None, ..mill(0.0, 0.0, 0.0, false, &pecks) };
+        let (with, how) = propose_stock(&[mill(-12.0, 0.0, 0.0, false, &[]), drill]).expect("motion");
+        assert!((with.min.x, with.min.y) == (-10.0, -10.0) && how.contains("5 mm more"), "{with:?} {how}");
     }
 
     #[test]

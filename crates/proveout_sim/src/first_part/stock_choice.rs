@@ -133,6 +133,7 @@ pub(super) fn stock(
             faces: tools.faces(&t.name),
             sideways: t.sideways,
             feed: t.feed,
+            level: t.level,
             descents: &t.descents,
             tilted: t.tilted,
         })

@@ -3,6 +3,8 @@
 //! | who writes it | form |
 //! |---|---|
 //! | Fusion 360, HSMWorks | `T1 D=10. CR=0.5 TAPER=45deg - ZMIN=-5. - flat end mill` |
+//! | Fusion 360 for a TNC | `#5 D=8 TAPER=118deg - ZMIN=-24.4 - drill` |
+//! | PowerMill, NX | `TOOL NO: 2`, `TOOL TYPE: BALLNOSED`, `TOOL DIA. 8.0` in comments of their own, one after the other |
 //! | Mastercam | `T1 \| 1/2 FLAT ENDMILL \| H1 \| D1 \| TOOL DIA. - .5`, `1/2 BALL ENDMILL TOOL - 3 DIA. OFF. - 3 LEN. - 3 DIA. - .5` |
 //! | SolidCAM and others | `T5 - END MILL D12 R1`, `TOOL 5: BALL DIA 8.0` |
 //! | name of a tool | `END_D12`, `BALL_D8`, `BULL_D10_R1` |
@@ -65,6 +67,10 @@ fn tool_number(text: &str) -> Option<(u32, usize)> {
     };
     let start = text.len() - text.trim_start().len();
     let head = &text[start..];
+    // `#5 D=8 - ZMIN=-24.4 - drill`.
+    if head.starts_with('#') && head.contains(" D=") {
+        return digits(start + 1);
+    }
     for word in ["TOOL NUMBER", "TOOL NO.", "TOOL NO", "TOOL", "WERKZEUG", "T"] {
         if head.starts_with(word)
             && let Some(found) = digits(start + word.len())
@@ -84,7 +90,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
     let mut draft = ToolDraft::new(0, source);
     draft.description = text.trim().to_owned();
     draft.flutes = tool_teeth_of_words(text);
-    let corner = word(upper, &["CR=", "RAD=", "CORNER RAD.", "CORNER RADIUS", "CR.", "CR"])
+    let corner = word(upper, &["CR=", "RAD=", "TIP RAD", "CORNER RAD.", "CORNER RADIUS", "CR.", "CR"])
         .or_else(|| letter(upper, 'R'))
         .map(|r| r * unit)
         .filter(|r| *r > 0.0 && *r <= 0.5 * diameter + 1e-9);
@@ -191,6 +197,18 @@ pub(super) fn of_comment(text: &str, unit: f64, line: usize) -> Option<(Option<u
     Some((number.map(|(n, _)| n), draft))
 }
 
+/// The number of a comment that gives nothing else: `TOOL NO: 2`.
+pub(super) fn number_alone(text: &str) -> Option<u32> {
+    let upper = text.to_uppercase();
+    let (number, end) = tool_number(&upper).filter(|_| upper.contains("TOOL"))?;
+    upper[end..].trim().is_empty().then_some(number)
+}
+
+/// A line of the description of a tool whose number is told in another line.
+pub(super) fn describes(text: &str) -> bool {
+    text.trim_start().to_uppercase().starts_with("TOOL") && number_alone(text).is_none()
+}
+
 /// The tool that a name describes.
 pub(super) fn of_name(name: &str, unit: f64, line: usize) -> Option<ToolDraft> {
     let spaced = name.replace(['_', '-'], " ");
@@ -285,6 +303,23 @@ mod tests {
         assert_eq!(
             comment("T4 D=12. CR=0. TAPER=90deg - ZMIN=-1. - spot drill", 1.0).1.get("point_angle_deg"),
             Some(90.0)
+        );
+    }
+
+    #[test]
+    fn lists_of_other_posts_tell_their_tools() {
+        let (number, draft) = comment("  #5 D=8 TAPER=118deg - ZMIN=-24.403 - ZMAX=+15 - drill", 1.0);
+        assert_eq!((number, draft.kind, draft.diameter()), (Some(5), Some("drill"), Some(8.0)));
+        assert_eq!(number_alone("TOOL NO: 12 "), Some(12));
+        assert_eq!(number_alone("TOOL NUMBER  : 3"), Some(3));
+        for text in ["TOOL NO: 12 D10", "#5", "T5", "TOOL TYPE: 3D"] {
+            assert_eq!(number_alone(text), None, "{text}");
+        }
+        let (_, draft) =
+            comment("TOOL TYPE: TIPRADIUSED TOOL ID: TR12R1 TOOL DIA. 12.0  TIP RAD 1.0  LENGTH 60.0", 1.0);
+        assert_eq!(
+            (draft.kind, draft.diameter(), draft.get("corner_radius_mm")),
+            (Some("bull_nose"), Some(12.0), Some(1.0))
         );
     }
 

@@ -9,6 +9,7 @@ use proveout_geom::write_stl;
 use proveout_nc::Dialect;
 use proveout_tool::{library_text, plain_number as n, quoted};
 
+use super::home_zero::FOLDER;
 use super::reading::{Reading, ToolUse};
 use super::{FirstPartError, Plan, Proposal, Reasoned, StockForm, Tools, refused, shown};
 use crate::names;
@@ -80,7 +81,13 @@ fn scene(plan: &Plan<'_>) -> String {
     let names: Vec<String> =
         call.programs.iter().map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
     put(&format!("description = {}", quoted(&format!("{} on {}", names.join(", "), plan.machine.name))));
-    put(&format!("machine = {}", path(&call.machine)));
+    match &plan.home_zero {
+        None => put(&format!("machine = {}", path(&call.machine))),
+        Some(copy) => {
+            put(&format!("# {}", copy.reason));
+            put(&format!("machine = {}", quoted(FOLDER)));
+        }
+    }
     put(&match &plan.tools {
         Tools::Library(library) => format!("tools = {}", path(library)),
         Tools::Drafts(_) => format!("tools = {}", quoted(TOOLS)),
@@ -186,6 +193,9 @@ fn readme(plan: &Plan<'_>, told: &[String]) -> String {
         let _ = writeln!(s, "| {what} | {value} | {} |", why.replace('|', "/"));
     };
     row("cells of the stock", format!("{} mm", n(plan.resolution.value)), &plan.resolution.reason);
+    if let Some(copy) = &plan.home_zero {
+        row("machine", "zero at home".into(), &copy.reason);
+    }
     if plan.stock.reason.starts_with("chosen") {
         let b = plan.stock.value.aabb();
         row(
@@ -312,6 +322,14 @@ pub(super) fn write(proposal: &Proposal) -> Result<(), FirstPartError> {
         fs::create_dir_all(&beside).map_err(|e| failed(&e))?;
         for (file, text) in &proposal.files {
             fs::write(beside.join(file), text).map_err(|e| failed(&e))?;
+        }
+        if let Some(copy) = &proposal.machine {
+            let folder = beside.join(FOLDER);
+            fs::create_dir_all(&folder).map_err(|e| failed(&e))?;
+            fs::write(folder.join("machine.toml"), &copy.text).map_err(|e| failed(&e))?;
+            for file in &copy.beside {
+                fs::copy(file, folder.join(file.file_name().unwrap_or_default())).map_err(|e| failed(&e))?;
+            }
         }
         if let Some(mesh) = &proposal.design {
             write_stl(&beside.join(DESIGN), mesh).map_err(|e| failed(&e))?;

@@ -432,5 +432,8 @@ fn count(times: Option<f64>, span: Span) -> Result<u32, Fault> {
 
 pub(super) fn missing(name: &str, span: Span) -> Fault {
     Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
-        .help(format!("put {name} into the file of the program, or as a file into its folder"))
+        .help(format!(
+            "put {name} into the file of the program, or as a file into its folder; where it stays on the control, as probing does, a file for \
+             --control leaves it out: inherits = \"haas-ngc\" (the control's name), subprograms = {{ missing = \"note\", missing_reason = \"probing\" }}"
+        ))
 }

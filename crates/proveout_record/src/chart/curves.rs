@@ -1,11 +1,7 @@
-//! Charts of a comparison as SVG: curves of several programs in one frame, and values with their ranges in rows.
+//! Curves of several programs in one frame.
 
-use std::fmt::Write;
-
-use crate::report::{
-    format::compact,
-    plot::{escape, ticks},
-};
+use super::{begin, bounds, escape, level, put, ticks, widened};
+use crate::report::format::compact;
 
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 10.0;
@@ -66,19 +62,12 @@ pub(crate) struct Chart {
     pub(crate) abscissa: bool,
 }
 
-fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
-    out.write_fmt(text).unwrap_or_default(); // a string takes everything
-}
-
 impl Chart {
     /// The SVG; every text is escaped.
     pub(crate) fn svg(&self) -> String {
         let [width, height] = self.size;
         let bottom = if self.abscissa { BOTTOM } else { 8.0 };
-        let mut out = format!(
-            r#"<svg class="plot chart" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#,
-            escape(&self.label)
-        );
+        let mut out = begin("plot chart", width, height, &self.label);
         put(
             &mut out,
             format_args!(r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, TOP - 7.0, escape(&self.axes[1])),
@@ -114,26 +103,11 @@ impl Chart {
         for l in &limits {
             (low, high) = (low.min(*l), high.max(*l));
         }
-        let least = 1e-9_f64.max(1e-6 * low.abs().max(high.abs()));
-        if high - low < least {
-            (low, high) = (low - 0.5 * least.max(1.0), high + 0.5 * least.max(1.0));
-        }
-        let margin = 0.06 * (high - low);
-        (low, high) = (low - margin, high + margin);
+        [low, high] = widened([low, high], 0.06);
         let x = |v: f64| LEFT + (width - LEFT - RIGHT) * (v - x_low) / (x_high - x_low);
         let y = |v: f64| base - (base - TOP) * ((v - low) / (high - low)).clamp(0.0, 1.0);
         for v in ticks(low, high, ((base - TOP) / 36.0).max(2.0) as u32) {
-            put(
-                &mut out,
-                format_args!(
-                    r#"<path class="zero" d="M{LEFT} {0:.1}H{1}"/><text x="{2}" y="{3:.1}" text-anchor="end">{4}</text>"#,
-                    y(v),
-                    width - RIGHT,
-                    LEFT - 6.0,
-                    y(v) + 4.0,
-                    compact(v)
-                ),
-            );
+            level(&mut out, v, y(v), [LEFT, width - RIGHT]);
         }
         for v in ticks(x_low, x_high, 8) {
             put(&mut out, format_args!(r#"<path class="zero" d="M{:.1} {TOP}V{base:.1}"/>"#, x(v)));
@@ -177,10 +151,6 @@ impl Chart {
         out.push_str("</svg>");
         out
     }
-}
-
-fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
 }
 
 fn marks(out: &mut String, series: &Series, x: &impl Fn(f64) -> f64, y: &impl Fn(f64) -> f64, range: [f64; 2]) {
@@ -230,112 +200,6 @@ fn thinned(points: &[[f64; 2]], [low, high]: [f64; 2], columns: usize) -> Vec<[f
     out
 }
 
-/// A row of a dot chart: values of several programs on one scale.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct DotRow {
-    /// Name; plain text.
-    pub(crate) name: String,
-    /// Range that is drawn as a band behind the dots.
-    pub(crate) band: Option<[f64; 2]>,
-    /// Hollow dot: a value from elsewhere.
-    pub(crate) reference: Option<f64>,
-    /// Program and value.
-    pub(crate) dots: Vec<(usize, f64)>,
-}
-
-/// Rows of dots above one scale with its name.
-pub(crate) fn dots(rows: &[DotRow], scale: &str, label: &str, width: f64) -> String {
-    const ROW: f64 = 22.0;
-    const NAMES: f64 = 330.0;
-    let height = 12.0 + ROW * rows.len() as f64 + 40.0;
-    let mut out =
-        format!(r#"<svg class="plot chart" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#, escape(label));
-    let values =
-        rows.iter().flat_map(|r| r.dots.iter().map(|d| d.1).chain(r.reference).chain(r.band.into_iter().flatten()));
-    let [mut low, mut high] = bounds(values.filter(|v| v.is_finite()).chain([0.0]));
-    if high - low < 1e-9 {
-        (low, high) = (low - 1.0, high + 1.0);
-    }
-    let margin = 0.04 * (high - low);
-    (low, high) = (low - margin, high + margin);
-    let x = |v: f64| NAMES + (width - NAMES - RIGHT) * ((v - low) / (high - low)).clamp(0.0, 1.0);
-    let base = 8.0 + ROW * rows.len() as f64;
-    for v in ticks(low, high, 8) {
-        put(
-            &mut out,
-            format_args!(
-                r#"<path class="{3}" d="M{0:.1} 6V{base:.1}"/><text x="{0:.1}" y="{1:.1}" text-anchor="middle">{2}</text>"#,
-                x(v),
-                base + 14.0,
-                compact(v),
-                if v == 0.0 { "origin" } else { "zero" }
-            ),
-        );
-    }
-    put(
-        &mut out,
-        format_args!(
-            r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#,
-            0.5 * (NAMES + width - RIGHT),
-            base + 30.0,
-            escape(scale)
-        ),
-    );
-    for (i, row) in rows.iter().enumerate() {
-        let middle = 6.0 + ROW * (i as f64 + 0.5);
-        put(
-            &mut out,
-            format_args!(
-                r#"<text class="name" x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
-                NAMES - 12.0,
-                middle + 4.0,
-                escape(&row.name)
-            ),
-        );
-        if let Some([from, to]) = row.band {
-            put(
-                &mut out,
-                format_args!(
-                    r#"<rect class="band" x="{:.1}" y="{:.1}" width="{:.1}" height="14" rx="3"/>"#,
-                    x(from),
-                    middle - 7.0,
-                    (x(to) - x(from)).max(1.0)
-                ),
-            );
-        }
-        for &(program, value) in row.dots.iter().filter(|d| d.1.is_finite()) {
-            let class = Style::Program(program).class();
-            if program % 2 == 0 {
-                put(
-                    &mut out,
-                    format_args!(r#"<circle class="dot {class}" cx="{:.1}" cy="{middle:.1}" r="4.5"/>"#, x(value)),
-                );
-            } else {
-                put(
-                    &mut out,
-                    format_args!(
-                        r#"<rect class="dot {class}" x="{:.1}" y="{:.1}" width="8" height="8"/>"#,
-                        x(value) - 4.0,
-                        middle - 4.0
-                    ),
-                );
-            }
-        }
-        if let Some(value) = row.reference.filter(|v| v.is_finite()) {
-            put(
-                &mut out,
-                format_args!(
-                    r#"<path class="reference" d="M{0:.1} {1:.1}l5.5 6l-5.5 6l-5.5 -6z"/>"#,
-                    x(value),
-                    middle - 6.0
-                ),
-            );
-        }
-    }
-    out.push_str("</svg>");
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -378,20 +242,5 @@ mod tests {
             let text = chart(empty).svg();
             assert!(text.contains("nothing to show") && text.ends_with("</svg>"), "{text}");
         }
-    }
-
-    #[test]
-    fn dots_show_every_value() {
-        let row = DotRow {
-            name: "jerk <10 %".into(),
-            band: Some([1.0, 5.0]),
-            reference: Some(3.0),
-            dots: vec![(0, 2.0), (1, 4.0)],
-        };
-        let text = dots(&[row], "gain, %", "gains", 600.0);
-        assert!(
-            text.contains("jerk &lt;10 %") && text.contains(r#"class="band""#) && text.contains(r#"class="reference""#)
-        );
-        assert!(text.contains(r#"<circle class="dot p0""#) && text.contains(r#"<rect class="dot p1""#));
     }
 }

@@ -1,7 +1,6 @@
-//! Plots of signals over time as SVG.
+//! Signals over time, one above the other.
 
-use std::fmt::Write;
-
+use super::{begin, escape, level, put, ticks, widened};
 use crate::{envelope::Envelope, report::format::compact};
 
 const LEFT: f64 = 62.0;
@@ -34,8 +33,7 @@ pub(crate) fn svg(strips: &[Strip<'_>], width: f64, end: f64, changes: &[f64], l
     let end = if end.is_finite() && end > 0.0 { end } else { 1.0 };
     let height = TOP + strips.iter().map(|s| s.height + GAP).sum::<f64>() - GAP + BOTTOM;
     let x = |t: f64| LEFT + (width - LEFT - RIGHT) * (t / end).clamp(0.0, 1.0);
-    let mut out =
-        format!(r#"<svg class="plot" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#, escape(label));
+    let mut out = begin("plot", width, height, label);
     let mut top = TOP;
     for strip in strips {
         draw_strip(&mut out, strip, top, width, &x, changes);
@@ -50,10 +48,6 @@ pub(crate) fn svg(strips: &[Strip<'_>], width: f64, end: f64, changes: &[f64], l
     }
     out.push_str("</svg>");
     out
-}
-
-fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
-    out.write_fmt(text).unwrap_or_default(); // a string takes everything
 }
 
 fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &impl Fn(f64) -> f64, changes: &[f64]) {
@@ -89,27 +83,12 @@ fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &imp
     for l in &limits {
         (low, high) = (low.min(*l), high.max(*l));
     }
-    let least = 1e-9_f64.max(1e-6 * low.abs().max(high.abs()));
-    if high - low < least {
-        (low, high) = (low - 0.5 * least.max(1.0), high + 0.5 * least.max(1.0));
-    }
-    let margin = 0.05 * (high - low);
-    let (low, high) = (low - margin, high + margin);
+    let [low, high] = widened([low, high], 0.05);
     let y = |v: f64| bottom - (bottom - top) * ((v - low) / (high - low)).clamp(0.0, 1.0);
     // At least two values, so that the scale can be read.
     let marks = [3, 5, 8].map(|wanted| ticks(low, high, wanted)).into_iter().find(|t| t.len() > 1);
     for v in marks.unwrap_or_default() {
-        put(
-            out,
-            format_args!(
-                r#"<path class="zero" d="M{LEFT} {0:.1}H{1}"/><text x="{2}" y="{3:.1}" text-anchor="end">{4}</text>"#,
-                y(v),
-                width - RIGHT,
-                LEFT - 6.0,
-                y(v) + 4.0,
-                compact(v)
-            ),
-        );
+        level(out, v, y(v), [LEFT, width - RIGHT]);
     }
     for t in changes {
         put(out, format_args!(r#"<path class="change-line" d="M{:.1} {top:.1}V{bottom:.1}"/>"#, x(*t)));
@@ -145,86 +124,9 @@ fn path(out: &mut String, class: &str, points: impl Iterator<Item = (f64, f64)>,
     out.push_str(if closed { r#"Z"/>"# } else { r#""/>"# });
 }
 
-/// Round values (1, 2 or 5 times a power of ten apart) between two bounds, about `wanted` of them.
-pub(crate) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
-    let raw = (high - low) / f64::from(wanted.max(1));
-    if !(raw.is_finite() && raw > 0.0) {
-        return Vec::new();
-    }
-    let power = 10_f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= raw).unwrap_or(10.0 * power);
-    let first = (low / step).ceil() as i64;
-    (first..first + 2 * i64::from(wanted) + 2).map(|k| k as f64 * step).take_while(|v| *v <= high).collect()
-}
-
-/// A bar of the histogram.
-pub(crate) struct Bar {
-    pub(crate) share: f64,
-    /// CSS color.
-    pub(crate) color: String,
-}
-
-/// Bars side by side with their largest share as scale; `marks` are values at the left end, in the middle and at the right end.
-pub(crate) fn histogram(bars: &[Bar], marks: [&str; 3], label: &str) -> String {
-    const HEIGHT: f64 = 120.0;
-    let top = bars.iter().map(|b| b.share).fold(0.0, f64::max).max(1e-12);
-    let mut out =
-        format!(r#"<svg class="plot" viewBox="0 0 480 {}" role="img" aria-label="{}">"#, HEIGHT + 30.0, escape(label));
-    let width = 480.0 / bars.len().max(1) as f64;
-    for (i, bar) in bars.iter().enumerate() {
-        let h = HEIGHT * bar.share / top;
-        put(
-            &mut out,
-            format_args!(
-                r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{h:.1}" fill="{}" stroke="currentColor" stroke-opacity=".25" stroke-width=".5"/>"#,
-                i as f64 * width,
-                10.0 + HEIGHT - h,
-                (width - 1.0).max(0.5),
-                escape(&bar.color)
-            ),
-        );
-    }
-    put(
-        &mut out,
-        format_args!(
-            r#"<path class="zero" d="M0 {0}H480"/><text x="0" y="{1}">{2}</text><text x="240" y="{1}" text-anchor="middle">{3}</text><text x="480" y="{1}" text-anchor="end">{4}</text><text x="480" y="18" text-anchor="end">highest bar {5} %</text></svg>"#,
-            10.0 + HEIGHT,
-            26.0 + HEIGHT,
-            escape(marks[0]),
-            escape(marks[1]),
-            escape(marks[2]),
-            compact(top * 100.0)
-        ),
-    );
-    out
-}
-
-/// Text for markup: the five characters that have a meaning there.
-pub(crate) fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            _ => out.push(c),
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ticks_are_round_and_inside() {
-        assert_eq!(ticks(0.0, 100.0, 5), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
-        assert_eq!(ticks(-0.3, 0.3, 3), [-0.2, 0.0, 0.2]);
-        assert!(ticks(1.0, 1.0, 3).is_empty() && ticks(f64::NAN, 1.0, 3).is_empty());
-    }
 
     #[test]
     fn far_limits_are_left_out() {

@@ -1,0 +1,75 @@
+//! Programs that count positions of the machine from home, on a machine whose file counts from its table.
+//!
+//! `G53 Z0`, `SUPA Z0` and `M91` send an axis home on most machines. A file that counts from the table puts that place far outside of the
+//! travel, and every retract of the program into the table. Where the positions fit from home and not as the file counts, the scene gets a copy
+//! of the machine with `zero = "home"`: chosen, and told.
+
+use std::path::{Path, PathBuf};
+
+use proveout_geom::read_input;
+use proveout_machine::Machine;
+
+use super::reading::Reading;
+use crate::preflight::lines;
+
+/// Folder of the copy in the new scene.
+pub(super) const FOLDER: &str = "machine";
+
+/// A machine that is copied into the scene, zero at home.
+#[derive(Clone, Debug)]
+pub(crate) struct HomeZero {
+    /// Text of its file.
+    pub(crate) text: String,
+    /// Files that it names, to be copied beside it.
+    pub(crate) beside: Vec<PathBuf>,
+    /// Why.
+    pub(crate) reason: String,
+}
+
+/// The machine with its zero at home, where the positions of programs fit so and not otherwise.
+pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Option<(Machine, HomeZero)> {
+    let mut outside = Vec::new();
+    for m in readings.iter().flat_map(|r| &r.machine_moves).filter(|m| "XYZ".contains(m.letter)) {
+        let joint = &machine.joints[machine.joint_for_letter(m.letter)?];
+        // A reference point is where the machine has it, whatever is counted.
+        if m.value == joint.home {
+            continue;
+        }
+        if joint.travel_violation(joint.home + m.value).is_some() {
+            return None;
+        }
+        if joint.travel_violation(m.value).is_some() {
+            outside.push(m);
+        }
+    }
+    let first = outside.first()?;
+    let file = if path.is_dir() { path.join("machine.toml") } else { path.to_owned() };
+    let text = read_input(&file).ok()?;
+    let table: toml::Table = toml::from_str(&text).ok()?;
+    if table.contains_key("zero") {
+        return None;
+    }
+    let text = format!(
+        "# A copy of {}, with X, Y and Z zero at home. Everything else is as it was: put in the numbers of your own machine.\nzero = \"home\"\n\n{text}",
+        machine.name
+    );
+    let at_home = Machine::from_text(&file, &text).ok()?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let control = table.get("control").and_then(|c| c.get("file"));
+    let named = [table.get("model"), control].into_iter().flatten().filter_map(toml::Value::as_str);
+    // A name alone: a path that leads elsewhere would not be found from the copy.
+    let (plain, elsewhere): (Vec<&str>, Vec<&str>) = named.partition(|n| Path::new(n).components().count() == 1);
+    if elsewhere.iter().any(|n| folder.join(n).is_file()) {
+        return None;
+    }
+    let beside = plain.iter().map(|n| folder.join(n)).filter(|p| p.is_file()).collect();
+    let reason = format!(
+        "chosen: {} is sent to {} of the machine (G53, SUPA or M91, {}), which {} reaches only where its axes are zero at home; the folder \
+         `{FOLDER}` holds a copy of it with zero = \"home\"",
+        first.letter,
+        proveout_tool::plain_number(first.value),
+        lines(outside.iter().map(|m| &m.at)),
+        machine.name
+    );
+    Some((at_home, HomeZero { text, beside, reason }))
+}
