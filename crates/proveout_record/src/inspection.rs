@@ -1,10 +1,16 @@
-//! `inspection.csv`: the measured features for a measuring record.
+//! `inspection.csv`: the measured features for a measuring record; `inspection.qif` beside it is in `qif`.
 
 use std::path::Path;
 
-use proveout_sim::verdict::{Inspected, Verdict};
+use proveout_sim::{
+    scene::InspectFile,
+    verdict::{Inspected, Verdict},
+};
 
-use crate::error::RecordError;
+use crate::{
+    error::RecordError,
+    qif::{Planned, inspection_qif},
+};
 
 /// One line a feature: name, nominal value, tolerance to both sides, measured value, deviation (mm), judgement. A feature whose probe met
 /// no surface has no value and is `not met`.
@@ -39,13 +45,18 @@ fn field(name: &str) -> String {
     if name.contains([',', '"']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name }
 }
 
-/// Writes the table where the scene has features to inspect.
-pub(crate) fn write_inspection(folder: &Path, verdict: &Verdict) -> Result<(), RecordError> {
+/// Writes the table and the document where the scene has features to inspect.
+pub(crate) fn write_inspection(folder: &Path, verdict: &Verdict, plan: &[InspectFile]) -> Result<(), RecordError> {
     if verdict.inspection.is_empty() {
         return Ok(());
     }
     let path = folder.join("inspection.csv");
-    std::fs::write(&path, inspection_csv(&verdict.inspection)).map_err(RecordError::io(&path))
+    std::fs::write(&path, inspection_csv(&verdict.inspection)).map_err(RecordError::io(&path))?;
+    let run = format!("scene {} program {}", verdict.scene, verdict.program);
+    let plan: Vec<Planned> = plan.iter().map(Planned::from).collect();
+    let Some(text) = inspection_qif(&verdict.inspection, &plan, &run) else { return Ok(()) };
+    let path = folder.join("inspection.qif");
+    std::fs::write(&path, text).map_err(RecordError::io(&path))
 }
 
 #[cfg(test)]

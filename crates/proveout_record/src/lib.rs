@@ -21,7 +21,7 @@
 //! | [`MapFilesObserver`] | `maps/NAME.png`, `.sdf`, `.x3p` | roughness maps that are cut at all nodes: picture with color bar, and files of ISO 25178-71 and -72 |
 //! | | `roughness.glb` | roughness maps colored by height, where the scene asks for them |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
-//! | | `inspection.csv` | the measured features, where the scene has some |
+//! | | `inspection.csv`, `inspection.qif` | the measured features, where the scene has some; QIF 3.0 |
 //! | [`SetupSheetObserver`] | `setup.html` | zero point, clamping, tools, stops, with pictures, to be printed |
 //! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
 //! | [`write_job`] | `job.json`, `job.html` | the setups of a job, one page |
@@ -79,6 +79,7 @@ mod page_safety;
 mod part;
 mod picture;
 mod program;
+mod qif;
 #[cfg(feature = "rerun")]
 mod recording;
 mod report;

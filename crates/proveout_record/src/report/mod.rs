@@ -207,7 +207,7 @@ impl Observer for ReportObserver {
             program: &program,
             axes: self.axes.as_ref(),
         })?;
-        write_inspection(outcome.folder, outcome.verdict)?;
+        write_inspection(outcome.folder, outcome.verdict, &setup.scene.file.inspect)?;
         let path = outcome.folder.join("report.html");
         fs::write(&path, text).map_err(RecordError::io(&path))?;
         Ok(())

@@ -1,0 +1,351 @@
+//! `inspection.qif`: the measured features as results of the Quality Information Framework (QIF 3.0, ANSI/DMSC and ISO 23952:2020), for programs
+//! that read measuring records.
+//!
+//! | feature of the scene | characteristic | feature |
+//! |---|---|---|
+//! | touch | linear coordinate along X, Y or Z, with its tolerance to both sides | point with its nominal and its measured place, workpiece frame, mm |
+//! | thickness | thickness, with its tolerance to both sides | none |
+//!
+//! A feature whose probe met no surface has its item and no measurement, and fails the whole. Identifiers of the document are digests of what it
+//! says, so that the same run gives the same bytes.
+
+use std::fmt::Write as _;
+
+use proveout_sim::{
+    digest::sha256,
+    scene::{InspectFile, InspectKindFile},
+    verdict::Inspected,
+};
+
+use crate::chart::escape;
+
+/// Ids that a feature takes at most.
+const IDS: usize = 10;
+
+/// A number as XML Schema has it.
+fn number(v: f64) -> String {
+    format!("{v:.6}")
+}
+
+/// A name in one line, escaped.
+fn name_of(text: &str) -> String {
+    escape(&text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>())
+}
+
+/// A UUID (RFC 9562, version 8) of a text.
+fn uuid(text: &str) -> String {
+    let digest = sha256(text.as_bytes());
+    let mut b = [0_u8; 16];
+    b.iter_mut().zip(&digest).for_each(|(to, from)| *to = *from);
+    b[6] = b[6] & 0x0f | 0x80;
+    b[8] = b[8] & 0x3f | 0x80;
+    let hex: String = b.iter().map(|v| format!("{v:02x}")).collect();
+    format!("{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
+}
+
+/// What the scene says of a feature.
+pub(crate) struct Planned {
+    from: [f64; 3],
+    /// `+x`, `-x`, `+y`, `-y`, `+z` or `-z`.
+    direction: String,
+    thickness: bool,
+}
+
+impl From<&InspectFile> for Planned {
+    fn from(file: &InspectFile) -> Self {
+        Self {
+            from: *file.from_mm.get_ref(),
+            direction: file.direction.get_ref().clone(),
+            thickness: matches!(file.kind, InspectKindFile::Thickness),
+        }
+    }
+}
+
+/// One feature with what the scene says of it.
+struct One<'a> {
+    measured: &'a Inspected,
+    thickness: bool,
+    axis: usize,
+    /// Where its surface should be.
+    nominal: [f64; 3],
+    /// Out of the material.
+    normal: [f64; 3],
+    /// First of its ids.
+    id: usize,
+}
+
+impl<'a> One<'a> {
+    fn of(measured: &'a Inspected, plan: &Planned, id: usize) -> Self {
+        let axis = ["x", "y", "z"].iter().position(|a| plan.direction.ends_with(a)).unwrap_or(2);
+        let mut nominal = plan.from;
+        if !plan.thickness {
+            nominal[axis] = measured.nominal_mm;
+        }
+        let mut normal = [0.0; 3];
+        normal[axis] = if plan.direction.starts_with('-') { 1.0 } else { -1.0 };
+        Self { measured, thickness: plan.thickness, axis, nominal, normal, id }
+    }
+
+    fn value(&self) -> Option<f64> {
+        self.measured.measured_mm.filter(|v| v.is_finite())
+    }
+
+    fn passes(&self) -> bool {
+        self.value().is_some_and(|v| (v - self.measured.nominal_mm).abs() <= self.measured.tolerance_mm)
+    }
+
+    fn characteristic(&self) -> &'static str {
+        if self.thickness { "ThicknessCharacteristic" } else { "LinearCoordinateCharacteristic" }
+    }
+}
+
+fn vector(v: [f64; 3]) -> String {
+    v.map(number).join(" ")
+}
+
+/// A list with its count; none where it is empty, which the schema does not allow.
+fn list(out: &mut String, tag: &str, parts: &[String]) {
+    if !parts.is_empty() {
+        let _ = writeln!(out, "<{tag} n=\"{}\">\n{}</{tag}>", parts.len(), parts.concat());
+    }
+}
+
+/// The document. `plan` are the features of the scene in the order of `features`; none where there is nothing to tell.
+pub(crate) fn inspection_qif(features: &[Inspected], plan: &[Planned], run: &str) -> Option<String> {
+    if features.is_empty() || features.len() != plan.len() {
+        return None;
+    }
+    let all: Vec<One<'_>> =
+        features.iter().zip(plan).enumerate().map(|(i, (m, f))| One::of(m, f, 1 + i * IDS)).collect();
+    let points: Vec<&One<'_>> = all.iter().filter(|o| !o.thickness).collect();
+    let last = 1 + all.len() * IDS;
+    let mut body = String::new();
+    if !points.is_empty() {
+        body += "<Features>\n";
+        let definitions: Vec<String> =
+            points.iter().map(|o| format!("<PointFeatureDefinition id=\"{}\"/>\n", o.id)).collect();
+        list(&mut body, "FeatureDefinitions", &definitions);
+        let nominals: Vec<String> = points
+            .iter()
+            .map(|o| {
+                format!(
+                    "<PointFeatureNominal id=\"{}\"><FeatureDefinitionId>{}</FeatureDefinitionId><Location>{}</Location><Normal>{}</Normal></PointFeatureNominal>\n",
+                    o.id + 1,
+                    o.id,
+                    vector(o.nominal),
+                    vector(o.normal)
+                )
+            })
+            .collect();
+        list(&mut body, "FeatureNominals", &nominals);
+        let items: Vec<String> = points
+            .iter()
+            .map(|o| {
+                format!(
+                    "<PointFeatureItem id=\"{}\"><FeatureNominalId>{}</FeatureNominalId><FeatureName>{}</FeatureName><DeterminationMode><Checked>\
+                     <CheckDetails><Measured/></CheckDetails></Checked></DeterminationMode></PointFeatureItem>\n",
+                    o.id + 2,
+                    o.id + 1,
+                    name_of(&o.measured.name)
+                )
+            })
+            .collect();
+        list(&mut body, "FeatureItems", &items);
+        body += "</Features>\n";
+    }
+    characteristics(&mut body, &all);
+    let state = |pass: bool| if pass { "PASS" } else { "FAIL" };
+    let mut results = String::new();
+    let places: Vec<String> = points
+        .iter()
+        .filter_map(|o| {
+            let mut place = o.nominal;
+            place[o.axis] = o.value()?;
+            Some(format!(
+                "<PointFeatureMeasurement id=\"{}\"><FeatureItemId>{}</FeatureItemId><Location>{}</Location></PointFeatureMeasurement>\n",
+                o.id + 6,
+                o.id + 2,
+                vector(place)
+            ))
+        })
+        .collect();
+    list(&mut results, "MeasuredFeatures", &places);
+    let values: Vec<String> = all
+        .iter()
+        .filter_map(|o| {
+            let (kind, value) = (o.characteristic(), o.value()?);
+            let of_point = if o.thickness {
+                String::new()
+            } else {
+                format!("<FeatureMeasurementIds n=\"1\"><Id>{}</Id></FeatureMeasurementIds>", o.id + 6)
+            };
+            let axes = if o.thickness {
+                ""
+            } else {
+                "<TypeOfCoordinates><CoordinateEnum>CARTESIAN_3D</CoordinateEnum></TypeOfCoordinates>"
+            };
+            Some(format!(
+                "<{kind}Measurement id=\"{}\"><Status><CharacteristicStatusEnum>{}</CharacteristicStatusEnum></Status><CharacteristicItemId>{}</CharacteristicItemId>\
+                 {of_point}<Value>{}</Value>{axes}</{kind}Measurement>\n",
+                o.id + 7,
+                state(o.passes()),
+                o.id + 5,
+                number(value)
+            ))
+        })
+        .collect();
+    if !values.is_empty() {
+        results += "<MeasuredCharacteristics>\n";
+        list(&mut results, "CharacteristicMeasurements", &values);
+        results += "</MeasuredCharacteristics>\n";
+    }
+    let whole = state(all.iter().all(One::passes));
+    let ids = [uuid(&format!("document {run}\n{body}{results}")), uuid(&format!("results {run}\n{body}{results}"))];
+    Some(format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <QIFDocument xmlns=\"http://qifstandards.org/xsd/qif3\" xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" \
+         xsi:schemaLocation=\"http://qifstandards.org/xsd/qif3 http://qifstandards.org/xsd/qif3/QIFApplications/QIFDocument.xsd\" versionQIF=\"3.0.0\" idMax=\"{last}\">\n\
+         <QPId>{}</QPId>\n<Header><Application><Name>proveout</Name></Application></Header>\n\
+         <FileUnits><PrimaryUnits>\n\
+         <AngularUnit><SIUnitName>radian</SIUnitName><UnitName>radian</UnitName></AngularUnit>\n\
+         <LinearUnit><SIUnitName>meter</SIUnitName><UnitName>mm</UnitName><UnitConversion><Factor>0.001</Factor></UnitConversion></LinearUnit>\n\
+         </PrimaryUnits></FileUnits>\n{body}<Results>\n<MeasurementResultsSet n=\"1\">\n<MeasurementResults id=\"{last}\">\n\
+         <ThisResultsInstanceQPId>{}</ThisResultsInstanceQPId>\n{results}\
+         <InspectionStatus><InspectionStatusEnum>{whole}</InspectionStatusEnum></InspectionStatus>\n\
+         </MeasurementResults>\n</MeasurementResultsSet>\n</Results>\n</QIFDocument>\n",
+        ids[0], ids[1]
+    ))
+}
+
+fn characteristics(body: &mut String, all: &[One<'_>]) {
+    *body += "<Characteristics>\n";
+    let definitions: Vec<String> = all
+        .iter()
+        .map(|o| {
+            let (kind, t) = (o.characteristic(), number(o.measured.tolerance_mm));
+            format!(
+                "<{kind}Definition id=\"{}\"><Tolerance><MaxValue>{t}</MaxValue><MinValue>-{t}</MinValue><DefinedAsLimit>false</DefinedAsLimit></Tolerance></{kind}Definition>\n",
+                o.id + 3
+            )
+        })
+        .collect();
+    list(body, "CharacteristicDefinitions", &definitions);
+    let nominals: Vec<String> = all
+        .iter()
+        .map(|o| {
+            let kind = o.characteristic();
+            let along = if o.thickness {
+                ""
+            } else {
+                [
+                    "<Direction>XAXIS</Direction>",
+                    "<Direction>YAXIS</Direction>",
+                    "<Direction>ZAXIS</Direction>",
+                ][o.axis]
+            };
+            format!(
+                "<{kind}Nominal id=\"{}\"><CharacteristicDefinitionId>{}</CharacteristicDefinitionId><TargetValue>{}</TargetValue>{along}</{kind}Nominal>\n",
+                o.id + 4,
+                o.id + 3,
+                number(o.measured.nominal_mm)
+            )
+        })
+        .collect();
+    list(body, "CharacteristicNominals", &nominals);
+    let items: Vec<String> = all
+        .iter()
+        .map(|o| {
+            let (kind, name) = (o.characteristic(), name_of(&o.measured.name));
+            let of_point = if o.thickness {
+                String::new()
+            } else {
+                format!("<FeatureItemIds n=\"1\"><Id>{}</Id></FeatureItemIds>", o.id + 2)
+            };
+            format!(
+                "<{kind}Item id=\"{}\"><Name>{name}</Name>{of_point}<CharacteristicNominalId>{}</CharacteristicNominalId></{kind}Item>\n",
+                o.id + 5,
+                o.id + 4
+            )
+        })
+        .collect();
+    list(body, "CharacteristicItems", &items);
+    *body += "</Characteristics>\n";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan() -> [Planned; 3] {
+        let of = |from, direction: &str, thickness| Planned { from, direction: direction.into(), thickness };
+        [of([50.0, 3.0, 30.0], "-z", false), of([0.0, 0.0, -5.0], "+x", true), of([-9.0, 4.0, -5.0], "+x", false)]
+    }
+
+    fn feature(name: &str, nominal_mm: f64, tolerance_mm: f64, measured_mm: Option<f64>) -> Inspected {
+        Inspected { name: name.into(), nominal_mm, measured_mm, tolerance_mm }
+    }
+
+    /// Values between the tags of a name.
+    fn between<'a>(text: &'a str, tag: &str) -> Vec<&'a str> {
+        let (open, close) = (format!("<{tag}>"), format!("</{tag}>"));
+        text.split(&open).skip(1).filter_map(|t| t.split(&close).next()).collect()
+    }
+
+    #[test]
+    fn values_places_and_judgements_are_those_of_the_features() {
+        let features = [
+            feature("top", -2.0, 0.05, Some(-2.01)),
+            feature("rib <1>", 4.0, 0.1, Some(4.2)),
+            feature("side", 1.0, 0.02, None),
+        ];
+        let text = inspection_qif(&features, &plan(), "scene plate").expect("features");
+        assert_eq!(between(&text, "Value"), ["-2.010000", "4.200000"], "what met nothing has no value");
+        assert_eq!(between(&text, "CharacteristicStatusEnum"), ["PASS", "FAIL"]);
+        assert_eq!(between(&text, "InspectionStatusEnum"), ["FAIL"]);
+        assert_eq!(between(&text, "TargetValue"), ["-2.000000", "4.000000", "1.000000"]);
+        assert_eq!(between(&text, "Direction"), ["ZAXIS", "XAXIS"], "a thickness has none");
+        let places = ["50.000000 3.000000 -2.000000", "1.000000 4.000000 -5.000000", "50.000000 3.000000 -2.010000"];
+        assert_eq!(between(&text, "Location"), places);
+        assert_eq!(between(&text, "Normal"), ["0.000000 0.000000 1.000000", "-1.000000 0.000000 0.000000"]);
+        assert_eq!(between(&text, "Name"), ["proveout", "top", "rib &lt;1&gt;", "side"]);
+        // Every id once, every reference to one that is there, none above the largest.
+        let ids: Vec<usize> = text.split(" id=\"").skip(1).filter_map(|t| t.split('"').next()?.parse().ok()).collect();
+        let mut once = ids.clone();
+        once.sort_unstable();
+        once.dedup();
+        assert_eq!(once.len(), ids.len(), "{ids:?}");
+        for tag in [
+            "FeatureDefinitionId",
+            "FeatureNominalId",
+            "FeatureItemId",
+            "CharacteristicDefinitionId",
+            "CharacteristicNominalId",
+            "CharacteristicItemId",
+            "Id",
+        ] {
+            for value in between(&text, tag) {
+                assert!(once.contains(&value.parse().expect("a number")), "{tag} {value}");
+            }
+        }
+        assert!(text.contains(&format!("idMax=\"{}\"", once[once.len() - 1])), "{once:?}");
+        // Tags close in order.
+        let mut open: Vec<&str> = Vec::new();
+        for tag in text.split('<').skip(2).filter_map(|t| t.split('>').next()) {
+            match tag.strip_prefix('/') {
+                Some(name) => assert_eq!(open.pop(), Some(name)),
+                None if tag.ends_with('/') => {}
+                None => open.push(tag.split(' ').next().unwrap_or_default()),
+            }
+        }
+        assert!(open.is_empty(), "{open:?}");
+        // The same run, the same bytes; another result, another document.
+        assert_eq!(inspection_qif(&features, &plan(), "scene plate").as_deref(), Some(text.as_str()));
+        let other = inspection_qif(
+            &[features[0].clone(), features[1].clone(), feature("side", 1.0, 0.02, Some(1.0))],
+            &plan(),
+            "scene plate",
+        );
+        assert_ne!(other.map(|t| between(&t, "QPId")[0].to_owned()), Some(between(&text, "QPId")[0].to_owned()));
+        assert!(inspection_qif(&[], &[], "").is_none());
+    }
+}
