@@ -425,6 +425,7 @@ cases! {
     "scene/ExpectFile.source", Compare, ["scene", "compare.expect.0.source", "\"another\""];
 
     "machine/.up", MillServo, ["machine", "up", "[0, 1, 0]"];
+    "machine/.zero", Mill, ["machine", "zero", "\"home\""];
     "machine/.model", Model, ["machine", "model", "\"nowhere.glb\""];
     "machine/.joint", Mill, ["machine", "joint.0.travel_mm", "[-15, 100]"];
     "machine/.platform", Hybrid, ["machine", "platform", "[]"];
