@@ -6,8 +6,10 @@ use proveout_machine::{JointValues, MAX_JOINTS};
 use crate::Interference;
 use crate::approach::{Outlook, outlook};
 use crate::distance::{Gap, Warm, gap, inside, penetration, skins};
+use crate::kept::{Kept, dot};
 use crate::neighbors::Neighbors;
 use crate::report::{Breach, Nearest, Severity};
+use crate::ring::RingState;
 
 /// Slack for rounding, mm. Distances of tools are proved; those of two triangles may be too large by 1e-8 of their edges, which is
 /// this much for edges of a meter.
@@ -23,7 +25,7 @@ const FAR_MM: f64 = 50.0;
 /// Longest range of a query beyond what is needed, mm.
 const LAST_REACH_MM: f64 = 3200.0;
 /// Largest distance that is kept of a pair, mm: beyond any machine.
-const MOST_PROVED_MM: f64 = 1e6;
+pub(crate) const MOST_PROVED_MM: f64 = 1e6;
 /// Way ahead for which the distance of two neighbors is asked, mm.
 const AHEAD_MM: f64 = 50.0;
 
@@ -40,11 +42,13 @@ pub(crate) struct Pair {
     pub(crate) a: usize,
     pub(crate) b: usize,
     pub(crate) info: usize,
+    /// Most by which they move against each other for a unit of each joint; where one is taken at all its turns, they do not count.
     pub(crate) weights: [f64; MAX_JOINTS],
-    /// Proved distance, mm, when the path of the joints was `at`.
-    pub(crate) kept: f64,
-    /// Summed motion of each joint when `kept` was proved.
-    pub(crate) at: [f64; MAX_JOINTS],
+    /// The same of the bodies themselves.
+    pub(crate) own_weights: [f64; MAX_JOINTS],
+    pub(crate) kept: Kept,
+    /// One of the two at all turns of its joint.
+    pub(crate) ring: Option<RingState>,
     pub(crate) state: State,
     pub(crate) reach: f64,
     /// What was nearest at the last query.
@@ -80,10 +84,6 @@ impl Step {
     }
 }
 
-pub(crate) fn dot(a: &[f64; MAX_JOINTS], b: &[f64; MAX_JOINTS]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
 impl Interference {
     /// Distance above which nothing needs to be known of a pair.
     pub(crate) fn threshold(&self, p: &Pair) -> f64 {
@@ -101,6 +101,11 @@ impl Interference {
             return 0.0;
         }
         WATCH * self.nearest.as_ref().map_or(FAR_MM, |n| n.distance.min(FAR_MM))
+    }
+
+    /// A step with all by which a pair may be nearer than the straight motion says.
+    pub(crate) fn widened(&self, i: usize, step: &Step, off: &JointValues) -> Step {
+        Step { slack: step.slack + dot(&self.pairs[i].weights, &off.0), ..*step }
     }
 
     /// Conservative advancement (after Mirtich 1996) of one pair through one step.
@@ -256,13 +261,8 @@ impl Interference {
         }
     }
 
-    fn keep(&mut self, i: usize, distance: f64, step: &Step, t: f64) {
-        let mut at = self.path;
-        for (s, m) in at.iter_mut().zip(step.motion) {
-            *s += m * t;
-        }
-        let p = &mut self.pairs[i];
-        (p.kept, p.at) = (distance, at);
+    pub(crate) fn keep(&mut self, i: usize, distance: f64, step: &Step, t: f64) {
+        self.pairs[i].kept = Kept { distance, at: step.joints(t) };
     }
 
     fn b_from_a(&self, i: usize, q: &JointValues) -> (Pose, Pose) {
@@ -307,7 +307,7 @@ impl Interference {
         self.machine.machine_from_table(q).inverse().point(p_in_machine)
     }
 
-    fn inside_at(&self, i: usize, step: &Step, t: f64) -> Option<Point> {
+    pub(crate) fn inside_at(&self, i: usize, step: &Step, t: f64) -> Option<Point> {
         if self.pairs[i].neighbors.is_some() {
             return None;
         }
@@ -380,10 +380,4 @@ impl Interference {
             (p.contact, p.state) = (Some(index), State::Contact);
         }
     }
-}
-
-/// Distance of a pair that is proved for now.
-pub(crate) fn lower(p: &Pair, path: &[f64; MAX_JOINTS]) -> f64 {
-    let moved: f64 = (0..MAX_JOINTS).map(|j| p.weights[j] * (path[j] - p.at[j])).sum();
-    p.kept - moved
 }

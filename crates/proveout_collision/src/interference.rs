@@ -7,13 +7,16 @@ use proveout_geom::Point;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine, PairCare};
 use proveout_tool::Tool;
 
-use crate::advance::{Pair, State, Step, dot, lower};
+use crate::advance::{Pair, State, Step};
+use crate::boxes::BoxTree;
+use crate::kept::{Kept, Turns, dot};
 use crate::least::{KeptPiece, Proof};
 use crate::neighbors::{EMPTY, Neighbors, Rests, at_rest, is_left, rests};
 use crate::parts::{
     Envelope, Fixture, Part, chain_to, fixture_part, machine_parts, motion_weights, relation, rule_of, tool_parts,
 };
 use crate::report::{Breach, Clearance, CollisionError, Effort, MeshFaults, Nearest, PairInfo, Severity, Unchecked};
+use crate::ring::{Ring, RingState, ring_of, turning_joint};
 use crate::shape::Shape;
 
 /// Range of the first query of a pair beyond what is needed, mm; doubled when nothing is found.
@@ -37,13 +40,20 @@ pub struct Interference {
     pub(crate) fixed_infos: usize,
     pub(crate) pairs: Vec<Pair>,
     pub(crate) envelope: Envelope,
-    /// Summed absolute motion of each joint.
-    pub(crate) path: [f64; MAX_JOINTS],
+    pub(crate) turns: Turns,
     pub(crate) last: Option<JointValues>,
     pub(crate) last_time: f64,
     pub(crate) largest_weights: [f64; MAX_JOINTS],
+    /// Where all pairs were last looked at, the least distance that was proved of any there, and by how much at least it is above what needs to be
+    /// known of that pair, mm.
+    pub(crate) reference: JointValues,
+    pub(crate) closest: f64,
     pub(crate) budget: f64,
-    pub(crate) spent: f64,
+    /// Most of the budget that any piece has needed since, and what is proved at the end of the last piece, mm.
+    pub(crate) roamed: f64,
+    pub(crate) now: f64,
+    /// Parts at all turns of the joint that carries them, by their places among the parts.
+    pub(crate) rings: BTreeMap<usize, Option<(usize, Arc<Part>)>>,
     /// What is left of neighbors without what bears, by their places among the parts.
     pub(crate) rests: BTreeMap<(usize, usize), Arc<Rests>>,
     /// Ranges of the joints in which all neighbors keep clear of each other, and the slack for which that holds, mm.
@@ -82,12 +92,16 @@ impl Interference {
             infos: Vec::new(),
             fixed_infos: 0,
             pairs: Vec::new(),
-            path: [0.0; MAX_JOINTS],
+            turns: Turns::of(machine),
             last: None,
             last_time: 0.0,
             largest_weights: [0.0; MAX_JOINTS],
+            reference: JointValues::ZERO,
+            closest: f64::INFINITY,
             budget: f64::NEG_INFINITY,
-            spent: 0.0,
+            roamed: 0.0,
+            now: f64::INFINITY,
+            rings: BTreeMap::new(),
             rests: BTreeMap::new(),
             proved_ranges: [EMPTY; MAX_JOINTS],
             proved_slack: 0.0,
@@ -157,7 +171,10 @@ impl Interference {
         let neighbors = if unchecked == Some(Unchecked::Neighbors) { self.neighbors(a, b, near_miss) } else { None };
         let (x, y) = (&self.parts[a], &self.parts[b]);
         let bearing = neighbors.as_ref().map_or(0.0, |n| n.rests.left_out[0].max(n.rests.left_out[1]));
-        let unchecked = unchecked.filter(|_| neighbors.is_none());
+        let unchecked = unchecked.filter(|_| neighbors.is_none()).map(|why| match self.rests.get(&(a, b)) {
+            Some(rests) if why == Unchecked::Neighbors && bears_all_over(rests, [x, y]) => Unchecked::Guide,
+            _ => why,
+        });
         let bodies = [x.name.clone(), y.name.clone()];
         let info = PairInfo { bodies, kinds: [x.kind, y.kind], unchecked, near_miss, ruled, bearing };
         // A tool that comes back has its pairs in the list already.
@@ -166,24 +183,48 @@ impl Interference {
             self.infos.len() - 1
         });
         if unchecked.is_none() {
+            let ring = if neighbors.is_none() { self.ring(a, b) } else { None };
             self.pairs.push(Pair {
                 a,
                 b,
                 info: index,
                 weights: [0.0; MAX_JOINTS],
-                kept: f64::NEG_INFINITY,
-                at: self.path,
+                own_weights: [0.0; MAX_JOINTS],
+                kept: Kept::NONE,
                 state: State::Clear,
                 reach: FIRST_REACH_MM,
                 warm: None,
                 // Skins of neighbors that never met outside of their bearing have nothing inside of the other there.
                 fresh: neighbors.is_none(),
+                ring,
                 neighbors,
                 near: None,
                 contact: None,
                 clearance: near_miss,
             });
         }
+    }
+
+    /// One of two parts at all turns of the joint that carries it and not the other; the one that turns farther.
+    fn ring(&mut self, a: usize, b: usize) -> Option<RingState> {
+        let of = |part: usize, other: usize| {
+            let joint = turning_joint(&self.machine, &self.parts[part])?;
+            let free = !chain_to(&self.machine, self.parts[other].attached).contains(&joint);
+            let travel = self.machine.joints[joint].travel.map_or(f64::INFINITY, |[low, high]| high - low);
+            free.then_some((joint, travel))
+        };
+        let (side, part, joint) = match (of(a, b), of(b, a)) {
+            (Some((x, far)), Some((_, other))) if far >= other => (0, a, x),
+            (_, Some((y, _))) => (1, b, y),
+            (Some((x, _)), None) => (0, a, x),
+            (None, None) => return None,
+        };
+        if !self.rings.contains_key(&part) {
+            let made = ring_of(&self.machine, &self.parts[part], joint).map(|p| (joint, Arc::new(p)));
+            self.rings.insert(part, made);
+        }
+        let (joint, part) = self.rings.get(&part)?.clone()?;
+        Some(RingState::new(Ring { side, joint, part }))
     }
 
     /// Two machine bodies with one joint between them, without what bears; none where nothing is left.
@@ -208,24 +249,35 @@ impl Interference {
     fn recompute_weights(&mut self) {
         self.largest_weights = [0.0; MAX_JOINTS];
         for i in 0..self.pairs.len() {
-            // What was proved is carried along with the bounds that held until now.
-            let kept = lower(&self.pairs[i], &self.path);
             let weights = {
                 let p = &self.pairs[i];
                 let all = motion_weights(&self.machine, &self.parts[p.a], &self.parts[p.b], &self.envelope);
                 p.neighbors.as_ref().map_or(all, |n| std::array::from_fn(|j| if j == n.joint { n.weight } else { 0.0 }))
             };
             let p = &mut self.pairs[i];
-            (p.kept, p.at, p.weights) = (kept, self.path, weights);
+            // What was proved is carried along with the bounds that held until now.
+            if let Some(last) = self.last.filter(|_| p.kept.is_known()) {
+                p.kept = Kept { distance: p.kept.along(&self.turns, &p.weights, [&last; 2]), at: last };
+            }
+            (p.own_weights, p.weights) = (weights, weights);
+            if let Some(ring) = p.ring.as_ref().filter(|r| r.live) {
+                p.weights[ring.of.joint] = 0.0;
+            }
             if p.neighbors.is_some() {
                 continue;
             }
-            for (largest, w) in self.largest_weights.iter_mut().zip(weights) {
+            for (largest, w) in self.largest_weights.iter_mut().zip(p.weights) {
                 *largest = largest.max(w);
             }
         }
+        self.settle();
         self.budget = f64::NEG_INFINITY;
-        self.spent = 0.0;
+    }
+
+    /// Notes what was proved of all pairs together since they were last looked at one by one.
+    pub(crate) fn settle(&mut self) {
+        self.lower_bound = self.lower_bound.min((self.closest - self.roamed).max(0.0));
+        (self.closest, self.roamed) = (f64::INFINITY, 0.0);
     }
 
     /// Checks one straight motion of the joints, from `time[0]` to `time[1]` (s). The true motion of any point may leave
@@ -265,18 +317,14 @@ impl Interference {
         if self.envelope.include(&self.machine, &high) || grown {
             self.recompute_weights();
         }
-        let mut motion = [0.0; MAX_JOINTS];
-        for (m, (a, b)) in motion.iter_mut().zip(from.0.iter().zip(to.0)) {
-            *m = (b - a).abs();
-        }
-        let used = dot(&self.largest_weights, &motion);
-        let aside = slack + dot(&self.largest_weights, &off.0);
-        if self.spent + used + aside < self.budget && self.neighbors_keep_clear(&low, &high, slack) {
+        let away = self.turns.away(&self.reference, [from, to]);
+        let used = dot(&self.largest_weights, &away) + slack + dot(&self.largest_weights, &off.0);
+        if used < self.budget && self.neighbors_keep_clear(&low, &high, slack) {
             self.effort.pieces_by_allowance += 1;
-            self.spent += used;
-            self.walk(&motion, 1.0);
+            self.roamed = self.roamed.max(used);
+            self.now = self.closest - used;
         } else {
-            self.examine([from, to], time, slack, off, &motion);
+            self.examine([from, to], time, slack, off);
         }
         self.last = Some(*to);
         self.last_time = time[1];
@@ -290,41 +338,26 @@ impl Interference {
         slack <= self.proved_slack && self.proved_ranges.iter().enumerate().all(within)
     }
 
-    /// Accounts for a gap between pieces: rounding is motion, a jump forgets what was proved.
+    /// Accounts for a gap between pieces: a jump that is more than rounding forgets what was proved.
     fn join(&mut self, from: &JointValues) {
         let Some(last) = self.last else { return };
         if last == *from {
             return;
         }
         let gap = last.zip_map(*from, |a, b| (b - a).abs());
-        let motion = dot(&self.largest_weights, &gap.0);
-        if motion > JOIN_MM {
+        if dot(&self.largest_weights, &gap.0) > JOIN_MM {
             self.lower_bound = self.clearance().lower_bound;
             for p in &mut self.pairs {
-                (p.kept, p.fresh) = (f64::NEG_INFINITY, p.neighbors.is_none());
+                (p.kept, p.fresh) = (Kept::NONE, p.neighbors.is_none());
             }
-            self.budget = f64::NEG_INFINITY;
-        } else {
-            self.walk(&gap.0, 1.0);
-            self.spent += motion;
+            (self.closest, self.roamed, self.budget) = (f64::INFINITY, 0.0, f64::NEG_INFINITY);
         }
     }
 
-    fn walk(&mut self, motion: &[f64; MAX_JOINTS], part: f64) {
-        for (s, m) in self.path.iter_mut().zip(motion) {
-            *s += m * part;
-        }
-    }
-
-    fn examine(
-        &mut self,
-        [from, to]: [&JointValues; 2],
-        time: [f64; 2],
-        slack: f64,
-        off: &JointValues,
-        motion: &[f64; MAX_JOINTS],
-    ) {
-        let turn = self.machine.joints.iter().zip(motion).filter(|(j, _)| j.is_rotary()).map(|(_, m)| *m);
+    fn examine(&mut self, [from, to]: [&JointValues; 2], time: [f64; 2], slack: f64, off: &JointValues) {
+        self.settle();
+        let motion: [f64; MAX_JOINTS] = std::array::from_fn(|j| (to[j] - from[j]).abs());
+        let turn = self.machine.joints.iter().zip(&motion).filter(|(j, _)| j.is_rotary()).map(|(_, m)| *m);
         let steps = (turn.fold(0.0, f64::max) / STEP_RAD).ceil().clamp(1.0, 1e6) as usize;
         for k in 0..steps {
             let at = |i: usize| i as f64 / steps as f64;
@@ -335,31 +368,35 @@ impl Interference {
                 slack,
                 motion: motion.map(|m| m / steps as f64),
             };
-            let straight = step;
             for i in 0..self.pairs.len() {
-                let slack = slack + dot(&self.pairs[i].weights, &off.0);
-                let step = Step { slack, ..straight };
-                let left = lower(&self.pairs[i], &self.path) - dot(&self.pairs[i].weights, &step.motion) - slack;
                 self.effort.pair_checks += 1;
-                if self.pairs[i].neighbors.is_some() && self.pairs[i].state == State::Clear {
-                    if self.neighbors_clear(i, &straight, off) {
+                let p = &self.pairs[i];
+                if p.neighbors.is_some() && p.state == State::Clear {
+                    if self.neighbors_clear(i, &step, off) {
                         self.effort.pairs_by_allowance += 1;
                     } else {
-                        self.examine_pair(i, &step);
+                        self.examine_pair(i, &self.widened(i, &step, off));
                     }
-                } else if left <= self.threshold(&self.pairs[i]) {
-                    self.examine_pair(i, &step);
-                } else {
+                    continue;
+                }
+                let aside = slack + dot(&p.weights, &off.0);
+                let left = p.kept.along(&self.turns, &p.weights, [&step.from, &step.to]) - aside;
+                if left > self.threshold(p) {
                     self.effort.pairs_by_allowance += 1;
                     self.prove(i, left);
+                } else if !self.ring_keeps(i, &self.widened(i, &step, off)) {
+                    self.examine_pair(i, &self.widened(i, &step, off));
                 }
             }
-            self.walk(&step.motion, 1.0);
         }
-        self.spent = 0.0;
-        let remaining = |p: &Pair| lower(p, &self.path) - self.threshold(p);
-        let others = self.pairs.iter().filter(|p| p.neighbors.is_none());
-        self.budget = others.map(remaining).fold(f64::INFINITY, f64::min);
+        self.reference = *to;
+        (self.closest, self.budget) = (f64::INFINITY, f64::INFINITY);
+        for p in self.pairs.iter().filter(|p| p.neighbors.is_none()) {
+            let here = p.kept.along(&self.turns, &p.weights, [to; 2]);
+            self.closest = self.closest.min(here);
+            self.budget = self.budget.min(here - self.threshold(p));
+        }
+        self.now = self.closest;
         (self.proved_ranges, self.proved_slack) = ([[f64::NEG_INFINITY, f64::INFINITY]; MAX_JOINTS], f64::INFINITY);
         for p in &self.pairs {
             let Some(n) = &p.neighbors else { continue };
@@ -377,10 +414,11 @@ impl Interference {
             if self.pairs[i].state != State::Contact {
                 self.push(i, Severity::QueryFailed, time, joints, 0.0, Point::origin(), false);
             }
-            (self.pairs[i].kept, self.pairs[i].fresh) = (f64::NEG_INFINITY, self.pairs[i].neighbors.is_none());
+            (self.pairs[i].kept, self.pairs[i].fresh) = (Kept::NONE, self.pairs[i].neighbors.is_none());
         }
-        self.budget = f64::NEG_INFINITY;
+        (self.closest, self.roamed, self.budget) = (f64::INFINITY, 0.0, f64::NEG_INFINITY);
         self.last = None;
+        self.now = 0.0;
         self.lower_bound = 0.0;
     }
 
@@ -392,16 +430,13 @@ impl Interference {
     /// Smallest distance so far, measured and proved. Machine bodies of neighboring joints, which are always near each other, count
     /// where they come nearer than the clearance.
     pub fn clearance(&self) -> Clearance {
-        let open =
-            self.pairs.iter().filter(|p| !p.fresh && p.neighbors.is_none()).map(|p| lower(p, &self.path).max(0.0));
-        Clearance { measured: self.nearest.clone(), lower_bound: open.fold(self.lower_bound, f64::min) }
+        let now = self.now.min(self.closest - self.roamed).max(0.0);
+        Clearance { measured: self.nearest.clone(), lower_bound: self.lower_bound.min(now) }
     }
 
     /// Distance that is proved for all pairs at the end of the last piece, mm; infinite when there is no pair.
     pub fn proved_now(&self) -> f64 {
-        let now =
-            self.pairs.iter().filter(|p| !p.fresh && p.neighbors.is_none()).map(|p| lower(p, &self.path).max(0.0));
-        now.fold(f64::INFINITY, f64::min)
+        self.now.max(0.0)
     }
 
     /// Every pair met so far, those that are not checked with the reason. Pairs of tools that were changed stay listed.
@@ -436,4 +471,9 @@ impl Interference {
     pub fn part_names(&self) -> impl Iterator<Item = &Arc<str>> {
         self.parts.iter().map(|p| &p.name)
     }
+}
+
+/// Whether each body of which nothing is left is one that bears by its role.
+fn bears_all_over(rests: &Rests, bodies: [&Part; 2]) -> bool {
+    rests.skins.iter().zip(bodies).all(|(skin, body)| skin.root().is_some() || body.bears)
 }

@@ -45,7 +45,8 @@
 //!
 //! # Known limits
 //!
-//! Machine bodies of neighboring joints are checked without the volume in which they bear on each other (text of `neighbors.rs`); those
+//! Machine bodies of neighboring joints are checked without the volume in which they bear on each other (text of `neighbors.rs`); one of which
+//! nothing is left is listed, with whether its role is to bear; those
 //! that a tilting platform carries are not, and are listed so. Penetration is a lower estimate from vertices and points on the
 //! generating curves, and is not estimated for neighbors. A pair that collides is looked at again each half
 //! millimeter of motion; a separation and new contact in between counts as one breach.
@@ -55,11 +56,13 @@ mod approach;
 mod boxes;
 mod distance;
 mod interference;
+mod kept;
 mod least;
 mod neighbors;
 mod orientation;
 mod parts;
 mod report;
+mod ring;
 mod shape;
 mod solid_pair;
 mod stock;
@@ -74,7 +77,7 @@ pub use orientation::{
     AxisState, BallTurn, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings,
     OrientationSpace, OrientationWalk, Refusal, SurfaceContact,
 };
-pub use parts::Fixture;
+pub use parts::{BEARING_ROLES, Fixture};
 pub use report::{
     Breach, Clearance, CollisionError, Effort, MeshFaults, Nearest, PairInfo, PartKind, Severity, Unchecked,
 };

@@ -12,6 +12,9 @@ use crate::shape::{MeshShape, Revolved, Shape, ShapeFault};
 /// Travel assumed for a linear joint at first where none is stated, mm to either side; it is widened when left.
 const TRAVEL_GUESS_MM: f64 = 500.0;
 
+/// Roles of machine bodies that are there to bear on their neighbor.
+pub const BEARING_ROLES: [&str; 2] = ["guide", "bearing"];
+
 /// A fixture, clamp or platform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fixture {
@@ -33,6 +36,8 @@ pub(crate) struct Part {
     pub(crate) zero_from_local: Pose,
     pub(crate) shape: Arc<Shape>,
     pub(crate) excluded: bool,
+    /// It bears by its role.
+    pub(crate) bears: bool,
 }
 
 impl Part {
@@ -68,6 +73,7 @@ pub(crate) fn machine_parts(machine: &Machine) -> Result<Vec<Part>, CollisionErr
             zero_from_local: Pose::identity(),
             shape: Arc::new(shape),
             excluded: !b.check,
+            bears: BEARING_ROLES.contains(&b.role.as_str()),
         })
     };
     machine.bodies.iter().map(part).collect()
@@ -86,6 +92,7 @@ pub(crate) fn fixture_part(machine: &Machine, fixture: &Fixture) -> Result<Part,
         zero_from_local: Pose::identity(),
         shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("fixture", &fixture.name, &fixture.mesh, Wanted::Surface)?))),
         excluded: false,
+        bears: false,
     })
 }
 
@@ -142,6 +149,7 @@ pub(crate) fn tool_parts(machine: &Machine, tool: &Tool) -> Vec<Part> {
                 zero_from_local: machine.spindle.gauge_pose * spindle_from_tip,
                 shape: Arc::new(Shape::Convex(bodies)),
                 excluded: false,
+                bears: false,
             })
         })
         .collect()

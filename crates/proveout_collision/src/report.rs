@@ -144,8 +144,11 @@ pub struct PairInfo {
 pub enum Unchecked {
     /// Both move as one.
     Rigid,
-    /// Machine bodies of neighboring joints of which nothing is left beside the volume in which they bear on each other.
+    /// Machine bodies of neighboring joints of which nothing is left beside the volume in which they bear on each other, though no role says that they
+    /// are to.
     Neighbors,
+    /// The same of a body that bears by its role in the machine file ([`crate::BEARING_ROLES`]): that is what it is for.
+    Guide,
     /// Machine bodies of neighboring joints with a tilting platform between them, whose motion leaves no volume in place.
     Platform,
     /// The caller allows it.
@@ -162,6 +165,7 @@ impl Unchecked {
         match self {
             Self::Rigid => "both parts move as one",
             Self::Neighbors => "machine bodies of neighboring joints bear on each other all over",
+            Self::Guide => "one of them bears on the other all over, as its role in the machine file says",
             Self::Platform => "the platform between them tilts about no fixed line, so that no volume can be left out",
             Self::Allowed => "allowed by the setup",
             Self::Excluded => "the machine description excludes the body from checks",

@@ -151,12 +151,20 @@ fn proved(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> f64 {
 }
 
 /// Lower bound of the distance of shape `a` in all its places from shape `b`, mm; exact but for rounding below `limit`, and at least the limit
-/// elsewhere. The skins count, not the inside. Shape b is a mesh; nothing is proved of another.
+/// elsewhere. Of two meshes the skins count, not the inside; nothing is proved of a mesh against a convex body.
 pub(crate) fn least_distance(a: &Shape, b: &Shape, places: &Places, limit: f64) -> f64 {
     match (a, b) {
         (Shape::Mesh(a), Shape::Mesh(b)) => least_of_skins(&a.boxes, &b.boxes, places, limit),
         (Shape::Convex(bodies), Shape::Mesh(b)) => bodies_skin(bodies, &b.boxes, places, limit),
-        (_, Shape::Convex(_)) => 0.0,
+        (Shape::Convex(a), Shape::Convex(b)) => {
+            let still = Places::at(Pose::identity());
+            let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
+            let of = |limit: f64, (a, b)| {
+                limit.min(proved(&Body { body: a, places }, &Body { body: b, places: &still }, limit))
+            };
+            pairs.fold(limit, of)
+        }
+        (Shape::Mesh(_), Shape::Convex(_)) => 0.0,
     }
 }
 

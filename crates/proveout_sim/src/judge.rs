@@ -1,6 +1,6 @@
 //! From the cut part and the facts of the loop to the verdict.
 
-use proveout_collision::Unchecked;
+use proveout_collision::{BEARING_ROLES, Unchecked};
 use std::collections::BTreeMap;
 
 use proveout_controller::{Dynamics, Summary};
@@ -233,6 +233,12 @@ struct Known<'a> {
     log: &'a FindingLog,
 }
 
+/// Pairs that are not checked for a reason, in words.
+fn of_neighbors(facts: &Facts, why: Unchecked) -> String {
+    let pairs = facts.clearance.unchecked.iter().filter(|u| u.reason == why.reason());
+    pairs.map(|u| u.bodies.join(" against ")).collect::<Vec<_>>().join(", ")
+}
+
 fn judge_gates(
     prepared: &Prepared,
     facts: &Facts,
@@ -301,6 +307,13 @@ fn judge_gates(
         let pairs = facts.across_platforms.join(", ");
         collision.left_out.push(format!("bodies on both sides of a tilting platform: {pairs}"));
     }
+    let swallowed = of_neighbors(facts, Unchecked::Neighbors);
+    if !swallowed.is_empty() {
+        collision.left_out.push(format!(
+            "neighbors that touch each other all over at rest, though no role of the machine file ({}) says that they bear: {swallowed}",
+            BEARING_ROLES.join(", ")
+        ));
+    }
     collision.left_out.extend(facts.told.left_out.clone());
     collision.left_out.extend(facts.loose.clone());
     let near_mm = tolerances.near_miss_mm;
@@ -315,10 +328,9 @@ fn judge_gates(
         checked.push_str(facts.loose_known.as_deref().unwrap_or_default());
         let errors = prepared.machine.has_errors();
         checked.push_str(if errors { "; with room for the geometric errors of the machine" } else { "" });
-        let bear = facts.clearance.unchecked.iter().filter(|u| u.reason == Unchecked::Neighbors.reason());
-        let bear: Vec<String> = bear.map(|u| u.bodies.join(" against ")).collect();
+        let bear = of_neighbors(facts, Unchecked::Guide);
         if !bear.is_empty() {
-            *checked += &format!("; neighbors of which nothing is left beside their bearing: {}", bear.join(", "));
+            *checked += &format!("; neighbors of which nothing is left beside their bearing: {bear}");
         }
         for remark in &facts.told.remarks {
             *checked += &format!("; {remark}");

@@ -11,6 +11,7 @@ mod cone_frustum;
 mod experiments;
 mod figures;
 mod files;
+#[cfg(feature = "certificates")]
 mod jobs;
 mod machine_models;
 #[cfg(feature = "schemas")]
@@ -84,12 +85,7 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             print!("{}", checks::layers::table(&workspace));
             checks::layers::check(&workspace).map(|_| ())
         }
-        ["jobs", out] => {
-            for scene in jobs::write(&root, Path::new(out))? {
-                println!("{}", scene.display());
-            }
-            Ok(())
-        }
+        ["jobs", out] => write_jobs(&root, out),
         ["schemas", options @ ..] => schemas(&root, options),
         ["experiments", words @ ..] if words.iter().any(|w| *w != "--check") => experiments(&root, words),
         ["figures", options @ ..] => {
@@ -126,6 +122,20 @@ fn schemas(root: &Path, options: &[&str]) -> Result<(), Failure> {
 #[cfg(feature = "schemas")]
 fn experiments(root: &Path, folders: &[&str]) -> Result<(), Failure> {
     experiments::run(root, folders)
+}
+
+#[cfg(feature = "certificates")]
+fn write_jobs(root: &Path, out: &str) -> Result<(), Failure> {
+    for scene in jobs::write(root, Path::new(out))? {
+        println!("{}", scene.display());
+    }
+    Ok(())
+}
+
+#[cfg(not(feature = "certificates"))]
+fn write_jobs(root: &Path, out: &str) -> Result<(), Failure> {
+    let out = std::path::absolute(out).map_err(|e| Failure(format!("{out}: {e}")))?;
+    with_product(root, "certificates", "jobs", &[&out.display().to_string()])
 }
 
 #[cfg(feature = "certificates")]

@@ -17,6 +17,8 @@
 mod search;
 mod way;
 
+use std::sync::Arc;
+
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
@@ -24,13 +26,15 @@ use crate::Interference;
 use crate::advance::Pair;
 use crate::boxes::Effort;
 use crate::distance::{Gap, Warm, gap, skins_with};
+use crate::kept::dot;
 use crate::parts::{Part, chain_to};
 use crate::report::Severity;
+use crate::ring::Ring;
 use crate::shape::Shape;
 use crate::swept::{Places, least_distance};
 use search::{Ask, Bound, Measured, Search, Tolerance, turned};
 pub(crate) use way::KeptPiece;
-use way::{Stretch, Way};
+use way::{Range, Stretch, Way};
 
 /// Pieces that are kept at most: 7 MB.
 const MOST_PIECES: usize = 1 << 15;
@@ -51,6 +55,8 @@ const LOOK_EFFORT: u64 = 256;
 const MOST_OF_LOOK: u64 = 1 << 14;
 /// Largest distance that is asked for, mm: beyond any machine.
 const ENOUGH_MM: f64 = 1e6;
+/// Turning by less than this, mm, is asked of the body itself and not of its hulls at all turns.
+const WORTH_MM: f64 = 0.1;
 /// Joints that differ by less stand still, mm and radian: rounding.
 const STANDS: f64 = 1e-8;
 
@@ -78,11 +84,11 @@ pub struct ProvedSpan {
     /// Begin and end, s. The spans of a pair follow each other without a gap while it is in place. Spans that follow each other with the same time
     /// are parts of one piece of the motion: at every moment of it the joints are in one of them.
     pub time: [f64; 2],
-    /// The joints are in this range in this part of the motion, mm and radian.
+    /// The joints are in this range in this part of the motion, mm and radian; one that may stand at any turn has no ends.
     pub low: JointValues,
     /// Upper end of the range.
     pub high: JointValues,
-    /// Distance that is proved, mm: measured at a place (both ends of `straight`); or with the turning joints in the middle of their ranges and the slides anywhere in theirs; or, with `straight`, of
+    /// Distance that is proved, mm: measured at a place (both ends of `straight`); or with the turning joints in the middle of their ranges and the slides anywhere in theirs, those without ends at every turn; or, with `straight`, of
     /// the hulls of one body at both ends, as the other sees it.
     pub distance: f64,
     /// Most by which it is smaller anywhere in the span, mm: what turns, leaves the straight way, and the slack of the motion.
@@ -227,7 +233,10 @@ impl Interference {
     fn note(&self, way: &Way, pair: &Pair, search: &Search, proof: &mut Proof) {
         let before = proof.spans.len();
         for (stretch, bound) in search.spans(way) {
-            let range = way.range(stretch);
+            let mut range = way.range(stretch);
+            if let Some(joint) = bound.turns {
+                (range.low[joint], range.high[joint]) = (f64::NEG_INFINITY, f64::INFINITY);
+            }
             proof.spans.push(ProvedSpan {
                 pair: pair.info,
                 time: way.time(stretch),
@@ -295,6 +304,33 @@ fn smallest_first(way: &Way, searches: &mut [(&Pair, PairAsk<'_>, Search)]) {
     }
 }
 
+/// One of a pair at all turns of its joint, and the other.
+struct RingAsk<'a> {
+    joint: usize,
+    /// The hulls.
+    a: Arc<Part>,
+    b: &'a Part,
+}
+
+impl<'a> RingAsk<'a> {
+    fn new(world: &'a Interference, pair: &'a Pair, ring: &Ring) -> Self {
+        let other = if ring.side == 0 { pair.b } else { pair.a };
+        Self { joint: ring.joint, a: ring.part.clone(), b: &world.parts[other] }
+    }
+}
+
+fn b_from_a(machine: &Machine, a: &Part, b: &Part, q: &JointValues) -> Pose {
+    b.pose(machine, q).inverse() * a.pose(machine, q)
+}
+
+/// Where a point of a goes for a unit of a slide, at some joints, in the frame of b.
+fn column(machine: &Machine, a: &Part, b: &Part, q: &JointValues, joint: usize) -> Vector {
+    let (mut low, mut high) = (*q, *q);
+    (low[joint], high[joint]) = (q[joint] - 0.5, q[joint] + 0.5);
+    let of = |q: &JointValues| b_from_a(machine, a, b, q).point(&Point::origin());
+    of(&high) - of(&low)
+}
+
 /// Distances and bounds of one pair.
 struct PairAsk<'a> {
     machine: &'a Machine,
@@ -304,6 +340,8 @@ struct PairAsk<'a> {
     turns: [bool; MAX_JOINTS],
     /// Joints that carry b.
     of_b: [bool; MAX_JOINTS],
+    /// One of the two at all turns of its joint.
+    ring: Option<RingAsk<'a>>,
     warm: Warm,
     looks: u64,
     /// What they have cost.
@@ -324,7 +362,8 @@ impl<'a> PairAsk<'a> {
             machine: &world.machine,
             a,
             b,
-            weights: pair.weights,
+            weights: pair.own_weights,
+            ring: pair.ring.as_ref().map(|r| RingAsk::new(world, pair, &r.of)),
             turns: std::array::from_fn(|j| joints.get(j).is_some_and(proveout_machine::Joint::is_rotary)),
             of_b: std::array::from_fn(|j| carries.contains(&j)),
             warm: None,
@@ -335,7 +374,7 @@ impl<'a> PairAsk<'a> {
     }
 
     fn b_from_a(&self, q: &JointValues) -> Pose {
-        self.b.pose(self.machine, q).inverse() * self.a.pose(self.machine, q)
+        b_from_a(self.machine, self.a, self.b, q)
     }
 
     /// Distance in a pose as far as below a limit: what is proved, and that of two points, mm.
@@ -359,13 +398,6 @@ impl<'a> PairAsk<'a> {
         }
     }
 
-    /// Where a point goes for a unit of a slide, at some joints, in the frame of b.
-    fn column(&self, q: &JointValues, joint: usize) -> Vector {
-        let (mut low, mut high) = (*q, *q);
-        (low[joint], high[joint]) = (q[joint] - 0.5, q[joint] + 0.5);
-        self.b_from_a(&high).point(&Point::origin()) - self.b_from_a(&low).point(&Point::origin())
-    }
-
     fn sum(&self, of: impl Fn(usize) -> f64) -> f64 {
         (0..MAX_JOINTS).map(|j| self.weights[j] * of(j)).sum()
     }
@@ -378,6 +410,29 @@ impl<'a> PairAsk<'a> {
         let motion = self.sum(|j| way[j]);
         let farther = |j: &usize| self.turns[*j] && self.of_b[*j];
         0.25 * turn * (motion + (0..MAX_JOINTS).filter(farther).map(moves).sum::<f64>() * (wanted + motion))
+    }
+
+    /// What the hulls of all turns prove, where it is enough.
+    fn at_all_turns(&mut self, range: &Range, half: &JointValues, wanted: f64) -> Option<Bound> {
+        let ring = self.ring.as_ref()?;
+        // A joint that hardly turns is no reason to take more than the body.
+        if half[ring.joint] * self.weights[ring.joint] < WORTH_MM {
+            return None;
+        }
+        self.effort += LOOK_EFFORT;
+        let mut weights = self.weights;
+        weights[ring.joint] = 0.0;
+        let aside = dot(&weights, &range.off.0);
+        let turning = turned(&weights, &self.turns, half);
+        let middle = (range.low + range.high) * 0.5;
+        let mut places = Places::at(b_from_a(self.machine, &ring.a, &ring.b, &middle));
+        for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && weights[j] > 0.0) {
+            places.shift(column(self.machine, &ring.a, &ring.b, &middle, j) * half[j]);
+        }
+        let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
+        let distance = least_distance(&ring.a.shape, &ring.b.shape, &places, limit).min(limit);
+        let bound = Bound { distance, turning, slack: range.slack, aside, chord: None, turns: Some(ring.joint) };
+        (bound.reached() >= wanted).then_some(bound)
     }
 
     fn least(&mut self, places: &Places, limit: f64) -> f64 {
@@ -397,8 +452,11 @@ impl Ask for PairAsk<'_> {
     fn bound(&mut self, way: &Way, stretch: Stretch, wanted: f64) -> Bound {
         (self.looks, self.effort) = (self.looks + 1, self.effort + LOOK_EFFORT);
         let range = way.range(stretch);
-        let aside = self.sum(|j| range.off[j]);
         let half = (range.high - range.low) * 0.5;
+        if let Some(found) = self.at_all_turns(&range, &half, wanted) {
+            return found;
+        }
+        let aside = self.sum(|j| range.off[j]);
         let turning = turned(&self.weights, &self.turns, &half);
         if let Some((ends, off)) = way.chord(stretch, &self.weights) {
             let bent = self.bent(&ends, wanted) + self.sum(|j| off[j]);
@@ -407,16 +465,16 @@ impl Ask for PairAsk<'_> {
                 let places = Places::between(ends.map(|q| self.b_from_a(&q)));
                 // What is farther was not looked at.
                 let distance = self.least(&places, limit).min(limit);
-                return Bound { distance, turning: bent, slack: range.slack, aside, chord: Some(ends) };
+                return Bound { distance, turning: bent, slack: range.slack, aside, chord: Some(ends), turns: None };
             }
         }
         let middle = (range.low + range.high) * 0.5;
         let mut places = Places::at(self.b_from_a(&middle));
         for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && self.weights[j] > 0.0) {
-            places.shift(self.column(&middle, j) * half[j]);
+            places.shift(column(self.machine, self.a, self.b, &middle, j) * half[j]);
         }
         let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
-        Bound { distance: self.least(&places, limit), turning, slack: range.slack, aside, chord: None }
+        Bound { distance: self.least(&places, limit), turning, slack: range.slack, aside, chord: None, turns: None }
     }
 
     fn distance(&mut self, joints: &JointValues, limit: f64) -> [f64; 2] {
@@ -429,6 +487,6 @@ impl Ask for PairAsk<'_> {
         let range = way.range(stretch);
         let far = (range.high - *joints).zip_map(*joints - range.low, f64::max);
         let (turning, aside) = (self.sum(|j| far[j]), self.sum(|j| range.off[j]));
-        Bound { distance, turning, slack: range.slack, aside, chord: Some([*joints; 2]) }
+        Bound { distance, turning, slack: range.slack, aside, chord: Some([*joints; 2]), turns: None }
     }
 }

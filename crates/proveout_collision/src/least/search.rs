@@ -15,6 +15,9 @@
 //! sum w_j e_j`. Only points nearer to the other body than what is asked for count; for joints that carry the other body w is their distance from
 //! the axis, so much more than that of the other body's points. It shrinks with the square of the length, that of the box with the length.
 //!
+//! *Turns.* A box in which one joint may be anywhere: D is the distance of the hulls of all its turns (text of `ring.rs`), and this joint does not count
+//! in T.
+//!
 //! Over the whole stretch then
 //!
 //! ```text
@@ -44,6 +47,8 @@ pub(crate) struct Bound {
     pub(crate) aside: f64,
     /// Ends of the straight motion for which it holds; none for the box.
     pub(crate) chord: Option<[JointValues; 2]>,
+    /// It holds at all turns of this joint.
+    pub(crate) turns: Option<usize>,
 }
 
 impl Bound {
@@ -52,12 +57,12 @@ impl Bound {
     }
 
     /// The better of two.
-    fn or(self, other: Self) -> Self {
+    pub(crate) fn or(self, other: Self) -> Self {
         if other.reached() > self.reached() { other } else { self }
     }
 
     /// The same without what no shorter stretch makes better.
-    fn reached(&self) -> f64 {
+    pub(crate) fn reached(&self) -> f64 {
         self.distance - self.turning + self.aside
     }
 }
@@ -226,7 +231,7 @@ impl Search {
 
     /// The stretches that make up the whole, in order along it, each as long as its bound is no worse than what the search has reached in all.
     pub(crate) fn spans(&self, way: &Way) -> Vec<(Stretch, Bound)> {
-        let none = Bound { distance: 0.0, turning: 0.0, slack: 0.0, aside: 0.0, chord: None };
+        let none = Bound { distance: 0.0, turning: 0.0, slack: 0.0, aside: 0.0, chord: None, turns: None };
         let mut ends: Vec<((usize, f64), Option<usize>)> = self.open.iter().map(|o| (o.begin, o.parent)).collect();
         ends.extend(self.done.iter().map(|&k| (way.begin(self.looked[k].stretch), Some(k))));
         ends.sort_by(|a, b| along(&a.0, &b.0));

@@ -55,8 +55,10 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_stock::{TileTree, TriDexel};
 
 use crate::Interference;
+use crate::kept::Turns;
 use crate::parts::{Envelope, Part, Wanted, mesh_shape, relation, table_of};
 use crate::report::{CollisionError, PartKind, Severity, Unchecked};
+use crate::ring::{ring_of, turning_joint};
 use crate::shape::{MeshShape, Shape, to_parry};
 use distance::HalfSpace;
 use motion::Follow;
@@ -124,12 +126,17 @@ pub struct StockCheck {
     /// The diagonal of a cell, mm.
     unseen: f64,
     envelope: Envelope,
-    path: [f64; MAX_JOINTS],
+    turns: Turns,
+    /// The box of the raw stock at all turns of the joint that carries it.
+    ring: Option<(usize, Arc<Part>)>,
     last: Option<JointValues>,
     last_time: f64,
     largest_weights: [f64; MAX_JOINTS],
+    /// Where all bodies were last looked at, by how much at least each was farther there than needs to be known, and most of that which any motion has
+    /// needed since, mm.
+    reference: JointValues,
     budget: f64,
-    spent: f64,
+    roamed: f64,
     breaches: Vec<StockBreach>,
     queries: u64,
     motions: u64,
@@ -156,6 +163,7 @@ impl StockCheck {
             zero_from_local: *table_from_work,
             shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("stock", "box", &box_mesh(&raw_box), Wanted::Solid)?))),
             excluded: false,
+            bears: false,
         };
         let [x, y, z] = stock.cells_mm();
         let unseen = Vector::new(x, y, z).norm();
@@ -170,21 +178,24 @@ impl StockCheck {
             bodies: Vec::new(),
             fixed_to_stock: Vec::new(),
             tree: TileTree::new(stock),
-            raw,
             raw_box,
             above_layer,
             layer,
             clearance: world.clearance,
             unseen,
-            path: [0.0; MAX_JOINTS],
+            turns: Turns::of(&machine),
+            ring: turning_joint(&machine, &raw)
+                .and_then(|joint| Some((joint, Arc::new(ring_of(&machine, &raw, joint)?)))),
             last: None,
             last_time: 0.0,
             largest_weights: [0.0; MAX_JOINTS],
+            reference: JointValues::ZERO,
             budget: f64::NEG_INFINITY,
-            spent: 0.0,
+            roamed: 0.0,
             breaches: Vec::new(),
             queries: 0,
             motions: 0,
+            raw,
             machine,
         };
         for part in &world.parts[..world.fixed_parts] {
@@ -209,7 +220,7 @@ impl StockCheck {
     /// at least the first; and at most the second, of what stood there at the begin of the motion.
     pub fn least(&self) -> impl Iterator<Item = (&Arc<str>, f64, Option<f64>)> {
         self.bodies.iter().map(|b| {
-            let [proved, seen] = b.least(&self.path);
+            let [proved, seen] = b.least(&self.turns, &self.reference, self.roamed);
             (&b.part.name, proved, seen.is_finite().then_some(seen))
         })
     }

@@ -6,7 +6,9 @@ use proveout_stock::TriDexel;
 
 use super::distance::{NearRay, Rays, material_inside, nearest, penetration};
 use super::{JointMotion, StockBreach, StockCheck};
+use crate::advance::MOST_PROVED_MM;
 use crate::distance::{Gap, gap};
+use crate::kept::{Kept, Turns, dot};
 use crate::parts::{Part, motion_weights};
 use crate::report::Severity;
 use crate::shape::{MeshShape, Shape};
@@ -23,6 +25,8 @@ const FIRST_REACH_MM: f64 = 20.0;
 const LAST_REACH_MM: f64 = 80.0;
 /// Where the box of the raw stock is farther than the wanted clearance and this, mm, the rays are not asked: it is almost as near.
 const BOX_ENOUGH_MM: f64 = 10.0;
+/// Looks at the stock as it stands before it is taken at all its turns again.
+const LOOKS_BETWEEN: u32 = 64;
 /// A jump between motions up to this length counts as rounding, mm.
 const JOIN_MM: f64 = 1e-3;
 
@@ -36,10 +40,14 @@ enum State {
 /// What is known of a body by now.
 #[derive(Clone, Copy, Debug)]
 struct Known {
+    /// Most by which body and stock move against each other for a unit of each joint; where the stock is taken at all turns, they do not count.
     weights: [f64; MAX_JOINTS],
-    /// Proved distance, mm, when the path of the joints was `at`.
-    kept: f64,
-    at: [f64; MAX_JOINTS],
+    /// The same of the stock as it stands.
+    own_weights: [f64; MAX_JOINTS],
+    kept: Kept,
+    /// The stock is taken at all turns of its joint now, and looks since that was too near.
+    all_turns: bool,
+    since: u32,
     state: State,
     reach: f64,
     /// Nothing is known yet: whether material lies inside is to be asked.
@@ -67,8 +75,10 @@ impl Follow {
         let Shape::Mesh(_) = &*part.shape else { return None };
         let known = Known {
             weights: [0.0; MAX_JOINTS],
-            kept: f64::NEG_INFINITY,
-            at: [0.0; MAX_JOINTS],
+            own_weights: [0.0; MAX_JOINTS],
+            kept: Kept::NONE,
+            all_turns: false,
+            since: LOOKS_BETWEEN,
             state: State::Clear,
             reach: FIRST_REACH_MM,
             fresh: true,
@@ -87,16 +97,16 @@ impl Follow {
         }
     }
 
-    /// Least distance so far: proved, and seen of material on a ray, mm.
-    pub(super) fn least(&self, path: &[f64; MAX_JOINTS]) -> [f64; 2] {
-        let now = if self.known.fresh { f64::INFINITY } else { self.lower(path) };
-        [self.known.proved.min(now).max(0.0), self.known.seen]
-    }
-
-    /// Distance that is proved for now, mm.
-    fn lower(&self, path: &[f64; MAX_JOINTS]) -> f64 {
+    /// Least distance so far: proved, and seen of material on a ray, mm. Since all bodies were last looked at, at the place `reference`, none has come
+    /// nearer than there by more than `roamed`.
+    pub(super) fn least(&self, turns: &Turns, reference: &JointValues, roamed: f64) -> [f64; 2] {
         let k = &self.known;
-        k.kept - (0..MAX_JOINTS).map(|j| k.weights[j] * (path[j] - k.at[j])).sum::<f64>()
+        let now = if k.fresh || !k.kept.is_known() {
+            f64::INFINITY
+        } else {
+            k.kept.along(turns, &k.weights, [reference; 2]) - roamed
+        };
+        [k.proved.min(now).max(0.0), k.seen]
     }
 }
 
@@ -130,10 +140,6 @@ impl Step<'_> {
     }
 }
 
-fn dot(a: &[f64; MAX_JOINTS], b: &[f64; MAX_JOINTS]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
 impl StockCheck {
     /// Follows motions in their order; `stock` is the stock at the begin of the first, or an earlier one. Gives how many are done: all, or
     /// those before one in which a body would come too near to material that may be cut by then. The caller cuts what is done and calls again
@@ -158,15 +164,11 @@ impl StockCheck {
         if self.envelope.include(&self.machine, &high) || grown {
             self.recompute_weights();
         }
-        let mut way = [0.0; MAX_JOINTS];
-        for (m, (a, b)) in way.iter_mut().zip(from.0.iter().zip(to.0)) {
-            *m = (b - a).abs();
-        }
-        let used = dot(&self.largest_weights, &way);
-        let aside = motion.slack + dot(&self.largest_weights, &motion.off.0);
-        if self.spent + used + aside < self.budget {
-            self.spent += used;
-            self.walk(&way);
+        let way = std::array::from_fn(|j| (to[j] - from[j]).abs());
+        let away = self.turns.away(&self.reference, [&from, &to]);
+        let used = dot(&self.largest_weights, &away) + motion.slack + dot(&self.largest_weights, &motion.off.0);
+        if used < self.budget {
+            self.roamed = self.roamed.max(used);
         } else if !self.examine(&Step { stock, motion, way, exact }) {
             return false;
         }
@@ -177,14 +179,18 @@ impl StockCheck {
 
     /// All bodies through one motion; false, and nothing noted, where the stock is too old for it.
     fn examine(&mut self, step: &Step<'_>) -> bool {
+        self.settle();
         let mut before: Vec<(usize, Known)> = Vec::new();
+        let [from, to] = &step.motion.joints;
         for i in 0..self.bodies.len() {
-            let body = &self.bodies[i];
-            let left = body.lower(&self.path) - dot(&body.known.weights, &step.way) - self.slack(i, step);
+            let known = self.bodies[i].known;
+            let left = known.kept.along(&self.turns, &known.weights, [from, to]) - self.slack(i, step);
+            before.push((i, known));
             if left > self.threshold(i) {
+                let known = &mut self.bodies[i].known;
+                known.proved = known.proved.min(left);
                 continue;
             }
-            before.push((i, body.known));
             if !self.follow_body(i, step) {
                 for (k, known) in before {
                     self.bodies[k].known = known;
@@ -192,11 +198,21 @@ impl StockCheck {
                 return false;
             }
         }
-        self.walk(&step.way);
-        self.spent = 0.0;
-        let left = (0..self.bodies.len()).map(|i| self.bodies[i].lower(&self.path) - self.threshold(i));
-        self.budget = left.fold(f64::INFINITY, f64::min);
+        self.reference = *to;
+        let left = |i: usize| {
+            let known = &self.bodies[i].known;
+            known.kept.along(&self.turns, &known.weights, [to; 2]) - self.threshold(i)
+        };
+        self.budget = (0..self.bodies.len()).map(left).fold(f64::INFINITY, f64::min);
         true
+    }
+
+    /// Notes what was proved of each body since all were last looked at.
+    fn settle(&mut self) {
+        for body in &mut self.bodies {
+            body.known.proved = body.least(&self.turns, &self.reference, self.roamed)[0];
+        }
+        self.roamed = 0.0;
     }
 
     /// By how much a body may be nearer than the straight motion of the joints says, mm: with weights w (how far it moves against the stock
@@ -216,8 +232,6 @@ impl StockCheck {
 
     /// Conservative advancement (after Mirtich 1996) of one body; false where it would come too near to a stock that is too old.
     fn follow_body(&mut self, i: usize, step: &Step<'_>) -> bool {
-        let mu = dot(&self.bodies[i].known.weights, &step.way);
-        let slack = self.slack(i, step);
         if self.bodies[i].known.fresh {
             if let Some(point) = self.inside(i, step, 0.0) {
                 if !step.exact {
@@ -228,6 +242,11 @@ impl StockCheck {
             }
             self.bodies[i].known.fresh = false;
         }
+        if self.all_turns_keep(i, step) {
+            return true;
+        }
+        let mu = dot(&self.bodies[i].known.weights, &step.way);
+        let slack = self.slack(i, step);
         let mut t = 0.0;
         while self.bodies[i].known.state != State::Contact {
             let level = if self.bodies[i].known.state == State::Clear { self.clearance } else { 0.0 };
@@ -235,6 +254,7 @@ impl StockCheck {
             let limit = floor + (mu * (1.0 - t)).max(TOLERANCE_MM) + self.bodies[i].known.reach;
             let Some(found) = self.gap(i, step.stock, &step.joints(t), limit) else {
                 self.keep(i, limit, step, t);
+                self.prove(i, limit - mu * (1.0 - t) - slack);
                 let reach = &mut self.bodies[i].known.reach;
                 *reach = (2.0 * *reach).min(LAST_REACH_MM);
                 self.leave_near(i, limit, step, t);
@@ -251,8 +271,10 @@ impl StockCheck {
                 self.leave_near(i, found.lower, step, t);
                 let advance = (found.lower - floor) / mu;
                 if mu <= 0.0 || t + advance >= 1.0 {
+                    self.prove(i, found.lower - mu * (1.0 - t) - slack);
                     return true;
                 }
+                self.prove(i, floor - slack);
                 t += advance;
                 continue;
             }
@@ -307,24 +329,58 @@ impl StockCheck {
         }
     }
 
-    fn keep(&mut self, i: usize, distance: f64, step: &Step<'_>, t: f64) {
-        let mut at = self.path;
-        for (s, m) in at.iter_mut().zip(step.way) {
-            *s += m * t;
-        }
-        self.end_of_kept(i, &at, self.slack(i, step));
+    /// Whether the stock at all its turns keeps away from a body through a motion. Where it does not, it is followed turn by turn from now on, and
+    /// all turns are tried again after some looks.
+    fn all_turns_keep(&mut self, i: usize, step: &Step<'_>) -> bool {
+        let Some((joint, ring)) = self.ring.clone() else { return false };
         let known = &mut self.bodies[i].known;
-        (known.kept, known.at) = (distance, at);
+        if !known.all_turns {
+            known.since += 1;
+            if known.since < LOOKS_BETWEEN || known.state != State::Clear {
+                return false;
+            }
+            known.since = 0;
+        }
+        let mut weights = known.own_weights;
+        weights[joint] = 0.0;
+        let mu = dot(&weights, &step.way);
+        let slack = step.motion.slack + dot(&weights, &step.motion.off.0);
+        let need = self.threshold(i) + slack + mu;
+        let q = &step.motion.joints[0];
+        let body = &self.bodies[i];
+        let ring_from_body = ring.pose(&self.machine, q).inverse() * body.part.pose(&self.machine, q);
+        let proved = if body.known.state != State::Clear || body.flush {
+            0.0
+        } else {
+            match gap(&body.part.shape, &ring.shape, &ring_from_body, [need + LAST_REACH_MM; 2], &mut None) {
+                Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
+                Gap::At(d, ..) if d.is_finite() => d,
+                Gap::At(..) | Gap::Meeting(_) => 0.0,
+            }
+        };
+        self.queries += 1;
+        let known = &mut self.bodies[i].known;
+        if proved > need {
+            (known.all_turns, known.weights) = (true, weights);
+            known.proved = known.proved.min(proved - mu - slack);
+            self.keep(i, proved, step, 0.0);
+            return true;
+        }
+        if known.all_turns {
+            (known.all_turns, known.weights, known.kept) = (false, known.own_weights, Kept::NONE);
+            self.largest_weights[joint] = self.largest_weights[joint].max(known.weights[joint]);
+        }
+        false
     }
 
-    /// What was kept held up to here, and was least at its end.
-    fn end_of_kept(&mut self, i: usize, at: &[f64; MAX_JOINTS], slack: f64) {
-        let body = &mut self.bodies[i];
-        let end = body.lower(at) - slack;
-        // Nothing was kept before the first look, and after a jump.
-        if body.known.kept > f64::NEG_INFINITY {
-            body.known.proved = body.known.proved.min(end.max(0.0));
-        }
+    fn keep(&mut self, i: usize, distance: f64, step: &Step<'_>, t: f64) {
+        self.bodies[i].known.kept = Kept { distance, at: step.joints(t) };
+    }
+
+    /// Notes a distance below which a body has not come.
+    fn prove(&mut self, i: usize, distance: f64) {
+        let known = &mut self.bodies[i].known;
+        known.proved = known.proved.min(distance.max(0.0));
     }
 
     fn open(&mut self, i: usize, severity: Severity, step: &Step<'_>, t: f64, found: StockGap, inside: bool) {
@@ -382,7 +438,7 @@ impl StockCheck {
                 };
                 self.push(i, breach);
             }
-            (self.bodies[i].known.kept, self.bodies[i].known.fresh) = (f64::NEG_INFINITY, true);
+            (self.bodies[i].known.kept, self.bodies[i].known.fresh) = (Kept::NONE, true);
         }
         self.budget = f64::NEG_INFINITY;
         self.last = None;
@@ -395,40 +451,34 @@ impl StockCheck {
             return;
         }
         let way = last.zip_map(*from, |a, b| (b - a).abs());
-        let used = dot(&self.largest_weights, &way.0);
-        if used > JOIN_MM {
-            for i in 0..self.bodies.len() {
-                self.end_of_kept(i, &self.path.clone(), 0.0);
-            }
+        if dot(&self.largest_weights, &way.0) > JOIN_MM {
+            self.settle();
             for body in &mut self.bodies {
-                (body.known.kept, body.known.fresh) = (f64::NEG_INFINITY, true);
+                (body.known.kept, body.known.fresh) = (Kept::NONE, true);
             }
             self.budget = f64::NEG_INFINITY;
-        } else {
-            self.walk(&way.0);
-            self.spent += used;
-        }
-    }
-
-    fn walk(&mut self, way: &[f64; MAX_JOINTS]) {
-        for (s, m) in self.path.iter_mut().zip(way) {
-            *s += m;
         }
     }
 
     pub(super) fn recompute_weights(&mut self) {
+        self.settle();
         self.largest_weights = [0.0; MAX_JOINTS];
         for body in &mut self.bodies {
-            // What was proved is carried along with the bounds that held until now.
-            let kept = body.lower(&self.path);
             let weights = motion_weights(&self.machine, &body.part, &self.raw, &self.envelope);
-            (body.known.kept, body.known.at, body.known.weights) = (kept, self.path, weights);
-            for (largest, w) in self.largest_weights.iter_mut().zip(weights) {
+            let known = &mut body.known;
+            // What was proved is carried along with the bounds that held until now.
+            if let Some(last) = self.last.filter(|_| known.kept.is_known()) {
+                known.kept = Kept { distance: known.kept.along(&self.turns, &known.weights, [&last; 2]), at: last };
+            }
+            (known.own_weights, known.weights) = (weights, weights);
+            if let Some((joint, _)) = self.ring.as_ref().filter(|_| known.all_turns) {
+                known.weights[*joint] = 0.0;
+            }
+            for (largest, w) in self.largest_weights.iter_mut().zip(known.weights) {
                 *largest = largest.max(w);
             }
         }
         self.budget = f64::NEG_INFINITY;
-        self.spent = 0.0;
     }
 
     fn work_from_body(&self, i: usize, q: &JointValues) -> Pose {

@@ -2,6 +2,11 @@
 //!
 //! A body is a list of convex pieces: triangles of a mesh, or the rings of points of a body of revolution. A piece in all its places is the hull of
 //! its points at both ends, shifted along a few vectors. Boxes leave out what is far; GJK of the query library tells the rest.
+//!
+//! At all turns of a joint each piece is the hull of the circles that its points run through. It holds the piece at every turn, and lies within the hull
+//! that a claim may take for several pieces at once, so that no true claim is refused.
+
+use std::collections::BTreeSet;
 
 use parry3d_f64::math::{Pose as ParryPose, Vector as ParryVector};
 use parry3d_f64::query::details::distance_support_map_support_map;
@@ -16,11 +21,20 @@ use super::table::Span;
 /// Points on an arc of a tool, and round its axis.
 const ARC: usize = 48;
 const ROUND: usize = 180;
+/// Circles that differ by less are one, mm.
+const SAME_MM: f64 = 1e-6;
 
 /// Convex pieces of a body, each by its points, and a tree of boxes over them.
 pub(super) struct Form {
     pub(super) pieces: Vec<Vec<Point>>,
     tree: Vec<Node>,
+}
+
+/// A body at all turns about a line: circles, by distance from it and height along it.
+pub(super) struct Turned {
+    point: Point,
+    direction: Vector,
+    pieces: Vec<Vec<[f64; 2]>>,
 }
 
 struct Node {
@@ -30,6 +44,25 @@ struct Node {
 }
 
 impl Form {
+    /// Each piece as its points' distances from a line and heights along it, none twice.
+    pub(super) fn turned(&self, point: &Point, direction: &Vector) -> Turned {
+        let of = |p: &Point| {
+            let (way, along) = (p - point, (p - point).dot(direction));
+            [(way - direction * along).norm(), along]
+        };
+        let mut known: BTreeSet<Vec<[i64; 2]>> = BTreeSet::new();
+        let mut pieces = Vec::new();
+        for piece in &self.pieces {
+            let rings: Vec<[f64; 2]> = piece.iter().map(of).collect();
+            let mut name: Vec<[i64; 2]> = rings.iter().map(|p| p.map(|x| (x / SAME_MM).round() as i64)).collect();
+            name.sort_unstable();
+            if known.insert(name) {
+                pieces.push(rings);
+            }
+        }
+        Turned { point: *point, direction: *direction, pieces }
+    }
+
     pub(super) fn mesh(mesh: &TriMesh) -> Self {
         Self::new((0..mesh.triangles.len()).map(|t| mesh.corners(t).to_vec()).collect())
     }
@@ -102,7 +135,7 @@ impl Places {
         if let Some(ends) = &span.straight {
             return Self { poses: ends.each_ref().map(b_from_a), shifts: Vec::new() };
         }
-        let middle = (span.low + span.high) * 0.5;
+        let middle = span.middle();
         let here = b_from_a(&middle);
         let slides = machine.joints.iter().enumerate().filter(|(_, j)| !j.is_rotary());
         let shifts = slides.map(|(j, _)| {
@@ -134,29 +167,75 @@ impl SupportMap for Hull<'_> {
     }
 }
 
+/// Hull of circles about one line, shifted.
+struct Circles<'a> {
+    point: Point,
+    direction: Vector,
+    circles: &'a [[f64; 2]],
+    shifts: &'a [Vector],
+}
+
+impl Circles<'_> {
+    fn support(&self, d: &Vector) -> Point {
+        let along = d.dot(&self.direction);
+        let across = d - self.direction * along;
+        let size = across.norm();
+        let unit = if size > 0.0 { across / size } else { Vector::zeros() };
+        let height = |c: &[f64; 2]| c[0] * size + c[1] * along;
+        let best = self.circles.iter().max_by(|a, b| height(a).total_cmp(&height(b))).copied().unwrap_or_default();
+        let p = self.point + self.direction * best[1] + unit * best[0];
+        self.shifts.iter().fold(p, |p, s| if s.dot(d) > 0.0 { p + s } else { p - s })
+    }
+
+    fn bounds(&self) -> (Point, Point) {
+        let end = |sign: f64| Point::from(Vector::from_fn(|k, _| self.support(&(Vector::ith(k, 1.0) * sign))[k]));
+        (end(-1.0), end(1.0))
+    }
+}
+
+impl SupportMap for Circles<'_> {
+    fn local_support_point(&self, direction: ParryVector) -> ParryVector {
+        let p = self.support(&Vector::new(direction.x, direction.y, direction.z));
+        ParryVector::new(p.x, p.y, p.z)
+    }
+}
+
 /// A distance below `limit` (mm), where there is one.
 pub(super) fn nearer_than(a: &Form, b: &Form, places: &Places, limit: f64) -> Option<f64> {
     let grown = places.shifts.iter().fold(Vector::zeros(), |sum, s| sum + s.abs());
-    for piece in &a.pieces {
+    a.pieces.iter().find_map(|piece| {
         let points: Vec<Point> = places.poses.iter().flat_map(|x| piece.iter().map(|p| x.point(p))).collect();
         let bounds = Aabb::of_points(&points);
-        let (low, high) = (bounds.min - grown, bounds.max + grown);
         let hull = Hull { points, shifts: &places.shifts };
-        let mut open = Vec::from_iter((!b.tree.is_empty()).then_some(0));
-        while let Some(at) = open.pop() {
-            let node = &b.tree[at];
-            let apart = (low - node.bounds.max).sup(&(node.bounds.min - high)).map(|x| x.max(0.0)).norm();
-            if apart >= limit {
-                continue;
-            }
-            match node.holds {
-                Err(two) => open.extend(two),
-                Ok(item) => {
-                    let other = Hull { points: b.pieces[item].clone(), shifts: &[] };
-                    let distance = distance_support_map_support_map(&ParryPose::IDENTITY, &hull, &other);
-                    if distance < limit {
-                        return Some(distance);
-                    }
+        piece_nearer_than(&hull, (bounds.min - grown, bounds.max + grown), b, limit)
+    })
+}
+
+/// The same of a body at all its turns.
+pub(super) fn turned_nearer_than(a: &Turned, b: &Form, places: &Places, limit: f64) -> Option<f64> {
+    let [here, _] = &places.poses;
+    a.pieces.iter().find_map(|circles| {
+        let (point, direction) = (here.point(&a.point), here.vector(&a.direction));
+        let hull = Circles { point, direction, circles, shifts: &places.shifts };
+        piece_nearer_than(&hull, hull.bounds(), b, limit)
+    })
+}
+
+fn piece_nearer_than(hull: &impl SupportMap, (low, high): (Point, Point), b: &Form, limit: f64) -> Option<f64> {
+    let mut open = Vec::from_iter((!b.tree.is_empty()).then_some(0));
+    while let Some(at) = open.pop() {
+        let node = &b.tree[at];
+        let apart = (low - node.bounds.max).sup(&(node.bounds.min - high)).map(|x| x.max(0.0)).norm();
+        if apart >= limit {
+            continue;
+        }
+        match node.holds {
+            Err(two) => open.extend(two),
+            Ok(item) => {
+                let other = Hull { points: b.pieces[item].clone(), shifts: &[] };
+                let distance = distance_support_map_support_map(&ParryPose::IDENTITY, hull, &other);
+                if distance < limit {
+                    return Some(distance);
                 }
             }
         }

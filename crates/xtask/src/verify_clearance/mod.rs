@@ -8,7 +8,8 @@
 //! 2. Every pair that moves against each other is told: as checked, or as unchecked with a reason.
 //! 3. The spans of a pair follow each other without a gap and with ranges that touch, and every sample of the motion while both bodies are in
 //!    place has its joints in the range of a span of its time. Parts of one piece of the motion have the time of the piece in common.
-//! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what the joints do in it.
+//! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what the joints do in it. Where the range of a
+//!    joint has no ends, it turns one of the two about a fixed line and not the other, and the distance is held against that body at all turns.
 //! 5. What the verdict tells of a pair is what its spans prove; a pair of which nothing is proved has a finding. With a pair that is not
 //!    checked the gate does not pass.
 //!
@@ -33,7 +34,7 @@ use proveout_tool::{Role, Tool};
 use serde_json::Value;
 
 use crate::Failure;
-use distance::{Form, Places};
+use distance::{Form, Places, Turned};
 use table::{Sample, Span};
 
 /// By how much a claim may be beyond what is found here, mm: rounding, and arcs of tools that stand as polygons here.
@@ -49,9 +50,24 @@ const TIME_SLACK_S: f64 = 1e-9;
 struct Body {
     attached: Attachment,
     is_machine: bool,
+    /// Its role is to bear on its neighbor.
+    bears: bool,
     /// Number of the tool that it is a part of.
     tool: Option<u32>,
     form: Form,
+    /// The same at all turns of the joint that carries it about a fixed line.
+    turned: Option<(usize, Turned)>,
+}
+
+impl Body {
+    fn new(machine: &Machine, attached: Attachment, is_machine: bool, tool: Option<u32>, form: Form) -> Self {
+        let carrier = match attached {
+            Attachment::Joint(j) if machine.joints[j].is_rotary() && machine.joints[j].turn_shift.is_none() => Some(j),
+            _ => None,
+        };
+        let turned = carrier.map(|j| (j, form.turned(&machine.joints[j].point, &machine.joints[j].direction)));
+        Self { attached, is_machine, bears: false, tool, form, turned }
+    }
 }
 
 /// Checks a run folder against its scene; gives what was seen.
@@ -77,12 +93,13 @@ fn bodies(setup: &Prepared) -> BTreeMap<String, Body> {
     let machine = &setup.machine;
     let table = machine.work_chain.last().map_or(Attachment::Base, |&j| Attachment::Joint(j));
     let of_machine = machine.bodies.iter().filter(|b| b.check).map(|b| {
-        let body = Body { attached: b.attached_to, is_machine: true, tool: None, form: Form::mesh(&b.mesh) };
-        (b.name.clone(), body)
+        let bears = matches!(b.role.as_str(), "guide" | "bearing");
+        (b.name.clone(), Body { bears, ..Body::new(machine, b.attached_to, true, None, Form::mesh(&b.mesh)) })
     });
-    let fixtures = setup.fixtures.iter().map(|(name, mesh)| {
-        (name.clone(), Body { attached: table, is_machine: false, tool: None, form: Form::mesh(mesh) })
-    });
+    let fixtures = setup
+        .fixtures
+        .iter()
+        .map(|(name, mesh)| (name.clone(), Body::new(machine, table, false, None, Form::mesh(mesh))));
     let mut all: BTreeMap<String, Body> = of_machine.chain(fixtures).collect();
     for tool in &setup.tools.tools {
         all.extend(tool_bodies(machine, tool));
@@ -95,7 +112,7 @@ fn tool_bodies<'a>(machine: &'a Machine, tool: &'a Tool) -> impl Iterator<Item =
     roles.into_iter().filter_map(|(role, word)| {
         let profiles: Vec<_> = tool.bodies.iter().filter(|b| b.role == role).map(|b| &b.profile).collect();
         let form = Form::revolved(&profiles, &machine.spindle.gauge_pose, tool.gauge_length);
-        let body = Body { attached: machine.spindle.attached_to, is_machine: false, tool: Some(tool.number), form };
+        let body = Body::new(machine, machine.spindle.attached_to, false, Some(tool.number), form);
         (!profiles.is_empty()).then(|| (format!("{word} of {}", tool.name), body))
     })
 }
@@ -136,8 +153,7 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
     let claimed: BTreeMap<Pair, f64> =
         list(&clearance["pairs"]).iter().filter_map(|p| Some((pair_of(p)?, p["proved_mm"].as_f64()?))).collect();
     let passes = |g: &Value| g["name"] == "collision" && g["state"] == "pass";
-    let bears =
-        |(a, b): &&Pair| matches!((bodies.get(a), bodies.get(b)), (Some(a), Some(b)) if are_neighbors(machine, a, b));
+    let bears = |(a, b): &&Pair| matches!((bodies.get(a), bodies.get(b)), (Some(a), Some(b)) if are_neighbors(machine, a, b) && (a.bears || b.bears));
     let mut left = unchecked.iter().filter(|p| !bears(p));
     if let Some((a, b)) = left.next().filter(|_| list(&verdict["gates"]).iter().any(passes)) {
         return Err(Failure(format!("{a} against {b}: not checked, and the gate of collisions passes all the same")));
@@ -270,12 +286,42 @@ fn in_range(span: &Span, q: &JointValues, j: usize) -> bool {
     span.low[j] - JOINT_SLACK <= q[j] && q[j] <= span.high[j] + JOINT_SLACK
 }
 
+/// The body that a span takes at all turns of its joint, with both in the order in which the first is that one; none where all ranges have ends.
+fn at_all_turns<'a>(
+    machine: &Machine,
+    [a, b]: [&'a Body; 2],
+    span: &Span,
+) -> Result<Option<(&'a Turned, [&'a Body; 2])>, String> {
+    let mut joints = span.without_ends();
+    let Some(joint) = joints.next() else { return Ok(None) };
+    let about = |why: &str| {
+        let name = machine.joints.get(joint).map_or("a joint", |j| &j.name);
+        Err(format!("from {} s: the range of {name} has no ends, {why}", span.time[0]))
+    };
+    if joints.next().is_some() {
+        return about("nor has that of another joint");
+    }
+    if span.straight.is_some() {
+        return about("and the joints are said to go straight");
+    }
+    let of = |one: &'a Body, other: &'a Body| {
+        let (carrier, turned) = one.turned.as_ref()?;
+        let alone = *carrier == joint && !carriers(machine, other.attached).contains(&joint);
+        alone.then_some((turned, [one, other]))
+    };
+    match of(a, b).or_else(|| of(b, a)) {
+        None => about("and it turns neither of the two alone about a fixed line"),
+        found => Ok(found),
+    }
+}
+
 /// Distance and motion of one span.
 fn holds(machine: &Machine, bodies: &BTreeMap<String, Body>, span: &Span, samples: &[Sample]) -> Result<(), String> {
     if span.distance <= span.motion {
         return Ok(());
     }
     let [a, b] = span.bodies.each_ref().map(|name| &bodies[name]);
+    let turned = at_all_turns(machine, [a, b], span)?;
     let motion = motion::least(machine, [a, b], span, samples);
     if motion > span.motion + SLACK_MM {
         return Err(format!(
@@ -283,9 +329,14 @@ fn holds(machine: &Machine, bodies: &BTreeMap<String, Body>, span: &Span, sample
             span.time[0], span.motion
         ));
     }
-    let places = Places::of(machine, [a, b], span);
     let limit = span.distance - SLACK_MM;
-    if let Some(nearer) = distance::nearer_than(&a.form, &b.form, &places, limit) {
+    let nearer = match turned {
+        None => distance::nearer_than(&a.form, &b.form, &Places::of(machine, [a, b], span), limit),
+        Some((turned, [one, other])) => {
+            distance::turned_nearer_than(turned, &other.form, &Places::of(machine, [one, other], span), limit)
+        }
+    };
+    if let Some(nearer) = nearer {
         return Err(format!("from {} s: {} mm are claimed, {nearer} mm are found", span.time[0], span.distance));
     }
     Ok(())

@@ -11,7 +11,7 @@ use super::table::{Sample, Span};
 use super::{Body, carriers, holds_joints};
 
 pub(super) fn least(machine: &Machine, [a, b]: [&Body; 2], span: &Span, samples: &[Sample]) -> f64 {
-    let middle = (span.low + span.high) * 0.5;
+    let middle = span.middle();
     let (of_a, of_b) = (carriers(machine, a.attached), carriers(machine, b.attached));
     let shared = of_a.iter().zip(&of_b).take_while(|(x, y)| x == y).count();
     let mut weights = JointValues::ZERO;
@@ -23,7 +23,9 @@ pub(super) fn least(machine: &Machine, [a, b]: [&Body; 2], span: &Span, samples:
     let turns = |j: usize| machine.joints[j].is_rotary();
     let all = 0..machine.joints.len();
     let Some([from, to]) = span.straight else {
-        return all.filter(|&j| turns(j)).map(|j| 0.5 * weights[j] * (span.high[j] - span.low[j])).sum();
+        // A joint that may stand at any turn is in the distance.
+        let counts = |j: &usize| turns(*j) && span.high[*j].is_finite();
+        return all.filter(counts).map(|j| 0.5 * weights[j] * (span.high[j] - span.low[j])).sum();
     };
     let way = to - from;
     let length: f64 = all.clone().map(|j| (weights[j] * way[j]).powi(2)).sum();

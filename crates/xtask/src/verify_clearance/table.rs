@@ -22,6 +22,18 @@ pub(super) struct Span {
     pub(super) straight: Option<[JointValues; 2]>,
 }
 
+impl Span {
+    /// The joints that may be anywhere in it.
+    pub(super) fn without_ends(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.low.0.len()).filter(|&j| !(self.low[j].is_finite() && self.high[j].is_finite()))
+    }
+
+    /// Joints in the middle of their ranges; at zero where a range has no ends.
+    pub(super) fn middle(&self) -> JointValues {
+        self.low.zip_map(self.high, |a, b| if a.is_finite() && b.is_finite() { 0.5 * (a + b) } else { 0.0 })
+    }
+}
+
 /// Joints at a moment of the run.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {

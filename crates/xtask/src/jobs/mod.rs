@@ -3,6 +3,10 @@
 //! `raster`: 81 lines of 161 points over 40 x 40 mm (13,041 moves of 0.25 mm) with a ball of radius 3 mm, 0.2 mm cells. The tool axis runs on a
 //! cone of 15 degrees about a mean that leans 15 degrees, once round every 20 mm: once each turn it passes through the pole of a
 //! machine whose table turns about Z, and on a machine whose table turns about X it is a common nutating motion.
+//!
+//! `blade-root`: see there.
+
+mod blade_root;
 
 use std::{
     fmt::Write as _,
@@ -74,6 +78,7 @@ pub(crate) fn write(root: &Path, out: &Path) -> Result<Vec<PathBuf>, Failure> {
         }
         scenes.push(folder);
     }
+    scenes.push(blade_root::write(&root, out)?);
     Ok(scenes)
 }
 
