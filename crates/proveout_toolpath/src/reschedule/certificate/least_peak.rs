@@ -80,7 +80,8 @@ impl LeastPeak {
         // In units in which positions and differences are about one.
         let zero = gates[0][0];
         let unit = gates.iter().map(|[low, high]| (high - zero).abs().max((low - zero).abs())).fold(1e-9, f64::max);
-        let scale = peak(&times, start, order).max(1e-9) / unit;
+        let slowest = times[n - 1].powi(-(order as i32));
+        let scale = (peak(&times, start, order) / unit).max(slowest);
         let placed = |at: usize, weights: [f64; WEIGHTS]| {
             // A row stands where all of its weights have an unknown.
             let shift = (at + WEIGHTS).saturating_sub(n);
@@ -123,6 +124,12 @@ impl LeastPeak {
         let mut out =
             Self { order, sense, reached: reached * scale * unit, proved: 0.0, weights: even(weights), turns: even(turns) };
         out.proved = out.counted(&times, gates);
+        if out.proved < 0.0 {
+            // Rounding of a channel that a motion without any passes: no weights prove zero.
+            out.weights.fill(0.0);
+            out.turns.fill(0.0);
+            out.proved = 0.0;
+        }
         Some(out)
     }
 
