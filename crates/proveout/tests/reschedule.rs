@@ -148,6 +148,23 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
     let a = run["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("the table");
     let gates = a["gates_deg"].as_array().expect("a list");
     assert_eq!(gates.len(), run["least_s"].as_array().expect("a list").len() + 1);
+    // Nearly all of the programmed time is proved of the feed, from the ways of the tip, and what stays a condition is told.
+    let (programmed, proved) = (number("programmed_s"), number("feed_bound_s"));
+    assert!(proved < programmed && proved > 0.99 * programmed, "{proved} {programmed}");
+    assert!(told.contains("not proved for all of them: the way of the tip bends no more"), "{told}");
+    assert_eq!(run["seams_s"].as_array().expect("a list").len(), gates.len());
+    // Linear joints have the range that the channel gives them, and both programs could be run.
+    let linear = run["linear"].as_array().expect("a list");
+    assert_eq!(linear.len(), 3, "{told}");
+    assert!(told.contains("linear joints do not bind; every schedule moves"), "{told}");
+    // At constant feed the weights of the dual meet the primal, and the program needs no less.
+    let peaks = run["constant_feed"].as_array().expect("a list");
+    assert_eq!(peaks.len(), 4, "acceleration and jerk, with and without turning back");
+    for peak in peaks {
+        let of = |key: &str| peak[key].as_f64().expect("a number");
+        assert!(of("proved_deg") <= of("reached_deg") * 1.0001 && of("reached_deg") <= 1.05 * of("proved_deg"), "{told}");
+        assert!(of("program_deg") > of("proved_deg"), "{told}");
+    }
     // A wider channel: the gates are wider by the clearance that is left out, on both sides.
     let (wide, _) = certificate("s-theta", &["clearance_deg=40"], "certified-wide");
     let wide_a =
@@ -163,6 +180,30 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
     let (other, told) = certificate("quaternion", &["clearance_deg=50"], "certified-quaternion");
     assert!(other["runs"][0]["new_inside"] == false && other["runs"][0]["gap_percent"].is_null());
     assert!(told.contains("the bound is not about them"), "{told}");
+}
+
+#[test]
+fn a_method_of_two_angles_has_its_bound_over_cells() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let scene = root().join("scenes/cui-2022-singularity").display().to_string();
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let words = ["reschedule", &scene, "--program", "original", "--method", "singularity", "--set", "junction=off"];
+    let output = proveout(&[&words[..], &["--output", &file("c.mpf"), "--certificate", &file("c.json")]].concat());
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    let all: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(file("c.json")).expect("written")).expect("JSON");
+    let run = &all["runs"][0];
+    let cells = &run["cells"];
+    let number = |value: &serde_json::Value, key: &str| value[key].as_f64().expect("a number");
+    // The method turns axes by about what they miss the pole by.
+    let stray = number(cells, "stray_deg");
+    assert!(stray > 0.9 && stray < 1.3, "{stray}");
+    assert!(number(cells, "bound_s") >= number(run, "feed_bound_s") && number(cells, "bound_s") <= number(run, "time_s"));
+    assert!(cells["potentials_s"].as_array().expect("a list").len() >= 2);
+    assert!(number(run, "gap_percent") >= 0.0 && run["new_inside"] == true);
+    assert!(told.contains("with axes within") && told.contains("by cells of B and C at"), "{told}");
+    assert!(told.contains("percent are left to gain"), "{told}");
 }
 
 /// The folder of the small scene with another text in its scene or machine.

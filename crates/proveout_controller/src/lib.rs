@@ -101,7 +101,7 @@ mod tempo;
 mod tube;
 mod watch;
 
-pub use alternatives::Alternatives;
+pub use alternatives::{Alternatives, TwoAngles};
 pub use controller::Controller;
 pub use error::{ControlError, RunError};
 pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};

@@ -20,7 +20,7 @@ use proveout_toolpath::reschedule::{
 };
 
 use crate::{
-    alternatives::{Alternatives, rotary_rounding},
+    alternatives::{Alternatives, Run, rounding},
     error::ControlError,
     program_runs::{Found, Frame, Placed, ProgramBlock, base_zero, fail, find_runs, length_at_zero},
 };
@@ -71,7 +71,9 @@ pub struct Reprogramming<'a> {
     pub method: &'a dyn Method,
     /// Cutting end of a tool.
     pub cutter: &'a dyn Fn(&ToolName) -> Option<Profile>,
-    /// Gauge length of a tool, mm: for programs without tool center point control.
+    /// Rounding of the tip by the control where a program tells none, mm; none for the machine's own.
+    pub tip_tolerance: Option<f64>,
+    /// Gauge length of a tool, mm: for programs without tool center point control, and for what their slides do.
     pub length: &'a dyn Fn(&ToolName) -> Option<f64>,
     /// The surface that is cut, in the table frame K.
     pub surface: Option<&'a dyn ContactSurface>,
@@ -203,8 +205,10 @@ impl Reprogramming<'_> {
             refuse_vectors(out, found)?;
         }
         let joints = self.rewritten(&mut out.commands, (found, link), &result.poses, result.rotary.as_deref(), ball)?;
-        let rounding = rotary_rounding(self.machine, &out.commands, found);
-        let alternatives = Alternatives::new(self.machine, found, &result, &joints, rounding);
+        let rounding = rounding(self.machine, self.tip_tolerance, &out.commands, found);
+        let length = found.joints.or_else(|| (self.length)(found.tool.as_ref()?));
+        let run = Run { found, rounding, ball, length };
+        let alternatives = Alternatives::new(self.machine, &run, &result, &joints);
         out.runs.push(ReprogrammedRun {
             commands: found.blocks.iter().map(|b| b.command).collect(),
             before: found.blocks.iter().map(|b| b.pose).collect(),

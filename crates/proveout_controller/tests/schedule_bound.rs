@@ -7,10 +7,13 @@ mod common;
 use std::path::Path;
 use std::sync::Mutex;
 
-use common::{Program, Random, for_all, run_with, tool};
+use common::{Program, Random, bc_machine, for_all, run_with, tool};
 use proveout_controller::Settings;
+use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;
-use proveout_toolpath::reschedule::{JointGates, Proof, Schedules, SwingLimits, taut_string};
+use proveout_toolpath::reschedule::{
+    AxisPair, Caps, CellBound, FeedFloor, JointGates, Proof, Schedules, SwingLimits, taut_string,
+};
 
 /// The feed may be passed by 0.05 percent, limits of joints by 0.1.
 const FEED_PASSED: f64 = 0.0005;
@@ -149,4 +152,126 @@ fn no_schedule_is_below_the_bound() {
         share(|o| o.swings)
     );
     assert!(from.is_some() || share(|o| o.travels) > 0 && share(|o| o.swings) > 0, "the channels force nothing");
+}
+
+/// Number of a variable.
+fn number(name: &str) -> Option<u64> {
+    std::env::var(name).ok()?.parse().ok()
+}
+
+/// A way in the plane of random bends and steps, short blocks that are fitted together and long ones, gentle and sharp, narrow and wide tolerances:
+/// the time of no window of blocks is below what is proved of its feed. Gives the nearest ratio over long windows, and the part of the
+/// programmed time that the fastest block takes.
+fn feed_outcome(seed: u64) -> [f64; 2] {
+    let mut random = Random::new(seed);
+    let n = 30 + (120.0 * random.unit()) as usize;
+    let tolerance = 10_f64.powf(random.range(-3.0, -1.3));
+    let feed = 10_f64.powf(random.range(0.5, 1.7));
+    let step = 10_f64.powf(random.range(-0.7, 0.5)).max(4.0 * tolerance);
+    let (bend, even) = (10_f64.powf(random.range(-2.0, 0.1)), random.unit() < 0.5);
+    let mut angle = random.range(0.0, 6.3);
+    let mut p = Point::new(0.0, 0.0, 200.0);
+    let mut points = vec![p];
+    for k in 0..n {
+        angle += if even { bend * (k as f64 / 7.0).sin() } else { random.range(-bend, bend) };
+        p += Vector::new(angle.cos(), angle.sin(), 0.0) * (step * if even { 1.0 } else { random.range(0.5, 1.5) });
+        points.push(p);
+    }
+    let at = |p: &Point| [('X', p.x), ('Y', p.y), ('Z', p.z)];
+    let mut program = Program::default().change(1).continuous(tolerance).g0(&at(&points[0])).feed(feed);
+    for p in &points[1..] {
+        program = program.g1(&at(p));
+    }
+    let run = run_with(&program, &bc_machine(), &[tool(1, 100.0)], &Settings::default());
+    let taken: Vec<f64> = run.all.blocks.iter().filter(|b| b.feed > 0.0).map(|b| b.end_time - b.start_time).collect();
+    assert_eq!(taken.len(), n, "seed {seed}");
+    let nominal: Vec<f64> = points.windows(2).map(|p| (p[1] - p[0]).norm() / feed).collect();
+    let floor = FeedFloor::new(&nominal, &[&points], tolerance, FEED_PASSED)
+        .unwrap_or_else(|block| panic!("seed {seed}: block {block} is short"));
+    let mut nearest = f64::INFINITY;
+    for a in 0..n {
+        let (mut time, mut least) = (0.0, 0.0);
+        for b in a..n {
+            time += taken[b];
+            least += floor.least[b];
+            let proved = least - floor.seams[a] - floor.seams[b + 1];
+            assert!(time >= proved - 1e-9, "seed {seed}, blocks {a} to {b}: {time} below {proved}");
+            if b > a + 20 {
+                nearest = nearest.min(time / proved);
+            }
+        }
+    }
+    [nearest, taken.iter().zip(&nominal).map(|(t, n)| t / n).fold(f64::INFINITY, f64::min)]
+}
+
+/// Twenty ways; `PROVEOUT_FEED_WAYS` for more.
+#[test]
+fn no_window_of_blocks_is_faster_than_is_proved_of_its_feed() {
+    let count = number("PROVEOUT_FEED_WAYS").unwrap_or(20);
+    let outcomes = Mutex::new(Vec::new());
+    for_all(1..count + 1, |seed| outcomes.lock().expect("no panic elsewhere").push(feed_outcome(seed)));
+    let outcomes = outcomes.into_inner().expect("no panic elsewhere");
+    let least = |k: usize| outcomes.iter().map(|o| o[k]).fold(f64::INFINITY, f64::min);
+    println!("{count} ways: time over what is proved at least {:.5}; fastest block {:.4} of its time", least(0), least(1));
+    // Corners are cut, so that single blocks take less than their programmed time, and the windows are near to what is proved.
+    assert!(least(1) < 0.999 && least(0) < 1.01, "the ways show nothing");
+}
+
+/// Both rotary joints wander, past the pole of C and far from it, slowly and fast; caps about axes beside theirs: the control takes no less than the
+/// bound over cells. Gives the time over the bound, and the bound over the feed.
+fn two_angles_outcome(seed: u64) -> [f64; 2] {
+    let mut random = Random::new(seed);
+    let n = 12 + (30.0 * random.unit()) as usize;
+    let (feed, step) = (10_f64.powf(random.range(0.7, 1.8)), random.range(0.5, 3.0));
+    let radius = random.range(0.01, 0.1);
+    let machine = bc_machine();
+    let joint = |name: &str| &machine.joints[machine.joint(name).expect("of the machine")];
+    let velocity = ["B", "C"].map(|j| joint(j).max_velocity.expect("told") * (1.0 + LIMIT_PASSED));
+    // Both carry the workpiece with sense -1: seen from the table the axis turns by their values.
+    let pair = AxisPair { inner: Vector::y(), outer: Vector::z(), zero: Vector::z(), travel: [-1.2, 1.2], velocity };
+    let (waver, swing) = (random.range(0.0, 0.05), 10_f64.powf(random.range(-2.0, -0.2)));
+    let mut q = [random.range(-0.5, 0.5), random.range(-3.0, 3.0)];
+    let mut rows = vec![q];
+    for _ in 0..n {
+        q = [(q[0] + random.range(-waver, waver)).clamp(-1.0, 1.0), q[1] + random.range(-0.5 * swing, swing)];
+        rows.push(q);
+    }
+    let middles = rows.iter().map(|q| {
+        let off = Vector::new(random.range(-1.0, 1.0), random.range(-1.0, 1.0), random.range(-1.0, 1.0));
+        (pair.axis(*q) + off * (0.5 * radius)).normalize()
+    });
+    let rounding = 0.05_f64.to_radians();
+    let caps = Caps { middles: middles.collect(), radius: radius + 2.0 * rounding };
+    let place = |x: f64, [b, c]: [f64; 2]| [('X', x), ('Y', 0.0), ('Z', 300.0), ('B', b.to_degrees()), ('C', c.to_degrees())];
+    let mut program = Program::default().change(1).continuous(0.01).g0(&place(-40.0, rows[0])).feed(feed);
+    for (i, q) in rows.iter().enumerate() {
+        program = program.g1(&place(step * i as f64, *q));
+    }
+    program = program.g1(&place(step * n as f64 + 40.0, rows[n]));
+    let run = run_with(&program, &machine, &[tool(1, 100.0)], &Settings::default());
+    let moves: Vec<_> = run.all.blocks.iter().filter(|b| b.feed > 0.0).collect();
+    assert_eq!(moves.len(), n + 2, "seed {seed}");
+    let time = moves[n].end_time - moves[0].end_time;
+    let way: Vec<Point> = (0..=n).map(|i| Point::new(step * i as f64, 0.0, 300.0)).collect();
+    let floor = FeedFloor::new(&vec![step / feed; n], &[&way], 0.01, FEED_PASSED).expect("long blocks");
+    let proved = |a: usize, b: usize| {
+        (floor.least[a..b].iter().sum::<f64>() - floor.seams[a] - floor.seams[b]).max(0.0)
+    };
+    let found = CellBound::new(&pair, &caps, proved).unwrap_or_else(|| panic!("seed {seed}: no cells"));
+    assert!(found.time <= time * (1.0 + 1e-9), "seed {seed}: bound {} s, time {time} s", found.time);
+    assert!(found.reached.is_none_or(|t| t >= found.time * (1.0 - 1e-12)), "seed {seed}");
+    [time / found.time, found.time / proved(0, n)]
+}
+
+/// Ten rows; `PROVEOUT_TWO_ANGLES` for more.
+#[test]
+fn no_row_of_two_angles_is_below_the_bound_over_cells() {
+    let count = number("PROVEOUT_TWO_ANGLES").unwrap_or(10);
+    let outcomes = Mutex::new(Vec::new());
+    for_all(1..count + 1, |seed| outcomes.lock().expect("no panic elsewhere").push(two_angles_outcome(seed)));
+    let outcomes = outcomes.into_inner().expect("no panic elsewhere");
+    let nearest = outcomes.iter().map(|o| o[0]).fold(f64::INFINITY, f64::min);
+    let forced = outcomes.iter().filter(|o| o[1] > 1.01).count();
+    println!("{count} rows: time over bound at least {nearest:.4}, {forced} bound by more than the feed");
+    assert!(forced > 0, "no row is bound by its joints");
 }

@@ -327,6 +327,7 @@ pub(crate) fn rescheduled_commands(
         machine,
         method: method.as_ref(),
         cutter: &cutter,
+        tip_tolerance: scene.file.control.path_tolerance_mm,
         length: &length,
         surface: part.surface(),
         region: &region,

@@ -85,6 +85,7 @@ fn a_method_is_told_of_contacts_curvatures_free_poses_times_and_the_machine() {
         machine: &machine,
         method: &method,
         cutter: &cutter,
+        tip_tolerance: None,
         length: &|_| None,
         surface: part.surface(),
         region: &region,

@@ -5,7 +5,10 @@ use proveout_machine::Machine;
 use proveout_nc::{Dialect, detect};
 use proveout_sim::{
     SimError,
-    certificate::{JointCertificate, RunCertificate, ScheduleCertificate, VelocityLimit, VelocityRow},
+    certificate::{
+        CellCertificate, ConstantFeed, JointCertificate, LinearCertificate, RunCertificate, ScheduleCertificate,
+        VelocityLimit, VelocityRow,
+    },
     planning,
     scene::{HELIX, Scene, StrategyFile},
 };
@@ -114,19 +117,40 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
         run.original_time_s,
         -run.gain_percent()
     );
-    let proofs: Vec<String> = ["feed", "travel", "swings"]
+    let proofs: Vec<String> = ["feed", "travel", "swings", "cells"]
         .into_iter()
         .map(|proof| (proof, run.proved_by(proof)))
         .filter(|(_, time)| *time > 0.0)
         .map(|(proof, time)| format!("{proof} {time:.3} s"))
         .collect();
-    let about = if run.joints.is_empty() { "at these feeds (no channel is known)" } else { "in the channel" };
+    let about = match &run.cells {
+        Some(cells) => format!("with axes within {:.2} degrees of those of {}", cells.stray_deg, all.from),
+        None if run.joints.is_empty() => "at these feeds (no channel is known)".to_owned(),
+        None => "in the channel".to_owned(),
+    };
     let _ = writeln!(out, "  no schedule {about} is below {:.3} s: {}", run.bound_s, proofs.join(", "));
     match run.gap_percent {
         Some(gap) => {
             let _ = writeln!(out, "  at most {gap:.2} percent are left to gain");
         }
         None => out.push_str("  the new axes leave the channel, so that the bound is not about them\n"),
+    }
+    let _ = writeln!(
+        out,
+        "  of the {:.3} s of the feed {:.3} are proved: ends of blocks may be {:.4} mm off",
+        run.programmed_s, run.feed_bound_s, run.off_mm
+    );
+    for what in &run.rests_on {
+        let _ = writeln!(out, "  not proved for all of them: {what}");
+    }
+    if let Some(cells) = &run.cells {
+        let _ = writeln!(out, "  {}", by_cells(cells));
+    }
+    if let Some(line) = slides(&run.linear, run.feed_bound_s) {
+        let _ = writeln!(out, "  {line}");
+    }
+    for peak in &run.constant_feed {
+        let _ = writeln!(out, "  {}", least_peak(peak));
     }
     if !run.original_inside {
         let _ = writeln!(out, "  the axes of {} leave the channel", all.from);
@@ -157,6 +181,46 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
         }
     }
     out
+}
+
+/// The bound with both angles free.
+fn by_cells(cells: &CellCertificate) -> String {
+    let lost = match cells.reached_s {
+        Some(reached) => format!(
+            "; a schedule of the relaxation takes {reached:.3} s, so that cells lose at most {:.2} percent",
+            100.0 * (reached / cells.bound_s - 1.0)
+        ),
+        None => String::new(),
+    };
+    format!(
+        "by cells of {} and {} at {} places: {:.3} s{lost}",
+        cells.inner.name,
+        cells.outer.name,
+        cells.stations.len(),
+        cells.bound_s
+    )
+}
+
+/// What linear joints that follow the axes bound.
+fn slides(linear: &[LinearCertificate], feed: f64) -> Option<String> {
+    let one = |l: &LinearCertificate| {
+        let at = l.longest_way_mm / l.velocity_mm_s;
+        format!("{} by {:.1} mm at once, {at:.3} s at {:.0} mm/s", l.name, l.longest_way_mm, l.velocity_mm_s)
+    };
+    let binds = linear.iter().any(|l| l.velocity_bound_s > feed);
+    let verb = if binds { "bind" } else { "do not bind" };
+    let all: Vec<String> = linear.iter().map(one).collect();
+    (!all.is_empty()).then(|| format!("linear joints {verb}; every schedule moves {}", all.join("; ")))
+}
+
+/// What the table needs at the programmed times.
+fn least_peak(peak: &ConstantFeed) -> String {
+    let unit = if peak.order == 2 { "deg/s2" } else { "deg/s3" };
+    let which = if peak.sense == 0.0 { "" } else { " without turning back" };
+    format!(
+        "at the programmed times {}{which} needs {:.1} {unit} at least ({:.1} are enough at the ends of blocks); these axes have {:.1}",
+        peak.joint, peak.proved_deg, peak.reached_deg, peak.program_deg
+    )
 }
 
 /// What the new axes save over the velocity limit of a joint, the largest limit first.

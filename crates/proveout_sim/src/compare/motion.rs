@@ -80,6 +80,8 @@ pub(crate) struct FeedBlock {
     pub(crate) time: [f64; 2],
     /// Time by the programmed feed, s.
     pub(crate) programmed: f64,
+    /// Length of the programmed path, mm.
+    pub(crate) length: f64,
     /// Positions at its end.
     pub(crate) end: JointValues,
     /// Tip at its end, table frame.
@@ -345,6 +347,7 @@ impl Record<'_> {
                     run: self.run,
                     time: [block.start_time, block.end_time],
                     programmed: if block.feed > 0.0 { block.programmed_length / block.feed } else { 0.0 },
+                    length: block.programmed_length,
                     end,
                     tip: pose.tip,
                     center: ball.map(|radius| pose.tip + pose.axis * radius),
@@ -491,6 +494,7 @@ mod tests {
             run,
             time: [0.0, 2.0 * programmed],
             programmed,
+            length: programmed,
             end,
             tip: Point::origin(),
             center: None,

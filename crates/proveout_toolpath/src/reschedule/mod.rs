@@ -27,7 +27,9 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
 use proveout_tool::Profile;
 
-pub use certificate::{Certificate, JointGates, Proof, Schedules, SchedulesError, SwingLimits};
+pub use certificate::{
+    AxisPair, Caps, CellBound, Certificate, FeedFloor, JointGates, LeastPeak, Proof, Schedules, SchedulesError, SwingLimits, peak_of,
+};
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
 pub use error::RescheduleError;

@@ -1,14 +1,19 @@
 //! Checks a schedule certificate (`proveout reschedule --certificate`) with code of its own: nothing of the product is used.
 //!
-//! 1. Every block has a least time, and takes no less in the new program, nor in the one before where that keeps to the channel.
+//! 1. The least times of blocks follow from the ways of the tip and from what ends of blocks may be off (`feed.rs`), and in no window of blocks is
+//!    either program faster, where it keeps to the channel.
 //! 2. The windows follow each other from the first gate to the last, and each proves its time: the feed is summed again, a travel goes
 //!    from one side of its first gate to the other side of its last, and the time of a swing is found by bisection over the farthest way
-//!    in a time, which is another way to it than the product's.
+//!    in a time, which is another way to it than the product's. Potentials of cells are looked at edge by edge, and no cell is left out (`cells.rs`).
 //! 3. The bound is the sum of the windows; times and gap are those of the blocks; who keeps to the channel is told rightly.
+//! 4. Weights prove the least peak that they claim at the programmed times (`peak.rs`).
 //!
 //! A certificate that claims less than is true is none the worse. Whether gates and limits are those of channel and machine is not seen:
 //! they are what the bound is about.
 
+mod cells;
+mod feed;
+mod peak;
 mod swing;
 #[cfg(test)]
 mod tests;
@@ -34,6 +39,7 @@ struct Joint {
 struct Run<'a> {
     value: &'a Value,
     least: Vec<f64>,
+    seams: Vec<f64>,
     joints: Vec<Joint>,
 }
 
@@ -74,8 +80,8 @@ pub(crate) fn run(file: &Path) -> Result<String, Failure> {
 }
 
 fn check(value: &Value) -> Result<String, Failure> {
-    if value["format"] != "proveout schedule certificate, version 1" {
-        return Err(wrong("this is no schedule certificate of version 1"));
+    if value["format"] != "proveout schedule certificate, version 2" {
+        return Err(wrong("this is no schedule certificate of version 2"));
     }
     let runs = list(value, "runs")?;
     if runs.is_empty() {
@@ -94,7 +100,21 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
     if least.is_empty() || least.iter().any(|t| *t <= 0.0) {
         return Err(wrong("a block has no least time"));
     }
-    let run = Run { joints: joints(value, least.len())?, least, value };
+    let seams = numbers(value, "seams_s")?;
+    if seams.len() != least.len() + 1 || seams.iter().any(|t| *t < 0.0) {
+        return Err(wrong("seams_s has not one time, zero or more, for each gate"));
+    }
+    feed::check(value, &least, &seams)?;
+    let mut all = joints(value, "joints", "deg", least.len())?;
+    all.extend(joints(value, "linear", "mm", least.len())?);
+    let run = Run { joints: all, least, seams, value };
+    let cells = match &value["cells"] {
+        Value::Null => None,
+        cells => Some(cells::check(cells, number(value, "limit_passed")?, |from, to| run.feed(from, to), run.least.len())?),
+    };
+    for peak in list(value, "constant_feed")? {
+        peak::check(value, peak)?;
+    }
     let inside = |key: &str| value[key].as_bool().ok_or_else(|| wrong(format!("{key} is neither true nor false")));
     for (program, times, flag, total) in
         [("new", "new_s", "new_inside", "time_s"), ("original", "original_s", "original_inside", "original_time_s")]
@@ -108,9 +128,10 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
         if own.len() != run.least.len() {
             return Err(wrong(format!("{times} has not one time for each block")));
         }
-        let faster = own.iter().zip(&run.least).position(|(t, least)| *t < least * (1.0 - ROUNDED));
-        if let Some(block) = faster.filter(|_| claimed) {
-            return Err(wrong(format!("block {block} takes less than its least time in the {program} program")));
+        if claimed && let Some([from, to]) = feed::faster(&own, &run.least, &run.seams) {
+            return Err(wrong(format!(
+                "blocks {from} to {to} take less in the {program} program than is proved of the feed"
+            )));
         }
         let sum: f64 = own.iter().sum();
         same(total, number(value, total)?, sum)?;
@@ -118,12 +139,12 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
             return Err(wrong(format!("the {program} program is faster than the bound")));
         }
     }
-    same("feed_bound_s", number(value, "feed_bound_s")?, run.least.iter().sum())?;
+    same("feed_bound_s", number(value, "feed_bound_s")?, run.feed(0, run.least.len()))?;
     let windows = list(value, "windows")?;
     let mut at = 0;
     let mut sum = 0.0;
     for (k, window) in windows.iter().enumerate() {
-        let (end, time) = run.window(window, at).map_err(|Failure(e)| wrong(format!("window {k}: {e}")))?;
+        let (end, time) = run.window(window, at, cells).map_err(|Failure(e)| wrong(format!("window {k}: {e}")))?;
         let claimed = number(window, "time_s")?;
         if claimed > time + ROUNDED * time.abs().max(1.0) {
             return Err(wrong(format!("window {k} claims {claimed} s, and proves {time} s")));
@@ -150,25 +171,25 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
     Ok(windows.len())
 }
 
-fn joints(value: &Value, blocks: usize) -> Result<Vec<Joint>, Failure> {
+fn joints(value: &Value, list_of: &str, unit: &str, blocks: usize) -> Result<Vec<Joint>, Failure> {
     let passed = 1.0 + number(value, "limit_passed")?;
     let mut joints = Vec::new();
-    for joint in list(value, "joints")? {
+    for joint in list(value, list_of)? {
         let name = joint["name"].as_str().ok_or_else(|| wrong("a joint without a name"))?.to_owned();
-        let limit = |key: &str| match &joint[key] {
+        let limit = |quantity: &str| match &joint[format!("{quantity}_{unit}_s{}", if quantity == "jerk" { 3 } else { 2 })] {
             Value::Null => Ok(f64::INFINITY),
-            _ => number(joint, key).map(|v| v * passed),
+            value => value.as_f64().map(|v| v * passed).ok_or_else(|| wrong(format!("{quantity} of {name} is no number"))),
         };
         let limits = Limits {
-            velocity: number(joint, "velocity_deg_s")? * passed,
-            acceleration: limit("acceleration_deg_s2")?,
-            jerk: limit("jerk_deg_s3")?,
+            velocity: number(joint, &format!("velocity_{unit}_s"))? * passed,
+            acceleration: limit("acceleration")?,
+            jerk: limit("jerk")?,
         };
         if !(limits.velocity > 0.0 && limits.acceleration > 0.0 && limits.jerk > 0.0) {
             return Err(wrong(format!("a limit of {name} is not above zero")));
         }
         let mut gates = Vec::new();
-        for gate in list(joint, "gates_deg")? {
+        for gate in list(joint, &format!("gates_{unit}"))? {
             let both = (gate[0].as_f64(), gate[1].as_f64());
             let (Some(low), Some(high)) = both else { return Err(wrong(format!("a gate of {name} is no pair"))) };
             if low > high {
@@ -185,6 +206,11 @@ fn joints(value: &Value, blocks: usize) -> Result<Vec<Joint>, Failure> {
 }
 
 impl Run<'_> {
+    /// What the feed proves from one gate to another.
+    fn feed(&self, from: usize, to: usize) -> f64 {
+        (self.least[from..to].iter().sum::<f64>() - self.seams[from] - self.seams[to]).max(0.0)
+    }
+
     /// All positions of a program are inside of the gates, less what these are wider by.
     fn keeps(&self, positions: &str) -> Result<bool, Failure> {
         let rounding = number(self.value, "rounding_deg")?;
@@ -203,7 +229,7 @@ impl Run<'_> {
     }
 
     /// Last gate and time of a window that must begin at a gate.
-    fn window(&self, window: &Value, begin: usize) -> Result<(usize, f64), Failure> {
+    fn window(&self, window: &Value, begin: usize, cells: Option<f64>) -> Result<(usize, f64), Failure> {
         let gates: Option<Vec<usize>> =
             list(window, "gates")?.iter().map(|v| v.as_u64().and_then(|v| usize::try_from(v).ok())).collect();
         let gates = gates.filter(|g| g.len() >= 2).ok_or_else(|| wrong("it has no gates"))?;
@@ -214,10 +240,15 @@ impl Run<'_> {
         let kind = window["proof"].as_str().unwrap_or_default();
         if kind == "feed" {
             return if gates.len() == 2 {
-                Ok((last, self.least[begin..last].iter().sum()))
+                Ok((last, self.feed(begin, last)))
             } else {
                 Err(wrong("the feed has two gates"))
             };
+        }
+        if kind == "cells" {
+            let whole = begin == 0 && gates.len() == 2 && last == self.least.len();
+            let proved = cells.filter(|_| whole);
+            return proved.map(|time| (last, time)).ok_or_else(|| wrong("cells are about all blocks, and have to be given"));
         }
         let joint = self.joints.iter().find(|j| window["joint"] == j.name.as_str());
         let joint = joint.ok_or_else(|| wrong("its joint is not in the certificate"))?;

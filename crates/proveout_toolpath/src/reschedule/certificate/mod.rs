@@ -14,11 +14,10 @@
 //!             beyond the second, and the times from turn to turn add (`swing.rs`)
 //! ```
 //!
-//! *Feed and velocity, exactly.* The least of `sum max(least_i, |dq_i| / V)` over all positions in the gates is taken where the sum of
-//! any convex function of the slopes `dq_i / least_i` is: on the taut string over the time of the feed with both ends free (Davies and
-//! Kovac 2001). It runs level up to its first corner and from its last one. Where it is steeper than V it goes from the top of a gate
-//! to the bottom of a later one (or the other way round), and the travel between these two gates proves just the time that it takes:
-//! the proof is the dual of the linear program, and as large as its optimum.
+//! *Feed and velocity, exactly.* The least of `sum max(least_i, |dq_i| / V)` over all positions in the gates is a linear program; its dual has an
+//! optimum of zeros and ones, which is a row of windows of feed and of travel. The best row is found gate by gate (`windows.rs`), for all joints at
+//! once. The least itself is taken on the taut string over the time of the feed with both ends free (Davies and Kovac 2001), which is steeper than V
+//! where the proof has travels. A window of feed loses a little at both of its ends, since the control may round its corners (`feed_floor.rs`).
 //!
 //! *Swings.* Let the gates `g_0 < g_1 < ..` demand `q <= a_0, q >= a_1, q <= a_2, ..` with `a_0 < a_1 > a_2 < ..`. Let `e_1` be where q is
 //! largest between `g_0` and `g_2`, `e_2` where it is least between `e_1` and `g_3`, and so on. At both ends of each of these intervals q is
@@ -35,10 +34,17 @@
 //! bound by feed and velocity alone. Joints are looked at one by one; linear joints that follow the tool axis are not. Neither is the joint
 //! law of a control that does not run at its limits.
 
+mod cells;
+mod feed_floor;
+mod least_peak;
 mod swing;
 #[cfg(test)]
 mod tests;
+mod windows;
 
+pub use cells::{AxisPair, Caps, CellBound};
+pub use feed_floor::FeedFloor;
+pub use least_peak::{LeastPeak, peak_of};
 pub use swing::SwingLimits;
 
 use super::{Gate, taut_string};
@@ -72,6 +78,9 @@ pub enum SchedulesError {
     /// A gate that is empty or no number, or gates that are missing: joint and gate.
     #[error("joint {0} has no gate {1}")]
     Gate(usize, usize),
+    /// A time that windows lose at a gate is missing or below zero: the gate.
+    #[error("gate {0} has no time that windows lose there")]
+    Seam(usize),
     /// A limit that is not above zero: the joint.
     #[error("joint {0} has no velocity limit, or a limit that is not above zero")]
     Limit(usize),
@@ -154,18 +163,34 @@ impl Schedules {
     /// # Errors
     /// A block without a least time, a gate that is missing or empty, a joint without a velocity limit.
     pub fn certificate(&self) -> Result<Certificate, SchedulesError> {
+        self.certificate_within(&[])
+    }
+
+    /// The bound with its proof where a window of feed loses a time (s) at the gate where it begins and at the one where it ends, as of [`FeedFloor`].
+    ///
+    /// # Errors
+    /// As [`Self::certificate`]; a time that is missing or below zero, with its gate.
+    pub fn certificate_within(&self, seams: &[f64]) -> Result<Certificate, SchedulesError> {
         self.check()?;
+        if !seams.is_empty() {
+            if seams.len() != self.least.len() + 1 {
+                return Err(SchedulesError::Seam(seams.len().min(self.least.len())));
+            }
+            if let Some(gate) = seams.iter().position(|t| !(t.is_finite() && *t >= 0.0)) {
+                return Err(SchedulesError::Seam(gate));
+            }
+        }
         let mut times = vec![0.0];
         for t in &self.least {
             times.push(times[times.len() - 1] + t);
         }
         let whole = [0, self.least.len()];
-        let search = Search { schedules: self, times };
-        let velocity = |k| search.total(&search.travels(k, whole, &search.string(k, whole)));
+        let search = Search { schedules: self, times, seams };
+        let velocity = |k| search.total(&search.travels(&[k], whole));
         let windows = search.best(whole);
-        let timed: Vec<(Proof, f64)> = windows.into_iter().map(|p| (p.clone(), self.time(&p))).collect();
+        let timed: Vec<(Proof, f64)> = windows.into_iter().map(|p| (p.clone(), search.time(&p))).collect();
         Ok(Certificate {
-            feed: self.least.iter().sum(),
+            feed: search.time(&Proof::Feed { gates: whole }),
             velocity: (0..self.joints.len()).map(velocity).collect(),
             bound: timed.iter().map(|(_, t)| t).sum(),
             windows: timed,
@@ -209,11 +234,31 @@ struct Search<'a> {
     schedules: &'a Schedules,
     /// Time of the feed at each gate, s.
     times: Vec<f64>,
+    /// What a window of feed loses at each gate, s; empty for nothing.
+    seams: &'a [f64],
 }
 
 impl Search<'_> {
+    fn seam(&self, gate: usize) -> f64 {
+        self.seams.get(gate).copied().unwrap_or(0.0)
+    }
+
+    /// The time that a proof proves, with what windows of feed lose.
+    fn time(&self, proof: &Proof) -> f64 {
+        let time = self.schedules.time(proof);
+        match proof {
+            Proof::Feed { gates: [from, to] } => (time - self.seam(*from) - self.seam(*to)).max(0.0),
+            _ => time,
+        }
+    }
+
     fn total(&self, proofs: &[Proof]) -> f64 {
-        proofs.iter().map(|p| self.schedules.time(p)).sum()
+        proofs.iter().map(|p| self.time(p)).sum()
+    }
+
+    /// What the feed proves from one gate to another.
+    fn feed(&self, from: usize, to: usize) -> f64 {
+        if from < to { (self.times[to] - self.times[from] - self.seam(from) - self.seam(to)).max(0.0) } else { 0.0 }
     }
 
     /// The gate at which a string with a free end leaves its level, from one end of a window: the last gate with the limit that a
@@ -266,44 +311,6 @@ impl Search<'_> {
         corners
     }
 
-    /// Feed, and travel where the string is steeper than the velocity limit.
-    fn travels(&self, joint: usize, [from, to]: [usize; 2], string: &[Touch]) -> Vec<Proof> {
-        let JointGates { gates, limits, .. } = &self.schedules.joints[joint];
-        let at = |(i, top): Touch| gates[i][usize::from(top)];
-        let mut proofs: Vec<Proof> = Vec::new();
-        let mut done = from;
-        let mut k = 0;
-        while k + 1 < string.len() {
-            // Sense of a steep segment; zero where the feed is slower.
-            let steep = |k: usize| {
-                let (way, time) =
-                    (at(string[k + 1]) - at(string[k]), self.times[string[k + 1].0] - self.times[string[k].0]);
-                if way.abs() > limits.velocity * time { way.signum() } else { 0.0 }
-            };
-            let sense = steep(k);
-            let begin = k;
-            while k + 1 < string.len() && steep(k) == sense {
-                k += 1;
-            }
-            if sense == 0.0 {
-                continue;
-            }
-            let gates = [string[begin].0, string[k].0];
-            let travel = Proof::Travel { joint, gates, up: sense > 0.0 };
-            if self.schedules.time(&travel) > self.times[gates[1]] - self.times[gates[0]] {
-                if gates[0] > done {
-                    proofs.push(Proof::Feed { gates: [done, gates[0]] });
-                }
-                done = gates[1];
-                proofs.push(travel);
-            }
-        }
-        if to > done {
-            proofs.push(Proof::Feed { gates: [done, to] });
-        }
-        proofs
-    }
-
     /// Feed, swings where the string turns back, feed. The swings may begin and end at any gate, where that proves more.
     fn swings(&self, joint: usize, [from, to]: [usize; 2], string: &[Touch]) -> Option<Vec<Proof>> {
         let gates = &self.schedules.joints[joint].gates;
@@ -340,7 +347,7 @@ impl Search<'_> {
         for i in from..to {
             let k = turns.partition_point(|&t| t <= i);
             if k < n {
-                let value = self.times[i] - self.times[from] + ramp(k, i) + after[k];
+                let value = self.feed(from, i) + ramp(k, i) + after[k];
                 if value > begins[k].0 {
                     begins[k] = (value, k, i);
                 }
@@ -355,7 +362,7 @@ impl Search<'_> {
         for i in from + 1..=to {
             let k = turns.partition_point(|&t| t < i);
             if k > 0 {
-                let value = begins[k - 1].0 + self.times[to] - self.times[i] + ramp(k - 1, i) - after[k - 1];
+                let value = begins[k - 1].0 + self.feed(i, to) + ramp(k - 1, i) - after[k - 1];
                 if value > most {
                     (most, first, last) = (value, begins[k - 1], (k - 1, i));
                 }
@@ -380,25 +387,20 @@ impl Search<'_> {
 
     /// The best proofs of a window by halving.
     fn best(&self, window: [usize; 2]) -> Vec<Proof> {
-        let mut best = vec![Proof::Feed { gates: window }];
+        let joints: Vec<usize> = (0..self.schedules.joints.len()).collect();
+        let mut best = self.travels(&joints, window);
         let mut time = self.total(&best);
-        let mut moved = 0;
         let mut turns = false;
-        for joint in 0..self.schedules.joints.len() {
-            let string = self.string(joint, window);
-            let travels = self.travels(joint, window, &string);
-            moved += usize::from(travels.len() > 1 || !matches!(travels.first(), Some(Proof::Feed { .. })));
-            let swings = self.swings(joint, window, &string);
-            turns |= swings.is_some();
-            for proofs in [Some(travels), swings].into_iter().flatten() {
-                let own = self.total(&proofs);
-                if own > time {
-                    (best, time) = (proofs, own);
-                }
+        for &joint in &joints {
+            let Some(proofs) = self.swings(joint, window, &self.string(joint, window)) else { continue };
+            turns = true;
+            let own = self.total(&proofs);
+            if own > time {
+                (best, time) = (proofs, own);
             }
         }
-        // Halves prove more only where different proofs are best in different parts.
-        if (turns || moved > 1) && window[1] - window[0] > 1 {
+        // Feed and travel have their best row already; halves prove more only where swings are best in some part.
+        if turns && window[1] - window[0] > 1 {
             let middle = (window[0] + window[1]) / 2;
             let mut halves = self.best([window[0], middle]);
             halves.extend(self.best([middle, window[1]]));

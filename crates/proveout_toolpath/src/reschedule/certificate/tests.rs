@@ -1,14 +1,14 @@
 use super::*;
 
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
     }
 }
@@ -272,7 +272,7 @@ fn the_turns_of_the_string_prove_most() {
         for t in &schedules.least {
             times.push(times[times.len() - 1] + t);
         }
-        let search = Search { schedules: &schedules, times };
+        let search = Search { schedules: &schedules, times, seams: &[] };
         for joint in 0..schedules.joints.len() {
             let string = search.string(joint, window);
             let own = search.swings(joint, window, &string).map_or(f64::NEG_INFINITY, |p| search.total(&p));

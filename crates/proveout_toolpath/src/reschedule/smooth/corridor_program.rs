@@ -15,7 +15,7 @@
 //! The band is factored by Cholesky; the column is taken out by its Schur complement. One thread, sums in a fixed order: the same numbers everywhere.
 
 /// Weights of a row.
-pub(super) const WEIGHTS: usize = 4;
+pub(in crate::reschedule) const WEIGHTS: usize = 4;
 /// Diagonals of the band, the main one counted.
 const BAND: usize = 4;
 /// Steps after which a program counts as one without a solution.
@@ -27,12 +27,12 @@ const HELD: f64 = 1e-9;
 
 /// A row: `low <= sum weights[k] x[at + k] <= high`; a peak row has z in place of both limits and ignores them.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
-    pub(super) at: usize,
-    pub(super) weights: [f64; WEIGHTS],
-    pub(super) low: f64,
-    pub(super) high: f64,
-    pub(super) peak: bool,
+pub(in crate::reschedule) struct Row {
+    pub(in crate::reschedule) at: usize,
+    pub(in crate::reschedule) weights: [f64; WEIGHTS],
+    pub(in crate::reschedule) low: f64,
+    pub(in crate::reschedule) high: f64,
+    pub(in crate::reschedule) peak: bool,
 }
 
 impl Row {
@@ -43,13 +43,13 @@ impl Row {
 
 /// A program.
 #[derive(Clone, Debug, Default)]
-pub(super) struct CorridorProgram {
-    pub(super) unknowns: usize,
-    pub(super) rows: Vec<Row>,
+pub(in crate::reschedule) struct CorridorProgram {
+    pub(in crate::reschedule) unknowns: usize,
+    pub(in crate::reschedule) rows: Vec<Row>,
     /// w.
-    pub(super) smoothness: f64,
+    pub(in crate::reschedule) smoothness: f64,
     /// c; no z where it is zero.
-    pub(super) peak_cost: f64,
+    pub(in crate::reschedule) peak_cost: f64,
 }
 
 /// One side of a row: `sign a x - (z) <= bound`.
@@ -165,6 +165,11 @@ impl CorridorProgram {
 
     /// The solution from a start that need not hold any row: unknowns and z. None where there is none, or where none was found.
     pub(super) fn solved(&self, start: &[f64]) -> Option<(Vec<f64>, f64)> {
+        self.solved_with_multipliers(start).map(|(x, z, _)| (x, z))
+    }
+
+    /// The same, with what each row pushes: the multiplier of its upper limit less that of its lower one.
+    pub(in crate::reschedule) fn solved_with_multipliers(&self, start: &[f64]) -> Option<(Vec<f64>, f64, Vec<f64>)> {
         let sides = self.sides();
         let n = self.unknowns;
         let with_z = self.peak_cost > 0.0;
@@ -192,7 +197,11 @@ impl CorridorProgram {
             }
             let steep = dual.iter().fold(dual_z.abs(), |m, r| m.max(r.abs()));
             if mean < CENTERED && violated < HELD && steep < 1e-5 {
-                return Some((now.x, now.z));
+                let mut pushes = vec![0.0; self.rows.len()];
+                for (side, multiplier) in sides.iter().zip(&now.multiplier) {
+                    pushes[side.row as usize] += side.sign * multiplier;
+                }
+                return Some((now.x, now.z, pushes));
             }
             let mut band: Band = vec![[0.0; BAND]; n];
             self.smooth_band(&mut band);

@@ -16,7 +16,7 @@
 //! *Between blocks*: limits and angles run straight from block to block, so that what holds at both ends of a block holds between them; the free intervals of
 //! the tool are proved for whole blocks.
 
-mod corridor_program;
+pub(super) mod corridor_program;
 mod spline_in_corridor;
 
 use std::f64::consts::TAU;

@@ -4,14 +4,20 @@
 //! before has the same blocks, its time stands beside it. The bound is that of [`Schedules`]: every schedule of the channel, whatever
 //! its feed law, under these assumptions, which stand in the file:
 //!
-//! * a block takes at least `feed_part` of its programmed time, which is what the fastest block of both programs takes of its own: a
-//!   control that rounds corners cuts the way short, by how much in other schedules nobody knows before they run;
+//! * the tip makes no more than the programmed feed (passed by `feed_passed` at most) on the way that is run, and comes within `off_mm` of the end of
+//!   each block: what is left of the programmed times is proved from the ways of the tip ([`FeedFloor`]);
+//! * of the ways in other schedules nobody knows before they are made: the bound is about those that bend no more at a block's end, and are no shorter
+//!   for their time, than the way of one of the programs that are named in `ways`;
 //! * joints keep their limits to 0.1 percent, the tolerance of the control, and the programmed rotary positions to its rounding.
 //!
 //! Limits are those in force: what a scene lowers counts as lowered.
 
+mod cells;
+mod constant_feed;
+
 use proveout_controller::{Alternatives, ReprogrammedRun};
-use proveout_toolpath::reschedule::{Proof, Schedules};
+use proveout_geom::Point;
+use proveout_toolpath::reschedule::{FeedFloor, JointGates, Proof, Schedules};
 use serde::Serialize;
 
 use crate::{
@@ -19,6 +25,13 @@ use crate::{
     scene_limits::ChangedLimit,
 };
 
+pub use cells::{CellCertificate, CellJoint};
+pub use constant_feed::ConstantFeed;
+
+/// Part by which the control may pass the programmed feed.
+const FEED_PASSED: f64 = 0.0005;
+/// What four decimals of X, Y and Z may lead a point of the program astray, mm.
+const POINT_ROUNDED: f64 = 1e-4;
 /// Part by which the control may pass limits of joints.
 const LIMIT_PASSED: f64 = 0.001;
 /// By how much programmed times of the text may differ from those of the commands: four decimals of a feed.
@@ -47,7 +60,7 @@ pub struct ScheduleCertificate {
 
 impl ScheduleCertificate {
     /// What [`Self::format`] says.
-    pub const FORMAT: &'static str = "proveout schedule certificate, version 1";
+    pub const FORMAT: &'static str = "proveout schedule certificate, version 2";
 }
 
 /// A joint with its gates; degrees.
@@ -149,10 +162,40 @@ fn over_velocity(k: usize, counted: &Schedules, [before, after]: [&[f64]; 2], ow
     limits.into_iter().filter_map(row).collect()
 }
 
+/// A linear joint that follows the axes of a channel.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LinearCertificate {
+    /// Name.
+    pub name: String,
+    /// Velocity limit.
+    pub velocity_mm_s: f64,
+    /// Acceleration limit; null where there is none.
+    pub acceleration_mm_s2: Option<f64>,
+    /// Jerk limit; null where there is none.
+    pub jerk_mm_s3: Option<f64>,
+    /// Lowest and highest position at the gates over all angles of the channel, widened by the rounding.
+    pub gates_mm: Vec<[f64; 2]>,
+    /// Longest way that all schedules must make at once, one way, and the time of it at the velocity limit.
+    pub longest_way_mm: f64,
+    /// Bound by the feed and this joint's velocity, s.
+    pub velocity_bound_s: f64,
+}
+
+/// The way of the tip in a program, from which the least times of blocks are proved.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WayCertificate {
+    /// `new` or `original`.
+    pub program: &'static str,
+    /// Time that the programmed feed gives to the length between these points, s.
+    pub times_s: Vec<f64>,
+    /// The tip at the gates, table frame; the linear joints without tool center point control.
+    pub points_mm: Vec<[f64; 3]>,
+}
+
 /// A window of the proof.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WindowCertificate {
-    /// `feed`, `travel` or `swings`.
+    /// `feed`, `travel`, `swings` or `cells`.
     pub proof: &'static str,
     /// The joint; none for the feed.
     pub joint: Option<String>,
@@ -169,20 +212,38 @@ pub struct WindowCertificate {
 pub struct RunCertificate {
     /// First and last line of the stretch in the program before.
     pub lines: [u32; 2],
-    /// Part of its programmed time that a block takes at least.
-    pub feed_part: f64,
+    /// What the bound rests on that is not proved, in words.
+    pub rests_on: Vec<String>,
+    /// Part by which the control may pass the feed.
+    pub feed_passed: f64,
+    /// What tip (or linear joints) may be off the end of a block.
+    pub off_mm: f64,
+    /// Ways of the tip that the feed is proved from.
+    pub ways: Vec<WayCertificate>,
+    /// Time that the program gives to each block, s, and to all.
+    pub nominal_s: Vec<f64>,
+    /// Sum of these.
+    pub programmed_s: f64,
     /// Part by which joints may pass their limits.
     pub limit_passed: f64,
     /// What the control may leave rotary positions by, degrees.
     pub rounding_deg: f64,
-    /// Least time of each block, s.
+    /// Least time of each block, s; in a window of blocks, less what it loses at its ends.
     pub least_s: Vec<f64>,
+    /// What a window of feed loses where it begins or ends at a gate, s.
+    pub seams_s: Vec<f64>,
     /// Time of each block in the new program, s.
     pub new_s: Vec<f64>,
     /// Time of each block in the program before, s.
     pub original_s: Vec<f64>,
     /// Joints that have a channel.
     pub joints: Vec<JointCertificate>,
+    /// Linear joints that follow the axes.
+    pub linear: Vec<LinearCertificate>,
+    /// The bound with both angles free, where the method knows no channel of one.
+    pub cells: Option<CellCertificate>,
+    /// What the table needs at least at the programmed times.
+    pub constant_feed: Vec<ConstantFeed>,
     /// The proof: windows one behind the other.
     pub windows: Vec<WindowCertificate>,
     /// Bound by the feed, s.
@@ -240,7 +301,7 @@ pub(crate) fn certify(
     else {
         return Err("the stretch is not in the run".into());
     };
-    let Alternatives { schedules, rounding, before, after } = alternatives;
+    let Alternatives { schedules, rounding, before, after, .. } = alternatives;
     let same = |blocks: &[FeedBlock]| {
         blocks.iter().zip(&schedules.least).all(|(b, t)| (b.programmed / t - 1.0).abs() < TIME_ROUNDED)
     };
@@ -249,35 +310,46 @@ pub(crate) fn certify(
     }
     let times = |blocks: &[FeedBlock]| blocks.iter().map(|b| b.time[1] - b.time[0]).collect::<Vec<f64>>();
     let (new_s, original_s) = (times(new), times(original));
-    let parts = |times: &[f64]| times.iter().zip(&schedules.least).map(|(t, least)| t / least).fold(1.0, f64::min);
-    let feed_part = parts(&new_s).min(parts(&original_s));
-    let counted = Schedules {
-        least: schedules.least.iter().map(|t| t * feed_part).collect(),
-        joints: schedules
-            .joints
-            .iter()
-            .cloned()
-            .map(|mut joint| {
-                joint.limits = joint.limits.passed_by(LIMIT_PASSED);
-                joint
-            })
-            .collect(),
-    };
-    let certificate = counted.certificate().map_err(|e| e.to_string())?;
     let inside = |positions: &[Vec<f64>]| {
-        counted.joints.iter().zip(positions).all(|(joint, own)| {
+        schedules.joints.iter().zip(positions).all(|(joint, own)| {
             let mut pairs = joint.gates.iter().zip(own);
             pairs.all(|([low, high], q)| q - low > rounding - PLACE_ROUNDED && high - q > rounding - PLACE_ROUNDED)
         })
     };
     let (time_s, original_time_s) = (new_s.iter().sum::<f64>(), original_s.iter().sum::<f64>());
     let (new_inside, original_inside) = (inside(after), inside(before));
+    let programs = [("new", new, true), ("original", original, original_inside)];
+    let ways: Vec<WayCertificate> = [1, 0]
+        .into_iter()
+        .zip(programs)
+        .filter(|(_, (_, _, counts))| *counts)
+        .map(|(k, (program, blocks, _))| way(program, &alternatives.ways[k], blocks, &schedules.least))
+        .collect();
+    let off = alternatives.tip_rounding + POINT_ROUNDED;
+    let FeedFloor { least, seams } = floor(&ways, off).map_err(|block| {
+        let line = commands.get(block + 1).map_or(0, |c| line(*c));
+        format!("the block in line {line} is so short that nothing is left of its time where its ends may be {off:.4} mm off")
+    })?;
+    let rotary = schedules.joints.len();
+    let passed = |joint: &JointGates| JointGates { limits: joint.limits.passed_by(LIMIT_PASSED), ..joint.clone() };
+    let counted =
+        Schedules { least, joints: schedules.joints.iter().chain(&alternatives.linear).map(passed).collect() };
+    let certificate = counted.certificate_within(&seams).map_err(|e| e.to_string())?;
+    let mut starts = vec![0.0];
+    starts.extend(counted.least.iter().scan(0.0, |sum, t| {
+        *sum += t;
+        Some(*sum)
+    }));
+    let feed = |from: usize, to: usize| (starts[to] - starts[from] - seams[from] - seams[to]).max(0.0);
+    let cells = alternatives.two_angles.as_ref().and_then(|angles| CellCertificate::new(angles, LIMIT_PASSED, feed));
+    let by_cells = cells.as_ref().filter(|c| c.bound_s > certificate.bound).map(|c| c.bound_s);
+    let bound = by_cells.unwrap_or(certificate.bound);
     for (name, is_inside, time) in [("new", new_inside, time_s), ("original", original_inside, original_time_s)] {
-        if is_inside && time < certificate.bound * (1.0 - 1e-9) {
+        if is_inside && time < bound * (1.0 - 1e-9) {
             return Err(format!(
                 "the {name} program takes {time:.6} s, less than the {:.6} s that were proved for it: an assumption of the bound \
                  does not hold here",
-                certificate.bound
+                bound
             ));
         }
     }
@@ -298,17 +370,54 @@ pub(crate) fn certify(
         velocity_bound_s: certificate.velocity[k],
         over_velocity: over_velocity(k, &counted, [&before[k], &after[k]], own_velocity(&joint.name)),
     });
-    let windows = certificate.windows.iter().map(|(proof, time)| window(proof, *time, &counted));
+    let windows = match by_cells {
+        Some(time_s) => {
+            let gates = vec![0, counted.least.len()];
+            vec![WindowCertificate { proof: "cells", joint: None, gates, up: None, time_s }]
+        }
+        None => certificate.windows.iter().map(|(proof, time)| window(proof, *time, &counted)).collect(),
+    };
+    let linear = alternatives.linear.iter().zip(&certificate.velocity[rotary..]).map(|(joint, bound)| {
+        let stated = |v: f64| v.is_finite().then_some(v);
+        LinearCertificate {
+            name: joint.name.clone(),
+            velocity_mm_s: joint.limits.velocity,
+            acceleration_mm_s2: stated(joint.limits.acceleration),
+            jerk_mm_s3: stated(joint.limits.jerk),
+            longest_way_mm: longest_way(&joint.gates),
+            gates_mm: joint.gates.clone(),
+            velocity_bound_s: *bound,
+        }
+    });
+    let table = alternatives.table.and_then(|k| Some((schedules.joints.get(k)?, after.get(k)?)));
+    let constant_feed = table.map_or_else(Vec::new, |(joint, own)| {
+        let gates: Vec<[f64; 2]> = joint.gates.iter().map(|[low, high]| [low + rounding, high - rounding]).collect();
+        constant_feed::constant_feed(&joint.name, &schedules.least, &gates, own)
+    });
+    let names: Vec<&str> = ways.iter().map(|w| w.program).collect();
+    let rests_on = vec![format!(
+        "the way of the tip bends no more at the end of a block, and is no shorter for its time, than in a program of these: {}",
+        names.join(", ")
+    )];
     Ok(RunCertificate {
         lines: [commands.first(), commands.last()].map(|c| c.map_or(0, |c| line(*c))),
-        feed_part,
+        rests_on,
+        feed_passed: FEED_PASSED,
+        off_mm: off,
+        ways,
+        programmed_s: schedules.least.iter().sum(),
+        nominal_s: schedules.least.clone(),
         limit_passed: LIMIT_PASSED,
         rounding_deg: rounding.to_degrees(),
         joints: joints.collect(),
-        windows: windows.collect(),
+        linear: linear.collect(),
+        cells,
+        constant_feed,
+        windows,
         feed_bound_s: certificate.feed,
-        bound_s: certificate.bound,
-        gap_percent: new_inside.then(|| 100.0 * (time_s / certificate.bound - 1.0)),
+        bound_s: bound,
+        gap_percent: new_inside.then(|| 100.0 * (time_s / bound - 1.0)),
+        seams_s: seams,
         least_s: counted.least,
         new_s,
         original_s,
@@ -317,6 +426,36 @@ pub(crate) fn certify(
         new_inside,
         original_inside,
     })
+}
+
+/// The way of a program: what its feed gives to the way between the points of the schedule, which its text has with four decimals.
+fn way(program: &'static str, points: &[Point], blocks: &[FeedBlock], least: &[f64]) -> WayCertificate {
+    let steps = points.windows(2).map(|p| (p[1] - p[0]).norm());
+    // A block of the text that is longer than that of the schedule has a higher feed.
+    let times = steps.zip(blocks.iter().zip(least)).map(|(step, (block, t))| {
+        if block.length > step { block.programmed.min(*t) * step / block.length } else { block.programmed.min(*t) }
+    });
+    WayCertificate { program, times_s: times.collect(), points_mm: points.iter().map(|p| (*p).into()).collect() }
+}
+
+/// The floor of all ways, with the shortest time that a block has in one of them.
+fn floor(ways: &[WayCertificate], off: f64) -> Result<FeedFloor, usize> {
+    let count = ways.first().map_or(0, |w| w.times_s.len());
+    let times: Vec<f64> =
+        (0..count).map(|i| ways.iter().map(|w| w.times_s[i]).fold(f64::INFINITY, f64::min)).collect();
+    let points: Vec<Vec<Point>> = ways.iter().map(|w| w.points_mm.iter().map(|p| Point::from(*p)).collect()).collect();
+    let all: Vec<&[Point]> = points.iter().map(Vec::as_slice).collect();
+    FeedFloor::new(&times, &all, off, FEED_PASSED)
+}
+
+/// The longest way that a joint must make from one gate to a later one.
+fn longest_way(gates: &[[f64; 2]]) -> f64 {
+    let (mut high, mut low, mut longest) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+    for gate in gates {
+        longest = longest.max(gate[0] - high).max(low - gate[1]);
+        (high, low) = (high.min(gate[1]), low.max(gate[0]));
+    }
+    longest
 }
 
 /// What a schedule gains over the velocity limit of a joint, as curves of a page.

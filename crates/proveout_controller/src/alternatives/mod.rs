@@ -5,11 +5,22 @@
 //! angle about the table axis is the table's joint but for sign and zero, and the joints that incline the tool go through the
 //! positions that they have.
 //!
-//! *What the control may do.* It leaves the programmed rotary positions by its rounding, which every gate is widened by.
+//! *What the control may do.* It leaves the programmed rotary positions by its rounding, which every gate is widened by, and the tip by that of the tip.
+//!
+//! *Methods without a channel of one angle*: axes may be anywhere within the farthest that the method has turned one of the program before
+//! (`two_angles.rs`).
 
+mod linear;
+mod two_angles;
+
+pub use two_angles::TwoAngles;
+
+use proveout_geom::{Point, ToolPose};
 use proveout_machine::{Carries, JointValues, KinematicsError, Machine};
 use proveout_nc::{Command, Op, PathMode};
 use proveout_toolpath::reschedule::{JointGates, Rescheduled, Schedules, SwingLimits, TurnChannel};
+
+use linear::{AtGate, linear_gates};
 
 use crate::{Settings, program_runs::Found};
 
@@ -28,16 +39,37 @@ pub struct Alternatives {
     pub before: Vec<Vec<f64>>,
     /// The same of the new program.
     pub after: Vec<Vec<f64>>,
+    /// What the control may leave the tip by (the linear joints of a program without tool center point control), mm.
+    pub tip_rounding: f64,
+    /// Where the programmed feed leads in the program before and in the new one: the tip at the gates in the table frame, without tool center point
+    /// control the linear joints, mm.
+    pub ways: [Vec<Point>; 2],
+    /// The joint of the channel, by its place in [`Self::schedules`].
+    pub table: Option<usize>,
+    /// Gates of the linear joints over all angles of the channel, mm.
+    pub linear: Vec<JointGates>,
+    /// Schedules with both angles free, where the method knows no channel of one.
+    pub two_angles: Option<TwoAngles>,
+}
+
+/// What a run is given to the control with.
+pub(crate) struct Run<'a> {
+    pub(crate) found: &'a Found,
+    /// What the control may leave tip (mm) and rotary joints (radian) by.
+    pub(crate) rounding: [f64; 2],
+    /// Radius of the ball, zero for other cutters, and gauge length of the tool where it is known, mm.
+    pub(crate) ball: f64,
+    pub(crate) length: Option<f64>,
 }
 
 impl Alternatives {
     pub(crate) fn new(
         machine: &Machine,
-        found: &Found,
+        run: &Run<'_>,
         result: &Rescheduled,
         joints: &[JointValues],
-        rounding: f64,
     ) -> Result<Self, &'static str> {
+        let Run { found, rounding: [tip_rounding, rounding], .. } = *run;
         let stretch = result.stretch.clone();
         let (Some(blocks), Some(after)) = (found.blocks.get(stretch.clone()), joints.get(stretch)) else {
             return Err("the stretch is not in the run");
@@ -52,6 +84,18 @@ impl Alternatives {
         let Some(before) = positions(machine, found, result.stretch.start) else {
             return Err("the original program is out of the machine's range");
         };
+        let poses: Vec<ToolPose> = blocks.iter().map(|b| b.pose).collect();
+        let new_poses = result.poses.get(result.stretch.clone()).ok_or("the stretch is not in the run")?;
+        let way = |poses: &[ToolPose], joints: &[JointValues]| -> Vec<Point> {
+            if found.joints.is_none() {
+                return poses.iter().map(|p| p.tip).collect();
+            }
+            let slides = machine.linear_joints();
+            let place = |q: &JointValues| Point::from(std::array::from_fn(|k| slides.get(k).map_or(0.0, |&j| q[j])));
+            joints.iter().map(place).collect()
+        };
+        let ways = [way(&poses, &before[..after.len()]), way(new_poses, after)];
+        let (mut table, mut linear) = (None, Vec::new());
         let mut gates = Vec::new();
         let mut positions = [Vec::new(), Vec::new()];
         for &j in machine.rotary_joints() {
@@ -65,6 +109,17 @@ impl Alternatives {
                 None if result.channel.is_none() => continue,
                 None => own.iter().map(|q| [*q; 2]).collect(),
             };
+            let widened: Vec<[f64; 2]> =
+                limits.iter().map(|[low, high]| [low - rounding, high + rounding]).collect();
+            if free.is_some() {
+                table = Some(gates.len());
+                let places = new_poses.iter().zip(after).zip(&widened);
+                let at: Vec<AtGate<'_>> =
+                    places.map(|((pose, joints), table)| AtGate { pose, joints, table: *table }).collect();
+                let known = run.length.filter(|_| run.ball > 0.0);
+                let own = known.and_then(|l| linear_gates(machine, j, &at, (run.ball, l), (tip_rounding, rounding)));
+                linear = own.unwrap_or_default();
+            }
             gates.push(JointGates {
                 name: joint.name.clone(),
                 limits: SwingLimits {
@@ -72,7 +127,7 @@ impl Alternatives {
                     acceleration: joint.max_acceleration.unwrap_or(f64::INFINITY),
                     jerk: joint.max_jerk.unwrap_or(f64::INFINITY),
                 },
-                gates: limits.iter().map(|[low, high]| [low - rounding, high + rounding]).collect(),
+                gates: widened,
             });
             let mut old: Vec<f64> = before[..own.len()].iter().map(|q| q[j]).collect();
             // The program before may stand whole turns away.
@@ -82,8 +137,13 @@ impl Alternatives {
             positions[0].push(old);
             positions[1].push(own);
         }
+        let two_angles = match result.channel {
+            Some(_) => None,
+            None => TwoAngles::new(machine, [&poses, new_poses], [&before[..after.len()], after], rounding),
+        };
         let [before, after] = positions;
-        Ok(Self { schedules: Schedules { least, joints: gates }, rounding, before, after })
+        let schedules = Schedules { least, joints: gates };
+        Ok(Self { schedules, rounding, before, after, tip_rounding, ways, table, linear, two_angles })
     }
 }
 
@@ -92,7 +152,7 @@ fn positions(machine: &Machine, found: &Found, from: usize) -> Option<Vec<JointV
     let mut q = machine.home();
     let mut all = Vec::with_capacity(found.blocks.len());
     for block in &found.blocks {
-        q = match machine.inverse_nearest(&block.pose, 0.0, &q) {
+        q = match machine.inverse_nearest(&block.pose, found.joints.unwrap_or(0.0), &q) {
             Ok(solution) => solution.q,
             Err(KinematicsError::OverTravel { rotary: false, solution, .. }) => solution.q,
             Err(_) => return None,
@@ -127,23 +187,26 @@ fn turned(sense: f64, channel: &TurnChannel, joint: &[f64]) -> Result<Vec<[f64; 
     Ok(channel.limits.iter().map(both).collect())
 }
 
-/// The largest angle by which the control may leave the rotary positions of a run, radian.
-pub(crate) fn rotary_rounding(machine: &Machine, commands: &[Command], found: &Found) -> f64 {
-    let (Some(first), Some(last)) = (found.blocks.first(), found.blocks.last()) else { return 0.0 };
+/// The most by which the control may leave the tip (mm) and the rotary positions (radian) of a run; `tip` where the program tells none.
+pub(crate) fn rounding(machine: &Machine, tip: Option<f64>, commands: &[Command], found: &Found) -> [f64; 2] {
+    let (Some(first), Some(last)) = (found.blocks.first(), found.blocks.last()) else { return [0.0; 2] };
     let own = |mode: &PathMode| match mode {
-        PathMode::ExactStop => 0.0,
-        PathMode::Continuous { orientation_tolerance, .. } => orientation_tolerance
-            .or(machine.control.default_orientation_tolerance)
-            .unwrap_or(Settings::FALLBACK_ORIENTATION_TOLERANCE),
+        PathMode::ExactStop => [0.0; 2],
+        PathMode::Continuous { tolerance, orientation_tolerance } => [
+            tolerance.or(tip).unwrap_or(machine.control.default_tolerance),
+            orientation_tolerance
+                .or(machine.control.default_orientation_tolerance)
+                .unwrap_or(Settings::FALLBACK_ORIENTATION_TOLERANCE),
+        ],
     };
     let mut now = PathMode::Continuous { tolerance: None, orientation_tolerance: None };
-    let mut most: f64 = 0.0;
+    let mut most = [0.0_f64; 2];
     for (index, command) in commands.iter().enumerate().take(last.command + 1) {
         if let Op::PathMode(mode) = &command.op {
             now = *mode;
         }
         if index >= first.command {
-            most = most.max(own(&now));
+            most = std::array::from_fn(|k| most[k].max(own(&now)[k]));
         }
     }
     most
