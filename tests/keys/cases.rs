@@ -496,6 +496,8 @@ cases! {
     "machine/PlatformFile.height_mm", Hybrid, ["machine", "platform.0.height_mm", "250"];
     "machine/PlatformFile.leg_1_direction", Hybrid, ["machine", "platform.0.leg_1_direction", "[0, -1, 0]"];
     "machine/PlatformFile.leg", Hybrid, ["machine", "platform.0.leg.0.travel_mm", "[400, 640]"];
+    "machine/LegFile.moving_mass_kg", HybridServo, ["machine", "platform.0.leg.0.moving_mass_kg", "20"];
+    "machine/LegFile.drive", HybridServo, ["machine", "platform.0.leg.0.drive.position_gain_1_s", "30"];
     "machine/LegFile.name", Hybrid, ["machine", "platform.0.leg.0.name", "\"L2\""];
     "machine/LegFile.travel_mm", Hybrid, ["machine", "platform.0.leg.1.travel_mm", "[400, 640]"];
     "machine/LegFile.max_velocity_mm_min", Hybrid, ["machine", "platform.0.leg.0.max_velocity_mm_min", "60"];

@@ -6,7 +6,7 @@ use proveout_tests::root;
 
 use crate::texts::{
     BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, FLANK, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, SURFACE,
-    SURFACE_BLADE, SURFACE_PROGRAM, TOOLS, five, hybrid, one_tool, paths, shortened, stl,
+    SURFACE_BLADE, SURFACE_PROGRAM, TOOLS, five, hybrid, hybrid_servo, one_tool, paths, shortened, stl,
 };
 
 /// Text of a file, or its bytes, by its name.
@@ -88,6 +88,8 @@ pub(crate) enum Setup {
     FiveErrors,
     /// A platform on three legs.
     Hybrid,
+    /// The same with its drives.
+    HybridServo,
     /// Two programs side by side.
     Compare,
     /// A pass round a blade.
@@ -237,9 +239,14 @@ impl Setup {
                     machine += "\n[[errors.table]]\njoint = \"B\"\nat_deg = [0, 20]\n[errors.table.values]\nEZB_um = [0, 30]\n";
                 }
             }
-            Self::Hybrid => {
-                (machine, scene, name, program) = (hybrid(), in_siemens(&scene), "main.mpf", HYBRID_PROGRAM.into());
+            Self::Hybrid | Self::HybridServo => {
+                let with_drives = self == Self::HybridServo;
+                machine = if with_drives { hybrid_servo() } else { hybrid() };
+                (scene, name, program) = (in_siemens(&scene), "main.mpf", HYBRID_PROGRAM.into());
                 scene = scene.replace("translation_mm = [0, 0, 40]", "translation_mm = [0, 0, 600]");
+                if with_drives {
+                    scene += servo;
+                }
             }
             Self::Compare => {
                 scene = scene.replace("resolution_mm = 0.5", "resolution_mm = 2");

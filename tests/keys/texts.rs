@@ -248,8 +248,17 @@ pub(crate) fn five() -> String {
 
 /// The joints, platform and table of a machine of the library on legs, without its bodies.
 pub(crate) fn hybrid() -> String {
-    let text = fs::read_to_string(root().join("machines/lu-hybrid-ii/machine.toml")).unwrap_or_default();
-    let text = text.split("# Bodies: written by").next().unwrap_or_default().to_owned();
+    hybrid_of("machines/lu-hybrid-ii/machine.toml")
+}
+
+/// The same with drives at its legs and at its other joints.
+pub(crate) fn hybrid_servo() -> String {
+    hybrid_of("scenes/lu-2022-quasi-circle/machine-ii.toml")
+}
+
+fn hybrid_of(path: &str) -> String {
+    let text = fs::read_to_string(root().join(path)).unwrap_or_default();
+    let text = text.split("# Bodies: ").next().unwrap_or_default().to_owned();
     let kept = text.lines().filter(|l| !l.starts_with("model =") && !l.starts_with("roles_kg_m3"));
     kept.collect::<Vec<_>>().join("\n")
         + "\n[[body]]\nname = \"bed\"\nrole = \"bed\"\nattached_to = \"base\"\ncheck = true\n\

@@ -5,6 +5,7 @@
 mod actual_machine;
 mod axis_cross;
 mod bench;
+mod coarse;
 mod compare;
 mod cone_frustum;
 mod control;
@@ -14,6 +15,7 @@ mod feed_and_rapid;
 mod holes;
 mod languages;
 mod li_2022;
+mod lu_2022;
 mod planned;
 mod planned_kinds;
 mod plunge;

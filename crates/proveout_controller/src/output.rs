@@ -72,7 +72,7 @@ pub struct Sample {
     pub drive: Option<DriveSample>,
 }
 
-/// The drives at one cycle of the control.
+/// The drives at one cycle of the control. Of the joints of a platform, whose drives move legs: what the legs together do to the joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveSample {
     /// Actual velocity of the load, mm/s and radian/s.

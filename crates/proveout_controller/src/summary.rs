@@ -25,7 +25,8 @@ pub struct JointSummary {
     pub drive: Option<DriveUse>,
 }
 
-/// What a drive did over the run.
+/// What a drive did over the run. Of the joints of a platform: what its legs together did to the joint; the part of the limit is that of
+/// the most loaded leg, for both joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveUse {
     /// Largest distance of the load from the set point at a control sample, mm or radian.

@@ -11,7 +11,7 @@ use common::{Program, run_with};
 use proveout_controller::{
     Controller, Dynamics, Event, LimitKind, Settings,
     dynamics::RigidTree,
-    servo::{largest_loads, size_drives},
+    servo::{largest_loads, size_drives, without_drive},
 };
 use proveout_machine::Machine;
 
@@ -156,7 +156,7 @@ fn rapid_motion_saturates_no_drive() {
 }
 
 #[test]
-fn a_platform_is_refused_by_name() {
+fn a_platform_without_drives_is_refused_by_its_leg() {
     let machine = library().1;
     let platform = &machine.platforms[0].name;
     let program = Program::default();
@@ -164,7 +164,8 @@ fn a_platform_is_refused_by_name() {
     let Err(e) = refused else { panic!("not refused") };
     let text = e.to_string();
     assert!(e.code == "control-servo" && text.contains(&machine.name), "{text}");
-    assert!(text.contains(&format!("platform {platform}")) && text.contains("planned"), "{text}");
+    assert!(text.contains("joint Y") && text.contains("planned"), "{text}");
+    assert_eq!(without_drive(&machine), ["Y", "leg L1", "legs L2 and L3", "B", "X"]);
     // Its other loads are known only where the platform has no part in them.
     let tree = RigidTree::new(&machine);
     for (j, joint) in machine.joints.iter().enumerate() {

@@ -12,7 +12,7 @@
 //! Linear joints are described in N, kg and mm, rotary joints in Nm, kg m² and degrees; all seen at the joint, with gears
 //! and screws taken out. Inside, forces are in N and torques in N mm.
 
-use proveout_geom::{Document, Step::Item, Step::Key, rad};
+use proveout_geom::{Document, Step, Step::Key, rad};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -164,16 +164,16 @@ pub struct Drive {
     pub counterbalance: f64,
 }
 
-/// Checks the drive of joint `index` and brings it to the units inside.
+/// Checks the drive of the joint or leg whose table stands at `owner` and brings it to the units inside.
 pub(crate) fn read_drive(
     source: &Document<'_>,
-    index: usize,
+    owner: &[Step<'_>],
     file: Option<&DriveFile>,
     rotary: bool,
 ) -> Checked<Option<Drive>> {
     let Some(f) = file else { return Ok(None) };
-    let at = |key| [Key("joint"), Item(index), Key("drive"), Key(key)];
-    check_units(source, index, f, rotary)?;
+    let at = |key: &'static str| place(owner, key);
+    check_units(source, owner, f, rotary)?;
     let bounded = |key: &'static str, value: f64, low: f64, high: f64| -> Checked<f64> {
         if value >= low && value <= high {
             return Ok(value);
@@ -295,8 +295,13 @@ pub(crate) fn read_drive(
     }))
 }
 
+/// Where a key of a drive stands.
+fn place<'a>(owner: &[Step<'a>], key: &'a str) -> Vec<Step<'a>> {
+    owner.iter().copied().chain([Key("drive"), Key(key)]).collect()
+}
+
 /// Refuses keys with the unit of the other kind of joint.
-fn check_units(source: &Document<'_>, index: usize, f: &DriveFile, rotary: bool) -> Checked<()> {
+fn check_units(source: &Document<'_>, owner: &[Step<'_>], f: &DriveFile, rotary: bool) -> Checked<()> {
     let pairs = [
         ("velocity_gain_N_s_m", f.velocity_gain_n_s_m, "velocity_gain_Nm_s_rad", f.velocity_gain_nm_s_rad),
         ("max_force_N", f.max_force_n, "max_torque_Nm", f.max_torque_nm),
@@ -311,13 +316,13 @@ fn check_units(source: &Document<'_>, index: usize, f: &DriveFile, rotary: bool)
     for (linear, of_linear, turning, of_rotary) in pairs {
         let (wrong, given, instead) = if rotary { (linear, of_linear, turning) } else { (turning, of_rotary, linear) };
         if given.is_some() {
-            let path = [Key("joint"), Item(index), Key("drive"), Key(wrong)];
+            let path = place(owner, wrong);
             let message = format!("a {kind} joint has no {wrong}");
             return Err(source.error("machine-wrong-unit", &path, message, format!("write {instead}")));
         }
     }
     if rotary && f.counterbalance_n != 0.0 {
-        let path = [Key("joint"), Item(index), Key("drive"), Key("counterbalance_N")];
+        let path = place(owner, "counterbalance_N");
         let message = "a rotary joint has no counterbalance_N";
         return Err(source.error("machine-wrong-unit", &path, message, "leave it out"));
     }

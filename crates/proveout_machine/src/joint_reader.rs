@@ -112,7 +112,7 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
         } else {
             positive(source, &at("moving_mass_kg"), file.moving_mass_kg)?
         },
-        drive: read_drive(source, index, file.drive.as_ref(), rotary)?,
+        drive: read_drive(source, &[Key("joint"), Item(index)], file.drive.as_ref(), rotary)?,
     };
     for (key, value) in [(home_key, Some(home)), (tool_change_key, tool_change)] {
         let Some(value) = value else { continue };

@@ -37,7 +37,7 @@
 use proveout_geom::Vector;
 use thiserror::Error;
 
-use crate::JointValues;
+use crate::{Drive, JointValues};
 
 /// Legs 2 and 3 count as equal within this, mm: a difference of 1e-6 tilts a plate of 100 mm by 1e-8 rad.
 const EQUAL_LEGS_MM: f64 = 1e-6;
@@ -55,6 +55,10 @@ pub struct Leg {
     pub max_acceleration: Option<f64>,
     /// Highest jerk, mm/s³.
     pub max_jerk: Option<f64>,
+    /// Mass that the drive moves, along the leg, kg.
+    pub moving_mass: Option<f64>,
+    /// The drive; of legs 2 and 3 the same.
+    pub drive: Option<Drive>,
 }
 
 /// A 3-RPS platform: a heave and a tilt joint of the machine, driven together by three legs.
@@ -169,6 +173,24 @@ impl Platform {
         let first = leg([s.out_1, 1.5 * r * cos_1, 1.5 * r * cos_2], [s.up_1, dh + r * sin_1, ddh + r * sin_2]);
         let second = leg([s.out_2, 0.0, 0.0], [s.up_2, dh - 0.5 * r * sin_1, ddh - 0.5 * r * sin_2]);
         [[first[0], second[0], second[0]], [first[1], second[1], second[1]]]
+    }
+
+    /// Rates of leg 1 and of legs 2 and 3 with the values of heave joint (first column, mm/mm) and tilt joint (mm/rad).
+    pub fn leg_rates(&self, q: &JointValues) -> [[f64; 2]; 2] {
+        let s = self.state(q);
+        let r = self.moving_radius;
+        let [first, second] = [s.out_1.hypot(s.up_1), s.out_2.hypot(s.up_2)];
+        [
+            [self.heave_sign * s.up_1 / first, self.tilt_sign * r * (s.up_1 * s.cos - 1.5 * s.out_1 * s.sin) / first],
+            [self.heave_sign * s.up_2 / second, -0.5 * self.tilt_sign * r * s.up_2 * s.cos / second],
+        ]
+    }
+
+    /// Velocities of heave and tilt joint for those of leg 1 and of legs 2 and 3 (mm/s, rad/s); not finite where the legs do not hold the plate.
+    pub fn joint_rates(&self, q: &JointValues, [first, second]: [f64; 2]) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.leg_rates(q);
+        let determinant = a * d - b * c;
+        [(d * first - b * second) / determinant, (a * second - c * first) / determinant]
     }
 
     /// Jerk of legs 1, 2 and 3, mm/s³, for the first three derivatives of the joints.

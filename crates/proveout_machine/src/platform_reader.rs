@@ -8,6 +8,7 @@ use crate::{
     Joint, Leg, Platform,
     assemble::{Checked, positive, unit},
     description::Notes,
+    drive::{DriveFile, read_drive},
 };
 
 /// Sine of the angle by which the directions of a platform may miss a right angle: six digits in a file.
@@ -67,6 +68,10 @@ pub(crate) struct LegFile {
     pub(crate) max_acceleration_mm_s2: Option<f64>,
     /// Highest jerk.
     pub(crate) max_jerk_mm_s3: Option<f64>,
+    /// Mass that the drive of the leg moves, along the leg; needed with a drive.
+    pub(crate) moving_mass_kg: Option<f64>,
+    /// The drive: needed where the axis dynamics are simulated. Keys of a linear joint.
+    pub(crate) drive: Option<DriveFile>,
     /// Where numbers of this table come from.
     #[serde(default)]
     pub(crate) source: Notes,
@@ -152,6 +157,21 @@ fn read_platform(source: &Document<'_>, index: usize, file: &PlatformFile, joint
     for (k, (leg, from)) in legs.iter_mut().zip(&file.leg).enumerate() {
         *leg = read_leg(source, [Key("platform"), Item(index), Key("leg"), Item(k)], from)?;
     }
+    if legs[1].drive != legs[2].drive || legs[1].moving_mass != legs[2].moving_mass {
+        let path = [Key("platform"), Item(index), Key("leg"), Item(2), Key("drive")];
+        let message = format!("the drives of legs {} and {} differ", legs[1].name, legs[2].name);
+        let remedy =
+            "legs 2 and 3 move alike: unequal drives would tilt the plate about a second axis, which is not simulated";
+        return Err(source.error("machine-platform", &path, message, remedy));
+    }
+    for (key, joint) in [("heave", heave), ("tilt", tilt)] {
+        if joints[joint].drive.is_some() || joints[joint].moving_inertia.is_some() {
+            let message =
+                format!("joint {} is moved by the legs and states a drive or a moved mass", joints[joint].name);
+            let remedy = "state them at the legs: [platform.leg.drive], moving_mass_kg";
+            return Err(source.error("machine-platform", &at(key), message, remedy));
+        }
+    }
     Ok(Platform {
         name: file.name.clone(),
         heave,
@@ -179,8 +199,17 @@ fn read_leg(source: &Document<'_>, path: [Step<'_>; 4], file: &LegFile) -> Check
         let remedy = "write the shortest length, above zero, first";
         return Err(source.error("machine-limits-upside-down", &at("travel_mm"), message, remedy));
     }
+    let drive = read_drive(source, &path, file.drive.as_ref(), false)?;
+    let moving_mass = positive(source, &at("moving_mass_kg"), file.moving_mass_kg)?;
+    if drive.is_some() && moving_mass.is_none() {
+        let message = format!("the drive of leg {} moves an unknown mass", file.name);
+        let remedy = "add moving_mass_kg to the leg: the share of the plate that it moves, seen along it";
+        return Err(source.error("machine-platform", &at("moving_mass_kg"), message, remedy));
+    }
     Ok(Leg {
         name: file.name.clone(),
+        moving_mass,
+        drive,
         travel: file.travel_mm,
         max_velocity: positive(source, &at("max_velocity_mm_min"), file.max_velocity_mm_min)?.map(|v| v / 60.0),
         max_acceleration: positive(source, &at("max_acceleration_mm_s2"), file.max_acceleration_mm_s2)?,

@@ -236,7 +236,12 @@ pub(crate) fn compare<'py>(
     /// Share of the varied motions in the progress.
     const MOTIONS: f64 = 0.2;
     let chosen = Chosen::read(py, resolution_mm, threads, dynamics, rerun)?;
-    let choice = CompareChoice { baseline, resolution_mm: chosen.resolution_mm, dynamics: chosen.dynamics };
+    let choice = CompareChoice {
+        baseline,
+        resolution_mm: chosen.resolution_mm,
+        dynamics: chosen.dynamics,
+        ..CompareChoice::default()
+    };
     beside(py, progress.as_ref(), |shared: &Arc<Shared>| {
         chosen.pool()?.install(|| {
             let _claim = out.as_deref().map(Claim::take).transpose()?;

@@ -3,7 +3,8 @@
 //!
 //! A key is named by its tables with points between them; an entry of a list by its `name`, or by its number from 0:
 //! `program.quaternion.reschedule.keys`, `control.joint_limits.A.max_velocity_deg_s`, `plan.helix.lead_deg`. Limits of the machine stand under
-//! `machine`, by joint: `machine.A.max_acceleration_deg_s2`.
+//! `machine`, by joint: `machine.A.max_acceleration_deg_s2`; so do the gains of position loops, `machine.A.position_gain_1_s`, those of a platform's legs
+//! under its name.
 
 use proveout_geom::rad;
 use proveout_machine::{Joint, Machine};
@@ -97,8 +98,9 @@ impl ChoiceFile {
             return Some((message, "give `planned` in its [[program]], the name of the table under [plan]".to_owned()));
         }
         if let ["machine", joint, limit] = steps[..] {
-            let known = LIMITS.iter().any(|(key, ..)| *key == limit);
-            let help = format!("write machine.JOINT.KEY with one of {}", LIMITS.map(|(key, ..)| key).join(", "));
+            let known = limit == GAIN || LIMITS.iter().any(|(key, ..)| *key == limit);
+            let help =
+                format!("write machine.JOINT.KEY with one of {}, {GAIN}", LIMITS.map(|(key, ..)| key).join(", "));
             return (joint.is_empty() || !known).then(|| (format!("the choice {name:?} names no limit"), help));
         }
         (steps[0] == "machine")
@@ -230,6 +232,9 @@ fn entry<'a>(at: &'a mut Value, step: &str) -> Option<&'a mut Value> {
     }
 }
 
+/// Gain of a position loop, 1/s; of a platform by its name, for its three legs.
+const GAIN: &str = "position_gain_1_s";
+
 type Limit = fn(&mut Joint) -> &mut Option<f64>;
 
 /// Keys of limits, whether they are for a rotary joint, and where they act.
@@ -254,6 +259,11 @@ pub(crate) fn limit_machine(machine: &mut Machine, values: &[(&str, ChoiceValueF
             ChoiceValueFile::Number(v) => *v,
             _ => f64::NAN,
         };
+        if limit == GAIN {
+            set_gain(machine, joint, number)
+                .ok_or_else(|| format!("{} has no {key} = {}", machine.name, value.words()))?;
+            continue;
+        }
         let known = LIMITS.iter().find(|(name, ..)| *name == limit);
         let (Some(index), Some((name, rotary, of))) = (machine.joint(joint), known) else {
             return Err(format!("{} has no {key}", machine.name));
@@ -272,6 +282,22 @@ pub(crate) fn limit_machine(machine: &mut Machine, values: &[(&str, ChoiceValueF
         *of(joint) = Some(number * unit);
     }
     Ok(())
+}
+
+/// Gives the drive of a joint, or those of a platform's legs, another gain; none where there is no such drive, or it is no gain.
+fn set_gain(machine: &mut Machine, name: &str, gain: f64) -> Option<()> {
+    if !(gain > 0.0 && gain.is_finite()) {
+        return None;
+    }
+    if let Some(platform) = machine.platforms.iter_mut().find(|p| p.name == name) {
+        for leg in &mut platform.legs {
+            leg.drive.as_mut()?.position_gain = gain;
+        }
+        return Some(());
+    }
+    let joint = machine.joint(name)?;
+    machine.joints[joint].drive.as_mut()?.position_gain = gain;
+    Some(())
 }
 
 #[cfg(test)]
@@ -304,11 +330,16 @@ mod tests {
         set(&mut machine, "machine.X.max_velocity_mm_min", 600.0).expect("a limit");
         let of = |name: &str| machine.joints[machine.joint(name).expect("a joint")].max_velocity.expect("a limit");
         assert!((of("A") - std::f64::consts::FRAC_PI_2).abs() < 1e-12 && (of("X") - 10.0).abs() < 1e-12);
+        set(&mut machine, "machine.A.position_gain_1_s", 40.0).expect("a gain");
+        let a = machine.joint("A").expect("a joint");
+        assert_eq!(machine.joints[a].drive.as_ref().map(|d| d.position_gain), Some(40.0));
         for (key, v) in [
             ("machine.Q.max_velocity_deg_s", 9.0),
             ("machine.A.max_velocity_mm_min", 9.0),
             ("machine.A.max_jerk_deg_s3", -1.0),
             ("machine.A.max_jerk_deg_s3", f64::NAN),
+            ("machine.Q.position_gain_1_s", 9.0),
+            ("machine.A.position_gain_1_s", 0.0),
         ] {
             assert!(set(&mut machine, key, v).is_err(), "{key} {v}");
         }

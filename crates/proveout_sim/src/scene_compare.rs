@@ -168,8 +168,20 @@ pub enum QuantityFile {
     Reversals,
     /// Sum of the steps of a joint over the blocks of the cutting stretch.
     Travel,
+    /// Largest range of a joint within one run of the cutting stretch.
+    Range,
     /// Largest distance of the tip from its chord if the joints run straight from block to block, micrometer.
     StraightJointsTip,
+    /// Largest motion of the linear joints that comes from turning alone, for each mm of the tip's path: concomitant motion, mm/mm.
+    FromTurning,
+    /// Mean depth of a ball below the raw blade over the cutting stretch, micrometer.
+    DepthMean,
+    /// Standard deviation of that depth along a line, the largest of the lines, micrometer.
+    DepthDeviation,
+    /// Least depth, micrometer.
+    DepthLeast,
+    /// Largest depth, micrometer.
+    DepthMost,
     /// Deepest gouge, mm.
     Gouge,
     /// Most material left, mm.
@@ -194,8 +206,13 @@ impl QuantityFile {
         use QuantityFile::*;
         matches!(
             self,
-            DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals | Travel
+            DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals | Travel | Range
         )
+    }
+
+    /// Whether the depth of the cut has to be measured for it.
+    pub fn of_depth(self) -> bool {
+        matches!(self, Self::DepthMean | Self::DepthDeviation | Self::DepthLeast | Self::DepthMost)
     }
 
     /// Whether all rotary joints have it together.
@@ -217,7 +234,13 @@ impl QuantityFile {
             Self::MaxJerk => "jerk",
             Self::Reversals => "reversals",
             Self::Travel => "travel",
+            Self::Range => "range within one line",
             Self::StraightJointsTip => "tip from its chord, joints led straight",
+            Self::FromTurning => "motion of the slides that comes from turning",
+            Self::DepthMean => "mean depth of the cut",
+            Self::DepthDeviation => "deviation of the depth along a line",
+            Self::DepthLeast => "least depth of the cut",
+            Self::DepthMost => "largest depth of the cut",
             Self::Gouge => "deepest gouge",
             Self::Excess => "most material left",
             Self::ScallopMax => "largest scallop",

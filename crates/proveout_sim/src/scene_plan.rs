@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use proveout_geom::{Vector, rad};
 use proveout_toolpath::HelicalPass;
 use proveout_toolpath::path::{
-    AxisRule, ConstantScallop, Flank, IsoParametric, IsoPlanar, Label, Pocket, PointRoughing, QuasiCircle, Row,
+    AxisRule, ConstantScallop, Flank, IsoParametric, IsoPlanar, Label, OneWay, Pocket, PointRoughing, QuasiCircle, Row,
     Rulings, Spacing, StepRule, Strategy, Transverse,
 };
 use schemars::JsonSchema;
@@ -115,11 +115,13 @@ impl StrategyFile {
     fn reads(self) -> &'static [&'static str] {
         match self {
             Self::Transverse => &["scallop_mm", "lines", "across", "along", "one_way"],
-            Self::IsoParametric => &["scallop_mm", "lines", "across", "along", "parameter"],
-            Self::IsoPlanar => &["scallop_mm", "lines_mm", "across_mm", "across", "along", "normal"],
+            Self::IsoParametric => &["scallop_mm", "lines", "across", "along", "parameter", "one_way"],
+            Self::IsoPlanar => &["scallop_mm", "lines_mm", "across_mm", "across", "along", "normal", "one_way"],
             Self::Pocket => &["scallop_mm", "lines", "across", "along", "outwards"],
             Self::ConstantScallop => &["scallop_mm", "across", "along"],
-            Self::QuasiCircle => &["scallop_mm", "lines_deg", "across_deg", "along", "focus_inside", "trailing"],
+            Self::QuasiCircle => {
+                &["scallop_mm", "lines_deg", "across_deg", "along", "focus_inside", "trailing", "one_way"]
+            }
             Self::Row => &["at", "along", "parameter", "trailing", "focus_inside"],
             Self::PointRoughing => &["scallop_mm", "lines", "along", "from_allowance_mm", "depth_mm", "start"],
             Self::Flank => &["across", "along", "rulings", "below_mm", "flank_error_mm"],
@@ -300,7 +302,7 @@ pub struct PathFile {
     pub depth_mm: Option<f64>,
     /// Where a line begins and ends round the section, part of its parameter; 0 when left out.
     pub start: Option<f64>,
-    /// All lines in the same direction.
+    /// All lines in the same direction, which leaves the blade after each; to and fro when left out.
     pub one_way: Option<bool>,
     /// Rings from the middle outwards.
     pub outwards: Option<bool>,
@@ -432,7 +434,7 @@ impl PathFile {
         let across = self.across.unwrap_or([0.0, 1.0]);
         let along = self.along.unwrap_or([0.0, 1.0]);
         let lines = || self.spacing(self.lines.as_ref(), "lines", 1.0);
-        Ok(match strategy {
+        let planned: Box<dyn Strategy> = match strategy {
             StrategyFile::Transverse => Box::new(Transverse {
                 round: across,
                 range: along,
@@ -504,7 +506,10 @@ impl PathFile {
                 below: self.below_mm.unwrap_or(0.0),
                 limit: self.flank_error_mm.ok_or_else(|| missing("flank_error_mm"))?,
             }),
-        })
+        };
+        // Lines round the sections have a way of their own to go to and fro.
+        let turned = self.one_way == Some(true) && strategy != StrategyFile::Transverse;
+        Ok(if turned { Box::new(OneWay(planned)) } else { planned })
     }
 }
 

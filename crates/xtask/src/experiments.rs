@@ -15,28 +15,30 @@ const HEAD: &str = "\
 
 Original against re-scheduled program on the same twin. This page is written by `cargo xtask figures` from the
 `compare.json` of `proveout compare`; no number in it is typed. Each section names its scene; the scene's README tells what was
-published, what was chosen, and what must happen. Under each heading stand the command, the cells of the stock and digests of all
-inputs; `cargo xtask ci` makes the runs again and compares this page, so that it cannot be older than what it tells of.
+published, what was chosen, and what must happen. Under each heading stand the commit, the command, the cells of the stock and digests of all
+inputs. `cargo xtask ci` makes the runs again that take a minute and compares; the others are made by `cargo xtask figures --run NAME`. The tests make
+all of them at coarse cells and hold the digests and what follows from the motion against this page, so that no section can be older than what
+it tells of.
 
 ";
 
-/// Begin of the line that says when the page was written.
+/// Begin of the line that says when a section was written.
 const WRITTEN: &str = "Written at commit ";
+/// Begin of the command that made a section.
+const MADE: &str = "Made by `proveout ";
 /// Hexadecimal digits of a digest that are shown.
 const SHOWN: usize = 12;
 
-/// Writes the page from folders of comparisons; with `--check` first, only compares.
+/// Writes sections of the page from folders of comparisons and keeps the others; with `--check` first, only compares.
 pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), Failure> {
     let (check, folders) = match words {
         ["--check", folders @ ..] => (true, folders),
         folders => (false, folders),
     };
     let path = root.join("docs/experiments.md");
-    // When it was written is not compared: the commit that holds the page comes after it.
     let before = fs::read_to_string(&path).unwrap_or_default();
-    let written = before.lines().find(|l| l.starts_with(WRITTEN)).filter(|_| check).map(str::to_owned);
-    let written = written.map_or_else(|| commit(root), Ok)?;
-    let mut page = format!("{HEAD}{written}\n\n");
+    let mut sections = sections(&before);
+    let now = commit(root)?;
     for folder in folders {
         let path = PathBuf::from(folder).join("compare.json");
         let text = files::get(&path)?;
@@ -44,11 +46,62 @@ pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), Failure> {
             .map_err(|e| Failure(format!("{}:{}:{}: {e}", path.display(), e.line(), e.column())))?;
         let section = markdown(&comparison);
         let (head, rest) = section.split_once("\n\n").unwrap_or((&section, ""));
-        page += &format!("{head}\n\n{}\n\n{rest}\n", origin(root, folder, &comparison)?);
+        let known = sections.iter_mut().find(|s| heading(s) == head);
+        // When it was written is not compared: the commit that holds the page comes after it.
+        let before = known.as_deref().and_then(|s| s.lines().find(|l| l.starts_with(WRITTEN))).filter(|_| check);
+        let written = before.unwrap_or(&now);
+        let text = format!("{head}\n\n{written}\n\n{}\n\n{}\n", origin(root, folder, &comparison)?, rest.trim_end());
+        match known {
+            Some(known) => *known = text,
+            None => sections.push(text),
+        }
     }
+    // In the order of the registry; a section that no run makes any longer goes.
+    let commands = commands(root)?;
+    let place = |section: &String| {
+        let made = section.lines().find_map(|l| l.strip_prefix(MADE))?.split('`').next()?;
+        commands.iter().position(|c| c == made)
+    };
+    let mut placed: Vec<(usize, String)> = sections.into_iter().filter_map(|s| Some((place(&s)?, s))).collect();
+    placed.sort();
+    let page = HEAD.to_owned() + &placed.into_iter().map(|(_, text)| text).collect::<Vec<_>>().join("\n");
     files::put(&path, &(page.trim_end().to_owned() + "\n"), check, "cargo xtask figures")?;
     println!("{}", path.display());
     Ok(())
+}
+
+/// Sections of the page, each from its heading on.
+fn sections(page: &str) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for line in page.lines() {
+        if line.starts_with("## ") {
+            out.push(String::new());
+        }
+        if let Some(last) = out.last_mut() {
+            *last += line;
+            last.push('\n');
+        }
+    }
+    out.iter_mut().for_each(|s| *s = s.trim_end().to_owned() + "\n");
+    out
+}
+
+fn heading(section: &str) -> &str {
+    section.lines().next().unwrap_or_default()
+}
+
+/// Commands of the experiments, in the order of the registry.
+fn commands(root: &Path) -> Result<Vec<String>, Failure> {
+    let runs = registry(root)?;
+    let experiment = |r: &&toml::Value| r.get("experiment").and_then(toml::Value::as_bool).unwrap_or(false);
+    let command = |r: &toml::Value| r.get("command").and_then(toml::Value::as_str).map(str::to_owned);
+    Ok(runs.iter().filter(experiment).filter_map(command).collect())
+}
+
+fn registry(root: &Path) -> Result<Vec<toml::Value>, Failure> {
+    let table: toml::Table = toml::from_str(&files::get(&root.join("docs/figures.toml"))?)
+        .map_err(|e| Failure(format!("docs/figures.toml: {e}")))?;
+    Ok(table.get("run").and_then(toml::Value::as_array).cloned().unwrap_or_default())
 }
 
 /// Commit that the page is written at, and whether files beside it have changed since.
@@ -66,15 +119,13 @@ fn commit(root: &Path) -> Result<String, Failure> {
 /// What a comparison was made by, and from what.
 fn origin(root: &Path, folder: &str, c: &Comparison) -> Result<String, Failure> {
     let name = Path::new(folder).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let registry: toml::Table = toml::from_str(&files::get(&root.join("docs/figures.toml"))?)
-        .map_err(|e| Failure(format!("docs/figures.toml: {e}")))?;
-    let runs = registry.get("run").and_then(toml::Value::as_array).into_iter().flatten();
+    let runs = registry(root)?;
     let run = |key: &str| {
         let of = |r: &toml::Value, key: &str| r.get(key).and_then(toml::Value::as_str).map(str::to_owned);
-        runs.clone().find(|r| of(r, "name").as_deref() == Some(&name)).and_then(|r| of(r, key))
+        runs.iter().find(|r| of(r, "name").as_deref() == Some(&name)).and_then(|r| of(r, key))
     };
     let mut out = match run("command") {
-        Some(command) => format!("Made by `proveout {command}`"),
+        Some(command) => format!("{MADE}{command}`"),
         None => "Made by `proveout compare`".to_owned(),
     };
     let [x, y, z] = c.cells_mm;

@@ -24,6 +24,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
         baseline: args.baseline.clone(),
         resolution_mm: args.resolution_mm,
         dynamics: args.dynamics.map(dynamics),
+        ..CompareChoice::default()
     };
     let bar = motion_bar();
     let plain = bar.is_hidden();

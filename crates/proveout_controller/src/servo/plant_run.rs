@@ -8,9 +8,10 @@
 //! *Rapier.* The bodies move as one multibody under the forces of the drives, coupling of the actual motion included. The
 //! control law is sampled at the plant's step, 0.1 ms or less.
 
-use proveout_machine::{JointValues, MAX_JOINTS, Machine};
+use proveout_machine::{Drive, JointValues, MAX_JOINTS, Machine};
 
 use super::{
+    legs::Legs,
     model::{DriveModel, FROM_NEWTON},
     step::{DriveState, Reference},
 };
@@ -29,9 +30,10 @@ pub enum Plant {
     Rapier,
 }
 
-/// Drives and plant.
+/// Drives and plant. A drive stands at the place of its joint; see [`Legs`] for platforms.
 #[derive(Debug)]
 pub(crate) struct Bank {
+    pub(crate) legs: Legs,
     pub(crate) models: Vec<DriveModel>,
     pub(crate) states: Vec<DriveState>,
     pub(crate) tree: RigidTree,
@@ -59,33 +61,56 @@ fn fault(machine: &Machine, joint: usize, message: &str, help: &str) -> Box<Cont
     })
 }
 
-/// Heave joint and a sentence for a machine with a platform: its drives act on legs, which this model does not have.
-pub(crate) fn platform_fault(machine: &Machine) -> Option<(usize, String)> {
-    let p = machine.platforms.first()?;
-    Some((p.heave, format!("platform {} moves it by legs, and drives of legs are not simulated", p.name)))
+/// Drive of a place and the mass (kg) or inertia (kg mm²) that is stated for it: that of the joint, or of a leg.
+fn stated<'a>(machine: &'a Machine, legs: &'a Legs, place: usize) -> (Option<&'a Drive>, Option<f64>) {
+    match legs.leg(place) {
+        Some((platform, leg)) => (platform.legs[leg].drive.as_ref(), platform.legs[leg].moving_mass),
+        None => machine.joints.get(place).map_or((None, None), |j| (j.drive.as_ref(), j.moving_inertia)),
+    }
+}
+
+/// Names of joints and legs without a drive, in the order of the joints.
+pub fn without_drive(machine: &Machine) -> Vec<String> {
+    let legs = Legs::new(machine);
+    let missing = |j: &usize| stated(machine, &legs, *j).0.is_none();
+    let name = |j: usize| legs.names(j).unwrap_or_else(|| machine.joints[j].name.clone());
+    (0..machine.joints.len()).filter(missing).map(name).collect()
 }
 
 impl Bank {
     /// Drives of all joints, at rest at home.
     pub(crate) fn new(machine: &Machine, cycle: f64, plant: Plant) -> Result<Self, Box<ControlError>> {
-        if let Some((joint, message)) = platform_fault(machine) {
-            return Err(fault(machine, joint, &message, "run with dynamics \"planned\" or \"ideal\""));
+        let legs = Legs::new(machine);
+        if let (Plant::Rapier, Some(platform)) = (plant, machine.platforms.first()) {
+            let message = format!("platform {} moves it by legs, whose loops the plant does not close", platform.name);
+            return Err(fault(machine, platform.heave, &message, "take plant = \"newton-euler\""));
         }
         let tree = RigidTree::new(machine);
         let home = machine.home();
         let matrix = tree.mass_matrix(&home);
         let (mut models, mut own, mut armature) = (Vec::new(), JointValues::ZERO, JointValues::ZERO);
         for (j, joint) in machine.joints.iter().enumerate().take(MAX_JOINTS) {
-            let Some(drive) = &joint.drive else {
+            let (drive, stated_inertia) = stated(machine, &legs, j);
+            let Some(drive) = drive else {
+                let (table, owner, message) = match legs.names(j) {
+                    Some(name) => {
+                        let message =
+                            format!("the axis dynamics are asked for and the drive of {name} is not described");
+                        ("[platform.leg.drive]", name, message)
+                    }
+                    None => {
+                        let message = "the axis dynamics are asked for and the drive is not described".to_owned();
+                        ("[joint.drive]", format!("joint {}", joint.name), message)
+                    }
+                };
                 let help = format!(
-                    "add [joint.drive] with position_gain_1_s and velocity_bandwidth_hz to joint {}, or run with dynamics \
-                     \"planned\"",
-                    joint.name
+                    "add {table} with position_gain_1_s and velocity_bandwidth_hz to {owner}, or run with dynamics \
+                     \"planned\""
                 );
-                return Err(fault(machine, j, "the axis dynamics are asked for and the drive is not described", &help));
+                return Err(fault(machine, j, &message, &help));
             };
             own[j] = if tree.knows(j) { matrix[(j, j)] } else { 0.0 };
-            let inertia = match joint.moving_inertia {
+            let inertia = match stated_inertia {
                 Some(stated) => stated,
                 None if own[j] > 0.0 => own[j],
                 None => {
@@ -110,7 +135,7 @@ impl Bank {
             models.push(model);
         }
         let zero = JointValues::ZERO;
-        let mut bank = Self { models, states: Vec::new(), tree, own, rapier: None };
+        let mut bank = Self { legs, models, states: Vec::new(), tree, own, rapier: None };
         let loads = bank.loads(&home, &zero, &zero);
         bank.states = bank.models.iter().enumerate().map(|(j, m)| m.rest(loads[j])).collect();
         if plant == Plant::Rapier {

@@ -34,7 +34,6 @@ use std::f64::consts::TAU;
 
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
-use super::plant_run::platform_fault;
 use crate::dynamics::{RigidTree, STANDARD_GRAVITY};
 
 /// Random states that are tried for the loads; twice as many change no rounded force of the library.
@@ -120,8 +119,11 @@ pub fn largest_loads(machine: &Machine, tree: &RigidTree, states: u32, seed: u64
 /// # Errors
 /// A sentence on what is missing: masses, `up`, limits of velocity and acceleration; a platform.
 pub fn size_drives(machine: &Machine) -> Result<Vec<SizedDrive>, String> {
-    if let Some((_, message)) = platform_fault(machine) {
-        return Err(format!("machine {}: {message}", machine.name));
+    if let Some(platform) = machine.platforms.first() {
+        return Err(format!(
+            "machine {}: the rule sizes no legs, and platform {} has some",
+            machine.name, platform.name
+        ));
     }
     let tree = RigidTree::new(machine);
     if let Some((_, reason)) = tree.report().unknown.first() {

@@ -14,12 +14,13 @@
 use std::collections::VecDeque;
 
 use proveout_geom::ToolPose;
-use proveout_machine::{JointValues, MAX_JOINTS, Machine};
+use proveout_machine::{JointValues, MAX_JOINTS, Machine, PlatformError};
 use proveout_nc::Location;
 use proveout_tool::Tool;
 
 use super::{
     contour::Contour,
+    legs::Motion,
     plant_run::Bank,
     step::Reference,
     trail::{Knot, SpanOf, Trail, cubic_bound},
@@ -68,7 +69,11 @@ pub(crate) struct ServoStage<'m> {
     trail: Trail,
     last: Option<Sample>,
     loads: JointValues,
-    actual: [JointValues; 2],
+    /// Positions and velocities of the joints, and of the drives where legs stand for joints.
+    actual: Motion,
+    driven: Motion,
+    /// Work drawn at the joints of platforms, J, and the power (W) at the last sample.
+    of_platforms: [JointValues; 2],
     /// Pose of the tool at the last knot.
     pose: ToolPose,
     spans: VecDeque<Span>,
@@ -101,6 +106,7 @@ impl<'m> ServoStage<'m> {
         let bank = Bank::new(machine, cycle, settings.plant)?;
         let home = machine.home();
         let loads = bank.loads(&home, &JointValues::ZERO, &JointValues::ZERO);
+        let driven = bank.legs.of_joints(&home, &JointValues::ZERO);
         Ok(Self {
             machine,
             tools,
@@ -111,6 +117,8 @@ impl<'m> ServoStage<'m> {
             last: None,
             loads,
             actual: [home, JointValues::ZERO],
+            driven,
+            of_platforms: [JointValues::ZERO; 2],
             pose: machine.actual_forward(&home, 0.0),
             spans: VecDeque::new(),
             blocks: VecDeque::new(),
@@ -167,8 +175,12 @@ impl<'m> ServoStage<'m> {
     pub(crate) fn complete(&self, summary: &mut Summary) {
         for (j, joint) in summary.joints.iter_mut().enumerate().take(self.bank.models.len()) {
             let mut used = self.uses[j];
-            used.energy = self.bank.states[j].energy();
-            used.force_utilisation = self.bank.models[j].max_force().map(|f| used.max_force / f);
+            if self.bank.legs.leg(j).is_some() {
+                used.energy = self.of_platforms[0][j];
+            } else {
+                used.energy = self.bank.states[j].energy();
+                used.force_utilisation = self.bank.models[j].max_force().map(|f| used.max_force / f);
+            }
             joint.drive = Some(used);
             joint.min = joint.min.min(self.low[j]);
             joint.max = joint.max.max(self.high[j]);
@@ -177,12 +189,13 @@ impl<'m> ServoStage<'m> {
         summary.max_servo_contour_error_mm = Some(self.contour.worst);
         summary.max_contour_error_mm += self.contour.worst;
         summary.max_axis_error += self.contour.worst_axis;
-        let name = |j: usize| self.machine.joints.get(j).map_or_else(String::new, |joint| joint.name.clone());
+        let joint = |j: usize| self.machine.joints.get(j).map_or_else(String::new, |joint| joint.name.clone());
+        let name = |j: usize| self.bank.legs.names(j).unwrap_or_else(|| joint(j));
         let report = self.bank.tree.report();
         let unlimited = self.bank.models.iter().enumerate().filter(|(_, m)| m.max_force().is_none());
         summary.loads = Some(LoadTrust {
             estimated: report.estimated.clone(),
-            unknown: report.unknown.iter().map(|(j, reason)| (name(*j), reason.clone())).collect(),
+            unknown: report.unknown.iter().map(|(j, reason)| (joint(*j), reason.clone())).collect(),
             no_force_limit: unlimited.map(|(j, _)| name(j)).collect(),
         });
     }
@@ -226,7 +239,7 @@ impl<'m> ServoStage<'m> {
         }
         match self.last {
             None => {
-                self.states_at(&sample.commanded);
+                self.states_at(&sample.commanded, sample.block)?;
                 self.push_knot(sample.time, sample.block, 0.0, JointValues::ZERO);
             }
             Some(last) => self.run_to(&last, sample)?,
@@ -238,16 +251,35 @@ impl<'m> ServoStage<'m> {
         // A rapid leaves its line by the lag of its joints, and cuts nothing: collision and removal follow the actual motion.
         let counts = sample.kind == MoveKind::Feed;
         self.contour.push(planned, &sample.pose, self.sample_length, counts);
-        sample.drive = Some(self.drives(sample));
+        let gap = self.last.map_or(0.0, |last| sample.time - last.time);
+        sample.drive = Some(self.drives(sample, gap));
         self.last = Some(*sample);
         Ok(())
     }
 
-    fn drives(&mut self, sample: &Sample) -> DriveSample {
+    /// What the drives do at a sample, a time `gap` after the last one; of a platform's joints what its legs do to them.
+    fn drives(&mut self, sample: &Sample, gap: f64) -> DriveSample {
         let mut d = DriveSample { velocity: self.actual[1], ..DriveSample::default() };
+        let mut most = JointValues::ZERO;
         for (j, (model, s)) in self.bank.models.iter().zip(&self.bank.states).enumerate() {
             (d.force[j], d.power[j], d.energy[j]) = (model.force(s), s.power(), s.energy());
+            most[j] = model.max_force().map_or(0.0, |f| d.force[j].abs() / f);
+        }
+        d.force = self.bank.legs.joint_forces(&d.force, &self.actual[0]);
+        for j in 0..self.bank.models.len() {
             let used = &mut self.uses[j];
+            if let Some((platform, _)) = self.bank.legs.leg(j) {
+                // N mm/s to W.
+                let power = d.force[j] * self.actual[1][j] * 1e-3;
+                let [energy, before] = &mut self.of_platforms;
+                energy[j] += (0.5 * (power + before[j])).max(0.0) * gap;
+                before[j] = power;
+                (d.power[j], d.energy[j]) = (power, energy[j]);
+                if platform.legs.iter().all(|leg| leg.drive.as_ref().is_some_and(|d| d.max_force.is_some())) {
+                    let worst = most[platform.heave].max(most[platform.tilt]);
+                    used.force_utilisation = Some(used.force_utilisation.unwrap_or(0.0).max(worst));
+                }
+            }
             used.max_following_error = used.max_following_error.max((sample.actual[j] - sample.commanded[j]).abs());
             used.max_force = used.max_force.max(d.force[j].abs());
             used.max_power = used.max_power.max(d.power[j].abs());
@@ -265,10 +297,7 @@ impl<'m> ServoStage<'m> {
             let loads = self.bank.loads(&next.commanded, &next.velocity, &next.acceleration);
             let mean = (self.loads + loads) * 0.5;
             self.loads = loads;
-            let mut references = [Reference::default(); MAX_JOINTS];
-            for (j, r) in references.iter_mut().enumerate() {
-                *r = cubic(gap, next.commanded[j] - last.commanded[j], last.velocity[j], next.velocity[j]);
-            }
+            let references = std::array::from_fn(self.bank.legs.references(last, next, gap));
             return self.cycle(&last.commanded, &references, &mean, next);
         }
         // A standstill: only its first and last sample are there.
@@ -289,10 +318,7 @@ impl<'m> ServoStage<'m> {
             self.push_knot(before, next.block, 0.0, JointValues::ZERO);
         }
         let now = Sample { commanded: next.commanded, time: next.time, block: next.block, ..hold };
-        let mut references = [Reference::default(); MAX_JOINTS];
-        for (j, r) in references.iter_mut().enumerate() {
-            *r = cubic(self.cycle, next.commanded[j] - last.commanded[j], 0.0, 0.0);
-        }
+        let references = std::array::from_fn(self.bank.legs.references(&hold, &now, self.cycle));
         self.loads = self.bank.loads(&next.commanded, &next.velocity, &next.acceleration);
         self.cycle(&last.commanded, &references, &loads, &now)
     }
@@ -323,24 +349,27 @@ impl<'m> ServoStage<'m> {
         to: &Sample,
     ) -> Result<(), Box<ControlError>> {
         self.bank.cycle(begin, references, loads);
-        let before = self.actual;
-        self.states_at(&to.commanded);
+        let (before, driven_before) = (self.actual, self.driven);
+        self.states_at(&to.commanded, to.block)?;
         if !(self.actual[0].is_finite() && self.bank.states.iter().all(|s| s.is_finite())) {
             return Err(self.not_a_number("the drives ran away to positions that are not numbers", to.block));
         }
-        let mut bound = 0.0;
         let mut bounds = JointValues::ZERO;
         for j in 0..self.bank.states.len() {
             let s = &mut self.bank.states[j];
-            let (way, extremes) = (self.actual[0][j] - before[0][j], s.take_accelerations());
-            bounds[j] = cubic_bound(self.cycle, way, [before[1][j], self.actual[1][j]], extremes);
-            bound += bounds[j] * if self.machine.joints[j].is_rotary() { FARTHEST } else { 1.0 };
+            let (way, extremes) = (self.driven[0][j] - driven_before[0][j], s.take_accelerations());
+            bounds[j] = cubic_bound(self.cycle, way, [driven_before[1][j], self.driven[1][j]], extremes);
             let excess = s.take_excess();
             if excess != 0.0 {
                 let demand = self.bank.models[j].to_newton(excess);
                 self.saturation(j, demand, to);
             }
         }
+        let driven = [&driven_before, &self.driven];
+        let bounds = self.bank.legs.joint_bounds(&bounds, self.cycle, driven, [&before, &self.actual]);
+        let bounds = bounds.map_err(|e| self.open_legs(&e, to.block))?;
+        let farthest = |j: usize| if self.machine.joints[j].is_rotary() { FARTHEST } else { 1.0 };
+        let mut bound: f64 = (0..self.bank.states.len()).map(|j| bounds[j] * farthest(j)).sum();
         // The crude bound is enough while it is small against the pieces' tolerance.
         if bound > 0.1 * self.settings.piece_tolerance {
             let jacobian = self.machine.jacobian(&self.actual[0], self.sample_length);
@@ -355,11 +384,22 @@ impl<'m> ServoStage<'m> {
     }
 
     /// Loads' positions and velocities from the set point and the states.
-    fn states_at(&mut self, set: &JointValues) {
+    fn states_at(&mut self, set: &JointValues, block: u32) -> Result<(), Box<ControlError>> {
+        let set = self.bank.legs.of_joints(set, &JointValues::ZERO)[0];
         for (j, s) in self.bank.states.iter().enumerate() {
-            self.actual[0][j] = set[j] - s.error();
-            self.actual[1][j] = s.velocity();
+            self.driven[0][j] = set[j] - s.error();
+            self.driven[1][j] = s.velocity();
         }
+        let joints = self.bank.legs.to_joints(&self.driven, &self.actual[0]);
+        self.actual = joints.map_err(|e| self.open_legs(&e, block))?;
+        Ok(())
+    }
+
+    fn open_legs(&self, fault: &PlatformError, block: u32) -> Box<ControlError> {
+        self.not_a_number(
+            &format!("the drives bring the legs of a platform to lengths that have no pose: {fault}"),
+            block,
+        )
     }
 
     fn push_knot(&mut self, time: f64, block: u32, bound: f64, joint_bound: JointValues) {
@@ -450,15 +490,5 @@ impl<'m> ServoStage<'m> {
             location: place.map(|b| Location { file: b.file.clone(), line: b.line, column: 1, length: 1, depth: 0 }),
             help: Some("check the programmed values, the limits and the drives of the machine".to_owned()),
         })
-    }
-}
-
-/// The cubic over a time `h` with a way and the velocities at both ends.
-fn cubic(h: f64, way: f64, v0: f64, v1: f64) -> Reference {
-    let slope = way / h;
-    Reference {
-        velocity: v0,
-        acceleration: (6.0 * slope - 4.0 * v0 - 2.0 * v1) / h,
-        jerk: 6.0 * (v0 + v1 - 2.0 * slope) / (h * h),
     }
 }

@@ -316,3 +316,96 @@ fn tables_of_the_hybrid_machine_go_both_ways() {
     let missing = run("B_deg,X_mm,Y_mm,L1_mm,L2_mm\n0,0,0,900,400\n", Direction::Forward).expect_err("no L3");
     assert!(missing.to_string().contains("Z_mm"), "{missing}");
 }
+
+/// The machine with a drive and a moved mass at each leg; `change` edits its text.
+fn driven(change: impl Fn(String) -> String) -> Result<Machine, proveout_geom::InputError> {
+    let mut text = "name = \"hybrid\"\n".to_owned();
+    let joint = |name: &str, kind: &str, carries: &str, parent: &str, d: [i32; 3], extra: &str| {
+        format!(
+            "[[joint]]\nname = {name:?}\nkind = {kind:?}\ncarries = {carries:?}\nparent = {parent:?}\ndirection = {d:?}\n\
+             sense = 1\n{extra}\n"
+        )
+    };
+    text += &joint("X", "linear", "tool", "base", [1, 0, 0], "");
+    text += &joint("Z", "linear", "workpiece", "base", [0, 0, 1], "# heave");
+    text +=
+        &joint("A", "rotary", "workpiece", "Z", [1, 0, 0], "point_mm = [0, 0, 400]\ntravel_deg = [-60, 60]\n# tilt");
+    text += &rest("X", "A", Vector::z());
+    text += "[[platform]]\nname = \"P\"\nkind = \"3-RPS\"\nheave = \"Z\"\ntilt = \"A\"\nfixed_radius_mm = 220\n\
+             moving_radius_mm = 150\nheight_mm = 400\nleg_1_direction = [0, 1, 0]\n";
+    for (leg, gain) in [("L1", 50), ("L2", 74), ("L3", 74)] {
+        text += &format!(
+            "[[platform.leg]]\nname = {leg:?}\nmoving_mass_kg = 80\n[platform.leg.drive]\nposition_gain_1_s = {gain}\n\
+             velocity_bandwidth_hz = 100\nmax_force_N = 900 # {leg}\n"
+        );
+    }
+    Machine::from_text(Path::new("hybrid.toml"), &change(text))
+}
+
+#[test]
+fn legs_have_drives_of_their_own_and_mistakes_are_named() {
+    let machine = driven(|text| text).unwrap_or_else(|e| panic!("{e}"));
+    let gains = machine.platforms[0].legs.each_ref().map(|l| {
+        let drive = l.drive.as_ref().expect("a drive");
+        (drive.position_gain, drive.max_force, l.moving_mass)
+    });
+    assert_eq!(gains, [50.0, 74.0, 74.0].map(|gain| (gain, Some(900.0), Some(80.0))));
+    let wrong = |from: &str, to: &str| {
+        let text =
+            driven(|text| text.replacen(from, to, 1)).err().unwrap_or_else(|| panic!("{to}: accepted")).to_string();
+        println!("{text}");
+        text
+    };
+    let text = wrong("max_force_N = 900 # L3", "max_force_N = 901");
+    assert!(text.contains("legs L2 and L3 differ") && text.contains("second axis"), "{text}");
+    let text = wrong("name = \"L1\"\nmoving_mass_kg = 80", "name = \"L1\"");
+    assert!(text.contains("leg L1") && text.contains("moving_mass_kg"), "{text}");
+    for joint in ["# heave", "# tilt"] {
+        let text = wrong(joint, "[joint.drive]\nposition_gain_1_s = 50\nvelocity_bandwidth_hz = 100\n");
+        assert!(text.contains("moved by the legs") && text.contains("platform.leg.drive"), "{text}");
+    }
+    let text = wrong("max_force_N = 900 # L1", "max_torque_Nm = 900");
+    assert!(text.contains("a linear joint has no max_torque_Nm"), "{text}");
+    let text = wrong("position_gain_1_s = 50", "position_gain_1_s = 5000");
+    assert!(text.contains("5000 is not between"), "{text}");
+}
+
+/// Rates of the legs against differences of their lengths, and back; at tilts to both sides, heave and tilt of either sense.
+#[test]
+fn rates_of_the_legs_are_the_derivatives_of_their_lengths() {
+    let machine = machine_2();
+    let mut random = Random(41);
+    let mut signed = || random.range(-1.0, 1.0);
+    for turned in [1.0, -1.0] {
+        let mut platform = machine.platforms[0].clone();
+        (platform.heave_sign, platform.tilt_sign) = (turned, -turned);
+        for _ in 0..500 {
+            let mut q = JointValues::ZERO;
+            (q[2], q[3]) = (60.0 * signed(), rad(50.0) * signed());
+            let h = 1e-5;
+            let by = |j: usize| {
+                let [mut ahead, mut behind] = [q, q];
+                ahead[j] += h;
+                behind[j] -= h;
+                let [a, b] = [ahead, behind].map(|q| platform.leg_lengths(&q));
+                [0, 1].map(|k| (a[k] - b[k]) / (2.0 * h))
+            };
+            let rates = platform.leg_rates(&q);
+            let differences = [by(2), by(3)];
+            for leg in 0..2 {
+                for (k, column) in differences.iter().enumerate() {
+                    // Third derivatives of lengths of 400 mm by radian: 1e3 h^2 / 6 and rounding of 1e-13 / h.
+                    assert!((rates[leg][k] - column[leg]).abs() < 1e-5, "{q:?}: {rates:?} {differences:?}");
+                }
+            }
+            let velocity = [30.0 * signed(), signed()];
+            let legs = rates.map(|r| r[0] * velocity[0] + r[1] * velocity[1]);
+            let back = platform.joint_rates(&q, legs);
+            // Transmission is above 0.3 here: ten digits are left.
+            assert!(
+                (back[0] - velocity[0]).abs() < 1e-9 && (back[1] - velocity[1]).abs() < 1e-11,
+                "{back:?} {velocity:?}"
+            );
+        }
+    }
+}

@@ -23,6 +23,7 @@ fn figures(text: &str, baseline: bool) -> ProgramFigures {
         max_jerk: 9000.0,
         reversals: 2,
         travel: 40.0,
+        range: 30.0,
         demand_velocity: Some(103.9),
         demand_acceleration: None,
     };
@@ -48,6 +49,8 @@ fn figures(text: &str, baseline: bool) -> ProgramFigures {
             axes: BTreeMap::from([("A".to_owned(), axis)]),
             rotary: None,
             straight_joints_tip_um: None,
+            from_turning: None,
+            depth: None,
         }),
         deviation: verdict::Deviation { excess_max_mm: Some(0.0157), ..verdict::Deviation::default() },
         surface: verdict::Surface { scallop_max_um: Some(15.7), ..verdict::Surface::default() },

@@ -338,7 +338,7 @@ fn again(
         plant: case.settings.plant,
         ..control_settings(scene, kept.dialect)
     };
-    let case = case.with(machine.clone(), settings, source, nc);
+    let case = case.with(machine.clone(), settings, source, nc).measured_on(scene);
     let motion = case.run()?;
     let ideal = if case.settings.dynamics == Dynamics::Ideal { motion.clone() } else { case.ideal().run()? };
     Ok((motion, ideal, made))

@@ -8,6 +8,7 @@ use proveout_machine::{JointValues, Machine};
 use super::{
     AxisGain, ChangedLimit, Compared, Comparing, Comparison, DemandRow, Entry, Gain, JointPicture, Made, Pictures,
     ProgramFigures, ProgramPicture, Ran, RotaryDemand, SCHEMA_VERSION, Stretch, StretchAxis, VariedGains, VariedTime,
+    depth::depth_of,
     judge,
     motion::{self, Extremes, Motion},
     surface::{SCALLOP_RULE, difference},
@@ -68,12 +69,19 @@ impl Comparing {
             expectations: Vec::new(),
             rules: rules(self.file.run_ends_s),
         };
+        if comparison.programs.values().any(|p| p.stretch.as_ref().is_some_and(|s| s.depth.is_some())) {
+            comparison.rules.insert("depth".to_owned(), DEPTH_RULE.to_owned());
+        }
         comparison.published = judge::published(&self.file, &comparison);
         if let Some(tried) = &self.choices {
             tried.judge(&self.file, &mut comparison);
         }
         comparison.expectations = judge::expectations(&self.file, &comparison);
         comparison.verdict = overall(&comparison, self.file.must_pass.as_deref());
+        // What an equally good choice would give was not looked at.
+        if self.without_choices && !self.file.choice.is_empty() && comparison.verdict == State::Pass {
+            comparison.verdict = State::Unchecked;
+        }
         let pictures = self.pictures(differences);
         Some(Compared { comparison, pictures })
     }
@@ -248,7 +256,7 @@ pub(super) fn stretch_of(ends: f64, machine: &Machine, motion: &Motion, ideal: &
     let largest =
         |of: &dyn Fn(&motion::DemandPoint) -> Option<f64>| demand.iter().filter_map(of).map(f64::abs).reduce(f64::max);
     let programmed_ranges = ideal.stretch(ends);
-    let travel = ideal.travel(&programmed_ranges);
+    let (travel, range) = (ideal.travel(&programmed_ranges), ideal.range(&programmed_ranges));
     let rotary = |values: &JointValues| {
         let squares = machine.rotary_joints().iter().map(|&j| values[j] * values[j]).sum::<f64>();
         deg(squares.sqrt())
@@ -267,6 +275,7 @@ pub(super) fn stretch_of(ends: f64, machine: &Machine, motion: &Motion, ideal: &
             max_jerk: jerk * factor,
             reversals: reversals.into(),
             travel: travel[j] * factor,
+            range: range[j] * factor,
             demand_velocity: largest(&|d| Some(d.velocity[j])).map(|v| v * factor),
             demand_acceleration: largest(&|d| d.acceleration.map(|a| a[j])).map(|a| a * factor),
         };
@@ -280,6 +289,8 @@ pub(super) fn stretch_of(ends: f64, machine: &Machine, motion: &Motion, ideal: &
         axes: axes.collect(),
         rotary,
         straight_joints_tip_um: ideal.straight_joints(machine, &programmed_ranges).map(|mm| 1e3 * mm),
+        from_turning: ideal.from_turning(machine, &programmed_ranges),
+        depth: depth_of(motion, &ranges),
     })
 }
 
@@ -337,6 +348,11 @@ pub(super) fn overall(comparison: &Comparison, must_pass: Option<&[String]>) -> 
     let gates: Vec<Gate> = states.map(|state| Gate { name: String::new(), state, reason: String::new() }).collect();
     gates::overall(&gates)
 }
+
+const DEPTH_RULE: &str = "Depth: thickness that the raw blade has more than the design, less what the ball leaves: distance of its center from the \
+    nearest point of the closed form less its radius, at the end of every piece of the motion that cuts the part, weighed with the way of the tip. \
+    Deviation: standard deviation along a line about the line's own mean, the largest of the lines. A line is a run in feed. Motion from \
+    turning: what the linear joints must move to hold the tip while the rotary joints turn, over the way of the tip, largest of the blocks";
 
 fn rules(ends: f64) -> BTreeMap<String, String> {
     let rules = [

@@ -1,6 +1,6 @@
 //! Published values and criteria against what was measured.
 
-use super::result::{Comparison, Expectation, ProgramFigures, Published};
+use super::result::{Comparison, Depth, Expectation, ProgramFigures, Published};
 use crate::{
     scene::{CompareFile, ExpectFile, FormFile, QuantityFile},
     scene_compare::ROTARY,
@@ -200,7 +200,19 @@ impl Wanted<'_> {
             Clearance => (program.clearance.min_mm.map(|m| m - program.clearance.error_mm.unwrap_or(0.0)), "mm"),
             Study => return self.study(program, name),
             StraightJointsTip => (program.stretch.as_ref().and_then(|s| s.straight_joints_tip_um), "µm"),
-            Travel | DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals => {
+            FromTurning => (program.stretch.as_ref().and_then(|s| s.from_turning), "mm/mm"),
+            DepthMean | DepthDeviation | DepthLeast | DepthMost => {
+                let depth = program.stretch.as_ref().and_then(|s| s.depth.as_ref());
+                let of = |d: &Depth| match self.quantity {
+                    DepthMean => d.mean_um,
+                    DepthDeviation => d.deviation_um,
+                    DepthLeast => d.least_um,
+                    _ => d.most_um,
+                };
+                (depth.map(of), "µm")
+            }
+            Travel | Range | DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk
+            | Reversals => {
                 return self.of_joint(program, name);
             }
         };
@@ -250,6 +262,7 @@ impl Wanted<'_> {
             MaxAcceleration => (Some(axis.max_acceleration), "/s²"),
             MaxJerk => (Some(axis.max_jerk), "/s³"),
             Travel => return Found::exact(Ok(axis.travel), axis.unit.clone()),
+            Range => return Found::exact(Ok(axis.range), axis.unit.clone()),
             _ => (Some(axis.reversals as f64), ""),
         };
         let unit = if per.is_empty() { String::new() } else { format!("{}{per}", axis.unit) };
@@ -278,6 +291,7 @@ mod tests {
             max_jerk: 12_000.0,
             reversals: 2,
             travel: 30.0,
+            range: 20.0,
             demand_velocity: Some(100.0),
             demand_acceleration: acceleration,
         };
@@ -304,6 +318,8 @@ mod tests {
                 axes: BTreeMap::from([("A".to_owned(), axis)]),
                 rotary: None,
                 straight_joints_tip_um: None,
+                from_turning: None,
+                depth: None,
             }),
             deviation: Deviation::default(),
             surface: Surface::default(),

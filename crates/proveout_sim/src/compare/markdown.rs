@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{
-    result::{Comparison, Gain, ProgramFigures, Variation},
+    result::{Comparison, Depth, Gain, ProgramFigures, Variation},
     uncertainty::{TimeGain, VariationKind},
 };
 use crate::verdict::State;
@@ -33,6 +33,7 @@ pub fn markdown(c: &Comparison) -> String {
     published(&mut out, c);
     expectations(&mut out, c);
     joints(&mut out, c);
+    depths(&mut out, c);
     part(&mut out, c);
     variations(&mut out, c);
     out.push_str("### Rules\n\n");
@@ -282,6 +283,26 @@ fn joints(out: &mut String, c: &Comparison) {
                 ),
             );
         }
+    }
+    out.push('\n');
+}
+
+fn depths(out: &mut String, c: &Comparison) {
+    if programs(c).all(|(_, p)| p.stretch.as_ref().is_none_or(|s| s.depth.is_none())) {
+        return;
+    }
+    out.push_str("### Depth of the cut\n\n");
+    out.push_str("| program | places | mean, µm | deviation along a line, µm | least, µm | largest, µm | motion from turning, mm/mm |\n");
+    out.push_str("|---|---|---|---|---|---|---|\n");
+    for (name, p) in programs(c) {
+        let stretch = p.stretch.as_ref();
+        let depth = stretch.and_then(|s| s.depth.as_ref());
+        let places = depth.map_or_else(|| "not known".to_owned(), |d| d.places.to_string());
+        let [mean, deviation, least, most] =
+            [|d: &Depth| d.mean_um, |d: &Depth| d.deviation_um, |d: &Depth| d.least_um, |d: &Depth| d.most_um]
+                .map(|of| fixed(depth.map(of), 2));
+        let turning = fixed(stretch.and_then(|s| s.from_turning), 3);
+        put(out, format_args!("| {} | {places} | {mean} | {deviation} | {least} | {most} | {turning} |\n", cell(name)));
     }
     out.push('\n');
 }

@@ -13,6 +13,7 @@
 //! Everything in [`Comparison`] follows from the inputs: same inputs, same bytes at any thread count.
 
 mod choices;
+pub(crate) mod depth;
 mod finish;
 mod judge;
 mod markdown;
@@ -71,6 +72,8 @@ pub struct CompareChoice {
     pub resolution_mm: Option<f64>,
     /// Dynamics of all programs instead of those of the scene.
     pub dynamics: Option<DynamicsFile>,
+    /// Leaves the choices of the scene out, which take most of the time: published values have no range then, and the comparison does not pass.
+    pub without_choices: bool,
 }
 
 /// A comparison under way.
@@ -87,6 +90,7 @@ pub struct Comparing {
     variations: Vec<Variation>,
     own_limits: Option<Variation>,
     choices: Option<choices::Tried>,
+    without_choices: bool,
     part: Option<PartPicture>,
 }
 
@@ -178,6 +182,7 @@ impl Comparing {
             variations: Vec::new(),
             own_limits: None,
             choices: None,
+            without_choices: choice.without_choices,
             part: None,
         })
     }
@@ -209,7 +214,7 @@ impl Comparing {
         let mut twins = variations(self.entries[self.baseline].case.settings.dynamics);
         let limited = !self.entries[self.baseline].changed_limits.is_empty();
         twins.extend(limited.then(own_limits));
-        let tries = choices::tries(&self.file);
+        let tries = if self.without_choices { Vec::new() } else { choices::tries(&self.file) };
         let total = self.entries.len() * (twins.len() + 2 + tries.len());
         let done = AtomicUsize::new(0);
         let step = || told(done.fetch_add(1, Ordering::Relaxed) + 1, total);

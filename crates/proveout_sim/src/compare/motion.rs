@@ -14,6 +14,10 @@
 //!
 //! *Tip with the joints led straight* is what a control without tool center point control makes of the blocks: the tip's largest distance
 //! from the chord of its places at both ends of a block, the joints being mixed linearly between them.
+//!
+//! *Motion that comes from turning* (concomitant motion of Lu et al. 2022): the rotary joints turn by dr over a block; with the tip held where it is on
+//! the table the linear joints must move by `-J_lin^-1 J_rot dr`. Its length over that of the tip's chord says how many mm the slides make for each mm of
+//! the path beside the path itself. The derivatives are those in the middle of the block.
 
 use std::collections::BTreeMap;
 
@@ -21,11 +25,12 @@ use proveout_controller::{
     BlockKind, BlockRecord, Chunk, Controller, Dynamics, Event, LimitKind, MoveKind, Settings as ControlSettings,
     Summary,
 };
-use proveout_geom::{Point, ToolPose};
+use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{Joint, JointKind, JointValues, MAX_JOINTS, Machine};
 use proveout_nc::{Command, Diagnostic, Op, PathMode, Program, Settings as NcSettings};
 use proveout_tool::{Tool, ToolLibrary};
 
+use super::depth::{Deep, DepthGauge};
 use crate::{
     error::SimError,
     prepare::{Prepared, control_settings},
@@ -53,6 +58,8 @@ pub(crate) struct MotionCase {
     nc: NcSettings,
     tools: ToolLibrary,
     scene: String,
+    /// What depths are measured from; none where nobody asks for them.
+    gauge: Option<DepthGauge>,
 }
 
 /// Where the words of a program are.
@@ -88,9 +95,11 @@ pub(crate) struct FeedBlock {
     pub(crate) tip: Point,
     /// Center of the ball at its end in the table frame, where the tool is a ball.
     pub(crate) center: Option<Point>,
-    high: [JointValues; 3],
+    pub(crate) high: [JointValues; 3],
     /// Number of the block.
     pub(crate) index: u32,
+    /// How deep the ball cut, piece by piece; empty where nobody asks or the tool is no ball.
+    pub(crate) deep: Vec<Deep>,
 }
 
 /// Where a joint turns.
@@ -142,7 +151,7 @@ pub(crate) struct Motion {
     /// Joints that a block sends past their travel.
     pub(crate) over_travels: Vec<OverTravel>,
     /// Reversals of each joint by block; blocks without one are not there.
-    reversals: BTreeMap<u32, [u32; MAX_JOINTS]>,
+    pub(crate) reversals: BTreeMap<u32, [u32; MAX_JOINTS]>,
 }
 
 /// A joint that a block sends past its travel, mm or radian.
@@ -191,6 +200,7 @@ impl MotionCase {
             nc: prepared.nc_settings.clone(),
             tools: prepared.tools.clone(),
             scene: prepared.scene.path.display().to_string(),
+            gauge: DepthGauge::of_scene(&prepared.scene),
         })
     }
 
@@ -212,12 +222,23 @@ impl MotionCase {
             nc: nc.clone(),
             tools: tools.clone(),
             scene: scene.path.display().to_string(),
+            gauge: None,
         })
     }
 
     /// Another program on another machine of the same scene.
     pub(crate) fn with(&self, machine: Machine, settings: ControlSettings, source: Source, nc: NcSettings) -> Self {
         Self { machine, own_machine: None, settings, source, nc, ..self.clone() }
+    }
+
+    /// The same with depths from the part of another scene.
+    pub(crate) fn measured_on(self, scene: &Scene) -> Self {
+        Self { gauge: DepthGauge::of_scene(scene), ..self }
+    }
+
+    /// The same without depths: for times alone.
+    pub(crate) fn unmeasured(self) -> Self {
+        Self { gauge: None, ..self }
     }
 
     /// How the reader is set.
@@ -233,7 +254,7 @@ impl MotionCase {
     /// The programmed path itself, at the planned times.
     pub(crate) fn ideal(&self) -> Self {
         let settings = ControlSettings { dynamics: Dynamics::Ideal, ..self.settings.clone() };
-        Self { settings, ..self.clone() }
+        Self { settings, ..self.clone() }.unmeasured()
     }
 
     /// Runs the program.
@@ -257,7 +278,8 @@ impl MotionCase {
         let mut controller = Controller::new(commands, &self.machine, &self.tools.tools, self.settings.clone())?;
         let band = |j: &Joint| if j.kind == JointKind::Rotary { DEAD_BAND.1 } else { DEAD_BAND.0 };
         let bands = self.machine.joints.iter().map(band).collect();
-        let mut record = Record { tools: &self.tools.tools, bands, ..Record::default() };
+        let gauge = self.gauge.as_ref();
+        let mut record = Record { tools: &self.tools.tools, gauge, bands, ..Record::default() };
         while let Some(chunk) = controller.next_chunk().map_err(from_run_error)? {
             record.take(&chunk);
         }
@@ -276,15 +298,17 @@ impl MotionCase {
 }
 
 /// What is known of a block before it has ended.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Open {
     end: Option<(JointValues, ToolPose)>,
     high: [JointValues; 3],
+    deep: Vec<Deep>,
 }
 
 #[derive(Default)]
 struct Record<'a> {
     tools: &'a [Tool],
+    gauge: Option<&'a DepthGauge>,
     open: BTreeMap<u32, Open>,
     /// Radius of the ball in the spindle, by the block that brought it.
     balls: BTreeMap<u32, Option<f64>>,
@@ -310,7 +334,14 @@ impl Record<'_> {
             }
         }
         for piece in chunk.pieces.iter().filter(|p| p.kind == MoveKind::Feed) {
-            self.open.entry(piece.block).or_default().end = Some((piece.joints[1], piece.pose[1]));
+            let ball = self.balls.range(..=piece.block).next_back().and_then(|(_, ball)| *ball);
+            let open = self.open.entry(piece.block).or_default();
+            let [from, to] = &piece.pose;
+            open.end = Some((piece.joints[1], *to));
+            if let (Some(gauge), Some(radius)) = (self.gauge, ball) {
+                let depth = gauge.depth(&(to.tip + to.axis * radius), radius);
+                open.deep.push(Deep { way: (to.tip - from.tip).norm(), depth });
+            }
         }
         for sample in &chunk.samples {
             if sample.kind != MoveKind::Feed {
@@ -353,6 +384,7 @@ impl Record<'_> {
                     center: ball.map(|radius| pose.tip + pose.axis * radius),
                     high: open.high,
                     index: block.index,
+                    deep: open.deep,
                 });
             }
             BlockKind::Move(_) | BlockKind::ToolChange => self.in_run = false,
@@ -455,6 +487,48 @@ impl Motion {
         })
     }
 
+    /// Largest range of each joint within a range of the stretch, mm or radian.
+    pub(crate) fn range(&self, stretch: &[std::ops::Range<usize>]) -> JointValues {
+        let mut widest = JointValues::ZERO;
+        for range in stretch {
+            let blocks = self.blocks.get(range.clone()).unwrap_or_default();
+            let Some(first) = blocks.first() else { continue };
+            let (mut low, mut high) = (first.end, first.end);
+            for block in blocks {
+                low = low.zip_map(block.end, f64::min);
+                high = high.zip_map(block.end, f64::max);
+            }
+            widest = widest.zip_map(high - low, f64::max);
+        }
+        widest
+    }
+
+    /// Largest motion of the linear joints that comes from turning, for each mm of the tip's path, mm/mm; none where it cannot be told: no three linear
+    /// joints that move the tip, or no rotary joint.
+    pub(crate) fn from_turning(&self, machine: &Machine, stretch: &[std::ops::Range<usize>]) -> Option<f64> {
+        let of = |rotary: bool| move |j: &usize| machine.joints[*j].is_rotary() == rotary && !machine.joints[*j].held;
+        let joints = 0..machine.joints.len();
+        let slides: [usize; 3] = joints.clone().filter(of(false)).collect::<Vec<_>>().try_into().ok()?;
+        let turns: Vec<usize> = joints.filter(of(true)).collect();
+        if turns.is_empty() {
+            return None;
+        }
+        let one = |(a, b): (&FeedBlock, &FeedBlock)| {
+            let way = (b.tip - a.tip).norm();
+            if way == 0.0 {
+                return None;
+            }
+            let middle = a.end.zip_map(b.end, |a, b| 0.5 * (a + b));
+            let length = |block: &FeedBlock| (machine.forward(&block.end, 0.0).tip - block.tip).norm();
+            let jacobian = machine.jacobian(&middle, length(b));
+            let column = |j: usize| jacobian.fixed_view::<3, 1>(0, j).into_owned();
+            let moved = turns.iter().fold(Vector::zeros(), |sum, &j| sum + column(j) * (b.end[j] - a.end[j]));
+            let slide = nalgebra::Matrix3::from_columns(&slides.map(column));
+            Some(slide.try_inverse().map(|inverse| (inverse * moved).norm() / way))
+        };
+        self.pairs(stretch).filter_map(one).collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
+    }
+
     /// Largest distance of the tip from its chord where the joints run straight from block to block, mm; none without a block.
     pub(crate) fn straight_joints(&self, machine: &Machine, stretch: &[std::ops::Range<usize>]) -> Option<f64> {
         let worst = |(a, b): (&FeedBlock, &FeedBlock)| {
@@ -500,6 +574,7 @@ mod tests {
             center: None,
             high: [JointValues::ZERO; 3],
             index: 0,
+            deep: Vec::new(),
         }
     }
 

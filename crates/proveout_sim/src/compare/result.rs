@@ -186,6 +186,27 @@ pub struct Stretch {
     /// Largest distance of the tip from its chord if the joints run straight from block to block, micrometer.
     #[serde(default)]
     pub straight_joints_tip_um: Option<f64>,
+    /// Largest motion of the linear joints that comes from turning alone, for each mm of the tip's path, mm/mm.
+    #[serde(default)]
+    pub from_turning: Option<f64>,
+    /// How deep the cutter went; null where the scene does not ask for it or the tool is no ball.
+    #[serde(default)]
+    pub depth: Option<Depth>,
+}
+
+/// Depth of a ball below the raw blade, by the nearest point of the closed form, micrometer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Depth {
+    /// Places that were measured.
+    pub places: u64,
+    /// Mean over all lines.
+    pub mean_um: f64,
+    /// Largest standard deviation along a line about its own mean.
+    pub deviation_um: f64,
+    /// Least.
+    pub least_um: f64,
+    /// Most.
+    pub most_um: f64,
 }
 
 /// What a program asks of all rotary joints together at its programmed feed: roots of sums of squares, degrees and seconds.
@@ -213,6 +234,9 @@ pub struct StretchAxis {
     /// Sum of its steps from block to block.
     #[serde(default)]
     pub travel: f64,
+    /// Largest range within one run.
+    #[serde(default)]
+    pub range: f64,
     /// Largest speed that the program asks for at its programmed feed.
     pub demand_velocity: Option<f64>,
     /// Largest acceleration that the program asks for at its programmed feed, by differences of its blocks.

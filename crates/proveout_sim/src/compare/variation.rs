@@ -1,6 +1,6 @@
 //! The twin with one parameter changed.
 
-use proveout_controller::Dynamics;
+use proveout_controller::{Dynamics, servo::without_drive};
 
 use super::{motion::MotionCase, uncertainty::VariationKind};
 
@@ -86,7 +86,7 @@ impl TwinVariation {
     /// # Errors
     /// Why the change cannot be made on this machine, in words.
     pub(crate) fn apply(&self, case: &MotionCase) -> Result<MotionCase, String> {
-        let mut out = case.clone();
+        let mut out = case.clone().unmeasured();
         match self.change {
             Change::Pieces(f) => {
                 out.settings.piece_tolerance *= f;
@@ -132,8 +132,7 @@ impl TwinVariation {
             }
             Change::Dynamics(dynamics) => {
                 if dynamics == Dynamics::Servo {
-                    let missing: Vec<&str> =
-                        out.machine.joints.iter().filter(|j| j.drive.is_none()).map(|j| j.name.as_str()).collect();
+                    let missing = without_drive(&out.machine);
                     if !missing.is_empty() {
                         return Err(format!("the machine does not describe the drives of {}", missing.join(", ")));
                     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use proveout_collision::{Severity, StockBreach};
-use proveout_controller::{Event, LimitKind};
+use proveout_controller::{Event, LimitKind, servo::leg_names};
 use proveout_machine::{Joint, JointKind, Machine};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight};
 use proveout_stock::SweepReport;
@@ -134,6 +134,9 @@ pub(super) fn at_rest(standing: &AtRest) -> Finding {
 pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
     Some(match event {
         Event::Limit { joint, value, limit, kind, .. } => {
+            if let (LimitKind::DriveForce, Some(legs)) = (kind, joint.and_then(|j| leg_names(machine, j))) {
+                return Some(past_leg_force(&legs, [*value, *limit]));
+            }
             let joint = joint.and_then(|j| machine.joints.get(j));
             let mut f = past_limit(joint, [*value, *limit], *kind)?;
             if let (LimitKind::Travel, Some(joint)) = (kind, joint) {
@@ -169,6 +172,16 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
         },
         _ => return None,
     })
+}
+
+/// A leg's drive at its limit, N.
+fn past_leg_force(legs: &str, [value, limit]: [f64; 2]) -> Finding {
+    let message = format!(
+        "the control asks the drive of {legs} for a force of {value:.1} N; it has {limit:.1} N, and the plate leaves its set points"
+    );
+    let mut f = FindingLog::of(&finding::DRIVE_SATURATED, message);
+    (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some("N".into()));
+    f
 }
 
 /// A limit that was passed; `value` and `limit` in the units of the event.

@@ -56,4 +56,4 @@ pub use row::Row;
 pub use sample::{LineContacts, PathContact, Sampler, StepRule};
 pub use scallop::{scallop_height, side_step};
 pub use sections::{Label, SECTIONS, Section, Sections};
-pub use strategy::{Spacing, Strategy, Task};
+pub use strategy::{OneWay, Spacing, Strategy, Task};

@@ -46,6 +46,34 @@ pub trait Strategy: Debug {
     }
 }
 
+/// The lines of a strategy, each in the direction of the first one instead of to and fro: the chord of a line that points against that of the first
+/// is turned.
+#[derive(Debug)]
+pub struct OneWay(pub Box<dyn Strategy>);
+
+impl Strategy for OneWay {
+    fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
+        let mut lines = self.0.lines(task)?;
+        let chord = |line: &Line| {
+            let [from, to] = line.curve.range().map(|t| {
+                let at = line.curve.at(t);
+                task.surface.local(at.u[0], at.v[0]).point
+            });
+            to - from
+        };
+        if let Some(first) = lines.first().map(chord) {
+            for line in lines.iter_mut().filter(|line| chord(line).dot(&first) < 0.0) {
+                line.curve = line.curve.reversed();
+            }
+        }
+        Ok(lines)
+    }
+
+    fn has_layers(&self) -> bool {
+        self.0.has_layers()
+    }
+}
+
 /// Lines that differ by one number.
 pub(crate) trait Family {
     /// The line with a label.

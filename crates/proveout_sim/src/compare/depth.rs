@@ -1,0 +1,193 @@
+//! How deep a program cuts along its lines: from the poses of the cutter that cut the part, by the nearest point of the closed form.
+//!
+//! A ball touches the surface that it leaves where its center comes nearest to the design: the distance of the two less the radius is what stays
+//! there, exactly, whatever rays see of the groove. With the material that the raw blade has more than the design, the depth of the cut is
+//!
+//! ```text
+//!   depth = allowance - (|center - nearest point| - radius)        below zero: the ball is outside of the raw blade
+//! ```
+//!
+//! at the end of every piece of the motion, weighed with the way of the tip along it. The pieces are those that cut the part: with drives in the
+//! loop, the actual ones. A line is one run in feed; its ends are left out with the rest of what is no cutting stretch.
+
+use std::sync::Arc;
+
+use proveout_geom::{Point, Pose, Vector, blade::ParametricSurface};
+
+use super::{
+    motion::{FeedBlock, Motion},
+    result::Depth,
+};
+use crate::{
+    scene::{CompareFile, Scene},
+    shape::Shape,
+};
+
+/// What depths are measured from.
+#[derive(Clone, Debug)]
+pub(crate) struct DepthGauge {
+    surface: Arc<dyn ParametricSurface>,
+    work_from_table: Pose,
+    /// What the raw blade has more than the design, mm.
+    allowance: f64,
+}
+
+/// A place of the cutter: way of the tip up to it since the place before, and the depth there, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Deep {
+    pub(crate) way: f64,
+    pub(crate) depth: f64,
+}
+
+impl DepthGauge {
+    /// Of a scene that asks for a depth; none where it does not, or has no closed form.
+    pub(super) fn of_scene(scene: &Scene) -> Option<Self> {
+        let asks = |c: &CompareFile| {
+            let published = c.published.iter().map(|p| p.quantity);
+            published.chain(c.expect.iter().filter_map(|e| e.quantity)).any(|q| q.of_depth())
+        };
+        scene.file.compare.as_ref().filter(|c| asks(c))?;
+        let blade = scene.file.part.as_ref()?.blade?;
+        let shape = Shape::of_scene(scene, &blade, 0.0).ok()?;
+        Some(Self {
+            surface: shape.surface(),
+            work_from_table: scene.file.mount.table_from_work().inverse(),
+            allowance: scene.file.stock.blade_allowance_mm.unwrap_or(0.0),
+        })
+    }
+
+    /// Depth of a ball, mm; its center in the table frame.
+    pub(super) fn depth(&self, center: &Point, radius: f64) -> f64 {
+        let p = self.work_from_table.point(center);
+        let [u, v] = self.surface.nearest(&p);
+        let local = self.surface.local(u, v);
+        let from: Vector = p - local.point;
+        let distance = from.norm().copysign(from.dot(&local.normal));
+        self.allowance - (distance - radius)
+    }
+}
+
+/// Depths over the cutting stretch, micrometer; none where a tool was no ball or nothing was measured.
+pub(super) fn depth_of(motion: &Motion, stretch: &[std::ops::Range<usize>]) -> Option<Depth> {
+    let (mut all, mut worst) = (Sums::default(), 0.0_f64);
+    let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY];
+    for range in stretch {
+        let blocks: &[FeedBlock] = motion.blocks.get(range.clone()).unwrap_or_default();
+        let mut line = Sums::default();
+        for deep in blocks.iter().flat_map(|b| &b.deep) {
+            line.add(deep);
+            least = least.min(deep.depth);
+            most = most.max(deep.depth);
+        }
+        worst = worst.max(line.deviation()?);
+        all.join(&line);
+    }
+    Some(Depth {
+        places: all.places,
+        mean_um: 1e3 * all.mean()?,
+        deviation_um: 1e3 * worst,
+        least_um: 1e3 * least,
+        most_um: 1e3 * most,
+    })
+}
+
+/// Sums over places, weighed with their ways. The square's mean is taken from a middle near all depths, so that no digits are lost.
+#[derive(Default)]
+struct Sums {
+    places: u64,
+    middle: f64,
+    way: f64,
+    first: f64,
+    second: f64,
+}
+
+impl Sums {
+    fn add(&mut self, deep: &Deep) {
+        if self.places == 0 {
+            self.middle = deep.depth;
+        }
+        let off = deep.depth - self.middle;
+        self.places += 1;
+        self.way += deep.way;
+        self.first += deep.way * off;
+        self.second += deep.way * off * off;
+    }
+
+    fn join(&mut self, other: &Self) {
+        if self.places == 0 {
+            self.middle = other.middle;
+        }
+        let shift = other.middle - self.middle;
+        self.places += other.places;
+        self.way += other.way;
+        self.first += other.first + shift * other.way;
+    }
+
+    fn mean(&self) -> Option<f64> {
+        (self.way > 0.0).then(|| self.middle + self.first / self.way)
+    }
+
+    /// Standard deviation about the line's own mean.
+    fn deviation(&self) -> Option<f64> {
+        let mean = (self.way > 0.0).then(|| self.first / self.way)?;
+        Some((self.second / self.way - mean * mean).max(0.0).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use proveout_controller::Summary;
+    use proveout_geom::blade::{ClosedSurface, Lu};
+    use proveout_machine::JointValues;
+
+    use super::*;
+
+    fn block(run: u32, deep: &[(f64, f64)]) -> FeedBlock {
+        FeedBlock {
+            run,
+            time: [0.0, 1.0],
+            programmed: 1.0,
+            end: JointValues::ZERO,
+            tip: Point::origin(),
+            center: None,
+            high: [JointValues::ZERO; 3],
+            index: 0,
+            deep: deep.iter().map(|(way, depth)| Deep { way: *way, depth: *depth }).collect(),
+        }
+    }
+
+    #[test]
+    fn places_count_by_their_way_and_lines_have_their_own_mean() {
+        // Line 1: 0.1 over 3 mm, 0.2 over 1 mm: mean 0.125, deviation sqrt(3/16) / 10. Line 2: 0.3 throughout.
+        let blocks = vec![block(1, &[(3.0, 0.1)]), block(1, &[(1.0, 0.2)]), block(2, &[(4.0, 0.3)])];
+        let motion =
+            Motion { summary: Summary::default(), blocks, over_travels: Vec::new(), reversals: BTreeMap::new() };
+        let depth = depth_of(&motion, &motion.stretch(0.0)).expect("measured");
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{depth:?}: {a} is not {b}");
+        assert_eq!(depth.places, 3);
+        close(depth.mean_um, 1e3 * (4.0 * 0.125 + 4.0 * 0.3) / 8.0);
+        close(depth.deviation_um, 100.0 * (3.0_f64 / 16.0).sqrt());
+        close(depth.least_um, 100.0);
+        close(depth.most_um, 300.0);
+        let none = Motion { blocks: vec![block(1, &[])], ..motion };
+        assert!(depth_of(&none, &none.stretch(0.0)).is_none(), "nothing measured is not zero");
+    }
+
+    #[test]
+    fn the_depth_is_that_of_the_ball_along_the_normal() {
+        let surface: Arc<dyn ParametricSurface> = Arc::new(ClosedSurface::new(Lu::stand_in()));
+        let mount = Pose::from_axis_angle(&Vector::z(), 0.7);
+        let gauge = DepthGauge { surface: surface.clone(), work_from_table: mount.inverse(), allowance: 0.2 };
+        for (u, v) in [(0.4, 0.2), (1.5, 0.5), (3.0, 0.7), (3.2, 0.4), (4.6, 0.6)] {
+            let at = surface.local(u, v);
+            for off in [-0.05, 0.0, 0.03] {
+                let center = mount.point(&(at.point + at.normal * (3.0 + off)));
+                let depth = gauge.depth(&center, 3.0);
+                // Inward by 0.05 the ball still touches where it did: its radius is far above that of the edge.
+                assert!((depth - (0.2 - off)).abs() < 1e-6, "{u} {v} {off}: {depth}");
+            }
+        }
+    }
+}
