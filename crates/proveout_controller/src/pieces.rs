@@ -54,6 +54,9 @@ impl Off {
     }
 }
 
+/// What takes pieces.
+pub(crate) type Emit<'a> = dyn FnMut(&Stance, &Stance, &Off, Option<&[Stance; 3]>) + 'a;
+
 /// Cuts paths into pieces.
 pub(crate) struct Cutter<'a, F: Fn(f64) -> Stance> {
     pub(crate) machine: &'a Machine,
@@ -65,31 +68,35 @@ pub(crate) struct Cutter<'a, F: Fn(f64) -> Stance> {
 
 impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
     /// Pieces of the path through the given places; a place in the middle is a border only where that is needed.
-    /// `emit` gets begin, end and deviation.
-    pub(crate) fn cut(&self, places: &[f64], emit: &mut dyn FnMut(&Stance, &Stance, &Off)) {
+    /// `emit` gets begin, end and deviation, and the stances at the quarters where these were looked at.
+    pub(crate) fn cut(&self, places: &[f64], emit: &mut Emit<'_>) {
         let (Some(&first), Some(&last)) = (places.first(), places.last()) else { return };
         let (a, b) = ((self.stance)(first), (self.stance)(last));
         if places.len() > 2 {
             if let Some(off) = self.fits(&a, &b, places) {
-                emit(&a, &b, &off);
+                emit(&a, &b, &off, None);
                 return;
             }
+            let mut from = a;
             for pair in places.windows(2) {
-                let (a, b) = ((self.stance)(pair[0]), (self.stance)(pair[1]));
-                self.cut_smooth(&a, &b, 0, emit);
+                let to = (self.stance)(pair[1]);
+                self.cut_smooth(&from, &to, 0, emit);
+                from = to;
             }
             return;
         }
         self.cut_smooth(&a, &b, 0, emit);
     }
 
-    fn cut_smooth(&self, a: &Stance, b: &Stance, depth: u32, emit: &mut dyn FnMut(&Stance, &Stance, &Off)) {
+    fn cut_smooth(&self, a: &Stance, b: &Stance, depth: u32, emit: &mut Emit<'_>) {
         let mut parts = self.parts_by_size(a, b);
         if parts == 1 {
-            let off = self.off(a, b, &[0.25, 0.5, 0.75]);
+            let quarters = [0.25, 0.5, 0.75].map(|part| (self.stance)(a.s + (b.s - a.s) * part));
+            let off = [0.25, 0.5, 0.75].into_iter().zip(&quarters);
+            let off = off.fold(Off::NONE, |worst, (part, x)| worst.or(&self.off(a, b, part, x)));
             let used = off.used(self.settings);
             if used <= 1.0 || depth >= DEEPEST {
-                emit(a, b, &off);
+                emit(a, b, &off, Some(&quarters));
                 return;
             }
             // The deviation falls with the square of the length.
@@ -132,7 +139,7 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
                     continue;
                 }
                 let t = (pair[0] + (pair[1] - pair[0]) * 0.25 * f64::from(part) - a.s) / span;
-                worst = worst.or(&self.off(a, b, &[t]));
+                worst = worst.or(&self.off(a, b, t, &(self.stance)(a.s + span * t)));
                 if worst.used(self.settings) > 1.0 {
                     return None;
                 }
@@ -141,27 +148,20 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
         Some(worst)
     }
 
-    /// Largest deviation at parts of the way.
-    fn off(&self, a: &Stance, b: &Stance, parts: &[f64]) -> Off {
+    /// Deviation at a part of the way, where the tool stands at x.
+    fn off(&self, a: &Stance, b: &Stance, part: f64, x: &Stance) -> Off {
         let way = b.pose.tip - a.pose.tip;
         let length2 = way.norm_squared();
-        let turn = a.pose.angle_to(&b.pose);
-        let mut worst = Off::NONE;
-        for &part in parts {
-            let x = (self.stance)(a.s + (b.s - a.s) * part);
-            // Where on the piece the true pose belongs is free: the uniform motion of a piece is not bound to time.
-            let t = if length2 > 1e-12 {
-                (x.pose.tip - a.pose.tip).dot(&way) / length2
-            } else if turn > 1e-12 {
-                a.pose.angle_to(&x.pose) / turn
-            } else {
-                part
-            };
-            let ideal = a.pose.interpolated(&b.pose, t.clamp(0.0, 1.0));
-            let (tip, axis) = ((x.pose.tip - ideal.tip).norm(), (x.pose.axis - ideal.axis).norm());
-            let [edges, tool] = self.lengths.map(|length| tip + length * axis);
-            worst = worst.or(&Off { edges, tool });
-        }
-        worst.times(if self.machine.error_bends(&a.q, &b.q) > 0 { BENT } else { BETWEEN })
+        // Where on the piece the true pose belongs is free: the uniform motion of a piece is not bound to time.
+        let t = if length2 > 1e-12 {
+            (x.pose.tip - a.pose.tip).dot(&way) / length2
+        } else {
+            let turn = a.pose.angle_to(&b.pose);
+            if turn > 1e-12 { a.pose.angle_to(&x.pose) / turn } else { part }
+        };
+        let ideal = a.pose.interpolated(&b.pose, t.clamp(0.0, 1.0));
+        let (tip, axis) = ((x.pose.tip - ideal.tip).norm(), (x.pose.axis - ideal.axis).norm());
+        let [edges, tool] = self.lengths.map(|length| tip + length * axis);
+        Off { edges, tool }.times(if self.machine.error_bends(&a.q, &b.q) > 0 { BENT } else { BETWEEN })
     }
 }

@@ -227,23 +227,27 @@ impl Quintic {
         // The triangle of de Casteljau; its last columns give value and derivatives (Farin 2002, section 5.3).
         let mut out = JointJet::constant(JointValues::ZERO);
         let scale = [1.0, 5.0 / h, 10.0 / (h * h), 10.0 / (h * h * h)];
-        for i in 0..MAX_JOINTS {
-            let mut p: [f64; 6] = std::array::from_fn(|k| self.control[k][i]);
-            let mut step = |n: usize| {
-                for k in 0..n {
-                    p[k] = p[k] * r + p[k + 1] * t;
+        let mut p = self.control;
+        // All coordinates side by side.
+        let mut step = |n: usize| {
+            for k in 0..n {
+                let next = p[k + 1];
+                for (own, next) in p[k].0.iter_mut().zip(next.0) {
+                    *own = *own * r + next * t;
                 }
-                p
-            };
-            step(5);
-            let cubic = step(4); // four points left: third differences
-            let quadratic = step(3); // three points left: second differences
-            let linear = step(2);
-            let point = step(1);
-            out.0[0][i] = point[0];
-            out.0[1][i] = (linear[1] - linear[0]) * scale[1];
-            out.0[2][i] = (quadratic[2] - 2.0 * quadratic[1] + quadratic[0]) * scale[2];
-            out.0[3][i] = (cubic[3] - 3.0 * cubic[2] + 3.0 * cubic[1] - cubic[0]) * scale[3];
+            }
+            p
+        };
+        step(5);
+        let cubic = step(4); // four points left: third differences
+        let quadratic = step(3); // three points left: second differences
+        let linear = step(2);
+        let [point, ..] = step(1);
+        for i in 0..MAX_JOINTS {
+            out.0[0][i] = point[i];
+            out.0[1][i] = (linear[1][i] - linear[0][i]) * scale[1];
+            out.0[2][i] = (quadratic[2][i] - 2.0 * quadratic[1][i] + quadratic[0][i]) * scale[2];
+            out.0[3][i] = (cubic[3][i] - 3.0 * cubic[2][i] + 3.0 * cubic[1][i] - cubic[0][i]) * scale[3];
         }
         out
     }
@@ -278,18 +282,6 @@ impl Quintic {
     pub(crate) fn slopes(&self) -> [JointValues; 5] {
         let per = 5.0 / (self.u1 - self.u0);
         std::array::from_fn(|k| (self.control[k + 1] - self.control[k]) * per)
-    }
-
-    /// First derivative at u.
-    pub(crate) fn slope(&self, u: f64) -> JointValues {
-        let t = ((u - self.u0) / (self.u1 - self.u0)).clamp(0.0, 1.0);
-        let mut level = self.slopes();
-        for n in (1..5).rev() {
-            for k in 0..n {
-                level[k] = level[k] * (1.0 - t) + level[k + 1] * t;
-            }
-        }
-        level[0]
     }
 
     /// The part from a to b (de Casteljau, first behind a, then before b).

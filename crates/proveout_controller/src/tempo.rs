@@ -39,6 +39,9 @@ pub(crate) const GAUSS: [(f64, f64); 4] = [
 /// percent it falls a little below one, and never near this.
 const SLOWEST: f64 = 4.0;
 
+/// Last step of Newton's method as part of the length: its square is rounding.
+const CONVERGED: f64 = 1e-8;
+
 const EVEN: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
 impl Tempo {
@@ -73,15 +76,19 @@ impl Tempo {
         if self.square == EVEN {
             return [self.begin + t.min(self.length), 1.0, 0.0, 0.0];
         }
-        let mut x = if self.duration > 0.0 { self.length * (t / self.duration).clamp(0.0, 1.0) } else { 0.0 };
+        let [b0, b1, b2, b3] = self.square;
+        // The power series of p(t) about the begin up to the fourth order, where b keeps its size.
+        let v = b0.max(0.0).sqrt();
+        let begin = t * (v + t * (0.25 * b1 + t * (v * b2 / 6.0 + t * (0.5 * b1 * b2 + 3.0 * b0 * b3) / 24.0)));
+        let mut x = begin.clamp(0.0, self.length);
         for _ in 0..8 {
             let step = (t - self.passed(x)) * self.square_at(x).max(0.0).sqrt();
             x = (x + step).clamp(0.0, self.length);
-            if step.abs() <= 1e-15 * self.length {
+            // The next step is about the square of this one, b'/4b at most one over the length.
+            if step.abs() <= CONVERGED * self.length {
                 break;
             }
         }
-        let [_, b1, b2, b3] = self.square;
         let v = self.square_at(x).max(0.0).sqrt();
         [self.begin + x, v, 0.5 * (b1 + x * (2.0 * b2 + 3.0 * x * b3)), v * (b2 + 3.0 * x * b3)]
     }
@@ -93,8 +100,15 @@ impl Tempo {
             return x;
         }
         let half = 0.5 * x;
-        let slow = |x: f64| 1.0 / self.square_at(x).max(f64::MIN_POSITIVE).sqrt();
-        half * GAUSS.iter().map(|(at, weight)| weight * (slow(half - half * at) + slow(half + half * at))).sum::<f64>()
+        // Eight roots side by side.
+        let mut slow = [0.0; 8];
+        for (k, (at, _)) in GAUSS.iter().enumerate() {
+            (slow[2 * k], slow[2 * k + 1]) = (half - half * at, half + half * at);
+        }
+        for place in &mut slow {
+            *place = 1.0 / self.square_at(*place).max(f64::MIN_POSITIVE).sqrt();
+        }
+        half * GAUSS.iter().zip(slow.chunks(2)).map(|((_, weight), two)| weight * two.iter().sum::<f64>()).sum::<f64>()
     }
 
     /// The parts before and behind `p`, a time of the first law within the stretch; times of the run stay.

@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     fn node(tau: f64) -> Node {
-        Node { k: 0, tau, cell: 0, smooth: 0, weight: 0.0, speed: 0.0, lead: 0.0 }
+        Node { k: 0, tau, cell: 0, smooth: 0, twin: false, weight: 0.0, speed: 0.0, lead: 0.0 }
     }
 
     /// A cubic with control points at the limits of the inner ones and at U itself at the ends stays below U, up to the fourth power

@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     fn node(k: usize, tau: f64) -> Node {
-        Node { k, tau, cell: k, smooth: 0, weight: 0.0, speed: 0.0, lead: 0.0 }
+        Node { k, tau, cell: k, smooth: 0, twin: false, weight: 0.0, speed: 0.0, lead: 0.0 }
     }
 
     /// Intervals with one to three nodes; rows tell the node they belong to.

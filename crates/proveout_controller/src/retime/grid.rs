@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     jet::JointJet,
-    path::{Frame, Path, PathCell},
+    path::{Frame, Path, PathCell, Way},
     profile::{Cursor, Law},
 };
 
@@ -27,6 +27,8 @@ const INTO_HELD: f64 = 5.0;
 const AT_SPEED: f64 = 0.996;
 /// Part of a piece by which points stand off its borders, so that each belongs to one side of a jump.
 const INSIDE: f64 = 1e-6;
+/// Difference of rows of acceleration on both sides of a border that is no jump but the way between the two nodes.
+const ALIKE: f64 = 1e-5;
 /// Interval as part of the time sqrt(v/J) in which the jerk limit changes a speed v by its own size.
 const SLOW: f64 = 0.2;
 /// Excess between two points of an interval that needs points between them, and the most parts.
@@ -229,8 +231,15 @@ impl<'a> Probe<'a> {
             // The same place, seen from the other side of a border that the path does not know.
             Some((c, s, jet, rate)) if c == cell && (x.s - s).abs() <= 1e-5 * x.v * INTERVAL[0] => (jet, rate),
             _ => {
-                let task = self.path.rounded(x.s, &mut self.span);
-                (self.frame.kinematics.joints(&task), c.limits.way.rate(self.frame.kinematics.machine, &task))
+                let kinematics = &self.frame.kinematics;
+                match &c.joints {
+                    Some(joints) if c.limits.way == Way::Parameter => (joints.jet(x.s), [1.0, 0.0]),
+                    joints => {
+                        let task = self.path.rounded(x.s, &mut self.span);
+                        let jet = joints.as_ref().map_or_else(|| kinematics.joints(&task), |own| own.jet(x.s));
+                        (jet, c.limits.way.rate(kinematics.machine, &task))
+                    }
+                }
             }
         };
         self.last = Some((cell, x.s, jet, [rate, bend]));
@@ -331,8 +340,16 @@ impl Grid {
             self.cap();
         }
         let (p, tight) = (&mut self.problem, self.tight);
-        p.nodes.push(Node { k, tau, cell: self.cell, smooth: self.smooth, weight, speed: 0.0, lead: 0.0 });
+        p.nodes.push(Node { k, tau, cell: self.cell, smooth: self.smooth, twin: false, weight, speed: 0.0, lead: 0.0 });
         p.joints.extend(p.used.iter().map(|i| if tight > 1.0 { rows[*i].map(|r| r * tight) } else { rows[*i] }));
+        let at = p.nodes.len() - 1;
+        if at > 0 && p.nodes[at - 1].k < k {
+            let (before, own) = p.joints[(at - 1) * p.count..].split_at(p.count);
+            // b' is no larger than what changes b by its own size over the interval.
+            let scales = [p.lengths[k], 1.0];
+            let same = |(a, b): (&JointRow, &JointRow)| (0..2).all(|i| (a[i] - b[i]).abs() <= ALIKE * scales[i]);
+            p.nodes[at - 1].twin = before.iter().zip(own).all(same);
+        }
         self.caps.push(if tight > 1.0 { caps.map(|cap| cap.tightened(tight)) } else { caps });
     }
 

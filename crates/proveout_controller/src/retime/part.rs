@@ -6,6 +6,8 @@
 //!   slot 1     ..                              their second nodes
 //! ```
 //!
+//! Both sides of a limit have the same coefficients, and are one row of the layout.
+//!
 //! What the nodes of an interval give to the system of its four unknowns is summed lane by lane, and goes there once a bundle. Lanes
 //! without a node have no weight and no rows.
 
@@ -16,23 +18,23 @@ use proveout_machine::MAX_JOINTS;
 use super::{
     lanes::{LANES, Lanes},
     problem::{JointRow, Problem, RELAXED},
-    side::{Sums, even, jerk},
-    solver::Work,
+    side::{Side, Sums, even, jerk},
+    solver::{Before, Work},
     system::System,
 };
 
-/// Names of a node's rows as bits: the speed, and of each joint both sides of acceleration and of jerk.
-pub(super) type Names = u64;
+/// Names of a node's rows as bits: the speed, and of each joint acceleration and jerk, both sides of each.
+pub(super) type Names = u32;
 
 /// Name of the row of speed.
 pub(super) const SPEED: usize = 0;
 
 /// How many there are.
-const NAMES: usize = 1 + 4 * MAX_JOINTS;
+const NAMES: usize = 1 + 2 * MAX_JOINTS;
 
-/// Names of a joint's rows: acceleration above and below, jerk above and below.
-pub(super) fn names(joint: usize) -> [usize; 4] {
-    [1 + 4 * joint, 2 + 4 * joint, 3 + 4 * joint, 4 + 4 * joint]
+/// Names of a joint's rows: acceleration and jerk.
+pub(super) const fn names(joint: usize) -> [usize; 2] {
+    [1 + 2 * joint, 2 + 2 * joint]
 }
 
 /// Eight intervals.
@@ -47,10 +49,12 @@ struct Slot {
     /// b, b', b'' by the unknowns.
     basis: [[Lanes; 4]; 3],
     weight: Lanes,
-    /// Rows without and with the tempo on their right side.
+    /// The row of speed, where there is one.
+    speed: Range<usize>,
+    /// Rows of both sides, without and with the tempo beside them.
     even: Range<usize>,
     jerk: Range<usize>,
-    /// Places of the names among its rows, counted from one.
+    /// Places of the names among its rows of both sides, counted from one.
     index: [u8; NAMES],
 }
 
@@ -79,11 +83,21 @@ impl Slot {
         x
     }
 
-    /// Running numbers of its rows: those without the tempo come first.
-    fn rows(&self) -> Range<usize> {
-        self.even.start + self.jerk.start..self.even.end + self.jerk.end
+    /// Running number of its first row of both sides: those without the tempo come first.
+    fn first(&self) -> usize {
+        self.even.start + self.jerk.start
     }
 }
+
+/// Names of all rows of acceleration.
+const ACCELERATIONS: Names = {
+    let (mut all, mut joint) = (0, 0);
+    while joint < MAX_JOINTS {
+        all |= 1 << names(joint)[0];
+        joint += 1;
+    }
+    all
+};
 
 /// Some intervals with the rows that count there.
 #[derive(Default)]
@@ -94,10 +108,9 @@ pub(super) struct Part {
     bundles: Vec<Bundle>,
     slots: Vec<Slot>,
     /// Those of the first slot, of the second, and so on.
+    speed: Vec<[Lanes; 2]>,
     even: Vec<[Lanes; 2]>,
     jerk: Vec<[Lanes; 3]>,
-    /// Names of the rows, slot by slot, those without the tempo first.
-    names: Vec<u8>,
     /// Slot and lane of each node, and node of each lane of the slots.
     places: Vec<[usize; 2]>,
     lanes: Vec<[usize; LANES]>,
@@ -108,9 +121,9 @@ impl Part {
     pub(super) fn fill(&mut self, problem: &Problem, rows: &[Names]) {
         self.bundles.clear();
         self.slots.clear();
+        self.speed.clear();
         self.even.clear();
         self.jerk.clear();
-        self.names.clear();
         self.lanes.clear();
         self.fixed = problem.fixed;
         self.unknowns = 2 * problem.lengths.len() + 2;
@@ -137,41 +150,48 @@ impl Part {
         }
     }
 
-    /// Number of rows.
+    /// Number of rows, both sides of a limit counted.
     pub(super) fn rows(&self) -> usize {
-        (self.names.len() * LANES).max(1)
+        ((self.speed.len() + 2 * (self.even.len() + self.jerk.len())) * LANES).max(1)
     }
 
     /// Adds the nodes with a number in their intervals.
     fn add(&mut self, problem: &Problem, rows: &[Names], eight: &[[usize; 3]], number: usize) {
         let zero = Lanes::ZERO;
-        let [even, jerk, first] = [self.even.len(), self.jerk.len(), self.names.len()];
-        let inside = eight.iter().filter(|interval| number < interval[2]);
-        let names = inside.fold(0, |all, interval| all | rows[interval[1] + number]);
-        let has = |name: usize| names >> name & 1 == 1;
-        if has(SPEED) {
-            self.names.push(SPEED as u8);
-        }
+        let [speed, even, jerk] = [self.speed.len(), self.even.len(), self.jerk.len()];
+        let inside = eight.iter().filter(|interval| number < interval[2]).map(|interval| interval[1] + number);
+        // What an interval shares with the next one stands there, unless there is none or its rows may be passed a little.
+        let until = problem.lengths.len().saturating_sub(if self.fixed[1] { 2 } else { 1 });
+        let own = inside.fold(0, |all, at| {
+            let twin = problem.nodes[at].twin && problem.nodes[at].k < until;
+            all | if twin { rows[at] & !ACCELERATIONS } else { rows[at] }
+        });
+        let has = |name: usize| own >> name & 1 == 1;
+        // Joints with rows of acceleration and of jerk.
+        let (mut joints, mut count) = ([[0; MAX_JOINTS]; 2], [0; 2]);
+        let mut index = [0; NAMES];
         for kind in 0..2 {
-            for joint in 0..problem.count {
-                let own = names_of(joint, kind).into_iter().filter(|name| has(*name));
-                self.names.extend(own.map(|name| name as u8));
-            }
-            if kind == 0 {
-                self.even.resize(even + self.names.len() - first, [zero; 2]);
+            for joint in (0..problem.count).filter(|joint| has(names(*joint)[kind])) {
+                joints[kind][count[kind]] = joint;
+                count[kind] += 1;
+                index[names(joint)[kind]] = (kind * count[0] + count[kind]) as u8;
             }
         }
-        let without = self.even.len() - even;
-        self.jerk.resize(jerk + self.names.len() - first - without, [zero; 3]);
-        let (even, jerk) = (even..self.even.len(), jerk..self.jerk.len());
-        let mut slot = Slot { basis: [[zero; 4]; 3], weight: zero, even, jerk, index: [0; NAMES] };
-        for (place, name) in (1..).zip(&self.names[first..]) {
-            slot.index[usize::from(*name)] = place;
-        }
+        self.speed.resize(speed + usize::from(has(SPEED)), [zero; 2]);
+        self.even.resize(even + count[0], [zero; 2]);
+        self.jerk.resize(jerk + count[1], [zero; 3]);
+        let mut slot = Slot {
+            basis: [[zero; 4]; 3],
+            weight: zero,
+            speed: speed..self.speed.len(),
+            even: even..self.even.len(),
+            jerk: jerk..self.jerk.len(),
+            index,
+        };
         let mut lanes = [NONE; LANES];
         for lane in 0..LANES {
-            let [k, begin, count] = eight[lane.min(eight.len() - 1)];
-            let there = lane < eight.len() && number < count;
+            let [k, begin, nodes] = eight[lane.min(eight.len() - 1)];
+            let there = lane < eight.len() && number < nodes;
             let at = if there { begin + number } else { begin };
             let node = &problem.nodes[at];
             for (own, row) in slot.basis.iter_mut().zip(problem.basis(k, node.tau)) {
@@ -192,20 +212,18 @@ impl Part {
             let factor = if near[0] || near[1] { 1.0 - RELAXED } else { 1.0 };
             let decided = if given { 0.0 } else { factor };
             let out = near[0] && node.lead > 0.0 || near[1] && node.lead < 0.0;
-            let joints: &[JointRow] = &problem.joints[at * problem.count..(at + 1) * problem.count];
-            let (without, with) = self.names[first..].split_at(without);
-            for (row, name) in self.even[slot.even.clone()].iter_mut().zip(without) {
-                let [a1, a0] = match of_joint(*name) {
-                    None if out => [0.0; 2],
-                    None => [node.speed * node.lead, node.speed],
-                    Some((joint, sign)) => [joints[joint][0] * decided * sign, joints[joint][1] * decided * sign],
-                };
-                (row[0].0[lane], row[1].0[lane]) = (a1, a0);
+            if let Some(row) = self.speed[slot.speed.clone()].first_mut().filter(|_| !out) {
+                (row[0].0[lane], row[1].0[lane]) = (node.speed * node.lead, node.speed);
             }
-            for (row, name) in self.jerk[slot.jerk.clone()].iter_mut().zip(with) {
-                let Some((joint, sign)) = of_joint(*name) else { continue };
+            let own: &[JointRow] = &problem.joints[at * problem.count..(at + 1) * problem.count];
+            for (row, joint) in self.even[slot.even.clone()].iter_mut().zip(&joints[0]) {
+                for q in 0..2 {
+                    row[q].0[lane] = own[*joint][q] * decided;
+                }
+            }
+            for (row, joint) in self.jerk[slot.jerk.clone()].iter_mut().zip(&joints[1]) {
                 for q in 0..3 {
-                    row[q].0[lane] = joints[joint][2 + q] * factor * sign;
+                    row[q].0[lane] = own[*joint][2 + q] * factor;
                 }
             }
         }
@@ -213,31 +231,58 @@ impl Part {
         self.lanes.push(lanes);
     }
 
-    /// Nodes in the lanes, names and values of all rows in their order.
-    pub(super) fn values(&self, c: &[f64], mut take: impl FnMut(&[usize; LANES], u8, Lanes)) {
+    /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones elsewhere.
+    pub(super) fn begin(&self, c: &[f64], mu: f64, before: Option<&Before<'_>>, work: &mut Work) {
+        work.single.clear();
+        work.pairs.clear();
         for bundle in &self.bundles {
             let u = bundle.unknowns(c);
             for at in bundle.slots.clone() {
-                let (slot, nodes) = (&self.slots[at], &self.lanes[at]);
+                let slot = &self.slots[at];
                 let x = slot.state(&u);
                 let slow = x[0].each(|b| 1.0 / b.sqrt());
-                let mut names = self.names[slot.rows()].iter();
-                for (q, name) in self.even[slot.even.clone()].iter().zip(&mut names) {
-                    take(nodes, *name, even(q, x));
+                let places = before.map(|b| self.lanes[at].map(|node| b.place(node)));
+                let (number, mut names) = (slot.first(), [0; NAMES]);
+                for (name, place) in slot.index.iter().enumerate().filter(|(_, place)| **place > 0) {
+                    names[usize::from(*place) - 1] = name;
                 }
-                for (q, name) in self.jerk[slot.jerk.clone()].iter().zip(&mut names) {
-                    take(nodes, *name, jerk(q, x, slow));
+                for q in &self.speed[slot.speed.clone()] {
+                    let kept = |lane: usize| before?.single(places?[lane]?);
+                    work.single.push(Side::begun(even(q, x) - Lanes::all(1.0), mu, kept));
+                }
+                let mut add = |value: Lanes, limit: Lanes| {
+                    let name = names[work.pairs.len() - number];
+                    let kept = |lane: usize| before?.pair(places?[lane]?, name);
+                    let kept: [Option<[[f64; 2]; 2]>; LANES] = std::array::from_fn(kept);
+                    work.pairs.push([
+                        Side::begun(value - limit, mu, |lane| kept[lane].map(|both| both[0])),
+                        Side::begun(-value - limit, mu, |lane| kept[lane].map(|both| both[1])),
+                    ]);
+                };
+                for q in &self.even[slot.even.clone()] {
+                    add(even(q, x), Lanes::all(1.0));
+                }
+                for q in &self.jerk[slot.jerk.clone()] {
+                    add(jerk(q, x), slow);
                 }
             }
         }
     }
 
-    /// Running number and lane of a node's row with a name.
-    pub(super) fn row(&self, node: usize, name: u8) -> Option<[usize; 2]> {
-        let [at, lane] = *self.places.get(node)?;
-        let slot = self.slots.get(at)?;
-        let place = slot.index[usize::from(name)];
-        (place > 0).then(|| [slot.rows().start + usize::from(place) - 1, lane])
+    /// Slot and lane of a node.
+    pub(super) fn place(&self, node: usize) -> Option<[usize; 2]> {
+        self.places.get(node).copied()
+    }
+
+    /// Running number of a slot's row of speed, and of its row of both sides with a name.
+    pub(super) fn single(&self, slot: usize) -> Option<usize> {
+        self.slots.get(slot)?.speed.clone().next()
+    }
+
+    pub(super) fn pair(&self, slot: usize, name: usize) -> Option<usize> {
+        let slot = self.slots.get(slot)?;
+        let place = slot.index[name];
+        (place > 0).then(|| slot.first() + usize::from(place) - 1)
     }
 
     /// Sum of w / sqrt(b); infinite where b is not above zero.
@@ -261,8 +306,9 @@ impl Part {
         work.right.fill(0.0);
         work.central.fill(0.0);
         let mut sums = Sums::ZERO;
-        let mut all = std::mem::take(&mut work.sides);
-        let mut sides = all.iter_mut();
+        let (mut single, mut pairs) = (std::mem::take(&mut work.single), std::mem::take(&mut work.pairs));
+        let (mut singles, mut both) = (single.iter_mut(), pairs.iter_mut());
+        let one = Lanes::all(1.0);
         for bundle in &self.bundles {
             let u = bundle.unknowns(c);
             let mut system = System::ZERO;
@@ -275,8 +321,9 @@ impl Part {
                 let (mut g, mut central) = ([-slot.weight * tangent, zero, zero], [zero; 3]);
                 // Upper triangle: 00 01 02 11 12 22.
                 let mut m = [slot.weight * tangent * over * 1.5, zero, zero, zero, zero, zero];
-                for (q, side) in self.even[slot.even.clone()].iter().zip(&mut sides) {
-                    let (w, f) = side.advance(even(q, x), steps, &mut sums);
+                // Sides have weights w and v, and give f and h along their own rows.
+                for (q, side) in self.speed[slot.speed.clone()].iter().zip(&mut singles) {
+                    let (w, f) = side.advance(even(q, x) - one, steps, &mut sums);
                     g[0] += q[1] * f;
                     g[1] += q[0] * f;
                     central[0] += q[1] * side.over;
@@ -286,15 +333,36 @@ impl Part {
                     m[1] += w0 * q[0];
                     m[3] += w1 * q[0];
                 }
-                for (q, side) in self.jerk[slot.jerk.clone()].iter().zip(&mut sides) {
-                    let (w, f) = side.advance(jerk(q, x, slow), steps, &mut sums);
-                    let a = [q[2] + tangent, q[1], q[0]];
+                for (q, [up, down]) in self.even[slot.even.clone()].iter().zip(&mut both) {
+                    let value = even(q, x);
+                    let (w, f) = up.advance(value - one, steps, &mut sums);
+                    let (v, h) = down.advance(-value - one, steps, &mut sums);
+                    let (w, f, o) = (w + v, f - h, up.over - down.over);
+                    g[0] += q[1] * f;
+                    g[1] += q[0] * f;
+                    central[0] += q[1] * o;
+                    central[1] += q[0] * o;
+                    let [w0, w1] = [w * q[1], w * q[0]];
+                    m[0] += w0 * q[1];
+                    m[1] += w0 * q[0];
+                    m[3] += w1 * q[0];
+                }
+                // Rows q + t e and t e - q with e along b and the tangent t: (w + v)(q q' + t^2 e e') + (w - v) t (q e' + e q').
+                for (q, [up, down]) in self.jerk[slot.jerk.clone()].iter().zip(&mut both) {
+                    let value = jerk(q, x);
+                    let (w, f) = up.advance(value - slow, steps, &mut sums);
+                    let (v, h) = down.advance(-value - slow, steps, &mut sums);
+                    let (along, o) = (f - h, up.over - down.over);
+                    g[0] += tangent * (f + h);
+                    central[0] += tangent * (up.over + down.over);
+                    let a = [q[2], q[1], q[0]];
                     for i in 0..3 {
-                        g[i] += a[i] * f;
-                        central[i] += a[i] * side.over;
+                        g[i] += a[i] * along;
+                        central[i] += a[i] * o;
                     }
-                    let [w0, w1] = [w * a[0], w * a[1]];
-                    m[0] += w0 * a[0];
+                    let (w, v) = (w + v, (w - v) * tangent);
+                    let [w0, w1] = [w * a[0] + v, w * a[1]];
+                    m[0] += w0 * a[0] + tangent * (w * tangent) + v * a[0];
                     m[1] += w0 * a[1];
                     m[2] += w0 * a[2];
                     m[3] += w1 * a[1];
@@ -305,7 +373,7 @@ impl Part {
             }
             system.put(&bundle.first, work);
         }
-        work.sides = all;
+        (work.single, work.pairs) = (single, pairs);
         self.give(work);
         sums
     }
@@ -333,7 +401,8 @@ impl Part {
         let mut sums = Sums::ZERO;
         // Highest part of b that a full step takes.
         let mut taken = Lanes::ZERO;
-        let mut sides = work.sides.iter_mut();
+        let (mut singles, mut pairs) = (work.single.iter_mut(), work.pairs.iter_mut());
+        let one = Lanes::all(1.0);
         for bundle in &self.bundles {
             let (u, du) = (bundle.unknowns(c), bundle.unknowns(&work.right));
             for slot in &self.slots[bundle.slots.clone()] {
@@ -342,12 +411,18 @@ impl Part {
                 let over = slow * slow;
                 taken = taken.higher(-d[0] * over);
                 let tangent = slow * over * d[0] * 0.5;
-                for (q, side) in self.even[slot.even.clone()].iter().zip(&mut sides) {
-                    side.step(even(q, x), q[0] * d[1] + q[1] * d[0], mu, &mut sums);
+                for (q, side) in self.speed[slot.speed.clone()].iter().zip(&mut singles) {
+                    side.step(even(q, x) - one, even(q, d), mu, &mut sums);
                 }
-                for (q, side) in self.jerk[slot.jerk.clone()].iter().zip(&mut sides) {
-                    let change = q[0] * d[2] + q[1] * d[1] + q[2] * d[0];
-                    side.step(jerk(q, x, slow), tangent + change, mu, &mut sums);
+                for (q, [up, down]) in self.even[slot.even.clone()].iter().zip(&mut pairs) {
+                    let (value, change) = (even(q, x), even(q, d));
+                    up.step(value - one, change, mu, &mut sums);
+                    down.step(-value - one, -change, mu, &mut sums);
+                }
+                for (q, [up, down]) in self.jerk[slot.jerk.clone()].iter().zip(&mut pairs) {
+                    let (value, change) = (jerk(q, x), jerk(q, d));
+                    up.step(value - slow, tangent + change, mu, &mut sums);
+                    down.step(-value - slow, tangent - change, mu, &mut sums);
                 }
             }
         }
@@ -358,15 +433,3 @@ impl Part {
 
 /// A lane without a node.
 const NONE: usize = usize::MAX;
-
-/// Both sides of acceleration (0) or jerk (1).
-fn names_of(joint: usize, kind: usize) -> [usize; 2] {
-    let all = names(joint);
-    [all[2 * kind], all[2 * kind + 1]]
-}
-
-/// Joint of a row, and its side; none of the row of speed.
-fn of_joint(name: u8) -> Option<(usize, f64)> {
-    let number = usize::from(name).checked_sub(1)?;
-    Some((number / 4, if number % 2 == 0 { 1.0 } else { -1.0 }))
-}

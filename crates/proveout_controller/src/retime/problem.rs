@@ -34,6 +34,11 @@ pub(super) struct Loads {
     joints: Vec<[f64; 2]>,
 }
 
+/// b, b', b'' of a polynomial.
+fn at_part([b0, b1, b2, b3]: &[f64; 4], x: f64) -> [f64; 3] {
+    [b0 + x * (b1 + x * (b2 + x * b3)), b1 + x * (2.0 * b2 + 3.0 * x * b3), 2.0 * b2 + 6.0 * x * b3]
+}
+
 fn speed(node: &Node) -> Names {
     Names::from(node.speed > 0.0) << SPEED
 }
@@ -50,6 +55,9 @@ pub(super) struct Node {
     /// Cell of the path, and a number that changes where derivatives may jump.
     pub(super) cell: usize,
     pub(super) smooth: u32,
+    /// The next node is the same place, seen from the interval behind it: only b'' differs there, and rows of acceleration need not stand
+    /// twice.
+    pub(super) twin: bool,
     /// Part of the time that this point stands for.
     pub(super) weight: f64,
     /// One over the highest b that velocities and feed allow, for b + lead b'.
@@ -117,16 +125,26 @@ impl Problem {
         c[1] = slope * self.scale;
     }
 
-    pub(super) fn state(&self, node: &Node, c: &[f64]) -> [f64; 3] {
-        let [b0, b1, b2, b3] = self.polynomial(c, node.k);
-        let x = node.tau * self.lengths[node.k];
-        [b0 + x * (b1 + x * (b2 + x * b3)), b1 + x * (2.0 * b2 + 3.0 * x * b3), 2.0 * b2 + 6.0 * x * b3]
-    }
-
     /// Highest part of the limits at a node: below one where all rows hold.
     pub(super) fn used(&self, at: usize, c: &[f64]) -> f64 {
+        self.used_of(at, &self.polynomial(c, self.nodes[at].k))
+    }
+
+    /// The same of all nodes, with the interval of each.
+    pub(super) fn all_used(&self, c: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        let mut own = (usize::MAX, [0.0; 4]);
+        self.nodes.iter().enumerate().map(move |(at, node)| {
+            if own.0 != node.k {
+                own = (node.k, self.polynomial(c, node.k));
+            }
+            (node.k, self.used_of(at, &own.1))
+        })
+    }
+
+    /// The same where b has this polynomial.
+    fn used_of(&self, at: usize, polynomial: &[f64; 4]) -> f64 {
         let node = &self.nodes[at];
-        let [b, b1, b2] = self.state(node, c);
+        let [b, b1, b2] = at_part(polynomial, node.tau * self.lengths[node.k]);
         let root = b.max(0.0).sqrt();
         let mut worst = ((b + node.lead * b1) * node.speed).max(0.0).sqrt();
         for q in &self.joints[at * self.count..(at + 1) * self.count] {
@@ -140,8 +158,13 @@ impl Problem {
     /// What all rows have of their limits.
     pub(super) fn loads(&self, c: &[f64], loads: &mut Loads) {
         loads.joints.clear();
+        loads.joints.reserve(self.joints.len());
+        let mut own = (usize::MAX, [0.0; 4]);
         for (at, node) in self.nodes.iter().enumerate() {
-            let [b, b1, b2] = self.state(node, c);
+            if own.0 != node.k {
+                own = (node.k, self.polynomial(c, node.k));
+            }
+            let [b, b1, b2] = at_part(&own.1, node.tau * self.lengths[node.k]);
             let root = b.max(0.0).sqrt();
             let own = &self.joints[at * self.count..(at + 1) * self.count];
             let of = |q: &JointRow| [q[0] * b1 + q[1] * b, (q[2] * b2 + q[3] * b1 + q[4] * b) * root];
@@ -197,7 +220,7 @@ impl Problem {
             nodes.push(node);
             joints.extend_from_slice(&self.joints[at * count..(at + 1) * count]);
             while let Some((_, tau)) = next.next_if(|p| p.0 == at) {
-                nodes.push(Node { tau: *tau, weight: 0.0, speed: 0.0, lead: 0.0, ..node });
+                nodes.push(Node { tau: *tau, twin: false, weight: 0.0, speed: 0.0, lead: 0.0, ..node });
                 joints.extend(rows(node.cell, self.begins[node.k] + tau * self.lengths[node.k]));
             }
         }
@@ -208,6 +231,7 @@ impl Problem {
     /// Divides the limits of a node by a factor.
     pub(super) fn tighten(&mut self, at: usize, factor: f64) {
         self.nodes[at].speed *= factor;
+        self.nodes[at].twin = false;
         for row in &mut self.joints[at * self.count..(at + 1) * self.count] {
             row.iter_mut().for_each(|r| *r *= factor);
         }
@@ -225,9 +249,8 @@ impl Problem {
         let above = part * highest.min(1.0);
         let mut all = 0;
         for (i, [a, j]) in high.into_iter().enumerate().take(self.count) {
-            let [a0, a1, j0, j1] = names(i);
-            all |= if a > above { 1 << a0 | 1 << a1 } else { 0 };
-            all |= if j > above { 1 << j0 | 1 << j1 } else { 0 };
+            let [acceleration, jerk] = names(i);
+            all |= Names::from(a > above) << acceleration | Names::from(j > above) << jerk;
         }
         rows.clear();
         rows.extend(self.nodes.iter().map(|node| all | speed(node)));
@@ -238,9 +261,8 @@ impl Problem {
     pub(super) fn near(&self, loads: &Loads, part: f64, rows: &mut Vec<Names>) {
         let of = |own: &[[f64; 2]]| {
             own.iter().enumerate().fold(0, |all, (i, [a, j])| {
-                let [a0, a1, j0, j1] = names(i);
-                let both = |load: &f64| Names::from(load.abs() > part);
-                all | both(a) << a0 | both(a) << a1 | both(j) << j0 | both(j) << j1
+                let [acceleration, jerk] = names(i);
+                all | Names::from(a.abs() > part) << acceleration | Names::from(j.abs() > part) << jerk
             })
         };
         let count = self.count.max(1);
@@ -262,8 +284,8 @@ impl Problem {
         let own = loads.joints.chunks(self.count.max(1)).zip(rows).zip(&self.nodes);
         let passed = own.filter(|((own, rows), _)| {
             own.iter().enumerate().any(|(i, load)| {
-                let [a0, _, j0, _] = names(i);
-                load[0].abs() > 1.0 && *rows >> a0 & 1 == 0 || load[1].abs() > 1.0 && *rows >> j0 & 1 == 0
+                let left_out = names(i).map(|name| *rows >> name & 1 == 0);
+                load[0].abs() > 1.0 && left_out[0] || load[1].abs() > 1.0 && left_out[1]
             })
         });
         passed.map(|(_, node)| node.k).collect()

@@ -76,14 +76,14 @@ impl Sums {
         Self { gap: Lanes::ZERO, excess: Lanes::ZERO, primal: Lanes::ZERO, dual: Lanes::ZERO };
 }
 
-/// Value of a row of speed or acceleration, less the limit.
+/// Value of a row of speed or acceleration.
 #[inline(always)]
 pub(super) fn even(q: &[Lanes; 2], [b, b1, _]: [Lanes; 3]) -> Lanes {
-    q[0] * b1 + q[1] * b - Lanes::all(1.0)
+    q[0] * b1 + q[1] * b
 }
 
-/// The same of a row of jerk; `slow` is one over the tempo.
+/// The same of a row of jerk, over the tempo.
 #[inline(always)]
-pub(super) fn jerk(q: &[Lanes; 3], [b, b1, b2]: [Lanes; 3], slow: Lanes) -> Lanes {
-    q[0] * b2 + q[1] * b1 + q[2] * b - slow
+pub(super) fn jerk(q: &[Lanes; 3], [b, b1, b2]: [Lanes; 3]) -> Lanes {
+    q[0] * b2 + q[1] * b1 + q[2] * b
 }

@@ -267,7 +267,7 @@ impl Solved {
         let worthwhile = time < own * (1.0 - WORTHWHILE) || self.forced || self.dipped || {
             let whole = self.field.between([0, n]);
             let even = whole.even();
-            (0..whole.nodes.len()).any(|at| whole.used(at, &even) > 1.0003 * (1.0 + MARGIN))
+            whole.all_used(&even).any(|(_, used)| used > 1.0003 * (1.0 + MARGIN))
         };
         (worthwhile && time.is_finite()).then_some(tempos)
     }
@@ -279,10 +279,9 @@ fn worst(problem: &Problem, c: &[f64], relaxed: &[usize]) -> f64 {
         return f64::INFINITY;
     }
     let last = problem.lengths.len();
-    let used = |at: usize| {
-        let k = problem.nodes[at].k;
+    let part = |(k, used): (usize, f64)| {
         let near = problem.fixed[0] && k == 0 || problem.fixed[1] && k + 1 == last || relaxed.contains(&k);
-        problem.used(at, c) * if near { 1.0 - RELAXED } else { 1.0 }
+        used * if near { 1.0 - RELAXED } else { 1.0 }
     };
-    (0..problem.nodes.len()).map(used).fold(0.0, f64::max)
+    problem.all_used(c).map(part).fold(0.0, f64::max)
 }

@@ -38,8 +38,9 @@ const TO_BORDER: f64 = 0.99;
 /// Vectors that live through the iterations.
 #[derive(Default)]
 pub(super) struct Work {
-    /// Rows of the first group of nodes, of the second, and so on.
-    pub(super) sides: Vec<Side>,
+    /// Rows of one side and of both, of the first slot, of the second, and so on.
+    pub(super) single: Vec<Side>,
+    pub(super) pairs: Vec<[Side; 2]>,
     /// Diagonal and the three above it.
     pub(super) matrix: Vec<[f64; 4]>,
     pub(super) right: Vec<f64>,
@@ -65,12 +66,27 @@ pub(super) struct Before<'a> {
 }
 
 impl Before<'_> {
-    fn kept(&self, node: usize, name: u8) -> Option<[f64; 2]> {
-        let at = self.nodes.get(node).copied().filter(|at| *at < self.search.part.nodes)?;
-        let [row, lane] = self.search.part.row(at, name)?;
-        let [slack, multiplier] = self.search.work.sides.get(row)?.of_lane(lane);
-        (slack > 0.0).then(|| [slack.max(ROOM), multiplier])
+    /// Slot and lane of a node there.
+    pub(super) fn place(&self, node: usize) -> Option<[usize; 2]> {
+        self.search.part.place(*self.nodes.get(node)?)
     }
+
+    /// Slack and multiplier of the row of speed.
+    pub(super) fn single(&self, [slot, lane]: [usize; 2]) -> Option<[f64; 2]> {
+        let side = self.search.work.single.get(self.search.part.single(slot)?)?;
+        Some(roomy(side.of_lane(lane)))
+    }
+
+    /// Those of both sides of another row.
+    pub(super) fn pair(&self, [slot, lane]: [usize; 2], name: usize) -> Option<[[f64; 2]; 2]> {
+        let both = self.search.work.pairs.get(self.search.part.pair(slot, name)?)?;
+        Some([0, 1].map(|side: usize| roomy(both[side].of_lane(lane))))
+    }
+}
+
+/// With some room at the limit.
+fn roomy([slack, multiplier]: [f64; 2]) -> [f64; 2] {
+    [slack.max(ROOM), multiplier]
 }
 
 /// A search on the widest vectors that the processor has.
@@ -110,10 +126,7 @@ impl Search {
         }
         self.mean = before.map_or(WIDE * start / self.part.rows() as f64, |b| b.search.mean);
         let (mean, work) = (self.mean, &mut self.work);
-        work.sides.clear();
-        self.part.values(c, |nodes, name, value| {
-            work.sides.push(Side::begun(value, mean, |lane| before?.kept(nodes[lane], name)));
-        });
+        self.part.begin(c, mean, before, work);
         let n = self.part.unknowns;
         work.matrix.resize(n, [0.0; 4]);
         work.right.resize(n, 0.0);
