@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use proveout_toolpath::reschedule::{
-    ChannelKind, Junction, Method, MinAngularAcceleration, MultiScale, Quaternion, STheta, Singularity, Smooth,
-    ThetaUnit,
+    ChannelKind, Junction, Method, MinAngularAcceleration, MultiScale, Quaternion, RowEnds, STheta, Singularity,
+    Smooth, SmoothRows, ThetaUnit,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -41,24 +41,28 @@ pub struct RescheduleFile {
     pub cap_deg: Option<f64>,
     /// `min-angular-acceleration`: half of the window at a key, mm.
     pub window_mm: Option<f64>,
-    /// `multi-scale`: narrowest strip, mm.
+    /// `multi-scale`, `smooth` of rows: narrowest strip, mm.
     pub strip_min_mm: Option<f64>,
-    /// `multi-scale`: widest strip, mm.
+    /// `multi-scale`, `smooth` of rows: widest strip, mm.
     pub strip_max_mm: Option<f64>,
-    /// `multi-scale`: height over the surface at which a strip is measured, mm.
+    /// `multi-scale`, `smooth` of rows: height over the surface at which a strip is measured, mm.
     pub strip_height_mm: Option<f64>,
-    /// `multi-scale`: largest Ra across the feed, um; 0 for no limit.
+    /// `multi-scale`, `smooth` of rows: largest Ra across the feed, um; 0 for no limit.
     pub ra_um: Option<f64>,
-    /// `multi-scale`: evaluation length of Ra, mm.
+    /// `multi-scale`, `smooth` of rows: evaluation length of Ra, mm.
     pub evaluation_length_mm: Option<f64>,
-    /// `multi-scale`: way at both ends of a row that is not judged while its first and last axis stay, mm.
+    /// `multi-scale`, `smooth` of rows: way at both ends of a row that is not judged while its first and last axis stay, mm.
     pub run_in_mm: Option<f64>,
     /// `smooth`: where the limits of the axis come from.
     pub channel: Option<ChannelFile>,
-    /// `smooth`: largest lean of the tool axis from the normal in the channel of the tool, degrees.
+    /// `smooth`: largest lean of the tool axis from the normal in the channel of the tool and of rows, degrees.
     pub lean_max_deg: Option<f64>,
     /// `smooth`: the rotary axis does not turn back.
     pub monotone: Option<bool>,
+    /// `smooth` of rows: largest turn of the tool axis from the program's own, degrees.
+    pub turn_max_deg: Option<f64>,
+    /// `smooth` of rows: whether the axes at both ends of a row stay.
+    pub ends: Option<EndsFile>,
 }
 
 /// Where the limits of a tool axis come from.
@@ -69,11 +73,29 @@ pub enum ChannelFile {
     Clearance,
     /// What the tool leaves free beside part and fixtures, up to `lean_max_deg`.
     Tool,
+    /// Both rotary joints free, row by row.
+    Rows,
+}
+
+/// Whether the axes at both ends of a row stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EndsFile {
+    /// As the program has them.
+    Kept,
+    /// They move as all others do.
+    Free,
+}
+
+impl EndsFile {
+    /// Every rule with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("kept", Self::Kept), ("free", Self::Free)];
 }
 
 impl ChannelFile {
     /// Every channel with its name.
-    pub const NAMES: [(&'static str, Self); 2] = [("clearance", Self::Clearance), ("tool", Self::Tool)];
+    pub const NAMES: [(&'static str, Self); 3] =
+        [("clearance", Self::Clearance), ("tool", Self::Tool), ("rows", Self::Rows)];
 }
 
 /// Methods that re-plan tool axes.
@@ -149,7 +171,7 @@ impl JunctionFile {
 
 impl RescheduleFile {
     /// Keys of options, in the order of the scene file.
-    pub const OPTIONS: [&'static str; 21] = [
+    pub const OPTIONS: [&'static str; 23] = [
         "clearance_deg",
         "inset_deg",
         "start_flat_mm",
@@ -171,6 +193,8 @@ impl RescheduleFile {
         "channel",
         "lean_max_deg",
         "monotone",
+        "turn_max_deg",
+        "ends",
     ];
 
     /// Options that a method reads.
@@ -185,8 +209,34 @@ impl RescheduleFile {
             MethodFile::MultiScale => {
                 &["strip_min_mm", "strip_max_mm", "strip_height_mm", "ra_um", "evaluation_length_mm", "run_in_mm"]
             }
-            MethodFile::Smooth => &["channel", "clearance_deg", "lean_max_deg", "monotone"],
+            MethodFile::Smooth => &[
+                "channel",
+                "clearance_deg",
+                "lean_max_deg",
+                "monotone",
+                "turn_max_deg",
+                "ends",
+                "strip_min_mm",
+                "strip_max_mm",
+                "strip_height_mm",
+                "ra_um",
+                "evaluation_length_mm",
+                "run_in_mm",
+            ],
         }
+    }
+
+    /// Options that the method reads with the channel that is given.
+    pub fn read(&self) -> Vec<&'static str> {
+        let all = Self::options_of(self.method).iter().copied();
+        let rows = self.channel == Some(ChannelFile::Rows);
+        all.filter(|key| match (self.method, *key) {
+            (MethodFile::Smooth, "channel" | "lean_max_deg") => true,
+            (MethodFile::Smooth, "clearance_deg" | "monotone") => !rows,
+            (MethodFile::Smooth, _) => rows,
+            _ => true,
+        })
+        .collect()
     }
 
     /// Options that are given, as `KEY=VALUE`.
@@ -216,13 +266,15 @@ impl RescheduleFile {
             self.channel.map(|c| ChannelFile::NAMES.iter().find(|(_, k)| *k == c).map_or("", |(n, _)| n).to_owned()),
             self.lean_max_deg.map(number),
             self.monotone.map(|m| m.to_string()),
+            self.turn_max_deg.map(number),
+            self.ends.map(|e| EndsFile::NAMES.iter().find(|(_, k)| *k == e).map_or("", |(n, _)| n).to_owned()),
         ];
         Self::OPTIONS.into_iter().zip(values).filter_map(|(key, value)| Some((key, value?))).collect()
     }
 
     /// An option that is given and that the method does not read.
     pub fn unread(&self) -> Option<&'static str> {
-        let read = Self::options_of(self.method);
+        let read = self.read();
         self.given().into_iter().map(|(key, _)| key).find(|key| !read.contains(key))
     }
 
@@ -260,6 +312,13 @@ impl RescheduleFile {
             "evaluation_length_mm" => self.evaluation_length_mm = Some(number()?),
             "run_in_mm" => self.run_in_mm = Some(number()?),
             "lean_max_deg" => self.lean_max_deg = Some(number()?),
+            "turn_max_deg" => self.turn_max_deg = Some(number()?),
+            "ends" => {
+                let Some((_, ends)) = EndsFile::NAMES.iter().find(|(name, _)| *name == value) else {
+                    return Err((format!("{key}={value} is no rule"), "write kept or free".to_owned()));
+                };
+                self.ends = Some(*ends);
+            }
             "monotone" => {
                 let Ok(monotone) = value.parse::<bool>() else {
                     return Err((format!("{key}={value} is neither true nor false"), "write true or false".to_owned()));
@@ -323,6 +382,21 @@ impl RescheduleFile {
             channel: None,
             lean_max_deg: None,
             monotone: None,
+            turn_max_deg: None,
+            ends: None,
+        }
+    }
+
+    /// Rules of a bull-nose.
+    fn multi_scale(&self) -> MultiScale {
+        let defaults = MultiScale::default();
+        let [narrow, wide] = defaults.strip;
+        MultiScale {
+            strip: [self.strip_min_mm.unwrap_or(narrow), self.strip_max_mm.unwrap_or(wide)],
+            strip_height: self.strip_height_mm.unwrap_or(defaults.strip_height),
+            roughness: self.ra_um.map_or(defaults.roughness, |um| 1e-3 * um),
+            evaluation_length: self.evaluation_length_mm.unwrap_or(defaults.evaluation_length),
+            run_in: self.run_in_mm.unwrap_or(defaults.run_in),
         }
     }
 
@@ -354,15 +428,18 @@ impl RescheduleFile {
                     window: self.window_mm.unwrap_or(defaults.window),
                 })
             }
-            MethodFile::MultiScale => {
-                let defaults = MultiScale::default();
-                let [narrow, wide] = defaults.strip;
-                Box::new(MultiScale {
-                    strip: [self.strip_min_mm.unwrap_or(narrow), self.strip_max_mm.unwrap_or(wide)],
-                    strip_height: self.strip_height_mm.unwrap_or(defaults.strip_height),
-                    roughness: self.ra_um.map_or(defaults.roughness, |um| 1e-3 * um),
-                    evaluation_length: self.evaluation_length_mm.unwrap_or(defaults.evaluation_length),
-                    run_in: self.run_in_mm.unwrap_or(defaults.run_in),
+            MethodFile::MultiScale => Box::new(self.multi_scale()),
+            MethodFile::Smooth if self.channel == Some(ChannelFile::Rows) => {
+                let defaults = SmoothRows::default();
+                Box::new(SmoothRows {
+                    lean_max: self.lean_max_deg.map_or(defaults.lean_max, |d| d * TAU / 360.0),
+                    turn_max: self.turn_max_deg.map(|d| d * TAU / 360.0),
+                    ends: match self.ends {
+                        None => defaults.ends,
+                        Some(EndsFile::Kept) => RowEnds::Kept,
+                        Some(EndsFile::Free) => RowEnds::Free,
+                    },
+                    rules: self.multi_scale(),
                 })
             }
             MethodFile::Smooth => {
@@ -370,7 +447,7 @@ impl RescheduleFile {
                 Box::new(Smooth {
                     channel: match self.channel {
                         None => defaults.channel,
-                        Some(ChannelFile::Clearance) => ChannelKind::Clearance,
+                        Some(ChannelFile::Clearance | ChannelFile::Rows) => ChannelKind::Clearance,
                         Some(ChannelFile::Tool) => ChannelKind::Tool,
                     },
                     clearance,
