@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use proveout_toolpath::reschedule::{
-    ChannelKind, Junction, Method, MinAngularAcceleration, MultiScale, Quaternion, RowEnds, STheta, Singularity,
-    Smooth, SmoothRows, ThetaUnit,
+    ChannelKind, Criterion, Junction, Method, MinAngularAcceleration, MultiScale, Quaternion, RowEnds, STheta,
+    Singularity, Smooth, SmoothRows, ThetaUnit,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -41,6 +41,10 @@ pub struct RescheduleFile {
     pub cap_deg: Option<f64>,
     /// `min-angular-acceleration`: half of the window at a key, mm.
     pub window_mm: Option<f64>,
+    /// `min-angular-acceleration`: what the axes between keys are the least of.
+    pub criterion: Option<CriterionFile>,
+    /// `min-angular-acceleration`: where the axes of the keys come from.
+    pub key_axes: Option<KeyAxesFile>,
     /// `multi-scale`, `smooth` of rows: narrowest strip, mm.
     pub strip_min_mm: Option<f64>,
     /// `multi-scale`, `smooth` of rows: widest strip, mm.
@@ -96,6 +100,36 @@ impl ChannelFile {
     /// Every channel with its name.
     pub const NAMES: [(&'static str, Self); 3] =
         [("clearance", Self::Clearance), ("tool", Self::Tool), ("rows", Self::Rows)];
+}
+
+/// What the axes between keys are the least of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CriterionFile {
+    /// The sum of the paper between two keys each, with windows at the keys.
+    Paper,
+    /// That sum over the whole row.
+    TrueMinimum,
+}
+
+impl CriterionFile {
+    /// Every criterion with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("paper", Self::Paper), ("true-minimum", Self::TrueMinimum)];
+}
+
+/// Where the axes of keys come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum KeyAxesFile {
+    /// The program's own, up to `cap_deg`.
+    Program,
+    /// They are looked for in the free cells of their contacts.
+    Search,
+}
+
+impl KeyAxesFile {
+    /// Every rule with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("program", Self::Program), ("search", Self::Search)];
 }
 
 /// Methods that re-plan tool axes.
@@ -171,7 +205,7 @@ impl JunctionFile {
 
 impl RescheduleFile {
     /// Keys of options, in the order of the scene file.
-    pub const OPTIONS: [&'static str; 23] = [
+    pub const OPTIONS: [&'static str; 25] = [
         "clearance_deg",
         "inset_deg",
         "start_flat_mm",
@@ -195,6 +229,8 @@ impl RescheduleFile {
         "monotone",
         "turn_max_deg",
         "ends",
+        "criterion",
+        "key_axes",
     ];
 
     /// Options that a method reads.
@@ -205,7 +241,7 @@ impl RescheduleFile {
             }
             MethodFile::Quaternion => &["clearance_deg", "keys"],
             MethodFile::Singularity => &["cone_deg", "rate_deg_mm", "junction"],
-            MethodFile::MinAngularAcceleration => &["cap_deg", "window_mm"],
+            MethodFile::MinAngularAcceleration => &["cap_deg", "window_mm", "criterion", "key_axes"],
             MethodFile::MultiScale => {
                 &["strip_min_mm", "strip_max_mm", "strip_height_mm", "ra_um", "evaluation_length_mm", "run_in_mm"]
             }
@@ -226,11 +262,12 @@ impl RescheduleFile {
         }
     }
 
-    /// Options that the method reads with the channel that is given.
+    /// Options that the method reads with the channel and the criterion that are given.
     pub fn read(&self) -> Vec<&'static str> {
         let all = Self::options_of(self.method).iter().copied();
         let rows = self.channel == Some(ChannelFile::Rows);
         all.filter(|key| match (self.method, *key) {
+            (MethodFile::MinAngularAcceleration, "window_mm") => self.criterion != Some(CriterionFile::TrueMinimum),
             (MethodFile::Smooth, "channel" | "lean_max_deg") => true,
             (MethodFile::Smooth, "clearance_deg" | "monotone") => !rows,
             (MethodFile::Smooth, _) => rows,
@@ -267,7 +304,9 @@ impl RescheduleFile {
             self.lean_max_deg.map(number),
             self.monotone.map(|m| m.to_string()),
             self.turn_max_deg.map(number),
-            self.ends.map(|e| EndsFile::NAMES.iter().find(|(_, k)| *k == e).map_or("", |(n, _)| n).to_owned()),
+            self.ends.map(|e| name_of(&EndsFile::NAMES, e)),
+            self.criterion.map(|c| name_of(&CriterionFile::NAMES, c)),
+            self.key_axes.map(|k| name_of(&KeyAxesFile::NAMES, k)),
         ];
         Self::OPTIONS.into_iter().zip(values).filter_map(|(key, value)| Some((key, value?))).collect()
     }
@@ -313,12 +352,9 @@ impl RescheduleFile {
             "run_in_mm" => self.run_in_mm = Some(number()?),
             "lean_max_deg" => self.lean_max_deg = Some(number()?),
             "turn_max_deg" => self.turn_max_deg = Some(number()?),
-            "ends" => {
-                let Some((_, ends)) = EndsFile::NAMES.iter().find(|(name, _)| *name == value) else {
-                    return Err((format!("{key}={value} is no rule"), "write kept or free".to_owned()));
-                };
-                self.ends = Some(*ends);
-            }
+            "ends" => self.ends = Some(named(&EndsFile::NAMES, key, value)?),
+            "criterion" => self.criterion = Some(named(&CriterionFile::NAMES, key, value)?),
+            "key_axes" => self.key_axes = Some(named(&KeyAxesFile::NAMES, key, value)?),
             "monotone" => {
                 let Ok(monotone) = value.parse::<bool>() else {
                     return Err((format!("{key}={value} is neither true nor false"), "write true or false".to_owned()));
@@ -384,6 +420,8 @@ impl RescheduleFile {
             monotone: None,
             turn_max_deg: None,
             ends: None,
+            criterion: None,
+            key_axes: None,
         }
     }
 
@@ -426,6 +464,12 @@ impl RescheduleFile {
                 Box::new(MinAngularAcceleration {
                     cap: self.cap_deg.map_or(defaults.cap, |d| d * TAU / 360.0),
                     window: self.window_mm.unwrap_or(defaults.window),
+                    criterion: match self.criterion {
+                        None => defaults.criterion,
+                        Some(CriterionFile::Paper) => Criterion::Paper,
+                        Some(CriterionFile::TrueMinimum) => Criterion::TrueMinimum,
+                    },
+                    search: self.key_axes.map_or(defaults.search, |k| k == KeyAxesFile::Search),
                 })
             }
             MethodFile::MultiScale => Box::new(self.multi_scale()),
@@ -470,4 +514,15 @@ impl RescheduleFile {
             }
         }
     }
+}
+
+fn name_of<T: Copy + PartialEq>(names: &[(&'static str, T)], value: T) -> String {
+    names.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name).to_owned()
+}
+
+fn named<T: Copy>(names: &[(&'static str, T)], key: &str, value: &str) -> Result<T, (String, String)> {
+    names.iter().find(|(name, _)| *name == value).map(|(_, v)| *v).ok_or_else(|| {
+        let all: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+        (format!("{key}={value} is none of its words"), format!("write one of {}", all.join(", ")))
+    })
 }

@@ -246,3 +246,165 @@ fn random_posts_are_passed_free_between_blocks_and_smoother_than_before() {
     println!("{planned} planned, {refused} refused, {detours} detours");
     assert!(planned >= 18 && detours >= 4, "{planned} planned, {refused} refused, {detours} detours");
 }
+
+/// Everything is free.
+struct Open;
+
+impl FeasibleRegion for Open {
+    fn clearance(&self, _: &ToolPose) -> f64 {
+        1.0
+    }
+
+    fn free_turns(&self, _: &AxisTurn) -> Option<Vec<[f64; 2]>> {
+        Some(vec![[-PI, PI]])
+    }
+}
+
+/// On a great circle that passes the pole of the table by one degree, as in the row of Cui et al. 2022: 12 degrees at azimuth 5 to 12 at azimuth 175.
+fn past_the_pole(blocks: usize) -> CuttingRun {
+    let tilted = |azimuth: f64| {
+        let (lean, a) = (12.0_f64.to_radians(), azimuth.to_radians());
+        Vector::new(lean.sin() * a.cos(), lean.sin() * a.sin(), lean.cos())
+    };
+    let (from, to) = (tilted(5.0), tilted(175.0));
+    let all = from.dot(&to).acos();
+    row(blocks, 20.0, |s| (from * ((1.0 - s) * all).sin() + to * (s * all).sin()) / all.sin())
+}
+
+#[test]
+fn through_the_pole_both_joints_turn_evenly_and_a_program_of_vectors_goes_beside_it() {
+    let machine = machine("bc-head-table-grinder");
+    let run = past_the_pole(121);
+    let told = made(&SmoothRows::default(), &run, &machine, &Open, None).unwrap();
+    let q = joints(&told, &machine);
+    assert!(told.rotary.is_some(), "a pose at the pole does not tell the table");
+    // Evenly from end to end: 10 degrees of C and 24 of B in 60 mm, at most a quarter more for their ramps.
+    let [velocity, acceleration] = peaks(&q, &machine, 0.025);
+    let even = 24.0 / (120.0 * 0.025);
+    assert!(velocity < 1.3 * even, "{velocity} of {even}");
+    let limit =
+        machine.rotary_joints().iter().filter_map(|&j| machine.joints[j].max_acceleration).fold(f64::MAX, f64::min);
+    assert!(acceleration < 0.3 * limit.to_degrees(), "{acceleration}");
+    let cutter = ball();
+    let around = Surroundings {
+        machine: Some(&machine),
+        region: Some(&Open),
+        surface: Some(&Flat),
+        vectors: true,
+        ..Surroundings::new(&cutter, Vector::z())
+    };
+    let beside = SmoothRows::default().reschedule(&run, &around).unwrap();
+    assert!(beside.rotary.is_none());
+    // Ends that move: nothing turns at all.
+    let free = SmoothRows { ends: RowEnds::Free, ..SmoothRows::default() };
+    let still = made(&free, &run, &machine, &Open, None).unwrap();
+    assert!(peaks(&joints(&still, &machine), &machine, 0.025)[0] < 1e-6);
+    // Near the program's own axes it is not still.
+    let near = SmoothRows { turn_max: Some(3.0_f64.to_radians()), ..free };
+    let near = made(&near, &run, &machine, &Open, None).unwrap();
+    for (pose, block) in near.poses.iter().zip(&run.blocks) {
+        assert!(angle(&pose.axis, &block.pose.axis) < 3.0001_f64.to_radians());
+    }
+}
+
+/// A control that takes as long as the axis needs at some velocity, and more where it turns back.
+struct Slow(f64);
+
+impl TimeLaw for Slow {
+    fn block_times(&self, poses: &[ToolPose]) -> Option<Vec<f64>> {
+        let turn = |i: usize| poses[i].axis - poses[i - 1].axis;
+        let time = |i: usize| {
+            let jump = if i > 1 { (turn(i) - turn(i - 1)).norm() } else { 0.0 };
+            0.025_f64.max(turn(i).norm() / self.0) + 2.0 * jump
+        };
+        Some((0..poses.len()).map(|i| if i == 0 { 0.0 } else { time(i) }).collect())
+    }
+}
+
+#[test]
+fn nothing_slower_for_the_control_than_the_program_before_is_handed_out() {
+    let machine = machine("jdgr200t");
+    for wave in [0.0, 0.2, 1.0] {
+        let run = row(121, 20.0, |s| Vector::new(0.3 * (1.0 + wave * (TAU * 4.0 * s).sin()), 0.1 + 0.2 * s, 1.0));
+        let law = Slow(0.5);
+        let done = made(&SmoothRows::default(), &run, &machine, &Open, Some(&law)).unwrap();
+        let before: Vec<ToolPose> = run.blocks.iter().map(|b| b.pose).collect();
+        let [old, new] = [&before, &done.poses].map(|p| law.block_times(p).unwrap().iter().sum::<f64>());
+        assert!(new <= old * (1.0 + 2e-5), "{wave}: {new} after {old}");
+        assert!((done.study.figure("time of the blocks").unwrap() - new).abs() < 1e-9);
+        if wave > 0.0 {
+            assert!(new < 0.97 * old, "{wave}: {new} after {old}");
+        }
+    }
+    // A control that refuses everything leaves nothing to hand out.
+    struct Never;
+    impl TimeLaw for Never {
+        fn block_times(&self, _: &[ToolPose]) -> Option<Vec<f64>> {
+            None
+        }
+    }
+    let run = row(41, 20.0, |s| Vector::new(0.3 * s, 0.1, 1.0));
+    let told = made(&SmoothRows::default(), &run, &machine, &Open, Some(&Never)).unwrap_err();
+    assert_eq!(told.code, "reschedule-channel");
+}
+
+#[test]
+fn what_it_cannot_do_is_told_with_the_block() {
+    let table = machine("jdgr200t");
+    let run = row(81, 20.0, |s| Vector::new(0.3 * s, 0.1, 1.0));
+    let told = |method: &SmoothRows, run: &CuttingRun, machine: &Machine, region: &dyn FeasibleRegion| {
+        let e = made(method, run, machine, region, None).unwrap_err();
+        assert!(!e.help.is_empty() && !e.message.is_empty());
+        (e.code, e.line)
+    };
+    let method = SmoothRows::default();
+    assert_eq!(told(&method, &run, &machine("three-axis-mill"), &Open), ("reschedule-path", 1));
+    assert_eq!(told(&SmoothRows { lean_max: 0.0, ..method }, &run, &table, &Open), ("reschedule-option", 0));
+    assert_eq!(told(&SmoothRows { turn_max: Some(4.0), ..method }, &run, &table, &Open), ("reschedule-option", 0));
+    let short = CuttingRun { blocks: run.blocks[..4].to_vec() };
+    assert_eq!(told(&method, &short, &table, &Open), ("reschedule-layers", 1));
+    let mut untimed = run.clone();
+    untimed.blocks[6].time = None;
+    assert_eq!(told(&method, &untimed, &table, &Open), ("reschedule-path", 7));
+    // A tilt without the travel for the last axes.
+    let mut narrow = machine("jdgr200t");
+    let tilt = narrow.rotary_joints()[1];
+    narrow.joints[tilt].travel = Some([-0.2, 0.2]);
+    let (code, line) = told(&method, &run, &narrow, &Open);
+    assert!(code == "reschedule-range" && line > 20 && line < 81, "{line}");
+    // Nothing is free in the middle of the row.
+    let wall = Posts(vec![Post { from: 19.0, to: 21.0, way: Vector::z(), cap: 1.5 }]);
+    let (code, line) = told(&method, &run, &table, &wall);
+    assert!(code == "reschedule-channel" && (36..=44).contains(&line), "{line}");
+    // What must be kept away from is not known, nor where a cutter without a ball touches.
+    let cutter = ball();
+    let around =
+        Surroundings { machine: Some(&table), surface: Some(&Flat), ..Surroundings::new(&cutter, Vector::z()) };
+    assert_eq!(method.reschedule(&run, &around).unwrap_err().code, "reschedule-channel");
+    let wheel = Cutter::drum_wheel(38.0, 1.5, 0.0, 3.0).unwrap().bodies(3.0).unwrap().remove(0);
+    let around = Surroundings { machine: Some(&table), ..Surroundings::new(&wheel, Vector::z()) };
+    assert_eq!(method.reschedule(&run, &around).unwrap_err().code, "reschedule-tool");
+    let bull = Cutter::bull_nose(10.0, 3.0).unwrap().bodies(10.0).unwrap().remove(0);
+    let around = Surroundings { machine: Some(&table), ..Surroundings::new(&bull, Vector::z()) };
+    assert_eq!(method.reschedule(&run, &around).unwrap_err().code, "reschedule-path");
+}
+
+/// Same input, same numbers; and figures of the growth for people.
+#[test]
+fn long_rows_are_planned_and_again_the_same() {
+    let machine = machine("jdgr200t");
+    let mut took = Vec::new();
+    for blocks in [1_000, 10_000] {
+        let run = row(blocks, 20.0, |s| {
+            let a = 0.7 + 0.8 * (TAU * blocks as f64 / 800.0 * s).sin();
+            Vector::new(0.35 * a.cos(), 0.35 * a.sin(), 1.0)
+        });
+        let begin = Instant::now();
+        let done = made(&SmoothRows::default(), &run, &machine, &Open, None).unwrap();
+        took.push(begin.elapsed().as_secs_f64());
+        if blocks == 1_000 {
+            assert_eq!(done, made(&SmoothRows::default(), &run, &machine, &Open, None).unwrap());
+        }
+    }
+    println!("{took:?}");
+}

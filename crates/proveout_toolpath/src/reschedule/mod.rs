@@ -31,7 +31,9 @@ pub use certificate::{Certificate, JointGates, Proof, Schedules, SchedulesError,
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
 pub use error::RescheduleError;
-pub use min_angular_acceleration::{MinAngularAcceleration, between_keys, capped, inflections};
+pub use min_angular_acceleration::{
+    Criterion, MinAngularAcceleration, between_keys, capped, inflections, true_minimum,
+};
 pub use multi_scale::{
     BullNose, ContactFrame, CrossSection, Judged, MultiScale, basis, critical, fitted as fitted_curves, leaned,
     mean_deviation, value as curve_value,
