@@ -304,6 +304,10 @@ cases! {
     "scene/RescheduleFile.channel", RemadeSmooth, ["scene", "program.2.reschedule.channel", "\"tool\""];
     "scene/RescheduleFile.lean_max_deg", RemadeSmooth, ["scene", "program.2.reschedule.lean_max_deg", "95"];
     "scene/RescheduleFile.monotone", RemadeSmooth, ["scene", "program.2.reschedule.monotone", "false"];
+    "scene/RescheduleFile.turn_max_deg", RemadeRows, ["scene", "program.2.reschedule.turn_max_deg", "0"];
+    "scene/RescheduleFile.ends", RemadeRows, ["scene", "program.2.reschedule.ends", "\"free\""];
+    "scene/RescheduleFile.criterion", RemadeKeys, ["scene", "program.2.reschedule.criterion", "\"true-minimum\""];
+    "scene/RescheduleFile.key_axes", RemadeKeys, ["scene", "program.2.reschedule.key_axes", "\"search\""];
     "scene/RescheduleFile.keys", RemadeQuaternion, ["scene", "program.2.reschedule.keys", "9"];
     "scene/RescheduleFile.cap_deg", RemadeKeys, ["scene", "program.2.reschedule.cap_deg", "4"];
     "scene/RescheduleFile.window_mm", RemadeKeys, ["scene", "program.2.reschedule.window_mm", "1"];

@@ -588,13 +588,15 @@ fn strategies() -> PossibleValuesParser {
 #[command(after_help = "Examples:\n  \
     proveout reschedule scenes/li-2022-s-theta --program original --method s-theta --output new.mpf\n  \
     proveout reschedule scenes/li-2022-s-theta --program original --method quaternion --set keys=9 --output new.apt\n  \
-    proveout reschedule scenes/li-2022-s-theta --program original --method smooth --set channel=tool --output smooth-tool.mpf\n\n\
+    proveout reschedule scenes/li-2022-s-theta --program original --method smooth --set channel=tool --output smooth-tool.mpf\n  \
+    proveout reschedule scenes/ma-2020-sine --program original --method smooth --set channel=rows --output rows.mpf\n\n\
     Options are those of the scene's program that is made from this one by the method, else the published and default ones. \
     s-theta has clearance_deg, inset_deg, start_flat_mm, end_flat_percent, merge_mm and theta_unit (degree, radian, normalized, \
     unit-free); quaternion has keys and clearance_deg (of the channel that is shown); \
-    singularity has cone_deg, rate_deg_mm and junction (off, free, pinned); min-angular-acceleration has cap_deg and \
-    window_mm; multi-scale has strip_min_mm, strip_max_mm, strip_height_mm, ra_um, evaluation_length_mm and run_in_mm; smooth, \
-    which is of this project, has channel (clearance, tool), clearance_deg, lean_max_deg and monotone (true, false).\n\n\
+    singularity has cone_deg, rate_deg_mm and junction (off, free, pinned); min-angular-acceleration has cap_deg, \
+    window_mm, criterion (paper, true-minimum) and key_axes (program, search); multi-scale has strip_min_mm, strip_max_mm, strip_height_mm, ra_um, evaluation_length_mm and run_in_mm; smooth, \
+    which is of this project, has channel (clearance, tool, rows) and lean_max_deg, with the first two clearance_deg and monotone (true, \
+    false), with rows turn_max_deg, ends (kept, free) and for a bull-nose the options of multi-scale.\n\n\
     Beside the time of both programs stands a bound: no schedule of axes in the channel, with the limits of the joints that are named, \
     is faster. A program that the control refuses is not written.")]
 pub(crate) struct RescheduleArgs {

@@ -276,6 +276,11 @@ pub fn reschedule(
             .set(key, value)
             .map_err(|(message, help)| Failure::new(format!("{word} {message}")).with_help(help))?;
     }
+    if let Some(key) = work.file.unread() {
+        let message = format!("{word} {method} does not read {key} with this channel");
+        let help = format!("options of it: {}", work.file.read().join(", "));
+        return Err(Failure::new(message).with_help(help).into());
+    }
     let made = work.remade(&scene, dialect)?;
     Ok(Rescheduled {
         made,

@@ -125,8 +125,12 @@ impl Link<'_> {
 
 impl TimeLaw for RunTimes<'_> {
     fn block_times(&self, poses: &[ToolPose]) -> Option<Vec<f64>> {
+        self.joint_times(poses, None)
+    }
+
+    fn joint_times(&self, poses: &[ToolPose], rotary: Option<&[JointValues]>) -> Option<Vec<f64>> {
         let mut commands = self.commands.to_vec();
-        self.work.rewritten(&mut commands, (self.found, self.link), poses, None, self.ball).ok()?;
+        self.work.rewritten(&mut commands, (self.found, self.link), poses, rotary, self.ball).ok()?;
         let runs = (self.times)(commands)?;
         runs.into_iter().filter(|run| run.len() == self.found.blocks.len()).nth(self.alike)
     }
@@ -196,6 +200,7 @@ impl Reprogramming<'_> {
             surface: self.surface,
             region: region.as_deref(),
             time_law: law.as_ref().map(|law| law as &dyn TimeLaw),
+            vectors: first_vector(&out.commands, found).is_some(),
             rows,
             row,
             ..Surroundings::new(&cutter, self.table_axis())
@@ -401,18 +406,16 @@ fn turns(run: &Found) -> bool {
 
 /// A program with tool vectors cannot say where a rotary joint stands at a pole.
 fn refuse_vectors(out: &Reprogrammed, found: &Found) -> Result<(), Box<ControlError>> {
-    let commands = found.blocks.iter().filter_map(|b| out.commands.get(b.command));
-    for command in commands {
-        if let Op::Linear(motion) = &command.op
-            && motion.tool_axis.is_some()
-        {
-            let message =
-                "the block gives a tool vector, which does not tell where the table stands at its pole".to_owned();
-            let help = "post the program with rotary axes, or choose another method";
-            return Err(fail(&command.location, "reschedule-path", message, help));
-        }
-    }
-    Ok(())
+    let Some(command) = first_vector(&out.commands, found) else { return Ok(()) };
+    let message = "the block gives a tool vector, which does not tell where the table stands at its pole".to_owned();
+    let help = "post the program with rotary axes, or choose another method";
+    Err(fail(&command.location, "reschedule-path", message, help))
+}
+
+/// The first block of a run that gives a tool vector.
+fn first_vector<'a>(commands: &'a [Command], found: &Found) -> Option<&'a Command> {
+    let own = found.blocks.iter().filter_map(|b| commands.get(b.command));
+    own.into_iter().find(|c| matches!(&c.op, Op::Linear(motion) if motion.tool_axis.is_some()))
 }
 
 /// Writes a tip into work and base coordinates and notes the axes that have changed.

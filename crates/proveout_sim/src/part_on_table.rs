@@ -80,6 +80,15 @@ impl FeasibleRegion for Region {
         self.clearance.distance(pose, REACH_MM)
     }
 
+    fn reach(&self) -> Option<f64> {
+        // The farthest corner of a body of revolution from the tip lies on its widest circle at one of its ends.
+        let of = |b: &proveout_tool::Body| {
+            let up = b.profile.z_max().abs().max(b.profile.z_min().abs());
+            b.profile.max_radius().hypot(up)
+        };
+        Some(self.tool.bodies.iter().map(of).fold(0.0, f64::max))
+    }
+
     fn free_turns(&self, turn: &AxisTurn) -> Option<Vec<[f64; 2]>> {
         let space = self.space.get_or_init(|| {
             let solids = self.solids.iter().enumerate();

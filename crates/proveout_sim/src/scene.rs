@@ -645,7 +645,7 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
             && let Some(key) = reschedule.unread()
         {
             let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
-            let read = RescheduleFile::options_of(reschedule.method).join(", ");
+            let read = reschedule.read().join(", ");
             let message = format!("program {:?} gives `{key}`, which its method does not read", program.name);
             return fault(at, message, &format!("leave it out; options of the method: {read}"));
         }

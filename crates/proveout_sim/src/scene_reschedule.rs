@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use proveout_toolpath::reschedule::{
-    ChannelKind, Junction, Method, MinAngularAcceleration, MultiScale, Quaternion, STheta, Singularity, Smooth,
-    ThetaUnit,
+    ChannelKind, Criterion, Junction, Method, MinAngularAcceleration, MultiScale, Quaternion, RowEnds, STheta,
+    Singularity, Smooth, SmoothRows, ThetaUnit,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -41,24 +41,32 @@ pub struct RescheduleFile {
     pub cap_deg: Option<f64>,
     /// `min-angular-acceleration`: half of the window at a key, mm.
     pub window_mm: Option<f64>,
-    /// `multi-scale`: narrowest strip, mm.
+    /// `min-angular-acceleration`: what the axes between keys are the least of.
+    pub criterion: Option<CriterionFile>,
+    /// `min-angular-acceleration`: where the axes of the keys come from.
+    pub key_axes: Option<KeyAxesFile>,
+    /// `multi-scale`, `smooth` of rows: narrowest strip, mm.
     pub strip_min_mm: Option<f64>,
-    /// `multi-scale`: widest strip, mm.
+    /// `multi-scale`, `smooth` of rows: widest strip, mm.
     pub strip_max_mm: Option<f64>,
-    /// `multi-scale`: height over the surface at which a strip is measured, mm.
+    /// `multi-scale`, `smooth` of rows: height over the surface at which a strip is measured, mm.
     pub strip_height_mm: Option<f64>,
-    /// `multi-scale`: largest Ra across the feed, um; 0 for no limit.
+    /// `multi-scale`, `smooth` of rows: largest Ra across the feed, um; 0 for no limit.
     pub ra_um: Option<f64>,
-    /// `multi-scale`: evaluation length of Ra, mm.
+    /// `multi-scale`, `smooth` of rows: evaluation length of Ra, mm.
     pub evaluation_length_mm: Option<f64>,
-    /// `multi-scale`: way at both ends of a row that is not judged while its first and last axis stay, mm.
+    /// `multi-scale`, `smooth` of rows: way at both ends of a row that is not judged while its first and last axis stay, mm.
     pub run_in_mm: Option<f64>,
     /// `smooth`: where the limits of the axis come from.
     pub channel: Option<ChannelFile>,
-    /// `smooth`: largest lean of the tool axis from the normal in the channel of the tool, degrees.
+    /// `smooth`: largest lean of the tool axis from the normal in the channel of the tool and of rows, degrees.
     pub lean_max_deg: Option<f64>,
     /// `smooth`: the rotary axis does not turn back.
     pub monotone: Option<bool>,
+    /// `smooth` of rows: largest turn of the tool axis from the program's own, degrees.
+    pub turn_max_deg: Option<f64>,
+    /// `smooth` of rows: whether the axes at both ends of a row stay.
+    pub ends: Option<EndsFile>,
 }
 
 /// Where the limits of a tool axis come from.
@@ -69,11 +77,59 @@ pub enum ChannelFile {
     Clearance,
     /// What the tool leaves free beside part and fixtures, up to `lean_max_deg`.
     Tool,
+    /// Both rotary joints free, row by row.
+    Rows,
+}
+
+/// Whether the axes at both ends of a row stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EndsFile {
+    /// As the program has them.
+    Kept,
+    /// They move as all others do.
+    Free,
+}
+
+impl EndsFile {
+    /// Every rule with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("kept", Self::Kept), ("free", Self::Free)];
 }
 
 impl ChannelFile {
     /// Every channel with its name.
-    pub const NAMES: [(&'static str, Self); 2] = [("clearance", Self::Clearance), ("tool", Self::Tool)];
+    pub const NAMES: [(&'static str, Self); 3] =
+        [("clearance", Self::Clearance), ("tool", Self::Tool), ("rows", Self::Rows)];
+}
+
+/// What the axes between keys are the least of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CriterionFile {
+    /// The sum of the paper between two keys each, with windows at the keys.
+    Paper,
+    /// That sum over the whole row.
+    TrueMinimum,
+}
+
+impl CriterionFile {
+    /// Every criterion with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("paper", Self::Paper), ("true-minimum", Self::TrueMinimum)];
+}
+
+/// Where the axes of keys come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum KeyAxesFile {
+    /// The program's own, up to `cap_deg`.
+    Program,
+    /// They are looked for in the free cells of their contacts.
+    Search,
+}
+
+impl KeyAxesFile {
+    /// Every rule with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("program", Self::Program), ("search", Self::Search)];
 }
 
 /// Methods that re-plan tool axes.
@@ -149,7 +205,7 @@ impl JunctionFile {
 
 impl RescheduleFile {
     /// Keys of options, in the order of the scene file.
-    pub const OPTIONS: [&'static str; 21] = [
+    pub const OPTIONS: [&'static str; 25] = [
         "clearance_deg",
         "inset_deg",
         "start_flat_mm",
@@ -171,6 +227,10 @@ impl RescheduleFile {
         "channel",
         "lean_max_deg",
         "monotone",
+        "turn_max_deg",
+        "ends",
+        "criterion",
+        "key_axes",
     ];
 
     /// Options that a method reads.
@@ -181,12 +241,39 @@ impl RescheduleFile {
             }
             MethodFile::Quaternion => &["clearance_deg", "keys"],
             MethodFile::Singularity => &["cone_deg", "rate_deg_mm", "junction"],
-            MethodFile::MinAngularAcceleration => &["cap_deg", "window_mm"],
+            MethodFile::MinAngularAcceleration => &["cap_deg", "window_mm", "criterion", "key_axes"],
             MethodFile::MultiScale => {
                 &["strip_min_mm", "strip_max_mm", "strip_height_mm", "ra_um", "evaluation_length_mm", "run_in_mm"]
             }
-            MethodFile::Smooth => &["channel", "clearance_deg", "lean_max_deg", "monotone"],
+            MethodFile::Smooth => &[
+                "channel",
+                "clearance_deg",
+                "lean_max_deg",
+                "monotone",
+                "turn_max_deg",
+                "ends",
+                "strip_min_mm",
+                "strip_max_mm",
+                "strip_height_mm",
+                "ra_um",
+                "evaluation_length_mm",
+                "run_in_mm",
+            ],
         }
+    }
+
+    /// Options that the method reads with the channel and the criterion that are given.
+    pub fn read(&self) -> Vec<&'static str> {
+        let all = Self::options_of(self.method).iter().copied();
+        let rows = self.channel == Some(ChannelFile::Rows);
+        all.filter(|key| match (self.method, *key) {
+            (MethodFile::MinAngularAcceleration, "window_mm") => self.criterion != Some(CriterionFile::TrueMinimum),
+            (MethodFile::Smooth, "channel" | "lean_max_deg") => true,
+            (MethodFile::Smooth, "clearance_deg" | "monotone") => !rows,
+            (MethodFile::Smooth, _) => rows,
+            _ => true,
+        })
+        .collect()
     }
 
     /// Options that are given, as `KEY=VALUE`.
@@ -216,13 +303,17 @@ impl RescheduleFile {
             self.channel.map(|c| ChannelFile::NAMES.iter().find(|(_, k)| *k == c).map_or("", |(n, _)| n).to_owned()),
             self.lean_max_deg.map(number),
             self.monotone.map(|m| m.to_string()),
+            self.turn_max_deg.map(number),
+            self.ends.map(|e| name_of(&EndsFile::NAMES, e)),
+            self.criterion.map(|c| name_of(&CriterionFile::NAMES, c)),
+            self.key_axes.map(|k| name_of(&KeyAxesFile::NAMES, k)),
         ];
         Self::OPTIONS.into_iter().zip(values).filter_map(|(key, value)| Some((key, value?))).collect()
     }
 
     /// An option that is given and that the method does not read.
     pub fn unread(&self) -> Option<&'static str> {
-        let read = Self::options_of(self.method);
+        let read = self.read();
         self.given().into_iter().map(|(key, _)| key).find(|key| !read.contains(key))
     }
 
@@ -260,6 +351,10 @@ impl RescheduleFile {
             "evaluation_length_mm" => self.evaluation_length_mm = Some(number()?),
             "run_in_mm" => self.run_in_mm = Some(number()?),
             "lean_max_deg" => self.lean_max_deg = Some(number()?),
+            "turn_max_deg" => self.turn_max_deg = Some(number()?),
+            "ends" => self.ends = Some(named(&EndsFile::NAMES, key, value)?),
+            "criterion" => self.criterion = Some(named(&CriterionFile::NAMES, key, value)?),
+            "key_axes" => self.key_axes = Some(named(&KeyAxesFile::NAMES, key, value)?),
             "monotone" => {
                 let Ok(monotone) = value.parse::<bool>() else {
                     return Err((format!("{key}={value} is neither true nor false"), "write true or false".to_owned()));
@@ -323,6 +418,23 @@ impl RescheduleFile {
             channel: None,
             lean_max_deg: None,
             monotone: None,
+            turn_max_deg: None,
+            ends: None,
+            criterion: None,
+            key_axes: None,
+        }
+    }
+
+    /// Rules of a bull-nose.
+    fn multi_scale(&self) -> MultiScale {
+        let defaults = MultiScale::default();
+        let [narrow, wide] = defaults.strip;
+        MultiScale {
+            strip: [self.strip_min_mm.unwrap_or(narrow), self.strip_max_mm.unwrap_or(wide)],
+            strip_height: self.strip_height_mm.unwrap_or(defaults.strip_height),
+            roughness: self.ra_um.map_or(defaults.roughness, |um| 1e-3 * um),
+            evaluation_length: self.evaluation_length_mm.unwrap_or(defaults.evaluation_length),
+            run_in: self.run_in_mm.unwrap_or(defaults.run_in),
         }
     }
 
@@ -352,17 +464,26 @@ impl RescheduleFile {
                 Box::new(MinAngularAcceleration {
                     cap: self.cap_deg.map_or(defaults.cap, |d| d * TAU / 360.0),
                     window: self.window_mm.unwrap_or(defaults.window),
+                    criterion: match self.criterion {
+                        None => defaults.criterion,
+                        Some(CriterionFile::Paper) => Criterion::Paper,
+                        Some(CriterionFile::TrueMinimum) => Criterion::TrueMinimum,
+                    },
+                    search: self.key_axes.map_or(defaults.search, |k| k == KeyAxesFile::Search),
                 })
             }
-            MethodFile::MultiScale => {
-                let defaults = MultiScale::default();
-                let [narrow, wide] = defaults.strip;
-                Box::new(MultiScale {
-                    strip: [self.strip_min_mm.unwrap_or(narrow), self.strip_max_mm.unwrap_or(wide)],
-                    strip_height: self.strip_height_mm.unwrap_or(defaults.strip_height),
-                    roughness: self.ra_um.map_or(defaults.roughness, |um| 1e-3 * um),
-                    evaluation_length: self.evaluation_length_mm.unwrap_or(defaults.evaluation_length),
-                    run_in: self.run_in_mm.unwrap_or(defaults.run_in),
+            MethodFile::MultiScale => Box::new(self.multi_scale()),
+            MethodFile::Smooth if self.channel == Some(ChannelFile::Rows) => {
+                let defaults = SmoothRows::default();
+                Box::new(SmoothRows {
+                    lean_max: self.lean_max_deg.map_or(defaults.lean_max, |d| d * TAU / 360.0),
+                    turn_max: self.turn_max_deg.map(|d| d * TAU / 360.0),
+                    ends: match self.ends {
+                        None => defaults.ends,
+                        Some(EndsFile::Kept) => RowEnds::Kept,
+                        Some(EndsFile::Free) => RowEnds::Free,
+                    },
+                    rules: self.multi_scale(),
                 })
             }
             MethodFile::Smooth => {
@@ -370,7 +491,7 @@ impl RescheduleFile {
                 Box::new(Smooth {
                     channel: match self.channel {
                         None => defaults.channel,
-                        Some(ChannelFile::Clearance) => ChannelKind::Clearance,
+                        Some(ChannelFile::Clearance | ChannelFile::Rows) => ChannelKind::Clearance,
                         Some(ChannelFile::Tool) => ChannelKind::Tool,
                     },
                     clearance,
@@ -393,4 +514,15 @@ impl RescheduleFile {
             }
         }
     }
+}
+
+fn name_of<T: Copy + PartialEq>(names: &[(&'static str, T)], value: T) -> String {
+    names.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name).to_owned()
+}
+
+fn named<T: Copy>(names: &[(&'static str, T)], key: &str, value: &str) -> Result<T, (String, String)> {
+    names.iter().find(|(name, _)| *name == value).map(|(_, v)| *v).ok_or_else(|| {
+        let all: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+        (format!("{key}={value} is none of its words"), format!("write one of {}", all.join(", ")))
+    })
 }

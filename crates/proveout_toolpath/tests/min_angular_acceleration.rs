@@ -9,7 +9,7 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::Cutter;
 use proveout_toolpath::reschedule::{
     CuttingBlock, CuttingRun, FeasibleRegion, Method, MinAngularAcceleration, Surroundings, between_keys, capped,
-    inflections,
+    inflections, true_minimum,
 };
 
 fn rows(text: &str) -> Vec<Vec<f64>> {
@@ -261,4 +261,74 @@ fn ball_centers_stay_and_what_it_is_not_for_is_refused_with_the_block() {
     assert!(method.reschedule(&upright, &region).is_ok());
     let (code, line) = refused(&leaned, method, &region);
     assert!(code == "reschedule-channel" && line > 1 && (line as usize) < n, "{line} of {n}");
+}
+
+/// The specification's example: two intervals of ten steps with mean rates 1 and 2. The law between keys has a sum of 1.0, the least one 0.149.
+#[test]
+fn over_the_whole_row_the_sum_is_less_than_between_two_keys_each() {
+    let scale = 0.01;
+    let axis = |a: f64| Vector::new(0.0, -a.sin(), a.cos());
+    let arc: Vec<f64> = (0..=20).map(f64::from).collect();
+    let keys = [(0, axis(0.0)), (10, axis(10.0 * scale)), (20, axis(30.0 * scale))];
+    let law = between_keys(&arc, &keys, 0.0);
+    let turn = |a: &Vector, b: &Vector| a.cross(b).norm().atan2(a.dot(b));
+    let sum = |axes: &[Vector]| -> f64 {
+        let rates: Vec<f64> = axes.windows(2).map(|w| turn(&w[0], &w[1])).collect();
+        rates.windows(2).map(|r| (r[1] - r[0]).powi(2)).sum::<f64>() / (scale * scale)
+    };
+    let (least, told) = true_minimum(&arc, &keys, law.clone());
+    assert!((sum(&law) - 1.0).abs() < 1e-9 && (sum(&least) - 0.149).abs() < 5e-4, "{} {}", sum(&law), sum(&least));
+    assert!((told / (scale * scale) - sum(&least)).abs() < 1e-6);
+    for (i, key) in keys {
+        assert!((least[i] - key).norm() < 1e-12, "keys stay");
+    }
+    // On one great circle it is the spline of numbers: rates have no jump that a small move of an axis could take down.
+    assert!(least.iter().all(|a| a.x.abs() < 1e-9));
+}
+
+/// On the sphere, off any one great circle and with unequal steps: no small move of any axis lowers the sum.
+#[test]
+fn no_small_move_of_an_axis_lowers_the_true_minimum() {
+    let mut state = 5_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for _ in 0..20 {
+        let mut arc = vec![0.0];
+        for _ in 0..60 {
+            arc.push(arc[arc.len() - 1] + 0.3 + random());
+        }
+        let keys: Vec<(usize, Vector)> = [0, 17, 33, 60]
+            .into_iter()
+            .map(|i| (i, Vector::new(1.2 * (random() - 0.5), 1.2 * (random() - 0.5), 1.0).normalize()))
+            .collect();
+        let law = between_keys(&arc, &keys, 0.0);
+        let turn = |a: &Vector, b: &Vector| {
+            let across = b - a * b.dot(a);
+            across * (across.norm().atan2(b.dot(a)) / across.norm().max(1e-15))
+        };
+        let sum = |axes: &[Vector]| -> f64 {
+            let rate = |i: usize, j: usize| turn(&axes[i], &axes[j]) / (arc[j] - arc[i]).abs();
+            (1..axes.len() - 1).map(|i| (rate(i, i + 1) + rate(i, i - 1)).norm_squared()).sum()
+        };
+        let (least, told) = true_minimum(&arc, &keys, law.clone());
+        let best = sum(&least);
+        assert!((told - best).abs() < 1e-9 * best && best < sum(&law), "{told} {best}");
+        for _ in 0..200 {
+            let size = 1e-4 * (0.2 + random());
+            let bend: Vec<f64> = (0..6).map(|_| size * (random() - 0.5)).collect();
+            let moved: Vec<Vector> = (0..least.len())
+                .map(|i| {
+                    if keys.iter().any(|(k, _)| *k == i) {
+                        return least[i];
+                    }
+                    let x = i as f64 / 60.0;
+                    let by = |k: usize| bend[k] * (1.0 + k as f64 * 6.0 * x).sin();
+                    (least[i] + Vector::new(by(1) + by(3), by(2) + by(4), by(5))).normalize()
+                })
+                .collect();
+            assert!(sum(&moved) > best * (1.0 - 2e-6), "{} {best}", sum(&moved));
+        }
+    }
 }

@@ -33,7 +33,9 @@ pub use certificate::{
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
 pub use error::RescheduleError;
-pub use min_angular_acceleration::{MinAngularAcceleration, between_keys, capped, inflections};
+pub use min_angular_acceleration::{
+    Criterion, MinAngularAcceleration, between_keys, capped, inflections, true_minimum,
+};
 pub use multi_scale::{
     BullNose, ContactFrame, CrossSection, Judged, MultiScale, basis, critical, fitted as fitted_curves, leaned,
     mean_deviation, value as curve_value,
@@ -42,7 +44,7 @@ pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};
 pub use section::{Layer, SectionPath};
 pub use singularity::{Junction, PoleAngles, PoleStretch, Singularity, between, fitted, pole_angles};
-pub use smooth::{ChannelKind, Smooth, SmoothPlan, TurnLimits};
+pub use smooth::{ChannelKind, RowEnds, Smooth, SmoothPlan, SmoothRows, TurnLimits};
 pub use study::{Curve, CurveKind, Figure, Quantity, Study};
 pub use taut::{Gate, free_taut_string, taut_string};
 pub use tool_channel::ToolChannel;
@@ -102,6 +104,11 @@ pub trait FeasibleRegion {
         let _ = turn;
         None
     }
+
+    /// How far from the tip anything is that [`Self::clearance`] looks at, mm; none where that is not known.
+    fn reach(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// A turn of the tool axis about a direction, with the center of the tool's ball held:
@@ -125,6 +132,12 @@ pub trait TimeLaw {
     /// Time of every block of the run with these poses, s; of the first one, which comes from somewhere else, too. None where the control
     /// refuses the motion.
     fn block_times(&self, poses: &[ToolPose]) -> Option<Vec<f64>>;
+
+    /// The same with positions of the rotary joints at the blocks, which poses at a pole do not tell.
+    fn joint_times(&self, poses: &[ToolPose], rotary: Option<&[JointValues]>) -> Option<Vec<f64>> {
+        let _ = rotary;
+        self.block_times(poses)
+    }
 }
 
 /// What a method may ask about. Everything is in the frame of the run.
@@ -142,6 +155,8 @@ pub struct Surroundings<'a> {
     pub region: Option<&'a dyn FeasibleRegion>,
     /// How long the control takes for new poses, for methods that are led by it.
     pub time_law: Option<&'a dyn TimeLaw>,
+    /// The program gives tool vectors: what [`Rescheduled::rotary`] says cannot be written.
+    pub vectors: bool,
     /// All runs of the program as they stand, for methods that look at the rows beside theirs.
     pub rows: &'a [CuttingRun],
     /// Which of them this run is.
@@ -151,7 +166,17 @@ pub struct Surroundings<'a> {
 impl<'a> Surroundings<'a> {
     /// A cutter and a table axis; nothing else is known.
     pub fn new(cutter: &'a Profile, table_axis: Vector) -> Self {
-        Self { cutter, table_axis, machine: None, surface: None, region: None, time_law: None, rows: &[], row: 0 }
+        Self {
+            cutter,
+            table_axis,
+            machine: None,
+            surface: None,
+            region: None,
+            time_law: None,
+            vectors: false,
+            rows: &[],
+            row: 0,
+        }
     }
 }
 

@@ -27,9 +27,9 @@ use super::{AxisTurn, Channel, RescheduleError, SectionPath, Surroundings};
 /// A block is looked at in parts of at most this length, mm.
 const PART_MM: f64 = 0.5;
 /// Ball centers of a block are no farther from its chord than this, mm: rounding of a text, and the arc of a ball that turns.
-const CHORD_MM: f64 = 0.005;
+pub(super) const CHORD_MM: f64 = 0.005;
 /// Axes between two blocks are no farther from the turn than this, radian: a great circle beside a circle of equal inclination.
-const CIRCLE: f64 = 2e-4;
+pub(super) const CIRCLE: f64 = 2e-4;
 
 /// What limits the channel beside freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,7 +141,7 @@ impl ToolChannel {
 }
 
 /// Intervals that are in both lists, modulo turns.
-fn both(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
+pub(super) fn both(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let whole = |i: &[f64; 2]| i[1] - i[0] >= TAU * (1.0 - 1e-12);
     let mut out = Vec::new();
     for x in a {

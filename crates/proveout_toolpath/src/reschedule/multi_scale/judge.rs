@@ -34,7 +34,7 @@ pub struct Judged {
 }
 
 /// A contact with its rules.
-pub(super) struct Judge {
+pub(in super::super) struct Judge {
     pub(super) frame: ContactFrame,
     /// Smallest and largest inclination along the feed, radian; the first above the second where none will do.
     pub(super) limits: [f64; 2],
@@ -119,6 +119,22 @@ impl Judge {
             excess = excess.max((rough - self.method.roughness) / self.method.roughness);
         }
         excess
+    }
+
+    /// Whether an axis of the run keeps all rules, their limits taken narrower by a part of them: [`Self::excess`] without what a rule that is broken
+    /// makes needless.
+    pub(in super::super) fn keeps(&self, axis: &Vector, margin: f64) -> bool {
+        let t = self.frame.local(axis);
+        let [narrow, wide] = self.method.strip;
+        if t.z <= 0.0 || critical(self.tool.form(&t), self.form) < -1e-9 {
+            return false;
+        }
+        let Some(width) = self.width(&t) else { return false };
+        if width > wide * (1.0 - margin) || width < narrow * (1.0 + margin) {
+            return false;
+        }
+        let limit = self.method.roughness;
+        !self.rows || limit == 0.0 || self.section.roughness(&self.tool, &t) <= limit * (1.0 - margin)
     }
 
     /// What an axis does, in the frame of the contact.

@@ -42,8 +42,9 @@ use crate::path::PathCutter;
 pub use bull_nose::{BullNose, critical};
 pub use cross_section::{ContactFrame, CrossSection, leaned, mean_deviation};
 pub use fit::{basis, fitted, value};
+pub(super) use judge::Judge;
 pub use judge::Judged;
-use judge::{Judge, study};
+use judge::study;
 
 /// Coefficients of a curve at the start.
 const COEFFICIENTS: usize = 21;
@@ -142,43 +143,53 @@ impl MultiScale {
     }
 }
 
-impl Method for MultiScale {
-    fn name(&self) -> &'static str {
-        "multi-scale"
-    }
+/// Refuses a run at its first block.
+fn refusing<T>(run: &CuttingRun) -> impl Fn(&'static str, &str, &str) -> Result<T, RescheduleError> + use<T> {
+    let first = run.blocks.first().map_or(0, |b| b.line);
+    move |code, message, help| Err(RescheduleError::new(code, first, message, help))
+}
 
-    fn source(&self) -> &'static str {
-        "Dong et al. 2023, doi:10.3390/mi14061199"
-    }
+/// The contacts of a row with what the method asks of them.
+pub(super) struct RowRules {
+    /// The blocks along the surface.
+    pub(super) stretch: Range<usize>,
+    /// Contacts of all blocks.
+    pub(super) contacts: Vec<Touching>,
+    /// Rules of the blocks of the stretch.
+    pub(super) judges: Vec<Judge>,
+    /// Way along their contacts, mm.
+    pub(super) arc: Vec<f64>,
+    /// Which of them are judged: not those of the run-in.
+    pub(super) judged: Vec<bool>,
+}
 
-    fn needs_region(&self) -> bool {
-        true
-    }
-
-    fn reschedule(&self, run: &CuttingRun, around: &Surroundings<'_>) -> Result<Rescheduled, RescheduleError> {
+impl MultiScale {
+    /// The rules at every contact of a row.
+    ///
+    /// # Errors
+    /// The tool has no corner radius, the surface is not known or does not reach to a block, there is no row beside this one.
+    pub(super) fn rules(
+        &self,
+        run: &CuttingRun,
+        around: &Surroundings<'_>,
+        cutter: &PathCutter,
+    ) -> Result<RowRules, RescheduleError> {
         self.check()?;
-        let first = run.blocks.first().map_or(0, |b| b.line);
-        let refuse = |code, message: &str, help: &str| Err(RescheduleError::new(code, first, message, help));
+        let refuse = refusing(run);
         let Some(tool) = BullNose::of(around.cutter) else {
             let help = "use a bull-nose cutter, or another method";
             return refuse("reschedule-tool", "the tool has no corner radius about a flat face", help);
-        };
-        let Some(rotary) = Rotary::new(around.machine) else {
-            return refuse("reschedule-path", "the machine has not two rotary joints", "choose a five-axis machine");
         };
         let Some(surface) = around.surface else {
             let help = "describe the surface of the scene under [part.blade]";
             return refuse("reschedule-path", "the surface that is cut is not known", help);
         };
-        let cutter = PathCutter::new(around.cutter.clone());
-        let all = contacts(run, &cutter, around)?;
-        let stretch = row_of(&all);
-        let contacts = &all[stretch.clone()];
-        let whole = run;
-        let run = &CuttingRun { blocks: run.blocks[stretch.clone()].to_vec() };
-        let frames = frames(run, contacts)?;
+        let contacts = contacts(run, cutter, around)?;
+        let stretch = row_of(&contacts);
+        let own = CuttingRun { blocks: run.blocks[stretch.clone()].to_vec() };
+        let frames = frames(&own, &contacts[stretch.clone()])?;
         let distances = match self.roughness > 0.0 {
-            true => judge::row_distances(&frames, around, &cutter),
+            true => judge::row_distances(&frames, around, cutter),
             false => vec![None; frames.len()],
         };
         if self.roughness > 0.0 && distances.iter().all(Option::is_none) {
@@ -195,6 +206,35 @@ impl Method for MultiScale {
         for i in 1..arc.len() {
             arc[i] = arc[i - 1] + (frames[i].point - frames[i - 1].point).norm();
         }
+        let total = arc.last().copied().unwrap_or(0.0);
+        let judged = arc.iter().map(|s| *s >= self.run_in && *s <= total - self.run_in).collect();
+        Ok(RowRules { stretch, contacts, judges, arc, judged })
+    }
+}
+
+impl Method for MultiScale {
+    fn name(&self) -> &'static str {
+        "multi-scale"
+    }
+
+    fn source(&self) -> &'static str {
+        "Dong et al. 2023, doi:10.3390/mi14061199"
+    }
+
+    fn needs_region(&self) -> bool {
+        true
+    }
+
+    fn reschedule(&self, run: &CuttingRun, around: &Surroundings<'_>) -> Result<Rescheduled, RescheduleError> {
+        self.check()?;
+        let cutter = PathCutter::new(around.cutter.clone());
+        let RowRules { stretch, contacts: all, judges, arc, .. } = self.rules(run, around, &cutter)?;
+        let Some(rotary) = Rotary::new(around.machine) else {
+            let help = "choose a five-axis machine";
+            return refusing(run)("reschedule-path", "the machine has not two rotary joints", help);
+        };
+        let whole = run;
+        let run = &CuttingRun { blocks: run.blocks[stretch.clone()].to_vec() };
         let work = Work { method: self, run, rotary: &rotary, judges: &judges, arc: &arc };
         let done = work.solve()?;
         let mut poses = Vec::with_capacity(whole.blocks.len());

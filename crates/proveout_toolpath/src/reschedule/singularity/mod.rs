@@ -228,26 +228,26 @@ impl Method for Singularity {
     }
 }
 
-/// Sum of the turns of the table, its largest rate, how often the polar angle turns back, and the largest jump of the table's rate from
-/// block to block.
-fn row_figures(row: &[PoleAngles], arc: &[f64]) -> [f64; 4] {
+/// Sum of the turns of the table, its largest rate, how often the polar angle turns back, the largest jump of the table's rate from
+/// block to block, and how often the table turns back.
+fn row_figures(row: &[PoleAngles], arc: &[f64]) -> [f64; 5] {
     let steps = || row.windows(2).zip(arc.windows(2));
     let travel: f64 = steps().map(|(p, _)| (p[1].azimuth - p[0].azimuth).abs()).sum();
     let rate = steps().map(|(p, s)| ((p[1].azimuth - p[0].azimuth) / (s[1] - s[0])).abs()).fold(0.0, f64::max);
-    let mut last = 0.0;
-    let mut reversals = 0.0;
-    for pair in row.windows(2) {
-        let step = pair[1].polar - pair[0].polar;
-        if step.abs() > 1e-9 {
+    let reversals = |of: fn(&PoleAngles) -> f64| {
+        let (mut last, mut count) = (0.0, 0.0);
+        for step in row.windows(2).map(|p| of(&p[1]) - of(&p[0])).filter(|s| s.abs() > 1e-9) {
             if last * step < 0.0 {
-                reversals += 1.0;
+                count += 1.0;
             }
             last = step;
         }
-    }
+        count
+    };
     let rates: Vec<f64> = steps().map(|(p, s)| (p[1].azimuth - p[0].azimuth) / (s[1] - s[0])).collect();
     let jump = rates.windows(2).map(|r| (r[1] - r[0]).abs()).fold(0.0, f64::max);
-    [travel.to_degrees(), rate.to_degrees(), reversals, jump.to_degrees()]
+    let [tilt, table] = [reversals(|p| p.polar), reversals(|p| p.azimuth)];
+    [travel.to_degrees(), rate.to_degrees(), tilt, jump.to_degrees(), table]
 }
 
 fn study(arc: &[f64], [row, new]: [&[PoleAngles]; 2], stretches: &[PoleStretch]) -> Study {
@@ -284,6 +284,8 @@ fn study(arc: &[f64], [row, new]: [&[PoleAngles]; 2], stretches: &[PoleStretch])
             figure("largest jump of the table's rate", "deg/mm", after[3]),
             figure("reversals of the tilt before", "", before[2]),
             figure("reversals of the tilt", "", after[2]),
+            figure("reversals of the table before", "", before[4]),
+            figure("reversals of the table", "", after[4]),
             figure("largest change of the tool axis", "deg", change.fold(0.0, f64::max).to_degrees()),
         ],
     }

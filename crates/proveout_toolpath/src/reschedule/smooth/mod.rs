@@ -17,6 +17,7 @@
 //! the tool are proved for whole blocks.
 
 pub(super) mod corridor_program;
+mod rows;
 mod spline_in_corridor;
 
 use std::f64::consts::TAU;
@@ -31,6 +32,7 @@ use super::{
     Channel, Curve, CurveKind, CuttingRun, Figure, Method, RescheduleError, Rescheduled, STHETA_DEFAULTS, STheta,
     SectionPath, Surroundings,
 };
+pub use rows::{RowEnds, SmoothRows};
 
 /// Part of the joint's velocity that is planned with at most.
 const VELOCITY_USED: f64 = 0.995;
@@ -218,6 +220,7 @@ impl Smooth {
             velocity: (VELOCITY_USED * limits.velocity).min(given * needed),
             rising: self.monotone,
             ramp: limits.ramp(),
+            rests: &[true, false],
         };
         // A channel that bends within a block leaves nothing but the string.
         Ok(match corridor.least_peak() {

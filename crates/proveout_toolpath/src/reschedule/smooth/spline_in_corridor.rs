@@ -38,6 +38,8 @@ pub(super) struct Corridor<'a> {
     pub(super) rising: bool,
     /// Acceleration of the ramps at both ends, rad/s2.
     pub(super) ramp: f64,
+    /// Whether the joint stands still at the ends, in the order in which it is tried.
+    pub(super) rests: &'a [bool],
 }
 
 /// The angle at each gate, with its largest acceleration between the ramps, rad/s2.
@@ -63,7 +65,7 @@ impl Corridor<'_> {
         let typical = blocks[steps / 2];
         BLOCKS_A_KNOT.into_iter().find_map(|count| {
             let cells = (self.span() / (count * typical)).ceil().clamp(2.0, (MOST_KNOTS * steps) as f64);
-            [true, false].into_iter().find_map(|rest| self.with_cells(cells as usize, rest, typical))
+            self.rests.iter().find_map(|rest| self.with_cells(cells as usize, *rest, typical))
         })
     }
 

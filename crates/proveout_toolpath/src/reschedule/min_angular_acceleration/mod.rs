@@ -13,8 +13,12 @@
 //!
 //! Chosen, since nothing is published: cap 47 degrees, windows of 6 mm on each side.
 //!
-//! Not built: the search for keys in free cells, and the least of the paper's sum over the whole row, which a spline through the keys on the
-//! sphere has. Whether all new axes are free is looked at where the surroundings know it.
+//! Two choices of this project: key axes may be *searched* in the free cells of their contacts, by the paper's own sum (`keys.rs`; its text leaves open how they
+//! are found); and in place of the law between keys the axes with the least of that sum over the whole row may be taken (`spline.rs`), of which
+//! the law is the least for one pair of keys only. Whether all new axes are free is looked at where the surroundings know it.
+
+mod keys;
+mod spline;
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -24,23 +28,39 @@ use super::{
     Curve, CurveKind, CuttingRun, Figure, Method, Quantity, RescheduleError, Rescheduled, Study, Surroundings, slerp,
 };
 
+use self::keys::{KeyPlace, KeySearch};
+pub use self::spline::true_minimum;
+
 /// Part of the largest second derivative of the profile below which it counts as straight.
 const STRAIGHT: f64 = 1e-3;
 /// Shortest row, blocks.
 const SHORTEST: usize = 5;
+
+/// What the axes between keys are the least of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Criterion {
+    /// The paper's sum between two keys each, with windows at the keys.
+    Paper,
+    /// The same sum over the whole row.
+    TrueMinimum,
+}
 
 /// Parameters of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MinAngularAcceleration {
     /// Largest lean of a key axis from the table's axis, radian.
     pub cap: f64,
-    /// Half of the window at a key, mm; zero for none.
+    /// Half of the window at a key, mm; zero for none. The true minimum has none.
     pub window: f64,
+    /// What the axes between keys are the least of.
+    pub criterion: Criterion,
+    /// Key axes are looked for in the free cells of their contacts; else they are the program's.
+    pub search: bool,
 }
 
 impl Default for MinAngularAcceleration {
     fn default() -> Self {
-        Self { cap: 47.0_f64.to_radians(), window: 6.0 }
+        Self { cap: 47.0_f64.to_radians(), window: 6.0, criterion: Criterion::Paper, search: false }
     }
 }
 
@@ -144,6 +164,55 @@ impl MinAngularAcceleration {
     }
 }
 
+impl MinAngularAcceleration {
+    /// Looks for the axes of the keys between both ends.
+    fn find_keys(
+        &self,
+        keys: &mut [(usize, Vector)],
+        run: &CuttingRun,
+        centers: &[Point],
+        arc: &[f64],
+        around: &Surroundings<'_>,
+    ) -> Result<(), RescheduleError> {
+        let (Some(first), Some(last)) = (keys.first().copied(), keys.last().copied()) else { return Ok(()) };
+        let line = |k: usize| keys.get(k).and_then(|(i, _)| run.blocks.get(*i)).map_or(0, |b| b.line);
+        if keys.len() < 3 {
+            return Ok(());
+        }
+        let Some(region) = around.region else {
+            let message = "what the tool must keep away from is not known, so that no key can be looked for";
+            let help = "give the scene a part or fixtures, or take the program's own axes as keys (key_axes=program)";
+            return Err(RescheduleError::new("reschedule-channel", line(1), message, help));
+        };
+        let place = |(i, _): &(usize, Vector)| KeyPlace {
+            center: centers[*i],
+            normal: around.surface.and_then(|s| s.contact(&centers[*i])).map(|c| c.normal),
+        };
+        let places: Vec<KeyPlace> = keys[1..keys.len() - 1].iter().map(place).collect();
+        let ways: Vec<f64> = keys.windows(2).map(|k| arc[k[1].0] - arc[k[0].0]).collect();
+        let search = KeySearch { region, up: around.table_axis, cap: self.cap };
+        match search.keys([first.1, last.1], &places, &ways) {
+            None => {
+                let message = "the free axes of this tool cannot be told, so that no key can be looked for";
+                let help = "take a ball end mill, or the program's own axes as keys (key_axes=program)";
+                Err(RescheduleError::new("reschedule-tool", line(1), message, help))
+            }
+            Some(Err(k)) => {
+                let message = format!(
+                    "no axis that leans by at most {:.1} degrees from the table's axis is free at this key",
+                    self.cap.to_degrees()
+                );
+                let help = "set a larger cap_deg, or take a slimmer or longer tool";
+                Err(RescheduleError::new("reschedule-channel", line(k + 1), message, help))
+            }
+            Some(Ok(found)) => {
+                keys[1..].iter_mut().zip(found).for_each(|(key, axis)| key.1 = axis);
+                Ok(())
+            }
+        }
+    }
+}
+
 impl Method for MinAngularAcceleration {
     fn name(&self) -> &'static str {
         "min-angular-acceleration"
@@ -201,14 +270,20 @@ impl Method for MinAngularAcceleration {
         let cuts = inflections(&row, &up);
         let mut at: Vec<usize> = [0].into_iter().chain(cuts.iter().copied()).chain([n - 1]).collect();
         at.dedup();
-        let keys: Vec<(usize, Vector)> =
+        let mut keys: Vec<(usize, Vector)> =
             at.iter().map(|&i| (i, capped(&run.blocks[i].pose.axis, &up, self.cap))).collect();
+        if self.search {
+            self.find_keys(&mut keys, run, &centers, &arc, around)?;
+        }
         if let Some(pair) = keys.windows(2).find(|p| p[0].1.dot(&p[1].1) < -1.0 + 1e-9) {
             let line = run.blocks[pair[1].0].line;
             let message = "two key axes are opposite to each other: no great circle is between them";
             return Err(RescheduleError::new("reschedule-path", line, message, "set a smaller cap"));
         }
-        let axes = between_keys(&arc, &keys, self.window);
+        let axes = match self.criterion {
+            Criterion::Paper => between_keys(&arc, &keys, self.window),
+            Criterion::TrueMinimum => true_minimum(&arc, &keys, between_keys(&arc, &keys, 0.0)).0,
+        };
         let poses: Vec<ToolPose> =
             centers.iter().zip(&axes).map(|(c, axis)| ToolPose { tip: c - axis * radius, axis: *axis }).collect();
         if let Some(region) = around.region {
@@ -246,6 +321,15 @@ fn study(run: &CuttingRun, arc: &[f64], axes: &[Vector], keys: &[(usize, Vector)
             .fold(0.0, f64::max)
             .to_degrees()
     };
+    // The paper's sum (28), the turn for a mm of way as a vector.
+    let squares = |axes: &[Vector]| {
+        let weight: Vec<f64> = arc.windows(2).map(|s| 1.0 / (s[1] - s[0])).collect();
+        (1..axes.len() - 1)
+            .map(|i| touching(&axes[i], &axes[i + 1]) * weight[i] + touching(&axes[i], &axes[i - 1]) * weight[i - 1])
+            .map(|change| change.norm_squared())
+            .sum::<f64>()
+            * 1_f64.to_degrees().powi(2)
+    };
     let before: Vec<Vector> = run.blocks.iter().map(|b| b.pose.axis).collect();
     let figure = |name, unit, value| Figure { name, unit, value };
     Study {
@@ -258,6 +342,8 @@ fn study(run: &CuttingRun, arc: &[f64], axes: &[Vector], keys: &[(usize, Vector)
             figure("key axes", "", keys.len() as f64),
             figure("largest change of turning before", "deg/mm2", change(&before)),
             figure("largest change of turning", "deg/mm2", change(axes)),
+            figure("sum of squared changes of turning before", "deg2/mm2", squares(&before)),
+            figure("sum of squared changes of turning", "deg2/mm2", squares(axes)),
         ],
     }
 }
