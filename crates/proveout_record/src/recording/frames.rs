@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 /// Frames that may be joined: when twice as many are held, every second one is joined with its successor.
 const FRAMES: usize = 32;
-/// First spacing, s.
-const FIRST_SPACING: f64 = 0.5;
+/// First spacing, s: a short job shows its stock often enough, and the pictures that joining takes away again stay few.
+const FIRST_SPACING: f64 = 1.5;
 
 /// The parts that changed up to a time.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,6 +120,6 @@ mod tests {
         let mut frames = Frames::default();
         assert!(frames.due(0.0));
         frames.push(Frame { time: 0.0, keep: false, parts: BTreeMap::from([(0, 1)]) });
-        assert!(!frames.due(0.4) && frames.due(0.5));
+        assert!(!frames.due(0.9 * FIRST_SPACING) && frames.due(FIRST_SPACING));
     }
 }

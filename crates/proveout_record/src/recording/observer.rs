@@ -17,7 +17,7 @@ use rerun::{EntityPath, RecordingStreamBuilder};
 use crate::{
     color::{Rgba, STEEL},
     error::RecordError,
-    gather::SurfacePicture,
+    gather::{ShownSurface, SurfacePicture},
     mode::{RECORDING_FILE, RerunMode},
     part::{MAP_SIDE, MOST_MAPS, colors_of, range_floor},
     picture::Picture,
@@ -359,7 +359,11 @@ impl Open {
         }
         self.limits(setup, end)?;
         self.send(1)?;
-        self.stock_frame(end, true, outcome.stock, outcome.patches)?;
+        let shown = std::mem::replace(&mut self.surface, SurfacePicture::new(SURFACE_TRIANGLES)).finish();
+        // The measured surface takes the place of the tiles at the same moment.
+        if shown.picture.triangles.is_empty() {
+            self.stock_frame(end, true, outcome.stock, outcome.patches)?;
+        }
         self.send_frames()?;
         self.send_path(end)?;
         // Findings of the judgement (gouge, excess, inspection) have no time: they belong to the end.
@@ -368,8 +372,7 @@ impl Open {
         }
         let verdict = format!("Verdict: {:?}", outcome.verdict.verdict).to_lowercase();
         self.sink.text(path(["log", "verdict"]), end, Level::Info, &verdict)?;
-        let surface = std::mem::replace(&mut self.surface, SurfacePicture::new(SURFACE_TRIANGLES));
-        self.surface(setup, surface, end)?;
+        self.surface(setup, &shown, end)?;
         self.textures(end)?;
         for (time, picture, colors) in &self.axes {
             let entity = path(["machine", "table", "work", "free_axes"]);
@@ -479,8 +482,7 @@ impl Open {
     }
 
     /// Puts the measured surface in the place of the stock's tiles.
-    fn surface(&self, setup: &Setup<'_>, surface: SurfacePicture, end: f64) -> Result<(), RecordError> {
-        let shown = surface.finish();
+    fn surface(&self, setup: &Setup<'_>, shown: &ShownSurface, end: f64) -> Result<(), RecordError> {
         if shown.picture.triangles.is_empty() {
             return Ok(());
         }
