@@ -152,6 +152,9 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
     for peak in &run.constant_feed {
         let _ = writeln!(out, "  {}", least_peak(peak));
     }
+    if !run.joints.is_empty() && run.constant_feed.is_empty() {
+        out.push_str("  at the programmed times no motion of the table in the channel was found: it is too slow for them\n");
+    }
     if !run.original_inside {
         let _ = writeln!(out, "  the axes of {} leave the channel", all.from);
     }
@@ -216,7 +219,7 @@ fn slides(linear: &[LinearCertificate], feed: f64) -> Option<String> {
 /// What the table needs at the programmed times.
 fn least_peak(peak: &ConstantFeed) -> String {
     let unit = if peak.order == 2 { "deg/s2" } else { "deg/s3" };
-    let which = if peak.sense == 0.0 { "" } else { " without turning back" };
+    let which = if peak.one_way() { " without turning back" } else { "" };
     format!(
         "at the programmed times {}{which} needs {:.1} {unit} at least ({:.1} are enough at the ends of blocks); these axes have {:.1}",
         peak.joint, peak.proved_deg, peak.reached_deg, peak.program_deg

@@ -392,7 +392,8 @@ pub(crate) fn certify(
     let table = alternatives.table.and_then(|k| Some((schedules.joints.get(k)?, after.get(k)?)));
     let constant_feed = table.map_or_else(Vec::new, |(joint, own)| {
         let gates: Vec<[f64; 2]> = joint.gates.iter().map(|[low, high]| [low + rounding, high - rounding]).collect();
-        constant_feed::constant_feed(&joint.name, &schedules.least, &gates, own)
+        let velocity = joint.limits.velocity * (1.0 + LIMIT_PASSED);
+        constant_feed::constant_feed(&joint.name, &schedules.least, &gates, velocity, own)
     });
     let names: Vec<&str> = ways.iter().map(|w| w.program).collect();
     let rests_on = vec![format!(

@@ -1,8 +1,8 @@
 //! The least peak of acceleration or jerk at programmed times, by the weights of its dual.
 //!
 //! A divided difference of order m is a mean of the m-th derivative. It is counted here by the recursion of Newton, from the positions up; the product
-//! has closed weights. Pulling at the positions with the weights w of the differences (`sum |w| <= 1`), and back with `m >= 0` at every step that must not
-//! turn back, proves what the gates leave of it.
+//! has closed weights. Pulling at the positions with the weights w of the differences (`sum |w| <= 1`), and at the steps between them
+//! with pushes whose limits count against it, proves what the gates leave of it.
 
 use serde_json::Value;
 
@@ -30,9 +30,18 @@ fn pull(nodes: &[f64]) -> Vec<f64> {
 
 pub(super) fn check(run: &Value, peak: &Value) -> Result<(), Failure> {
     let order = peak["order"].as_u64().filter(|m| matches!(m, 2 | 3)).ok_or_else(|| wrong("a peak of no known order"))? as usize;
-    let sense = number(peak, "sense")?;
+    let velocity = numbers(peak, "velocity_deg_s")?;
+    let &[slowest, fastest] = velocity.as_slice() else { return Err(wrong("a least peak has not two velocities")) };
+    if slowest > 0.0 || fastest < 0.0 {
+        return Err(wrong("a least peak must not stand"));
+    }
     let joint = list(run, "joints")?.iter().find(|j| j["name"] == peak["joint"]);
     let joint = joint.ok_or_else(|| wrong("the joint of a least peak is not in the certificate"))?;
+    let limit = number(joint, "velocity_deg_s")? * (1.0 + number(run, "limit_passed")?);
+    let reaches = |v: f64| v == 0.0 || v.abs() >= limit * (1.0 - ROUNDED);
+    if !(reaches(slowest) && reaches(fastest)) || slowest == fastest {
+        return Err(wrong("a least peak is about slower motions than the joint's limit allows"));
+    }
     let rounding = number(run, "rounding_deg")?;
     let gates: Option<Vec<[f64; 2]>> = list(joint, "gates_deg")?
         .iter()
@@ -46,16 +55,12 @@ pub(super) fn check(run: &Value, peak: &Value) -> Result<(), Failure> {
         }
         times.push(times[times.len() - 1] + t);
     }
-    let (weights, turns) = (numbers(peak, "weights")?, numbers(peak, "turns")?);
-    let blocks = times.len() - 1;
-    if gates.len() != times.len() || weights.len() + order != times.len() || !(turns.is_empty() || turns.len() == blocks) {
-        return Err(wrong("a least peak has not a weight for each difference"));
+    let (weights, pushes) = (numbers(peak, "weights")?, numbers(peak, "pushes")?);
+    if gates.len() != times.len() || weights.len() + order != times.len() || pushes.len() + 1 != times.len() {
+        return Err(wrong("a least peak has not a weight for each difference and a push for each block"));
     }
-    if weights.iter().map(|w| w.abs()).sum::<f64>() > 1.0 + ROUNDED || turns.iter().any(|m| *m < 0.0) {
-        return Err(wrong("the weights of a least peak prove nothing: their sum is above one, or one that must not be is below zero"));
-    }
-    if sense.abs() != 1.0 && !turns.is_empty() {
-        return Err(wrong("a least peak has no sense"));
+    if weights.iter().map(|w| w.abs()).sum::<f64>() > 1.0 + ROUNDED {
+        return Err(wrong("the weights of a least peak prove nothing: their sum is above one"));
     }
     let mut on = vec![0.0; times.len()];
     for (i, w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
@@ -63,11 +68,14 @@ pub(super) fn check(run: &Value, peak: &Value) -> Result<(), Failure> {
             on[i + k] += w * p;
         }
     }
-    for (i, m) in turns.iter().enumerate() {
-        on[i] += sense * m;
-        on[i + 1] -= sense * m;
+    let mut against = 0.0;
+    for (i, p) in pushes.iter().enumerate() {
+        on[i] -= p;
+        on[i + 1] += p;
+        against += (p * fastest).max(p * slowest) * (times[i + 1] - times[i]);
     }
-    let proved: f64 = on.iter().zip(&gates).map(|(p, [low, high])| (p * low).min(p * high)).sum();
+    let gained: f64 = on.iter().zip(&gates).map(|(p, [low, high])| (p * low).min(p * high)).sum();
+    let proved = gained - against;
     let size: f64 = on.iter().zip(&gates).map(|(p, [low, high])| (p * low).abs().max((p * high).abs())).sum();
     let claimed = number(peak, "proved_deg")?;
     if claimed > proved + ROUNDED * proved.abs().max(1.0) + 1e-12 * size {

@@ -197,11 +197,15 @@ fn potentials_of_cells_are_checked_edge_by_edge() {
 fn weights_of_a_least_peak_are_counted_again() {
     let run = || {
         json!({
-            "rounding_deg": 0.5, "nominal_s": [0.1, 0.1, 0.1],
-            "joints": [{ "name": "A", "gates_deg": [[-2.5, 0.5], [0.5, 2.5], [-2.5, 0.5], [-9.5, 9.5]] }]
+            "rounding_deg": 0.5, "nominal_s": [0.1, 0.1, 0.1], "limit_passed": 0.0,
+            "joints": [{ "name": "A", "velocity_deg_s": 50.0, "gates_deg": [[-2.5, 0.5], [0.5, 2.5], [-2.5, 0.5], [-9.5, 9.5]] }]
         })
     };
-    let peak = || json!({ "joint": "A", "order": 2, "sense": 0.0, "proved_deg": 200.0, "weights": [-1.0, 0.0], "turns": [] });
+    let peak = || {
+        json!({
+            "joint": "A", "order": 2, "velocity_deg_s": [-50, 50], "proved_deg": 200.0, "weights": [-1.0, 0.0], "pushes": [0, 0, 0]
+        })
+    };
     let told = |change: &dyn Fn(&mut Value)| {
         let mut own = peak();
         change(&mut own);
@@ -209,10 +213,13 @@ fn weights_of_a_least_peak_are_counted_again() {
     };
     told(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
     type Change = fn(&mut Value);
-    let forgeries: [(Change, &str); 5] = [
+    let forgeries: [(Change, &str); 7] = [
         (|p| p["proved_deg"] = json!(201.0), "claims 201"),
         (|p| p["weights"] = json!([-2.0, 0.0]), "prove nothing"),
-        (|p| p["turns"] = json!([0.1, 0.0, 0.0]), "has no sense"),
+        // A push at a velocity limit that is not reached costs.
+        (|p| p["pushes"] = json!([0.1, 0.0, 0.0]), "claims 200"),
+        (|p| p["velocity_deg_s"] = json!([-5, 50]), "slower motions than the joint's limit"),
+        (|p| p["velocity_deg_s"] = json!([5, 50]), "must not stand"),
         (|p| p["order"] = json!(1), "of no known order"),
         (|p| p["joint"] = json!("C"), "not in the certificate"),
     ];

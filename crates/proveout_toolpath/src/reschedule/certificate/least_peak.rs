@@ -6,17 +6,19 @@
 //!   D_i q = m! sum_k q_i+k / prod_(l != k) (t_i+k - t_i+l)  =  integral of q^(m) B_i,    B_i >= 0, integral of B_i = 1      (Peano kernel)
 //! ```
 //!
-//! so that *every* motion with `|q^(m)| <= z` has `|D_i q| <= z`, whatever it does between the gates. The least z of `|D_i q| <= z`, `q` in the gates
-//! (and rising where the joint must not turn back) is therefore a bound for all motions in the channel at these times.
+//! so that *every* motion with `|q^(m)| <= z` has `|D_i q| <= z`, whatever it does between the gates. The least z of `|D_i q| <= z`, with q in the gates
+//! and each step `q_i+1 - q_i` between `a_i` and `b_i` (the velocity limit; zero on one side where the joint must not turn back) is therefore a bound for
+//! all motions in the channel at these times.
 //!
-//! *Dual.* For any weights w with `sum |w_i| <= 1` and any `m_i >= 0`
+//! *Dual.* For any weights w with `sum |w_i| <= 1` and any pushes p
 //!
 //! ```text
-//!   z  >=  sum w_i D_i q  >=  sum w_i D_i q - sum m_i s (q_i+1 - q_i)  =  c . q  >=  sum over gates of  c_g low_g where c_g > 0, c_g high_g where not
+//!   z  >=  sum w_i D_i q  >=  sum w_i D_i q + sum p_i (q_i+1 - q_i) - P  =  c . q - P      P = sum of p_i b_i where p_i > 0, p_i a_i where not
+//!      >=  C - P                                                                           C = sum of c_g low_g where c_g > 0, c_g high_g where not
 //! ```
 //!
-//! with s the sense of the motion, and no m where it may turn back. Nothing has to be believed of a solver: whatever w and m it gives, the last
-//! sum is a bound. That is what is written out, and what `cargo xtask verify-schedule` counts again.
+//! Nothing has to be believed of a solver: whatever w and p it gives, the last line is a bound. That is what is written out, and what
+//! `cargo xtask verify-schedule` counts again.
 //!
 //! Solved by the interior-point method of `smooth/corridor_program.rs`, in time that grows with the blocks.
 
@@ -30,16 +32,16 @@ const NOTHING: f64 = 1e-9;
 pub struct LeastPeak {
     /// 2: acceleration, 3: jerk.
     pub order: usize,
-    /// The sense in which the joint must not turn back, 1 or -1; 0 where it may.
-    pub sense: f64,
+    /// Lowest and highest velocity of all steps, in units of the gates and seconds.
+    pub velocity: [f64; 2],
     /// The peak of the best row of positions that was found, in units of the gates and seconds.
     pub reached: f64,
     /// What the dual proves: no motion in the channel has less.
     pub proved: f64,
     /// Weight of each divided difference.
     pub weights: Vec<f64>,
-    /// Multiplier of each block that must not turn back; empty where it may.
-    pub turns: Vec<f64>,
+    /// What the limits of each step push: above zero at the highest velocity, below at the lowest.
+    pub pushes: Vec<f64>,
 }
 
 /// Weights of a divided difference on its positions.
@@ -64,16 +66,16 @@ fn peak(times: &[f64], positions: &[f64], order: usize) -> f64 {
 }
 
 impl LeastPeak {
-    /// The least peak of a derivative (2 or 3) over blocks of these times (s) in gates, one more; rising with `sense` 1, falling with -1, either way
-    /// with 0. `start` is any row of positions. None where the gates are open or empty, there are too few, or none was found.
-    pub fn new(least: &[f64], gates: &[[f64; 2]], order: usize, sense: f64, start: &[f64]) -> Option<Self> {
+    /// The least peak of a derivative (2 or 3) over blocks of these times (s) in gates, one more, with steps between these velocities. `start` is any
+    /// row of positions. None where the gates are open or empty, there are too few, or none was found: no motion passes at these times, mostly.
+    pub fn new(least: &[f64], gates: &[[f64; 2]], order: usize, velocity: [f64; 2], start: &[f64]) -> Option<Self> {
         let n = gates.len();
         let sound = |t: &f64| t.is_finite() && *t > 0.0;
         let open = |[low, high]: &[f64; 2]| !(low.is_finite() && high.is_finite() && low <= high);
         if n < WEIGHTS + 1 || n != least.len() + 1 || start.len() != n || !matches!(order, 2 | 3) {
             return None;
         }
-        if gates.iter().any(open) || !least.iter().all(sound) {
+        if gates.iter().any(open) || !least.iter().all(sound) || open(&velocity) {
             return None;
         }
         let times = times(least);
@@ -95,12 +97,13 @@ impl LeastPeak {
             rows.push(Row { at, weights, low: 0.0, high: 0.0, peak: true });
         }
         let peaks = rows.len();
-        if sense != 0.0 {
-            for (i, t) in least.iter().enumerate() {
-                let slope = sense / (t * n as f64);
-                let (at, weights) = placed(i, [-slope, slope, 0.0, 0.0]);
-                rows.push(Row { at, weights, low: 0.0, high: f64::INFINITY, peak: false });
-            }
+        // Steps in parts of the fastest one.
+        let fastest = velocity[0].abs().max(velocity[1].abs()).max(f64::MIN_POSITIVE) / unit;
+        for (i, t) in least.iter().enumerate() {
+            let slope = 1.0 / (t * fastest);
+            let (at, weights) = placed(i, [-slope, slope, 0.0, 0.0]);
+            let [low, high] = velocity.map(|v| v / unit / fastest);
+            rows.push(Row { at, weights, low, high, peak: false });
         }
         let slopes = rows.len();
         for (i, [low, high]) in gates.iter().enumerate() {
@@ -110,24 +113,20 @@ impl LeastPeak {
         let program = CorridorProgram { unknowns: n, rows, smoothness: 0.0, peak_cost: 1.0 };
         let begin: Vec<f64> = start.iter().map(|q| (q - zero) / unit).collect();
         let (_, reached, pushes) = program.solved_with_multipliers(&begin)?;
-        // A lower limit pushes with the other sign; its row was divided by n t.
         let most = pushes[..peaks].iter().fold(0.0_f64, |m, w| m.max(w.abs()));
         let kept = |w: f64| if w.abs() > NOTHING * most { w } else { 0.0 };
         let weights: Vec<f64> = pushes[..peaks].iter().map(|w| kept(*w)).collect();
-        let turns: Vec<f64> = pushes[peaks..slopes]
-            .iter()
-            .zip(least)
-            .map(|(push, t)| (-push).max(0.0) * scale / (t * n as f64))
-            .collect();
+        let steps = pushes[peaks..slopes].iter().zip(least);
+        let steps: Vec<f64> = steps.map(|(push, t)| kept(*push) * scale / (t * fastest)).collect();
         let total: f64 = weights.iter().map(|w| w.abs()).sum();
         let even = |v: Vec<f64>| v.into_iter().map(|w| w / total.max(f64::MIN_POSITIVE)).collect();
         let mut out =
-            Self { order, sense, reached: reached * scale * unit, proved: 0.0, weights: even(weights), turns: even(turns) };
+            Self { order, velocity, reached: reached * scale * unit, proved: 0.0, weights: even(weights), pushes: even(steps) };
         out.proved = out.counted(&times, gates);
         if out.proved < 0.0 {
             // Rounding of a channel that a motion without any passes: no weights prove zero.
             out.weights.fill(0.0);
-            out.turns.fill(0.0);
+            out.pushes.fill(0.0);
             out.proved = 0.0;
         }
         Some(out)
@@ -141,11 +140,13 @@ impl LeastPeak {
                 pull[i + k] += weight * d;
             }
         }
-        for (i, turn) in self.turns.iter().enumerate() {
-            pull[i + 1] -= self.sense * turn;
-            pull[i] += self.sense * turn;
+        let mut limits = 0.0;
+        for (i, push) in self.pushes.iter().enumerate() {
+            pull[i + 1] += push;
+            pull[i] -= push;
+            limits += push * self.velocity[usize::from(*push > 0.0)] * (times[i + 1] - times[i]);
         }
-        pull.iter().zip(gates).map(|(c, [low, high])| if *c > 0.0 { c * low } else { c * high }).sum()
+        pull.iter().zip(gates).map(|(c, [low, high])| if *c > 0.0 { c * low } else { c * high }).sum::<f64>() - limits
     }
 }
 
@@ -181,7 +182,7 @@ mod tests {
                 })
                 .collect();
             let start: Vec<f64> = (0..=n).map(|i| (3.1 * i as f64 / n as f64).sin()).collect();
-            let found = LeastPeak::new(&least, &gates, 2, 0.0, &start).expect("a solution");
+            let found = LeastPeak::new(&least, &gates, 2, [-1e3, 1e3], &start).expect("a solution");
             assert!((found.proved - 8.0).abs() < 0.1 && found.proved <= found.reached * (1.0 + 1e-6), "{found:?}");
             assert!((found.reached / found.proved - 1.0).abs() < 1e-4, "{} {}", found.reached, found.proved);
         }
@@ -192,7 +193,7 @@ mod tests {
     #[test]
     fn no_motion_in_a_channel_has_less_and_the_dual_meets_the_primal() {
         let mut random = Random(71);
-        let (mut monotone, mut met) = (0, 0);
+        let (mut monotone, mut limited, mut met) = (0, 0, 0);
         for case in 0..120 {
             let n = 12 + (120.0 * random.next()) as usize;
             let least: Vec<f64> =
@@ -206,35 +207,41 @@ mod tests {
             let value = |t: f64, order: i32| -> f64 {
                 let quarter = f64::from(order) * std::f64::consts::FRAC_PI_2;
                 let wave: f64 = waves.iter().map(|[a, w, p]| a * w.powi(order) * (w * t + p + quarter).sin()).sum();
-                wave + if order == 0 { drift * t } else { 0.0 }
+                wave + [drift * t, drift][order.clamp(0, 1) as usize] * f64::from(u8::from(order < 2))
             };
             let width = 10_f64.powf(random.between(-3.0, -0.5));
             let motion: Vec<f64> = at.iter().map(|t| value(*t, 0)).collect();
             let gates: Vec<[f64; 2]> =
                 motion.iter().map(|q| [q - width * random.next(), q + width * random.next()]).collect();
-            let sense = if drift > 0.0 { 1.0 } else { 0.0 };
+            let fastest = (0..=4000).map(|k| value(at[n] * f64::from(k) / 4000.0, 1).abs()).fold(0.0, f64::max);
+            let velocity = [if drift > 0.0 { 0.0 } else { -1.001 * fastest }, 1.001 * fastest];
             for order in [2, 3] {
                 let largest = (0..=4000)
                     .map(|k| value(at[n] * f64::from(k) / 4000.0, order as i32).abs())
                     .fold(0.0, f64::max);
-                let Some(found) = LeastPeak::new(&least, &gates, order, sense, &motion) else { continue };
+                let Some(found) = LeastPeak::new(&least, &gates, order, velocity, &motion) else { continue };
                 assert!(found.proved <= largest * 1.001, "{case}: {} above {largest}", found.proved);
                 assert!(found.proved <= found.reached * (1.0 + 1e-6) + 1e-9, "{case}");
-                monotone += usize::from(sense != 0.0 && found.turns.iter().any(|m| *m > 0.0));
+                monotone += usize::from(drift > 0.0 && found.pushes.iter().any(|p| *p < 0.0));
+                limited += usize::from(found.pushes.iter().any(|p| *p > 0.0));
                 met += usize::from(found.reached - found.proved < 1e-3 * found.reached.max(1e-3));
             }
         }
-        assert!(monotone > 20 && met > 200, "{monotone} {met} of 240");
+        assert!(monotone > 20 && limited > 20 && met > 200, "{monotone} {limited} {met} of 240");
     }
 
     #[test]
     fn what_is_no_channel_has_none() {
         let gates = [[0.0, 1.0]; 9];
-        assert!(LeastPeak::new(&[0.1; 8], &gates, 2, 0.0, &[0.5; 9]).is_some_and(|p| p.proved.abs() < 1e-9));
-        assert!(LeastPeak::new(&[0.1; 7], &gates, 2, 0.0, &[0.5; 9]).is_none());
-        assert!(LeastPeak::new(&[0.1; 8], &gates, 4, 0.0, &[0.5; 9]).is_none());
+        assert!(LeastPeak::new(&[0.1; 8], &gates, 2, [-9.0, 9.0], &[0.5; 9]).is_some_and(|p| p.proved.abs() < 1e-9));
+        assert!(LeastPeak::new(&[0.1; 7], &gates, 2, [-9.0, 9.0], &[0.5; 9]).is_none());
+        assert!(LeastPeak::new(&[0.1; 8], &gates, 4, [-9.0, 9.0], &[0.5; 9]).is_none());
+        // From 0 to 1 in 0.1 s at no more than 5 a second.
+        let mut far = [[0.0, 0.0]; 9];
+        far[4..].fill([1.0, 1.0]);
+        assert!(LeastPeak::new(&[0.1; 8], &far, 2, [-5.0, 5.0], &[0.5; 9]).is_none());
         let mut open = gates;
         open[3][1] = f64::INFINITY;
-        assert!(LeastPeak::new(&[0.1; 8], &open, 2, 0.0, &[0.5; 9]).is_none());
+        assert!(LeastPeak::new(&[0.1; 8], &open, 2, [-9.0, 9.0], &[0.5; 9]).is_none());
     }
 }

@@ -1,3 +1,4 @@
+use super::super::free_taut_string;
 use super::*;
 
 pub(super) struct Random(pub(super) u64);
@@ -305,4 +306,86 @@ fn an_empty_stretch_and_free_joints_are_bound_by_the_feed() {
     assert_eq!(nothing.bound, 0.0);
     let open = one(vec![0.5; 4], vec![[f64::NEG_INFINITY, f64::INFINITY]; 5], only_velocity(1.0));
     assert_eq!(open.certificate().expect("sound").bound, 2.0);
+}
+
+/// The time of feed and velocity along the taut string with free ends, a primal, and the best row of windows, its dual, are the same: two algorithms that
+/// share nothing. A thousand channels; `PROVEOUT_CHANNELS` for more.
+#[test]
+fn the_taut_string_takes_just_what_the_best_windows_prove() {
+    let count = std::env::var("PROVEOUT_CHANNELS").ok().and_then(|n| n.parse().ok()).unwrap_or(1000);
+    let mut random = Random(83);
+    let mut forced = 0;
+    for _ in 0..count {
+        let schedules = random_schedules(&mut random);
+        let JointGates { gates, limits, .. } = &schedules.joints[0];
+        let mut time = 0.0;
+        let mut row = vec![Gate { s: 0.0, low: gates[0][0].max(-1e3), high: gates[0][1].min(1e3) }];
+        for ([low, high], t) in gates[1..].iter().zip(&schedules.least) {
+            time += t;
+            row.push(Gate { s: time, low: low.max(-1e3), high: high.min(1e3) });
+        }
+        let string = free_taut_string(&row).expect("gates that are open");
+        let at = |s: f64| {
+            let k = string.partition_point(|p| p[0] < s).clamp(1, string.len() - 1);
+            let (a, b) = (string[k - 1], string[k]);
+            if b[0] > a[0] { a[1] + (b[1] - a[1]) * (s - a[0]) / (b[0] - a[0]) } else { b[1] }
+        };
+        let primal: f64 = row
+            .windows(2)
+            .zip(&schedules.least)
+            .map(|(p, least)| least.max((at(p[1].s) - at(p[0].s)).abs() / limits.velocity))
+            .sum();
+        let dual = schedules.certificate().expect("sound").velocity[0];
+        assert!((primal - dual).abs() < 1e-7 * primal, "{primal} {dual} {schedules:?}");
+        forced += usize::from(dual > 1.001 * schedules.least.iter().sum::<f64>());
+    }
+    assert!(4 * forced > count, "{forced} of {count}");
+}
+
+/// With what windows lose at their ends: times add up as told, the bound falls with the losses, and wider gates or higher limits never raise it.
+#[test]
+fn windows_that_lose_at_their_ends_keep_the_laws() {
+    let mut random = Random(97);
+    let (mut lowered, mut fewer) = (0, 0);
+    for _ in 0..1000 {
+        let narrow = random_schedules(&mut random);
+        let share = 10_f64.powf(random.between(-3.0, -0.3));
+        let seams: Vec<f64> = (0..=narrow.least.len())
+            .map(|g| {
+                let beside = narrow.least[g.min(narrow.least.len() - 1)].min(narrow.least[g.saturating_sub(1)]);
+                share * beside * random.next()
+            })
+            .collect();
+        let own = narrow.certificate_within(&seams).expect("sound");
+        let without = narrow.certificate().expect("sound");
+        assert!(own.bound <= without.bound * (1.0 + 1e-12));
+        let told: f64 = own
+            .windows
+            .iter()
+            .map(|(proof, _)| match proof {
+                Proof::Feed { gates: [a, b] } => {
+                    (narrow.least[*a..*b].iter().sum::<f64>() - seams[*a] - seams[*b]).max(0.0)
+                }
+                _ => narrow.time(proof),
+            })
+            .sum();
+        assert!((own.bound - told).abs() < 1e-9 * told.max(1.0));
+        lowered += usize::from(own.bound < without.bound * (1.0 - 1e-6));
+        fewer += usize::from(own.windows.len() < without.windows.len());
+        let mut wide = narrow.clone();
+        for joint in &mut wide.joints {
+            for gate in &mut joint.gates {
+                *gate = [gate[0] - 0.3 * random.next(), gate[1] + 0.3 * random.next()];
+            }
+            joint.limits = joint.limits.passed_by(random.next());
+        }
+        let after = wide.certificate_within(&seams).expect("sound").bound;
+        assert!(after <= own.bound * (1.0 + 1e-9), "{} to {after}", own.bound);
+        let mut wrong = seams.clone();
+        wrong[1] = -1e-9;
+        assert_eq!(narrow.certificate_within(&wrong), Err(SchedulesError::Seam(1)));
+        assert_eq!(narrow.certificate_within(&seams[1..]), Err(SchedulesError::Seam(narrow.least.len())));
+    }
+    // Most rows have some feed, and some of them fewer windows for their losses.
+    assert!(lowered > 500 && fewer > 10, "{lowered} {fewer}");
 }
