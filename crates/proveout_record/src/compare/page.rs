@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use minijinja::{Environment, value::Serde};
-use proveout_sim::compare::{Compared, Comparison, Pictures, Role, Study, StudyCurve, VariationKind};
+use proveout_sim::compare::{Compared, Comparison, GAUSS_SPHERE, Pictures, Role, Study, StudyCurve, VariationKind};
 use serde::Serialize;
 
 use super::{
@@ -23,6 +23,8 @@ const MORE_CSS: &str = include_str!("../../templates/compare.css");
 const VIEWER: &str = include_str!("../../templates/viewer.js");
 const MAPS: &str = include_str!("../../templates/maps.js");
 const WIDTH: f64 = 1080.0;
+/// Size of a chart in which a degree is as long across as up: its frame, with the margins of names and numbers.
+const SQUARE: [f64; 2] = [536.0, 569.2];
 
 #[derive(Serialize)]
 struct Key {
@@ -326,7 +328,7 @@ fn study_plots(title: &str, program: usize, study: &Study, windows: &Windows<'_>
             label: format!("{title}: {} over {}", axes[1], axes[0]),
             axes: names,
             range,
-            size: [WIDTH, 430.0],
+            size: if axes[0].starts_with(GAUSS_SPHERE) { SQUARE } else { [WIDTH, 430.0] },
             series,
             limits: Vec::new(),
             abscissa: true,

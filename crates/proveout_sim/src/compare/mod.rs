@@ -20,6 +20,7 @@ mod markdown;
 pub(crate) mod motion;
 mod pictures;
 mod result;
+mod sphere;
 mod surface;
 mod uncertainty;
 mod unrolled;
@@ -46,6 +47,7 @@ pub use self::{
     markdown::markdown,
     pictures::{DemandRow, JointPicture, PartPicture, Pictures, ProgramPicture, Role, Study, StudyCurve},
     result::*,
+    sphere::GAUSS_SPHERE,
     uncertainty::{TimeGain, VariationKind},
 };
 use crate::{

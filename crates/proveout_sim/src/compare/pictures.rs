@@ -134,8 +134,6 @@ pub(crate) fn study_of(run: &ReprogrammedRun) -> Study {
         points: c.points.clone(),
     };
     let figure = |f: &Figure| StudyFigure { name: f.name.into(), unit: f.unit.into(), value: f.value };
-    Study {
-        curves: run.study.curves.iter().map(curve).collect(),
-        figures: run.study.figures.iter().map(figure).collect(),
-    }
+    let curves = run.study.curves.iter().map(curve).chain(super::sphere::gauss_sphere(run));
+    Study { curves: curves.collect(), figures: run.study.figures.iter().map(figure).collect() }
 }

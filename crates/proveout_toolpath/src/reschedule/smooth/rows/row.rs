@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use proveout_geom::{Point, ToolPose, Vector};
+use proveout_tool::Profile;
 
 use super::super::super::multi_scale::{BullNose, RowRules};
 use super::super::super::touching::{Touching, touching};
@@ -34,7 +35,7 @@ impl Row {
         around: &Surroundings<'_>,
     ) -> Result<Self, RescheduleError> {
         let cutter = PathCutter::new(around.cutter.clone());
-        if cutter.ball_radius().is_none() && BullNose::of(around.cutter).is_some() {
+        if cutter.ball_radius().is_none() && BullNose::of(around.cutter).is_some() && !narrows(around.cutter) {
             let mut rules = method.rules.rules(run, around, &cutter)?;
             let (stretch, arc) = (rules.stretch.clone(), rules.arc.clone());
             let touching = std::mem::take(&mut rules.contacts);
@@ -115,6 +116,12 @@ impl Row {
         })
         .collect()
     }
+}
+
+/// Whether a cutter narrows again above its widest place: a wheel, which cuts with its rim, where a mill goes on.
+fn narrows(cutter: &Profile) -> bool {
+    let top = cutter.z_max() - 1e-6 * (cutter.z_max() - cutter.z_min());
+    cutter.radius_at(top).is_some_and(|r| r < cutter.max_radius() * (1.0 - 1e-6))
 }
 
 /// The blocks along the surface: without those at both ends whose contact stays while the tool is lifted.
