@@ -61,8 +61,8 @@ fn depths(all: &Comparing) -> [Depth; 4] {
 
 #[test]
 fn unequal_drives_leave_depths_in_the_published_order_on_both_machines() {
-    // Deviations of the second count with lags of first order and no acceleration limits: machine II, machine I.
-    for (file, wanted) in [("scene.toml", [0.8, 5.1, 26.4, 58.0]), ("serial.toml", [1.3, 4.9, 35.1, 76.0])] {
+    // Deviations of `tests/reference/lu_2022.py`: lags of first order behind the posted blocks, without limits of acceleration. Machine II, machine I.
+    for (file, wanted) in [("scene.toml", [0.78, 4.13, 26.90, 71.23]), ("serial.toml", [1.25, 5.71, 35.68, 75.46])] {
         let all = moved(&scene(NAME).join(file));
         let found = depths(&all);
         assert!(found[0].deviation_um < 1.5, "{file}: {found:?}");
@@ -70,8 +70,9 @@ fn unequal_drives_leave_depths_in_the_published_order_on_both_machines() {
             assert!(pair[0].deviation_um < 0.8 * pair[1].deviation_um, "{file}: {names:?}");
         }
         for (depth, wanted) in found.iter().zip(wanted) {
-            // The control slows down and rounds at corners, which the second count does not: a quarter, and a micrometer of blocks.
-            close(file, depth.deviation_um, wanted, 0.25 * wanted + 0.6);
+            // The control slows down at corners and begins each line from rest, which the second count does not: a tenth, and the micrometer's tenth of
+            // blocks.
+            close(file, depth.deviation_um, wanted, 0.1 * wanted + 0.1);
             assert!(depth.places > 100 && depth.least_um < depth.mean_um && depth.mean_um < depth.most_um, "{depth:?}");
         }
         if file == "scene.toml" {
@@ -111,7 +112,8 @@ fn a_plane_through_the_edge_is_no_line_beside_it() {
     let all = moved(&scene(NAME).join("edge.toml"));
     let depth = stretch(&all, "iso-planar-edge").depth.expect("measured");
     println!("{depth:.2?}");
-    close("through the edge", depth.deviation_um, 34.0, 10.0);
+    // 28.8 by the second count without limits of acceleration; the control slows down before it turns round the edge.
+    close("through the edge", depth.deviation_um, 28.8, 6.0);
 }
 
 /// The deepest cut of the part is the deepest place of the path: rays of the part see the bottom of a groove where they meet it.

@@ -52,7 +52,7 @@ impl DepthGauge {
         Some(Self {
             surface: shape.surface(),
             work_from_table: scene.file.mount.table_from_work().inverse(),
-            allowance: scene.file.stock.blade_allowance_mm.unwrap_or(0.0),
+            allowance: scene.file.stock.get_ref().blade_allowance_mm.unwrap_or(0.0),
         })
     }
 
