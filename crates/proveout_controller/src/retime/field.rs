@@ -22,13 +22,31 @@ pub(super) struct Field {
 }
 
 impl Field {
-    pub(super) fn new(mut problem: Problem) -> Self {
-        let (nodes, joints) = (std::mem::take(&mut problem.nodes), std::mem::take(&mut problem.joints));
-        let count = problem.lengths.len().div_ceil(SECTION);
-        let mut field = Self { whole: problem, sections: Vec::new() };
+    /// The intervals of a problem, without nodes.
+    pub(super) fn new(whole: Problem) -> Self {
+        let count = whole.lengths.len().div_ceil(SECTION);
+        let mut field = Self { whole, sections: Vec::new() };
         field.sections.resize_with(count, Section::default);
-        field.put(nodes, &joints, 0);
         field
+    }
+
+    /// Adds nodes of an interval behind all others, with their rows. Where its first is the same place as the last before, this is noted there.
+    pub(super) fn push(&mut self, nodes: &[Node], joints: &[JointRow], alike: f64) {
+        let (Some(first), count) = (nodes.first(), self.whole.count) else { return };
+        let number = first.k / SECTION;
+        let before = if first.k.is_multiple_of(SECTION) { number.checked_sub(1) } else { Some(number) };
+        if let Some(section) = before.and_then(|before| self.sections.get_mut(before))
+            && let Some(last) = section.nodes.last_mut()
+        {
+            // b' is no larger than what changes b by its own size over the interval.
+            let scales = [self.whole.lengths[first.k], 1.0];
+            let same = |(a, b): (&JointRow, &JointRow)| (0..2).all(|i| (a[i] - b[i]).abs() <= alike * scales[i]);
+            last.twin = section.joints[section.joints.len() - count..].iter().zip(&joints[..count]).all(same);
+        }
+        if let Some(section) = self.sections.get_mut(number) {
+            section.nodes.extend_from_slice(nodes);
+            section.joints.extend_from_slice(joints);
+        }
     }
 
     /// Lengths, begins and ends, without nodes.
@@ -105,11 +123,15 @@ mod tests {
 
     /// Intervals with one to three nodes; rows tell the node they belong to.
     fn field(n: usize) -> Field {
-        let nodes: Vec<Node> = (0..n).flat_map(|k| (0..1 + k % 3).map(move |i| node(k, 0.3 * i as f64))).collect();
-        let joints = nodes.iter().flat_map(|n| [[n.k as f64; 5], [n.tau; 5]]).collect();
         let lengths = vec![1.0; n];
         let begins = (0..n).map(|k| k as f64).collect();
-        Field::new(Problem { lengths, begins, nodes, joints, count: 2, ..Problem::default() })
+        let mut field = Field::new(Problem { lengths, begins, count: 2, ..Problem::default() });
+        for k in 0..n {
+            let nodes: Vec<Node> = (0..1 + k % 3).map(|i| node(k, 0.3 * i as f64)).collect();
+            let joints: Vec<JointRow> = nodes.iter().flat_map(|n| [[n.k as f64; 5], [n.tau; 5]]).collect();
+            field.push(&nodes, &joints, 1e-9);
+        }
+        field
     }
 
     #[test]
