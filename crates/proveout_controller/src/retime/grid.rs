@@ -5,7 +5,7 @@ use proveout_machine::MAX_JOINTS;
 use super::{
     cap::{Cap, Caps, inner_points},
     field::Field,
-    problem::{JointRow, MARGIN, Node, Problem},
+    problem::{JointRow, MARGIN, Node, Problem, joint_row},
 };
 use crate::{
     jet::JointJet,
@@ -222,7 +222,7 @@ impl<'a> Probe<'a> {
 
     /// Derivatives by the law's own time, over the limits, and what the squares of feed and joint velocities are of their limits.
     fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], Caps) {
-        let mut rows = [[0.0; 5]; MAX_JOINTS];
+        let mut rows = [[0.0_f32; 5]; MAX_JOINTS];
         let mut caps = [Cap::default(); MAX_JOINTS + 1];
         let x = self.law.planned_at(p, &mut self.cursor);
         let c = &self.path.cells[cell];
@@ -252,7 +252,7 @@ impl<'a> Probe<'a> {
             let d3 = q1[i] * x.j + 3.0 * q2[i] * x.v * x.a + q3[i] * x.v * x.v * x.v;
             caps[i] = Cap::of([d1, d2], velocity[i]);
             let (a, j) = ((1.0 + MARGIN) / l.acceleration[i], (1.0 + MARGIN) / l.jerk[i]);
-            rows[i] = [0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j];
+            rows[i] = joint_row([0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j]);
         }
         (rows, caps)
     }
@@ -341,7 +341,9 @@ impl Grid {
         let (cell, smooth, tight) = (self.cell, self.smooth, self.tight);
         self.nodes.push(Node { k, tau, cell, smooth, twin: false, weight, speed: 0.0, lead: 0.0 });
         let used = &self.field.whole().used;
-        self.joints.extend(used.iter().map(|i| if tight > 1.0 { rows[*i].map(|r| r * tight) } else { rows[*i] }));
+        self.joints.extend(
+            used.iter().map(|i| if tight > 1.0 { joint_row(rows[*i].map(|r| f64::from(r) * tight)) } else { rows[*i] }),
+        );
         self.caps.push(if tight > 1.0 { caps.map(|cap| cap.tightened(tight)) } else { caps });
     }
 
