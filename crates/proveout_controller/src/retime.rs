@@ -38,6 +38,7 @@
 //! *Limits of the method.* A local optimum; knots do not move to where the jerk switches. Against an independent optimum it loses up
 //! to 2.2 percent of the time (`tests/optimum.rs`).
 
+mod band;
 mod cap;
 mod field;
 mod grid;
@@ -204,8 +205,8 @@ impl Rounds {
                 None => {
                     let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
                     let start = if at_begin { entry.square } else { [1.0, 0.0] };
-                    let problem = grid::problem(&mut probe, &region, fixed, &self.spots);
-                    Solved::new((&mut probe, &mut self.stages), problem, [region.from, region.to], start)
+                    let field = grid::field(&mut probe, &region, fixed, &self.spots);
+                    Solved::new((&mut probe, &mut self.stages), field, [region.from, region.to], start)
                 }
             };
             if region.from >= kept_until {

@@ -252,10 +252,11 @@ fn within_limits(course: &Course<'_>, clock: Clock) -> Result<(Law, Vec<Measured
     let Course { path, frame, rest, .. } = *course;
     let mut rounds = Rounds::default();
     let (mut round, mut all) = (0, 0);
+    let mut samples = Vec::new();
     loop {
         let law = rounds.retimed(course);
         // What goes on behind the committed part must keep the limits too: the next part begins with its state.
-        let samples = measure(path, frame, clock, &law, 0);
+        measure_into(&mut samples, path, frame, clock, &law, 0);
         let allowed = if round < TIGHTENINGS / 2 { ALLOWED } else { PROMISED };
         let over = clock.over_limits(path, frame, &samples, rest[1], allowed);
         round += 1;
@@ -325,12 +326,20 @@ fn committed(plan: &Plan, law: &Law, borders: &[f64], last: Node) -> Option<Node
 
 /// Joint states at the control samples of a law but the first ones.
 pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, skipped: usize) -> Vec<Measured> {
+    let mut samples = Vec::new();
+    measure_into(&mut samples, path, frame, clock, law, skipped);
+    samples
+}
+
+/// The same into room that is there: samples are many, and measured several times.
+fn measure_into(samples: &mut Vec<Measured>, path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, skipped: usize) {
     let (mut phase, mut span) = (Cursor::default(), 0);
     let machine = frame.kinematics.machine;
     let mut cell = 0;
     // A law that never ends has no samples to make room for.
     let count = (law.duration / clock.cycle).clamp(0.0, 1e6) as usize + 1;
-    let mut samples = Vec::with_capacity(count.saturating_sub(skipped));
+    samples.clear();
+    samples.reserve(count.saturating_sub(skipped));
     for time in clock.samples(law.duration).skip(skipped) {
         let state = law.at(time - clock.start, &mut phase);
         while cell + 1 < path.cells.len() && path.cells[cell].s1 < state.s {
@@ -366,7 +375,6 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, s
             jerk: q1 * j + q2 * (3.0 * v * a) + q3 * (v * v * v),
         });
     }
-    samples
 }
 
 /// Slows down the cells of samples that pass a limit, and their neighbors, each by the highest excess.

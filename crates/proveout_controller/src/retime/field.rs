@@ -5,6 +5,8 @@ use super::problem::{JointRow, Node, Problem};
 
 /// Intervals of a section.
 const SECTION: usize = 64;
+/// Nodes an interval for which there is room at once: more than usual, since the search adds some.
+const NODES: usize = 5;
 
 #[derive(Debug, Default)]
 struct Section {
@@ -22,13 +24,37 @@ pub(super) struct Field {
 }
 
 impl Field {
-    pub(super) fn new(mut problem: Problem) -> Self {
-        let (nodes, joints) = (std::mem::take(&mut problem.nodes), std::mem::take(&mut problem.joints));
-        let count = problem.lengths.len().div_ceil(SECTION);
-        let mut field = Self { whole: problem, sections: Vec::new() };
+    /// The intervals of a problem, without nodes.
+    pub(super) fn new(whole: Problem) -> Self {
+        let count = whole.lengths.len().div_ceil(SECTION);
+        let mut field = Self { whole, sections: Vec::new() };
         field.sections.resize_with(count, Section::default);
-        field.put(nodes, &joints, 0);
         field
+    }
+
+    /// Adds nodes of an interval behind all others, with their rows. Where its first is the same place as the last before, this is noted there.
+    pub(super) fn push(&mut self, nodes: &[Node], joints: &[JointRow], alike: f64) {
+        let (Some(first), count) = (nodes.first(), self.whole.count) else { return };
+        let number = first.k / SECTION;
+        let before = if first.k.is_multiple_of(SECTION) { number.checked_sub(1) } else { Some(number) };
+        if let Some(section) = before.and_then(|before| self.sections.get_mut(before))
+            && let Some(last) = section.nodes.last_mut().filter(|last| last.k + 1 == first.k)
+        {
+            // b' is no larger than what changes b by its own size over the interval.
+            let scales = [self.whole.lengths[first.k], 1.0];
+            let same =
+                |(a, b): (&JointRow, &JointRow)| (0..2).all(|i| f64::from((a[i] - b[i]).abs()) <= alike * scales[i]);
+            last.twin = section.joints[section.joints.len() - count..].iter().zip(&joints[..count]).all(same);
+        }
+        if let Some(section) = self.sections.get_mut(number) {
+            if section.nodes.is_empty() {
+                let room = NODES * SECTION.min(self.whole.lengths.len() - number * SECTION);
+                section.nodes.reserve(room);
+                section.joints.reserve(room * count);
+            }
+            section.nodes.extend_from_slice(nodes);
+            section.joints.extend_from_slice(joints);
+        }
     }
 
     /// Lengths, begins and ends, without nodes.
@@ -105,11 +131,15 @@ mod tests {
 
     /// Intervals with one to three nodes; rows tell the node they belong to.
     fn field(n: usize) -> Field {
-        let nodes: Vec<Node> = (0..n).flat_map(|k| (0..1 + k % 3).map(move |i| node(k, 0.3 * i as f64))).collect();
-        let joints = nodes.iter().flat_map(|n| [[n.k as f64; 5], [n.tau; 5]]).collect();
         let lengths = vec![1.0; n];
         let begins = (0..n).map(|k| k as f64).collect();
-        Field::new(Problem { lengths, begins, nodes, joints, count: 2, ..Problem::default() })
+        let mut field = Field::new(Problem { lengths, begins, count: 2, ..Problem::default() });
+        for k in 0..n {
+            let nodes: Vec<Node> = (0..1 + k % 3).map(|i| node(k, 0.3 * i as f64)).collect();
+            let joints: Vec<JointRow> = nodes.iter().flat_map(|n| [[n.k as f32; 5], [n.tau as f32; 5]]).collect();
+            field.push(&nodes, &joints, 1e-9);
+        }
+        field
     }
 
     #[test]
@@ -119,16 +149,20 @@ mod tests {
             let before = field.between([0, 200]);
             let mut part = field.between([from, to]);
             assert_eq!(part.fixed, [from > 0, to < 200]);
-            assert!(part.nodes.iter().zip(part.joints.chunks(2)).all(|(n, r)| (n.k + from) as f64 == r[0][0]));
+            assert!(part.nodes.iter().zip(part.joints.chunks(2)).all(|(n, r)| (n.k + from) as f32 == r[0][0]));
             let behind = part.nodes.iter().position(|n| n.k == 3.min(to - from - 1)).unwrap_or(0);
             let own = part.nodes[behind].k;
-            part.insert(&[(behind, 0.1)], |_, _| vec![[(own + from) as f64; 5], [0.1; 5]]);
+            part.insert(&[(behind, 0.1)], |_, _| vec![[(own + from) as f32; 5], [0.1; 5]]);
             field.put_back(from, part);
             let after = field.between([0, 200]);
             assert_eq!(after.nodes.len(), before.nodes.len() + 1);
             assert!(after.nodes.windows(2).all(|w| (w[0].k, w[0].tau) < (w[1].k, w[1].tau)));
             assert!(
-                after.nodes.iter().zip(after.joints.chunks(2)).all(|(n, r)| n.k as f64 == r[0][0] && n.tau == r[1][0])
+                after
+                    .nodes
+                    .iter()
+                    .zip(after.joints.chunks(2))
+                    .all(|(n, r)| n.k as f32 == r[0][0] && n.tau as f32 == r[1][0])
             );
             assert_eq!(after.nodes.iter().filter(|n| n.tau == 0.1).map(|n| n.k).collect::<Vec<_>>(), [own + from]);
         }

@@ -4,7 +4,8 @@ use proveout_machine::MAX_JOINTS;
 
 use super::{
     cap::{Cap, Caps, inner_points},
-    problem::{JointRow, MARGIN, Node, Problem},
+    field::Field,
+    problem::{JointRow, MARGIN, Node, Problem, joint_row},
 };
 use crate::{
     jet::JointJet,
@@ -19,8 +20,6 @@ const INTERVAL: [f64; 3] = [0.001, 0.004, 0.02];
 /// Interval at low speed as part of the longest, and what a border of pieces must be apart from the next.
 const SLOWEST: f64 = 0.35;
 const SHORTEST: f64 = 0.2;
-/// Points an interval for which there is room at once.
-const NODES: usize = 4;
 /// Intervals by which a region reaches into stretches that run at the highest speed already.
 const INTO_HELD: f64 = 5.0;
 /// Speed along the path that counts as the highest, as part of it.
@@ -223,7 +222,7 @@ impl<'a> Probe<'a> {
 
     /// Derivatives by the law's own time, over the limits, and what the squares of feed and joint velocities are of their limits.
     fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], Caps) {
-        let mut rows = [[0.0; 5]; MAX_JOINTS];
+        let mut rows = [[0.0_f32; 5]; MAX_JOINTS];
         let mut caps = [Cap::default(); MAX_JOINTS + 1];
         let x = self.law.planned_at(p, &mut self.cursor);
         let c = &self.path.cells[cell];
@@ -253,24 +252,23 @@ impl<'a> Probe<'a> {
             let d3 = q1[i] * x.j + 3.0 * q2[i] * x.v * x.a + q3[i] * x.v * x.v * x.v;
             caps[i] = Cap::of([d1, d2], velocity[i]);
             let (a, j) = ((1.0 + MARGIN) / l.acceleration[i], (1.0 + MARGIN) / l.jerk[i]);
-            rows[i] = [0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j];
+            rows[i] = joint_row([0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j]);
         }
         (rows, caps)
     }
 }
 
 /// Grid and rows of a region.
-pub(super) fn problem(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], spots: &[Spot]) -> Problem {
+pub(super) fn field(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], spots: &[Spot]) -> Field {
     let step = interval(probe.frame);
     let knots = knots(region, step);
     let lengths: Vec<f64> = knots.windows(2).map(|w| w[1] - w[0]).collect();
     let used = moving(probe, region);
     let begins = knots.clone();
     let problem = Problem { fixed, lengths, begins, scale: step, count: used.len(), used, ..Problem::default() };
-    let mut grid = Grid { tight: 1.0, smooth: 0, cell: 0, first: 0, problem, caps: Vec::new() };
-    let most = NODES * knots.len();
-    grid.problem.nodes.reserve(most);
-    grid.problem.joints.reserve(most * grid.problem.count);
+    let field = Field::new(problem);
+    let mut grid =
+        Grid { tight: 1.0, smooth: 0, cell: 0, field, nodes: Vec::new(), joints: Vec::new(), caps: Vec::new() };
     let mut k = 0;
     let last = knots.len() - 2;
     for piece in &region.pieces {
@@ -305,8 +303,8 @@ pub(super) fn problem(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], 
             from = to;
         }
     }
-    grid.cap();
-    grid.problem
+    grid.close();
+    grid.field
 }
 
 /// Joints that move anywhere in a region.
@@ -321,49 +319,47 @@ fn moving(probe: &Probe<'_>, region: &Region) -> Vec<usize> {
     (0..MAX_JOINTS).filter(|i| moves[*i]).collect()
 }
 
-/// A problem under construction.
+/// A field under construction.
 struct Grid {
     /// Factor of the rows of the interval under way.
     tight: f64,
     /// Cell under way, and number of the smooth stretch within an interval.
     cell: usize,
     smooth: u32,
-    problem: Problem,
-    /// First node of the interval under way, and caps of its nodes.
-    first: usize,
+    field: Field,
+    /// Nodes of the interval under way, with their rows and caps.
+    nodes: Vec<Node>,
+    joints: Vec<JointRow>,
     caps: Vec<Caps>,
 }
 
 impl Grid {
     fn add(&mut self, k: usize, tau: f64, weight: f64, (rows, caps): ([JointRow; MAX_JOINTS], Caps)) {
-        if self.problem.nodes.last().is_some_and(|last| last.k != k) {
-            self.cap();
+        if self.nodes.last().is_some_and(|last| last.k != k) {
+            self.close();
         }
-        let (p, tight) = (&mut self.problem, self.tight);
-        p.nodes.push(Node { k, tau, cell: self.cell, smooth: self.smooth, twin: false, weight, speed: 0.0, lead: 0.0 });
-        p.joints.extend(p.used.iter().map(|i| if tight > 1.0 { rows[*i].map(|r| r * tight) } else { rows[*i] }));
-        let at = p.nodes.len() - 1;
-        if at > 0 && p.nodes[at - 1].k < k {
-            let (before, own) = p.joints[(at - 1) * p.count..].split_at(p.count);
-            // b' is no larger than what changes b by its own size over the interval.
-            let scales = [p.lengths[k], 1.0];
-            let same = |(a, b): (&JointRow, &JointRow)| (0..2).all(|i| (a[i] - b[i]).abs() <= ALIKE * scales[i]);
-            p.nodes[at - 1].twin = before.iter().zip(own).all(same);
-        }
+        let (cell, smooth, tight) = (self.cell, self.smooth, self.tight);
+        self.nodes.push(Node { k, tau, cell, smooth, twin: false, weight, speed: 0.0, lead: 0.0 });
+        let used = &self.field.whole().used;
+        self.joints.extend(
+            used.iter().map(|i| if tight > 1.0 { joint_row(rows[*i].map(|r| f64::from(r) * tight)) } else { rows[*i] }),
+        );
         self.caps.push(if tight > 1.0 { caps.map(|cap| cap.tightened(tight)) } else { caps });
     }
 
-    /// Limits the two inner control points of the interval that ends, so that b passes no speed.
-    fn cap(&mut self) {
-        let p = &mut self.problem;
-        let nodes = &mut p.nodes[self.first..];
+    /// Ends an interval: limits its two inner control points, so that b passes no speed.
+    fn close(&mut self) {
+        let nodes = &mut self.nodes;
         let Some(k) = nodes.first().map(|node| node.k) else { return };
-        let [begin, behind] = inner_points(nodes, &self.caps, p.lengths[k]);
-        let third = p.lengths[k] / 3.0;
+        let length = self.field.whole().lengths[k];
+        let [begin, behind] = inner_points(nodes, &self.caps, length);
+        let third = length / 3.0;
         (nodes[0].speed, nodes[0].lead) = (begin, third);
         let last = nodes.len() - 1;
         (nodes[last].speed, nodes[last].lead) = (behind, -third);
-        self.first = p.nodes.len();
+        self.field.push(nodes, &self.joints, ALIKE);
+        self.nodes.clear();
+        self.joints.clear();
         self.caps.clear();
     }
 }

@@ -218,12 +218,12 @@ impl Part {
             let own: &[JointRow] = &problem.joints[at * problem.count..(at + 1) * problem.count];
             for (row, joint) in self.even[slot.even.clone()].iter_mut().zip(&joints[0]) {
                 for q in 0..2 {
-                    row[q].0[lane] = own[*joint][q] * decided;
+                    row[q].0[lane] = f64::from(own[*joint][q]) * decided;
                 }
             }
             for (row, joint) in self.jerk[slot.jerk.clone()].iter_mut().zip(&joints[1]) {
                 for q in 0..3 {
-                    row[q].0[lane] = own[*joint][2 + q] * factor;
+                    row[q].0[lane] = f64::from(own[*joint][2 + q]) * factor;
                 }
             }
         }

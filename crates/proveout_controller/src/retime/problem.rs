@@ -43,8 +43,23 @@ fn speed(node: &Node) -> Names {
     Names::from(node.speed > 0.0) << SPEED
 }
 
-/// Five coefficients a joint and point, over the limits: a1, a0 of acceleration; j2, j1, j0 of jerk.
-pub(super) type JointRow = [f64; 5];
+/// Five coefficients a joint and point, over the limits: a1, a0 of acceleration; j2, j1, j0 of jerk. There are some hundred of them a block, and
+/// memory is what they cost; in single precision each is known to 6e-8 of itself, far below the margin of a row.
+pub(super) type JointRow = [f32; 5];
+
+/// Highest coefficient: far above any that a limit leaves some motion, and a number in single precision.
+const HIGHEST: f64 = 1e30;
+
+/// Coefficients as they are kept.
+pub(super) fn joint_row(row: [f64; 5]) -> JointRow {
+    row.map(|x| x.clamp(-HIGHEST, HIGHEST) as f32)
+}
+
+/// Acceleration and jerk over the limits, without and over the tempo.
+fn loads_of(row: &JointRow, [b, b1, b2]: [f64; 3]) -> [f64; 2] {
+    let q = row.map(f64::from);
+    [q[0] * b1 + q[1] * b, q[2] * b2 + q[3] * b1 + q[4] * b]
+}
 
 /// A place where limits are kept.
 #[derive(Clone, Copy, Debug)]
@@ -148,9 +163,8 @@ impl Problem {
         let root = b.max(0.0).sqrt();
         let mut worst = ((b + node.lead * b1) * node.speed).max(0.0).sqrt();
         for q in &self.joints[at * self.count..(at + 1) * self.count] {
-            let a = q[0] * b1 + q[1] * b;
-            let j = (q[2] * b2 + q[3] * b1 + q[4] * b) * root;
-            worst = worst.max(a.abs()).max(j.abs());
+            let [a, j] = loads_of(q, [b, b1, b2]);
+            worst = worst.max(a.abs()).max((j * root).abs());
         }
         worst
     }
@@ -167,7 +181,10 @@ impl Problem {
             let [b, b1, b2] = at_part(&own.1, node.tau * self.lengths[node.k]);
             let root = b.max(0.0).sqrt();
             let own = &self.joints[at * self.count..(at + 1) * self.count];
-            let of = |q: &JointRow| [q[0] * b1 + q[1] * b, (q[2] * b2 + q[3] * b1 + q[4] * b) * root];
+            let of = |q: &JointRow| {
+                let [a, j] = loads_of(q, [b, b1, b2]);
+                [a, j * root]
+            };
             loads.joints.extend(own.iter().map(of));
         }
     }
@@ -233,7 +250,7 @@ impl Problem {
         self.nodes[at].speed *= factor;
         self.nodes[at].twin = false;
         for row in &mut self.joints[at * self.count..(at + 1) * self.count] {
-            row.iter_mut().for_each(|r| *r *= factor);
+            *row = joint_row(row.map(|r| f64::from(r) * factor));
         }
     }
 

@@ -50,15 +50,14 @@ pub(super) struct Solved {
 impl Solved {
     pub(super) fn new(
         (probe, stages): (&mut Probe<'_>, &mut Stages),
-        problem: Problem,
+        field: Field,
         [from, to]: [f64; 2],
         start: [f64; 2],
     ) -> Self {
-        let n = problem.lengths.len();
-        let mut c = problem.even();
-        problem.set_start(&mut c, start);
+        let n = field.len();
+        let mut c = field.whole().even();
+        field.whole().set_start(&mut c, start);
         let forced = start != [1.0, 0.0];
-        let field = Field::new(problem);
         let mut solved = Self { from, to, field, c, forced, begun: false, spots: Vec::new(), dipped: false, levels: 0 };
         let mut begin = 0;
         while begin < n {

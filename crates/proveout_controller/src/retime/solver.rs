@@ -14,6 +14,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::{
+    band::factor_and_solve,
     part::{Names, Part},
     problem::Problem,
     side::Side,
@@ -178,48 +179,4 @@ impl Part {
         }
         false
     }
-}
-
-/// Cholesky's way without roots (L D L'), in place; the solution replaces the right side. False where the matrix is not
-/// positive definite.
-#[inline(always)]
-fn factor_and_solve(m: &mut [[f64; 4]], x: &mut [f64]) -> bool {
-    let n = m.len().min(x.len());
-    for i in 0..n {
-        let [d, r1, r2, r3] = m[i];
-        if !(d > 0.0 && d.is_finite()) {
-            return false;
-        }
-        let (over, right) = (1.0 / d, x[i]);
-        let l = [r1 * over, r2 * over, r3 * over];
-        m[i] = [over, l[0], l[1], l[2]];
-        if let (Some([a, b, c]), Some([u, v, w])) = (
-            m.get_mut(i + 1..i + 4).and_then(|s| s.first_chunk_mut()),
-            x.get_mut(i + 1..i + 4).and_then(|s| s.first_chunk_mut()),
-        ) {
-            a[0] -= l[0] * r1;
-            a[1] -= l[0] * r2;
-            a[2] -= l[0] * r3;
-            b[0] -= l[1] * r2;
-            b[1] -= l[1] * r3;
-            c[0] -= l[2] * r3;
-            *u -= l[0] * right;
-            *v -= l[1] * right;
-            *w -= l[2] * right;
-        } else {
-            let row = [r1, r2, r3];
-            for k in 1..n - i {
-                for j in k..n - i {
-                    m[i + k][j - k] -= l[k - 1] * row[j - 1];
-                }
-                x[i + k] -= l[k - 1] * right;
-            }
-        }
-    }
-    let mut behind = [0.0; 3];
-    for (m, x) in m.iter().zip(x.iter_mut()).rev() {
-        *x = *x * m[0] - m[3] * behind[2] - m[2] * behind[1] - m[1] * behind[0];
-        behind = [*x, behind[0], behind[1]];
-    }
-    true
 }

@@ -17,17 +17,19 @@ use super::{
 };
 
 /// Part of the highest load of all above which a joint's rows take part from the begin.
-const FAR: f64 = 0.4;
+const FAR: f64 = 0.75;
 /// Gap at which nodes are added for the first time.
 const COARSE: f64 = 0.03;
 /// Part of its limit above which a row takes part from then on.
-const NEAR: f64 = 0.5;
+const NEAR: f64 = 0.8;
 /// Part of a limit above which a row between nodes gets one, at the coarse gap and at the end, and how often at the end.
 const EARLY: f64 = 0.9;
 const PEAK: f64 = 1.003;
 const LATE: usize = 2;
 /// Intervals to either side of a late node that are searched again with it.
 const BESIDE: usize = 6;
+/// The same, where that does not succeed.
+const FAR_BESIDE: usize = 30;
 
 /// Searches with their room, for one problem after the other.
 #[derive(Default)]
@@ -123,24 +125,32 @@ impl Stages {
         if ranges.iter().map(|r| r[1] - r[0]).sum::<usize>() > n / 2 {
             return false;
         }
-        for [from, to] in ranges {
-            let own = problem.between([from, to]);
-            let first = problem.nodes.partition_point(|node| node.k < from);
-            let last = first + own.nodes.len();
-            let unknowns = 2 * from..2 * to + 2;
-            own.loads(&c[unknowns.clone()], &mut self.loads);
-            own.near(&self.loads, NEAR, &mut self.own);
-            let before = Before { search: &self.now, nodes: &self.nodes[first..last] };
-            let mut found = c[unknowns.clone()].to_vec();
-            if !self.local.run(&own, &self.own, &mut found, GAP, Some(&before)) {
-                return false;
-            }
-            c[unknowns].copy_from_slice(&found);
-            for (rows, own) in self.rows[first..last].iter_mut().zip(&self.own) {
-                *rows |= own;
-            }
-            self.relaxed.extend([from, to - 1]);
+        ranges.into_iter().all(|[from, to]| {
+            let more = FAR_BESIDE - BESIDE;
+            let wide = [from.saturating_sub(more), (to + more).min(n)];
+            self.search_again(problem, c, [from, to])
+                || 2 * (wide[1] - wide[0]) <= n && self.search_again(problem, c, wide)
+        })
+    }
+
+    /// Searches some intervals again from what is there; their ends stay.
+    fn search_again(&mut self, problem: &Problem, c: &mut [f64], [from, to]: [usize; 2]) -> bool {
+        let own = problem.between([from, to]);
+        let first = problem.nodes.partition_point(|node| node.k < from);
+        let last = first + own.nodes.len();
+        let unknowns = 2 * from..2 * to + 2;
+        own.loads(&c[unknowns.clone()], &mut self.loads);
+        own.near(&self.loads, NEAR, &mut self.own);
+        let before = Before { search: &self.now, nodes: &self.nodes[first..last] };
+        let mut found = c[unknowns.clone()].to_vec();
+        if !self.local.run(&own, &self.own, &mut found, GAP, Some(&before)) {
+            return false;
         }
+        c[unknowns].copy_from_slice(&found);
+        for (rows, own) in self.rows[first..last].iter_mut().zip(&self.own) {
+            *rows |= own;
+        }
+        self.relaxed.extend([from, to - 1]);
         true
     }
 }
