@@ -103,13 +103,6 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "map": page.part.scales.map(|s| map_words(s, page.part)),
         "deviation": deviation(v),
         "scallop": v.surface.scallop.as_ref().map(scallop),
-        "textures": texture_rows(&v.surface.textures),
-        "texture_words": v.surface.textures.first().map(texture_words),
-        "texture_maps": map_figures(page.textures),
-        "texture_profiles": profile_figures(page.textures),
-        "texture_stops": color_stops(),
-        "texture_script": TEXTURE,
-        "texture_data": texture_data(page),
         "free_axes": page.axes.map(|a| free_axes(a, end)),
         "inspection": inspection(v),
         "time": time(v),
@@ -124,7 +117,14 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
     });
-    let fixed = serde_json::json!({
+    let rest = serde_json::json!({
+        "textures": texture_rows(&v.surface.textures),
+        "texture_words": v.surface.textures.first().map(texture_words),
+        "texture_maps": map_figures(page.textures),
+        "texture_profiles": profile_figures(page.textures),
+        "texture_stops": color_stops(),
+        "texture_script": TEXTURE,
+        "texture_data": texture_data(page),
         "notices": notices(v),
         "css": CSS,
         "viewer": VIEWER,
@@ -133,8 +133,8 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "policy": policy(&[VIEWER, BENCH, TABLES, TEXTURE]),
         "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
     });
-    if let (Some(data), serde_json::Value::Object(fixed)) = (data.as_object_mut(), fixed) {
-        data.extend(fixed);
+    if let (Some(data), serde_json::Value::Object(rest)) = (data.as_object_mut(), rest) {
+        data.extend(rest);
     }
     template.render(Serde(&data)).map(without_steering).map_err(fault)
 }
