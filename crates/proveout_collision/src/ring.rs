@@ -272,7 +272,16 @@ mod tests {
     /// A disk with a hub below and a post above, about its own axis: three hulls, with the volume of a body of revolution through the corners of the mesh.
     #[test]
     fn a_body_of_revolution_is_its_own_hull() {
-        let outline = [[0.0, -60.0], [15.0, -60.0], [15.0, 0.0], [100.0, 0.0], [100.0, 20.0], [8.0, 20.0], [8.0, 90.0], [0.0, 90.0]];
+        let outline = [
+            [0.0, -60.0],
+            [15.0, -60.0],
+            [15.0, 0.0],
+            [100.0, 0.0],
+            [100.0, 20.0],
+            [8.0, 20.0],
+            [8.0, 90.0],
+            [0.0, 90.0],
+        ];
         let found = rings(&revolved_mesh(&outline, 72), &Pose::identity());
         // A mesh of revolution may stand outside of its outline, so that it holds it.
         let radius = |at: f64, r: f64| {
@@ -304,11 +313,14 @@ mod tests {
             let mut positions = Vec::new();
             for _ in 0..n {
                 let z = random(-spread, spread);
-                positions.extend((0..3).map(|_| Point::new(random(-40.0, 40.0), random(-40.0, 40.0), z + random(-9.0, 9.0))));
+                positions.extend(
+                    (0..3).map(|_| Point::new(random(-40.0, 40.0), random(-40.0, 40.0), z + random(-9.0, 9.0))),
+                );
             }
             let triangles = (0..n).map(|k| [3 * k as u32, 3 * k as u32 + 1, 3 * k as u32 + 2]).collect();
             let mesh = TriMesh { positions, triangles };
-            let axis = Pose::from_rpy(Vector::new(random(-9.0, 9.0), 3.0, 1.0), random(-1.0, 1.0), random(-1.0, 1.0), 0.4);
+            let axis =
+                Pose::from_rpy(Vector::new(random(-9.0, 9.0), 3.0, 1.0), random(-1.0, 1.0), random(-1.0, 1.0), 0.4);
             let found = rings(&mesh, &axis);
             assert!((1..=MOST_HULLS).contains(&found.len()));
             parted += usize::from(found.len() > 1);

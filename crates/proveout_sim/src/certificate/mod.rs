@@ -442,8 +442,7 @@ fn way(program: &'static str, points: &[Point], blocks: &[FeedBlock], least: &[f
 /// The floor of all ways, with the shortest time that a block has in one of them.
 fn floor(ways: &[WayCertificate], off: f64) -> Result<FeedFloor, usize> {
     let count = ways.first().map_or(0, |w| w.times_s.len());
-    let times: Vec<f64> =
-        (0..count).map(|i| ways.iter().map(|w| w.times_s[i]).fold(f64::INFINITY, f64::min)).collect();
+    let times: Vec<f64> = (0..count).map(|i| ways.iter().map(|w| w.times_s[i]).fold(f64::INFINITY, f64::min)).collect();
     let points: Vec<Vec<Point>> = ways.iter().map(|w| w.points_mm.iter().map(|p| Point::from(*p)).collect()).collect();
     let all: Vec<&[Point]> = points.iter().map(Vec::as_slice).collect();
     FeedFloor::new(&times, &all, off, FEED_PASSED)

@@ -149,6 +149,7 @@ mod tests {
             run,
             time: [0.0, 1.0],
             programmed: 1.0,
+            length: deep.iter().map(|(way, _)| way).sum(),
             end: JointValues::ZERO,
             tip: Point::origin(),
             center: None,

@@ -63,8 +63,7 @@ impl FeedFloor {
                 }
             }
         }
-        let least: Vec<f64> =
-            (0..n).map(|i| (times[i] - 0.5 * (bends[i] + bends[i + 1])) / (1.0 + passed)).collect();
+        let least: Vec<f64> = (0..n).map(|i| (times[i] - 0.5 * (bends[i] + bends[i + 1])) / (1.0 + passed)).collect();
         if let Some(block) = least.iter().position(|t| !(*t > 0.0)) {
             return Err(block);
         }
@@ -132,7 +131,8 @@ mod tests {
             let jittered: Vec<Point> = points
                 .iter()
                 .map(|p| {
-                    let v = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+                    let v =
+                        Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
                     p + v * (off / v.norm().max(1.0))
                 })
                 .collect();
@@ -181,7 +181,8 @@ mod tests {
         let straight: Vec<Point> = (0..=4).map(|i| Point::new(f64::from(i), 0.0, 0.0)).collect();
         let mut bent = straight.clone();
         bent[2].y = 0.5;
-        let [one, both] = [&[&bent[..]][..], &[&straight, &bent]].map(|ways| FeedFloor::new(&[0.1; 4], ways, 0.01, 0.0));
+        let [one, both] =
+            [&[&bent[..]][..], &[&straight, &bent]].map(|ways| FeedFloor::new(&[0.1; 4], ways, 0.01, 0.0));
         assert!(both.as_ref().expect("long").least.iter().zip(&one.expect("long").least).all(|(b, o)| b <= o));
         let mut stands = straight;
         stands[3] = stands[2];
