@@ -68,7 +68,7 @@ fn mastercam_for_a_fanuc_in_millimeters() {
         file: "mastercam-fanuc.nc",
         call: "--machine three-axis-mill",
         told: &["tool T4: ball D6", "tool T9: drill D8.5", "tool T1: flat D12"],
-        stock: Some([-61.0, -51.0, -19.0, 61.0, 41.0, 0.0]),
+        stock: Some([-64.0, -56.0, -18.5, 61.0, 41.0, 0.0]),
     });
 }
 
@@ -158,7 +158,7 @@ fn fusion_for_an_828d_with_cycles() {
         file: "fusion-828d.mpf",
         call: "--machine three-axis-mill",
         told: &["siemens-840d", "T2", "chosen: Z is sent to 0 of the machine"],
-        stock: Some([-15.0, -5.5, -17.0, 95.0, 65.5, 1.0]),
+        stock: Some([-15.0, 0.0, -16.0, 95.0, 59.0, 1.5]),
     });
 }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 /// Frames that may be joined: when twice as many are held, every second one is joined with its successor.
 const FRAMES: usize = 32;
-/// First spacing, s: a short job shows its stock often enough, and the pictures that joining takes away again stay few.
-const FIRST_SPACING: f64 = 1.5;
+/// First spacing, s.
+const FIRST_SPACING: f64 = 0.5;
 
 /// The parts that changed up to a time.
 #[derive(Clone, Debug, PartialEq)]

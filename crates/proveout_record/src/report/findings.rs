@@ -15,8 +15,6 @@ use crate::report::format::{compact, count, duration, file_name, fixed, length};
 const ROWS: usize = 200;
 /// Causes of one code that are shown.
 const CAUSES: usize = 60;
-/// Causes of one code that are unfolded with their group.
-pub(crate) const SHOWN_CAUSES: usize = 8;
 /// Lines that a row of equal notes names.
 const LINES: usize = 12;
 /// Marks on the part: more hide it.

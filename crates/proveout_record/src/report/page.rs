@@ -16,7 +16,7 @@ use crate::{
     part::GLB_TRIANGLES,
     report::{
         data::{JointSignals, Page, PartView, ProcessSignals},
-        findings::{SHOWN_CAUSES, Told, groups, marks},
+        findings::{Told, groups, marks},
         format::{compact, count, duration, file_name, fixed, length, length_or_dash, volume},
         rows::{axes, deviation, drives, inspection, operations, symbol, time, tools},
         scale::Scales,
@@ -89,7 +89,6 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "figures": figures(v),
         "gates": gates(v),
         "groups": groups(&told),
-        "shown_causes": SHOWN_CAUSES,
         "contacts": contacts(page),
         "unchecked": program.unchecked,
         "listing": listing(page),

@@ -77,8 +77,8 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     // Sides: [axis][low, high].
     let mut cut_back = [[false; 2]; 2];
     let mut places = 0;
-    // What goes down alone goes into its own holes.
-    for tool in tools.iter().filter(|t| !sideways || !t.sideways.is_empty()) {
+    // What goes down alone goes into its own holes, and what is tilted comes down from beside.
+    for tool in tools.iter().filter(|t| !t.tilted && (!sideways || !t.sideways.is_empty())) {
         for p in tool.descents.iter().filter(|p| p.z < top - 1e-6) {
             let reach = |axis: usize| [p[axis] - tool.radius, p[axis] + tool.radius];
             let inside =
@@ -205,6 +205,8 @@ pub(crate) fn range_of_z(machine: &Machine, readings: &[Reading]) -> Option<[f64
 
 /// Room that is left to the end of the travel of Z, mm.
 const ROOM_MM: f64 = 5.0;
+/// Motion between the ends that are followed, mm.
+const BETWEEN_MM: f64 = 1.0;
 /// Most times that a mount is shifted: on a table that tilts Z does not follow it in full.
 const MOST_SHIFTS: usize = 4;
 
@@ -220,7 +222,8 @@ pub(crate) fn lifted(
     let mut shifted = mount;
     for _ in 0..MOST_SHIFTS {
         let Some([low, high]) = range(&shifted) else { break };
-        let up = least - low;
+        // The ends of motions are followed here; between them a turning axis may ask for a little more.
+        let up = least + BETWEEN_MM - low;
         if up <= 0.0 {
             if shifted == mount {
                 break;

@@ -17,12 +17,6 @@ const MAX_DESCENTS: usize = 10_000;
 const STEEP: f64 = 0.2;
 /// Cosine of the tilt below which a tool stands upright: 3 degrees.
 const UPRIGHT: f64 = 0.9986;
-/// Side of the cells in which it is kept how deep the program has been, mm.
-const CELL_MM: f64 = 2.0;
-/// Most cells.
-const MAX_CELLS: usize = 1_000_000;
-/// Most cells that one stretch is followed through.
-const MAX_STEPS: f64 = 5000.0;
 /// Turns below this are none, radian.
 const NO_TURN: f64 = 1e-9;
 
@@ -39,7 +33,7 @@ pub(crate) struct ToolUse {
     pub(crate) sideways: Aabb,
     /// Highest sideways motion in feed that does not go down: a ramp or a helix begins in air.
     pub(crate) level: Option<f64>,
-    /// Ends of rapid motions that go down along the tool axis, but those into what has been cut before.
+    /// Ends of rapid motions that go down along the tool axis.
     pub(crate) descents: Vec<Point>,
     /// Motions in feed.
     pub(crate) feeds: u64,
@@ -102,7 +96,6 @@ impl Reading {
             indexed: None,
             machine_moves: Vec::new(),
             joints: BTreeMap::new(),
-            been: BTreeMap::new(),
         };
         let survey = Survey::of_file(path, settings, &mut |command, _: Dialect| {
             let way = tracer.step(command);
@@ -130,32 +123,9 @@ struct Collecting<'a> {
     indexed: Option<Location>,
     machine_moves: Vec<MachineMove>,
     joints: BTreeMap<usize, [(f64, Location); 2]>,
-    /// Lowest tip in feed by cell across, mm.
-    been: BTreeMap<[i64; 2], f64>,
-}
-
-fn cell(p: &Point) -> [i64; 2] {
-    [p.x, p.y].map(|v| (v / CELL_MM).floor() as i64)
 }
 
 impl Collecting<'_> {
-    /// Keeps how deep a stretch in feed goes.
-    fn deepen(&mut self, from: &Point, to: &Point) {
-        let across = (to - from).xy().norm();
-        let steps = (2.0 * across / CELL_MM).ceil().clamp(1.0, MAX_STEPS);
-        for i in 0..=steps as u32 {
-            let p = from + (to - from) * (f64::from(i) / steps);
-            let full = self.been.len() >= MAX_CELLS;
-            match self.been.get_mut(&cell(&p)) {
-                Some(low) => *low = low.min(p.z),
-                None if !full => {
-                    self.been.insert(cell(&p), p.z);
-                }
-                None => {}
-            }
-        }
-    }
-
     fn look(&mut self, command: &Command, way: Option<&Way>, joints: Option<&JointValues>, tracer: &Tracer<'_>) {
         let at = &command.location;
         match &command.op {
@@ -195,7 +165,6 @@ impl Collecting<'_> {
             WayKind::Rapid => {
                 if let (true, [from, .., to]) = (!way.machine && way.from_known, &way.points[..])
                     && (from - to).dot(&way.axis) > 1e-6
-                    && self.been.get(&cell(to)).is_none_or(|low| *low > to.z + 1e-3)
                     && tool.descents.len() < MAX_DESCENTS
                 {
                     tool.descents.push(*to);
@@ -232,9 +201,6 @@ impl Collecting<'_> {
                     }
                 }
                 tool.first_feed.get_or_insert_with(|| at.clone());
-                if way.axis.z > UPRIGHT {
-                    way.points.windows(2).for_each(|pair| self.deepen(&pair[0], &pair[1]));
-                }
             }
             WayKind::Feed => {}
         }
