@@ -191,9 +191,9 @@ fn feed_outcome(seed: u64) -> [f64; 2] {
     let mut nearest = f64::INFINITY;
     for a in 0..n {
         let (mut time, mut least) = (0.0, 0.0);
-        for b in a..n {
-            time += taken[b];
-            least += floor.least[b];
+        for (b, (own, proved)) in taken.iter().zip(&floor.least).enumerate().skip(a) {
+            time += own;
+            least += proved;
             let proved = least - floor.seams[a] - floor.seams[b + 1];
             assert!(time >= proved - 1e-9, "seed {seed}, blocks {a} to {b}: {time} below {proved}");
             if b > a + 20 {
@@ -212,7 +212,11 @@ fn no_window_of_blocks_is_faster_than_is_proved_of_its_feed() {
     for_all(1..count + 1, |seed| outcomes.lock().expect("no panic elsewhere").push(feed_outcome(seed)));
     let outcomes = outcomes.into_inner().expect("no panic elsewhere");
     let least = |k: usize| outcomes.iter().map(|o| o[k]).fold(f64::INFINITY, f64::min);
-    println!("{count} ways: time over what is proved at least {:.5}; fastest block {:.4} of its time", least(0), least(1));
+    println!(
+        "{count} ways: time over what is proved at least {:.5}; fastest block {:.4} of its time",
+        least(0),
+        least(1)
+    );
     // Corners are cut, so that single blocks take less than their programmed time, and the windows are near to what is proved.
     assert!(least(1) < 0.999 && least(0) < 1.01, "the ways show nothing");
 }
@@ -242,7 +246,8 @@ fn two_angles_outcome(seed: u64) -> [f64; 2] {
     });
     let rounding = 0.05_f64.to_radians();
     let caps = Caps { middles: middles.collect(), radius: radius + 2.0 * rounding };
-    let place = |x: f64, [b, c]: [f64; 2]| [('X', x), ('Y', 0.0), ('Z', 300.0), ('B', b.to_degrees()), ('C', c.to_degrees())];
+    let place =
+        |x: f64, [b, c]: [f64; 2]| [('X', x), ('Y', 0.0), ('Z', 300.0), ('B', b.to_degrees()), ('C', c.to_degrees())];
     let mut program = Program::default().change(1).continuous(0.01).g0(&place(-40.0, rows[0])).feed(feed);
     for (i, q) in rows.iter().enumerate() {
         program = program.g1(&place(step * i as f64, *q));
@@ -254,9 +259,8 @@ fn two_angles_outcome(seed: u64) -> [f64; 2] {
     let time = moves[n].end_time - moves[0].end_time;
     let way: Vec<Point> = (0..=n).map(|i| Point::new(step * i as f64, 0.0, 300.0)).collect();
     let floor = FeedFloor::new(&vec![step / feed; n], &[&way], 0.01, FEED_PASSED).expect("long blocks");
-    let proved = |a: usize, b: usize| {
-        (floor.least[a..b].iter().sum::<f64>() - floor.seams[a] - floor.seams[b]).max(0.0)
-    };
+    let proved =
+        |a: usize, b: usize| (floor.least[a..b].iter().sum::<f64>() - floor.seams[a] - floor.seams[b]).max(0.0);
     let found = CellBound::new(&pair, &caps, proved).unwrap_or_else(|| panic!("seed {seed}: no cells"));
     assert!(found.time <= time * (1.0 + 1e-9), "seed {seed}: bound {} s, time {time} s", found.time);
     assert!(found.reached.is_none_or(|t| t >= found.time * (1.0 - 1e-12)), "seed {seed}");

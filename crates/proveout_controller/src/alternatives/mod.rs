@@ -109,8 +109,7 @@ impl Alternatives {
                 None if result.channel.is_none() => continue,
                 None => own.iter().map(|q| [*q; 2]).collect(),
             };
-            let widened: Vec<[f64; 2]> =
-                limits.iter().map(|[low, high]| [low - rounding, high + rounding]).collect();
+            let widened: Vec<[f64; 2]> = limits.iter().map(|[low, high]| [low - rounding, high + rounding]).collect();
             if free.is_some() {
                 table = Some(gates.len());
                 let places = new_poses.iter().zip(after).zip(&widened);

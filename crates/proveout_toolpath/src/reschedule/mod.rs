@@ -28,7 +28,8 @@ use proveout_machine::{JointValues, Machine};
 use proveout_tool::Profile;
 
 pub use certificate::{
-    AxisPair, Caps, CellBound, Certificate, FeedFloor, JointGates, LeastPeak, Proof, Schedules, SchedulesError, SwingLimits, peak_of,
+    AxisPair, Caps, CellBound, Certificate, FeedFloor, JointGates, LeastPeak, Proof, Schedules, SchedulesError,
+    SwingLimits, peak_of,
 };
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};

@@ -75,7 +75,12 @@ fn joint(value: &Value, passed: f64) -> Result<Joint, Failure> {
 }
 
 /// Checks the potentials; gives the bound that they prove.
-pub(super) fn check(value: &Value, passed: f64, feed: impl Fn(usize, usize) -> f64, blocks: usize) -> Result<f64, Failure> {
+pub(super) fn check(
+    value: &Value,
+    passed: f64,
+    feed: impl Fn(usize, usize) -> f64,
+    blocks: usize,
+) -> Result<f64, Failure> {
     let (inner, outer) = (joint(&value["inner"], passed)?, joint(&value["outer"], passed)?);
     if (outer.size * outer.cells as f64 - std::f64::consts::TAU).abs() > 1e-6 {
         return Err(wrong("the cells of the outer joint are not a turn"));
@@ -84,20 +89,37 @@ pub(super) fn check(value: &Value, passed: f64, feed: impl Fn(usize, usize) -> f
     let whole = |v: &Value| v.as_u64().and_then(|n| usize::try_from(n).ok());
     let stations: Option<Vec<usize>> = list(value, "stations")?.iter().map(whole).collect();
     let stations = stations.ok_or_else(|| wrong("a station is no gate"))?;
-    if stations.len() < 2 || stations[0] != 0 || stations[stations.len() - 1] != blocks || stations.windows(2).any(|p| p[0] >= p[1]) {
+    if stations.len() < 2
+        || stations[0] != 0
+        || stations[stations.len() - 1] != blocks
+        || stations.windows(2).any(|p| p[0] >= p[1])
+    {
         return Err(wrong("the stations do not rise from the first gate to the last"));
     }
     let (axes, cells, potentials) = (list(value, "axes")?, list(value, "cells")?, list(value, "potentials_s")?);
-    let whole_lists = [axes.len(), cells.len(), potentials.len(), inner.programs[0].len(), inner.programs[1].len(), outer.programs[0].len(), outer.programs[1].len()];
+    let whole_lists = [
+        axes.len(),
+        cells.len(),
+        potentials.len(),
+        inner.programs[0].len(),
+        inner.programs[1].len(),
+        outer.programs[0].len(),
+        outer.programs[1].len(),
+    ];
     if whole_lists.iter().any(|n| *n != stations.len()) {
         return Err(wrong("cells have not one list for each station"));
     }
     let mut last: Vec<([usize; 2], f64)> = Vec::new();
     for s in 0..stations.len() {
         let ids: Option<Vec<usize>> = cells[s].as_array().and_then(|all| all.iter().map(whole).collect());
-        let times_s: Option<Vec<f64>> = potentials[s].as_array().and_then(|all| all.iter().map(Value::as_f64).collect());
+        let times_s: Option<Vec<f64>> =
+            potentials[s].as_array().and_then(|all| all.iter().map(Value::as_f64).collect());
         let (Some(ids), Some(times_s)) = (ids, times_s) else { return Err(wrong(format!("station {s} has no cells"))) };
-        if ids.len() != times_s.len() || ids.is_empty() || ids.windows(2).any(|p| p[0] >= p[1]) || ids[ids.len() - 1] >= inner.cells * outer.cells {
+        if ids.len() != times_s.len()
+            || ids.is_empty()
+            || ids.windows(2).any(|p| p[0] >= p[1])
+            || ids[ids.len() - 1] >= inner.cells * outer.cells
+        {
             return Err(wrong(format!("the cells of station {s} do not rise, or have not one time each")));
         }
         let now: Vec<([usize; 2], f64)> =
@@ -121,7 +143,9 @@ pub(super) fn check(value: &Value, passed: f64, feed: impl Fn(usize, usize) -> f
         for (which, program) in ["new", "original"].into_iter().enumerate() {
             let place = [
                 ((inner.programs[which][s].to_radians() - inner.from) / inner.size).floor(),
-                ((outer.programs[which][s].to_radians() - outer.from) / outer.size).floor().rem_euclid(outer.cells as f64),
+                ((outer.programs[which][s].to_radians() - outer.from) / outer.size)
+                    .floor()
+                    .rem_euclid(outer.cells as f64),
             ];
             // A place on the border of two cells is in both.
             let near = |cell: &[usize; 2]| {
@@ -146,7 +170,9 @@ pub(super) fn check(value: &Value, passed: f64, feed: impl Fn(usize, usize) -> f
                 let outer_way = (round.min(outer.cells - round) as f64 - 1.0).max(0.0) * outer.size;
                 let least = feed.max(inner_way / inner.velocity).max(outer_way / outer.velocity);
                 if *time > before + least + ROUNDED_S {
-                    return Err(wrong(format!("the potential of a cell of station {s} is above that of one before it and the way from there")));
+                    return Err(wrong(format!(
+                        "the potential of a cell of station {s} is above that of one before it and the way from there"
+                    )));
                 }
             }
         }

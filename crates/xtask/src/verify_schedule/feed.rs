@@ -28,10 +28,8 @@ pub(super) fn check(run: &Value, least: &[f64], seams: &[f64]) -> Result<(), Fai
     for way in ways {
         let name = way["program"].as_str().unwrap_or("nameless");
         let times = numbers(way, "times_s")?;
-        let points: Option<Vec<[f64; 3]>> = list(way, "points_mm")?
-            .iter()
-            .map(|p| Some([p[0].as_f64()?, p[1].as_f64()?, p[2].as_f64()?]))
-            .collect();
+        let points: Option<Vec<[f64; 3]>> =
+            list(way, "points_mm")?.iter().map(|p| Some([p[0].as_f64()?, p[1].as_f64()?, p[2].as_f64()?])).collect();
         let points = points.ok_or_else(|| wrong(format!("a point of the {name} way is no place")))?;
         if times.len() != least.len() || points.len() != least.len() + 1 {
             return Err(wrong(format!("the {name} way has not a time for each block and a point for each gate")));

@@ -110,7 +110,9 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
     let run = Run { joints: all, least, seams, value };
     let cells = match &value["cells"] {
         Value::Null => None,
-        cells => Some(cells::check(cells, number(value, "limit_passed")?, |from, to| run.feed(from, to), run.least.len())?),
+        cells => {
+            Some(cells::check(cells, number(value, "limit_passed")?, |from, to| run.feed(from, to), run.least.len())?)
+        }
     };
     for peak in list(value, "constant_feed")? {
         peak::check(value, peak)?;
@@ -176,9 +178,13 @@ fn joints(value: &Value, list_of: &str, unit: &str, blocks: usize) -> Result<Vec
     let mut joints = Vec::new();
     for joint in list(value, list_of)? {
         let name = joint["name"].as_str().ok_or_else(|| wrong("a joint without a name"))?.to_owned();
-        let limit = |quantity: &str| match &joint[format!("{quantity}_{unit}_s{}", if quantity == "jerk" { 3 } else { 2 })] {
+        let limit = |quantity: &str| match &joint
+            [format!("{quantity}_{unit}_s{}", if quantity == "jerk" { 3 } else { 2 })]
+        {
             Value::Null => Ok(f64::INFINITY),
-            value => value.as_f64().map(|v| v * passed).ok_or_else(|| wrong(format!("{quantity} of {name} is no number"))),
+            value => {
+                value.as_f64().map(|v| v * passed).ok_or_else(|| wrong(format!("{quantity} of {name} is no number")))
+            }
         };
         let limits = Limits {
             velocity: number(joint, &format!("velocity_{unit}_s"))? * passed,
@@ -248,7 +254,9 @@ impl Run<'_> {
         if kind == "cells" {
             let whole = begin == 0 && gates.len() == 2 && last == self.least.len();
             let proved = cells.filter(|_| whole);
-            return proved.map(|time| (last, time)).ok_or_else(|| wrong("cells are about all blocks, and have to be given"));
+            return proved
+                .map(|time| (last, time))
+                .ok_or_else(|| wrong("cells are about all blocks, and have to be given"));
         }
         let joint = self.joints.iter().find(|j| window["joint"] == j.name.as_str());
         let joint = joint.ok_or_else(|| wrong("its joint is not in the certificate"))?;

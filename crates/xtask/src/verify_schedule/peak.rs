@@ -14,9 +14,8 @@ const ROUNDED: f64 = 1e-6;
 /// What divided differences of an order do to positions, turned round: the pull on each position of one weight.
 fn pull(nodes: &[f64]) -> Vec<f64> {
     // The difference as a row of numbers on its positions, built order by order.
-    let mut rows: Vec<Vec<f64>> = (0..nodes.len())
-        .map(|k| (0..nodes.len()).map(|l| f64::from(u8::from(l == k))).collect())
-        .collect();
+    let mut rows: Vec<Vec<f64>> =
+        (0..nodes.len()).map(|k| (0..nodes.len()).map(|l| f64::from(u8::from(l == k))).collect()).collect();
     for order in 1..nodes.len() {
         rows = (0..nodes.len() - order)
             .map(|k| {
@@ -29,7 +28,9 @@ fn pull(nodes: &[f64]) -> Vec<f64> {
 }
 
 pub(super) fn check(run: &Value, peak: &Value) -> Result<(), Failure> {
-    let order = peak["order"].as_u64().filter(|m| matches!(m, 2 | 3)).ok_or_else(|| wrong("a peak of no known order"))? as usize;
+    let order =
+        peak["order"].as_u64().filter(|m| matches!(m, 2 | 3)).ok_or_else(|| wrong("a peak of no known order"))?
+            as usize;
     let velocity = numbers(peak, "velocity_deg_s")?;
     let &[slowest, fastest] = velocity.as_slice() else { return Err(wrong("a least peak has not two velocities")) };
     if slowest > 0.0 || fastest < 0.0 {
@@ -91,9 +92,8 @@ mod tests {
     #[test]
     fn differences_of_powers_are_their_derivatives() {
         let nodes = [0.0, 0.3, 1.0, 1.1];
-        let of = |nodes: &[f64], power: i32| -> f64 {
-            pull(nodes).iter().zip(nodes).map(|(p, t)| p * t.powi(power)).sum()
-        };
+        let of =
+            |nodes: &[f64], power: i32| -> f64 { pull(nodes).iter().zip(nodes).map(|(p, t)| p * t.powi(power)).sum() };
         assert!((of(&nodes[..3], 2) - 2.0).abs() < 1e-12 && of(&nodes[..3], 1).abs() < 1e-12);
         assert!((of(&nodes, 3) - 6.0).abs() < 1e-9 && of(&nodes, 2).abs() < 1e-9);
     }

@@ -170,7 +170,7 @@ fn potentials_of_cells_are_checked_edge_by_edge() {
     let proved = |change: &dyn Fn(&mut Value)| {
         let mut value = cells();
         change(&mut value);
-        super::cells::check(&value, 0.0, |_, _| 0.398, 4).map_err(|Failure(e)| e)
+        cells::check(&value, 0.0, |_, _| 0.398, 4).map_err(|Failure(e)| e)
     };
     let bound = proved(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
     // Half a turn less what caps and cells leave: 180 degrees less two cells' reach on either side, and one for nothing.
@@ -209,7 +209,7 @@ fn weights_of_a_least_peak_are_counted_again() {
     let told = |change: &dyn Fn(&mut Value)| {
         let mut own = peak();
         change(&mut own);
-        super::peak::check(&run(), &own).map_err(|Failure(e)| e)
+        peak::check(&run(), &own).map_err(|Failure(e)| e)
     };
     told(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
     type Change = fn(&mut Value);

@@ -120,8 +120,14 @@ impl LeastPeak {
         let steps: Vec<f64> = steps.map(|(push, t)| kept(*push) * scale / (t * fastest)).collect();
         let total: f64 = weights.iter().map(|w| w.abs()).sum();
         let even = |v: Vec<f64>| v.into_iter().map(|w| w / total.max(f64::MIN_POSITIVE)).collect();
-        let mut out =
-            Self { order, velocity, reached: reached * scale * unit, proved: 0.0, weights: even(weights), pushes: even(steps) };
+        let mut out = Self {
+            order,
+            velocity,
+            reached: reached * scale * unit,
+            proved: 0.0,
+            weights: even(weights),
+            pushes: even(steps),
+        };
         out.proved = out.counted(&times, gates);
         if out.proved < 0.0 {
             // Rounding of a channel that a motion without any passes: no weights prove zero.
@@ -216,9 +222,8 @@ mod tests {
             let fastest = (0..=4000).map(|k| value(at[n] * f64::from(k) / 4000.0, 1).abs()).fold(0.0, f64::max);
             let velocity = [if drift > 0.0 { 0.0 } else { -1.001 * fastest }, 1.001 * fastest];
             for order in [2, 3] {
-                let largest = (0..=4000)
-                    .map(|k| value(at[n] * f64::from(k) / 4000.0, order as i32).abs())
-                    .fold(0.0, f64::max);
+                let largest =
+                    (0..=4000).map(|k| value(at[n] * f64::from(k) / 4000.0, order as i32).abs()).fold(0.0, f64::max);
                 let Some(found) = LeastPeak::new(&least, &gates, order, velocity, &motion) else { continue };
                 assert!(found.proved <= largest * 1.001, "{case}: {} above {largest}", found.proved);
                 assert!(found.proved <= found.reached * (1.0 + 1e-6) + 1e-9, "{case}");
