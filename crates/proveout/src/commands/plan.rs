@@ -153,7 +153,9 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
         let _ = writeln!(out, "  {}", least_peak(peak));
     }
     if !run.joints.is_empty() && run.constant_feed.is_empty() {
-        out.push_str("  at the programmed times no motion of the table in the channel was found: it is too slow for them\n");
+        out.push_str(
+            "  at the programmed times no motion of the table in the channel was found: it is too slow for them\n",
+        );
     }
     if !run.original_inside {
         let _ = writeln!(out, "  the axes of {} leave the channel", all.from);
