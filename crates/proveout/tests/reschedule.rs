@@ -190,7 +190,7 @@ fn a_method_of_two_angles_has_its_bound_over_cells() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let scene = root().join("scenes/cui-2022-singularity").display().to_string();
     let file = |name: &str| folder.path().join(name).display().to_string();
-    let words = ["reschedule", &scene, "--program", "original", "--method", "singularity", "--set", "junction=off"];
+    let words = ["reschedule", &scene, "--program", "cone-5", "--method", "singularity"];
     let output = proveout(&[&words[..], &["--output", &file("c.mpf"), "--certificate", &file("c.json")]].concat());
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(0), "{told}");
@@ -202,9 +202,9 @@ fn a_method_of_two_angles_has_its_bound_over_cells() {
     // The method turns axes by about what they miss the pole by.
     let stray = number(cells, "stray_deg");
     assert!(stray > 0.9 && stray < 1.3, "{stray}");
-    assert!(
-        number(cells, "bound_s") >= number(run, "feed_bound_s") && number(cells, "bound_s") <= number(run, "time_s")
-    );
+    // With the pole in reach no joint has to hurry; each station costs what a window of feed loses at its ends.
+    let (own, feed) = (number(cells, "bound_s"), number(run, "feed_bound_s"));
+    assert!(own > 0.999 * feed && own <= number(run, "bound_s") && feed <= number(run, "time_s"), "{own} {feed}");
     assert!(cells["potentials_s"].as_array().expect("a list").len() >= 2);
     assert!(number(run, "gap_percent") >= 0.0 && run["new_inside"] == true);
     assert!(told.contains("with axes within") && told.contains("by cells of B and C at"), "{told}");

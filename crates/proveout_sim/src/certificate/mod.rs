@@ -126,9 +126,9 @@ const TRIED: [f64; 8] = [0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2];
 const STANDS_STILL: f64 = 1e-3;
 
 /// The curve of what a schedule gains over the velocity limit of its joint.
-fn over_velocity(k: usize, counted: &Schedules, [before, after]: [&[f64]; 2], own: Option<f64>) -> Vec<VelocityRow> {
-    let Some(joint) = counted.joints.get(k) else { return Vec::new() };
-    let rates = before.windows(2).zip(&counted.least).map(|(q, t)| (q[1] - q[0]).abs() / t);
+fn over_velocity(k: usize, programmed: &Schedules, [before, after]: [&[f64]; 2], own: Option<f64>) -> Vec<VelocityRow> {
+    let Some(joint) = programmed.joints.get(k) else { return Vec::new() };
+    let rates = before.windows(2).zip(&programmed.least).map(|(q, t)| (q[1] - q[0]).abs() / t);
     let needed = rates.fold(0.0, f64::max);
     if !(needed > STANDS_STILL && needed.is_finite()) {
         return Vec::new();
@@ -141,11 +141,11 @@ fn over_velocity(k: usize, counted: &Schedules, [before, after]: [&[f64]; 2], ow
     limits.sort_by(|a, b| b.0.total_cmp(&a.0));
     let row = |(velocity, is): (f64, VelocityLimit)| {
         let time = |own: &[f64]| -> f64 {
-            own.windows(2).zip(&counted.least).map(|(q, t)| t.max((q[1] - q[0]).abs() / velocity)).sum()
+            own.windows(2).zip(&programmed.least).map(|(q, t)| t.max((q[1] - q[0]).abs() / velocity)).sum()
         };
         let mut alone = joint.clone();
         alone.limits.velocity = velocity;
-        let schedules = Schedules { least: counted.least.clone(), joints: vec![alone] };
+        let schedules = Schedules { least: programmed.least.clone(), joints: vec![alone] };
         let least_s = schedules.certificate().ok()?.velocity.first().copied()?;
         let (original_s, new_s) = (time(before), time(after));
         let saved = |time: f64| 100.0 * (1.0 - time / original_s);
@@ -359,6 +359,8 @@ pub(crate) fn certify(
         let own = changed_limits.iter().find(|l| l.joint == name && l.quantity == "velocity");
         own.and_then(|l| l.of_machine).map(f64::to_radians)
     };
+    // The curve is about feed and velocity alone, without what the control rounds off.
+    let programmed = Schedules { least: schedules.least.clone(), joints: counted.joints.clone() };
     let joints = schedules.joints.iter().enumerate().map(|(k, joint)| JointCertificate {
         name: joint.name.clone(),
         velocity_deg_s: joint.limits.velocity.to_degrees(),
@@ -368,7 +370,7 @@ pub(crate) fn certify(
         new_deg: degrees(&after[k]),
         original_deg: degrees(&before[k]),
         velocity_bound_s: certificate.velocity[k],
-        over_velocity: over_velocity(k, &counted, [&before[k], &after[k]], own_velocity(&joint.name)),
+        over_velocity: over_velocity(k, &programmed, [&before[k], &after[k]], own_velocity(&joint.name)),
     });
     let windows = match by_cells {
         Some(time_s) => {

@@ -67,6 +67,9 @@ pub struct Caps {
     pub radius: f64,
 }
 
+/// Cells of a station, inner and outer, with the least time to be in each, s.
+type Bounds = Vec<([usize; 2], f64)>;
+
 /// Cells of the two joints with a lower bound of the time to be in each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellBound {
@@ -142,8 +145,8 @@ impl Grid<'_> {
     }
 
     /// Bounds of all cells of all stations; none where a station has no cell, or too many.
-    fn potentials(&self, stations: &[usize], feed: &[f64], middles: bool) -> Option<Vec<Vec<([usize; 2], f64)>>> {
-        let mut all: Vec<Vec<([usize; 2], f64)>> = Vec::with_capacity(stations.len());
+    fn potentials(&self, stations: &[usize], feed: &[f64], middles: bool) -> Option<Vec<Bounds>> {
+        let mut all: Vec<Bounds> = Vec::with_capacity(stations.len());
         for (k, &gate) in stations.iter().enumerate() {
             let cells = self.cells(gate, middles).filter(|c| !c.is_empty())?;
             let Some(last) = all.last() else {
@@ -169,7 +172,7 @@ impl Grid<'_> {
     }
 }
 
-fn least_of(cells: &[Vec<([usize; 2], f64)>]) -> f64 {
+fn least_of(cells: &[Bounds]) -> f64 {
     cells.last().map_or(0.0, |last| last.iter().map(|(_, t)| *t).fold(f64::INFINITY, f64::min))
 }
 

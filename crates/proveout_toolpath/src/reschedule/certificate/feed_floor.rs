@@ -53,7 +53,7 @@ impl FeedFloor {
             for (i, (pair, time)) in way.windows(2).zip(times).enumerate() {
                 let step = pair[1] - pair[0];
                 let length = step.norm();
-                if !(length > off) {
+                if length.is_nan() || length <= off {
                     return Err(i);
                 }
                 let u = step * (time / (length * length));
@@ -64,7 +64,7 @@ impl FeedFloor {
             }
         }
         let least: Vec<f64> = (0..n).map(|i| (times[i] - 0.5 * (bends[i] + bends[i + 1])) / (1.0 + passed)).collect();
-        if let Some(block) = least.iter().position(|t| !(*t > 0.0)) {
+        if let Some(block) = least.iter().position(|t| t.is_nan() || *t <= 0.0) {
             return Err(block);
         }
         let seam = |i: usize| {
@@ -140,9 +140,9 @@ mod tests {
                 let taken: Vec<f64> = y.windows(2).zip(&rate).map(|(p, r)| (p[1] - p[0]).norm() * r).collect();
                 for a in 0..times.len() {
                     let (mut time, mut least) = (0.0, 0.0);
-                    for b in a..times.len() {
-                        time += taken[b];
-                        least += floor.least[b];
+                    for (b, (own, proved)) in taken.iter().zip(&floor.least).enumerate().skip(a) {
+                        time += own;
+                        least += proved;
                         let proved = least - floor.seams[a] - floor.seams[b + 1];
                         assert!(time >= proved - 1e-12, "{a}..{b}: {time} below {proved}");
                         if off > 1e-3 && b > a + 10 {
