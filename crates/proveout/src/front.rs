@@ -277,7 +277,7 @@ pub fn reschedule(
             .map_err(|(message, help)| Failure::new(format!("{word} {message}")).with_help(help))?;
     }
     if let Some(key) = work.file.unread() {
-        let message = format!("{word} {method} does not read {key} with this channel");
+        let message = format!("{word} {method} does not read {key} beside its other options");
         let help = format!("options of it: {}", work.file.read().join(", "));
         return Err(Failure::new(message).with_help(help).into());
     }

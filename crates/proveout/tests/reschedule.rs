@@ -526,3 +526,75 @@ fn axes_between_keys_lean_no_more_than_the_cap() {
     let free = least_upright(&made("cap_deg=47", "window_mm=0"));
     assert!((free - 12.0_f64.to_radians().cos()).abs() < 1e-6, "{free}");
 }
+
+/// Seconds that a method saves on a scene of the library, with the texts that it writes and tells.
+fn saved(scene: &str, program: &str, method: &str, options: &[&str], out: &Path) -> (f64, String, String) {
+    let scene = root().join("scenes").join(scene).display().to_string();
+    let file = out.join(format!("{program}-{method}.mpf")).display().to_string();
+    let set: Vec<&str> = options.iter().flat_map(|o| ["--set", o]).collect();
+    let words = ["reschedule", &scene, "--program", program, "--method", method, "--output", &file, "--force"];
+    let output = proveout(&[&words[..], &set].concat());
+    let told = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned()).concat();
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    let line = told.lines().find(|l| l.starts_with("lines ")).expect("times of the run");
+    let seconds: Vec<f64> = line
+        .split(' ')
+        .zip(line.split(' ').skip(1))
+        .filter(|(_, b)| b.starts_with("s,") || *b == "s")
+        .filter_map(|(a, _)| a.parse().ok())
+        .collect();
+    assert_eq!(seconds.len(), 2, "{line}");
+    (seconds[1] - seconds[0], fs::read_to_string(&file).expect("written"), told)
+}
+
+/// Both rotary joints free: on the experiments of Cui et al. and Ma et al. no published program saves more time, contacts and blocks stay, and the bound stands
+/// beside the time.
+#[test]
+fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    for (scene, method, published) in [
+        ("ma-2020-sine", "min-angular-acceleration", &["slerp", "joints"][..]),
+        ("cui-2022-singularity", "singularity", &["cone-5", "cone-5-smoothed", "cone-3", "cone-10"]),
+    ] {
+        let (most, text, told) = saved(scene, "original", "smooth", &["channel=rows"], folder.path());
+        assert!(told.contains("smooth from original, channel=rows") && told.contains("below"), "{told}");
+        for program in published {
+            let (other, ..) = saved(scene, program, method, &[], folder.path());
+            println!("{scene}: smooth saves {most:.3} s, {program} {other:.3} s");
+            assert!(most >= other - 2e-3, "{scene}, {program}: {most} s and {other} s");
+        }
+        let before = fs::read_to_string(root().join("scenes").join(scene).join("original.mpf")).expect("the program");
+        let blocks = |text: &str| text.lines().filter(|l| l.starts_with('X') || l.starts_with("G1 X")).count();
+        assert_eq!(blocks(&text), blocks(&before), "{scene}");
+        // The times of the blocks are those of the program before.
+        let feeds = |text: &str| -> Vec<String> {
+            text.lines()
+                .filter_map(|l| l.split(' ').find(|w| w.starts_with('F') && w.len() > 3).map(str::to_owned))
+                .collect()
+        };
+        assert_eq!(feeds(&text), feeds(&before), "{scene}");
+    }
+}
+
+#[test]
+fn options_of_rows_are_read_and_refused_by_name() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let scene = root().join("scenes/ma-2020-sine").display().to_string();
+    let file = folder.path().join("never.mpf");
+    let word = file.display().to_string();
+    for (options, wanted) in [
+        (&["channel=rows", "clearance_deg=50"][..], "does not read clearance_deg"),
+        (&["channel=rows", "monotone=true"], "does not read monotone"),
+        (&["channel=tool", "ends=free"], "does not read ends"),
+        (&["channel=rows", "ends=loose"], "write one of kept, free"),
+        (&["channel=rows", "turn_max_deg=0"], "turn_max_deg"),
+        (&["channel=rows", "lean_max_deg=4"], "goes on from here"),
+    ] {
+        let set: Vec<&str> = options.iter().flat_map(|o| ["--set", o]).collect();
+        let words = ["reschedule", &scene, "--program", "original", "--method", "smooth", "--output", &word];
+        let output = proveout(&[&words[..], &set].concat());
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && told.contains(wanted), "{options:?}: {told}");
+        assert!(!file.exists(), "nothing is written");
+    }
+}

@@ -38,15 +38,16 @@ use super::{GAIN, VELOCITY_GIVEN};
 /// Largest turn of the axis from the program's own where nothing else limits it, radian.
 const TURN_MAX: f64 = 15.0 * std::f64::consts::PI / 180.0;
 /// Cells of turn and tilt, radian; the finer ones for the rules of a bull-nose, which leave a few degrees.
-const CELLS: [f64; 2] = [4.0 * std::f64::consts::PI / 180.0, 1.5 * std::f64::consts::PI / 180.0];
+const CELLS: [f64; 2] = [5.0 * std::f64::consts::PI / 180.0, 2.0 * std::f64::consts::PI / 180.0];
 const FINE_CELLS: [f64; 2] = [2.0 * std::f64::consts::PI / 180.0, 0.75 * std::f64::consts::PI / 180.0];
 /// No more cells than this at a station, nor stations.
 const MOST_CELLS: f64 = 8_000.0;
-const MOST_STATIONS: usize = 150;
+const MOST_STATIONS: usize = 100;
 /// Stations where the rules of a bull-nose are looked at: each costs sections of the surface.
-const MOST_JUDGED: usize = 30;
-/// Half a turn each way beside the turns of the program is looked at.
+const MOST_JUDGED: usize = 15;
+/// Half a turn each way beside the turns of the program is looked at; a sixth for the rules of a bull-nose.
 const BESIDE: f64 = std::f64::consts::PI;
+const BESIDE_RULES: f64 = std::f64::consts::FRAC_PI_3;
 /// How often rectangles are grown anew.
 const ROUNDS: usize = 3;
 /// An end that is kept may be off by this while the others are looked for, radian.
@@ -54,7 +55,7 @@ const KEPT: f64 = 1e-7;
 /// Schedules whose times differ by less than this part are as fast.
 const AS_FAST: f64 = 1e-5;
 /// By how much the rules of a bull-nose are taken narrower, as a part of their limits, in the order in which it is tried: between stations nothing is known.
-const MARGINS: [f64; 4] = [0.004, 0.015, 0.03, 0.06];
+const MARGINS: [f64; 3] = [0.01, 0.025, 0.05];
 
 /// Whether the axes at the ends of a row may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,8 +71,7 @@ pub enum RowEnds {
 pub struct SmoothRows {
     /// Largest lean of the tool axis from the normal of the surface, radian.
     pub lean_max: f64,
-    /// Largest turn of the tool axis from the program's own, radian. None: 15 degrees, but for ball ends on a surface that is known and for bull-noses, which
-    /// have rules of their own.
+    /// Largest turn of the tool axis from the program's own, radian. None: 15 degrees, but for ball ends on a surface that is known.
     pub turn_max: Option<f64>,
     /// The ends of the row.
     pub ends: RowEnds,
@@ -156,8 +156,8 @@ impl Method for SmoothRows {
             let help = "give the scene a part or fixtures: a row of a ball end is as free as these leave it";
             return Err(RescheduleError::new("reschedule-channel", row.line(run, 0), message, help));
         }
-        let free_by_itself = row.rules.is_some() || (ball.is_some() && known);
-        let turn_max = self.turn_max.unwrap_or(if free_by_itself { std::f64::consts::PI } else { TURN_MAX });
+        let capped = if ball.is_some() && known { std::f64::consts::PI } else { TURN_MAX };
+        let turn_max = self.turn_max.unwrap_or(capped);
         let bodies = around.region.filter(|_| ball.is_none()).and_then(|r| Some((r, r.reach()?)));
         let mut freedom = Freedom {
             joints: &joints,
@@ -182,7 +182,8 @@ impl Method for SmoothRows {
             freedom.margin = *margin;
             match self.planned(&work, &freedom, &course) {
                 Ok(planned) => {
-                    found.extend(planned.tried.into_iter().filter(|t| freedom.is_free(&t.angles)));
+                    let free = planned.angles.into_iter().filter(|angles| freedom.is_free(angles));
+                    found.extend(free.map(|angles| work.tried(angles, "smoothest")));
                     refused = None;
                     if !found.is_empty() {
                         found.extend(work.with_control(&planned.gates, &found, &freedom));
@@ -195,7 +196,7 @@ impl Method for SmoothRows {
         if let (Some(e), true) = (refused, found.is_empty()) {
             return Err(e);
         }
-        found.extend(self.others(&work, &course).into_iter().filter(|t| freedom.is_free(&t.angles)));
+        self.add_others(&work, &course, &freedom, &mut found);
         let Some(best) = chosen(found) else {
             let at = freedom.first_taken(&course).unwrap_or(0);
             let message = "neither a new schedule nor that of the program keeps all limits of this block";
@@ -208,7 +209,8 @@ impl Method for SmoothRows {
 
 /// What was planned through cells.
 struct Planned {
-    tried: Vec<Tried>,
+    /// Schedules that stand at the ends, where that can be, and that do not: of all rounds those with the least effort.
+    angles: Vec<Vec<Angles>>,
     /// Gates of turn and tilt at the blocks in the last round.
     gates: [Vec<[f64; 2]>; 2],
 }
@@ -252,7 +254,8 @@ impl SmoothRows {
         });
         let fixed = [kept.then_some(course[0]), end];
         let mut rectangles: Vec<[Cell; 2]> = way.windows(2).map(|w| [w[0], w[1]]).collect();
-        let mut planned = Planned { tried: Vec::new(), gates: [Vec::new(), Vec::new()] };
+        let mut planned = Planned { angles: Vec::new(), gates: [Vec::new(), Vec::new()] };
+        let mut least: [Option<(f64, Vec<Angles>)>; 2] = [None, None];
         for _ in 0..ROUNDS {
             for (stretch, rectangle) in rectangles.iter_mut().enumerate() {
                 *rectangle = cells.grown(stretch, *rectangle);
@@ -260,11 +263,14 @@ impl SmoothRows {
             let gates = gates(&cells, &rectangles, &nodes, fixed);
             let within = Rectangles { gates: &gates, limits: work.limits };
             let mut next = None;
-            for rest in [true, false] {
+            for (least, rest) in least.iter_mut().zip([true, false]) {
                 let Some(mut angles) = within.smoothest(work.least, rest, VELOCITY_GIVEN[0]) else { continue };
                 put_ends(&mut angles, fixed);
-                next = Some(angles.clone());
-                planned.tried.push(work.tried(angles, "smoothest"));
+                let effort = work.effort(&angles);
+                if least.as_ref().is_none_or(|(most, _)| effort < *most) {
+                    *least = Some((effort, angles.clone()));
+                }
+                next = Some(angles);
             }
             planned.gates = gates;
             let Some(angles) = next else { break };
@@ -279,12 +285,22 @@ impl SmoothRows {
                 }
             }
         }
+        planned.angles = least.into_iter().flatten().map(|(_, angles)| angles).collect();
         Ok(planned)
     }
 
-    /// The program before, and what published methods for such rows make of it, as far as the ends keep what they must.
-    fn others(&self, work: &Work<'_>, course: &[Angles]) -> Vec<Tried> {
-        let mut out = vec![work.tried(course.to_vec(), "program before")];
+    /// The program before, and what published methods for such rows make of it, as far as the ends keep what they must; those that could be faster, or more even, than
+    /// what was found.
+    fn add_others(&self, work: &Work<'_>, course: &[Angles], freedom: &Freedom<'_>, found: &mut Vec<Tried>) {
+        let shortest: f64 = work.least.iter().sum();
+        let best = chosen(found.clone());
+        let wanted = |angles: &[Angles]| {
+            let done = best.as_ref().filter(|b| b.time() <= shortest * (1.0 + GAIN));
+            done.is_none_or(|b| work.effort(angles) < b.effort) && freedom.is_free(angles)
+        };
+        if wanted(course) {
+            found.push(work.tried(course.to_vec(), "program before"));
+        }
         let methods: Vec<Box<dyn Method>> = match work.row.rules {
             Some(_) => vec![Box::new(self.rules)],
             None => vec![Box::new(Singularity::default()), Box::new(MinAngularAcceleration::default())],
@@ -303,11 +319,10 @@ impl SmoothRows {
                 let [a, b] = [&angles, course].map(|q: &[Angles]| q.get(i).map(|q| work.joints.axis(*q)));
                 a.zip(b).is_some_and(|(a, b)| (a - b).norm() < 1e-6)
             };
-            if self.ends == RowEnds::Free || (same(0) && same(course.len() - 1)) {
-                out.push(work.tried(angles, method.name()));
+            if (self.ends == RowEnds::Free || (same(0) && same(course.len() - 1))) && wanted(&angles) {
+                found.push(work.tried(angles, method.name()));
             }
         }
-        out
     }
 }
 
@@ -341,10 +356,14 @@ impl Work<'_> {
                 angles.windows(2).zip(self.least).map(needed).collect()
             }
         };
+        Tried { effort: self.effort(&angles), angles, times, name }
+    }
+
+    /// Largest acceleration of a schedule over its programmed times, as a part of its joint's limit.
+    fn effort(&self, angles: &[Angles]) -> f64 {
         let part =
             |(peak, limit): ([f64; 2], [f64; 2])| if limit[1].is_finite() { peak[1] / limit[1] } else { peak[1] };
-        let effort = peaks(&angles, self.least).into_iter().zip(self.limits).map(part).fold(0.0, f64::max);
-        Tried { angles, times, effort, name }
+        peaks(angles, self.least).into_iter().zip(self.limits).map(part).fold(0.0, f64::max)
     }
 
     /// Schedules in the times that the control takes for the best one, as long as it is slower than the feed wants.
@@ -379,9 +398,10 @@ impl Work<'_> {
     /// Cells of turn and tilt: of the tilt what the limits leave anywhere.
     fn scales(&self, freedom: &Freedom<'_>, course: &[Angles]) -> Result<[Scale; 2], RescheduleError> {
         let widths = if self.row.rules.is_some() { FINE_CELLS } else { CELLS };
+        let beside = if self.row.rules.is_some() { BESIDE_RULES } else { BESIDE };
         let turns = course.iter().map(|q| q[0]);
         let mut range =
-            [turns.clone().fold(f64::INFINITY, f64::min) - BESIDE, turns.fold(f64::NEG_INFINITY, f64::max) + BESIDE];
+            [turns.clone().fold(f64::INFINITY, f64::min) - beside, turns.fold(f64::NEG_INFINITY, f64::max) + beside];
         if let Some([low, high]) = self.joints.travel(0) {
             range = [range[0].max(low), range[1].min(high)];
         }
