@@ -122,6 +122,7 @@ experiments! {
     lu "scenes/lu-2022-quasi-circle",
     lu_serial "scenes/lu-2022-quasi-circle/serial.toml",
     lu_whole_lines "scenes/lu-2022-quasi-circle/whole-lines.toml",
+    lu_whole_lines_serial "scenes/lu-2022-quasi-circle/whole-lines-serial.toml",
     lu_untwisted "scenes/lu-2022-quasi-circle/untwisted.toml",
     lu_edge "scenes/lu-2022-quasi-circle/edge.toml",
     dong "scenes/dong-2023-multi-scale",

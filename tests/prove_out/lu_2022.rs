@@ -41,6 +41,15 @@ fn whole_lines_turn_the_joints_as_the_second_count_says() {
         close(name, s.from_turning.expect("three slides"), turning, 0.01 * turning);
         assert!(s.depth.is_none(), "nobody asks for it");
     }
+    // With the span on C the other machine turns alike: its joints test the mapping, and its slides move otherwise.
+    let all = moved(&scene(NAME).join("whole-lines-serial.toml"));
+    for (name, [velocity, turning]) in
+        [("iso-parametric", [rate(4.124), 1.389]), ("quasi-circle", [rate(0.510), 0.156])]
+    {
+        let s = stretch(&all, name);
+        close(name, s.axes["C"].demand_velocity.expect("known"), velocity, 0.01 * velocity);
+        close(name, s.from_turning.expect("three slides"), turning, 0.01 * turning);
+    }
     let all = moved(&scene(NAME).join("untwisted.toml"));
     for (name, deg_mm) in [("iso-parametric", 3.839), ("quasi-circle", 0.298)] {
         let velocity = stretch(&all, name).axes["B"].demand_velocity.expect("known");

@@ -24,8 +24,8 @@ it tells of.
 
 /// Begin of the line that says when a section was written.
 const WRITTEN: &str = "Written at commit ";
-/// Begin of the command that made a section.
-const MADE: &str = "Made by `proveout ";
+/// Begin of the command that made a section; not as a person types it, since tests type what stands on pages like that, and some of these take minutes.
+const MADE: &str = "Made by proveout: `";
 /// Hexadecimal digits of a digest that are shown.
 const SHOWN: usize = 12;
 
@@ -126,7 +126,7 @@ fn origin(root: &Path, folder: &str, c: &Comparison) -> Result<String, Failure> 
     };
     let mut out = match run("command") {
         Some(command) => format!("{MADE}{command}`"),
-        None => "Made by `proveout compare`".to_owned(),
+        None => "Made by proveout: `compare`".to_owned(),
     };
     let [x, y, z] = c.cells_mm;
     let own = if c.scene_cells { "those of the scene" } else { "not those of the scene" };

@@ -26,7 +26,11 @@ pub fn markdown(c: &Comparison) -> String {
     );
     if let Some(names) = &c.must_pass {
         let names: Vec<String> = names.iter().map(|n| format!("`{}`", cell(n))).collect();
-        put(&mut out, format_args!("Of the programs these must pass: {}.\n\n", names.join(", ")));
+        if names.is_empty() {
+            out.push_str("No program has to pass by its own verdict: published values and criteria decide.\n\n");
+        } else {
+            put(&mut out, format_args!("Of the programs these must pass: {}.\n\n", names.join(", ")));
+        }
     }
     limits(&mut out, c);
     times(&mut out, c);
