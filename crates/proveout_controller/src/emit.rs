@@ -10,7 +10,7 @@ use crate::{
     mapping::Kinematics,
     meter::Meter,
     output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample},
-    path::{Path, PathBlock, reaches},
+    path::{Path, PathBlock, Walk, reaches},
     pieces::{Cutter, Stance},
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
@@ -104,7 +104,7 @@ impl Emitter {
         self.samples(scope, path, &stretch.samples);
         let mut phase = Cursor::default();
         let mut cell = 0;
-        let (mut span, mut at) = (0, 0);
+        let (mut walk, mut at) = (Walk::default(), 0);
         for (k, block) in path.blocks.iter().enumerate() {
             if block.s0 >= stretch.s_end && stretch.s_end > path.s_begin {
                 break;
@@ -129,9 +129,9 @@ impl Emitter {
                 cell += 1;
             }
             let t1 = if scope.settings.dynamics == Dynamics::Servo {
-                self.span(scope, path, block, stretch, [a, b], start, (&mut phase, &mut span))
+                self.span(scope, path, block, stretch, [a, b], start, (&mut phase, &mut walk))
             } else {
-                self.pieces(scope, path, block, &stretch.law, [a, b], start, (&mut phase, &mut span))
+                self.pieces(scope, path, block, &stretch.law, [a, b], start, (&mut phase, &mut walk))
             };
             self.meter.motion(block.kind, t1 - t0);
             if reaches(stretch.s_end, block.end()) {
@@ -211,9 +211,9 @@ impl Emitter {
         law: &Law,
         [a, b]: [f64; 2],
         start: f64,
-        (phase, span): (&mut Cursor, &mut usize),
+        (phase, walk): (&mut Cursor, &mut Walk),
     ) -> f64 {
-        let cursor = std::cell::Cell::new(*span);
+        let cursor = std::cell::Cell::new(*walk);
         let stance = |s: f64| {
             let q = match scope.settings.dynamics {
                 Dynamics::Ideal => {
@@ -221,9 +221,9 @@ impl Emitter {
                 }
                 Dynamics::Planned | Dynamics::Servo => {
                     let mut at = cursor.get();
-                    let task = path.rounded(s, &mut at).0[0];
+                    let q = path.position(&scope.kinematics, s, &mut at);
                     cursor.set(at);
-                    scope.kinematics.position(&task)
+                    q
                 }
             };
             Stance { s, q, pose: scope.kinematics.pose(&q) }
@@ -279,7 +279,7 @@ impl Emitter {
             });
             time = end;
         });
-        *span = cursor.get();
+        *walk = cursor.get();
         time
     }
 
@@ -295,17 +295,17 @@ impl Emitter {
         stretch: &Stretch,
         [a, b]: [f64; 2],
         start: f64,
-        (phase, span): (&mut Cursor, &mut usize),
+        (phase, walk): (&mut Cursor, &mut Walk),
     ) -> f64 {
         let times = [a, b].map(|s| start + stretch.law.time_at(s, phase));
-        let ends = [a, b].map(|s| scope.kinematics.position(&path.rounded(s, span).0[0]));
+        let ends = [a, b].map(|s| path.position(&scope.kinematics, s, walk));
         for ((q, time), s) in ends.iter().zip(times).zip([a, b]) {
             self.meter.off_program(block.off(scope.machine, s, q));
             self.meter.position(q);
             watch_travel(scope, &mut self.over_travel, q, time);
         }
         for u in block.shape.knots(a - block.s0, b - block.s0) {
-            let q = scope.kinematics.position(&path.rounded(block.s0 + u, span).0[0]);
+            let q = path.position(&scope.kinematics, block.s0 + u, walk);
             self.meter.off_program(block.off(scope.machine, block.s0 + u, &q));
         }
         let first = stretch.samples.partition_point(|m| m.state.s < a);

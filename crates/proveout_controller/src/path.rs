@@ -31,6 +31,7 @@ mod curve;
 mod fit;
 mod points;
 mod reversal;
+mod septic;
 mod way;
 
 use proveout_machine::{JointValues, Machine};
@@ -40,6 +41,7 @@ use self::{
     cells::{blend_cells, exact_cells},
     corner::{Corner, corner, size},
     curve::Curve,
+    septic::Septic,
 };
 use crate::{
     jet::JointJet,
@@ -169,7 +171,7 @@ pub(crate) struct Span {
 }
 
 /// A cell with its limits.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct PathCell {
     pub(crate) s1: f64,
     pub(crate) limits: CellLimits,
@@ -177,6 +179,15 @@ pub(crate) struct PathCell {
     pub(crate) block: u64,
     /// False in blends of a single corner.
     pub(crate) exact: bool,
+    /// The joints, where polynomials stand for the kinematics.
+    pub(crate) joints: Option<Box<Septic>>,
+}
+
+/// Where a forward walk along a path stands; makes it linear.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Walk {
+    pub(crate) span: usize,
+    pub(crate) cell: usize,
 }
 
 /// The known part of a run.
@@ -285,8 +296,8 @@ impl Path {
         }
         let block = self.block(number);
         let cells = exact_cells(frame, block, s0, s1);
-        for (end, limits) in cells {
-            self.cells.push(PathCell { s1: end, limits, block: number, exact: true });
+        for (end, limits, joints) in cells {
+            self.cells.push(PathCell { s1: end, limits, block: number, exact: true, joints });
         }
         self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact, way: Way::Parameter });
         self.s_done = s1;
@@ -299,8 +310,8 @@ impl Path {
         let way = Way::of([before.tip_moves, next.tip_moves]);
         let s0 = self.s_done;
         let s1 = quintic.u1;
-        for (end, limits) in blend_cells(frame, (rapid, feed, way), s0, &quintic) {
-            self.cells.push(PathCell { s1: end, limits, block: number, exact: false });
+        for (end, limits, joints) in blend_cells(frame, (rapid, feed, way), s0, &quintic) {
+            self.cells.push(PathCell { s1: end, limits, block: number, exact: false, joints });
         }
         self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic), way });
         self.s_done = s1;
@@ -360,6 +371,28 @@ impl Path {
                 block.course().jet((s - block.s0).clamp(0.0, block.length))
             }
             SpanShape::Blend(q) => q.jet(s.clamp(q.u0, q.u1)),
+        }
+    }
+
+    /// The polynomials that stand for the joints at s; at a border, those before it.
+    fn joints_of_cell(&self, s: f64, hint: &mut usize) -> Option<&Septic> {
+        let last = self.cells.len().checked_sub(1)?;
+        let mut i = (*hint).min(last);
+        while i > 0 && self.cells[i - 1].s1 >= s {
+            i -= 1;
+        }
+        while i < last && self.cells[i].s1 < s {
+            i += 1;
+        }
+        *hint = i;
+        self.cells[i].joints.as_deref().filter(|_| s >= self.s_begin)
+    }
+
+    /// Joints of the rounded path at s.
+    pub(crate) fn position(&self, kinematics: &Kinematics<'_>, s: f64, walk: &mut Walk) -> JointValues {
+        match self.joints_of_cell(s, &mut walk.cell) {
+            Some(joints) => joints.at(s),
+            None => kinematics.position(&self.rounded(s, &mut walk.span).0[0]),
         }
     }
 

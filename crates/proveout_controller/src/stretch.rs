@@ -342,14 +342,17 @@ fn measure_into(samples: &mut Vec<Measured>, path: &Path, frame: &Frame<'_>, clo
     samples.reserve(count.saturating_sub(skipped));
     for time in clock.samples(law.duration).skip(skipped) {
         let state = law.at(time - clock.start, &mut phase);
-        let task = path.rounded(state.s, &mut span);
-        let q = frame.kinematics.joints(&task);
-        let (q1, q2, q3) = (q.first(), q.second(), q.third());
-        let PathState { v, a, j, .. } = state;
-        let mut rate = [Way::Tip, Way::Turn].map(|way| way.rate(machine, &task)[0]);
         while cell + 1 < path.cells.len() && path.cells[cell].s1 < state.s {
             cell += 1;
         }
+        let task = path.rounded(state.s, &mut span);
+        let q = match path.cells.get(cell).and_then(|c| c.joints.as_ref()) {
+            Some(joints) => joints.jet(state.s),
+            None => frame.kinematics.joints(&task),
+        };
+        let (q1, q2, q3) = (q.first(), q.second(), q.third());
+        let PathState { v, a, j, .. } = state;
+        let mut rate = [Way::Tip, Way::Turn].map(|way| way.rate(machine, &task)[0]);
         let feed_use = path.cells.get(cell).map_or(0.0, |c| {
             let counted = match c.limits.way {
                 Way::Parameter => 1.0,

@@ -2,7 +2,7 @@
 
 use proveout_machine::{JointKind, JointValues, MAX_JOINTS};
 
-use super::{Frame, PathBlock, Way};
+use super::{Frame, PathBlock, Septic, Way};
 use crate::{
     jet::JointJet,
     limits::{CellLimits, Stride, cell_limits},
@@ -18,8 +18,11 @@ const POINT_SURCHARGE: f64 = 1.02;
 /// Points of a cell at which curved paths are looked at.
 const POINTS: usize = 5;
 
-/// Cells of the exact path of a block over s0..s1: end and limits of each.
-pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<(f64, CellLimits)> {
+/// End, limits, and the joints as polynomials of a cell, where these were looked at and stand for the kinematics.
+pub(super) type NewCell = (f64, CellLimits, Option<Box<Septic>>);
+
+/// Cells of the exact path of a block over s0..s1.
+pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<NewCell> {
     let rapid = block.is_rapid();
     let tcp = frame.kinematics.is_tcp();
     let machine = frame.kinematics.machine;
@@ -29,8 +32,13 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
         rotary.fold(0.0_f64, |m, (i, _)| m.max(slope[i].abs())) * (u1 - u0)
     };
     let limits = |a: f64, b: f64, bounds: &DerivativeBounds| {
-        (block.s0 + b, cell_limits(frame.limits, &Stride::exact(rapid, block.feed, b - a), bounds))
+        (block.s0 + b, cell_limits(frame.limits, &Stride::exact(rapid, block.feed, b - a), bounds), None)
     };
+    let looked_at = |jet: &dyn Fn(f64) -> JointJet, [a, b]: [f64; 2], points: usize| {
+        let places = places(frame, |s| jet(s - block.s0), [block.s0 + a, block.s0 + b], points);
+        cell(frame, &Stride::exact(rapid, block.feed, b - a), &places)
+    };
+    let course = |u: f64| block.course().jet(u);
     let cut = |n: usize| {
         (0..n).map(move |i| {
             let at = |k: usize| if k == n { u1 } else { u0 + (u1 - u0) * k as f64 / n as f64 };
@@ -46,21 +54,14 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
                 return vec![limits(u0, u1, &DerivativeBounds { first: q, first_low: q, second: zero, third: zero })];
             }
             let n = (turn / CELL_TURN).ceil().max(1.0) as usize;
-            cut(n).map(|(a, b)| limits(a, b, &point_bounds(frame, |u| block.course().jet(u), a, b, 3))).collect()
+            cut(n).map(|(a, b)| looked_at(&course, [a, b], 3)).collect()
         }
         // Independent joints: their own laws keep the limits, the parameter is time.
         Shape::Timed(_) => Vec::new(),
         Shape::Arc(arc) => {
             let n = (arc.omega.abs() * (u1 - u0) / CELL_ARC).max(turn(&arc.slope) / CELL_TURN).ceil().max(1.0) as usize;
             cut(n)
-                .map(|(a, b)| {
-                    let bounds = if tcp {
-                        point_bounds(frame, |u| block.course().jet(u), a, b, POINTS)
-                    } else {
-                        arc.bounds(a, b)
-                    };
-                    limits(a, b, &bounds)
-                })
+                .map(|(a, b)| if tcp { looked_at(&course, [a, b], POINTS) } else { limits(a, b, &arc.bounds(a, b)) })
                 .collect()
         }
         Shape::Bezier(curve) => {
@@ -70,7 +71,7 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
                 for i in 0..n {
                     let at = |k: usize| if k == n { w[1] } else { w[0] + (w[1] - w[0]) * k as f64 / n as f64 };
                     let (a, b) = (at(i), at(i + 1));
-                    cells.push(limits(a, b, &point_bounds(frame, |u| block.course().jet(u), a, b, POINTS)));
+                    cells.push(looked_at(&course, [a, b], POINTS));
                 }
             }
             cells
@@ -80,7 +81,7 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
             for piece in pieces {
                 let (a, b) = (piece.u0.max(u0), piece.u1.min(u1));
                 if b - a > 1e-12 * block.length {
-                    cells.push(limits(a, b, &point_bounds(frame, |u| piece.jet(u), a, b, POINTS)));
+                    cells.push(looked_at(&|u| piece.jet(u), [a, b], POINTS));
                 }
             }
             if let Some(last) = cells.last_mut() {
@@ -91,8 +92,29 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
     }
 }
 
+/// Joints at equally spaced points from a to b.
+fn places(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, [a, b]: [f64; 2], points: usize) -> Vec<(f64, JointJet)> {
+    let at = |i: usize| if i + 1 == points { b } else { a + (b - a) * i as f64 / (points - 1) as f64 };
+    (0..points).map(|i| (at(i), frame.kinematics.joints(&task(at(i))))).collect()
+}
+
+/// A cell that was looked at in these places, both of its ends among them.
+fn cell(frame: &Frame<'_>, stride: &Stride, places: &[(f64, JointJet)]) -> NewCell {
+    let bounds = point_bounds(frame, places);
+    let limits = cell_limits(frame.limits, stride, &bounds);
+    let [(a, begin), within @ .., (b, end)] = places else { return (0.0, limits, None) };
+    if !frame.kinematics.is_tcp() {
+        return (*b, limits, None);
+    }
+    let septic = Septic::hermite([*a, *b], begin, end);
+    let rotary = |i: usize| frame.kinematics.machine.joints[i].kind == JointKind::Rotary;
+    let highest = [&bounds.second, &bounds.third];
+    let stands = septic.stands_for(frame.limits, rotary, within, highest, limits.highest);
+    (*b, limits, stands.then(|| Box::new(septic)))
+}
+
 /// Bounds of the joints' derivatives from points of a cell, with a surcharge for what lies between them.
-fn point_bounds(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, a: f64, b: f64, points: usize) -> DerivativeBounds {
+fn point_bounds(frame: &Frame<'_>, places: &[(f64, JointJet)]) -> DerivativeBounds {
     let mut bounds = DerivativeBounds {
         first: JointValues::ZERO,
         first_low: JointValues([f64::INFINITY; MAX_JOINTS]),
@@ -100,9 +122,7 @@ fn point_bounds(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, a: f64, b: f6
         third: JointValues::ZERO,
     };
     let mut sign = JointValues::ZERO;
-    for i in 0..points {
-        let u = a + (b - a) * i as f64 / (points - 1) as f64;
-        let q = frame.kinematics.joints(&task(u));
+    for (_, q) in places {
         let high = |m: f64, v: f64| m.max(v.abs());
         bounds.first = bounds.first.zip_map(q.first(), high);
         bounds.second = bounds.second.zip_map(q.second(), high);
@@ -116,20 +136,20 @@ fn point_bounds(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, a: f64, b: f6
     bounds.second = bounds.second * POINT_SURCHARGE;
     bounds.third = bounds.third * POINT_SURCHARGE;
     // A function passes its values at points of distance h by at most h^2/8 times its second derivative.
-    let h = (b - a) / (points - 1) as f64;
+    let h = places.get(1).zip(places.first()).map_or(0.0, |(b, a)| b.0 - a.0);
     let between = bounds.third * (h * h / 8.0);
     bounds.first = bounds.first + between;
     bounds.first_low = bounds.first_low.zip_map(between, |low, e| (low - e).max(0.0));
     bounds
 }
 
-/// Cells of a blend or fitted stretch that begins at s0: end and limits of each.
+/// Cells of a blend or fitted stretch that begins at s0.
 pub(super) fn blend_cells(
     frame: &Frame<'_>,
     (rapid, feed, way): (bool, f64, Way),
     s0: f64,
     quintic: &Quintic,
-) -> Vec<(f64, CellLimits)> {
+) -> Vec<NewCell> {
     let s1 = quintic.u1;
     let machine = frame.kinematics.machine;
     let stride = |part: &Quintic| Stride {
@@ -146,14 +166,13 @@ pub(super) fn blend_cells(
         let turn = joints.filter(|(_, j)| j.kind == JointKind::Rotary).fold(0.0_f64, |m, (i, _)| m.max(fastest[i]));
         let n = (turn * (s1 - s0) / CELL_TURN).ceil().max(1.0) as usize;
         let at = |k: usize| if k == n { s1 } else { s0 + (s1 - s0) * k as f64 / n as f64 };
-        let cell = |k: usize| {
+        let own = |k: usize| {
             let (a, b) = (at(k), at(k + 1));
-            let bounds = point_bounds(frame, |s| quintic.jet(s), a, b, POINTS);
             let part = if n == 1 { quintic.clone() } else { quintic.between(a, b) };
-            (b, cell_limits(frame.limits, &Stride { length: b - a, ..stride(&part) }, &bounds))
+            cell(frame, &Stride { length: b - a, ..stride(&part) }, &places(frame, |s| quintic.jet(s), [a, b], POINTS))
         };
-        return (0..n).map(cell).collect();
+        return (0..n).map(own).collect();
     }
     let halves = quintic.halves();
-    halves.iter().map(|h| (h.u1, cell_limits(frame.limits, &stride(h), &h.bounds()))).collect()
+    halves.iter().map(|h| (h.u1, cell_limits(frame.limits, &stride(h), &h.bounds()), None)).collect()
 }

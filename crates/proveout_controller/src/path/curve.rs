@@ -175,8 +175,8 @@ impl Path {
         let feed = self.blocks[first..].iter().take_while(|b| b.s0 < s1).fold(f64::INFINITY, |m, b| m.min(b.feed));
         let tip_moves = self.blocks[first].tip_moves;
         let way = Way::of([tip_moves, tip_moves]);
-        for (end, limits) in blend_cells(frame, (false, feed, way), s0, &quintic) {
-            self.cells.push(PathCell { s1: end, limits, block: number, exact: overlaps });
+        for (end, limits, joints) in blend_cells(frame, (false, feed, way), s0, &quintic) {
+            self.cells.push(PathCell { s1: end, limits, block: number, exact: overlaps, joints });
         }
         self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)), way });
         self.s_done = s1;

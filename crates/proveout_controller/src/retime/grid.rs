@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     jet::JointJet,
-    path::{Frame, Path, PathCell},
+    path::{Frame, Path, PathCell, Way},
     profile::{Cursor, Law},
 };
 
@@ -230,8 +230,15 @@ impl<'a> Probe<'a> {
             // The same place, seen from the other side of a border that the path does not know.
             Some((c, s, jet, rate)) if c == cell && (x.s - s).abs() <= 1e-5 * x.v * INTERVAL[0] => (jet, rate),
             _ => {
-                let task = self.path.rounded(x.s, &mut self.span);
-                (self.frame.kinematics.joints(&task), c.limits.way.rate(self.frame.kinematics.machine, &task))
+                let kinematics = &self.frame.kinematics;
+                match &c.joints {
+                    Some(joints) if c.limits.way == Way::Parameter => (joints.jet(x.s), [1.0, 0.0]),
+                    joints => {
+                        let task = self.path.rounded(x.s, &mut self.span);
+                        let jet = joints.as_ref().map_or_else(|| kinematics.joints(&task), |own| own.jet(x.s));
+                        (jet, c.limits.way.rate(kinematics.machine, &task))
+                    }
+                }
             }
         };
         self.last = Some((cell, x.s, jet, [rate, bend]));
