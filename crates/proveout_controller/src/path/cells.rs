@@ -176,3 +176,76 @@ pub(super) fn blend_cells(
     let halves = quintic.halves();
     halves.iter().map(|h| (h.u1, cell_limits(frame.limits, &stride(h), &h.bounds()), None)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use proveout_machine::Machine;
+
+    use super::*;
+    use crate::{
+        limits::JointLimits,
+        mapping::{Kinematics, Mapping},
+        rig::Rig,
+    };
+
+    /// Corners between lines whose slopes differ by some percent, from a hundredth of a degree a block to three and more, on machines with both
+    /// rotary axes in the table, in the head, and one in each: where polynomials stand for the joints, they are as near to the kinematics between
+    /// the places that were looked at as there, and their derivatives are those of their own values. Corners that turn far are left to the
+    /// kinematics.
+    #[test]
+    fn polynomials_are_near_the_kinematics_everywhere() {
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let (mut taken, mut all) = (0, 0);
+        for name in ["bc-trunnion", "starrag-lx-451", "spinner-u5-620"] {
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines").join(name);
+            let machine = Machine::read(&folder).expect("library machine");
+            let rig = Rig::new(&machine).expect("three linear joints");
+            let mapping = Mapping { tcp_length: Some(120.0), tool_length: 120.0, edge_length: 20.0 };
+            let kinematics = Kinematics { machine: &machine, rig: Some(&rig), mapping };
+            let limits = JointLimits::new(&machine);
+            let frame = Frame { kinematics, limits: &limits };
+            for round in 0..60 {
+                let turn = 2e-4 * 400.0_f64.powf(f64::from(round) / 59.0);
+                let length = 0.1 + 0.5 * (random() + 0.5);
+                let mut jets = [JointJet::constant(JointValues::ZERO); 2];
+                for i in 0..limits.count {
+                    let rotary = machine.joints[i].kind == JointKind::Rotary;
+                    let slope = 2.0 * random() * if rotary { turn / length } else { 1.0 };
+                    jets[0].0[0][i] = random() * if rotary { 1.0 } else { 200.0 };
+                    jets[0].0[1][i] = slope;
+                    jets[1].0[1][i] = slope * (1.0 + 0.2 * random());
+                    jets[1].0[0][i] = jets[0].0[0][i] + 0.5 * length * (slope + jets[1].0[1][i]);
+                }
+                let quintic = Quintic::hermite(0.0, length, &jets[0], &jets[1]);
+                let mut from = 0.0;
+                for (to, _, joints) in blend_cells(&frame, (false, 80.0, Way::Tip), 0.0, &quintic) {
+                    all += 1;
+                    if let Some(septic) = joints {
+                        taken += 1;
+                        for k in 0..=40 {
+                            let s = from + (to - from) * f64::from(k) / 40.0;
+                            let off = septic.at(s) - kinematics.joints(&quintic.jet(s)).0[0];
+                            // The remainder is highest in the middle, which was looked at, where its eighth derivative is even; twice that
+                            // where it is not.
+                            assert!(off.max_abs() < 2e-7, "{name} {round} {s}: {off:?}");
+                            // Central differences of steps h: rounding of 200 mm over h, and h^2/6 times the third derivative.
+                            let h = 1e-3 * (to - from);
+                            let s = s.clamp(from + h, to - h);
+                            let slope = (septic.at(s + h) - septic.at(s - h)) * (0.5 / h);
+                            let own = septic.jet(s).first();
+                            assert!((slope - own).max_abs() < 1e-5 * own.max_abs().max(1.0), "{name} {round} {s}");
+                        }
+                    }
+                    from = to;
+                }
+            }
+        }
+        assert!(taken * 4 > all && taken < all, "{taken} of {all}");
+    }
+}

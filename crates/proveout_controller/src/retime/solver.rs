@@ -6,7 +6,7 @@
 //! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls to a tenth after a
 //! long step. The start need not keep the rows.
 //!
-//! *Cost.* About 13 iterations up to the first look between the points, 8 after it and 4 to 8 around each place that needs a point later
+//! *Cost.* About 12 iterations up to the first look between the points, 9 to 10 after it and 4 to 8 around each place that needs a point later
 //! (`stages.rs`), of linear cost; both passes of one treat eight intervals at once (`part.rs`). *Limits.* The rows of jerk make the problem
 //! not convex: the result is a local optimum, and its time is known to the gap at the end, a thousandth. That it keeps its rows is
 //! checked by the caller on the result itself.
