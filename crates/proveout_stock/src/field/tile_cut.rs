@@ -9,6 +9,7 @@ use pulp::{Simd, WithSimd};
 use crate::{
     field::span::SLIVER,
     field::tile_field::{Field, Layer, Left, Partial},
+    kernels::lane_blocks::measure_pair,
     kernels::lane_set::{Cut, LANES, ROW, Strip, TAKEN, WIDE},
     kernels::lanes::{L, Mask, highest, load, lowest, put, store, width},
 };
@@ -131,6 +132,9 @@ impl WithSimd for CutLayer<'_> {
                 let all = row * ROW..(row + 1) * ROW;
                 layer.row_lo[row] = lowest(simd, &layer.lanes.lo[all.clone()]);
                 layer.row_hi[row] = highest(simd, &layer.lanes.hi[all]);
+            }
+            for pair in (0..ROW / 2).filter(|pair| met_rows >> (2 * pair) & 3 != 0) {
+                measure_pair(&layer.lanes, pair, &mut layer.block_lo, &mut layer.block_hi);
             }
         }
         add(&sums, met_rows, sum);

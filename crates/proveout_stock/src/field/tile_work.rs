@@ -9,10 +9,10 @@ use crate::{
     field::tile_cut::{CutLayer, cut_lane},
     field::tile_field::{Field, Layer, Left, Partial},
     kernels::lane_ball::{BallOnLanes, BallOnRows},
+    kernels::lane_blocks::{BodyOnBlocks, rays_of},
     kernels::lane_body::BodyOnLanes,
-    kernels::lane_rows::BodyOnRows,
     kernels::lane_search::{MORE_STEPS, STEPS},
-    kernels::lane_set::{Cut, LANES, Lanes, Maker, ROW, Strip, TAKEN, UNPROVEN},
+    kernels::lane_set::{Cut, LANES, Lanes, Maker, ROW, Strip, TAKEN, UNPROVEN, lanes_of, rows_with},
     kernels::ray::Ray,
     kernels::ray_ball::sweep_ball,
     kernels::ray_translate::sweep_translation,
@@ -45,14 +45,17 @@ impl Work {
 
 /// Layer and lane.
 type Place = (usize, usize);
-/// A step that may touch a layer, and the rows that it may.
-type Near = (usize, usize, u8);
+/// A step that may touch a layer, and the lanes that it may, one bit each.
+type Near = (usize, usize, u64);
 
 /// Buffers of one thread.
 #[derive(Default)]
 pub(crate) struct Scratch {
     field: Field,
     near: Vec<Near>,
+    /// Lanes of each layer that any step may meet.
+    asked: Vec<u64>,
+    gathered: Lanes,
     again: Lanes,
     places: Vec<Place>,
     torn: Vec<Strip>,
@@ -101,9 +104,9 @@ impl Batch<'_> {
                     filled = true;
                 }
                 for (l, layer) in scratch.field.layers().iter().enumerate() {
-                    let rows = self.rows(step, ready, &scratch.field, layer);
-                    if rows != 0 {
-                        scratch.near.push((k, l, rows));
+                    let lanes = self.near(step, ready, &scratch.field, layer);
+                    if lanes != 0 {
+                        scratch.near.push((k, l, lanes));
                     }
                 }
             }
@@ -158,12 +161,18 @@ impl Batch<'_> {
         before.iter().map(|span| span.ends()[usize::from(upper)]).find(|e| e.s == s).map_or(Mark::NONE, |e| e.mark)
     }
 
-    /// Rows of a tile that a step may meet.
-    fn rows(&self, step: &Step, ready: &Ready, field: &Field, layer: &Layer) -> u8 {
-        let (u, v, lo, hi) = (field.u, &field.row_v, &layer.row_lo, &layer.row_hi);
+    /// Lanes of a layer that a step may meet, one bit each.
+    fn near(&self, step: &Step, ready: &Ready, field: &Field, layer: &Layer) -> u64 {
         match &step.ball {
-            Some(path) => self.arch.dispatch(BallOnRows { path, u, v, lo, hi }),
-            None => self.arch.dispatch(BodyOnRows { step, body: &self.bodies[ready.body], u, v, lo, hi }),
+            Some(path) => {
+                let (u, v, lo, hi) = (field.u, &field.row_v, &layer.row_lo, &layer.row_hi);
+                lanes_of(self.arch.dispatch(BallOnRows { path, u, v, lo, hi }))
+            }
+            None => {
+                let (body, places) = (&self.bodies[ready.body], &field.places);
+                let (lo, hi) = (&layer.block_lo, &layer.block_hi);
+                rays_of(self.arch.dispatch(BodyOnBlocks { step, body, places, lo, hi }))
+            }
         }
     }
 
@@ -182,23 +191,8 @@ impl Batch<'_> {
     }
 
     fn item(&self, ready: &Ready, a: usize, scratch: &mut Scratch, sum: &mut Partial, lost: &mut Lost) {
-        let field = &mut scratch.field;
-        let mut open = false;
-        for &(_, l, rows) in &scratch.near {
-            let lanes = &mut field.layers_mut()[l].lanes;
-            // Two steps may take intervals apart from each other.
-            open |= lanes.rows != 0;
-            let new = rows & !lanes.rows;
-            for row in (0..ROW).filter(|row| new >> row & 1 == 1) {
-                lanes.ask_row(row);
-            }
-        }
-        for &(k, l, rows) in &scratch.near {
-            let lanes = &mut field.layers_mut()[l].lanes;
-            let all = std::mem::replace(&mut lanes.rows, rows);
-            open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), STEPS, lanes);
-            lanes.rows = all;
-        }
+        let open =
+            if self.gathers(a, scratch) { self.gathered(ready, a, scratch) } else { self.in_place(ready, a, scratch) };
         if open {
             self.second_chance(ready, a, scratch);
         }
@@ -239,6 +233,86 @@ impl Batch<'_> {
         if sum.rays > 0 && ready.removes {
             field.changed = true;
             field.measure();
+        }
+    }
+
+    /// Whether the lanes that are asked for fill fewer rows when they are gathered.
+    fn gathers(&self, a: usize, scratch: &mut Scratch) -> bool {
+        let Scratch { near, asked, .. } = scratch;
+        asked.clear();
+        let mut balls = false;
+        for &(k, l, lanes) in near.iter() {
+            if l >= asked.len() {
+                asked.resize(l + 1, 0);
+            }
+            asked[l] |= lanes;
+            balls |= self.steps[a][k].ball.is_some();
+        }
+        let rows: u32 = asked.iter().map(|lanes| rows_with(*lanes).count_ones()).sum();
+        let count: u32 = asked.iter().map(|lanes| lanes.count_ones()).sum();
+        // A ball takes less than the gathering.
+        !balls && count.div_ceil(ROW as u32) < rows
+    }
+
+    /// The steps on the lanes that they may meet, where these are; true when some may be left without proof.
+    fn in_place(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
+        let Scratch { field, near, .. } = scratch;
+        let mut open = false;
+        for &(_, l, which) in near.iter() {
+            let lanes = &mut field.layers_mut()[l].lanes;
+            // Two steps may take intervals apart from each other.
+            open |= lanes.rows != 0;
+            lanes.ask_lanes(which);
+        }
+        for &(k, l, which) in near.iter() {
+            let lanes = &mut field.layers_mut()[l].lanes;
+            let all = std::mem::replace(&mut lanes.rows, rows_with(which));
+            open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), STEPS, lanes);
+            lanes.rows = all;
+        }
+        open
+    }
+
+    /// The same, the lanes of all layers side by side.
+    fn gathered(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
+        let Scratch { field, near, asked, gathered, .. } = scratch;
+        let mut open = false;
+        // Layers and lanes that wait for their turn.
+        let (mut layer, mut left) = (0, asked[0]);
+        loop {
+            let first = (layer, left);
+            gathered.clear_asked();
+            loop {
+                left = gathered.gather(&field.layers()[layer].lanes, left);
+                if left != 0 || layer + 1 == asked.len() {
+                    break;
+                }
+                layer += 1;
+                left = asked[layer];
+            }
+            let n = gathered.len();
+            let mut last = usize::MAX;
+            for &(k, _, _) in near.iter() {
+                if k == last {
+                    continue;
+                }
+                // Two steps may take intervals apart from each other.
+                open |= last != usize::MAX;
+                last = k;
+                open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), STEPS, gathered);
+            }
+            let (mut l, mut lanes) = first;
+            for i in 0..n {
+                while lanes == 0 {
+                    l += 1;
+                    lanes = asked[l];
+                }
+                field.layers_mut()[l].lanes.take_answer(lanes.trailing_zeros() as usize, gathered, i);
+                lanes &= lanes - 1;
+            }
+            if left == 0 {
+                return open;
+            }
         }
     }
 

@@ -13,6 +13,9 @@ pub(crate) const LANES: usize = crate::field::grid::TILE_RAYS;
 /// Lanes of a row: rays of a tile with the same v.
 pub(crate) const ROW: usize = crate::field::grid::TILE;
 
+/// Blocks of a set: two by two rays of a tile.
+pub(crate) const BLOCKS: usize = LANES / 4;
+
 /// Room for a number a row, filled up to the widest vector.
 pub(crate) const WIDE: usize = 16;
 
@@ -98,7 +101,6 @@ impl Default for Lanes {
 }
 
 impl Lanes {
-    #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
         self.n
     }
@@ -107,6 +109,12 @@ impl Lanes {
     pub(crate) fn clear(&mut self) {
         self.lo = [f64::INFINITY; LANES];
         self.hi = [f64::NEG_INFINITY; LANES];
+        self.n = 0;
+        self.hush();
+    }
+
+    /// Empties all lanes of a set that is filled by [`Self::gather`].
+    pub(crate) fn clear_asked(&mut self) {
         self.n = 0;
         self.hush();
     }
@@ -123,11 +131,50 @@ impl Lanes {
     }
 
     /// Asks for all lanes of a row.
+    #[cfg(test)]
     pub(crate) fn ask_row(&mut self, row: usize) {
-        for state in &mut self.state[row * ROW..(row + 1) * ROW] {
-            *state = NOTHING;
+        self.ask_lanes(0xFF << (row * ROW));
+    }
+
+    /// Asks for lanes, one bit each.
+    pub(crate) fn ask_lanes(&mut self, which: u64) {
+        for row in (0..ROW).filter(|row| row_of(which, *row) != 0) {
+            self.rows |= 1 << row;
+            let bits = row_of(which, row);
+            for (i, state) in self.state[row * ROW..(row + 1) * ROW].iter_mut().enumerate() {
+                *state = if bits >> i & 1 == 1 { NOTHING } else { *state };
+            }
         }
-        self.rows |= 1 << row;
+    }
+
+    /// Fills the lanes from the first on with the material of some of another set, one bit each, and asks for them; those that find no
+    /// room are left. Returns them.
+    pub(crate) fn gather(&mut self, from: &Self, which: u64) -> u64 {
+        let mut left = which;
+        while left != 0 && self.n < LANES {
+            let (r, k) = (left.trailing_zeros() as usize, self.n);
+            (self.u[k], self.v[k], self.lo[k], self.hi[k]) = (from.u[r], from.v[r], from.lo[r], from.hi[r]);
+            (self.ray[k], self.state[k]) = (from.ray[r], NOTHING);
+            self.n += 1;
+            left &= left - 1;
+        }
+        self.rows = rows_of(self.n);
+        left
+    }
+
+    /// Takes over what was found for lane `k` of another set; true when something was.
+    #[inline]
+    pub(crate) fn take_answer(&mut self, r: usize, other: &Self, k: usize) -> bool {
+        let state = other.state[k];
+        if state != TAKEN && state != UNPROVEN {
+            return false;
+        }
+        self.state[r] = state;
+        self.rows |= 1 << (r / ROW);
+        (self.from[r], self.to[r]) = (other.from[k], other.to[k]);
+        (self.from_by[r], self.to_by[r]) = (other.from_by[k], other.to_by[k]);
+        (self.from_tau[r], self.to_tau[r]) = (other.from_tau[k], other.to_tau[k]);
+        true
     }
 
     /// Whether vector `g` has lanes that are asked for.
@@ -198,6 +245,27 @@ impl Lanes {
             to_tau: self.to_tau[k],
         }
     }
+}
+
+/// Bits of one row.
+#[inline]
+fn row_of(which: u64, row: usize) -> u64 {
+    which >> (row * ROW) & 0xFF
+}
+
+/// Rows that the first `n` lanes lie in, one bit each.
+pub(crate) fn rows_of(n: usize) -> u8 {
+    ((1_u32 << n.div_ceil(ROW)) - 1) as u8
+}
+
+/// All lanes of some rows, one bit each.
+pub(crate) fn lanes_of(rows: u8) -> u64 {
+    (0..ROW).filter(|row| rows >> row & 1 == 1).fold(0, |lanes, row| lanes | 0xFF << (row * ROW))
+}
+
+/// Rows of lanes, one bit each.
+pub(crate) fn rows_with(which: u64) -> u8 {
+    (0..ROW).filter(|row| row_of(which, *row) != 0).fold(0, |rows, row| rows | 1 << row)
 }
 
 /// An interval that an item takes up on a ray.
