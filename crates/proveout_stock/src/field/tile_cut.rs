@@ -9,7 +9,6 @@ use pulp::{Simd, WithSimd};
 use crate::{
     field::span::SLIVER,
     field::tile_field::{Field, Layer, Left, Partial},
-    kernels::lane_blocks::measure_pair,
     kernels::lane_set::{Cut, LANES, ROW, Strip, TAKEN, WIDE},
     kernels::lanes::{L, Mask, highest, load, lowest, put, store, width},
 };
@@ -133,9 +132,9 @@ impl WithSimd for CutLayer<'_> {
                 layer.row_lo[row] = lowest(simd, &layer.lanes.lo[all.clone()]);
                 layer.row_hi[row] = highest(simd, &layer.lanes.hi[all]);
             }
-            for pair in (0..ROW / 2).filter(|pair| met_rows >> (2 * pair) & 3 != 0) {
-                measure_pair(&layer.lanes, pair, &mut layer.block_lo, &mut layer.block_hi);
-            }
+            // Two rows to a pair.
+            let pairs = met_rows | met_rows >> 1;
+            layer.unmeasured |= pairs & 1 | pairs >> 1 & 2 | pairs >> 2 & 4 | pairs >> 3 & 8;
         }
         add(&sums, met_rows, sum);
     }

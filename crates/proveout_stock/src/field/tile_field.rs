@@ -24,9 +24,10 @@ pub(crate) struct Layer {
     /// Range of each row, mm; lo > hi: empty.
     pub row_lo: [f64; WIDE],
     pub row_hi: [f64; WIDE],
-    /// The same of each block.
+    /// The same of each block, and the pairs of rows whose blocks have not been measured since they changed, one bit each.
     pub block_lo: [f64; BLOCKS],
     pub block_hi: [f64; BLOCKS],
+    pub unmeasured: u8,
 }
 
 /// See the module.
@@ -56,7 +57,17 @@ impl Layer {
             hi = if self.lanes.hi[k] > hi { self.lanes.hi[k] } else { hi };
         }
         (self.row_lo[row], self.row_hi[row]) = (lo, hi);
-        measure_pair(&self.lanes, row / 2, &mut self.block_lo, &mut self.block_hi);
+        self.unmeasured |= 1 << (row / 2);
+    }
+
+    /// Takes the ranges of the blocks anew where rows have changed: a ball has no use for them.
+    #[inline]
+    pub(crate) fn measure_blocks(&mut self) {
+        while self.unmeasured != 0 {
+            let pair = self.unmeasured.trailing_zeros() as usize;
+            measure_pair(&self.lanes, pair, &mut self.block_lo, &mut self.block_hi);
+            self.unmeasured &= self.unmeasured - 1;
+        }
     }
 }
 
@@ -95,9 +106,10 @@ impl Field {
         if self.depth == self.layers.len() {
             self.layers.push(Layer::default());
         }
-        let Layer { lanes, row_lo, row_hi, block_lo, block_hi } = &mut self.layers[self.depth];
+        let Layer { lanes, row_lo, row_hi, block_lo, block_hi, unmeasured } = &mut self.layers[self.depth];
         lanes.clear();
         (*block_lo, *block_hi) = ([f64::INFINITY; BLOCKS], [f64::NEG_INFINITY; BLOCKS]);
+        *unmeasured = 0;
         (*row_lo, *row_hi) = ([f64::INFINITY; WIDE], [f64::NEG_INFINITY; WIDE]);
         for r in 0..LANES {
             (lanes.u[r], lanes.v[r], lanes.ray[r]) = (self.columns[r % ROW], self.row_v[r / ROW], r as u8);

@@ -7,7 +7,7 @@ use crate::{
     field::step::{Batch, Ready, Step},
     field::tile::Tile,
     field::tile_cut::{CutLayer, cut_lane},
-    field::tile_field::{Field, Layer, Left, Partial},
+    field::tile_field::{Field, Left, Partial},
     kernels::lane_ball::{BallOnLanes, BallOnRows},
     kernels::lane_blocks::{BodyOnBlocks, rays_of},
     kernels::lane_body::BodyOnLanes,
@@ -103,8 +103,8 @@ impl Batch<'_> {
                     scratch.field.fill(grid, work.index, &work.tile);
                     filled = true;
                 }
-                for (l, layer) in scratch.field.layers().iter().enumerate() {
-                    let lanes = self.near(step, ready, &scratch.field, layer);
+                for l in 0..scratch.field.layers().len() {
+                    let lanes = self.near(step, ready, &mut scratch.field, l);
                     if lanes != 0 {
                         scratch.near.push((k, l, lanes));
                     }
@@ -162,14 +162,16 @@ impl Batch<'_> {
     }
 
     /// Lanes of a layer that a step may meet, one bit each.
-    fn near(&self, step: &Step, ready: &Ready, field: &Field, layer: &Layer) -> u64 {
+    fn near(&self, step: &Step, ready: &Ready, field: &mut Field, l: usize) -> u64 {
         match &step.ball {
             Some(path) => {
+                let layer = &field.layers()[l];
                 let (u, v, lo, hi) = (field.u, &field.row_v, &layer.row_lo, &layer.row_hi);
                 lanes_of(self.arch.dispatch(BallOnRows { path, u, v, lo, hi }))
             }
             None => {
-                let (body, places) = (&self.bodies[ready.body], &field.places);
+                field.layers_mut()[l].measure_blocks();
+                let (body, places, layer) = (&self.bodies[ready.body], &field.places, &field.layers()[l]);
                 let (lo, hi) = (&layer.block_lo, &layer.block_hi);
                 rays_of(self.arch.dispatch(BodyOnBlocks { step, body, places, lo, hi }))
             }
@@ -239,19 +241,20 @@ impl Batch<'_> {
     /// Whether the lanes that are asked for fill fewer rows when they are gathered.
     fn gathers(&self, a: usize, scratch: &mut Scratch) -> bool {
         let Scratch { near, asked, .. } = scratch;
+        // A ball takes less than the gathering.
+        if near.iter().any(|n| self.steps[a][n.0].ball.is_some()) {
+            return false;
+        }
         asked.clear();
-        let mut balls = false;
-        for &(k, l, lanes) in near.iter() {
+        for &(_, l, lanes) in near.iter() {
             if l >= asked.len() {
                 asked.resize(l + 1, 0);
             }
             asked[l] |= lanes;
-            balls |= self.steps[a][k].ball.is_some();
         }
         let rows: u32 = asked.iter().map(|lanes| rows_with(*lanes).count_ones()).sum();
         let count: u32 = asked.iter().map(|lanes| lanes.count_ones()).sum();
-        // A ball takes less than the gathering.
-        !balls && count.div_ceil(ROW as u32) < rows
+        count.div_ceil(ROW as u32) < rows
     }
 
     /// The steps on the lanes that they may meet, where these are; true when some may be left without proof.

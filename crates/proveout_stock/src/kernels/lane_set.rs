@@ -137,9 +137,13 @@ impl Lanes {
     }
 
     /// Asks for lanes, one bit each.
+    #[inline]
     pub(crate) fn ask_lanes(&mut self, which: u64) {
-        for row in (0..ROW).filter(|row| row_of(which, *row) != 0) {
-            self.rows |= 1 << row;
+        let mut rows = rows_with(which);
+        self.rows |= rows;
+        while rows != 0 {
+            let row = rows.trailing_zeros() as usize;
+            rows &= rows - 1;
             let bits = row_of(which, row);
             for (i, state) in self.state[row * ROW..(row + 1) * ROW].iter_mut().enumerate() {
                 *state = if bits >> i & 1 == 1 { NOTHING } else { *state };
@@ -259,13 +263,24 @@ pub(crate) fn rows_of(n: usize) -> u8 {
 }
 
 /// All lanes of some rows, one bit each.
+#[inline]
 pub(crate) fn lanes_of(rows: u8) -> u64 {
-    (0..ROW).filter(|row| rows >> row & 1 == 1).fold(0, |lanes, row| lanes | 0xFF << (row * ROW))
+    // Each bit to the first of its byte, then all of the byte.
+    let mut x = u64::from(rows);
+    x = (x | x << 28) & 0x0000_000F_0000_000F;
+    x = (x | x << 14) & 0x0003_0003_0003_0003;
+    x = (x | x << 7) & 0x0101_0101_0101_0101;
+    x * 0xFF
 }
 
 /// Rows of lanes, one bit each.
+#[inline]
 pub(crate) fn rows_with(which: u64) -> u8 {
-    (0..ROW).filter(|row| row_of(which, *row) != 0).fold(0, |rows, row| rows | 1 << row)
+    let mut x = which | which >> 4;
+    x |= x >> 2;
+    x = (x | x >> 1) & 0x0101_0101_0101_0101;
+    // The bytes' first bits to the top one.
+    (x.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
 /// An interval that an item takes up on a ray.

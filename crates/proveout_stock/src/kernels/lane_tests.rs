@@ -11,7 +11,7 @@ use crate::{
     kernels::lane_ball::{BallOnLanes, BallOnRows, BallPath},
     kernels::lane_blocks::{BodyOnBlocks, Places, measure_pair, rays_of},
     kernels::lane_body::BodyOnLanes,
-    kernels::lane_set::{BLOCKS, LANES, Lanes, Maker, OLD, ROW, Strip, TAKEN, UNPROVEN, WIDE, lanes_of},
+    kernels::lane_set::{BLOCKS, LANES, Lanes, Maker, OLD, ROW, Strip, TAKEN, UNPROVEN, WIDE, lanes_of, rows_with},
     kernels::meridian::Meridian,
     kernels::motion::{Piece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
     kernels::ray::{Ray, Taken},
@@ -248,6 +248,12 @@ fn a_block_is_two_by_two_rays() {
     });
     assert_eq!(all, u64::MAX);
     assert_eq!(rays_of(0b1000_0000_0000_0001), 0x303 | 0x303 << 54);
+    for rows in 0..=u8::MAX {
+        let lanes = lanes_of(rows);
+        assert!((0..LANES).all(|r| (lanes >> r & 1 == 1) == (rows >> (r / ROW) & 1 == 1)));
+        assert_eq!(rows_with(lanes), rows);
+    }
+    assert!((0..LANES).all(|r| rows_with(1 << r) == 1 << (r / ROW)));
 }
 
 /// A block or row that is cleared must hold no ray that the searches find the body on.
