@@ -1,4 +1,4 @@
-//! One item on one tile: bounds that clear rows of rays, then the kernels, then the subtraction.
+//! One item on one tile: bounds that clear blocks and rows of rays, then the kernels, then the subtraction.
 
 use crate::{
     field::grid::{Grid, TILE},
@@ -9,10 +9,11 @@ use crate::{
     field::tile_cut::{CutLayer, cut_lane},
     field::tile_field::{Field, Left, Partial},
     kernels::lane_ball::{BallOnLanes, BallOnRows},
+    kernels::lane_bits::lanes_of,
     kernels::lane_blocks::{BodyOnBlocks, rays_of},
     kernels::lane_body::BodyOnLanes,
-    kernels::lane_search::{MORE_STEPS, STEPS},
-    kernels::lane_set::{Cut, LANES, Lanes, Maker, ROW, Strip, TAKEN, UNPROVEN, lanes_of, rows_with},
+    kernels::lane_search::MORE_STEPS,
+    kernels::lane_set::{Cut, LANES, Lanes, Maker, Strip, TAKEN, UNPROVEN},
     kernels::ray::Ray,
     kernels::ray_ball::sweep_ball,
     kernels::ray_translate::sweep_translation,
@@ -46,16 +47,16 @@ impl Work {
 /// Layer and lane.
 type Place = (usize, usize);
 /// A step that may touch a layer, and the lanes that it may, one bit each.
-type Near = (usize, usize, u64);
+pub(crate) type Near = (usize, usize, u64);
 
 /// Buffers of one thread.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    field: Field,
-    near: Vec<Near>,
+    pub field: Field,
+    pub near: Vec<Near>,
     /// Lanes of each layer that any step may meet.
-    asked: Vec<u64>,
-    gathered: Lanes,
+    pub asked: Vec<u64>,
+    pub gathered: Lanes,
     again: Lanes,
     places: Vec<Place>,
     torn: Vec<Strip>,
@@ -179,7 +180,7 @@ impl Batch<'_> {
     }
 
     /// A step for all lanes that are asked for; true when some may be left without proof.
-    fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, steps: usize, lanes: &mut Lanes) -> bool {
+    pub(crate) fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, steps: usize, lanes: &mut Lanes) -> bool {
         match &step.ball {
             Some(path) => {
                 self.arch.dispatch(BallOnLanes { path, maker, lanes });
@@ -193,8 +194,7 @@ impl Batch<'_> {
     }
 
     fn item(&self, ready: &Ready, a: usize, scratch: &mut Scratch, sum: &mut Partial, lost: &mut Lost) {
-        let open =
-            if self.gathers(a, scratch) { self.gathered(ready, a, scratch) } else { self.in_place(ready, a, scratch) };
+        let open = self.on_near(ready, a, scratch);
         if open {
             self.second_chance(ready, a, scratch);
         }
@@ -235,87 +235,6 @@ impl Batch<'_> {
         if sum.rays > 0 && ready.removes {
             field.changed = true;
             field.measure();
-        }
-    }
-
-    /// Whether the lanes that are asked for fill fewer rows when they are gathered.
-    fn gathers(&self, a: usize, scratch: &mut Scratch) -> bool {
-        let Scratch { near, asked, .. } = scratch;
-        // A ball takes less than the gathering.
-        if near.iter().any(|n| self.steps[a][n.0].ball.is_some()) {
-            return false;
-        }
-        asked.clear();
-        for &(_, l, lanes) in near.iter() {
-            if l >= asked.len() {
-                asked.resize(l + 1, 0);
-            }
-            asked[l] |= lanes;
-        }
-        let rows: u32 = asked.iter().map(|lanes| rows_with(*lanes).count_ones()).sum();
-        let count: u32 = asked.iter().map(|lanes| lanes.count_ones()).sum();
-        count.div_ceil(ROW as u32) < rows
-    }
-
-    /// The steps on the lanes that they may meet, where these are; true when some may be left without proof.
-    fn in_place(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
-        let Scratch { field, near, .. } = scratch;
-        let mut open = false;
-        for &(_, l, which) in near.iter() {
-            let lanes = &mut field.layers_mut()[l].lanes;
-            // Two steps may take intervals apart from each other.
-            open |= lanes.rows != 0;
-            lanes.ask_lanes(which);
-        }
-        for &(k, l, which) in near.iter() {
-            let lanes = &mut field.layers_mut()[l].lanes;
-            let all = std::mem::replace(&mut lanes.rows, rows_with(which));
-            open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), STEPS, lanes);
-            lanes.rows = all;
-        }
-        open
-    }
-
-    /// The same, the lanes of all layers side by side.
-    fn gathered(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
-        let Scratch { field, near, asked, gathered, .. } = scratch;
-        let mut open = false;
-        // Layers and lanes that wait for their turn.
-        let (mut layer, mut left) = (0, asked[0]);
-        loop {
-            let first = (layer, left);
-            gathered.clear_asked();
-            loop {
-                left = gathered.gather(&field.layers()[layer].lanes, left);
-                if left != 0 || layer + 1 == asked.len() {
-                    break;
-                }
-                layer += 1;
-                left = asked[layer];
-            }
-            let n = gathered.len();
-            let mut last = usize::MAX;
-            for &(k, _, _) in near.iter() {
-                if k == last {
-                    continue;
-                }
-                // Two steps may take intervals apart from each other.
-                open |= last != usize::MAX;
-                last = k;
-                open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), STEPS, gathered);
-            }
-            let (mut l, mut lanes) = first;
-            for i in 0..n {
-                while lanes == 0 {
-                    l += 1;
-                    lanes = asked[l];
-                }
-                field.layers_mut()[l].lanes.take_answer(lanes.trailing_zeros() as usize, gathered, i);
-                lanes &= lanes - 1;
-            }
-            if left == 0 {
-                return open;
-            }
         }
     }
 

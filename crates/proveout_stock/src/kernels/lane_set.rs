@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use crate::{
     field::span::SLIVER,
+    kernels::lane_bits::{row_of, rows_of, rows_with},
     kernels::lanes::{L, Mask, load, put, width},
     kernels::ray::Taken,
 };
@@ -251,38 +252,6 @@ impl Lanes {
     }
 }
 
-/// Bits of one row.
-#[inline]
-fn row_of(which: u64, row: usize) -> u64 {
-    which >> (row * ROW) & 0xFF
-}
-
-/// Rows that the first `n` lanes lie in, one bit each.
-pub(crate) fn rows_of(n: usize) -> u8 {
-    ((1_u32 << n.div_ceil(ROW)) - 1) as u8
-}
-
-/// All lanes of some rows, one bit each.
-#[inline]
-pub(crate) fn lanes_of(rows: u8) -> u64 {
-    // Each bit to the first of its byte, then all of the byte.
-    let mut x = u64::from(rows);
-    x = (x | x << 28) & 0x0000_000F_0000_000F;
-    x = (x | x << 14) & 0x0003_0003_0003_0003;
-    x = (x | x << 7) & 0x0101_0101_0101_0101;
-    x * 0xFF
-}
-
-/// Rows of lanes, one bit each.
-#[inline]
-pub(crate) fn rows_with(which: u64) -> u8 {
-    let mut x = which | which >> 4;
-    x |= x >> 2;
-    x = (x | x >> 1) & 0x0101_0101_0101_0101;
-    // The bytes' first bits to the top one.
-    (x.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
-}
-
 /// An interval that an item takes up on a ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut {
@@ -361,4 +330,52 @@ pub(crate) fn join<S: Simd>(
     put(g, &mut lanes.to_by, upper, by);
     put(g, &mut lanes.from_tau, lower, first + part * taus[0]);
     put(g, &mut lanes.to_tau, upper, first + part * taus[1]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strip(r: usize, layer: f64) -> Strip {
+        let (u, v) = ((r % ROW) as f64, (r / ROW) as f64);
+        let (lo, hi) = (100.0 * layer + r as f64, 100.0 * layer + r as f64 + 0.5);
+        Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 }
+    }
+
+    /// Lanes of two layers, more than find room: each comes back with its own answer, and no other is touched.
+    #[test]
+    fn gathered_lanes_take_their_own_answers_back() {
+        for (first, second) in [(0b1011, 1 << 63), (u64::MAX, 0xF0F0), (u64::MAX >> 1, 0b11), (0, u64::MAX)] {
+            let mut layers = [Lanes::default(), Lanes::default()];
+            for (l, layer) in layers.iter_mut().enumerate() {
+                (0..LANES).for_each(|r| layer.set(r, &strip(r, l as f64)));
+            }
+            let mut gathered = Lanes::default();
+            let left = [first, second].iter().zip(&layers).map(|(which, layer)| gathered.gather(layer, *which));
+            let left: Vec<u64> = left.collect();
+            assert!(left[0] == 0 && left[1] & !second == 0);
+            let room = LANES as u32 - first.count_ones();
+            assert_eq!(left[1].count_ones(), second.count_ones().saturating_sub(room));
+            assert_eq!(gathered.rows.count_ones(), (gathered.len() as u32).div_ceil(ROW as u32));
+            for k in 0..gathered.len() {
+                assert_eq!(gathered.state[k], NOTHING);
+                let (from, by) = (gathered.lo[k], k as f64);
+                let cut = Cut { from, to: gathered.hi[k], from_by: by, to_by: by, from_tau: 0.25, to_tau: 0.75 };
+                gathered.answer(k, (k % 3 != 1).then_some(&cut));
+            }
+            let mut k = 0;
+            for (l, which) in [first, second & !left[1]].into_iter().enumerate() {
+                for r in (0..LANES).filter(|r| which >> r & 1 == 1) {
+                    assert_eq!(layers[l].take_answer(r, &gathered, k), k % 3 != 1);
+                    k += 1;
+                }
+                for r in 0..LANES {
+                    let taken = layers[l].state[r] == TAKEN;
+                    assert!(!taken || which >> r & 1 == 1 && layers[l].cut(r).from == layers[l].lo[r]);
+                    assert!(!taken || layers[l].rows >> (r / ROW) & 1 == 1);
+                }
+            }
+            assert_eq!(k, gathered.len());
+        }
+    }
 }

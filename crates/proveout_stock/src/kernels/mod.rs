@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod kernel_tests;
 pub(crate) mod lane_ball;
+pub(crate) mod lane_bits;
 pub(crate) mod lane_blocks;
 pub(crate) mod lane_body;
 pub(crate) mod lane_sample;
