@@ -351,8 +351,7 @@ mod tests {
                 (0..LANES).for_each(|r| layer.set(r, &strip(r, l as f64)));
             }
             let mut gathered = Lanes::default();
-            let left = [first, second].iter().zip(&layers).map(|(which, layer)| gathered.gather(layer, *which));
-            let left: Vec<u64> = left.collect();
+            let left = [gathered.gather(&layers[0], first), gathered.gather(&layers[1], second)];
             assert!(left[0] == 0 && left[1] & !second == 0);
             let room = LANES as u32 - first.count_ones();
             assert_eq!(left[1].count_ones(), second.count_ones().saturating_sub(room));
