@@ -12,4 +12,5 @@ pub(crate) mod sweep;
 pub(crate) mod tile;
 pub(crate) mod tile_cut;
 pub(crate) mod tile_field;
+pub(crate) mod tile_gather;
 pub(crate) mod tile_work;

@@ -132,6 +132,9 @@ impl WithSimd for CutLayer<'_> {
                 layer.row_lo[row] = lowest(simd, &layer.lanes.lo[all.clone()]);
                 layer.row_hi[row] = highest(simd, &layer.lanes.hi[all]);
             }
+            // Two rows to a pair.
+            let pairs = met_rows | met_rows >> 1;
+            layer.unmeasured |= pairs & 1 | pairs >> 1 & 2 | pairs >> 2 & 4 | pairs >> 3 & 8;
         }
         add(&sums, met_rows, sum);
     }

@@ -13,7 +13,8 @@ use crate::{
     field::grid::{Grid, TILE},
     field::span::{Mark, SLIVER, Span},
     field::tile::Tile,
-    kernels::lane_set::{Cut, LANES, Lanes, OLD, ROW, Strip, WIDE},
+    kernels::lane_blocks::{Places, measure_pair},
+    kernels::lane_set::{BLOCKS, Cut, LANES, Lanes, OLD, ROW, Strip, WIDE},
 };
 
 /// One interval of each ray.
@@ -23,6 +24,10 @@ pub(crate) struct Layer {
     /// Range of each row, mm; lo > hi: empty.
     pub row_lo: [f64; WIDE],
     pub row_hi: [f64; WIDE],
+    /// The same of each block, and the pairs of rows whose blocks have not been measured since they changed, one bit each.
+    pub block_lo: [f64; BLOCKS],
+    pub block_hi: [f64; BLOCKS],
+    pub unmeasured: u8,
 }
 
 /// See the module.
@@ -35,6 +40,7 @@ pub(crate) struct Field {
     /// Ray centers along v of the rows, and the range along u.
     pub row_v: [f64; WIDE],
     pub u: [f64; 2],
+    pub places: Places,
     /// Range of all, mm.
     pub lo: f64,
     pub hi: f64,
@@ -51,6 +57,17 @@ impl Layer {
             hi = if self.lanes.hi[k] > hi { self.lanes.hi[k] } else { hi };
         }
         (self.row_lo[row], self.row_hi[row]) = (lo, hi);
+        self.unmeasured |= 1 << (row / 2);
+    }
+
+    /// Takes the ranges of the blocks anew where rows have changed: a ball has no use for them.
+    #[inline]
+    pub(crate) fn measure_blocks(&mut self) {
+        while self.unmeasured != 0 {
+            let pair = self.unmeasured.trailing_zeros() as usize;
+            measure_pair(&self.lanes, pair, &mut self.block_lo, &mut self.block_hi);
+            self.unmeasured &= self.unmeasured - 1;
+        }
     }
 }
 
@@ -62,6 +79,7 @@ impl Field {
         (self.depth, self.changed) = (0, false);
         self.columns = std::array::from_fn(|i| grid.center(u_axis, i0 + i));
         self.row_v = std::array::from_fn(|j| grid.center(v_axis, j0 + j));
+        self.places = Places::new(&self.columns, &self.row_v);
         let last = grid.n[u_axis].min(i0 + TILE) - 1;
         self.u = [self.columns[0], grid.center(u_axis, last)];
         self.deepen();
@@ -88,8 +106,10 @@ impl Field {
         if self.depth == self.layers.len() {
             self.layers.push(Layer::default());
         }
-        let Layer { lanes, row_lo, row_hi } = &mut self.layers[self.depth];
+        let Layer { lanes, row_lo, row_hi, block_lo, block_hi, unmeasured } = &mut self.layers[self.depth];
         lanes.clear();
+        (*block_lo, *block_hi) = ([f64::INFINITY; BLOCKS], [f64::NEG_INFINITY; BLOCKS]);
+        *unmeasured = 0;
         (*row_lo, *row_hi) = ([f64::INFINITY; WIDE], [f64::NEG_INFINITY; WIDE]);
         for r in 0..LANES {
             (lanes.u[r], lanes.v[r], lanes.ray[r]) = (self.columns[r % ROW], self.row_v[r / ROW], r as u8);

@@ -1,4 +1,4 @@
-//! One item on one tile: bounds that clear rows of rays, then the kernels, then the subtraction.
+//! One item on one tile: bounds that clear blocks and rows of rays, then the kernels, then the subtraction.
 
 use crate::{
     field::grid::{Grid, TILE},
@@ -7,12 +7,13 @@ use crate::{
     field::step::{Batch, Ready, Step},
     field::tile::Tile,
     field::tile_cut::{CutLayer, cut_lane},
-    field::tile_field::{Field, Layer, Left, Partial},
+    field::tile_field::{Field, Left, Partial},
     kernels::lane_ball::{BallOnLanes, BallOnRows},
+    kernels::lane_bits::lanes_of,
+    kernels::lane_blocks::{BodyOnBlocks, rays_of},
     kernels::lane_body::BodyOnLanes,
-    kernels::lane_rows::BodyOnRows,
-    kernels::lane_search::{MORE_STEPS, STEPS},
-    kernels::lane_set::{Cut, LANES, Lanes, Maker, ROW, Strip, TAKEN, UNPROVEN},
+    kernels::lane_search::MORE_STEPS,
+    kernels::lane_set::{Cut, LANES, Lanes, Maker, Strip, TAKEN, UNPROVEN},
     kernels::ray::Ray,
     kernels::ray_ball::sweep_ball,
     kernels::ray_translate::sweep_translation,
@@ -45,14 +46,17 @@ impl Work {
 
 /// Layer and lane.
 type Place = (usize, usize);
-/// A step that may touch a layer, and the rows that it may.
-type Near = (usize, usize, u8);
+/// A step that may touch a layer, and the lanes that it may, one bit each.
+pub(crate) type Near = (usize, usize, u64);
 
 /// Buffers of one thread.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    field: Field,
-    near: Vec<Near>,
+    pub field: Field,
+    pub near: Vec<Near>,
+    /// Lanes of each layer that any step may meet.
+    pub asked: Vec<u64>,
+    pub gathered: Lanes,
     again: Lanes,
     places: Vec<Place>,
     torn: Vec<Strip>,
@@ -100,10 +104,10 @@ impl Batch<'_> {
                     scratch.field.fill(grid, work.index, &work.tile);
                     filled = true;
                 }
-                for (l, layer) in scratch.field.layers().iter().enumerate() {
-                    let rows = self.rows(step, ready, &scratch.field, layer);
-                    if rows != 0 {
-                        scratch.near.push((k, l, rows));
+                for l in 0..scratch.field.layers().len() {
+                    let lanes = self.near(step, ready, &mut scratch.field, l);
+                    if lanes != 0 {
+                        scratch.near.push((k, l, lanes));
                     }
                 }
             }
@@ -158,17 +162,25 @@ impl Batch<'_> {
         before.iter().map(|span| span.ends()[usize::from(upper)]).find(|e| e.s == s).map_or(Mark::NONE, |e| e.mark)
     }
 
-    /// Rows of a tile that a step may meet.
-    fn rows(&self, step: &Step, ready: &Ready, field: &Field, layer: &Layer) -> u8 {
-        let (u, v, lo, hi) = (field.u, &field.row_v, &layer.row_lo, &layer.row_hi);
+    /// Lanes of a layer that a step may meet, one bit each.
+    fn near(&self, step: &Step, ready: &Ready, field: &mut Field, l: usize) -> u64 {
         match &step.ball {
-            Some(path) => self.arch.dispatch(BallOnRows { path, u, v, lo, hi }),
-            None => self.arch.dispatch(BodyOnRows { step, body: &self.bodies[ready.body], u, v, lo, hi }),
+            Some(path) => {
+                let layer = &field.layers()[l];
+                let (u, v, lo, hi) = (field.u, &field.row_v, &layer.row_lo, &layer.row_hi);
+                lanes_of(self.arch.dispatch(BallOnRows { path, u, v, lo, hi }))
+            }
+            None => {
+                field.layers_mut()[l].measure_blocks();
+                let (body, places, layer) = (&self.bodies[ready.body], &field.places, &field.layers()[l]);
+                let (lo, hi) = (&layer.block_lo, &layer.block_hi);
+                rays_of(self.arch.dispatch(BodyOnBlocks { step, body, places, lo, hi }))
+            }
         }
     }
 
     /// A step for all lanes that are asked for; true when some may be left without proof.
-    fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, steps: usize, lanes: &mut Lanes) -> bool {
+    pub(crate) fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, steps: usize, lanes: &mut Lanes) -> bool {
         match &step.ball {
             Some(path) => {
                 self.arch.dispatch(BallOnLanes { path, maker, lanes });
@@ -182,23 +194,7 @@ impl Batch<'_> {
     }
 
     fn item(&self, ready: &Ready, a: usize, scratch: &mut Scratch, sum: &mut Partial, lost: &mut Lost) {
-        let field = &mut scratch.field;
-        let mut open = false;
-        for &(_, l, rows) in &scratch.near {
-            let lanes = &mut field.layers_mut()[l].lanes;
-            // Two steps may take intervals apart from each other.
-            open |= lanes.rows != 0;
-            let new = rows & !lanes.rows;
-            for row in (0..ROW).filter(|row| new >> row & 1 == 1) {
-                lanes.ask_row(row);
-            }
-        }
-        for &(k, l, rows) in &scratch.near {
-            let lanes = &mut field.layers_mut()[l].lanes;
-            let all = std::mem::replace(&mut lanes.rows, rows);
-            open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), STEPS, lanes);
-            lanes.rows = all;
-        }
+        let open = self.on_near(ready, a, scratch);
         if open {
             self.second_chance(ready, a, scratch);
         }

@@ -136,8 +136,14 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let mut below = above;
         if met.any() {
             let start = above.covered.select(above.other, ray.lo).max(ray.lo).min(ray.hi);
-            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.other_tau), met, steps);
-            hit = met & (below.covered | below.end);
+            let low = met & look.low;
+            let open = met & !low;
+            if open.any() {
+                below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.other_tau), open, steps);
+            }
+            below.covered = low | (open & below.covered);
+            below.tau = low.select(time, below.tau);
+            hit = below.covered | (open & below.end);
         }
         let (to, from) = (above.covered.select(ray.hi, above.s), below.covered.select(ray.lo, below.s));
         if TURNS && hit.any() {

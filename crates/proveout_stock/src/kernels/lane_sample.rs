@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use crate::{
     kernels::lanes::{L, L3, along, cross, dot, scale},
-    kernels::meridian::{Meridian, Piece as Part},
+    kernels::meridian::{Meridian, Piece as Part, Quarter},
     kernels::motion::Piece,
     kernels::vec3,
 };
@@ -208,7 +208,13 @@ impl<S: Simd> Sample<S> {
 fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
     let zero = r.same(0.0);
     let mut best = Value { f: r.same(f64::NEG_INFINITY), fr: zero, fz: r.same(1.0), km: zero };
-    for part in &body.pieces {
+    if let Some(quarter) = &body.quarter {
+        best = quarter_of(quarter, r, z);
+        if !z.gt(r.same(quarter.alone_below)).any() {
+            return best;
+        }
+    }
+    for part in &body.others {
         match *part {
             Part::Line { nr, nz, c } => {
                 let (fr, fz) = (r.same(nr), r.same(nz));
@@ -234,6 +240,24 @@ fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
         }
     }
     best
+}
+
+/// The same of a quarter of a circle, from straight down to straight out.
+#[inline(always)]
+fn quarter_of<S: Simd>(quarter: &Quarter, r: L<S>, z: L<S>) -> Value<S> {
+    let (zero, one) = (r.same(0.0), r.same(1.0));
+    let (x, y) = (r - r.same(quarter.center[0]), z - r.same(quarter.center[1]));
+    let square = x.fma(x, y * y);
+    let sector = x.ge(zero) & y.le(zero) & square.gt(r.same(1e-24));
+    let length = square.sqrt();
+    let per_length = one / length;
+    let low = (-y).gt(x);
+    Value {
+        f: sector.select(length, low.select(-y, x)) - r.same(quarter.radius),
+        fr: sector.select(x * per_length, low.select(zero, one)),
+        fz: sector.select(y * per_length, low.select(-one, zero)),
+        km: sector.select(per_length, zero),
+    }
 }
 
 /// Value, gradient (d/dr, d/dz) and curvature along the meridian.

@@ -67,6 +67,8 @@ impl<S: Simd> Side<S> {
 pub(crate) struct Look<S: Simd> {
     pub covered: Mask<S>,
     pub miss: Mask<S>,
+    /// The body covers the lower end of the material at the time of the sample.
+    pub low: Mask<S>,
     /// Height and time where the search goes on: for the other end where this one is covered.
     pub s: L<S>,
     pub tau: L<S>,
@@ -102,13 +104,15 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
         }
         miss = outside & least.ge(-allowed);
         if (outside & !miss).any() {
-            let across = q.normal_across();
+            // At the very end of the material a half space needs to say nothing about the rest of the ray.
+            let across = away.le(zero).select3(q.normal, q.normal_across());
             let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
             miss = miss | (outside & across[0].abs().fma_from(away, clear).ge(-allowed));
         }
     }
     let covered = wanted & inside & s.ge(ray.hi);
-    let mut look = Look { covered, miss, s, tau, f: q.f, y: q.y };
+    let low = wanted & inside & s.le(ray.lo);
+    let mut look = Look { covered, miss, low, s, tau, f: q.f, y: q.y };
     let open = wanted & !miss;
     if open.any() {
         let [ftt, fts, fss] = q.curvature::<TURNS>(motion);

@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use crate::{
     field::span::SLIVER,
+    kernels::lane_bits::{row_of, rows_of, rows_with},
     kernels::lanes::{L, Mask, load, put, width},
     kernels::ray::Taken,
 };
@@ -12,6 +13,9 @@ use crate::{
 pub(crate) const LANES: usize = crate::field::grid::TILE_RAYS;
 /// Lanes of a row: rays of a tile with the same v.
 pub(crate) const ROW: usize = crate::field::grid::TILE;
+
+/// Blocks of a set: two by two rays of a tile.
+pub(crate) const BLOCKS: usize = LANES / 4;
 
 /// Room for a number a row, filled up to the widest vector.
 pub(crate) const WIDE: usize = 16;
@@ -98,7 +102,6 @@ impl Default for Lanes {
 }
 
 impl Lanes {
-    #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
         self.n
     }
@@ -107,6 +110,12 @@ impl Lanes {
     pub(crate) fn clear(&mut self) {
         self.lo = [f64::INFINITY; LANES];
         self.hi = [f64::NEG_INFINITY; LANES];
+        self.n = 0;
+        self.hush();
+    }
+
+    /// Empties all lanes of a set that is filled by [`Self::gather`].
+    pub(crate) fn clear_asked(&mut self) {
         self.n = 0;
         self.hush();
     }
@@ -123,11 +132,54 @@ impl Lanes {
     }
 
     /// Asks for all lanes of a row.
+    #[cfg(test)]
     pub(crate) fn ask_row(&mut self, row: usize) {
-        for state in &mut self.state[row * ROW..(row + 1) * ROW] {
-            *state = NOTHING;
+        self.ask_lanes(0xFF << (row * ROW));
+    }
+
+    /// Asks for lanes, one bit each.
+    #[inline]
+    pub(crate) fn ask_lanes(&mut self, which: u64) {
+        let mut rows = rows_with(which);
+        self.rows |= rows;
+        while rows != 0 {
+            let row = rows.trailing_zeros() as usize;
+            rows &= rows - 1;
+            let bits = row_of(which, row);
+            for (i, state) in self.state[row * ROW..(row + 1) * ROW].iter_mut().enumerate() {
+                *state = if bits >> i & 1 == 1 { NOTHING } else { *state };
+            }
         }
-        self.rows |= 1 << row;
+    }
+
+    /// Fills the lanes from the first on with the material of some of another set, one bit each, and asks for them; those that find no
+    /// room are left. Returns them.
+    pub(crate) fn gather(&mut self, from: &Self, which: u64) -> u64 {
+        let mut left = which;
+        while left != 0 && self.n < LANES {
+            let (r, k) = (left.trailing_zeros() as usize, self.n);
+            (self.u[k], self.v[k], self.lo[k], self.hi[k]) = (from.u[r], from.v[r], from.lo[r], from.hi[r]);
+            (self.ray[k], self.state[k]) = (from.ray[r], NOTHING);
+            self.n += 1;
+            left &= left - 1;
+        }
+        self.rows = rows_of(self.n);
+        left
+    }
+
+    /// Takes over what was found for lane `k` of another set; true when something was.
+    #[inline]
+    pub(crate) fn take_answer(&mut self, r: usize, other: &Self, k: usize) -> bool {
+        let state = other.state[k];
+        if state != TAKEN && state != UNPROVEN {
+            return false;
+        }
+        self.state[r] = state;
+        self.rows |= 1 << (r / ROW);
+        (self.from[r], self.to[r]) = (other.from[k], other.to[k]);
+        (self.from_by[r], self.to_by[r]) = (other.from_by[k], other.to_by[k]);
+        (self.from_tau[r], self.to_tau[r]) = (other.from_tau[k], other.to_tau[k]);
+        true
     }
 
     /// Whether vector `g` has lanes that are asked for.
@@ -278,4 +330,51 @@ pub(crate) fn join<S: Simd>(
     put(g, &mut lanes.to_by, upper, by);
     put(g, &mut lanes.from_tau, lower, first + part * taus[0]);
     put(g, &mut lanes.to_tau, upper, first + part * taus[1]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strip(r: usize, layer: f64) -> Strip {
+        let (u, v) = ((r % ROW) as f64, (r / ROW) as f64);
+        let (lo, hi) = (100.0 * layer + r as f64, 100.0 * layer + r as f64 + 0.5);
+        Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 }
+    }
+
+    /// Lanes of two layers, more than find room: each comes back with its own answer, and no other is touched.
+    #[test]
+    fn gathered_lanes_take_their_own_answers_back() {
+        for (first, second) in [(0b1011, 1 << 63), (u64::MAX, 0xF0F0), (u64::MAX >> 1, 0b11), (0, u64::MAX)] {
+            let mut layers = [Lanes::default(), Lanes::default()];
+            for (l, layer) in layers.iter_mut().enumerate() {
+                (0..LANES).for_each(|r| layer.set(r, &strip(r, l as f64)));
+            }
+            let mut gathered = Lanes::default();
+            let left = [gathered.gather(&layers[0], first), gathered.gather(&layers[1], second)];
+            assert!(left[0] == 0 && left[1] & !second == 0);
+            let room = LANES as u32 - first.count_ones();
+            assert_eq!(left[1].count_ones(), second.count_ones().saturating_sub(room));
+            assert_eq!(gathered.rows.count_ones(), (gathered.len() as u32).div_ceil(ROW as u32));
+            for k in 0..gathered.len() {
+                assert_eq!(gathered.state[k], NOTHING);
+                let (from, by) = (gathered.lo[k], k as f64);
+                let cut = Cut { from, to: gathered.hi[k], from_by: by, to_by: by, from_tau: 0.25, to_tau: 0.75 };
+                gathered.answer(k, (k % 3 != 1).then_some(&cut));
+            }
+            let mut k = 0;
+            for (l, which) in [first, second & !left[1]].into_iter().enumerate() {
+                for r in (0..LANES).filter(|r| which >> r & 1 == 1) {
+                    assert_eq!(layers[l].take_answer(r, &gathered, k), k % 3 != 1);
+                    k += 1;
+                }
+                for r in 0..LANES {
+                    let taken = layers[l].state[r] == TAKEN;
+                    assert!(!taken || which >> r & 1 == 1 && layers[l].cut(r).from == layers[l].lo[r]);
+                    assert!(!taken || layers[l].rows >> (r / ROW) & 1 == 1);
+                }
+            }
+            assert_eq!(k, gathered.len());
+        }
+    }
 }

@@ -9,9 +9,10 @@ use crate::{
     Action, SweepItem, SweepMotion,
     field::step::{Batch, Split},
     kernels::lane_ball::{BallOnLanes, BallOnRows, BallPath},
+    kernels::lane_bits::{lanes_of, rows_with},
+    kernels::lane_blocks::{BodyOnBlocks, Places, measure_pair, rays_of},
     kernels::lane_body::BodyOnLanes,
-    kernels::lane_rows::BodyOnRows,
-    kernels::lane_set::{LANES, Lanes, Maker, OLD, ROW, Strip, TAKEN, UNPROVEN, WIDE},
+    kernels::lane_set::{BLOCKS, LANES, Lanes, Maker, OLD, ROW, Strip, TAKEN, UNPROVEN, WIDE},
     kernels::meridian::Meridian,
     kernels::motion::{Piece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
     kernels::ray::{Ray, Taken},
@@ -206,55 +207,102 @@ fn the_ball_on_lanes_is_the_closed_form() {
     assert!(met > 2000);
 }
 
-/// A row that is cleared must hold no ray that the searches find the body on.
+/// Rays of a tile, their blocks and rows: material that varies from ray to ray, and rays without any.
+fn tile(k: u32) -> (Lanes, Places, [[f64; BLOCKS]; 2], [[f64; WIDE]; 2]) {
+    let (u0, v0) = (5.0 * number(k, 21.0), 5.0 * number(k, 22.0));
+    let columns: [f64; ROW] = std::array::from_fn(|i| u0 + 0.1 * i as f64);
+    let rows: [f64; ROW] = std::array::from_fn(|j| v0 + 0.15 * j as f64);
+    let mut lanes = Lanes::default();
+    let mut blocks = [[f64::INFINITY; BLOCKS], [f64::NEG_INFINITY; BLOCKS]];
+    let mut of_rows = [[f64::INFINITY; WIDE], [f64::NEG_INFINITY; WIDE]];
+    for r in 0..LANES {
+        let (i, j) = (r % ROW, r / ROW);
+        let n = |salt: f64| number(k * 64 + r as u32, salt);
+        let (mut lo, mut hi) = (-6.0 + n(23.0), 6.0 * n(24.0));
+        if n(25.0) > 0.9 || hi <= lo {
+            (lo, hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        }
+        let (u, v) = (columns[i], rows[j]);
+        lanes.push(&Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
+        of_rows[0][j] = of_rows[0][j].min(lo);
+        of_rows[1][j] = of_rows[1][j].max(hi);
+    }
+    let [lo, hi] = &mut blocks;
+    (0..ROW / 2).for_each(|pair| measure_pair(&lanes, pair, lo, hi));
+    for r in 0..LANES {
+        let b = (0..BLOCKS).find(|b| rays_of(1 << b) >> r & 1 == 1).expect("each ray lies in a block");
+        assert!(!lanes.holds(r) || blocks[0][b] <= lanes.lo[r] && blocks[1][b] >= lanes.hi[r]);
+    }
+    (lanes, Places::new(&columns, &rows), blocks, of_rows)
+}
+
 #[test]
-fn rows_that_are_cleared_are_not_met() {
+fn a_block_is_two_by_two_rays() {
+    let all = (0..BLOCKS).fold(0_u64, |all, b| {
+        let rays = rays_of(1 << b);
+        assert_eq!(rays.count_ones(), 4);
+        assert_eq!(all & rays, 0, "no ray lies in two blocks");
+        let first = rays.trailing_zeros() as usize;
+        assert_eq!(rays, 0x303 << first);
+        assert_eq!((first % ROW / 2, first / ROW / 2), (b % (ROW / 2), b / (ROW / 2)));
+        all | rays
+    });
+    assert_eq!(all, u64::MAX);
+    assert_eq!(rays_of(0b1000_0000_0000_0001), 0x303 | 0x303 << 54);
+    for rows in 0..=u8::MAX {
+        let lanes = lanes_of(rows);
+        assert!((0..LANES).all(|r| (lanes >> r & 1 == 1) == (rows >> (r / ROW) & 1 == 1)));
+        assert_eq!(rows_with(lanes), rows);
+    }
+    assert!((0..LANES).all(|r| rows_with(1 << r) == 1 << (r / ROW)));
+}
+
+/// A block or row that is cleared must hold no ray that the searches find the body on.
+#[test]
+fn blocks_and_rows_that_are_cleared_are_not_met() {
     let (mut cleared, mut met) = (0, 0);
     for (profile, is_ball) in [(ball(), true), (bull(5.0, 3.0), false), (flat(5.0), false)] {
         let body = if is_ball { Meridian::split(&profile) } else { Meridian::whole(&profile) };
         for k in 0..600 {
             let a = (k % 3) as usize;
             let turn = [0.0, 0.011, 0.05][(k / 3 % 3) as usize];
-            let n = |salt: f64| number(k, salt);
-            let u0 = 5.0 * n(21.0);
-            let v0 = 5.0 * n(22.0);
-            let v: [f64; WIDE] = std::array::from_fn(|j| v0 + 0.1 * j as f64);
-            let lo: [f64; WIDE] = std::array::from_fn(|j| -6.0 + number(k * 8 + j as u32, 23.0));
-            let hi: [f64; WIDE] = std::array::from_fn(|j| lo[j] + 6.0 * (1.0 + number(k * 8 + j as u32, 24.0)));
+            let (lanes, places, [lo, hi], [row_lo, row_hi]) = tile(k);
+            let mut row_v = [0.0; WIDE];
+            (0..ROW).for_each(|j| row_v[j] = lanes.v[j * ROW]);
             let items = [item(&profile, motion(k, turn))];
             let bodies = [body.clone()];
             let everywhere = Aabb { min: Point::new(-1e3, -1e3, -1e3), max: Point::new(1e3, 1e3, 1e3) };
             let split = Split::of(&items[0], &body, &everywhere);
             let batch = Batch::new(&items, &[0], &[split], &bodies, &everywhere);
             for step in &batch.steps[a] {
-                let (u, v, lo, hi) = ([u0, u0 + 0.7], &v, &lo, &hi);
-                let rows = |wide: bool| match (&step.ball, wide) {
-                    (Some(path), true) => Arch::new().dispatch(BallOnRows { path, u, v, lo, hi }),
-                    (Some(path), false) => BallOnRows { path, u, v, lo, hi }.with_simd(pulp::Scalar::new()),
-                    (None, true) => Arch::new().dispatch(BodyOnRows { step, body: &body, u, v, lo, hi }),
-                    (None, false) => BodyOnRows { step, body: &body, u, v, lo, hi }.with_simd(pulp::Scalar::new()),
+                let rows =
+                    |path| BallOnRows { path, u: [lanes.u[0], lanes.u[ROW - 1]], v: &row_v, lo: &row_lo, hi: &row_hi };
+                let blocks = || BodyOnBlocks { step, body: &body, places: &places, lo: &lo, hi: &hi };
+                let rays = |wide: bool| match (&step.ball, wide) {
+                    (Some(path), true) => lanes_of(Arch::new().dispatch(rows(path))),
+                    (Some(path), false) => lanes_of(rows(path).with_simd(pulp::Scalar::new())),
+                    (None, true) => rays_of(Arch::new().dispatch(blocks())),
+                    (None, false) => rays_of(blocks().with_simd(pulp::Scalar::new())),
                 };
-                let found = rows(true);
-                assert_eq!(found, rows(false), "the instructions of the processor must not change a bit");
+                let found = rays(true);
+                assert_eq!(found, rays(false), "the instructions of the processor must not change a bit");
                 met += found.count_ones();
-                for j in (0..ROW).filter(|j| found >> j & 1 == 0) {
+                for r in (0..LANES).filter(|&r| found >> r & 1 == 0 && lanes.holds(r)) {
                     cleared += 1;
-                    for i in 0..8 {
-                        let ray = Ray { u: u0 + 0.1 * f64::from(i), v: v[j], lo: lo[j], hi: hi[j] };
-                        let mut taken: Vec<Taken> = Vec::new();
-                        match &step.ball {
-                            Some(path) => taken.extend(sweep_ball(path, &ray)),
-                            None => sweep_turning(&step.piece, &body, &ray, &mut taken),
-                        }
-                        // The search may take what the body misses by the bound of a turn.
-                        let long = taken.iter().map(|t| t.hi.s.min(ray.hi) - t.lo.s.max(ray.lo)).fold(0.0, f64::max);
-                        assert!(long < 1e-2, "{step:?} {ray:?} {taken:?}");
+                    let ray = Ray { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
+                    let mut taken: Vec<Taken> = Vec::new();
+                    match &step.ball {
+                        Some(path) => taken.extend(sweep_ball(path, &ray)),
+                        None => sweep_turning(&step.piece, &body, &ray, &mut taken),
                     }
+                    // The search may take what the body misses by the bound of a turn.
+                    let long = taken.iter().map(|t| t.hi.s.min(ray.hi) - t.lo.s.max(ray.lo)).fold(0.0, f64::max);
+                    assert!(long < 1e-2, "{step:?} {ray:?} {taken:?}");
                 }
             }
         }
     }
-    assert!(cleared > 2000 && met > 1000, "{cleared} {met}");
+    assert!(cleared > 20_000 && met > 10_000, "{cleared} {met}");
 }
 
 fn item(body: &Profile, motion: SweepMotion) -> SweepItem<'_> {

@@ -129,10 +129,47 @@ fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
     kept
 }
 
+/// An arc from straight down to straight out, as that of a bull-nose; the others of a body's pieces are evaluated beside it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quarter {
+    pub center: [f64; 2],
+    pub radius: f64,
+    /// Height below which the arc alone makes the function, mm.
+    pub alone_below: f64,
+}
+
+impl Quarter {
+    /// The first such arc, and the pieces beside it.
+    fn of(pieces: &[Piece]) -> (Option<Self>, Vec<Piece>) {
+        let arc = |p: &Piece| match *p {
+            Piece::Arc { center, radius, first, last } if first == [0.0, -1.0] && last == [1.0, 0.0] => {
+                Some((center, radius))
+            }
+            _ => None,
+        };
+        let Some((at, (center, radius))) = pieces.iter().enumerate().find_map(|(k, p)| Some((k, arc(p)?))) else {
+            return (None, pieces.to_vec());
+        };
+        let mut others = pieces.to_vec();
+        others.remove(at);
+        // The arc's function is nowhere below that of its last tangent on the axis; a plane across the axis stays below that as far
+        // from itself.
+        let deepest = -center[0] - radius;
+        let alone_below = others.iter().fold(f64::INFINITY, |below, p| match *p {
+            Piece::Line { nr: 0.0, nz: 1.0, c } => below.min(c + deepest),
+            _ => f64::NEG_INFINITY,
+        });
+        (Some(Self { center, radius, alone_below }), others)
+    }
+}
+
 /// The convex function of a body, and the ball that makes up its lower end if there is one.
 #[derive(Clone, Debug)]
 pub(crate) struct Meridian {
     pub pieces: Vec<Piece>,
+    /// A quarter of a circle among them, and the others.
+    pub quarter: Option<Quarter>,
+    pub others: Vec<Piece>,
     /// Circles about the axis, (r, z, radius, reach): the support function of the body is at most the largest of `r sin + z cos +
     /// radius`. Reach: how far from the tip a point is that turning moves off the chord of its way, mm.
     pub tubes: Vec<[f64; 4]>,
@@ -199,10 +236,14 @@ impl Meridian {
     /// The whole body as one function.
     pub(crate) fn whole(profile: &Profile) -> Self {
         let (smooth, bend) = smooth(profile.segments());
+        let pieces = needed(profile.segments().iter().map(Piece::of).collect());
+        let (quarter, others) = Quarter::of(&pieces);
         Self {
             smooth,
             bend,
-            pieces: needed(profile.segments().iter().map(Piece::of).collect()),
+            pieces,
+            quarter,
+            others,
             tubes: tubes(profile.segments()),
             ball: None,
             has_rest: true,
@@ -229,7 +270,18 @@ impl Meridian {
         // The plane that closes the rest below makes an edge.
         let smooth = [whole.smooth[0].max(to[1] + EDGE), whole.smooth[1]];
         let pieces = needed(pieces);
-        Self { pieces, tubes, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], smooth, ..whole }
+        let (quarter, others) = Quarter::of(&pieces);
+        Self {
+            pieces,
+            quarter,
+            others,
+            tubes,
+            ball: Some([center[1], radius - TOUCH]),
+            has_rest,
+            rest_z: to[1],
+            smooth,
+            ..whole
+        }
     }
 
     /// Value and gradient (d/dr, d/dz) at r >= 0.

@@ -3,8 +3,9 @@
 #[cfg(test)]
 mod kernel_tests;
 pub(crate) mod lane_ball;
+pub(crate) mod lane_bits;
+pub(crate) mod lane_blocks;
 pub(crate) mod lane_body;
-pub(crate) mod lane_rows;
 pub(crate) mod lane_sample;
 pub(crate) mod lane_search;
 pub(crate) mod lane_set;
