@@ -170,6 +170,9 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
     let triangle = Triangle::new(a, b, c);
     let mut simplex = VoronoiSimplex::new();
     let touch = |meeting, p, q| Touch { meeting, p, q, item };
+    if let Some((proved, p, q)) = ball_end(body, corners, &pose.mesh_from_body, bound) {
+        return (proved, touch(false, p, q));
+    }
     let begin =
         closest_points_support_map_support_map_with_params(&pose.parry, &triangle, body, bound, &mut simplex, None);
     let (mut p, mut q, mut proved) = match begin {
@@ -208,6 +211,23 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
         proved = proved.max(separation(body, corners, &pose.mesh_from_body, &along));
     }
     (proved.max(0.0), touch(proved <= 0.0, p, q))
+}
+
+/// The distance of a triangle from a body whose ball end is what is nearest, or one above the bound, and the points: the planes across the way from the
+/// center of the ball to the triangle prove it, since the support of the body there is that of its ball. None where it is not, or they may meet.
+fn ball_end(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, bound: f64) -> Option<(f64, Point, Point)> {
+    let (center, radius) = body.ball()?;
+    let center = mesh_from_body.point(&center);
+    let p = triangle::point_triangle(center, corners).on_second;
+    let way = p - center;
+    let far = way.norm();
+    if far <= radius {
+        return None;
+    }
+    let along = way / far;
+    // From the body to the triangle; `separation` is told the way back.
+    let proved = separation(body, corners, mesh_from_body, &-along);
+    (proved >= bound || proved >= (far - radius) - PROVED_WITHIN_MM).then(|| (proved, p, center + along * radius))
 }
 
 /// Unit normals to both sides of a triangle, and of the planes that hold one of its edges and a direction.
