@@ -450,9 +450,12 @@ fn neighbors_that_touch_all_over_pass_by_their_role_alone() {
              [[body]]\nname = \"carriage\"\nrole = \"{carriage}\"\nattached_to = \"X\"\ncheck = true\nbox = [{{ min_mm = [-20, -8, 697], max_mm = [20, 8, 713] }}]\n"
         )
     };
-    for (rail, carriage, state) in
-        [("guide", "guide", "pass"), ("bearing", "guide", "pass"), ("cover", "guide", "unchecked"), ("cover", "cover", "unchecked")]
-    {
+    for (rail, carriage, state) in [
+        ("guide", "guide", "pass"),
+        ("bearing", "guide", "pass"),
+        ("cover", "guide", "unchecked"),
+        ("cover", "cover", "unchecked"),
+    ] {
         let shop = Shop::new(&machine(&bodies(rail, carriage)), POST, &over_the_post(10.0));
         shop.write("post.stl", &post(0..0, &[]));
         let verdict = shop.verdict();
@@ -461,7 +464,11 @@ fn neighbors_that_touch_all_over_pass_by_their_role_alone() {
             assert_eq!(is, state, "{rail} {carriage}: {reason}");
         }
         let reason = gate(&verdict, "collision").1;
-        let words = if state == "pass" { "nothing is left beside their bearing: rail against carriage" } else { "says that they bear: rail against carriage" };
+        let words = if state == "pass" {
+            "nothing is left beside their bearing: rail against carriage"
+        } else {
+            "says that they bear: rail against carriage"
+        };
         assert!(reason.contains(words), "{rail} {carriage}: {reason}");
         let unchecked = verdict["clearance"]["unchecked"].to_string();
         assert!(unchecked.contains("\"rail\",\"carriage\""), "{unchecked}");

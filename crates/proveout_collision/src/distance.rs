@@ -137,10 +137,11 @@ fn convex_mesh(body: &Revolved, mesh: &MeshShape, mesh_from_body: &Pose, limit: 
     let unit = if length2 > 0.0 { axis / length2.sqrt() } else { axis };
     let across = unit.map(|u| radius * (1.0 - (u * u).min(1.0)).max(0.0).sqrt());
     let (box_middle, box_half) = (nalgebra::center(&low, &high), axis.abs() * 0.5 + across);
+    let (spine, _, _) = body.spine();
+    let spine = mesh_from_body.point(&spine);
     let apart = |middle: &Point, half: &Vector| {
         let outside = ((middle - box_middle).abs() - box_half - half).map(|x| x.max(0.0)).norm();
-        let t = if length2 > 0.0 { ((middle - low).dot(&axis) / length2).clamp(0.0, 1.0) } else { 0.0 };
-        let from_axis = (middle - (low + axis * t)).norm() - half.norm() - radius;
+        let from_axis = from_segment(middle, [&spine, &high]) - half.norm() - radius;
         from_axis.max(outside)
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
@@ -151,6 +152,14 @@ fn convex_mesh(body: &Revolved, mesh: &MeshShape, mesh_from_body: &Pose, limit: 
         NearestLeaves::At(d, Touch { p, q, item, .. }) => (Gap::At(d, q, p), item),
         NearestLeaves::Between(d, Touch { p, q, item, .. }) => (Gap::Between(d, q, p), item),
     }
+}
+
+/// Distance of a point from a segment, mm.
+pub(crate) fn from_segment(p: &Point, [a, b]: [&Point; 2]) -> f64 {
+    let (way, to) = (b - a, p - a);
+    let length2 = way.norm_squared();
+    let t = if length2 > 0.0 { (to.dot(&way) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    (to - way * t).norm()
 }
 
 /// Two points near each other, on the triangle of this number and on the body.

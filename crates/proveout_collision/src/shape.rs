@@ -59,6 +59,12 @@ impl Revolved {
         (at(self.profile.z_min()), at(self.profile.z_max()), self.profile.max_radius())
     }
 
+    /// Part of the axis and a radius, so that all of the body is no farther from that part: of a ball end from the center of the ball on.
+    pub(crate) fn spine(&self) -> (Point, Point, f64) {
+        let (low, high, radius) = self.capsule();
+        (self.ball().map_or(low, |(center, _)| center), high, radius)
+    }
+
     /// A point inside, on the axis.
     pub(crate) fn middle(&self) -> Point {
         Point::new(0.0, 0.0, 0.5 * (self.profile.z_min() + self.profile.z_max()))

@@ -21,6 +21,7 @@ use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::boxes::{BoxTree, Effort, NearestLeaves, TriangleTree, near_leaves_grown, nearest_leaf};
+use crate::distance::from_segment;
 use crate::shape::{Revolved, Shape, from_parry, to_parry};
 use crate::triangle;
 
@@ -213,15 +214,24 @@ fn ball_end(placed: &Body<'_>, triangle: &Triangle<'_>, limit: f64) -> Option<f6
         return None;
     }
     let [from, to] = placed.places.poses.each_ref().map(|pose| pose.point(&center));
+    let across = |way: Vector| {
+        let along = way.try_normalize(0.0)?;
+        let high = placed.local_support_point(to_parry(&Point::from(along)));
+        let low = triangle.local_support_point(to_parry(&Point::from(-along)));
+        Some((from_parry(low) - from_parry(high)).dot(&along))
+    };
+    // Mostly one of the ends is nearest, or tells enough.
+    let ends = [from, to].map(|p| (triangle::point_triangle(p, &triangle.corners[0]).on_second - p));
+    let nearer = if ends[0].norm_squared() <= ends[1].norm_squared() { ends[0] } else { ends[1] };
+    if let Some(proved) = across(nearer).filter(|proved| *proved >= limit) {
+        return Some(proved);
+    }
     let near = triangle::nearest_within(&[from, to, to], &triangle.corners[0], f64::INFINITY);
     let far = near.square.sqrt();
     if far <= radius {
         return None;
     }
-    let along = (near.on_second - near.on_first) / far;
-    let high = placed.local_support_point(to_parry(&Point::from(along)));
-    let low = triangle.local_support_point(to_parry(&Point::from(-along)));
-    let proved = (from_parry(low) - from_parry(high)).dot(&along);
+    let proved = across(near.on_second - near.on_first)?;
     (proved >= limit || proved >= (far - radius) - BALL_WITHIN_MM).then(|| proved.max(0.0))
 }
 
@@ -238,7 +248,15 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, limit:
         let [first, second] = places.poses.each_ref().map(round);
         let (low, high) = (first.0.inf(&second.0), first.1.sup(&second.1));
         let (middle, half) = (nalgebra::center(&low, &high), (high - low) * 0.5 + places.half());
-        let apart = |m: &Point, h: &Vector| ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
+        // Of the hull of both places no point is farther from the spine at the first than its radius and the way of its ends.
+        let (from, to, radius) = body.spine();
+        let spines = places.poses.each_ref().map(|pose| [pose.point(&from), pose.point(&to)]);
+        let way = (spines[1][0] - spines[0][0]).norm().max((spines[1][1] - spines[0][1]).norm());
+        let reach = radius + way + places.shifts.iter().map(Vector::norm).sum::<f64>();
+        let apart = |m: &Point, h: &Vector| {
+            let outside = ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
+            outside.max(from_segment(m, spines[0].each_ref()) - h.norm() - reach)
+        };
         let placed = Body { body, places };
         let of = |item: u32, bound: f64| {
             let triangle = Triangle::still(skin.corners(item));
