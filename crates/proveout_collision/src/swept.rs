@@ -221,7 +221,7 @@ fn ball_end(placed: &Body<'_>, triangle: &Triangle<'_>, limit: f64) -> Option<f6
         Some((from_parry(low) - from_parry(high)).dot(&along))
     };
     // Mostly one of the ends is nearest, or tells enough.
-    let ends = [from, to].map(|p| (triangle::point_triangle(p, &triangle.corners[0]).on_second - p));
+    let ends = [from, to].map(|p| triangle::point_triangle(p, &triangle.corners[0]).on_second - p);
     let nearer = if ends[0].norm_squared() <= ends[1].norm_squared() { ends[0] } else { ends[1] };
     if let Some(proved) = across(nearer).filter(|proved| *proved >= limit) {
         return Some(proved);

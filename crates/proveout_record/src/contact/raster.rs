@@ -71,10 +71,7 @@ pub(crate) struct Raster {
 impl Raster {
     pub(crate) fn new(view: View) -> Self {
         let points = view.size[0] * view.size[1];
-        Self {
-            view,
-            surfaces: [const { Vec::new() }; 3].map(|_: Vec<(f64, f64)>| vec![(f64::NEG_INFINITY, 0.0); points]),
-        }
+        Self { view, surfaces: std::array::from_fn(|_| vec![(f64::NEG_INFINITY, 0.0); points]) }
     }
 
     /// Draws a mesh in the frame of the view.
