@@ -176,3 +176,10 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     fs::write(&scene, text).expect("written");
     refused("another scene", run(&folder.path().join("run"), &scene));
 }
+
+/// The run in `PROVEOUT_RUN` of the scene in `PROVEOUT_SCENE` holds: `cargo xtask verify-clearance` without a build of its own.
+#[test]
+fn a_run_that_is_named_holds() {
+    let (Ok(folder), Ok(scene)) = (std::env::var("PROVEOUT_RUN"), std::env::var("PROVEOUT_SCENE")) else { return };
+    println!("{}", run(Path::new(&folder), Path::new(&scene)).unwrap_or_else(|Failure(e)| panic!("{e}")));
+}
