@@ -439,3 +439,38 @@ fn a_tilted_holder_between_platform_and_shroud_is_told_to_hundredths() {
         );
     }
 }
+
+/// A rail on the base and a carriage on X that lies round it all over: where nothing is left of two neighbors to check, they pass as a guide by the role that
+/// the machine file gives the body that is swallowed, and are not checked otherwise.
+#[test]
+fn neighbors_that_touch_all_over_pass_by_their_role_alone() {
+    let bodies = |rail: &str, carriage: &str| {
+        format!(
+            "\n[[body]]\nname = \"rail\"\nrole = \"{rail}\"\nattached_to = \"base\"\ncheck = true\nbox = [{{ min_mm = [-600, -5, 700], max_mm = [600, 5, 710] }}]\n\
+             [[body]]\nname = \"carriage\"\nrole = \"{carriage}\"\nattached_to = \"X\"\ncheck = true\nbox = [{{ min_mm = [-20, -8, 697], max_mm = [20, 8, 713] }}]\n"
+        )
+    };
+    for (rail, carriage, state) in [
+        ("guide", "guide", "pass"),
+        ("bearing", "guide", "pass"),
+        ("cover", "guide", "unchecked"),
+        ("cover", "cover", "unchecked"),
+    ] {
+        let shop = Shop::new(&machine(&bodies(rail, carriage)), POST, &over_the_post(10.0));
+        shop.write("post.stl", &post(0..0, &[]));
+        let verdict = shop.verdict();
+        for name in ["collision", "near_miss"] {
+            let (is, reason) = gate(&verdict, name);
+            assert_eq!(is, state, "{rail} {carriage}: {reason}");
+        }
+        let reason = gate(&verdict, "collision").1;
+        let words = if state == "pass" {
+            "nothing is left beside their bearing: rail against carriage"
+        } else {
+            "says that they bear: rail against carriage"
+        };
+        assert!(reason.contains(words), "{rail} {carriage}: {reason}");
+        let unchecked = verdict["clearance"]["unchecked"].to_string();
+        assert!(unchecked.contains("\"rail\",\"carriage\""), "{unchecked}");
+    }
+}

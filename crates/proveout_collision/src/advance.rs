@@ -8,8 +8,11 @@ use crate::approach::{Outlook, outlook};
 use crate::distance::{Gap, Warm, gap, inside, penetration, skins};
 use crate::kept::{Kept, dot};
 use crate::neighbors::Neighbors;
+use crate::parts::chain_to;
 use crate::report::{Breach, Nearest, Severity};
 use crate::ring::RingState;
+use crate::shape::Shape;
+use crate::swept::{Places, bent, least_distance};
 
 /// Slack for rounding, mm. Distances of tools are proved; those of two triangles may be too large by 1e-8 of their edges, which is
 /// this much for edges of a meter.
@@ -26,6 +29,8 @@ const FAR_MM: f64 = 50.0;
 const LAST_REACH_MM: f64 = 3200.0;
 /// Largest distance that is kept of a pair, mm: beyond any machine.
 pub(crate) const MOST_PROVED_MM: f64 = 1e6;
+/// What is left of a step is asked for at once where a part may still move by more than this, mm.
+const LEAST_WAY_MM: f64 = 1e-3;
 /// Way ahead for which the distance of two neighbors is asked, mm.
 const AHEAD_MM: f64 = 50.0;
 
@@ -49,6 +54,10 @@ pub(crate) struct Pair {
     pub(crate) kept: Kept,
     /// One of the two at all turns of its joint.
     pub(crate) ring: Option<RingState>,
+    /// In the group of the pairs nearest to what needs to be known of them.
+    pub(crate) tight: bool,
+    /// The distance did not reach to the end of a step; what lies between two places is asked for at once now.
+    pub(crate) slides: bool,
     pub(crate) state: State,
     pub(crate) reach: f64,
     /// What was nearest at the last query.
@@ -122,6 +131,17 @@ impl Interference {
             let level = if self.pairs[i].state == State::Clear { self.pairs[i].clearance } else { 0.0 };
             let floor = level + SLACK_MM + step.slack;
             let watched = self.watched(&self.pairs[i]) + step.slack;
+            if self.pairs[i].slides && self.pairs[i].state == State::Clear && mu * (1.0 - t) > LEAST_WAY_MM {
+                let ends = [1.0, 0.5 * (1.0 + t)];
+                match ends.into_iter().find(|&end| self.slides_clear(i, step, [t, end], floor.max(watched))) {
+                    Some(end) if end >= 1.0 => return,
+                    Some(end) => {
+                        t = end;
+                        continue;
+                    }
+                    None => self.pairs[i].slides = false,
+                }
+            }
             let need = floor.max(watched) + (mu * (1.0 - t)).max(TOLERANCE_MM);
             let limit = need + self.pairs[i].reach;
             match self.measure(i, step, t, [need, limit]) {
@@ -155,6 +175,7 @@ impl Interference {
                                 return;
                             };
                             self.prove(i, safe - step.slack);
+                            self.pairs[i].slides = true;
                             t = next;
                         }
                     }
@@ -162,6 +183,31 @@ impl Interference {
             }
         }
         self.follow_contact(i, step);
+    }
+
+    /// Whether a part of the tool keeps away from a mesh on a part of a step, by the hull of both ends: for each triangle along its own normal (Tang, Kim
+    /// and Manocha 2009), so that a tool that slides along a wall is asked about once, where its way would use up the distance many times.
+    fn slides_clear(&mut self, i: usize, step: &Step, part: [f64; 2], floor: f64) -> bool {
+        let p = &self.pairs[i];
+        let (a, b) = (&self.parts[p.a], &self.parts[p.b]);
+        let (Shape::Convex(_), Shape::Mesh(_), None) = (&*a.shape, &*b.shape, &p.neighbors) else { return false };
+        let joints = &self.machine.joints;
+        let turns = std::array::from_fn(|j| joints.get(j).is_some_and(proveout_machine::Joint::is_rotary));
+        let carries = chain_to(&self.machine, b.attached);
+        let of_b = std::array::from_fn(|j| carries.contains(&j));
+        let ends = part.map(|t| step.joints(t));
+        let wanted = floor + TOLERANCE_MM;
+        let bent = bent(&p.weights, &turns, &of_b, &(ends[1] - ends[0]), wanted);
+        let places = Places::between(ends.map(|q| self.b_from_a(i, &q).0));
+        let found = least_distance(&a.shape, &b.shape, &places, (wanted + bent) * (1.0 + 1e-12));
+        self.effort.misses += 1;
+        if found < wanted + bent {
+            return false;
+        }
+        // Both ends are in the hull.
+        self.keep(i, found.min(MOST_PROVED_MM), step, part[1]);
+        self.prove(i, found - bent - step.slack);
+        true
     }
 
     /// Notes a distance below which no pair has come.

@@ -137,10 +137,11 @@ fn convex_mesh(body: &Revolved, mesh: &MeshShape, mesh_from_body: &Pose, limit: 
     let unit = if length2 > 0.0 { axis / length2.sqrt() } else { axis };
     let across = unit.map(|u| radius * (1.0 - (u * u).min(1.0)).max(0.0).sqrt());
     let (box_middle, box_half) = (nalgebra::center(&low, &high), axis.abs() * 0.5 + across);
+    let (spine, _, _) = body.spine();
+    let spine = mesh_from_body.point(&spine);
     let apart = |middle: &Point, half: &Vector| {
         let outside = ((middle - box_middle).abs() - box_half - half).map(|x| x.max(0.0)).norm();
-        let t = if length2 > 0.0 { ((middle - low).dot(&axis) / length2).clamp(0.0, 1.0) } else { 0.0 };
-        let from_axis = (middle - (low + axis * t)).norm() - half.norm() - radius;
+        let from_axis = from_segment(middle, [&spine, &high]) - half.norm() - radius;
         from_axis.max(outside)
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
@@ -151,6 +152,14 @@ fn convex_mesh(body: &Revolved, mesh: &MeshShape, mesh_from_body: &Pose, limit: 
         NearestLeaves::At(d, Touch { p, q, item, .. }) => (Gap::At(d, q, p), item),
         NearestLeaves::Between(d, Touch { p, q, item, .. }) => (Gap::Between(d, q, p), item),
     }
+}
+
+/// Distance of a point from a segment, mm.
+pub(crate) fn from_segment(p: &Point, [a, b]: [&Point; 2]) -> f64 {
+    let (way, to) = (b - a, p - a);
+    let length2 = way.norm_squared();
+    let t = if length2 > 0.0 { (to.dot(&way) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    (to - way * t).norm()
 }
 
 /// Two points near each other, on the triangle of this number and on the body.
@@ -170,6 +179,9 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
     let triangle = Triangle::new(a, b, c);
     let mut simplex = VoronoiSimplex::new();
     let touch = |meeting, p, q| Touch { meeting, p, q, item };
+    if let Some((proved, p, q)) = ball_end(body, corners, &pose.mesh_from_body, bound) {
+        return (proved, touch(false, p, q));
+    }
     let begin =
         closest_points_support_map_support_map_with_params(&pose.parry, &triangle, body, bound, &mut simplex, None);
     let (mut p, mut q, mut proved) = match begin {
@@ -208,6 +220,23 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
         proved = proved.max(separation(body, corners, &pose.mesh_from_body, &along));
     }
     (proved.max(0.0), touch(proved <= 0.0, p, q))
+}
+
+/// The distance of a triangle from a body whose ball end is what is nearest, or one above the bound, and the points: the planes across the way from the
+/// center of the ball to the triangle prove it, since the support of the body there is that of its ball. None where it is not, or they may meet.
+fn ball_end(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, bound: f64) -> Option<(f64, Point, Point)> {
+    let (center, radius) = body.ball()?;
+    let center = mesh_from_body.point(&center);
+    let p = triangle::point_triangle(center, corners).on_second;
+    let way = p - center;
+    let far = way.norm();
+    if far <= radius {
+        return None;
+    }
+    let along = way / far;
+    // From the body to the triangle; `separation` is told the way back.
+    let proved = separation(body, corners, mesh_from_body, &-along);
+    (proved >= bound || proved >= (far - radius) - PROVED_WITHIN_MM).then(|| (proved, p, center + along * radius))
 }
 
 /// Unit normals to both sides of a triangle, and of the planes that hold one of its edges and a direction.

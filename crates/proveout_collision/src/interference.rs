@@ -9,9 +9,9 @@ use proveout_tool::Tool;
 
 use crate::advance::{Pair, State, Step};
 use crate::boxes::BoxTree;
-use crate::kept::{Kept, Turns, dot};
+use crate::kept::{Group, Kept, Turns, dot};
 use crate::least::{KeptPiece, Proof};
-use crate::neighbors::{EMPTY, Neighbors, Rests, at_rest, is_left, rests};
+use crate::neighbors::{EMPTY, Neighbors, Rests, at_rest, is_left, is_round, rests};
 use crate::parts::{
     Envelope, Fixture, Part, chain_to, fixture_part, machine_parts, motion_weights, relation, rule_of, tool_parts,
 };
@@ -23,6 +23,8 @@ use crate::shape::Shape;
 const FIRST_REACH_MM: f64 = 100.0;
 /// A jump between pieces up to this motion counts as rounding, mm.
 const JOIN_MM: f64 = 1e-3;
+/// Pairs in the group of the nearest ones.
+const TIGHT: usize = 12;
 /// Largest turn of a rotary joint in one step of the check, radian (10 degrees).
 const STEP_RAD: f64 = std::f64::consts::PI / 18.0;
 
@@ -44,13 +46,9 @@ pub struct Interference {
     pub(crate) last: Option<JointValues>,
     pub(crate) last_time: f64,
     pub(crate) largest_weights: [f64; MAX_JOINTS],
-    /// Where all pairs were last looked at, the least distance that was proved of any there, and by how much at least it is above what needs to be
-    /// known of that pair, mm.
-    pub(crate) reference: JointValues,
-    pub(crate) closest: f64,
-    pub(crate) budget: f64,
-    /// Most of the budget that any piece has needed since, and what is proved at the end of the last piece, mm.
-    pub(crate) roamed: f64,
+    /// The pairs that are nearest to what needs to be known of them, and the others.
+    pub(crate) groups: [Group; 2],
+    /// What is proved at the end of the last piece, mm.
     pub(crate) now: f64,
     /// Parts at all turns of the joint that carries them, by their places among the parts.
     pub(crate) rings: BTreeMap<usize, Option<(usize, Arc<Part>)>>,
@@ -96,10 +94,7 @@ impl Interference {
             last: None,
             last_time: 0.0,
             largest_weights: [0.0; MAX_JOINTS],
-            reference: JointValues::ZERO,
-            closest: f64::INFINITY,
-            budget: f64::NEG_INFINITY,
-            roamed: 0.0,
+            groups: [Group::NONE; 2],
             now: f64::INFINITY,
             rings: BTreeMap::new(),
             rests: BTreeMap::new(),
@@ -172,7 +167,7 @@ impl Interference {
         let (x, y) = (&self.parts[a], &self.parts[b]);
         let bearing = neighbors.as_ref().map_or(0.0, |n| n.rests.left_out[0].max(n.rests.left_out[1]));
         let unchecked = unchecked.filter(|_| neighbors.is_none()).map(|why| match self.rests.get(&(a, b)) {
-            Some(rests) if why == Unchecked::Neighbors && bears_all_over(rests, [x, y]) => Unchecked::Guide,
+            Some(rests) if why == Unchecked::Neighbors && self.bears_all_over(rests, [x, y]) => Unchecked::Guide,
             _ => why,
         });
         let bodies = [x.name.clone(), y.name.clone()];
@@ -197,6 +192,8 @@ impl Interference {
                 // Skins of neighbors that never met outside of their bearing have nothing inside of the other there.
                 fresh: neighbors.is_none(),
                 ring,
+                tight: false,
+                slides: false,
                 neighbors,
                 near: None,
                 contact: None,
@@ -246,6 +243,21 @@ impl Interference {
         is_left(&rests).then(|| Neighbors::new(&self.machine, joint, rests))
     }
 
+    /// Whether each body of which nothing is left bears by its role, or is round about the joint between them: then it is at every turn where it is at
+    /// rest.
+    fn bears_all_over(&self, rests: &Rests, bodies: [&Part; 2]) -> bool {
+        let [up, down] = bodies.map(|p| chain_to(&self.machine, p.attached));
+        let Some(joint) = (if up.len() > down.len() { up } else { down }).last().map(|&j| &self.machine.joints[j])
+        else {
+            return false;
+        };
+        let round = |body: &Part| match &*body.shape {
+            Shape::Mesh(mesh) => joint.is_rotary() && joint.turn_shift.is_none() && is_round(mesh, joint),
+            Shape::Convex(_) => false,
+        };
+        rests.skins.iter().zip(bodies).all(|(skin, body)| skin.root().is_some() || body.bears || round(body))
+    }
+
     fn recompute_weights(&mut self) {
         self.largest_weights = [0.0; MAX_JOINTS];
         for i in 0..self.pairs.len() {
@@ -271,13 +283,15 @@ impl Interference {
             }
         }
         self.settle();
-        self.budget = f64::NEG_INFINITY;
+        self.groups = [Group::NONE; 2];
     }
 
     /// Notes what was proved of all pairs together since they were last looked at one by one.
     pub(crate) fn settle(&mut self) {
-        self.lower_bound = self.lower_bound.min((self.closest - self.roamed).max(0.0));
-        (self.closest, self.roamed) = (f64::INFINITY, 0.0);
+        for group in &mut self.groups {
+            self.lower_bound = self.lower_bound.min((group.closest - group.roamed).max(0.0));
+            (group.closest, group.roamed) = (f64::INFINITY, 0.0);
+        }
     }
 
     /// Checks one straight motion of the joints, from `time[0]` to `time[1]` (s). The true motion of any point may leave
@@ -317,14 +331,19 @@ impl Interference {
         if self.envelope.include(&self.machine, &high) || grown {
             self.recompute_weights();
         }
-        let away = self.turns.away(&self.reference, [from, to]);
-        let used = dot(&self.largest_weights, &away) + slack + dot(&self.largest_weights, &off.0);
-        if used < self.budget && self.neighbors_keep_clear(&low, &high, slack) {
+        let needs = self.groups.each_ref().map(|g| g.needs(&self.turns, [from, to], off, slack));
+        let fits = [0, 1].map(|k| needs[k] < self.groups[k].budget);
+        let others = fits[1] && self.neighbors_keep_clear(&low, &high, slack);
+        for k in (0..2).filter(|&k| fits[k] && others) {
+            self.groups[k].roamed = self.groups[k].roamed.max(needs[k]);
+        }
+        if fits[0] && others {
             self.effort.pieces_by_allowance += 1;
-            self.roamed = self.roamed.max(used);
-            self.now = self.closest - used;
+            self.now = (self.groups[0].closest - needs[0]).min(self.groups[1].closest - needs[1]);
         } else {
-            self.examine([from, to], time, slack, off);
+            self.examine([from, to], time, slack, off, !others);
+            let far = if others { self.groups[1].closest - needs[1] } else { self.groups[1].closest };
+            self.now = self.groups[0].closest.min(far);
         }
         self.last = Some(*to);
         self.last_time = time[1];
@@ -350,12 +369,16 @@ impl Interference {
             for p in &mut self.pairs {
                 (p.kept, p.fresh) = (Kept::NONE, p.neighbors.is_none());
             }
-            (self.closest, self.roamed, self.budget) = (f64::INFINITY, 0.0, f64::NEG_INFINITY);
+            self.groups = [Group::NONE; 2];
         }
     }
 
-    fn examine(&mut self, [from, to]: [&JointValues; 2], time: [f64; 2], slack: f64, off: &JointValues) {
-        self.settle();
+    /// Looks at pairs one by one: at all, or only at the nearest ones.
+    fn examine(&mut self, [from, to]: [&JointValues; 2], time: [f64; 2], slack: f64, off: &JointValues, all: bool) {
+        let settled = if all { 2 } else { 1 };
+        for group in &mut self.groups[..settled] {
+            self.lower_bound = self.lower_bound.min((group.closest - group.roamed).max(0.0));
+        }
         let motion: [f64; MAX_JOINTS] = std::array::from_fn(|j| (to[j] - from[j]).abs());
         let turn = self.machine.joints.iter().zip(&motion).filter(|(j, _)| j.is_rotary()).map(|(_, m)| *m);
         let steps = (turn.fold(0.0, f64::max) / STEP_RAD).ceil().clamp(1.0, 1e6) as usize;
@@ -369,8 +392,11 @@ impl Interference {
                 motion: motion.map(|m| m / steps as f64),
             };
             for i in 0..self.pairs.len() {
-                self.effort.pair_checks += 1;
                 let p = &self.pairs[i];
+                if !(all || p.tight) {
+                    continue;
+                }
+                self.effort.pair_checks += 1;
                 if p.neighbors.is_some() && p.state == State::Clear {
                     if self.neighbors_clear(i, &step, off) {
                         self.effort.pairs_by_allowance += 1;
@@ -389,14 +415,10 @@ impl Interference {
                 }
             }
         }
-        self.reference = *to;
-        (self.closest, self.budget) = (f64::INFINITY, f64::INFINITY);
-        for p in self.pairs.iter().filter(|p| p.neighbors.is_none()) {
-            let here = p.kept.along(&self.turns, &p.weights, [to; 2]);
-            self.closest = self.closest.min(here);
-            self.budget = self.budget.min(here - self.threshold(p));
+        self.regroup(to, all);
+        if !all {
+            return;
         }
-        self.now = self.closest;
         (self.proved_ranges, self.proved_slack) = ([[f64::NEG_INFINITY, f64::INFINITY]; MAX_JOINTS], f64::INFINITY);
         for p in &self.pairs {
             let Some(n) = &p.neighbors else { continue };
@@ -404,6 +426,33 @@ impl Interference {
             let range = &mut self.proved_ranges[n.joint];
             *range = [range[0].max(proved[0]), range[1].min(proved[1])];
             self.proved_slack = self.proved_slack.min(n.slack);
+        }
+    }
+
+    /// Notes where the pairs that were looked at stand; after a look at all, those that are nearest to what needs to be known of them become a group of
+    /// their own, so that the others need not be looked at for their sake.
+    fn regroup(&mut self, at: &JointValues, all: bool) {
+        let here = |p: &Pair| p.kept.along(&self.turns, &p.weights, [at; 2]);
+        if all {
+            let mut left: Vec<(f64, usize)> = Vec::with_capacity(self.pairs.len());
+            let pairs = self.pairs.iter().enumerate().filter(|(_, p)| p.neighbors.is_none());
+            left.extend(pairs.map(|(i, p)| (here(p) - self.threshold(p), i)));
+            let nearest = TIGHT.min(left.len());
+            if nearest < left.len() {
+                left.select_nth_unstable_by(nearest, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            }
+            let mut tight = vec![false; self.pairs.len()];
+            left[..nearest].iter().for_each(|(_, i)| tight[*i] = true);
+            self.pairs.iter_mut().zip(tight).for_each(|(p, t)| p.tight = t);
+        }
+        let here = |p: &Pair| p.kept.along(&self.turns, &p.weights, [at; 2]);
+        let mut groups = [Group::empty_at(*at); 2];
+        for p in self.pairs.iter().filter(|p| p.neighbors.is_none() && (all || p.tight)) {
+            groups[usize::from(!p.tight)].add(&p.weights, here(p), self.threshold(p));
+        }
+        self.groups[0] = groups[0];
+        if all {
+            self.groups[1] = groups[1];
         }
     }
 
@@ -416,7 +465,7 @@ impl Interference {
             }
             (self.pairs[i].kept, self.pairs[i].fresh) = (Kept::NONE, self.pairs[i].neighbors.is_none());
         }
-        (self.closest, self.roamed, self.budget) = (f64::INFINITY, 0.0, f64::NEG_INFINITY);
+        self.groups = [Group::NONE; 2];
         self.last = None;
         self.now = 0.0;
         self.lower_bound = 0.0;
@@ -430,7 +479,8 @@ impl Interference {
     /// Smallest distance so far, measured and proved. Machine bodies of neighboring joints, which are always near each other, count
     /// where they come nearer than the clearance.
     pub fn clearance(&self) -> Clearance {
-        let now = self.now.min(self.closest - self.roamed).max(0.0);
+        let since = self.groups.iter().map(|g| g.closest - g.roamed).fold(self.now, f64::min);
+        let now = since.max(0.0);
         Clearance { measured: self.nearest.clone(), lower_bound: self.lower_bound.min(now) }
     }
 
@@ -471,9 +521,4 @@ impl Interference {
     pub fn part_names(&self) -> impl Iterator<Item = &Arc<str>> {
         self.parts.iter().map(|p| &p.name)
     }
-}
-
-/// Whether each body of which nothing is left is one that bears by its role.
-fn bears_all_over(rests: &Rests, bodies: [&Part; 2]) -> bool {
-    rests.skins.iter().zip(bodies).all(|(skin, body)| skin.root().is_some() || body.bears)
 }

@@ -35,6 +35,48 @@ impl Kept {
     }
 }
 
+/// Pairs that one comparison settles together: where they were last looked at, what was proved there, and what they have needed since.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Group {
+    pub(crate) reference: JointValues,
+    /// The largest of the pairs' weights.
+    pub(crate) weights: [f64; MAX_JOINTS],
+    /// Least distance that was proved of any pair, and by how much at least it is above what needs to be known of that pair, mm.
+    pub(crate) closest: f64,
+    pub(crate) budget: f64,
+    /// Most of the budget that any piece has needed, mm.
+    pub(crate) roamed: f64,
+}
+
+impl Group {
+    /// Nothing is known.
+    pub(crate) const NONE: Self = Self {
+        reference: JointValues::ZERO,
+        weights: [0.0; MAX_JOINTS],
+        closest: f64::INFINITY,
+        budget: f64::NEG_INFINITY,
+        roamed: 0.0,
+    };
+
+    /// No pair, at a place.
+    pub(crate) fn empty_at(reference: JointValues) -> Self {
+        Self { reference, budget: f64::INFINITY, ..Self::NONE }
+    }
+
+    pub(crate) fn add(&mut self, weights: &[f64; MAX_JOINTS], distance: f64, needed: f64) {
+        for (most, w) in self.weights.iter_mut().zip(weights) {
+            *most = most.max(*w);
+        }
+        self.closest = self.closest.min(distance);
+        self.budget = self.budget.min(distance - needed);
+    }
+
+    /// What a way needs of the budget; the joints may leave it by `off` and points by `slack`.
+    pub(crate) fn needs(&self, turns: &Turns, way: [&JointValues; 2], off: &JointValues, slack: f64) -> f64 {
+        dot(&self.weights, &turns.away(&self.reference, way)) + slack + dot(&self.weights, &off.0)
+    }
+}
+
 pub(crate) fn dot(a: &[f64; MAX_JOINTS], b: &[f64; MAX_JOINTS]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

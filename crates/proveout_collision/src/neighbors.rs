@@ -25,7 +25,7 @@
 use std::f64::consts::TAU;
 
 use proveout_geom::{Point, Pose, Vector};
-use proveout_machine::{JointValues, Machine};
+use proveout_machine::{Joint, JointValues, Machine};
 
 use crate::boxes::{BoxTree, NearestLeaves, TriangleTree, nearest_leaf};
 use crate::shape::MeshShape;
@@ -40,6 +40,8 @@ const GROWN: usize = 2;
 const BEARING_MM: f64 = 2.0;
 /// Most triangles that a body may be parted into at the border of its zone; beyond it pieces are kept whole, which only checks more.
 const MOST_PIECES: usize = 400_000;
+/// Rounding of corners, mm.
+const ROUND_MM: f64 = 1e-6;
 
 /// Most by which a range is proved for more slack than was asked for, mm: less than the tolerance of any answer.
 const SPARE_MM: f64 = 1e-4;
@@ -325,6 +327,23 @@ fn outside(triangles: &[[Point; 3]], invariant: &Invariant, zone: &Zone) -> Vec<
 /// Farthest distance of what is left from a line, mm.
 fn farthest(rest: &TriangleTree, point: &Point, direction: &Vector) -> f64 {
     rest.triangles().iter().flatten().map(|p| (p - point).cross(direction).norm()).fold(0.0, f64::max)
+}
+
+/// Facets round the axis that a body needs at least to count as round.
+const ROUND_FACETS: f64 = 36.0;
+/// Turns for which it is tried, radian: no parts of a turn that a drawing divides by.
+const ROUND_TURNS: [f64; 4] = [0.037, 0.731, 1.913, 2.817];
+
+/// Whether a body turned about the axis of a joint is where it was, but for its facets: every corner lies on the skin after a turn.
+pub(crate) fn is_round(body: &MeshShape, joint: &Joint) -> bool {
+    ROUND_TURNS.iter().all(|&angle| {
+        let turn = Pose::about_line(&joint.point, &joint.direction, angle);
+        body.vertices().all(|p| {
+            let radius = (p - joint.point).cross(&joint.direction).norm();
+            let facet = radius * (1.0 - (std::f64::consts::PI / ROUND_FACETS).cos());
+            skin_within(&body.boxes, &[turn.point(&p); 3], facet + ROUND_MM)
+        })
+    })
 }
 
 /// Whether anything is left to check.

@@ -147,7 +147,8 @@ pub enum Unchecked {
     /// Machine bodies of neighboring joints of which nothing is left beside the volume in which they bear on each other, though no role says that they
     /// are to.
     Neighbors,
-    /// The same of a body that bears by its role in the machine file ([`crate::BEARING_ROLES`]): that is what it is for.
+    /// The same of a body that bears by its role in the machine file ([`crate::BEARING_ROLES`]), or is round about the axis of the joint between them,
+    /// so that it is at every turn where it is at rest.
     Guide,
     /// Machine bodies of neighboring joints with a tilting platform between them, whose motion leaves no volume in place.
     Platform,
@@ -165,7 +166,9 @@ impl Unchecked {
         match self {
             Self::Rigid => "both parts move as one",
             Self::Neighbors => "machine bodies of neighboring joints bear on each other all over",
-            Self::Guide => "one of them bears on the other all over, as its role in the machine file says",
+            Self::Guide => {
+                "one of them bears on the other all over: by its role in the machine file, or round about the axis of the joint between them"
+            }
             Self::Platform => "the platform between them tilts about no fixed line, so that no volume can be left out",
             Self::Allowed => "allowed by the setup",
             Self::Excluded => "the machine description excludes the body from checks",

@@ -33,7 +33,8 @@ use crate::shape::{Revolved, Shape};
 const MOST_HULLS: usize = 8;
 /// A body is cut where this part of the volume of its hull is saved.
 const SAVED: f64 = 0.1;
-/// Places where a cut is tried, at most: what a body of many triangles may cost.
+/// Pieces of a mesh and places where a cut is tried, at most: what a body of many triangles may cost.
+const MOST_UNITS: usize = 1024;
 const MOST_CUTS: usize = 64;
 /// Corners that are nearer than this to each other or to a straight line count as one or none, mm: rounding of the drawing.
 const SAME_MM: f64 = 1e-9;
@@ -118,9 +119,7 @@ impl Interference {
         let p = &mut self.pairs[i];
         let Some(ring) = p.ring.as_mut().filter(|r| r.live) else { return };
         (ring.live, ring.since) = (false, 0);
-        let joint = ring.of.joint;
         (p.weights, p.kept) = (p.own_weights, Kept::NONE);
-        self.largest_weights[joint] = self.largest_weights[joint].max(p.weights[joint]);
     }
 
     /// Distance of the hulls from the other body at some joints, that of the turning joint aside, as far as below a limit, mm.
@@ -159,11 +158,7 @@ pub(crate) fn ring_of(machine: &Machine, part: &Part, joint: usize) -> Option<Pa
             [p.x.hypot(p.y), p.z]
         })
     };
-    let mut triangles: Vec<[[f64; 2]; 3]> = mesh.boxes.triangles().iter().map(corners).collect();
-    let low = |t: &[[f64; 2]; 3]| t.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
-    let high = |t: &[[f64; 2]; 3]| t.iter().map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
-    triangles.sort_by(|a, b| low(a).total_cmp(&low(b)).then(high(a).total_cmp(&high(b))));
-    let hulls = cut(&triangles, MOST_HULLS, &high);
+    let hulls = hulls(mesh.boxes.triangles().iter().map(corners).collect());
     let bodies: Option<Vec<Revolved>> = hulls.iter().map(|h| profile(h).map(|p| Revolved::new(&p))).collect();
     Some(Part {
         name: part.name.clone(),
@@ -183,29 +178,56 @@ fn along_z(origin: &Point, z: &Vector) -> Pose {
     Pose { rotation: Matrix3::from_columns(&[x, z.cross(&x), *z]), translation: origin.coords }
 }
 
-/// Hulls of triangles in the order of their lower ends, cut between them where it pays.
-fn cut(triangles: &[[[f64; 2]; 3]], most: usize, high: &impl Fn(&[[f64; 2]; 3]) -> f64) -> Vec<Vec<[f64; 2]>> {
-    let whole = hull(triangles.as_flattened());
-    if most < 2 || triangles.len() < 2 {
+/// Some triangles that stay together: the hull of their corners.
+struct Unit {
+    points: Vec<[f64; 2]>,
+    low: f64,
+    high: f64,
+}
+
+/// Hulls of triangles, each within one of them.
+fn hulls(mut triangles: Vec<[[f64; 2]; 3]>) -> Vec<Vec<[f64; 2]>> {
+    let low = |t: &[[f64; 2]; 3]| t.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
+    let high = |t: &[[f64; 2]; 3]| t.iter().map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
+    triangles.sort_by(|a, b| low(a).total_cmp(&low(b)).then(high(a).total_cmp(&high(b))));
+    // A fine mesh is taken in pieces, so that its hulls cost no more than those of a coarse one.
+    let together = triangles.len().div_ceil(MOST_UNITS).max(1);
+    let unit = |some: &[[[f64; 2]; 3]]| {
+        let points = hull(some.as_flattened());
+        let (low, high) = (points[0][1], points[points.len() - 1][1]);
+        Unit { points, low, high }
+    };
+    let units: Vec<Unit> = triangles.chunks(together).map(unit).collect();
+    cut(&units, MOST_HULLS)
+}
+
+fn hull_of(units: &[Unit]) -> Vec<[f64; 2]> {
+    let points: Vec<[f64; 2]> = units.iter().flat_map(|u| &u.points).copied().collect();
+    hull(&points)
+}
+
+/// Hulls of units in the order of their lower ends, cut between them where it pays.
+fn cut(units: &[Unit], most: usize) -> Vec<Vec<[f64; 2]>> {
+    let whole = hull_of(units);
+    if most < 2 || units.len() < 2 {
         return vec![whole];
     }
     let mut until = f64::NEG_INFINITY;
     let mut gaps: Vec<usize> = Vec::new();
-    for (k, pair) in triangles.windows(2).enumerate() {
-        until = until.max(high(&pair[0]));
-        let next = pair[1].iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
-        if until <= next + SAME_MM {
+    for (k, pair) in units.windows(2).enumerate() {
+        until = until.max(pair[0].high);
+        if until <= pair[1].low + SAME_MM {
             gaps.push(k + 1);
         }
     }
     let every = gaps.len().div_ceil(MOST_CUTS).max(1);
-    let both = |&k: &usize| volume(&hull(triangles[..k].as_flattened())) + volume(&hull(triangles[k..].as_flattened()));
-    let best = gaps.into_iter().step_by(every).map(|k| (both(&k), k)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let both = |k: usize| volume(&hull_of(&units[..k])) + volume(&hull_of(&units[k..]));
+    let best = gaps.into_iter().step_by(every).map(|k| (both(k), k)).min_by(|a, b| a.0.total_cmp(&b.0));
     match best.filter(|(left, _)| *left < (1.0 - SAVED) * volume(&whole)) {
         None => vec![whole],
         Some((_, k)) => {
-            let mut all = cut(&triangles[..k], most / 2, high);
-            all.extend(cut(&triangles[k..], most - most / 2, high));
+            let mut all = cut(&units[..k], most / 2);
+            all.extend(cut(&units[k..], most - most / 2));
             all
         }
     }
@@ -262,11 +284,7 @@ mod tests {
                 [p.x.hypot(p.y), p.z]
             })
         };
-        let mut all: Vec<[[f64; 2]; 3]> = (0..mesh.triangles.len()).map(of).collect();
-        let high = |t: &[[f64; 2]; 3]| t.iter().map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
-        let low = |t: &[[f64; 2]; 3]| t.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
-        all.sort_by(|a, b| low(a).total_cmp(&low(b)).then(high(a).total_cmp(&high(b))));
-        cut(&all, MOST_HULLS, &high)
+        hulls((0..mesh.triangles.len()).map(of).collect())
     }
 
     /// A disk with a hub below and a post above, about its own axis: three hulls, with the volume of a body of revolution through the corners of the mesh.

@@ -16,6 +16,8 @@ pub(crate) struct Revolved {
     profile: Profile,
     corners: Vec<[f64; 2]>,
     arcs: Vec<Arc>,
+    /// Center on the axis and radius of a ball end.
+    ball: Option<(f64, f64)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +37,16 @@ impl Revolved {
             Segment::Arc { center, radius, from, to } => Some(Arc { center, radius, from, to }),
             Segment::Line { .. } => None,
         });
-        Self { arcs: arcs.collect(), corners, profile: profile.clone() }
+        let ball = match segments.first() {
+            Some(Segment::Arc { center, .. }) => profile.ball_radius().map(|radius| (center[1], radius)),
+            _ => None,
+        };
+        Self { arcs: arcs.collect(), corners, ball, profile: profile.clone() }
+    }
+
+    /// Center and radius of a ball end, in its own frame.
+    pub(crate) fn ball(&self) -> Option<(Point, f64)> {
+        self.ball.map(|(z, radius)| (Point::new(0.0, 0.0, z), radius))
     }
 
     pub(crate) fn profile(&self) -> &Profile {
@@ -46,6 +57,12 @@ impl Revolved {
     pub(crate) fn capsule(&self) -> (Point, Point, f64) {
         let at = |z| Point::new(0.0, 0.0, z);
         (at(self.profile.z_min()), at(self.profile.z_max()), self.profile.max_radius())
+    }
+
+    /// Part of the axis and a radius, so that all of the body is no farther from that part: of a ball end from the center of the ball on.
+    pub(crate) fn spine(&self) -> (Point, Point, f64) {
+        let (low, high, radius) = self.capsule();
+        (self.ball().map_or(low, |(center, _)| center), high, radius)
     }
 
     /// A point inside, on the axis.

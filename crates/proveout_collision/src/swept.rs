@@ -18,12 +18,18 @@ use parry3d_f64::query::details::closest_points_support_map_support_map_with_par
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Point, Pose, Vector};
+use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::boxes::{BoxTree, Effort, NearestLeaves, TriangleTree, near_leaves_grown, nearest_leaf};
+use crate::distance::from_segment;
 use crate::shape::{Revolved, Shape, from_parry, to_parry};
+use crate::triangle;
 
 /// Shortest vector that counts as a shift, mm.
 const SHIFT_MM: f64 = 1e-9;
+
+/// By how much less than the distance of a ball its planes may prove, mm: rounding.
+const BALL_WITHIN_MM: f64 = 1e-7;
 
 /// Effort for one bound: what takes more is better cut into shorter stretches.
 const MOST_EFFORT: u64 = 1000;
@@ -127,6 +133,23 @@ impl SupportMap for Body<'_> {
     }
 }
 
+/// By how much points may leave the hull of both ends of a straight motion of the joints, where they are nearer to the other body than `wanted`, mm: at most
+/// an eighth of their second derivative (text of `least/search.rs`). `weights` say how far a point goes for a unit of each joint, `turns` which joints
+/// turn, `of_b` which carry the other body, `way` how far each goes.
+pub(crate) fn bent(
+    weights: &[f64; MAX_JOINTS],
+    turns: &[bool; MAX_JOINTS],
+    of_b: &[bool; MAX_JOINTS],
+    way: &JointValues,
+    wanted: f64,
+) -> f64 {
+    let moves = |j: usize| if weights[j] > 0.0 { way[j].abs() } else { 0.0 };
+    let turn: f64 = (0..MAX_JOINTS).filter(|&j| turns[j]).map(moves).sum();
+    let motion: f64 = (0..MAX_JOINTS).map(|j| weights[j] * way[j].abs()).sum();
+    let farther: f64 = (0..MAX_JOINTS).filter(|&j| turns[j] && of_b[j]).map(moves).sum();
+    0.25 * turn * (motion + farther * (wanted + motion))
+}
+
 /// Proved distance of two convex bodies in one frame, as far as below `limit`; zero where none is proved.
 fn proved(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> f64 {
     let across = |along: &Vector| {
@@ -183,6 +206,35 @@ pub(crate) fn least_of_skins(a: &TriangleTree, b: &TriangleTree, places: &Places
     distance(near_leaves_grown((a, b), b_from_a, ([in_a, in_b], &mut effort), limits, None, of))
 }
 
+/// Proved distance of a triangle from a body with a ball end that goes straight from one place to the other, where it is above the limit or the ball is
+/// what is nearest: the ball in all its places is a capsule, and the planes across the way from its axis to the triangle prove a distance.
+fn ball_end(placed: &Body<'_>, triangle: &Triangle<'_>, limit: f64) -> Option<f64> {
+    let (center, radius) = placed.body.ball()?;
+    if !placed.places.shifts.is_empty() {
+        return None;
+    }
+    let [from, to] = placed.places.poses.each_ref().map(|pose| pose.point(&center));
+    let across = |way: Vector| {
+        let along = way.try_normalize(0.0)?;
+        let high = placed.local_support_point(to_parry(&Point::from(along)));
+        let low = triangle.local_support_point(to_parry(&Point::from(-along)));
+        Some((from_parry(low) - from_parry(high)).dot(&along))
+    };
+    // Mostly one of the ends is nearest, or tells enough.
+    let ends = [from, to].map(|p| triangle::point_triangle(p, &triangle.corners[0]).on_second - p);
+    let nearer = if ends[0].norm_squared() <= ends[1].norm_squared() { ends[0] } else { ends[1] };
+    if let Some(proved) = across(nearer).filter(|proved| *proved >= limit) {
+        return Some(proved);
+    }
+    let near = triangle::nearest_within(&[from, to, to], &triangle.corners[0], f64::INFINITY);
+    let far = near.square.sqrt();
+    if far <= radius {
+        return None;
+    }
+    let proved = across(near.on_second - near.on_first)?;
+    (proved >= limit || proved >= (far - radius) - BALL_WITHIN_MM).then(|| proved.max(0.0))
+}
+
 fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, limit: f64) -> f64 {
     let mut least = f64::INFINITY;
     for body in bodies {
@@ -196,9 +248,21 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, limit:
         let [first, second] = places.poses.each_ref().map(round);
         let (low, high) = (first.0.inf(&second.0), first.1.sup(&second.1));
         let (middle, half) = (nalgebra::center(&low, &high), (high - low) * 0.5 + places.half());
-        let apart = |m: &Point, h: &Vector| ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
+        // Of the hull of both places no point is farther from the spine at the first than its radius and the way of its ends.
+        let (from, to, radius) = body.spine();
+        let spines = places.poses.each_ref().map(|pose| [pose.point(&from), pose.point(&to)]);
+        let way = (spines[1][0] - spines[0][0]).norm().max((spines[1][1] - spines[0][1]).norm());
+        let reach = radius + way + places.shifts.iter().map(Vector::norm).sum::<f64>();
+        let apart = |m: &Point, h: &Vector| {
+            let outside = ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
+            outside.max(from_segment(m, spines[0].each_ref()) - h.norm() - reach)
+        };
         let placed = Body { body, places };
-        let of = |item: u32, bound: f64| (proved(&placed, &Triangle::still(skin.corners(item)), bound), ());
+        let of = |item: u32, bound: f64| {
+            let triangle = Triangle::still(skin.corners(item));
+            let by_ball = ball_end(&placed, &triangle, bound);
+            (by_ball.unwrap_or_else(|| proved(&placed, &triangle, bound)), ())
+        };
         least = least.min(distance(nearest_leaf(skin, apart, limit.min(least), None, of)));
     }
     least

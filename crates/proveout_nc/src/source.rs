@@ -192,7 +192,12 @@ impl ProgramText {
         self.source.lines()
     }
 
-    /// A line, from 1.
+    /// All of them, in order.
+    pub fn all(&self) -> impl Iterator<Item = &str> {
+        self.source.text.split('\n').take(self.lines())
+    }
+
+    /// A line, from 1; looked for from the begin.
     pub fn line(&self, number: usize) -> Option<&str> {
         self.source.text_of(u32::try_from(number).ok()?)
     }

@@ -51,7 +51,8 @@ pub fn lines(setup: &Setup<'_>, file: &str, wanted: &Wanted) -> Option<Listing> 
         return None;
     }
     let text = ProgramText::open(opened).ok()?;
-    Some(picked(file, text.lines(), wanted, |n| text.line(n)))
+    let all: Vec<&str> = text.all().collect();
+    Some(picked(file, all.len(), wanted, |n| all.get(n - 1).copied()))
 }
 
 fn picked<'t>(file: &str, count: usize, wanted: &Wanted, line: impl Fn(usize) -> Option<&'t str>) -> Listing {

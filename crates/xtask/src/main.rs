@@ -11,7 +11,7 @@ mod cone_frustum;
 mod experiments;
 mod figures;
 mod files;
-#[cfg(feature = "certificates")]
+#[cfg(any(test, feature = "certificates"))]
 mod jobs;
 mod machine_models;
 #[cfg(feature = "schemas")]

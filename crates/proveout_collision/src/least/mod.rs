@@ -31,7 +31,7 @@ use crate::parts::{Part, chain_to};
 use crate::report::Severity;
 use crate::ring::Ring;
 use crate::shape::Shape;
-use crate::swept::{Places, least_distance};
+use crate::swept::{Places, bent, least_distance};
 use search::{Ask, Bound, Measured, Search, Tolerance, turned};
 pub(crate) use way::KeptPiece;
 use way::{Range, Stretch, Way};
@@ -402,16 +402,6 @@ impl<'a> PairAsk<'a> {
         (0..MAX_JOINTS).map(|j| self.weights[j] * of(j)).sum()
     }
 
-    /// By how much points may leave the hull of both ends of a straight motion, where they are nearer to b than `wanted`, mm.
-    fn bent(&self, [from, to]: &[JointValues; 2], wanted: f64) -> f64 {
-        let way = (*to - *from).map(f64::abs);
-        let moves = |j: usize| if self.weights[j] > 0.0 { way[j] } else { 0.0 };
-        let turn: f64 = (0..MAX_JOINTS).filter(|&j| self.turns[j]).map(moves).sum();
-        let motion = self.sum(|j| way[j]);
-        let farther = |j: &usize| self.turns[*j] && self.of_b[*j];
-        0.25 * turn * (motion + (0..MAX_JOINTS).filter(farther).map(moves).sum::<f64>() * (wanted + motion))
-    }
-
     /// What the hulls of all turns prove, where it is enough.
     fn at_all_turns(&mut self, range: &Range, half: &JointValues, wanted: f64) -> Option<Bound> {
         let ring = self.ring.as_ref()?;
@@ -459,7 +449,8 @@ impl Ask for PairAsk<'_> {
         let aside = self.sum(|j| range.off[j]);
         let turning = turned(&self.weights, &self.turns, &half);
         if let Some((ends, off)) = way.chord(stretch, &self.weights) {
-            let bent = self.bent(&ends, wanted) + self.sum(|j| off[j]);
+            let way = ends[1] - ends[0];
+            let bent = bent(&self.weights, &self.turns, &self.of_b, &way, wanted) + self.sum(|j| off[j]);
             if bent < turning || bent <= 1.01 * aside {
                 let limit = (wanted + bent - aside).max(0.0) * (1.0 + 1e-12);
                 let places = Places::between(ends.map(|q| self.b_from_a(&q)));

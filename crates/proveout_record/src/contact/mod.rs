@@ -269,6 +269,9 @@ fn panel(canvas: &mut Canvas, left: usize, view: &View, bodies: &[Body]) {
     let points = (length * view.scale()).round() as usize;
     let text = format!("{length} mm");
     let (right, bottom) = (left + PANEL[0] - 12, PANEL[1] - 12);
+    // On white, so that it is read in front of any body.
+    let wide = points.max(width_of(&text));
+    canvas.fill([right - wide - 4, bottom - 28], [wide + 8, 32], [255, 255, 255]);
     canvas.fill([right - points, bottom - 4], [points, 4], NEUTRAL_INK);
     canvas.text([right - width_of(&text), bottom - 24], &text);
 }

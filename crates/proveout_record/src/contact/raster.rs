@@ -1,7 +1,7 @@
 //! Triangles as a shaded picture: parallel projection with a depth for each point, two bodies in color and everything else in gray.
 //!
 //! What is in color is never hidden by what is gray: a gray body in front of it is drawn as glass, so that a contact behind a door or
-//! between two walls is seen.
+//! between two walls is seen. Of a body in color that the other one hides, as a shank deep in the stock, what is hidden is hatched.
 
 use proveout_geom::{Point, TriMesh, Vector};
 
@@ -11,6 +11,9 @@ use crate::canvas::Canvas;
 pub(crate) const COLORS: [[u8; 3]; 3] = [[213, 94, 0], [0, 114, 178], [190, 192, 196]];
 /// Behind all bodies.
 const BACKGROUND: [u8; 3] = [250, 250, 250];
+/// A body of which less than this part is seen is hatched where the other hides it, by stripes of so many points.
+const SEEN: f64 = 0.25;
+const STRIPE: usize = 3;
 /// Share of the gray of a body that is drawn as glass.
 const GLASS: f64 = 0.22;
 
@@ -58,19 +61,17 @@ impl View {
     }
 }
 
-/// Nearest surface at every point, in color and gray apart.
+/// Nearest surface at every point of the first body, the second and all others apart.
 pub(crate) struct Raster {
     view: View,
-    /// Depth towards the viewer (mm), shade 0..=1 and part.
-    colored: Vec<(f64, f64, Part)>,
-    gray: Vec<(f64, f64)>,
+    /// Depth towards the viewer (mm) and shade 0..=1.
+    surfaces: [Vec<(f64, f64)>; 3],
 }
 
 impl Raster {
     pub(crate) fn new(view: View) -> Self {
         let points = view.size[0] * view.size[1];
-        let far = f64::NEG_INFINITY;
-        Self { view, colored: vec![(far, 0.0, Part::Other); points], gray: vec![(far, 0.0); points] }
+        Self { view, surfaces: std::array::from_fn(|_| vec![(f64::NEG_INFINITY, 0.0); points]) }
     }
 
     /// Draws a mesh in the frame of the view.
@@ -106,12 +107,9 @@ impl Raster {
                 }
                 let depth = wa * a[2] + wb * b[2] + wc * c[2];
                 let at = y * self.view.size[0] + x;
-                if part == Part::Other {
-                    if depth > self.gray[at].0 {
-                        self.gray[at] = (depth, shade);
-                    }
-                } else if depth > self.colored[at].0 {
-                    self.colored[at] = (depth, shade, part);
+                let nearest = &mut self.surfaces[part as usize][at];
+                if depth > nearest.0 {
+                    *nearest = (depth, shade);
                 }
             }
         }
@@ -119,9 +117,19 @@ impl Raster {
 
     /// Points at which the first and the second body are seen, and the depth of the nearest of both in the middle, mm.
     pub(crate) fn seen(&self) -> ([usize; 2], f64) {
-        let count = |part| self.colored.iter().filter(|c| c.2 == part).count();
+        let [first, second, _] = &self.surfaces;
+        let nearer = |a: &[(f64, f64)], b: &[(f64, f64)]| a.iter().zip(b).filter(|(a, b)| a.0 > b.0).count();
         let middle = self.view.size[1] / 2 * self.view.size[0] + self.view.size[0] / 2;
-        ([count(Part::First), count(Part::Second)], self.colored[middle].0)
+        ([nearer(first, second), nearer(second, first)], first[middle].0.max(second[middle].0))
+    }
+
+    /// Whether so little of the first and of the second body is seen that what the other hides is hatched.
+    fn hatched(&self) -> [bool; 2] {
+        let (seen, _) = self.seen();
+        [0, 1].map(|k| {
+            let all = self.surfaces[k].iter().filter(|p| p.0.is_finite()).count();
+            (seen[k] as f64) < SEEN * all as f64
+        })
     }
 
     /// Puts the picture on a canvas, with its upper left corner at `at`.
@@ -130,17 +138,25 @@ impl Raster {
             [0, 1, 2].map(|k| (f64::from(a[k]) * (1.0 - share) + f64::from(b[k]) * share).round() as u8)
         };
         let shaded = |color: [u8; 3], shade: f64| color.map(|c| (f64::from(c) * shade).round() as u8);
-        for (i, (colored, gray)) in self.colored.iter().zip(&self.gray).enumerate() {
+        let hatched = self.hatched();
+        for (i, gray) in self.surfaces[Part::Other as usize].iter().enumerate() {
+            let [x, y] = [i % self.view.size[0], i / self.view.size[0]];
+            let (first, second) = (self.surfaces[0][i], self.surfaces[1][i]);
+            let nearest = usize::from(second.0 > first.0);
+            let hidden = 1 - nearest;
+            let stripe = (x + y) / STRIPE % 2 == 0;
+            let through = stripe && hatched[hidden] && self.surfaces[hidden][i].0.is_finite();
+            let shown = if through { hidden } else { nearest };
+            let colored = self.surfaces[shown][i];
             let dull = shaded(COLORS[2], gray.1);
             let color = match (colored.0.is_finite(), gray.0.is_finite()) {
                 (false, false) => BACKGROUND,
                 (false, true) => dull,
                 (true, _) => {
-                    let full = shaded(COLORS[usize::from(colored.2 == Part::Second)], colored.1);
-                    if gray.0 > colored.0 { mix(full, dull, GLASS) } else { full }
+                    let full = shaded(COLORS[shown], colored.1);
+                    if gray.0 > first.0.max(second.0) { mix(full, dull, GLASS) } else { full }
                 }
             };
-            let [x, y] = [i % self.view.size[0], i / self.view.size[0]];
             canvas.dot((at[0] + x) as isize, (at[1] + y) as isize, color);
         }
     }
@@ -177,6 +193,23 @@ mod tests {
         assert_eq!(color(0, 0), BACKGROUND);
         let [blue, orange] = [color(100, 50), color(82, 50)];
         assert!(blue[2] > blue[0] && orange[0] > orange[2], "{blue:?} {orange:?}");
+    }
+
+    /// A cube wholly inside of another is hatched; one that stands out of it by half is not.
+    #[test]
+    fn what_the_other_body_hides_is_hatched() {
+        for (center, hatched) in [([0.0, 0.0, 0.0], true), ([0.0, 6.0, 0.0], false)] {
+            let mut raster = Raster::new(View::new(&Vector::x(), Point::origin(), 10.0, [200, 100]));
+            raster.draw(&cube([0.0, 0.0, 0.0], 6.0), Part::Second);
+            raster.draw(&cube(center, 3.0), Part::First);
+            assert_eq!(raster.hatched(), [hatched, false]);
+            let mut canvas = Canvas::new(200, 100);
+            raster.put(&mut canvas, [0, 0]);
+            // Of the points in which both lie, half are in the color of the hidden one.
+            let color = |x: usize| &canvas.colors[3 * (200 * 50 + x)..][..3];
+            let orange = (90..110).filter(|x| color(*x)[0] > color(*x)[2]).count();
+            assert!(if hatched { (8..=12).contains(&orange) } else { orange == 0 }, "{center:?}: {orange}");
+        }
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! Fills the page's template.
 
 use minijinja::{Environment, value::Serde};
-use proveout_sim::verdict::{Partial, State, Verdict};
+use proveout_sim::{
+    finding::NEAR_MISS,
+    verdict::{Partial, State, Verdict},
+};
 use serde::Serialize;
 
 use crate::page_safety::{policy, without_steering};
@@ -180,6 +183,8 @@ struct VerdictWords {
 struct ContactRow {
     png: String,
     bodies: [String; 2],
+    /// What is shown, and when it was.
+    what: &'static str,
     words: String,
 }
 
@@ -192,6 +197,7 @@ fn contacts(page: &Page<'_>) -> Vec<ContactRow> {
     let row = |p: &ContactPicture| ContactRow {
         png: base64(&p.png),
         bodies: p.bodies.clone(),
+        what: if p.code == NEAR_MISS.code { "First nearer than wanted" } else { "First contact" },
         words: p.time_s.map_or_else(String::new, |t| format!(" at {}", duration(t))),
     };
     page.contacts.iter().map(row).collect()

@@ -162,3 +162,29 @@ fn raster(place: &Place) -> String {
     text.push_str("\nM30\n");
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use proveout_sim::{Choice, Prepared};
+
+    use super::*;
+
+    /// All jobs are written, and read as a run reads them: 13,041 moves each of the rasters, a design of some 100,000 triangles as a body of the blade.
+    #[test]
+    fn every_job_is_one_that_a_run_takes() {
+        let out = tempfile::tempdir().expect("folder");
+        let scenes = write(&crate::workspace_root(), out.path()).unwrap_or_else(|Failure(e)| panic!("{e}"));
+        assert_eq!(scenes.len(), 3);
+        for scene in &scenes {
+            let read = Prepared::read(scene, &Choice::default()).unwrap_or_else(|e| panic!("{e}"));
+            if scene.ends_with("blade-root") {
+                let design = &read.fixtures.iter().find(|(name, _)| name == "design").expect("the design").1;
+                assert!((90_000..110_000).contains(&design.triangles.len()), "{}", design.triangles.len());
+                assert!(read.machine.bodies.iter().filter(|b| b.check).count() >= 12);
+            } else {
+                let text = fs::read_to_string(scene.join("raster.mpf")).expect("the program");
+                assert_eq!(text.lines().filter(|l| l.contains("A3=") && !l.starts_with('G')).count(), 13_040);
+            }
+        }
+    }
+}

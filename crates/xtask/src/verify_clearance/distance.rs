@@ -234,11 +234,39 @@ fn piece_nearer_than(hull: &impl SupportMap, (low, high): (Point, Point), b: &Fo
             Ok(item) => {
                 let other = Hull { points: b.pieces[item].clone(), shifts: &[] };
                 let distance = distance_support_map_support_map(&ParryPose::IDENTITY, hull, &other);
-                if distance < limit {
-                    return Some(distance);
+                // Of circles that are shifted far the library's points may lie outside of both.
+                if let Some(nearer) = (distance < limit).then(|| witnessed(hull, &other, limit)).flatten() {
+                    return Some(nearer);
                 }
             }
         }
     }
     None
+}
+
+/// Steps of [`witnessed`]: they shrink slowly, and are only needed where the library has gone astray.
+const STEPS: usize = 4000;
+
+/// A distance below `limit`, unless two planes with the bodies on either side are farther apart: steps from a difference of two points towards the
+/// one that lies farthest back along it (Frank and Wolfe 1956), each a point of both bodies, so that what is told is one of them.
+fn witnessed(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> Option<f64> {
+    let lowest = |along: ParryVector| a.local_support_point(-along) - b.local_support_point(along);
+    let mut way = lowest(ParryVector::new(0.0, 0.0, 1.0));
+    for _ in 0..STEPS {
+        let length = way.length();
+        if length < limit {
+            return Some(length);
+        }
+        let back = lowest(way);
+        if way.dot(back) >= limit * length {
+            return None;
+        }
+        let step = back - way;
+        let square = step.dot(step);
+        if square <= 0.0 {
+            return None;
+        }
+        way += step * (-way.dot(step) / square).clamp(0.0, 1.0);
+    }
+    Some(limit)
 }

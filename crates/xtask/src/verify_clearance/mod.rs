@@ -28,6 +28,7 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use proveout_geom::Vector;
 use proveout_machine::{Attachment, JointValues, Machine};
 use proveout_sim::{Choice, Prepared};
 use proveout_tool::{Role, Tool};
@@ -43,6 +44,9 @@ const SLACK_MM: f64 = 1e-3;
 const VERDICT_SLACK_MM: f64 = 1e-9;
 /// By how much a joint of a sample may be outside of the range of its span: rounding of degrees.
 const JOINT_SLACK: f64 = 1e-6;
+/// Corners of a round body that are on one circle, mm, and the largest angle of a facet, radian (10.1 degrees).
+const RING_MM: f64 = 1e-3;
+const FACET_RAD: f64 = 0.1763;
 /// By how much the time of a sample may be outside of a span: rounding.
 const TIME_SLACK_S: f64 = 1e-9;
 
@@ -131,6 +135,36 @@ fn are_neighbors(machine: &Machine, a: &Body, b: &Body) -> bool {
     a.is_machine && b.is_machine && long.len() == short.len() + 1 && long.starts_with(&short)
 }
 
+/// Whether a body is one of revolution about the joint between it and its neighbor, but for facets: its corners of each height and radius stand all
+/// round the axis.
+fn is_round(machine: &Machine, body: &Body, other: &Body) -> bool {
+    let (own, theirs) = (carriers(machine, body.attached), carriers(machine, other.attached));
+    let Some(&joint) = (if own.len() > theirs.len() { own } else { theirs }).last() else { return false };
+    let axis = &machine.joints[joint];
+    if !axis.is_rotary() || axis.turn_shift.is_some() {
+        return false;
+    }
+    let across =
+        axis.direction.cross(&if axis.direction.x.abs() < 0.9 { Vector::x() } else { Vector::y() }).normalize();
+    let third = axis.direction.cross(&across);
+    let mut rings: BTreeMap<[i64; 2], Vec<f64>> = BTreeMap::new();
+    for p in body.form.pieces.iter().flatten() {
+        let way = p - axis.point;
+        let (x, y) = (way.dot(&across), way.dot(&third));
+        if x.hypot(y) > RING_MM {
+            let name = [x.hypot(y), way.dot(&axis.direction)].map(|v| (v / RING_MM).round() as i64);
+            rings.entry(name).or_default().push(y.atan2(x));
+        }
+    }
+    let closed = |angles: &mut Vec<f64>| {
+        angles.sort_by(f64::total_cmp);
+        let around = angles.first().copied().unwrap_or_default() + std::f64::consts::TAU;
+        let next = angles.iter().skip(1).copied().chain([around]);
+        angles.iter().zip(next).all(|(a, b)| b - a < FACET_RAD)
+    };
+    !rings.is_empty() && rings.values_mut().all(closed)
+}
+
 type Pair = (String, String);
 
 fn ordered(a: &str, b: &str) -> Pair {
@@ -153,7 +187,8 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
     let claimed: BTreeMap<Pair, f64> =
         list(&clearance["pairs"]).iter().filter_map(|p| Some((pair_of(p)?, p["proved_mm"].as_f64()?))).collect();
     let passes = |g: &Value| g["name"] == "collision" && g["state"] == "pass";
-    let bears = |(a, b): &&Pair| matches!((bodies.get(a), bodies.get(b)), (Some(a), Some(b)) if are_neighbors(machine, a, b) && (a.bears || b.bears));
+    let borne = |a: &Body, b: &Body| a.bears || b.bears || is_round(machine, a, b) || is_round(machine, b, a);
+    let bears = |(a, b): &&Pair| matches!((bodies.get(a), bodies.get(b)), (Some(a), Some(b)) if are_neighbors(machine, a, b) && borne(a, b));
     let mut left = unchecked.iter().filter(|p| !bears(p));
     if let Some((a, b)) = left.next().filter(|_| list(&verdict["gates"]).iter().any(passes)) {
         return Err(Failure(format!("{a} against {b}: not checked, and the gate of collisions passes all the same")));

@@ -122,6 +122,31 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     forged.remove(k + 1);
     refused("a part of a piece removed", check(&verdict, &setup, &forged, &samples));
 
+    // A row that holds at every turn of the table: with a distance that no turn has, with another joint that may be anywhere, with one that does not carry
+    // either body alone about a fixed line.
+    let (b, c) = (setup.machine.joint("A").expect("A"), setup.machine.joint("C").expect("C"));
+    let at_every_turn = |s: &&Span| s.without_ends().eq([c]) && least(s) > 1.0;
+    assert!(spans.iter().filter(at_every_turn).count() > 5, "no row holds at every turn");
+    let k = spans.iter().position(|s| at_every_turn(&s)).expect("a row");
+    for raised in [2e3, 1e6] {
+        let mut forged = spans.clone();
+        forged[k].distance += raised;
+        refused(&format!("every turn: a distance raised by {raised} mm"), check(&verdict, &setup, &forged, &samples));
+    }
+    let endless = |forged: &mut Span, j: usize| (forged.low[j], forged.high[j]) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut forged = spans.clone();
+    endless(&mut forged[k], b);
+    refused("every turn of two joints", check(&verdict, &setup, &forged, &samples));
+    let mut forged = spans.clone();
+    (forged[k].low[c], forged[k].high[c]) = (-10.0, 10.0);
+    endless(&mut forged[k], b);
+    refused("every turn of a joint that does not carry it alone", check(&verdict, &setup, &forged, &samples));
+    let slide = setup.machine.joint("X").expect("X");
+    let mut forged = spans.clone();
+    (forged[k].low[c], forged[k].high[c]) = (-10.0, 10.0);
+    endless(&mut forged[k], slide);
+    refused("any place of a slide", check(&verdict, &setup, &forged, &samples));
+
     let k = (0..spans.len())
         .filter(|&k| least(&spans[k]) > 1.0)
         .max_by(|&x, &y| spans[x].motion.total_cmp(&spans[y].motion));
@@ -150,4 +175,11 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     let text = fs::read_to_string(&scene).expect("scene").replace("[90, -20, 10]", "[89, -20, 10]");
     fs::write(&scene, text).expect("written");
     refused("another scene", run(&folder.path().join("run"), &scene));
+}
+
+/// The run in `PROVEOUT_RUN` of the scene in `PROVEOUT_SCENE` holds: `cargo xtask verify-clearance` without a build of its own.
+#[test]
+fn a_run_that_is_named_holds() {
+    let (Ok(folder), Ok(scene)) = (std::env::var("PROVEOUT_RUN"), std::env::var("PROVEOUT_SCENE")) else { return };
+    println!("{}", run(Path::new(&folder), Path::new(&scene)).unwrap_or_else(|Failure(e)| panic!("{e}")));
 }
