@@ -65,7 +65,7 @@ impl Trace {
         }
         let end = self.held.last().map_or(self.anchor, |h| h.1);
         let same = |s: &Strip| {
-            let young = s.points.first().is_some_and(|(begin, _)| times[0] - begin < self.in_class);
+            let young = s.points.first().is_some_and(|(begin, _)| times[1] - begin < self.in_class);
             s.kind == kind && (s.class == class || young)
         };
         let goes_on = self.strips.last().is_some_and(same) && (end - from).norm() <= TOLERANCE;
@@ -180,7 +180,7 @@ mod tests {
         let classes = [1.0, 0.95, 0.94, 0.7, 0.5, 0.3, 0.1].map(|share| class_of(share * 8.0, 8.0));
         assert_eq!(classes, [0, 0, 1, 2, 3, 4, 5]);
         assert_eq!((class_of(3.0, 0.0), class_of(0.0, 5.0)), (0, 5));
-        // 10 ms a piece: a corner of 50 ms in class 3 is a line of its own; one of 10 ms in class 5 is shown as long as a line may be short.
+        // 5 ms a piece: a corner of 25 ms in class 3 is a line of its own; one of 5 ms in class 5 is shown as long as a line may be short.
         let class = |i: i32| match i {
             10..15 => 3,
             30 => 5,
@@ -189,14 +189,25 @@ mod tests {
         let mut trace = Trace::default();
         let at = |i: i32| Point::new(f64::from(i), 0.0, 0.0);
         for i in 0..50 {
-            let times = [f64::from(i) * 0.01, f64::from(i + 1) * 0.01];
+            let times = [f64::from(i) * 0.005, f64::from(i + 1) * 0.005];
             trace.push(MoveKind::Feed, class(i), times, at(i), at(i + 1));
         }
-        let strips = trace.finish(0.5, 1);
+        // A long piece behind a short one has its own class.
+        trace.push(MoveKind::Feed, 5, [0.25, 0.26], at(50), at(51));
+        trace.push(MoveKind::Feed, 0, [0.26, 1.26], at(51), at(90));
+        let strips = trace.finish(1.26, 1);
         let shown: Vec<_> =
             strips.iter().map(|(_, s)| (s.class, s.points[0].1[0], s.points[s.points.len() - 1].1[0])).collect();
-        // The one piece of class 5 begins a line, which is too young to end with it.
-        assert_eq!(shown, [(0, 0.0, 10.0), (3, 10.0, 15.0), (0, 15.0, 30.0), (5, 30.0, 32.0), (0, 32.0, 50.0)]);
+        let expected = [
+            (0, 0.0, 10.0),
+            (3, 10.0, 15.0),
+            (0, 15.0, 30.0),
+            (5, 30.0, 33.0),
+            (0, 33.0, 50.0),
+            (5, 50.0, 51.0),
+            (0, 51.0, 90.0),
+        ];
+        assert_eq!(shown, expected);
         assert!(strips.windows(2).all(|w| w[0].1.points.last() == w[1].1.points.first()), "no gap between lines");
     }
 }
