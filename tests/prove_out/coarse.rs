@@ -99,7 +99,10 @@ fn at_any_thread_count(scene: &str) {
 #[test]
 fn every_experiment_has_its_test() {
     for experiment in experiments() {
-        assert!(TESTED.contains(&experiment.as_str()), "{experiment} is on the page, and nothing holds the page against it");
+        assert!(
+            TESTED.contains(&experiment.as_str()),
+            "{experiment} is on the page, and nothing holds the page against it"
+        );
     }
 }
 
