@@ -82,7 +82,7 @@ fn is_fresh(page: &str, c: &Comparison) {
     }
 }
 
-/// All of them, since each is a few seconds and they share the page. A comparison that the page does not tell is a fault as well.
+/// The same bytes, and what the page tells if the registry puts the scene on it.
 fn at_any_thread_count(scene: &str) {
     let path: PathBuf = root().join(scene);
     let path = if path.is_dir() { path.join("scene.toml") } else { path };
@@ -90,16 +90,20 @@ fn at_any_thread_count(scene: &str) {
     let two = compared(&path, cells(scene), 2);
     let one = compared(&path, cells(scene), 1);
     assert_eq!(bytes(&one), bytes(&two), "{scene}");
-    let page = fs::read_to_string(root().join("docs/experiments.md")).expect("the page");
-    is_fresh(&page, &two);
+    if experiments().iter().any(|e| e == scene) {
+        let page = fs::read_to_string(root().join("docs/experiments.md")).expect("the page");
+        is_fresh(&page, &two);
+    }
 }
 
 #[test]
 fn every_experiment_has_its_test() {
-    let mut named = TESTED.to_vec();
-    let mut wanted = experiments();
-    (named.sort_unstable(), wanted.sort_unstable());
-    assert_eq!(wanted, named);
+    for experiment in experiments() {
+        assert!(
+            TESTED.contains(&experiment.as_str()),
+            "{experiment} is on the page, and nothing holds the page against it"
+        );
+    }
 }
 
 macro_rules! experiments {

@@ -119,7 +119,7 @@ fn followed(samples: &[Sample], gains: [f64; 2], [heave, tilt]: [usize; 2]) -> V
                 let (from, gap) = (set(last), sample.time - last.time);
                 let steps = (gap / 20e-6).ceil();
                 let h = gap / steps;
-                for leg in 0..2 {
+                for (leg, x) in legs.iter_mut().enumerate() {
                     let reference = |t: f64| {
                         let t = t / gap;
                         let [[r0, v0], [r1, v1]] = [from[leg], to[leg]];
@@ -129,19 +129,15 @@ fn followed(samples: &[Sample], gains: [f64; 2], [heave, tilt]: [usize; 2]) -> V
                             + gap * (v0 * (t3 - 2.0 * t2 + t) + v1 * (t3 - t2))
                     };
                     let rate = |t: f64, [x, v]: [f64; 2]| [v, VELOCITY * (gains[leg] * (reference(t) - x) - v)];
-                    let mut x = legs[leg];
                     for i in 0..steps as usize {
                         let t = i as f64 * h;
                         let at = |k: [f64; 2], h: f64| [x[0] + k[0] * h, x[1] + k[1] * h];
-                        let k1 = rate(t, x);
+                        let k1 = rate(t, *x);
                         let k2 = rate(t + 0.5 * h, at(k1, 0.5 * h));
                         let k3 = rate(t + 0.5 * h, at(k2, 0.5 * h));
                         let k4 = rate(t + h, at(k3, h));
-                        for n in 0..2 {
-                            x[n] += h / 6.0 * (k1[n] + 2.0 * k2[n] + 2.0 * k3[n] + k4[n]);
-                        }
+                        *x = [0, 1].map(|n| x[n] + h / 6.0 * (k1[n] + 2.0 * k2[n] + 2.0 * k3[n] + k4[n]));
                     }
-                    legs[leg] = x;
                 }
                 legs
             }

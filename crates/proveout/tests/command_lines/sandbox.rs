@@ -118,7 +118,6 @@ pub(crate) fn sandbox() -> TempDir {
         "planned-blade",
         "blade-root",
         "dong-2023-multi-scale",
-        "lu-2022-quasi-circle",
     ] {
         smaller(&root.join("scenes").join(name), &to.join("scenes").join(name));
     }

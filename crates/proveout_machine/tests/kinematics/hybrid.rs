@@ -392,10 +392,10 @@ fn rates_of_the_legs_are_the_derivatives_of_their_lengths() {
             };
             let rates = platform.leg_rates(&q);
             let differences = [by(2), by(3)];
-            for leg in 0..2 {
-                for (k, column) in differences.iter().enumerate() {
+            for (leg, row) in rates.iter().enumerate() {
+                for (rate, column) in row.iter().zip(&differences) {
                     // Third derivatives of lengths of 400 mm by radian: 1e3 h^2 / 6 and rounding of 1e-13 / h.
-                    assert!((rates[leg][k] - column[leg]).abs() < 1e-5, "{q:?}: {rates:?} {differences:?}");
+                    assert!((rate - column[leg]).abs() < 1e-5, "{q:?}: {rates:?} {differences:?}");
                 }
             }
             let velocity = [30.0 * signed(), signed()];
