@@ -66,8 +66,8 @@
 //!
 //! Rays are grouped in tiles of 8 x 8. A batch is sorted into the tiles that the box of each motion meets and that still hold
 //! material there; every tile then works through its items in their order, on any thread. For that it is spread out over lanes
-//! (`tile_field`), one interval of each ray side by side; bounds clear the tile, then rows of eight rays by the range of their
-//! material (`lane_rows`), so that cost follows the material that is met. What is taken is subtracted and added up on the lanes
+//! (`tile_field`), one interval of each ray side by side; bounds clear the tile, then blocks of two by two rays by the range of their
+//! material (`lane_blocks`), so that cost follows the material that is met. What is taken is subtracted and added up on the lanes
 //! as well (`tile_cut`); an end remembers the step and the time that made it, and its normal is made when the batch ends. Sums run
 //! over the columns of lanes and then over the tiles in a fixed order: the same bytes at any number of threads, on any processor
 //! and for any division into batches.
