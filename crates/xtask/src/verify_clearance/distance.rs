@@ -207,7 +207,7 @@ pub(super) fn nearer_than(a: &Form, b: &Form, places: &Places, limit: f64) -> Op
         let points: Vec<Point> = places.poses.iter().flat_map(|x| piece.iter().map(|p| x.point(p))).collect();
         let bounds = Aabb::of_points(&points);
         let hull = Hull { points, shifts: &places.shifts };
-        piece_nearer_than(&hull, (bounds.min - grown, bounds.max + grown), b, limit)
+        piece_nearer_than(&hull, (bounds.min - grown, bounds.max + grown), b, limit, None)
     })
 }
 
@@ -217,11 +217,18 @@ pub(super) fn turned_nearer_than(a: &Turned, b: &Form, places: &Places, limit: f
     a.pieces.iter().find_map(|circles| {
         let (point, direction) = (here.point(&a.point), here.vector(&a.direction));
         let hull = Circles { point, direction, circles, shifts: &places.shifts };
-        piece_nearer_than(&hull, hull.bounds(), b, limit)
+        piece_nearer_than(&hull, hull.bounds(), b, limit, Some(direction))
     })
 }
 
-fn piece_nearer_than(hull: &impl SupportMap, (low, high): (Point, Point), b: &Form, limit: f64) -> Option<f64> {
+/// The same of one piece; `axis` is that of its circles, along which two planes often tell.
+fn piece_nearer_than(
+    hull: &impl SupportMap,
+    (low, high): (Point, Point),
+    b: &Form,
+    limit: f64,
+    axis: Option<Vector>,
+) -> Option<f64> {
     let mut open = Vec::from_iter((!b.tree.is_empty()).then_some(0));
     while let Some(at) = open.pop() {
         let node = &b.tree[at];
@@ -235,7 +242,7 @@ fn piece_nearer_than(hull: &impl SupportMap, (low, high): (Point, Point), b: &Fo
                 let other = Hull { points: b.pieces[item].clone(), shifts: &[] };
                 let distance = distance_support_map_support_map(&ParryPose::IDENTITY, hull, &other);
                 // Of circles that are shifted far the library's points may lie outside of both.
-                if let Some(nearer) = (distance < limit).then(|| witnessed(hull, &other, limit)).flatten() {
+                if let Some(nearer) = (distance < limit).then(|| witnessed(hull, &other, limit, axis)).flatten() {
                     return Some(nearer);
                 }
             }
@@ -249,8 +256,12 @@ const STEPS: usize = 4000;
 
 /// A distance below `limit`, unless two planes with the bodies on either side are farther apart: steps from a difference of two points towards the
 /// one that lies farthest back along it (Frank and Wolfe 1956), each a point of both bodies, so that what is told is one of them.
-fn witnessed(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> Option<f64> {
+fn witnessed(a: &impl SupportMap, b: &impl SupportMap, limit: f64, axis: Option<Vector>) -> Option<f64> {
     let lowest = |along: ParryVector| a.local_support_point(-along) - b.local_support_point(along);
+    let ends = axis.into_iter().flat_map(|n| [n, -n]).map(|n| ParryVector::new(n.x, n.y, n.z));
+    if ends.into_iter().any(|along| along.dot(lowest(along)) >= limit * along.length()) {
+        return None;
+    }
     let mut way = lowest(ParryVector::new(0.0, 0.0, 1.0));
     for _ in 0..STEPS {
         let length = way.length();

@@ -44,8 +44,8 @@ const SLACK_MM: f64 = 1e-3;
 const VERDICT_SLACK_MM: f64 = 1e-9;
 /// By how much a joint of a sample may be outside of the range of its span: rounding of degrees.
 const JOINT_SLACK: f64 = 1e-6;
-/// Corners of a round body that are on one circle, mm, and the largest angle of a facet, radian (10.1 degrees).
-const RING_MM: f64 = 1e-3;
+/// Corners of a round body that are on one circle, mm (models are stored in 32 bits), and the largest angle of a facet, radian (10.1 degrees).
+const RING_MM: f64 = 0.01;
 const FACET_RAD: f64 = 0.1763;
 /// By how much the time of a sample may be outside of a span: rounding.
 const TIME_SLACK_S: f64 = 1e-9;
@@ -147,22 +147,28 @@ fn is_round(machine: &Machine, body: &Body, other: &Body) -> bool {
     let across =
         axis.direction.cross(&if axis.direction.x.abs() < 0.9 { Vector::x() } else { Vector::y() }).normalize();
     let third = axis.direction.cross(&across);
-    let mut rings: BTreeMap<[i64; 2], Vec<f64>> = BTreeMap::new();
-    for p in body.form.pieces.iter().flatten() {
+    let corners = body.form.pieces.iter().flatten().map(|p| {
         let way = p - axis.point;
         let (x, y) = (way.dot(&across), way.dot(&third));
-        if x.hypot(y) > RING_MM {
-            let name = [x.hypot(y), way.dot(&axis.direction)].map(|v| (v / RING_MM).round() as i64);
-            rings.entry(name).or_default().push(y.atan2(x));
-        }
-    }
-    let closed = |angles: &mut Vec<f64>| {
+        [way.dot(&axis.direction), x.hypot(y), y.atan2(x)]
+    });
+    let off_axis: Vec<[f64; 3]> = corners.filter(|c| c[1] > RING_MM).collect();
+    let closed = |circle: &[[f64; 3]]| {
+        let mut angles: Vec<f64> = circle.iter().map(|c| c[2]).collect();
         angles.sort_by(f64::total_cmp);
         let around = angles.first().copied().unwrap_or_default() + std::f64::consts::TAU;
         let next = angles.iter().skip(1).copied().chain([around]);
         angles.iter().zip(next).all(|(a, b)| b - a < FACET_RAD)
     };
-    !rings.is_empty() && rings.values_mut().all(closed)
+    let circles = clusters(off_axis, 0).into_iter().flat_map(|height| clusters(height, 1));
+    let mut circles = circles.peekable();
+    circles.peek().is_some() && circles.all(|circle| closed(&circle))
+}
+
+/// Corners whose coordinate `k` goes on without a gap.
+fn clusters(mut corners: Vec<[f64; 3]>, k: usize) -> Vec<Vec<[f64; 3]>> {
+    corners.sort_by(|a, b| a[k].total_cmp(&b[k]));
+    corners.chunk_by(|a, b| b[k] - a[k] < RING_MM).map(<[_]>::to_vec).collect()
 }
 
 type Pair = (String, String);
