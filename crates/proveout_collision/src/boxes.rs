@@ -73,9 +73,16 @@ pub(crate) struct Effort {
 impl Effort {
     /// Pairs of boxes that take as long as the distance of two items.
     const ITEM: u64 = 8;
+    /// The same of a convex body and a triangle: GJK and planes across.
+    const CONVEX_ITEM: u64 = 32;
 
     pub(crate) const fn at_most(most: u64) -> Self {
         Self { most, spent: 0 }
+    }
+
+    /// As much as it takes.
+    pub(crate) const fn unlimited() -> Self {
+        Self::at_most(u64::MAX)
     }
 }
 
@@ -102,7 +109,7 @@ pub(crate) fn near_leaves<A: BoxTree, B: BoxTree, W>(
     start: Option<(f64, W)>,
     distance: impl FnMut(u32, u32, f64) -> (f64, W),
 ) -> NearestLeaves<W> {
-    near_leaves_grown(pair, b_from_a, ([Vector::zeros(); 2], &mut Effort::at_most(u64::MAX)), limits, start, distance)
+    near_leaves_grown(pair, b_from_a, ([Vector::zeros(); 2], &mut Effort::unlimited()), limits, start, distance)
 }
 
 /// The same where `distance` knows of something that is added to every item of `a`; `grown` is half its box, along the axes of a and of b, mm.
@@ -195,11 +202,12 @@ pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
     }
 }
 
-/// The nearest item of one tree; as [`nearest_leaves`], with `apart` for the lower bound of a box given by middle and half edges.
+/// The nearest item of one tree; as [`nearest_leaves`], with `apart` for the lower bound of a box given by middle and half edges. After the most effort
+/// it ends with what is proved by then, as [`near_leaves_grown`] does.
 pub(crate) fn nearest_leaf<B: BoxTree, W>(
     tree: &B,
     apart: impl Fn(&Point, &Vector) -> f64,
-    limit: f64,
+    (limit, effort): (f64, &mut Effort),
     start: Option<(f64, W)>,
     mut distance: impl FnMut(u32, f64) -> (f64, W),
 ) -> NearestLeaves<W> {
@@ -218,6 +226,11 @@ pub(crate) fn nearest_leaf<B: BoxTree, W>(
     }
     let mut open = vec![of(root)];
     while let Some((least, node)) = open.pop() {
+        if effort.spent >= effort.most {
+            left_out = open.iter().map(|o| o.0).fold(left_out.min(least), f64::min);
+            break;
+        }
+        effort.spent += 1;
         if bound <= 0.0 {
             // Nothing that is left is looked at any more.
             left_out = left_out.min(0.0);
@@ -230,6 +243,7 @@ pub(crate) fn nearest_leaf<B: BoxTree, W>(
         match tree.open(node) {
             Branch::Leaf(items) => {
                 for i in items {
+                    effort.spent += Effort::CONVEX_ITEM;
                     let (d, w) = distance(i, bound);
                     if d < bound {
                         (bound, best) = (d, Some(w));
@@ -251,7 +265,11 @@ pub(crate) fn nearest_leaf<B: BoxTree, W>(
             }
         }
     }
-    best.map_or(NearestLeaves::Beyond(left_out), |w| NearestLeaves::At(bound, w))
+    match best {
+        None => NearestLeaves::Beyond(left_out),
+        Some(w) if left_out < bound => NearestLeaves::Between([left_out, bound], w),
+        Some(w) => NearestLeaves::At(bound, w),
+    }
 }
 
 /// A box of tree a: its middle in the frame of b, and half its edges along the axes of a and of b.

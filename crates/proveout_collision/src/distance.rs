@@ -36,11 +36,25 @@ pub(crate) type Warm = Option<[u32; 2]>;
 /// count, not the inside. `warm` only makes it quicker.
 pub(crate) fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, [exact, limit]: [f64; 2], warm: &mut Warm) -> Gap {
     match (a, b) {
-        (Shape::Convex(bodies), Shape::Mesh(mesh)) => bodies_mesh(bodies, mesh, b_from_a, limit, warm),
         // What is proved of two meshes is far more than any limit that would have been asked for, at the same cost.
         (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, [exact, f64::INFINITY], warm),
+        _ => gap_with((a, b), b_from_a, [exact, limit], warm, &mut Effort::unlimited()),
+    }
+}
+
+/// The same with an end to what it may cost: then [`Gap::Beyond`] may be nearer than the limit, and what should be exact is [`Gap::Between`].
+pub(crate) fn gap_with(
+    (a, b): (&Shape, &Shape),
+    b_from_a: &Pose,
+    [exact, limit]: [f64; 2],
+    warm: &mut Warm,
+    effort: &mut Effort,
+) -> Gap {
+    match (a, b) {
+        (Shape::Convex(bodies), Shape::Mesh(mesh)) => bodies_mesh(bodies, mesh, b_from_a, (limit, effort), warm),
+        (Shape::Mesh(a), Shape::Mesh(b)) => skins_with((&a.boxes, &b.boxes), b_from_a, [exact, limit], warm, effort),
         (Shape::Mesh(mesh), Shape::Convex(bodies)) => {
-            turned(bodies_mesh(bodies, mesh, &b_from_a.inverse(), limit, warm), b_from_a)
+            turned(bodies_mesh(bodies, mesh, &b_from_a.inverse(), (limit, effort), warm), b_from_a)
         }
         (Shape::Convex(x), Shape::Convex(y)) => convex_convex(x, y, b_from_a, limit),
     }
@@ -92,38 +106,55 @@ fn support(body: &Revolved, along: &Vector) -> Point {
 }
 
 /// Bodies of a tool one after the other, the one that was nearest last time first.
-fn bodies_mesh(bodies: &[Revolved], mesh: &MeshShape, mesh_from_body: &Pose, limit: f64, warm: &mut Warm) -> Gap {
+fn bodies_mesh(
+    bodies: &[Revolved],
+    mesh: &MeshShape,
+    mesh_from_body: &Pose,
+    (limit, effort): (f64, &mut Effort),
+    warm: &mut Warm,
+) -> Gap {
     let before = *warm;
     let first = before.map_or(0, |w| w[0] as usize).min(bodies.len().saturating_sub(1));
     let order = std::iter::once(first).chain((0..bodies.len()).filter(|k| *k != first));
-    let mut best = Gap::Beyond(f64::INFINITY);
+    let mut best = None;
     let mut bound = limit;
+    // Nothing is nearer than this, of what the search has not looked at to the end.
+    let mut proved = f64::INFINITY;
     for k in order.take(bodies.len()) {
         let start = before.filter(|w| w[0] as usize == k).map(|w| w[1]);
-        let (found, triangle) = convex_mesh(&bodies[k], mesh, mesh_from_body, bound, start);
+        let (found, triangle) = convex_mesh(&bodies[k], mesh, mesh_from_body, (bound, effort), start);
         match found {
             Gap::Meeting(_) => {
                 *warm = Some([k as u32, triangle]);
                 return found;
             }
-            Gap::At(d, ..) | Gap::Between([_, d], ..) => {
-                (best, bound) = (found, d);
+            Gap::At(d, p, q) | Gap::Between([_, d], p, q) => {
+                if let Gap::Between([least, _], ..) = found {
+                    proved = proved.min(least);
+                }
+                (best, bound) = (Some((p, q)), d);
                 *warm = Some([k as u32, triangle]);
             }
-            Gap::Beyond(proved) => {
-                if let Gap::Beyond(all) = &mut best {
-                    *all = all.min(proved);
-                }
-            }
+            Gap::Beyond(least) => proved = proved.min(least),
         }
     }
-    best
+    match best {
+        None => Gap::Beyond(proved),
+        Some((p, q)) if proved < bound => Gap::Between([proved, bound], p, q),
+        Some((p, q)) => Gap::At(bound, p, q),
+    }
 }
 
 /// Branch and bound over the tree of the mesh; gives the nearest triangle, too. The bound of a node is the larger of two: boxes apart,
 /// and the distance of the node's middle from the axis of the body less half its diagonal less the radius. The second is the sharp
 /// one for a long slanted tool, whose box is fat.
-fn convex_mesh(body: &Revolved, mesh: &MeshShape, mesh_from_body: &Pose, limit: f64, warm: Option<u32>) -> (Gap, u32) {
+fn convex_mesh(
+    body: &Revolved,
+    mesh: &MeshShape,
+    mesh_from_body: &Pose,
+    (limit, effort): (f64, &mut Effort),
+    warm: Option<u32>,
+) -> (Gap, u32) {
     let placed = Placed {
         mesh_from_body: *mesh_from_body,
         body_from_mesh: mesh_from_body.inverse(),
@@ -146,7 +177,7 @@ fn convex_mesh(body: &Revolved, mesh: &MeshShape, mesh_from_body: &Pose, limit: 
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
     let start = warm.filter(|i| (*i as usize) < mesh.boxes.triangles().len()).map(|i| of(i, limit));
-    match nearest_leaf(&mesh.boxes, apart, limit, start, of) {
+    match nearest_leaf(&mesh.boxes, apart, (limit, effort), start, of) {
         NearestLeaves::Beyond(proved) => (Gap::Beyond(proved), 0),
         NearestLeaves::At(_, Touch { meeting: true, p, item, .. }) => (Gap::Meeting(p), item),
         NearestLeaves::At(d, Touch { p, q, item, .. }) => (Gap::At(d, q, p), item),
@@ -264,7 +295,7 @@ fn separation(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, alon
 
 /// Both trees at once, starting with the triangles that were nearest last time; limits as in [`gap`].
 pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limits: [f64; 2], warm: &mut Warm) -> Gap {
-    skins_with((a, b), b_from_a, limits, warm, &mut Effort::at_most(u64::MAX))
+    skins_with((a, b), b_from_a, limits, warm, &mut Effort::unlimited())
 }
 
 /// The same with no more than some effort: then what is proved may be below the limit ([`Gap::Beyond`]), or below the first limit and not exact.

@@ -27,7 +27,7 @@ use std::f64::consts::TAU;
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Joint, JointValues, Machine};
 
-use crate::boxes::{BoxTree, NearestLeaves, TriangleTree, nearest_leaf};
+use crate::boxes::{BoxTree, Effort, NearestLeaves, TriangleTree, nearest_leaf};
 use crate::shape::MeshShape;
 use crate::triangle;
 
@@ -301,7 +301,7 @@ fn skin_within(skin: &TriangleTree, t: &[Point; 3], near: f64) -> bool {
         // The first that is near ends the search.
         (if d < near { 0.0 } else { d }, ())
     };
-    matches!(nearest_leaf(skin, apart, near, None, distance), NearestLeaves::At(..)) || found
+    matches!(nearest_leaf(skin, apart, (near, &mut Effort::unlimited()), None, distance), NearestLeaves::At(..)) || found
 }
 
 /// The part of a skin outside of the zone, with pieces at its border that reach in by less than two cells, where nothing bears.

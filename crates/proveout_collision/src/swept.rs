@@ -176,9 +176,19 @@ fn proved(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> f64 {
 /// Lower bound of the distance of shape `a` in all its places from shape `b`, mm; exact but for rounding below `limit`, and at least the limit
 /// elsewhere. Of two meshes the skins count, not the inside; nothing is proved of a mesh against a convex body.
 pub(crate) fn least_distance(a: &Shape, b: &Shape, places: &Places, limit: f64) -> f64 {
+    least_distance_with((a, b), places, limit, &mut Effort::unlimited())
+}
+
+/// The same, with what it has cost; of a tool and a mesh it ends with less proved where that is the most.
+pub(crate) fn least_distance_with(
+    (a, b): (&Shape, &Shape),
+    places: &Places,
+    limit: f64,
+    effort: &mut Effort,
+) -> f64 {
     match (a, b) {
         (Shape::Mesh(a), Shape::Mesh(b)) => least_of_skins(&a.boxes, &b.boxes, places, limit),
-        (Shape::Convex(bodies), Shape::Mesh(b)) => bodies_skin(bodies, &b.boxes, places, limit),
+        (Shape::Convex(bodies), Shape::Mesh(b)) => bodies_skin(bodies, &b.boxes, places, (limit, effort)),
         (Shape::Convex(a), Shape::Convex(b)) => {
             let still = Places::at(Pose::identity());
             let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
@@ -235,7 +245,12 @@ fn ball_end(placed: &Body<'_>, triangle: &Triangle<'_>, limit: f64) -> Option<f6
     (proved >= limit || proved >= (far - radius) - BALL_WITHIN_MM).then(|| proved.max(0.0))
 }
 
-fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, limit: f64) -> f64 {
+fn bodies_skin(
+    bodies: &[Revolved],
+    skin: &TriangleTree,
+    places: &Places,
+    (limit, effort): (f64, &mut Effort),
+) -> f64 {
     let mut least = f64::INFINITY;
     for body in bodies {
         let round = |pose: &Pose| {
@@ -263,7 +278,7 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, limit:
             let by_ball = ball_end(&placed, &triangle, bound);
             (by_ball.unwrap_or_else(|| proved(&placed, &triangle, bound)), ())
         };
-        least = least.min(distance(nearest_leaf(skin, apart, limit.min(least), None, of)));
+        least = least.min(distance(nearest_leaf(skin, apart, (limit.min(least), &mut *effort), None, of)));
     }
     least
 }

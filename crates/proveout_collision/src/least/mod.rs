@@ -25,13 +25,13 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use crate::Interference;
 use crate::advance::Pair;
 use crate::boxes::Effort;
-use crate::distance::{Gap, Warm, gap, skins_with};
+use crate::distance::{Gap, Warm, gap_with};
 use crate::kept::dot;
 use crate::parts::{Part, chain_to};
 use crate::report::Severity;
 use crate::ring::Ring;
 use crate::shape::Shape;
-use crate::swept::{Places, bent, least_distance};
+use crate::swept::{Places, bent, least_distance_with};
 use search::{Ask, Bound, Measured, Search, Tolerance, turned};
 pub(crate) use way::KeptPiece;
 use way::{Range, Stretch, Way};
@@ -381,13 +381,8 @@ impl<'a> PairAsk<'a> {
     fn apart(&mut self, b_from_a: &Pose, limit: f64) -> [f64; 2] {
         let limits = [limit.min(self.exact), limit];
         let mut effort = Effort::at_most(MOST_OF_LOOK);
-        let found = match (&*self.a.shape, &*self.b.shape) {
-            // Beyond the limit nothing needs to be known of them.
-            (Shape::Mesh(a), Shape::Mesh(b)) => {
-                skins_with((&a.boxes, &b.boxes), b_from_a, limits, &mut self.warm, &mut effort)
-            }
-            (a, b) => gap(a, b, b_from_a, limits, &mut self.warm),
-        };
+        // Beyond the limit nothing needs to be known of them.
+        let found = gap_with((&self.a.shape, &self.b.shape), b_from_a, limits, &mut self.warm, &mut effort);
         self.effort += effort.spent;
         match found {
             // Two points were not found: their distance is the limit or more, or was not looked for to the end.
@@ -420,7 +415,10 @@ impl<'a> PairAsk<'a> {
             places.shift(column(self.machine, &ring.a, &ring.b, &middle, j) * half[j]);
         }
         let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
-        let distance = least_distance(&ring.a.shape, &ring.b.shape, &places, limit).min(limit);
+        let mut effort = Effort::at_most(MOST_OF_LOOK);
+        let shapes = (&*ring.a.shape, &*ring.b.shape);
+        let distance = least_distance_with(shapes, &places, limit, &mut effort).min(limit);
+        self.effort += effort.spent;
         let bound = Bound { distance, turning, slack: range.slack, aside, chord: None, turns: Some(ring.joint) };
         (bound.reached() >= wanted).then_some(bound)
     }
@@ -428,7 +426,12 @@ impl<'a> PairAsk<'a> {
     fn least(&mut self, places: &Places, limit: f64) -> f64 {
         let distance = match places.single() {
             Some(pose) => self.apart(&pose, limit)[0],
-            None => least_distance(&self.a.shape, &self.b.shape, places, limit),
+            None => {
+                let mut effort = Effort::at_most(MOST_OF_LOOK);
+                let found = least_distance_with((&self.a.shape, &self.b.shape), places, limit, &mut effort);
+                self.effort += effort.spent;
+                found
+            }
         };
         distance.min(ENOUGH_MM)
     }
