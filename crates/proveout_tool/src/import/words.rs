@@ -6,7 +6,11 @@ const KINDS: [(&[&str], &str, Option<&str>); 15] = [
     (&["lollipop", "undercut ball"], "lollipop", None),
     (&["taper ball", "tapered ball", "conical ball"], "taper_ball", None),
     (&["ball", "kugel", "sphere", "spherical"], "ball", None),
-    (&["bull", "torus", "radius end", "toroid", "corner radius", "rundplatten", "tipradius", "tip radius"], "bull_nose", None),
+    (
+        &["bull", "torus", "radius end", "toroid", "corner radius", "rundplatten", "tipradius", "tip radius"],
+        "bull_nose",
+        None,
+    ),
     (&["spot", "center drill", "centre drill", "nc-anbohrer", "anbohrer", "zentrier"], "chamfer", None),
     (
         &["chamfer", "countersink", "counter sink", "v-bit", "vbit", "engrav", "fase", "senker", "deburr"],
