@@ -205,8 +205,8 @@ pub(crate) fn range_of_z(machine: &Machine, readings: &[Reading]) -> Option<[f64
 
 /// Room that is left to the end of the travel of Z, mm.
 const ROOM_MM: f64 = 5.0;
-/// Motion between the ends that are followed, mm.
-const BETWEEN_MM: f64 = 1.0;
+/// Room for the motion between the ends that are followed, mm: a turn of some degrees far from the pivot asks for a millimeter or two.
+const BETWEEN_MM: f64 = 5.0;
 /// Most times that a mount is shifted: on a table that tilts Z does not follow it in full.
 const MOST_SHIFTS: usize = 4;
 
@@ -222,7 +222,7 @@ pub(crate) fn lifted(
     let mut shifted = mount;
     for _ in 0..MOST_SHIFTS {
         let Some([low, high]) = range(&shifted) else { break };
-        // The ends of motions are followed here; between them a turning axis may ask for a little more.
+        // The ends of motions are followed here, and not what lies between.
         let up = least + BETWEEN_MM - low;
         if up <= 0.0 {
             if shifted == mount {
