@@ -301,7 +301,8 @@ fn skin_within(skin: &TriangleTree, t: &[Point; 3], near: f64) -> bool {
         // The first that is near ends the search.
         (if d < near { 0.0 } else { d }, ())
     };
-    matches!(nearest_leaf(skin, apart, (near, &mut Effort::unlimited()), None, distance), NearestLeaves::At(..)) || found
+    matches!(nearest_leaf(skin, apart, (near, &mut Effort::unlimited()), None, distance), NearestLeaves::At(..))
+        || found
 }
 
 /// The part of a skin outside of the zone, with pieces at its border that reach in by less than two cells, where nothing bears.

@@ -180,12 +180,7 @@ pub(crate) fn least_distance(a: &Shape, b: &Shape, places: &Places, limit: f64) 
 }
 
 /// The same, with what it has cost; of a tool and a mesh it ends with less proved where that is the most.
-pub(crate) fn least_distance_with(
-    (a, b): (&Shape, &Shape),
-    places: &Places,
-    limit: f64,
-    effort: &mut Effort,
-) -> f64 {
+pub(crate) fn least_distance_with((a, b): (&Shape, &Shape), places: &Places, limit: f64, effort: &mut Effort) -> f64 {
     match (a, b) {
         (Shape::Mesh(a), Shape::Mesh(b)) => least_of_skins(&a.boxes, &b.boxes, places, limit),
         (Shape::Convex(bodies), Shape::Mesh(b)) => bodies_skin(bodies, &b.boxes, places, (limit, effort)),
@@ -245,12 +240,7 @@ fn ball_end(placed: &Body<'_>, triangle: &Triangle<'_>, limit: f64) -> Option<f6
     (proved >= limit || proved >= (far - radius) - BALL_WITHIN_MM).then(|| proved.max(0.0))
 }
 
-fn bodies_skin(
-    bodies: &[Revolved],
-    skin: &TriangleTree,
-    places: &Places,
-    (limit, effort): (f64, &mut Effort),
-) -> f64 {
+fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, (limit, effort): (f64, &mut Effort)) -> f64 {
     let mut least = f64::INFINITY;
     for body in bodies {
         let round = |pose: &Pose| {
