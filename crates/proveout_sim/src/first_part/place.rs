@@ -203,7 +203,7 @@ pub(crate) fn range_of_z(machine: &Machine, readings: &[Reading]) -> Option<[f64
     ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
-/// Room that is left to the end of the travel of Z, mm.
+/// By how much more than it lacks a mount is lifted, mm.
 const ROOM_MM: f64 = 5.0;
 /// Room for the motion between the ends that are followed, mm: a turn of some degrees far from the pivot asks for a millimeter or two.
 const BETWEEN_MM: f64 = 5.0;
@@ -222,6 +222,10 @@ pub(crate) fn lifted(
     let mut shifted = mount;
     for _ in 0..MOST_SHIFTS {
         let Some([low, high]) = range(&shifted) else { break };
+        // Positions of the machine, as a retract to its upper end, stay where they are.
+        if shifted != mount && high > most {
+            break;
+        }
         // The ends of motions are followed here, and not what lies between.
         let up = least + BETWEEN_MM - low;
         if up <= 0.0 {
@@ -231,9 +235,6 @@ pub(crate) fn lifted(
             let reason =
                 format!("{reason}; {:.0} mm higher, so that Z reaches every place of the program", shifted.z - mount.z);
             return Reasoned { value: shifted, reason };
-        }
-        if high + up + ROOM_MM > most {
-            break;
         }
         shifted.z = (shifted.z + up + ROOM_MM).ceil();
     }
