@@ -309,7 +309,7 @@ impl Setup {
                         Self::RemadePole => "\"singularity\", cone_deg = 20",
                         Self::RemadeKeys => "\"min-angular-acceleration\"",
                         Self::RemadeSmooth => "\"smooth\"",
-                        Self::RemadeRows => "\"smooth\", channel = \"rows\"",
+                        Self::RemadeRows => "\"smooth\", channel = \"rows\", ends = \"free\"",
                         _ => "\"quaternion\"",
                     };
                     scene += &format!(

@@ -560,7 +560,6 @@ fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {
         assert!(told.contains("smooth from original, channel=rows") && told.contains("below"), "{told}");
         for program in published {
             let (other, ..) = saved(scene, program, method, &[], folder.path());
-            println!("{scene}: smooth saves {most:.3} s, {program} {other:.3} s");
             assert!(most >= other - 2e-3, "{scene}, {program}: {most} s and {other} s");
         }
         let before = fs::read_to_string(root().join("scenes").join(scene).join("original.mpf")).expect("the program");

@@ -308,7 +308,9 @@ mod tests {
             assert!(most >= r - 1e-9 && most <= r / (PI / 72.0).cos() + 1e-9, "{at}: {most}");
         };
         assert_eq!(found.len(), 3, "{found:?}");
-        (radius(-30.0, 15.0), radius(10.0, 100.0), radius(50.0, 8.0));
+        radius(-30.0, 15.0);
+        radius(10.0, 100.0);
+        radius(50.0, 8.0);
         for hull in &found {
             assert!(profile(hull).is_some(), "{hull:?}");
         }

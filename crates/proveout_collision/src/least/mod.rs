@@ -410,9 +410,9 @@ impl<'a> PairAsk<'a> {
         let aside = dot(&weights, &range.off.0);
         let turning = turned(&weights, &self.turns, half);
         let middle = (range.low + range.high) * 0.5;
-        let mut places = Places::at(b_from_a(self.machine, &ring.a, &ring.b, &middle));
+        let mut places = Places::at(b_from_a(self.machine, &ring.a, ring.b, &middle));
         for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && weights[j] > 0.0) {
-            places.shift(column(self.machine, &ring.a, &ring.b, &middle, j) * half[j]);
+            places.shift(column(self.machine, &ring.a, ring.b, &middle, j) * half[j]);
         }
         let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
         let mut effort = Effort::at_most(MOST_OF_LOOK);

@@ -144,7 +144,7 @@ impl Raster {
             let (first, second) = (self.surfaces[0][i], self.surfaces[1][i]);
             let nearest = usize::from(second.0 > first.0);
             let hidden = 1 - nearest;
-            let stripe = (x + y) / STRIPE % 2 == 0;
+            let stripe = ((x + y) / STRIPE).is_multiple_of(2);
             let through = stripe && hatched[hidden] && self.surfaces[hidden][i].0.is_finite();
             let shown = if through { hidden } else { nearest };
             let colored = self.surfaces[shown][i];

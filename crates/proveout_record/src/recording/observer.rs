@@ -466,7 +466,8 @@ impl Open {
     }
 
     fn send_path(&mut self, end: f64) -> Result<(), RecordError> {
-        let mut bins: std::collections::BTreeMap<(usize, bool), Vec<(Vec<[f32; 3]>, Rgba)>> = Default::default();
+        type Strips = Vec<(Vec<[f32; 3]>, Rgba)>;
+        let mut bins: std::collections::BTreeMap<(usize, bool), Strips> = std::collections::BTreeMap::new();
         for (bin, strip) in std::mem::take(&mut self.trace).finish(end, PATH_BINS) {
             let points = strip.points.into_iter().map(|p| p.1).collect();
             let feed = strip.kind == MoveKind::Feed;

@@ -289,7 +289,7 @@ pub(super) fn stretch_of(ends: f64, machine: &Machine, motion: &Motion, ideal: &
         axes: axes.collect(),
         rotary,
         straight_joints_tip_um: ideal.straight_joints(machine, &programmed_ranges).map(|mm| 1e3 * mm),
-        from_turning: ideal.from_turning(machine, &programmed_ranges),
+        from_turning: ideal.motion_from_turning(machine, &programmed_ranges),
         depth: depth_of(motion, &ranges),
     })
 }

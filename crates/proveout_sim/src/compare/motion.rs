@@ -505,7 +505,7 @@ impl Motion {
 
     /// Largest motion of the linear joints that comes from turning, for each mm of the tip's path, mm/mm; none where it cannot be told: no three linear
     /// joints that move the tip, or no rotary joint.
-    pub(crate) fn from_turning(&self, machine: &Machine, stretch: &[std::ops::Range<usize>]) -> Option<f64> {
+    pub(crate) fn motion_from_turning(&self, machine: &Machine, stretch: &[std::ops::Range<usize>]) -> Option<f64> {
         let of = |rotary: bool| move |j: &usize| machine.joints[*j].is_rotary() == rotary && !machine.joints[*j].held;
         let joints = 0..machine.joints.len();
         let slides: [usize; 3] = joints.clone().filter(of(false)).collect::<Vec<_>>().try_into().ok()?;

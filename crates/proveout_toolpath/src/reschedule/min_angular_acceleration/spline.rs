@@ -86,7 +86,7 @@ pub fn true_minimum(arc: &[f64], keys: &[(usize, Vector)], start: Vec<Vector>) -
         };
         let largest = pull[0].iter().zip(&pull[1]).map(|(a, b)| a.hypot(*b)).fold(0.0, f64::max);
         // A step that does not gain is taken shorter.
-        let tried = [1.0, 0.5, 0.1].map(|part| moved(part)).into_iter().map(|new| (sum(&new, &weight), new));
+        let tried = [1.0, 0.5, 0.1].map(moved).into_iter().map(|new| (sum(&new, &weight), new));
         let Some((least, new)) = tried.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(s, _)| *s < best) else { break };
         (best, axes) = (least, new);
         if largest < MOVED {
