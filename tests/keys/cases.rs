@@ -304,8 +304,8 @@ cases! {
     "scene/RescheduleFile.channel", RemadeSmooth, ["scene", "program.2.reschedule.channel", "\"tool\""];
     "scene/RescheduleFile.lean_max_deg", RemadeSmooth, ["scene", "program.2.reschedule.lean_max_deg", "95"];
     "scene/RescheduleFile.monotone", RemadeSmooth, ["scene", "program.2.reschedule.monotone", "false"];
-    "scene/RescheduleFile.turn_max_deg", RemadeRows, ["scene", "program.2.reschedule.turn_max_deg", "0"];
-    "scene/RescheduleFile.ends", RemadeRows, ["scene", "program.2.reschedule.ends", "\"kept\""];
+    "scene/RescheduleFile.turn_max_deg", RemadeSmooth, ["scene", "program.2.reschedule.turn_max_deg", "5"];
+    "scene/RescheduleFile.ends", RemadeSmooth, ["scene", "program.2.reschedule.ends", "\"free\""];
     "scene/RescheduleFile.criterion", RemadeKeys, ["scene", "program.2.reschedule.criterion", "\"true-minimum\""];
     "scene/RescheduleFile.key_axes", RemadeKeys, ["scene", "program.2.reschedule.key_axes", "\"search\""];
     "scene/RescheduleFile.keys", RemadeQuaternion, ["scene", "program.2.reschedule.keys", "9"];

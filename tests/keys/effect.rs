@@ -41,7 +41,6 @@ pub(crate) fn of(setup: Setup, files: &Files) -> Left {
         | Setup::RemadePole
         | Setup::RemadeKeys
         | Setup::RemadeSmooth
-        | Setup::RemadeRows
         | Setup::RemadeStrip => remade(folder.path()),
         Setup::Compare => compared(folder.path()),
         Setup::Next => next(folder.path()),

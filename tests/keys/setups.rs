@@ -107,8 +107,6 @@ pub(crate) enum Setup {
     RemadeKeys,
     /// The first program as smooth as its channel lets it.
     RemadeSmooth,
-    /// The first program with both rotary joints free.
-    RemadeRows,
     /// Two rows of a bull-nose cutter beside each other, by strip and roughness.
     RemadeStrip,
     /// One tool each, that cuts a groove.
@@ -280,8 +278,7 @@ impl Setup {
             | Self::RemadeQuaternion
             | Self::RemadePole
             | Self::RemadeKeys
-            | Self::RemadeSmooth
-            | Self::RemadeRows => {
+            | Self::RemadeSmooth => {
                 let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
                 machine = lib("machines/starrag-lx-451/machine.toml");
                 tools = lib("tools/li-2022.toml");
@@ -309,7 +306,6 @@ impl Setup {
                         Self::RemadePole => "\"singularity\", cone_deg = 20",
                         Self::RemadeKeys => "\"min-angular-acceleration\"",
                         Self::RemadeSmooth => "\"smooth\"",
-                        Self::RemadeRows => "\"smooth\", channel = \"rows\", ends = \"free\"",
                         _ => "\"quaternion\"",
                     };
                     scene += &format!(

@@ -588,8 +588,7 @@ fn strategies() -> PossibleValuesParser {
 #[command(after_help = "Examples:\n  \
     proveout reschedule scenes/li-2022-s-theta --program original --method s-theta --output new.mpf\n  \
     proveout reschedule scenes/li-2022-s-theta --program original --method quaternion --set keys=9 --output new.apt\n  \
-    proveout reschedule scenes/li-2022-s-theta --program original --method smooth --set channel=tool --output smooth-tool.mpf\n  \
-    proveout reschedule scenes/ma-2020-sine --program original --method smooth --set channel=rows --output rows.mpf\n\n\
+    proveout reschedule scenes/li-2022-s-theta --program original --method smooth --set channel=tool --output smooth-tool.mpf\n\n\
     Options are those of the scene's program that is made from this one by the method, else the published and default ones. \
     s-theta has clearance_deg, inset_deg, start_flat_mm, end_flat_percent, merge_mm and theta_unit (degree, radian, normalized, \
     unit-free); quaternion has keys and clearance_deg (of the channel that is shown); \

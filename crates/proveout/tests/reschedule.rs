@@ -292,6 +292,7 @@ fn the_smoothest_schedule_of_a_channel_is_near_the_bound_and_keeps_contacts_and_
             let other = |w: &&str| !w.contains("3=") && !w.starts_with(['X', 'Y', 'Z', 'A', 'B', ';']);
             text.lines()
                 .filter(|l| !l.starts_with(';'))
+                .filter(|l| !l.starts_with(';'))
                 .map(|l| l.split_whitespace().filter(other).collect::<Vec<_>>().join(" "))
                 .collect()
         };
@@ -568,6 +569,7 @@ fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {
         // The times of the blocks are those of the program before.
         let feeds = |text: &str| -> Vec<String> {
             text.lines()
+                .filter(|l| !l.starts_with(';'))
                 .filter_map(|l| {
                     l.split(' ')
                         .find(|w| w.starts_with('F') && w.as_bytes().get(1).is_some_and(u8::is_ascii_digit))
