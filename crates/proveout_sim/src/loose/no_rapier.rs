@@ -2,6 +2,8 @@
 //!
 //! The types are those of `rapier_world`; [`IS_BUILT`] is asked before any of them is made.
 
+#![allow(dead_code, reason = "the types are those of `rapier_world`, and nothing reads them here")]
+
 use std::convert::Infallible;
 
 use nalgebra::Matrix3;
