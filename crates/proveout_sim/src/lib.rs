@@ -32,6 +32,7 @@ mod scene_blade;
 mod scene_choice;
 mod scene_compare;
 mod scene_limits;
+mod scene_numbers;
 mod scene_patch;
 mod scene_plan;
 mod scene_reschedule;

@@ -515,9 +515,8 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
             return fault(at, message, names::REMEDY);
         }
     }
-    if let Some(told) = file.control.piece_tolerance_mm.as_ref().filter(|t| !(1e-6..=0.1).contains(t.get_ref())) {
-        let message = format!("piece_tolerance_mm = {} is out of range", told.get_ref());
-        return fault(told.span().start, message, "write 0.000001 to 0.1, or leave it out for 0.0005");
+    if let Some((at, message, help)) = crate::scene_numbers::fault(text, file) {
+        return fault(at, message, help);
     }
     let stock = file.stock.get_ref();
     let forms = [

@@ -143,10 +143,15 @@ impl Tolerances {
 
     /// What is wrong with it: offset in the text of the scene, message and help. `has_part`: the scene has a design.
     pub(crate) fn fault(&self, text: &str, has_part: bool) -> Option<(usize, String, &'static str)> {
-        let lengths = [self.gouge_mm, self.excess_mm, self.near_miss_mm, self.contact_mm];
-        if !lengths.iter().all(|v| (0.0..1e3).contains(v)) {
-            let at = text.find("[tolerances]").unwrap_or(0);
-            return Some((at, "a tolerance is negative or not a length".into(), "write lengths from 0 to 1000 mm"));
+        let lengths = [
+            ("gouge_mm", self.gouge_mm),
+            ("excess_mm", self.excess_mm),
+            ("near_miss_mm", self.near_miss_mm),
+            ("contact_mm", self.contact_mm),
+        ];
+        if let Some((key, value)) = lengths.into_iter().find(|(_, v)| !(0.0..1e3).contains(v)) {
+            let at = text.find(key).unwrap_or(0);
+            return Some((at, format!("{key} = {value} is no tolerance"), "write a length from 0 to 1000 mm"));
         }
         let of_surface = SurfaceKey::ALL.map(|key| (key, self.of_surface(key), text.find(key.word()).unwrap_or(0)));
         let of_regions =

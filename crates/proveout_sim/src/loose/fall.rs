@@ -18,7 +18,8 @@ use proveout_geom::{Aabb, Point, Pose, Vector};
 
 use super::{
     course::{Course, placed},
-    rapier_world::{Body, Contact, STEP, Standing, Touch, World},
+    rapier_world::World,
+    world::{Body, Contact, STEP, Standing, Touch},
 };
 
 /// Standard gravity, mm/s² (third General Conference on Weights and Measures, 1901).

@@ -10,6 +10,7 @@
 //!
 //! | file | holds |
 //! |---|---|
+//! | `world` | what a fall is told in |
 //! | `rapier_world` | the rigid body among its neighbors; the one file that knows Rapier |
 //! | `pieces` | a body in convex pieces, with their error |
 //! | `course` | motion of tool and table while a part falls |
@@ -32,6 +33,7 @@ mod rapier_world;
 #[path = "no_rapier.rs"]
 mod rapier_world;
 mod wording;
+mod world;
 
 use proveout_controller::Chunk;
 use proveout_geom::Vector;

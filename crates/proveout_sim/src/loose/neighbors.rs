@@ -9,7 +9,8 @@ use super::{
     course::{Course, felt},
     fall::{Decision, End, Fall},
     pieces::pieces,
-    rapier_world::{Body, IS_BUILT, Standing, hull},
+    rapier_world::{IS_BUILT, hull},
+    world::{Body, Standing},
 };
 use crate::prepare::Prepared;
 

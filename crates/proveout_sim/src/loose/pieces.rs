@@ -17,7 +17,7 @@
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{SurfaceMesh, TriDexel};
 
-use super::rapier_world::{Hull, hull};
+use super::{rapier_world::hull, world::Hull};
 
 /// Pieces of a body at most; a body that needs more is told with the error that is left.
 const MOST_PIECES: usize = 48;

@@ -11,7 +11,7 @@
 //! found here; what slides feels a friction that is up to 10 percent off. It runs on one thread: the feature `parallel` stays off, and the same calls give the same bits.
 
 use nalgebra::Matrix3;
-use proveout_geom::{Point, Pose, TriMesh, Vector};
+use proveout_geom::{Point, Pose, Vector};
 use rapier3d_f64::{
     dynamics::{FrictionModel, MassProperties, RigidBodyBuilder},
     geometry::{ColliderBuilder, ColliderHandle, TriMeshFlags},
@@ -20,63 +20,16 @@ use rapier3d_f64::{
     prelude::{PhysicsWorld, RigidBodyHandle, SharedShape},
 };
 
+use super::world::{Body, Contact, Hull, STEP, Standing, Touch};
+
 const METER: f64 = 1e-3;
-/// One step, s, and its substeps.
-pub(super) const STEP: f64 = 5e-4;
+/// Parts of a step.
 const SUBSTEPS: usize = 4;
 /// Size of the parts, m: scales the tolerances of the library.
 const LENGTH_UNIT: f64 = 0.01;
 
 /// Whether falls can be followed.
 pub(super) const IS_BUILT: bool = true;
-
-/// What is taken for granted of two bodies that touch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Touch {
-    /// Coefficient of Coulomb friction, at rest and sliding.
-    pub(super) friction: f64,
-    /// Speed after a hit over that before it.
-    pub(super) restitution: f64,
-}
-
-/// The part: convex pieces and mass properties in K, mm, kg, kg mm².
-#[derive(Clone, Debug)]
-pub(super) struct Body {
-    pub(super) pieces: Vec<Vec<Point>>,
-    pub(super) mass: f64,
-    pub(super) center: Point,
-    pub(super) inertia: Matrix3<f64>,
-}
-
-/// A body that stands, in K.
-#[derive(Clone, Debug)]
-pub(super) struct Standing {
-    pub(super) name: String,
-    pub(super) mesh: TriMesh,
-    /// It is carried by the table.
-    pub(super) on_table: bool,
-}
-
-/// Convex hull: vertices, and triangles counter-clockwise from outside.
-pub(super) struct Hull {
-    pub(super) points: Vec<Point>,
-    pub(super) triangles: Vec<[u32; 3]>,
-}
-
-/// A contact of the part after a step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Contact {
-    /// Index of the standing body; none for the tool.
-    pub(super) with: Option<usize>,
-    /// Place in K.
-    pub(super) point: Point,
-    /// Speed of approach along the normal before the step, mm/s; zero where no force was passed on.
-    pub(super) approach: f64,
-    /// Depth of penetration, mm; negative for a gap.
-    pub(super) depth: f64,
-    /// A force was passed on.
-    pub(super) bears: bool,
-}
 
 /// The hull of points, mm; none of fewer than four points, or of points in one plane.
 pub(super) fn hull(points: &[Point]) -> Option<Hull> {
