@@ -89,6 +89,7 @@ mod grid;
 mod limb;
 mod map;
 mod packet;
+mod quarters;
 mod search;
 mod solids;
 mod space;
