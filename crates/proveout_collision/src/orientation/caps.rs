@@ -21,7 +21,7 @@ use super::map::{AxisState, MapNode, NodeState};
 use super::packet::{Cells, LANES, Packet};
 use super::solids::Solid;
 use super::space::{Place, split};
-use super::spots::{Spots, Store, turn};
+use super::spots::{Spots, turn};
 
 /// Triangles are quartered down to this share of the angle of a finest cell.
 const PIECE_SHARE: f64 = 0.5;
@@ -53,10 +53,10 @@ struct Settled {
 
 impl<'a> Caps<'a> {
     /// A cutter's ball at a contact; `extents` are those for solids that are cut and for others.
-    pub(crate) fn new(extents: &'a [Extent; 2], solids: &'a [Solid], place: &Place, grid: &Grid, store: Store) -> Self {
+    pub(crate) fn new(extents: &'a [Extent; 2], solids: &'a [Solid], place: &Place, grid: &Grid) -> Self {
         let limit = grid.step * (grid.starts.len() - 1) as f64 + ROUNDING;
         Self {
-            spots: Spots::new(extents, solids, place, limit, store),
+            spots: Spots::new(extents, solids, place, limit),
             levels: grid.levels,
             finest: (PIECE_SHARE * grid.step / f64::from(1_u32 << grid.levels.min(31))) as f32,
             stack: Vec::new(),
@@ -68,11 +68,6 @@ impl<'a> Caps<'a> {
     /// Balls and pieces that were held against packets of cells.
     pub(crate) fn looked(&self) -> u64 {
         self.looked
-    }
-
-    /// What serves the next contact.
-    pub(crate) fn into_store(self) -> Store {
-        self.spots.into_store()
     }
 
     /// Decides the root cells of a map and what is below them.

@@ -89,7 +89,6 @@ mod grid;
 mod limb;
 mod map;
 mod packet;
-mod quarters;
 mod search;
 mod solids;
 mod space;

@@ -16,7 +16,6 @@ use super::limb::Limb;
 use super::map::{AxisState, MapNode, NodeState, OrientationMap, Refusal};
 use super::search::{CellPose, Search, Verdict};
 use super::solids::Solid;
-use super::spots::Store;
 use super::walk::OrientationWalk;
 
 /// Cells are at least this high, radian: 0.02 degrees, a fifth of what a rotary axis of a machine holds under load.
@@ -147,11 +146,11 @@ impl OrientationSpace {
     /// # Errors
     /// A contact without point, normal, feed direction or finite curvatures.
     pub fn map(&self, contact: &SurfaceContact) -> Result<OrientationMap, OrientationError> {
-        Ok(self.map_at(&self.place(contact)?, None, &mut Store::default()))
+        Ok(self.map_at(&self.place(contact)?, None))
     }
 
-    /// The region at a place; `outside` as in [`Self::refusal`]. `store` only makes it quicker.
-    pub(crate) fn map_at(&self, place: &Place, outside: Option<(Point, f64)>, store: &mut Store) -> OrientationMap {
+    /// The region at a place; `outside` as in [`Self::refusal`].
+    pub(crate) fn map_at(&self, place: &Place, outside: Option<(Point, f64)>) -> OrientationMap {
         let mut map = OrientationMap::new(place.frame, &self.grid, self.end.circle > 0.0);
         map.refusal = self.refusal(place, outside);
         if map.refusal.is_some() {
@@ -159,10 +158,9 @@ impl OrientationSpace {
             return map;
         }
         if let Some(extents) = &self.extents {
-            let mut caps = Caps::new(extents, &self.solids, place, &self.grid, std::mem::take(store));
+            let mut caps = Caps::new(extents, &self.solids, place, &self.grid);
             caps.fill(place, &mut map.nodes);
             map.looked = caps.looked();
-            *store = caps.into_store();
             return map;
         }
         let mut search = Search::new(&self.limbs, &self.solids);

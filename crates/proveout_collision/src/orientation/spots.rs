@@ -6,7 +6,6 @@
 use proveout_geom::{Point, Vector};
 
 use super::extent::Extent;
-use super::quarters::Quarters;
 use super::solids::Solid;
 use super::space::Place;
 
@@ -39,7 +38,7 @@ fn sum([c, s]: Turn, [co, so]: Turn) -> Option<Turn> {
 #[derive(Clone, Copy, Debug)]
 enum What {
     Ball(u32),
-    /// Of a triangle, by its number among the quarters.
+    /// Number of its corners.
     Piece(u32),
 }
 
@@ -56,6 +55,14 @@ pub(super) struct Spot {
     /// Its parts, once it was opened, and how many.
     parts: u32,
     count: u32,
+}
+
+/// A piece of a triangle in a ball.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    corners: [Point; 3],
+    center: Point,
+    radius: f64,
 }
 
 /// What is not yet opened or asked for.
@@ -81,15 +88,6 @@ pub(super) struct Anchor {
     pub(super) low: Option<[f32; 2]>,
 }
 
-/// What is made for one contact and serves the next: quarters of triangles, and room.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Store {
-    quarters: Quarters,
-    spots: Vec<Spot>,
-    origins: Vec<Origin>,
-    anchors: Vec<Anchor>,
-}
-
 /// The spots of one contact.
 pub(super) struct Spots<'a> {
     extents: &'a [Extent; 2],
@@ -98,83 +96,92 @@ pub(super) struct Spots<'a> {
     normal: Vector,
     /// Largest tilt that is looked at.
     limit: Turn,
-    store: Store,
+    spots: Vec<Spot>,
+    origins: Vec<Origin>,
+    anchors: Vec<Anchor>,
+    pieces: Vec<Piece>,
     /// Number of those that hold a whole solid: the first ones.
     pub(super) roots: u32,
 }
 
 impl<'a> Spots<'a> {
     /// Those of the solids; `extents` are for solids that are cut and for others, `limit` is the largest tilt that is looked at, radian.
-    pub(super) fn new(
-        extents: &'a [Extent; 2],
-        solids: &'a [Solid],
-        place: &Place,
-        limit: f64,
-        mut store: Store,
-    ) -> Self {
-        store.quarters.begin(solids);
-        store.spots.clear();
-        store.origins.clear();
-        store.anchors.clear();
-        store.spots.reserve(USUAL_SPOTS);
-        store.origins.reserve(USUAL_SPOTS);
+    pub(super) fn new(extents: &'a [Extent; 2], solids: &'a [Solid], place: &Place, limit: f64) -> Self {
         let mut spots = Self {
             extents,
             solids,
             center: place.pivot,
             normal: place.frame.normal,
             limit: turn(limit),
-            store,
+            spots: Vec::with_capacity(USUAL_SPOTS),
+            origins: Vec::with_capacity(USUAL_SPOTS),
+            anchors: Vec::with_capacity(USUAL_SPOTS / 2),
+            pieces: Vec::with_capacity(USUAL_SPOTS),
             roots: 0,
         };
         for solid in 0..solids.len() as u32 {
             spots.add(solid, What::Ball(0));
         }
-        spots.roots = spots.store.spots.len() as u32;
+        spots.roots = spots.spots.len() as u32;
         spots
     }
 
-    /// What serves the next contact.
-    pub(super) fn into_store(self) -> Store {
-        self.store
-    }
-
     pub(super) fn get(&self, index: u32) -> Spot {
-        self.store.spots[index as usize]
+        self.spots[index as usize]
     }
 
     /// The parts of a spot; none where there are too many already.
     pub(super) fn opened(&mut self, index: u32) -> Option<(u32, u32)> {
-        let Spot { parts, count, .. } = self.store.spots[index as usize];
+        let Spot { parts, count, .. } = self.spots[index as usize];
         if parts != CLOSED {
             return Some((parts, parts + count));
         }
-        if self.store.spots.len() > MOST_SPOTS {
+        if self.spots.len() > MOST_SPOTS {
             return None;
         }
-        let Origin { what, solid, .. } = self.store.origins[index as usize];
-        let from = self.store.spots.len() as u32;
+        let Origin { what, solid, .. } = self.origins[index as usize];
+        let from = self.spots.len() as u32;
         match what {
             What::Ball(node) => {
                 let of = &self.solids[solid as usize];
                 let node = of.nodes[node as usize];
                 if node.leaf {
-                    let first = self.store.quarters.of_triangle(self.solids, solid, node.first);
-                    (first..first + 4).for_each(|piece| self.add(solid, What::Piece(piece)));
+                    let corners = of.triangles[node.first as usize];
+                    let (center, radius) = circle(&corners);
+                    self.quarter(solid, &Piece { corners, center, radius });
                 } else {
                     self.add(solid, What::Ball(node.first));
                     self.add(solid, What::Ball(node.first + 1));
                 }
             }
-            What::Piece(piece) => {
-                let first = self.store.quarters.of_piece(piece);
-                (first..first + 4).for_each(|piece| self.add(solid, What::Piece(piece)));
+            What::Piece(number) => {
+                let piece = self.pieces[number as usize];
+                self.quarter(solid, &piece);
             }
         }
-        let to = self.store.spots.len() as u32;
-        let spot = &mut self.store.spots[index as usize];
+        let to = self.spots.len() as u32;
+        let spot = &mut self.spots[index as usize];
         (spot.parts, spot.count) = (from, to - from);
         Some((from, to))
+    }
+
+    /// The quarters of a triangle: three shrunk to a half towards its corners, and the one amid them, shrunk and turned by half a turn about the
+    /// middle of the corners. The balls that hold them come from its ball in the same way.
+    fn quarter(&mut self, solid: u32, piece: &Piece) {
+        let Piece { corners: [a, b, c], center, radius } = piece;
+        let [d, e, f] = [nalgebra::center(a, b), nalgebra::center(b, c), nalgebra::center(c, a)];
+        let radius = 0.5 * radius * (1.0 + 1e-12) + 1e-12;
+        let amid = Point::from(0.5 * (a.coords + b.coords + c.coords - center.coords));
+        let parts = [
+            ([*a, d, f], nalgebra::center(a, center)),
+            ([d, *b, e], nalgebra::center(b, center)),
+            ([f, e, *c], nalgebra::center(c, center)),
+            ([d, e, f], amid),
+        ];
+        for (corners, center) in parts {
+            self.pieces.push(Piece { corners, center, radius });
+            self.add(solid, What::Piece(self.pieces.len() as u32 - 1));
+        }
     }
 
     /// Adds what forbids an axis that is looked at.
@@ -189,14 +196,14 @@ impl<'a> Spots<'a> {
         if widest.is_some_and(|w| way.dot(&self.normal) < wider(w, self.limit)) {
             return;
         }
-        self.store.spots.push(Spot {
+        self.spots.push(Spot {
             way: way.map(|x| x as f32).into(),
             high: narrow(widest.unwrap_or([-1.0, 0.0])),
             size: size as f32,
             parts: CLOSED,
             count: 0,
         });
-        self.store.origins.push(Origin { solid, what, anchor: CLOSED });
+        self.origins.push(Origin { solid, what, anchor: CLOSED });
     }
 
     fn extent(&self, solid: u32) -> &'a Extent {
@@ -209,21 +216,27 @@ impl<'a> Spots<'a> {
                 let node = &self.solids[solid as usize].nodes[node as usize];
                 (node.center, node.radius)
             }
-            What::Piece(piece) => self.store.quarters.ball(piece),
+            What::Piece(number) => {
+                let piece = &self.pieces[number as usize];
+                (piece.center, piece.radius)
+            }
         }
     }
 
     /// What is known of the anchor of a spot.
     pub(super) fn anchor(&mut self, index: u32) -> &Anchor {
-        let Origin { solid, what, anchor } = self.store.origins[index as usize];
+        let Origin { solid, what, anchor } = self.origins[index as usize];
         if anchor != CLOSED {
-            return &self.store.anchors[anchor as usize];
+            return &self.anchors[anchor as usize];
         }
         let extent = self.extent(solid);
         let (center, radius) = self.ball(solid, what);
         let place = match what {
             What::Ball(node) => self.solids[solid as usize].nodes[node as usize].anchor,
-            What::Piece(piece) => self.store.quarters.middle(piece),
+            What::Piece(number) => {
+                let [a, b, c] = self.pieces[number as usize].corners;
+                Point::from((a.coords + b.coords + c.coords) / 3.0)
+            }
         };
         let r = (center - self.center).norm();
         let mut low = None;
@@ -237,14 +250,14 @@ impl<'a> Spots<'a> {
         let to = place - self.center;
         let r = to.norm();
         let turns = |a: [f64; 2]| a.map(|c| narrow(of_cosine(c)));
-        self.store.origins[index as usize].anchor = self.store.anchors.len() as u32;
-        self.store.anchors.push(Anchor {
+        self.origins[index as usize].anchor = self.anchors.len() as u32;
+        self.anchors.push(Anchor {
             way: (if r > 0.0 { to / r } else { self.normal }).map(|x| x as f32).into(),
             reach: extent.outer(r, r).map(turns),
             inner: if r > 0.0 { extent.inner(r).map(turns) } else { None },
             low: low.map(narrow),
         });
-        &self.store.anchors[self.store.anchors.len() - 1]
+        &self.anchors[self.anchors.len() - 1]
     }
 }
 
@@ -260,4 +273,26 @@ fn narrow(t: Turn) -> [f32; 2] {
 /// The cosine of the sum of two angles; below every cosine where it is half a turn or more.
 fn wider(a: Turn, b: Turn) -> f64 {
     sum(a, b).map_or(-2.0, |s| s[0])
+}
+
+/// A ball that holds a triangle: round its longest edge, or through its corners where it has no wide angle.
+fn circle(corners: &[Point; 3]) -> (Point, f64) {
+    let [a, b, c] = corners;
+    let (u, v) = (b - a, c - a);
+    let normal = u.cross(&v);
+    let square = normal.norm_squared();
+    let longest = [(a, b, c), (b, c, a), (c, a, b)]
+        .into_iter()
+        .max_by(|x, y| (x.1 - x.0).norm_squared().total_cmp(&(y.1 - y.0).norm_squared()));
+    if let Some((p, q, other)) = longest {
+        let middle = nalgebra::center(p, q);
+        let radius = 0.5 * (q - p).norm();
+        if (other - middle).norm() <= radius || square <= 0.0 {
+            let radius = radius.max((other - middle).norm());
+            return (middle, radius * (1.0 + 1e-12) + 1e-12);
+        }
+    }
+    let center = a + (normal.cross(&u) * v.norm_squared() + v.cross(&normal) * u.norm_squared()) / (2.0 * square);
+    let radius = corners.iter().map(|p| (p - center).norm()).fold(0.0, f64::max);
+    (center, radius * (1.0 + 1e-12) + 1e-12)
 }

@@ -8,7 +8,6 @@ use super::map::{AxisState, MapNode, NodeState, OrientationMap, Refusal};
 use super::search::{Candidate, Search, Verdict};
 use super::solids::Solid;
 use super::space::{OrientationSpace, Place, split};
-use super::spots::Store;
 
 /// A neighborhood reaches as far as so many steps like the last one. Farther, and fewer cells are decided for all of it; nearer, and
 /// its cost is shared by fewer contacts.
@@ -24,7 +23,6 @@ pub struct OrientationWalk<'a> {
     base: Option<Base>,
     /// Of a ball end: a place outside of all solids, and how far no skin is nearer to it, mm.
     outside: Option<(Point, f64)>,
-    store: Store,
     cold: usize,
     warm: usize,
 }
@@ -45,7 +43,7 @@ struct Base {
 
 impl<'a> OrientationWalk<'a> {
     pub(crate) fn new(space: &'a OrientationSpace) -> Self {
-        Self { space, last: None, base: None, outside: None, store: Store::default(), cold: 0, warm: 0 }
+        Self { space, last: None, base: None, outside: None, cold: 0, warm: 0 }
     }
 
     /// Contacts that were looked at from nothing, and with something that was proved for one before.
@@ -92,7 +90,7 @@ impl<'a> OrientationWalk<'a> {
     fn ball(&mut self, contact: &SurfaceContact) -> Result<OrientationMap, OrientationError> {
         let place = self.space.place(contact)?;
         let known = self.outside.is_some_and(|(p, far)| (place.witness - p).norm() < far);
-        let map = self.space.map_at(&place, self.outside, &mut self.store);
+        let map = self.space.map_at(&place, self.outside);
         if !known {
             let reach = 2.0 * self.space.end.round;
             let clear = |s: &Solid| s.skin_distance(&place.witness, reach);
