@@ -172,12 +172,13 @@ fn convex_mesh(
     let (spine, _, _) = body.spine();
     let spine = mesh_from_body.point(&spine);
     let highest = |along: &Vector| highest(body, mesh_from_body, along);
+    let amid = |p: &Point| on_segment(p, [&spine, &high]);
     let apart = |node: u32, bound: f64| {
         let (middle, half) = mesh.boxes.bounds(node);
         let outside = ((middle - box_middle).abs() - box_half - half).map(|x| x.max(0.0)).norm();
         let from_axis = from_segment(&middle, [&spine, &high]) - half.norm() - radius;
         let of_box = from_axis.max(outside);
-        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.beside(node, &box_middle, highest)) }
+        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.beside(node, amid, highest)) }
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
     let start = warm.filter(|i| (*i as usize) < mesh.boxes.triangles().len()).map(|i| of(i, limit));
@@ -189,12 +190,21 @@ fn convex_mesh(
     }
 }
 
-/// Distance of a point from a segment, mm.
-pub(crate) fn from_segment(p: &Point, [a, b]: [&Point; 2]) -> f64 {
+/// Where on a segment it is nearest to a point, 0 to 1.
+pub(crate) fn along_segment(p: &Point, [a, b]: [&Point; 2]) -> f64 {
     let (way, to) = (b - a, p - a);
     let length2 = way.norm_squared();
-    let t = if length2 > 0.0 { (to.dot(&way) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    (to - way * t).norm()
+    if length2 > 0.0 { (to.dot(&way) / length2).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// The point of a segment that is nearest to another one.
+pub(crate) fn on_segment(p: &Point, [a, b]: [&Point; 2]) -> Point {
+    a + (b - a) * along_segment(p, [a, b])
+}
+
+/// Distance of a point from a segment, mm.
+pub(crate) fn from_segment(p: &Point, segment: [&Point; 2]) -> f64 {
+    (p - on_segment(p, segment)).norm()
 }
 
 /// Two points near each other, on the triangle of this number and on the body.

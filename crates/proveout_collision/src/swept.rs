@@ -33,7 +33,7 @@ use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::boxes::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
-use crate::distance::from_segment;
+use crate::distance::{along_segment, from_segment, on_segment};
 use crate::shape::{Revolved, Shape, from_parry, to_parry};
 use crate::triangle;
 use crate::triangle_tree::TriangleTree;
@@ -328,13 +328,20 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, (limit
         let way = |[first, second, third]: &[Point; 3]| (second - first).norm().max((third - first).norm());
         let stretched = places.control.map_or(0.0, |image| stretch(&image) * radius);
         let reach = radius + stretched + way(&from).max(way(&to)) + places.shifts.iter().map(Vector::norm).sum::<f64>();
-        let within = places.poses[0].point(&body.middle());
+        // Amid all places: on the spine, then on the way of that point of it.
+        let lower = nalgebra::center(&from[0], &from[1]);
+        let upper = nalgebra::center(&to[0], &to[1]);
+        let amid = |p: &Point| {
+            let t = along_segment(p, [&lower, &upper]);
+            let ends = [0, 1].map(|k| from[k] + (to[k] - from[k]) * t);
+            on_segment(p, [&ends[0], &ends[1]])
+        };
         let highest = |along: &Vector| placed.highest(along);
         let apart = |node: u32, bound: f64| {
             let (m, h) = skin.bounds(node);
             let outside = ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
             let of_box = outside.max(from_segment(&m, [&from[0], &to[0]]) - h.norm() - reach);
-            if of_box >= bound { of_box } else { of_box.max(skin.beside(node, &within, highest)) }
+            if of_box >= bound { of_box } else { of_box.max(skin.beside(node, amid, highest)) }
         };
         let of = |item: u32, bound: f64| {
             let triangle = Triangle::still(skin.corners(item));

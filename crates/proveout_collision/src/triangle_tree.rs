@@ -1,16 +1,18 @@
-//! Triangles in a tree of boxes, with a slab for each.
+//! Triangles in a tree of boxes, each along the axes, and once more along the wall that its triangles make.
 //!
 //! A box along the axes is fat about a face that leans. A tool that slides along a wall has all boxes near it, and each of their triangles would have to
-//! be asked. So every node also knows how far its triangles reach along the mean of their normals:
+//! be asked. So every node also has a box along the mean of its normals:
 //!
 //! ```text
-//!         ___--~~~--___   high        of a patch r wide of a surface with radius R the slab is r2 / 2R thick,
-//!     _--~  patch      ~--_           of a single triangle it has no thickness at all
-//!    ------------------------ low
+//!         ___--~~~--___           of a patch r wide of a surface with radius R it is r2 / 2R thick,
+//!     _--~  patch      ~--_       of a single triangle it has no thickness at all
+//!    '---------------------'
 //! ```
 //!
-//! Two planes across that direction, one on the slab and one on the other body, prove a distance.
+//! Two planes across the way from it to a point of the other body's middle, one on the box and one on that body, prove a distance; of a ball it is the distance
+//! from the box itself.
 
+use nalgebra::Matrix3;
 use proveout_geom::{Point, TriMesh, Vector};
 
 use crate::boxes::{BoxTree, Branch};
@@ -20,7 +22,7 @@ use crate::boxes::{BoxTree, Branch};
 pub(crate) struct TriangleTree {
     nodes: Vec<Node>,
     /// One for each node.
-    slabs: Vec<Slab>,
+    leans: Vec<Lean>,
     /// Corners, in the order of the leaves.
     triangles: Vec<[Point; 3]>,
 }
@@ -35,23 +37,42 @@ struct Node {
     count: u32,
 }
 
-/// How far the triangles of a node reach along a direction.
+/// The box of a node along its wall.
 #[derive(Clone, Copy, Debug)]
-struct Slab {
-    /// Mean of the normals, of length one; zero where they have none in common: then it tells nothing.
-    normal: Vector,
-    low: f64,
-    high: f64,
+struct Lean {
+    middle: Point,
+    /// Its directions: the last one across the wall, the first one along its longest way.
+    axes: Matrix3<f64>,
+    half: Vector,
 }
 
-impl Slab {
+impl Lean {
     fn of(triangles: &[[Point; 3]]) -> Self {
         let across = |[a, b, c]: &[Point; 3]| (b - a).cross(&(c - a));
         let sum = triangles.iter().fold(Vector::zeros(), |sum, t| sum + across(t));
-        let normal = sum.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Vector::zeros);
-        let heights = triangles.iter().flatten().map(|p| p.coords.dot(&normal));
-        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        Self { normal, low, high }
+        let longest = triangles.iter().flat_map(|[a, b, c]| [b - a, c - b, a - c]);
+        let longest =
+            longest.max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared())).unwrap_or_else(Vector::zeros);
+        let frame = sum.try_normalize(f64::MIN_POSITIVE).and_then(|z| {
+            let x = (longest - z * longest.dot(&z)).try_normalize(1e-9 * longest.norm())?;
+            Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
+        });
+        let axes = frame.unwrap_or_else(Matrix3::identity);
+        let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+        for p in triangles.iter().flatten() {
+            let p = axes.tr_mul(&p.coords);
+            (low, high) = (low.inf(&p), high.sup(&p));
+        }
+        let middle = (low + high) * 0.5;
+        // A middle is rounded: half an edge reaches both sides all the same.
+        let half = (high - middle).sup(&(middle - low));
+        Self { middle: Point::from(axes * middle), axes, half }
+    }
+
+    /// The point of it that is nearest to another one.
+    fn nearest(&self, p: &Point) -> Point {
+        let way = self.axes.tr_mul(&(p - self.middle));
+        self.middle + self.axes * way.sup(&-self.half).inf(&self.half)
     }
 }
 
@@ -65,10 +86,10 @@ impl TriangleTree {
 
     pub(crate) fn of_triangles(mut triangles: Vec<[Point; 3]>) -> Self {
         let mut nodes = Vec::with_capacity(2 * triangles.len());
-        let mut slabs = Vec::with_capacity(2 * triangles.len());
+        let mut leans = Vec::with_capacity(2 * triangles.len());
         if !triangles.is_empty() {
             nodes.push(node_of(&triangles, 0));
-            slabs.push(Slab::of(&triangles));
+            leans.push(Lean::of(&triangles));
             let mut open = vec![(0, 0..triangles.len())];
             while let Some((at, range)) = open.pop() {
                 if range.len() <= LEAF {
@@ -78,13 +99,13 @@ impl TriangleTree {
                 let first = nodes.len();
                 for half in [range.start..middle, middle..range.end] {
                     nodes.push(node_of(&triangles[half.clone()], half.start));
-                    slabs.push(Slab::of(&triangles[half.clone()]));
+                    leans.push(Lean::of(&triangles[half.clone()]));
                     open.push((nodes.len() - 1, half));
                 }
                 (nodes[at].first, nodes[at].count) = (first as u32, 0);
             }
         }
-        Self { nodes, slabs, triangles }
+        Self { nodes, leans, triangles }
     }
 
     /// How often a half line from a point leaves the triangles less how often it enters them: the winding number of closed shells about
@@ -128,18 +149,18 @@ impl TriangleTree {
         sum
     }
 
-    /// Lower bound of the distance of a convex body from the triangles of a node, mm, by planes across their mean normal; zero where it tells nothing. `within` is a
-    /// point of the body, `support` the largest component of its points along a direction.
-    pub(crate) fn beside(&self, node: u32, within: &Point, support: impl Fn(&Vector) -> f64) -> f64 {
-        let Slab { normal, low, high } = &self.slabs[node as usize];
-        let height = within.coords.dot(normal);
-        if height > *high {
-            -support(&-normal) - high
-        } else if height < *low {
-            low - support(normal)
-        } else {
-            0.0
-        }
+    /// Lower bound of the distance of a convex body from the triangles of a node, mm, below zero where none is proved, by planes across the way between their box
+    /// and the middle of the body. `amid` gives the point amid the body that is nearest to a point, `support` the largest component of the body's points along a
+    /// unit vector.
+    pub(crate) fn beside(&self, node: u32, amid: impl Fn(&Point) -> Point, support: impl Fn(&Vector) -> f64) -> f64 {
+        let lean = &self.leans[node as usize];
+        let first = lean.nearest(&amid(&lean.middle));
+        let p = amid(&first);
+        let q = lean.nearest(&p);
+        // No point of the box lies farther along the way out than the nearest one.
+        let Some(out) = (p - q).try_normalize(0.0) else { return 0.0 };
+        let box_high = lean.middle.coords.dot(&out) + lean.axes.tr_mul(&out).abs().dot(&lean.half);
+        -support(&-out) - box_high
     }
 
     /// Corners of an item, mm.
