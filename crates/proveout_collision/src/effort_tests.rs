@@ -175,7 +175,7 @@ impl Seen {
 fn what_is_proved_with_little_effort_is_true() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let mut seen = Seen::default();
-    for k in 0..48 {
+    for k in 0..24 {
         let bodies = bodies(&mut random, k);
         let (tool, wall, triangles) = shapes(&bodies, &mesh(&mut random, k / 2));
         let pose = pose(&mut random, &bodies, &triangles, k);
@@ -198,7 +198,7 @@ fn what_is_proved_with_little_effort_is_true() {
         }
     }
     let Seen { beyond, short, between, at, meeting } = seen;
-    assert!([beyond, short, between, at, meeting].into_iter().all(|n| n > 20), "{seen:?}");
+    assert!([beyond, short, between, at, meeting].into_iter().all(|n| n > 8), "{seen:?}");
 }
 
 /// The same of a body in all its places: at both ends, between them on a slide, and shifted.
@@ -206,7 +206,7 @@ fn what_is_proved_with_little_effort_is_true() {
 fn what_is_proved_of_all_places_with_little_effort_is_true() {
     let mut random = Random(0x2545_f491_4f6c_dd1d);
     let (mut exact, mut short) = (0, 0);
-    for k in 0..36 {
+    for k in 0..15 {
         let bodies = bodies(&mut random, k);
         let (tool, wall, triangles) = shapes(&bodies, &mesh(&mut random, k / 2));
         let first = pose(&mut random, &bodies, &triangles, k);
@@ -235,5 +235,5 @@ fn what_is_proved_of_all_places_with_little_effort_is_true() {
             }
         }
     }
-    assert!(exact > 60 && short > 60, "{exact} {short}");
+    assert!(exact > 20 && short > 20, "{exact} {short}");
 }
