@@ -457,7 +457,7 @@ fn drum() -> String {
     format!("solid drum\n{}endsolid drum\n", (0..240).flat_map(side).map(facet).collect::<String>())
 }
 
-/// The flutes run along a drum that turns below them, 0.2 mm over each of its edges that passes: the least clearance is that, and is proved to hundredths of it,
+/// The flutes run along a drum that turns below them, 0.2 mm over each of its edges that passes: the least clearance is that, and is proved to a fiftieth of it,
 /// though there is nothing farther away at any moment.
 #[test]
 fn a_tool_that_runs_close_over_what_turns_is_told_to_micrometers() {
@@ -471,7 +471,7 @@ fn a_tool_that_runs_close_over_what_turns_is_told_to_micrometers() {
     let cutter = pairs.iter().find(named).unwrap_or_else(|| panic!("{pairs:?}"));
     let number = |key: &str| cutter[key].as_f64().unwrap_or_else(|| panic!("{key}: {cutter}"));
     assert!((number("min_mm") - 0.2).abs() < 1e-3, "{cutter}");
-    assert!(number("proved_mm") <= 0.2 + 1e-6 && number("error_mm") < 2e-3, "{cutter}");
+    assert!(number("proved_mm") <= 0.2 + 1e-6 && number("error_mm") < 4e-3, "{cutter}");
     assert_eq!(gate(&verdict, "collision").0, "pass", "{verdict}");
 }
 
