@@ -440,6 +440,41 @@ fn a_tilted_holder_between_platform_and_shroud_is_told_to_hundredths() {
     }
 }
 
+/// A drum about the axis of B, of 240 flat sides whose edges stand 60 mm from it, as text of an STL file.
+fn drum() -> String {
+    let at = |k: usize, y: f64| {
+        let (s, c) = (std::f64::consts::TAU * k as f64 / 240.0).sin_cos();
+        [60.0 * s, y, 60.0 * c]
+    };
+    let side = |k: usize| {
+        let [a, b, c, d] = [at(k, -30.0), at(k + 1, -30.0), at(k + 1, 30.0), at(k, 30.0)];
+        [[a, b, c], [a, c, d], [[0.0, -30.0, 0.0], b, a], [[0.0, 30.0, 0.0], d, c]]
+    };
+    let facet = |t: [[f64; 3]; 3]| {
+        let corners = t.map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
+        format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+    };
+    format!("solid drum\n{}endsolid drum\n", (0..240).flat_map(side).map(facet).collect::<String>())
+}
+
+/// The flutes run along a drum that turns below them, 0.2 mm over each of its edges that passes: the least clearance is that, and is proved to a fiftieth of it,
+/// though there is nothing farther away at any moment.
+#[test]
+fn a_tool_that_runs_close_over_what_turns_is_told_to_micrometers() {
+    let program = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X0. Y-20. Z200. B-30.\nG0 Z60.2\nG1 B30. Y20. F800\n\
+                   G1 B-30. Y-10. F800\nG0 Z200.\nM5\nM30\n%\n";
+    let shop = Shop::new(&machine(""), POST, program);
+    shop.write("post.stl", &drum());
+    let verdict = shop.verdict();
+    let pairs = verdict["clearance"]["pairs"].as_array().expect("pairs");
+    let named = |p: &&Value| p["bodies"] == serde_json::json!(["cutter of T1", "post"]);
+    let cutter = pairs.iter().find(named).unwrap_or_else(|| panic!("{pairs:?}"));
+    let number = |key: &str| cutter[key].as_f64().unwrap_or_else(|| panic!("{key}: {cutter}"));
+    assert!((number("min_mm") - 0.2).abs() < 1e-3, "{cutter}");
+    assert!(number("proved_mm") <= 0.2 + 1e-6 && number("error_mm") < 4e-3, "{cutter}");
+    assert_eq!(gate(&verdict, "collision").0, "pass", "{verdict}");
+}
+
 /// A rail on the base and a carriage on X that lies round it all over: where nothing is left of two neighbors to check, they pass as a guide by the role that
 /// the machine file gives the body that is swallowed, and are not checked otherwise.
 #[test]

@@ -34,10 +34,14 @@ const LEAST_WAY_MM: f64 = 1e-3;
 /// Way ahead for which the distance of two neighbors is asked, mm.
 const AHEAD_MM: f64 = 50.0;
 
+/// How a pair, or a body and the stock, stand to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum State {
+    /// Farther apart than the clearance that is wanted, or not yet known to be nearer.
     Clear,
+    /// Nearer than that.
     Near,
+    /// Touching or in each other.
     Contact,
 }
 
@@ -197,7 +201,7 @@ impl Interference {
         let of_b = std::array::from_fn(|j| carries.contains(&j));
         let ends = part.map(|t| step.joints(t));
         let wanted = floor + TOLERANCE_MM;
-        let bent = bent(&p.weights, &turns, &of_b, &(ends[1] - ends[0]), wanted);
+        let [bent, _] = bent(&p.weights, &turns, &of_b, &(ends[1] - ends[0]), wanted);
         let places = Places::between(ends.map(|q| self.b_from_a(i, &q).0));
         let found = least_distance(&a.shape, &b.shape, &places, (wanted + bent) * (1.0 + 1e-12));
         self.effort.misses += 1;

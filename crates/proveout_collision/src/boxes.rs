@@ -21,7 +21,7 @@
 //! that was measured, with the true one between them.
 
 use nalgebra::Matrix3;
-use proveout_geom::{Point, Pose, TriMesh, Vector};
+use proveout_geom::{Point, Pose, Vector};
 
 /// A tree of boxes along the axes of a frame of its own, with numbered items in its leaves.
 pub trait BoxTree {
@@ -202,20 +202,17 @@ pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
     }
 }
 
-/// The nearest item of one tree; as [`nearest_leaves`], with `apart` for the lower bound of a box given by middle and half edges. After the most effort
-/// it ends with what is proved by then, as [`near_leaves_grown`] does.
+/// The nearest item of one tree; as [`nearest_leaves`], with `apart` for the lower bound of what a node holds; it need not be better than its second
+/// argument. After the most effort it ends with what is proved by then, as [`near_leaves_grown`] does.
 pub(crate) fn nearest_leaf<B: BoxTree, W>(
     tree: &B,
-    apart: impl Fn(&Point, &Vector) -> f64,
+    apart: impl Fn(B::Node, f64) -> f64,
     (limit, effort): (f64, &mut Effort),
     start: Option<(f64, W)>,
     mut distance: impl FnMut(u32, f64) -> (f64, W),
 ) -> NearestLeaves<W> {
     let Some(root) = tree.root() else { return NearestLeaves::Beyond(f64::INFINITY) };
-    let of = |node: B::Node| {
-        let (middle, half) = tree.bounds(node);
-        (apart(&middle, &half), node)
-    };
+    let of = |node: B::Node, bound: f64| (apart(node, bound), node);
     let (mut left_out, mut bound, mut best) = (f64::INFINITY, limit, None);
     if let Some((d, w)) = start {
         if d < bound {
@@ -224,7 +221,7 @@ pub(crate) fn nearest_leaf<B: BoxTree, W>(
             left_out = d;
         }
     }
-    let mut open = vec![of(root)];
+    let mut open = vec![of(root, bound)];
     while let Some((least, node)) = open.pop() {
         if effort.spent >= effort.most {
             left_out = open.iter().map(|o| o.0).fold(left_out.min(least), f64::min);
@@ -253,7 +250,7 @@ pub(crate) fn nearest_leaf<B: BoxTree, W>(
                 }
             }
             Branch::Two(x, y) => {
-                let (x, y) = (of(x), of(y));
+                let (x, y) = (of(x, bound), of(y, bound));
                 let (near, far) = if x.0 <= y.0 { (x, y) } else { (y, x) };
                 for next in [far, near] {
                     if next.0 < bound {
@@ -304,149 +301,13 @@ impl Frames {
     }
 }
 
-/// Triangles in a tree of boxes.
-#[derive(Clone, Debug)]
-pub(crate) struct TriangleTree {
-    nodes: Vec<Node>,
-    /// Corners, in the order of the leaves.
-    triangles: Vec<[Point; 3]>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    middle: Point,
-    half: Vector,
-    /// First item of a leaf, or first of two nodes in a row.
-    first: u32,
-    /// Number of items; zero for a node with two others.
-    count: u32,
-}
-
-/// Triangles of a leaf.
-const LEAF: usize = 1;
-
-impl TriangleTree {
-    pub(crate) fn new(mesh: &TriMesh) -> Self {
-        Self::of_triangles((0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect())
-    }
-
-    pub(crate) fn of_triangles(mut triangles: Vec<[Point; 3]>) -> Self {
-        let mut nodes = Vec::with_capacity(triangles.len());
-        if !triangles.is_empty() {
-            nodes.push(node_of(&triangles, 0));
-            let mut open = vec![(0, 0..triangles.len())];
-            while let Some((at, range)) = open.pop() {
-                if range.len() <= LEAF {
-                    continue;
-                }
-                let middle = split(&mut triangles[range.clone()]) + range.start;
-                let first = nodes.len();
-                for half in [range.start..middle, middle..range.end] {
-                    nodes.push(node_of(&triangles[half.clone()], half.start));
-                    open.push((nodes.len() - 1, half));
-                }
-                (nodes[at].first, nodes[at].count) = (first as u32, 0);
-            }
-        }
-        Self { nodes, triangles }
-    }
-
-    /// How often a half line from a point leaves the triangles less how often it enters them: the winding number of closed shells about
-    /// the point, if the half line passes through no edge.
-    pub(crate) fn leaving(&self, from: &Point, along: &Vector) -> i32 {
-        let mut sum = 0;
-        let mut open = Vec::from_iter(self.root());
-        while let Some(at) = open.pop() {
-            let (middle, half) = self.bounds(at);
-            // Box and half line are apart where one of the separating axes says so (Gottschalk 1996): the axes of the box and the
-            // products of the direction with them.
-            let way = from - middle;
-            let size = along.abs();
-            let behind = (0..3).any(|k| way[k].abs() > half[k] && way[k] * along[k] >= 0.0);
-            let product = way.cross(along).abs();
-            let limit = Vector::new(
-                half.y * size.z + half.z * size.y,
-                half.x * size.z + half.z * size.x,
-                half.x * size.y + half.y * size.x,
-            );
-            if behind || (0..3).any(|k| product[k] > limit[k]) {
-                continue;
-            }
-            match self.open(at) {
-                Branch::Two(x, y) => open.extend([x, y]),
-                Branch::Leaf(items) => {
-                    for [a, b, c] in items.map(|i| self.corners(i)) {
-                        let (u, v, w) = (a - from, b - from, c - from);
-                        let volumes = [u.cross(&v).dot(along), v.cross(&w).dot(along), w.cross(&u).dot(along)];
-                        let normal = (b - a).cross(&(c - a));
-                        let ahead = u.dot(&normal) * along.dot(&normal) > 0.0;
-                        if ahead && volumes.iter().all(|x| *x > 0.0) {
-                            sum += 1;
-                        } else if ahead && volumes.iter().all(|x| *x < 0.0) {
-                            sum -= 1;
-                        }
-                    }
-                }
-            }
-        }
-        sum
-    }
-
-    /// Corners of an item, mm.
-    pub(crate) fn corners(&self, item: u32) -> &[Point; 3] {
-        &self.triangles[item as usize]
-    }
-
-    pub(crate) fn triangles(&self) -> &[[Point; 3]] {
-        &self.triangles
-    }
-}
-
-fn node_of(triangles: &[[Point; 3]], first: usize) -> Node {
-    let b = proveout_geom::Aabb::of_points(triangles.iter().flatten());
-    // A middle is rounded: half an edge reaches both sides all the same.
-    let middle = b.center();
-    let half = (b.max - middle).sup(&(middle - b.min));
-    Node { middle, half, first: first as u32, count: triangles.len() as u32 }
-}
-
-/// Parts triangles at the median of their middles along the longest side; gives the number in the first part.
-fn split(triangles: &mut [[Point; 3]]) -> usize {
-    let middle = |t: &[Point; 3]| t[0].coords + t[1].coords + t[2].coords;
-    let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
-    for t in triangles.iter() {
-        (low, high) = (low.inf(&middle(t)), high.sup(&middle(t)));
-    }
-    let axis = (high - low).imax();
-    let half = triangles.len() / 2;
-    triangles.select_nth_unstable_by(half, |a, b| middle(a)[axis].total_cmp(&middle(b)[axis]));
-    half
-}
-
-impl BoxTree for TriangleTree {
-    type Node = u32;
-
-    fn root(&self) -> Option<u32> {
-        (!self.nodes.is_empty()).then_some(0)
-    }
-
-    fn bounds(&self, node: u32) -> (Point, Vector) {
-        let n = &self.nodes[node as usize];
-        (n.middle, n.half)
-    }
-
-    fn open(&self, node: u32) -> Branch<u32> {
-        let n = &self.nodes[node as usize];
-        if n.count == 0 { Branch::Two(n.first, n.first + 1) } else { Branch::Leaf(n.first..n.first + n.count) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use proveout_geom::revolved_mesh;
 
     use super::*;
     use crate::triangle;
+    use crate::triangle_tree::TriangleTree;
 
     fn torus(large: f64, small: f64, around: usize, along: usize) -> Vec<[Point; 3]> {
         let at = |i: usize, k: usize| {
@@ -481,8 +342,8 @@ mod tests {
             let moved = |i: u32| a.corners(i).map(|p| pose.point(&p));
             let of = |i: u32, j: u32| triangle::nearest(&moved(i), b.corners(j)).square.sqrt();
             let all = |f: &mut dyn FnMut(f64)| {
-                for i in 0..a.triangles.len() as u32 {
-                    (0..b.triangles.len() as u32).for_each(|j| f(of(i, j)));
+                for i in 0..a.triangles().len() as u32 {
+                    (0..b.triangles().len() as u32).for_each(|j| f(of(i, j)));
                 }
             };
             let mut least = f64::INFINITY;
@@ -498,7 +359,7 @@ mod tests {
                 assert!((d - least).abs() < 1e-12 && (of(i, j) - d).abs() < 1e-12, "{d} {least}");
                 warm = Some((i, j));
             }
-            assert!(looked < 2000, "{looked} of {}", a.triangles.len() * b.triangles.len());
+            assert!(looked < 2000, "{looked} of {}", a.triangles().len() * b.triangles().len());
             meeting += usize::from(least == 0.0);
             // A question with a limit is answered with a bound that holds and is no less than the limit.
             if least > 0.0 {

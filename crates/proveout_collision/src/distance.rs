@@ -7,9 +7,10 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::{SupportMap, Triangle};
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{Effort, NearestLeaves, TriangleTree, near_leaves_grown, nearest_leaf};
+use crate::boxes::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
 use crate::shape::{MeshShape, Revolved, Shape, from_parry, pose_to_parry, to_parry};
 use crate::triangle;
+use crate::triangle_tree::TriangleTree;
 
 /// By how much less than the distance of a tool may be proved, mm, and as a part of it.
 pub(crate) const PROVED_WITHIN_MM: f64 = 1e-7;
@@ -145,9 +146,9 @@ fn bodies_mesh(
     }
 }
 
-/// Branch and bound over the tree of the mesh; gives the nearest triangle, too. The bound of a node is the larger of two: boxes apart,
-/// and the distance of the node's middle from the axis of the body less half its diagonal less the radius. The second is the sharp
-/// one for a long slanted tool, whose box is fat.
+/// Branch and bound over the tree of the mesh; gives the nearest triangle, too. The bound of a node is the largest of three: boxes apart;
+/// the distance of the node's middle from the axis of the body less half its diagonal less the radius, which is the sharp one for a long slanted tool, whose
+/// box is fat; and, where these are not enough, planes across the mean normal of the node, which tell most near a smooth wall.
 fn convex_mesh(
     body: &Revolved,
     mesh: &MeshShape,
@@ -170,10 +171,14 @@ fn convex_mesh(
     let (box_middle, box_half) = (nalgebra::center(&low, &high), axis.abs() * 0.5 + across);
     let (spine, _, _) = body.spine();
     let spine = mesh_from_body.point(&spine);
-    let apart = |middle: &Point, half: &Vector| {
+    let highest = |along: &Vector| highest(body, mesh_from_body, along);
+    let amid = |p: &Point| on_segment(p, [&spine, &high]);
+    let apart = |node: u32, bound: f64| {
+        let (middle, half) = mesh.boxes.bounds(node);
         let outside = ((middle - box_middle).abs() - box_half - half).map(|x| x.max(0.0)).norm();
-        let from_axis = from_segment(middle, [&spine, &high]) - half.norm() - radius;
-        from_axis.max(outside)
+        let from_axis = from_segment(&middle, [&spine, &high]) - half.norm() - radius;
+        let of_box = from_axis.max(outside);
+        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.beside(node, amid, highest)) }
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
     let start = warm.filter(|i| (*i as usize) < mesh.boxes.triangles().len()).map(|i| of(i, limit));
@@ -185,12 +190,21 @@ fn convex_mesh(
     }
 }
 
-/// Distance of a point from a segment, mm.
-pub(crate) fn from_segment(p: &Point, [a, b]: [&Point; 2]) -> f64 {
+/// Where on a segment it is nearest to a point, 0 to 1.
+pub(crate) fn along_segment(p: &Point, [a, b]: [&Point; 2]) -> f64 {
     let (way, to) = (b - a, p - a);
     let length2 = way.norm_squared();
-    let t = if length2 > 0.0 { (to.dot(&way) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    (to - way * t).norm()
+    if length2 > 0.0 { (to.dot(&way) / length2).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// The point of a segment that is nearest to another one.
+pub(crate) fn on_segment(p: &Point, [a, b]: [&Point; 2]) -> Point {
+    a + (b - a) * along_segment(p, [a, b])
+}
+
+/// Distance of a point from a segment, mm.
+pub(crate) fn from_segment(p: &Point, segment: [&Point; 2]) -> f64 {
+    (p - on_segment(p, segment)).norm()
 }
 
 /// Two points near each other, on the triangle of this number and on the body.
@@ -288,9 +302,13 @@ struct Placed {
 /// Width of the gap between a triangle and a body along a unit vector of the frame of the mesh, mm; never above their distance.
 fn separation(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, along: &Vector) -> f64 {
     let high = corners.iter().map(|p| p.coords.dot(along)).fold(f64::NEG_INFINITY, f64::max);
+    -highest(body, mesh_from_body, &-along) - high
+}
+
+/// Largest component of the points of a body along a direction of the frame of the mesh, mm.
+fn highest(body: &Revolved, mesh_from_body: &Pose, along: &Vector) -> f64 {
     let back = mesh_from_body.rotation.tr_mul(along);
-    let support = body.local_support_point(to_parry(&Point::from(-back)));
-    mesh_from_body.point(&from_parry(support)).coords.dot(along) - high
+    mesh_from_body.point(&support(body, &back)).coords.dot(along)
 }
 
 /// Both trees at once, starting with the triangles that were nearest last time; limits as in [`gap`].

@@ -55,6 +55,8 @@ mod advance;
 mod approach;
 mod boxes;
 mod distance;
+#[cfg(test)]
+mod effort_tests;
 mod interference;
 mod kept;
 mod least;
@@ -69,6 +71,7 @@ mod stock;
 mod swept;
 mod tool_clearance;
 mod triangle;
+mod triangle_tree;
 
 pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::Interference;

@@ -27,9 +27,10 @@ use std::f64::consts::TAU;
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Joint, JointValues, Machine};
 
-use crate::boxes::{BoxTree, Effort, NearestLeaves, TriangleTree, nearest_leaf};
+use crate::boxes::{BoxTree, Effort, NearestLeaves, nearest_leaf};
 use crate::shape::MeshShape;
 use crate::triangle;
+use crate::triangle_tree::TriangleTree;
 
 /// Edge of a cell of the zone, mm: the zone reaches two to three of them beyond what bears.
 const CELL_MM: f64 = 4.0;
@@ -293,7 +294,10 @@ fn mark(t: &[Point; 3], invariant: &Invariant, zone: &mut Zone) {
 fn skin_within(skin: &TriangleTree, t: &[Point; 3], near: f64) -> bool {
     let b = proveout_geom::Aabb::of_points(t);
     let (middle, half) = (b.center(), b.size() * 0.5);
-    let apart = |m: &Point, h: &Vector| ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
+    let apart = |node: u32, _| {
+        let (m, h) = skin.bounds(node);
+        ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm()
+    };
     let mut found = false;
     let distance = |item: u32, bound: f64| {
         let d = triangle::nearest_within(t, skin.corners(item), bound).square.sqrt();

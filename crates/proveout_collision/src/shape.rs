@@ -5,8 +5,8 @@ use parry3d_f64::shape::{SupportMap, TriMesh as ParryMesh, TriMeshFlags};
 use proveout_geom::{MeshError, Point, Pose, TriMesh, Vector};
 use proveout_tool::{Profile, Segment};
 
-use crate::boxes::TriangleTree;
 use crate::report::MeshFaults;
+use crate::triangle_tree::TriangleTree;
 
 /// Exact convex body of revolution about z, given by its support function: for a direction with the components u across
 /// and w along the axis it is the largest r u + z w over the generating curve. Corners are candidates, and on an arc the

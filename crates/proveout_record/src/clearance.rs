@@ -28,6 +28,7 @@ fn columns(joints: &[JointUnit]) -> Vec<Column> {
     for end in ["low", "high", "from", "to"] {
         columns.extend(joints.iter().map(|j| Column::real(format!("{}_{end}_{}", j.name, j.unit), j.unit)));
     }
+    columns.push(Column::index("curved"));
     columns
 }
 
@@ -46,6 +47,7 @@ fn write(path: &Path, joints: &[JointUnit], proof: &ClearanceProof) -> Result<()
                 row.real(values.map(|v| v[k] * j.factor));
             }
         }
+        row.index(u32::from(span.curved));
     }
     table.finish()
 }

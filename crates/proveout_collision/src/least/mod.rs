@@ -15,6 +15,8 @@
 //! or lie one within the other have the distance zero in that part of the motion.
 
 mod search;
+#[cfg(test)]
+mod tests;
 mod way;
 
 use std::sync::Arc;
@@ -57,6 +59,10 @@ const MOST_OF_LOOK: u64 = 1 << 14;
 const ENOUGH_MM: f64 = 1e6;
 /// Turning by less than this, mm, is asked of the body itself and not of its hulls at all turns.
 const WORTH_MM: f64 = 0.1;
+/// After so many stretches that the hulls of all turns did not prove they are asked for one in so many only.
+const IN_VAIN: u32 = 16;
+/// Points that leave the straight line by no more than this, mm, need no parabola: a tenth of what the least distance is told to.
+const STRAIGHT_MM: f64 = 1e-4;
 /// Joints that differ by less stand still, mm and radian: rounding.
 const STANDS: f64 = 1e-8;
 
@@ -95,6 +101,23 @@ pub struct ProvedSpan {
     pub motion: f64,
     /// Ends of the straight motion that the joints follow, but for what is in `motion`.
     pub straight: Option<[JointValues; 2]>,
+    /// The distance is that of the hull of the parabolas on which the points go in that motion, through their places at both ends and in the middle:
+    /// `motion` then holds what leaves them, not the straight line.
+    pub curved: bool,
+}
+
+/// What the search may cost, in pairs of boxes.
+#[derive(Clone, Copy, Debug)]
+struct Efforts {
+    coarse: u64,
+    fine: u64,
+    look: u64,
+}
+
+impl Default for Efforts {
+    fn default() -> Self {
+        Self { coarse: COARSE_EFFORT, fine: FINE_EFFORT, look: MOST_OF_LOOK }
+    }
 }
 
 impl ProvedSpan {
@@ -115,6 +138,7 @@ pub(crate) struct Proof {
     end: Option<(JointValues, f64)>,
     looks: u64,
     effort: u64,
+    efforts: Efforts,
 }
 
 impl Interference {
@@ -196,14 +220,14 @@ impl Interference {
                 Some(Measured { distance: least.measured?, time: least.time?, joints })
             });
             let (known, enough) = if met(pair.info) { (None, 0.0) } else { (known, ENOUGH_MM) };
-            searches.push((pair, PairAsk::new(self, pair), Search::new(way, known, enough)));
+            searches.push((pair, PairAsk::new(self, pair, proof.efforts.look), Search::new(way, known, enough)));
         }
         let coarse = Tolerance { absolute: FINE_MM, relative: COARSE };
         for (_, ask, search) in &mut searches {
-            search.refine(way, ask, coarse, COARSE_EFFORT);
+            search.refine(way, ask, coarse, proof.efforts.coarse);
         }
-        smallest_first(way, &mut searches);
-        let mut left = FINE_EFFORT;
+        smallest_first(way, &mut searches, proof.efforts.fine);
+        let mut left = proof.efforts.fine;
         for (pair, ask, search) in &mut searches {
             // Every pair is proved to keep what is wanted of it, as the check has found.
             if search.proved() < pair.clearance {
@@ -245,6 +269,7 @@ impl Interference {
                 distance: bound.distance,
                 motion: bound.turning + bound.slack,
                 straight: bound.chord,
+                curved: bound.curved,
             });
         }
         let proved = proof.spans[before..].iter().map(ProvedSpan::least).fold(f64::INFINITY, f64::min);
@@ -270,14 +295,13 @@ impl Interference {
 }
 
 /// Brings the bounds of all pairs to the fine tolerance, the smallest first, as far as the effort reaches.
-fn smallest_first(way: &Way, searches: &mut [(&Pair, PairAsk<'_>, Search)]) {
+fn smallest_first(way: &Way, searches: &mut [(&Pair, PairAsk<'_>, Search)], mut left: u64) {
     let fine = Tolerance { absolute: FINE_MM, relative: 0.0 };
     let measured = |s: &Search| s.measured.map_or(f64::INFINITY, |m| m.distance);
     let least_of = |searches: &[(&Pair, PairAsk<'_>, Search)]| {
         searches.iter().map(|(_, _, s)| measured(s)).fold(f64::INFINITY, f64::min).max(NEAR_MM)
     };
     let mut least = f64::INFINITY;
-    let mut left = FINE_EFFORT;
     while left > 0 {
         let (first, now) = (least.is_infinite(), least_of(searches));
         if now < least {
@@ -348,10 +372,14 @@ struct PairAsk<'a> {
     effort: u64,
     /// Distances below this are exact, mm.
     exact: f64,
+    /// The most that one look may cost.
+    most_of_look: u64,
+    /// Stretches since the hulls of all turns proved one.
+    in_vain: u32,
 }
 
 impl<'a> PairAsk<'a> {
-    fn new(world: &'a Interference, pair: &'a Pair) -> Self {
+    fn new(world: &'a Interference, pair: &'a Pair, most_of_look: u64) -> Self {
         let joints = &world.machine.joints;
         let (mut a, mut b) = (&world.parts[pair.a], &world.parts[pair.b]);
         if matches!(*b.shape, Shape::Convex(_)) {
@@ -370,6 +398,8 @@ impl<'a> PairAsk<'a> {
             looks: 0,
             effort: 0,
             exact: NEAR_MM,
+            most_of_look,
+            in_vain: 0,
         }
     }
 
@@ -380,7 +410,7 @@ impl<'a> PairAsk<'a> {
     /// Distance in a pose as far as below a limit: what is proved, and that of two points, mm.
     fn apart(&mut self, b_from_a: &Pose, limit: f64) -> [f64; 2] {
         let limits = [limit.min(self.exact), limit];
-        let mut effort = Effort::at_most(MOST_OF_LOOK);
+        let mut effort = Effort::at_most(self.most_of_look);
         // Beyond the limit nothing needs to be known of them.
         let found = gap_with((&self.a.shape, &self.b.shape), b_from_a, limits, &mut self.warm, &mut effort);
         self.effort += effort.spent;
@@ -400,8 +430,12 @@ impl<'a> PairAsk<'a> {
     /// What the hulls of all turns prove, where it is enough.
     fn at_all_turns(&mut self, range: &Range, half: &JointValues, wanted: f64) -> Option<Bound> {
         let ring = self.ring.as_ref()?;
-        // A joint that hardly turns is no reason to take more than the body.
+        // A joint that hardly turns is no reason to take more than the body; nor is one that seldom helped.
         if half[ring.joint] * self.weights[ring.joint] < WORTH_MM {
+            return None;
+        }
+        self.in_vain += 1;
+        if self.in_vain > IN_VAIN && !self.in_vain.is_multiple_of(IN_VAIN) {
             return None;
         }
         self.effort += LOOK_EFFORT;
@@ -415,19 +449,43 @@ impl<'a> PairAsk<'a> {
             places.shift(column(self.machine, &ring.a, ring.b, &middle, j) * half[j]);
         }
         let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
-        let mut effort = Effort::at_most(MOST_OF_LOOK);
+        let mut effort = Effort::at_most(self.most_of_look);
         let shapes = (&*ring.a.shape, &*ring.b.shape);
         let distance = least_distance_with(shapes, &places, limit, &mut effort).min(limit);
         self.effort += effort.spent;
-        let bound = Bound { distance, turning, slack: range.slack, aside, chord: None, turns: Some(ring.joint) };
-        (bound.reached() >= wanted).then_some(bound)
+        let bound =
+            Bound { distance, turning, slack: range.slack, aside, chord: None, curved: false, turns: Some(ring.joint) };
+        if bound.reached() < wanted {
+            return None;
+        }
+        self.in_vain = 0;
+        Some(bound)
+    }
+
+    /// The motion by which the distance of all places of a stretch may be too large, mm, and the straight motion whose hull they are taken for: its ends, and
+    /// whether by the parabolas of the points. None for the box.
+    fn held(
+        &self,
+        way: &Way,
+        stretch: Stretch,
+        half: &JointValues,
+        wanted: f64,
+    ) -> (f64, Option<([JointValues; 2], bool)>) {
+        let turning = turned(&self.weights, &self.turns, half);
+        let Some((ends, off)) = way.chord(stretch, &self.weights) else { return (turning, None) };
+        let [chord, parabola] = bent(&self.weights, &self.turns, &self.of_b, &(ends[1] - ends[0]), wanted);
+        let curved = chord - parabola > STRAIGHT_MM;
+        let bent = if curved { parabola } else { chord } + self.sum(|j| off[j]);
+        let aside = self.sum(|j| way.range(stretch).off[j]);
+        let better = bent < turning || bent <= 1.01 * aside;
+        if better { (bent, Some((ends, curved))) } else { (turning, None) }
     }
 
     fn least(&mut self, places: &Places, limit: f64) -> f64 {
         let distance = match places.single() {
             Some(pose) => self.apart(&pose, limit)[0],
             None => {
-                let mut effort = Effort::at_most(MOST_OF_LOOK);
+                let mut effort = Effort::at_most(self.most_of_look);
                 let found = least_distance_with((&self.a.shape, &self.b.shape), places, limit, &mut effort);
                 self.effort += effort.spent;
                 found
@@ -442,7 +500,7 @@ impl Ask for PairAsk<'_> {
         self.effort
     }
 
-    fn bound(&mut self, way: &Way, stretch: Stretch, wanted: f64) -> Bound {
+    fn bound(&mut self, way: &Way, stretch: Stretch, wanted: f64, seen: f64) -> Bound {
         (self.looks, self.effort) = (self.looks + 1, self.effort + LOOK_EFFORT);
         let range = way.range(stretch);
         let half = (range.high - range.low) * 0.5;
@@ -450,25 +508,36 @@ impl Ask for PairAsk<'_> {
             return found;
         }
         let aside = self.sum(|j| range.off[j]);
-        let turning = turned(&self.weights, &self.turns, &half);
-        if let Some((ends, off)) = way.chord(stretch, &self.weights) {
-            let way = ends[1] - ends[0];
-            let bent = bent(&self.weights, &self.turns, &self.of_b, &way, wanted) + self.sum(|j| off[j]);
-            if bent < turning || bent <= 1.01 * aside {
-                let limit = (wanted + bent - aside).max(0.0) * (1.0 + 1e-12);
-                let places = Places::between(ends.map(|q| self.b_from_a(&q)));
-                // What is farther was not looked at.
-                let distance = self.least(&places, limit).min(limit);
-                return Bound { distance, turning: bent, slack: range.slack, aside, chord: Some(ends), turns: None };
-            }
-        }
-        let middle = (range.low + range.high) * 0.5;
-        let mut places = Places::at(self.b_from_a(&middle));
-        for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && self.weights[j] > 0.0) {
-            places.shift(column(self.machine, self.a, self.b, &middle, j) * half[j]);
+        let (turning, line) = self.held(way, stretch, &half, wanted);
+        let slack = range.slack;
+        let (chord, curved) = line.map_or((None, false), |(ends, curved)| (Some(ends), curved));
+        let none = Bound { distance: 0.0, turning, slack, aside, chord, curved, turns: None };
+        if seen - turning + aside < wanted {
+            return none;
         }
         let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
-        Bound { distance: self.least(&places, limit), turning, slack: range.slack, aside, chord: None, turns: None }
+        let Some((ends, curved)) = line else {
+            let middle = (range.low + range.high) * 0.5;
+            let mut places = Places::at(self.b_from_a(&middle));
+            for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && self.weights[j] > 0.0) {
+                places.shift(column(self.machine, self.a, self.b, &middle, j) * half[j]);
+            }
+            return Bound { distance: self.least(&places, limit), ..none };
+        };
+        let [from, to] = ends.map(|q| self.b_from_a(&q));
+        let places = if curved {
+            Places::along([from, self.b_from_a(&ends[0].interpolated(ends[1], 0.5)), to])
+        } else {
+            Places::between([from, to])
+        };
+        // What is farther was not looked at.
+        Bound { distance: self.least(&places, limit).min(limit), ..none }
+    }
+
+    fn spread(&self, way: &Way, stretch: Stretch, wanted: f64) -> f64 {
+        let range = way.range(stretch);
+        let half = (range.high - range.low) * 0.5;
+        (self.held(way, stretch, &half, wanted).0 - self.sum(|j| range.off[j])).max(0.0)
     }
 
     fn distance(&mut self, joints: &JointValues, limit: f64) -> [f64; 2] {
@@ -481,6 +550,7 @@ impl Ask for PairAsk<'_> {
         let range = way.range(stretch);
         let far = (range.high - *joints).zip_map(*joints - range.low, f64::max);
         let (turning, aside) = (self.sum(|j| far[j]), self.sum(|j| range.off[j]));
-        Bound { distance, turning, slack: range.slack, aside, chord: Some([*joints; 2]), turns: None }
+        let chord = Some([*joints; 2]);
+        Bound { distance, turning, slack: range.slack, aside, chord, curved: false, turns: None }
     }
 }

@@ -15,6 +15,10 @@
 //! sum w_j e_j`. Only points nearer to the other body than what is asked for count; for joints that carry the other body w is their distance from
 //! the axis, so much more than that of the other body's points. It shrinks with the square of the length, that of the box with the length.
 //!
+//! *Curve.* The same with the parabola of each point through its places at both ends and in the middle, in the hull of its control points (text of `swept.rs`).
+//! `|p'''| <= 3 (sum |d_turning|)^2 (sum w_j |d_j|)`, by the same count of the joints of which the outer two turn, and a parabola through three places leaves
+//! a point by `|p'''| / (72 sqrt 3)`, so that `T = 0.0241 (sum |d_turning|)^2 (sum w_j |d_j|) + sum w_j e_j`.
+//!
 //! *Turns.* A box in which one joint may be anywhere: D is the distance of the hulls of all its turns (text of `ring.rs`), and this joint does not count
 //! in T.
 //!
@@ -37,6 +41,9 @@ use proveout_machine::{JointValues, MAX_JOINTS};
 use super::ENOUGH_MM;
 use super::way::{Stretch, Way};
 
+/// A stretch whose motion is more than this part of the least distance that was measured is long.
+const LONG: f64 = 0.05;
+
 /// What is proved of a stretch: D, and by how much at most the distance is smaller somewhere in it (T and the slack), mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bound {
@@ -47,6 +54,8 @@ pub(crate) struct Bound {
     pub(crate) aside: f64,
     /// Ends of the straight motion for which it holds; none for the box.
     pub(crate) chord: Option<[JointValues; 2]>,
+    /// Of that motion the parabolas of the points count, and not the straight lines between their ends.
+    pub(crate) curved: bool,
     /// It holds at all turns of this joint.
     pub(crate) turns: Option<usize>,
 }
@@ -84,8 +93,12 @@ pub(crate) struct Tolerance {
 
 /// Asks about one pair.
 pub(crate) trait Ask {
-    /// What is proved of the joints in a stretch; D needs to be known below `limit` plus T only.
-    fn bound(&mut self, way: &Way, stretch: Stretch, limit: f64) -> Bound;
+    /// What is proved of the joints in a stretch; D needs to be known below `limit` plus T only. `seen` is a distance in the stretch, mm: where it leaves
+    /// no room for T, the distance of the whole is not asked for.
+    fn bound(&mut self, way: &Way, stretch: Stretch, limit: f64, seen: f64) -> Bound;
+
+    /// The T of [`Self::bound`] that a shorter stretch makes smaller, mm.
+    fn spread(&self, way: &Way, stretch: Stretch, limit: f64) -> f64;
 
     /// Distance at some joints, or something above the limit, mm: what is proved, and that of two points.
     fn distance(&mut self, joints: &JointValues, limit: f64) -> [f64; 2];
@@ -134,6 +147,8 @@ pub(crate) struct Search {
     /// Stretches that are good enough, by their place in `looked`.
     done: Vec<usize>,
     pub(crate) measured: Option<Measured>,
+    /// Distance at the last place that was measured, mm.
+    seen: f64,
     /// Beyond this nobody asks how far, mm.
     enough: f64,
 }
@@ -143,7 +158,14 @@ impl Search {
     pub(crate) fn new(way: &Way, known: Option<Measured>, enough: f64) -> Self {
         let whole = Stretch::Node(1);
         let open = Open { least: f64::NEG_INFINITY, stretch: whole, begin: way.begin(whole), parent: None };
-        Self { open: BinaryHeap::from([open]), looked: Vec::new(), done: Vec::new(), measured: known, enough }
+        Self {
+            open: BinaryHeap::from([open]),
+            looked: Vec::new(),
+            done: Vec::new(),
+            measured: known,
+            seen: f64::INFINITY,
+            enough,
+        }
     }
 
     fn wanted(&self, tolerance: Tolerance) -> f64 {
@@ -177,17 +199,36 @@ impl Search {
                 self.open.push(next);
                 break;
             }
-            let place = self.measure(way, ask, next.stretch, wanted);
+            let bound = if self.is_place_first(way, ask, next.stretch, tolerance) {
+                let place = self.measure(way, ask, next.stretch, wanted);
+                let wanted = self.wanted(tolerance);
+                if wanted <= 0.0 || place.reached() >= wanted {
+                    place
+                } else {
+                    ask.bound(way, next.stretch, wanted, self.seen).or(place)
+                }
+            } else {
+                // Mostly the whole stretch is proved at once. Else what is measured in it may be the least.
+                let whole = ask.bound(way, next.stretch, wanted, f64::INFINITY);
+                if whole.reached() >= wanted { whole } else { self.measure(way, ask, next.stretch, wanted).or(whole) }
+            };
             let wanted = self.wanted(tolerance);
             if wanted <= 0.0 {
                 self.open.push(next);
                 break;
             }
-            let bound = if place.reached() >= wanted { place } else { ask.bound(way, next.stretch, wanted).or(place) };
             self.looked.push(Looked { stretch: next.stretch, bound, parent: next.parent });
             let k = self.looked.len() - 1;
             if bound.reached() >= wanted { self.done.push(k) } else { self.part(way, k) }
         }
+    }
+
+    /// Whether to measure at a place of the stretch before all of it is asked for: while nothing is known, where a rough bound will do, and where the stretch is
+    /// so long that it is most likely parted.
+    fn is_place_first(&self, way: &Way, ask: &impl Ask, stretch: Stretch, tolerance: Tolerance) -> bool {
+        let Some(known) = self.measured.filter(|_| tolerance.relative == 0.0) else { return true };
+        let wanted = self.wanted(tolerance);
+        ask.spread(way, stretch, wanted) > (LONG * known.distance).max(tolerance.absolute)
     }
 
     /// Measures at a place of the stretch, as far as is needed for what is wanted.
@@ -199,6 +240,7 @@ impl Search {
         let nearer = if self.measured.is_none() { ENOUGH_MM } else { known.min(self.enough) };
         let limit = nearer.max(needed) * (1.0 + 1e-12);
         let [proved, distance] = ask.distance(&joints, limit);
+        self.seen = distance;
         if distance < known.min(limit) {
             self.measured = Some(Measured { distance, joints, time });
         }
@@ -231,7 +273,8 @@ impl Search {
 
     /// The stretches that make up the whole, in order along it, each as long as its bound is no worse than what the search has reached in all.
     pub(crate) fn spans(&self, way: &Way) -> Vec<(Stretch, Bound)> {
-        let none = Bound { distance: 0.0, turning: 0.0, slack: 0.0, aside: 0.0, chord: None, turns: None };
+        let none =
+            Bound { distance: 0.0, turning: 0.0, slack: 0.0, aside: 0.0, chord: None, curved: false, turns: None };
         let mut ends: Vec<((usize, f64), Option<usize>)> = self.open.iter().map(|o| (o.begin, o.parent)).collect();
         ends.extend(self.done.iter().map(|&k| (way.begin(self.looked[k].stretch), Some(k))));
         ends.sort_by(|a, b| along(&a.0, &b.0));

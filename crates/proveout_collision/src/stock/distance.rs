@@ -4,8 +4,9 @@ use proveout_geom::{Aabb, Point, Pose, Vector};
 use proveout_stock::{RaySegment, TileNode, TileTree, TriDexel};
 
 use super::segment::segment_triangle;
-use crate::boxes::{BoxTree, Branch, TriangleTree};
+use crate::boxes::{BoxTree, Branch};
 use crate::shape::{MeshShape, from_parry, to_parry};
+use crate::triangle_tree::TriangleTree;
 
 /// Material that counts: what lies on one side of a plane, where one is given.
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ use proveout_stock::TriDexel;
 
 use super::distance::{NearRay, Rays, material_inside, nearest, penetration};
 use super::{JointMotion, StockBreach, StockCheck};
-use crate::advance::MOST_PROVED_MM;
+use crate::advance::{MOST_PROVED_MM, State};
 use crate::distance::{Gap, gap};
 use crate::kept::{Kept, Turns, dot};
 use crate::parts::{Part, motion_weights};
@@ -29,13 +29,6 @@ const BOX_ENOUGH_MM: f64 = 10.0;
 const LOOKS_BETWEEN: u32 = 64;
 /// A jump between motions up to this length counts as rounding, mm.
 const JOIN_MM: f64 = 1e-3;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
-    Clear,
-    Near,
-    Contact,
-}
 
 /// What is known of a body by now.
 #[derive(Clone, Copy, Debug)]

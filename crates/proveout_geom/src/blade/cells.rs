@@ -17,6 +17,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 use crate::{Point, Vector};
 
 use super::{
+    ball_tree::BallTree,
     scalar::{Interval, Scalar},
     surface::{Domain, Foot, Local, ParametricSurface},
 };
@@ -155,6 +156,8 @@ impl PartialOrd for Open {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cells {
     cells: Vec<Cell>,
+    /// By their centers and radii.
+    tree: BallTree,
 }
 
 impl Cells {
@@ -189,27 +192,23 @@ impl Cells {
                 open.push(Cell { bend, ..half });
             }
         }
-        Self { cells }
+        let tree = BallTree::new(cells.iter().map(|c| (c.center, c.radius())));
+        Self { cells, tree }
     }
 
     /// The nearest point.
     pub(super) fn foot<S: ParametricSurface + Bent>(&self, surface: &S, p: &Point) -> Foot {
         let domain = surface.domain();
-        let mut starts = [(f64::INFINITY, [domain.u[0], domain.v[0]]); STARTS];
-        for cell in &self.cells {
-            let d = (cell.center - p).norm_squared();
-            if d < starts[STARTS - 1].0 {
-                starts[STARTS - 1] = (d, cell.middle);
-                starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut best = ([domain.u[0], domain.v[0]], f64::INFINITY);
+        for start in self.tree.nearest::<STARTS>(p) {
+            let cell = &self.cells[start as usize];
+            // The nearest one mostly leads to the nearest point, and the others hold none that is nearer.
+            if best.1.is_finite() && cell.least(p) >= best.1 - FOOT_ERROR_MM {
+                continue;
             }
-        }
-        let mut best = (starts[0].1, f64::INFINITY);
-        for (far, start) in starts {
-            if far.is_finite() {
-                let found = descend(surface, &domain, p, start);
-                if found.1 < best.1 {
-                    best = found;
-                }
+            let found = descend(surface, &domain, p, cell.middle);
+            if found.1 < best.1 {
+                best = found;
             }
         }
         // What may hold the nearest point first: nothing is looked at that the last best could rule out.
@@ -218,12 +217,7 @@ impl Cells {
             let least = cell.least(p);
             (least < best - FOOT_ERROR_MM).then_some(Open { least, cell: *cell })
         };
-        for cell in &self.cells {
-            let reach = best.1 - FOOT_ERROR_MM + cell.radius();
-            if reach > 0.0 && (cell.center - p).norm_squared() < reach * reach {
-                open.extend(near(cell, best.1));
-            }
-        }
+        self.tree.within(p, best.1 - FOOT_ERROR_MM, |k| open.extend(near(&self.cells[k as usize], best.1)));
         let mut looked = 0;
         let mut error = FOOT_ERROR_MM;
         let mut bowl = Bowl::new(surface, p, best);

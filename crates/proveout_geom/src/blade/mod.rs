@@ -5,6 +5,7 @@
 //! * [`Lu`], [`Sine`], [`Dong`], [`Cui`] – formulas on which published methods are tried, through [`ClosedSurface`].
 //! * [`BladeSolid`] – any of them that closes round, with flat ends or platforms and rolling-ball fillets; its closed mesh.
 
+mod ball_tree;
 mod bicubic;
 mod body;
 mod camber;

@@ -169,11 +169,13 @@ mod tests {
 
     use super::*;
 
-    /// All jobs are written, and read as a run reads them: 13,041 moves each of the rasters, a design of some 100,000 triangles as a body of the blade.
+    /// All jobs are written, and read as a run reads them: 13,041 moves each of the rasters, a design of some 100,000 triangles as a body of the blade. They
+    /// stay in the folder that `PROVEOUT_JOBS` names: `cargo xtask jobs` without a build of its own.
     #[test]
     fn every_job_is_one_that_a_run_takes() {
-        let out = tempfile::tempdir().expect("folder");
-        let scenes = write(&crate::workspace_root(), out.path()).unwrap_or_else(|Failure(e)| panic!("{e}"));
+        let temporary = tempfile::tempdir().expect("folder");
+        let out = std::env::var_os("PROVEOUT_JOBS").map_or_else(|| temporary.path().to_owned(), PathBuf::from);
+        let scenes = write(&crate::workspace_root(), &out).unwrap_or_else(|Failure(e)| panic!("{e}"));
         assert_eq!(scenes.len(), 3);
         for scene in &scenes {
             let read = Prepared::read(scene, &Choice::default()).unwrap_or_else(|e| panic!("{e}"));

@@ -1,7 +1,7 @@
 //! Whether a body in all its places is nearer to another than claimed.
 //!
 //! A body is a list of convex pieces: triangles of a mesh, or the rings of points of a body of revolution. A piece in all its places is the hull of
-//! its points at both ends, shifted along a few vectors. Boxes leave out what is far; GJK of the query library tells the rest.
+//! its points at both ends, or of the parabolas between them, shifted along a few vectors. Boxes leave out what is far; GJK of the query library tells the rest.
 //!
 //! At all turns of a joint each piece is the hull of the circles that its points run through. It holds the piece at every turn, and lies within the hull
 //! that a claim may take for several pieces at once, so that no true claim is refused.
@@ -125,6 +125,8 @@ fn outline(segment: &Segment) -> Vec<[f64; 2]> {
 /// Places of the first body as the second one sees it.
 pub(super) struct Places {
     poses: [Pose; 2],
+    /// The one in the middle, where points go along the parabolas through all three.
+    middle: Option<Pose>,
     shifts: Vec<Vector>,
 }
 
@@ -133,7 +135,8 @@ impl Places {
         let b_from_a =
             |q: &JointValues| machine.attachment_pose(b.attached, q).inverse() * machine.attachment_pose(a.attached, q);
         if let Some(ends) = &span.straight {
-            return Self { poses: ends.each_ref().map(b_from_a), shifts: Vec::new() };
+            let middle = span.curved.then(|| b_from_a(&((ends[0] + ends[1]) * 0.5)));
+            return Self { poses: ends.each_ref().map(b_from_a), middle, shifts: Vec::new() };
         }
         let middle = span.middle();
         let here = b_from_a(&middle);
@@ -143,7 +146,15 @@ impl Places {
             end[j] = span.high[j];
             b_from_a(&end).point(&Point::origin()) - here.point(&Point::origin())
         });
-        Self { poses: [here; 2], shifts: shifts.filter(|v| v.norm() > 0.0).collect() }
+        Self { poses: [here; 2], middle: None, shifts: shifts.filter(|v| v.norm() > 0.0).collect() }
+    }
+
+    /// Points whose hull holds all the way of a point: its ends, and where the tangents of its parabola meet.
+    fn of_point(&self, p: &Point) -> impl Iterator<Item = Point> {
+        let [from, to] = self.poses.each_ref().map(|x| x.point(p));
+        let corner =
+            self.middle.as_ref().map(|x| Point::from(x.point(p).coords * 2.0 - (from.coords + to.coords) * 0.5));
+        [Some(from), Some(to), corner].into_iter().flatten()
     }
 }
 
@@ -204,7 +215,7 @@ impl SupportMap for Circles<'_> {
 pub(super) fn nearer_than(a: &Form, b: &Form, places: &Places, limit: f64) -> Option<f64> {
     let grown = places.shifts.iter().fold(Vector::zeros(), |sum, s| sum + s.abs());
     a.pieces.iter().find_map(|piece| {
-        let points: Vec<Point> = places.poses.iter().flat_map(|x| piece.iter().map(|p| x.point(p))).collect();
+        let points: Vec<Point> = piece.iter().flat_map(|p| places.of_point(p)).collect();
         let bounds = Aabb::of_points(&points);
         let hull = Hull { points, shifts: &places.shifts };
         piece_nearer_than(&hull, (bounds.min - grown, bounds.max + grown), b, limit, None)

@@ -2,13 +2,17 @@
 //!
 //! At the middle of the span the farthest vertex of the moving body from the axis of each joint that turns is R. A bound that holds for the whole
 //! span is nowhere smaller than what R says there: for a box `sum R h` over the joints that turn, for a place `sum R |dq|` over all, for a chord
-//! what the samples leave it by, and the quarter of turn times way by which points leave a straight line.
+//! what the samples leave it by, and the quarter of turn times way by which points leave a straight line; for parabolas what leaves these, a
+//! third derivative of three times the square of the turn times the way.
 
 use proveout_geom::Point;
 use proveout_machine::{JointValues, Machine};
 
 use super::table::{Sample, Span};
 use super::{Body, carriers, holds_joints};
+
+/// What a third derivative of one does between a parabola's three places, one apart: the largest of `t (t - 1/2) (t - 1) / 6`.
+const OFF_PARABOLA: f64 = 0.008_018_7;
 
 pub(super) fn least(machine: &Machine, [a, b]: [&Body; 2], span: &Span, samples: &[Sample]) -> f64 {
     let middle = span.middle();
@@ -45,7 +49,7 @@ pub(super) fn least(machine: &Machine, [a, b]: [&Body; 2], span: &Span, samples:
     }
     let turn: f64 = all.clone().filter(|&j| turns(j) && weights[j] > 0.0).map(|j| way[j].abs()).sum();
     let motion: f64 = all.map(|j| weights[j] * way[j].abs()).sum();
-    most.max(0.25 * turn * motion)
+    most.max(if span.curved { 3.0 * OFF_PARABOLA * turn * turn * motion } else { 0.25 * turn * motion })
 }
 
 /// Farthest vertex of a body from the axis of a joint, mm, at some joints.

@@ -20,6 +20,8 @@ pub(super) struct Span {
     pub(super) high: JointValues,
     /// Ends of a straight motion, or one place twice; none where slides are free within the range.
     pub(super) straight: Option<[JointValues; 2]>,
+    /// In that motion the points go along parabolas, and the motion that is claimed is what leaves these.
+    pub(super) curved: bool,
 }
 
 impl Span {
@@ -84,6 +86,7 @@ pub(super) fn spans(path: &Path, machine: &Machine) -> Result<Vec<Span>, Failure
         let (distance, motion) = (real("distance_mm")?, real("motion_mm")?);
         let [low, high, from, to] = ["low", "high", "from", "to"].map(|w| joints(batch, machine, w));
         let (low, high, from, to) = (low?, high?, from?, to?);
+        let curved = column::<UInt32Array>(batch, "curved")?;
         for row in 0..batch.num_rows() {
             let straight = from.first().is_some_and(|(c, _)| !c.is_null(row));
             all.push(Span {
@@ -94,6 +97,7 @@ pub(super) fn spans(path: &Path, machine: &Machine) -> Result<Vec<Span>, Failure
                 low: values(&low, row),
                 high: values(&high, row),
                 straight: straight.then(|| [values(&from, row), values(&to, row)]),
+                curved: curved.value(row) != 0,
             });
         }
         Ok(())
