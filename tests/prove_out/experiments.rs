@@ -53,15 +53,9 @@ fn programs_are_what_their_plans_write() {
     as_planned(&scene("cui-2022-singularity"));
     as_planned(&scene("ma-2020-sine"));
     as_planned(&beside("ma-2020-sine", "ma-1.toml"));
-    for file in [
-        "scene.toml",
-        "equal.toml",
-        "edge.toml",
-        "serial.toml",
-        "whole-lines.toml",
-        "whole-lines-serial.toml",
-        "untwisted.toml",
-    ] {
+    for file in
+        ["scene.toml", "edge.toml", "serial.toml", "whole-lines.toml", "whole-lines-serial.toml", "untwisted.toml"]
+    {
         as_planned(&beside("lu-2022-quasi-circle", file));
     }
     as_planned(&beside("blade-root", "methods.toml"));
