@@ -296,10 +296,18 @@ impl Comparing {
             let Ok(found) = certify(run, |_| 0, new, old, &entry.changed_limits) else {
                 return (Vec::new(), Vec::new());
             };
-            let mut figures = vec![
-                figure("time of the planned stretch", "s", found.time_s),
-                figure("no schedule in the channel is below", "s", found.bound_s),
-            ];
+            // A method of two angles has no channel: its bound is about axes that stray no farther than its own.
+            let bound = match &found.cells {
+                Some(_) => "no schedule of axes as near to those of the program before is below",
+                None if found.joints.is_empty() => "no schedule at these feeds is below",
+                None => "no schedule in the channel is below",
+            };
+            let mut figures =
+                vec![figure("time of the planned stretch", "s", found.time_s), figure(bound, "s", found.bound_s)];
+            let stray = found.cells.as_ref().map(|cells| cells.stray_deg);
+            figures.extend(
+                stray.map(|deg| figure("axes are within this angle of those of the program before", "deg", deg)),
+            );
             figures.extend(found.gap_percent.map(|gap| figure("left to gain at most", "%", gap)));
             (figures, found.joints.iter().flat_map(gain_curves).collect())
         });
