@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{
-    GAP,
+    BOUNDS, GAP,
     result::{Comparison, Depth, Gain, GainAtLimit, Made, ProgramFigures, Variation},
     uncertainty::{TimeGain, VariationKind},
 };
@@ -136,7 +136,9 @@ fn times(out: &mut String, c: &Comparison) {
 fn gaps(out: &mut String, c: &Comparison) {
     let figure = |made: &Made, name: &str| made.figures.iter().find(|f| f.name == name).map(|f| f.value);
     let made: Vec<(&String, &Made)> = programs(c).filter_map(|(name, p)| Some((name, p.made.as_ref()?))).collect();
-    let bound: Vec<_> = made.iter().filter(|(_, made)| figure(made, GAP[1]).is_some()).collect();
+    let about = ["in the channel", "of axes as near to those before", "at these feeds"];
+    let found = |made: &Made| BOUNDS.iter().zip(about).find_map(|(name, about)| Some((figure(made, name)?, about)));
+    let bound: Vec<_> = made.iter().filter_map(|(name, made)| Some((name, made, found(made)?))).collect();
     if bound.is_empty() {
         return;
     }
@@ -144,20 +146,20 @@ fn gaps(out: &mut String, c: &Comparison) {
         "### Gap to the bound\n\nOf the first stretch that the method planned anew, under the limits in force.\n\n",
     );
     out.push_str(
-        "| program | made from | method | its time, s | no schedule is below, s | left to gain at most, % |\n",
+        "| program | made from | method | its time, s | no schedule is below, s | of schedules | left to gain at most, % |\n",
     );
-    out.push_str("|---|---|---|---|---|---|\n");
-    for (name, made) in bound {
-        let [time, below, left] = GAP.map(|name| figure(made, name));
+    out.push_str("|---|---|---|---|---|---|---|\n");
+    for (name, made, (below, about)) in bound {
+        let [time, left] = GAP.map(|name| figure(made, name));
         put(
             out,
             format_args!(
-                "| {} | {} | {} | {} | {} | {} |\n",
+                "| {} | {} | {} | {} | {} | {about} | {} |\n",
                 cell(name),
                 cell(&made.from),
                 cell(&made.method),
                 fixed(time, 3),
-                fixed(below, 3),
+                fixed(Some(below), 3),
                 fixed(left, 2)
             ),
         );
