@@ -219,8 +219,8 @@ experiments! {
     lu_whole_lines "scenes/lu-2022-quasi-circle/whole-lines.toml" WHOLE, None;
     lu_whole_lines_serial "scenes/lu-2022-quasi-circle/whole-lines-serial.toml" WHOLE, None;
     lu_untwisted "scenes/lu-2022-quasi-circle/untwisted.toml" WHOLE, None;
-    lu_edge "scenes/lu-2022-quasi-circle/edge.toml" WHOLE, None;
-    lu_equal "scenes/lu-2022-quasi-circle/equal.toml" WHOLE, None;
+    lu_edge "scenes/lu-2022-quasi-circle/edge.toml" 60, None;
+    lu_equal "scenes/lu-2022-quasi-circle/equal.toml" 60, None;
     dong "scenes/dong-2023-multi-scale" 210, None;
     blade_root "scenes/blade-root/methods.toml" 300, Some(0.001);
 }
