@@ -58,6 +58,7 @@ fn programs_are_what_their_plans_write() {
     {
         as_planned(&beside("lu-2022-quasi-circle", file));
     }
+    as_planned(&beside("blade-root", "methods.toml"));
 }
 
 /// Motion of all programs of a scene, nothing cut.

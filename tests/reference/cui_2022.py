@@ -187,10 +187,10 @@ def main():
     found = posted("scenes/cui-2022-singularity/original.mpf")
     q = slides(tip, b0, c0) + [0, 0, 0]
     ours = np.c_[q, np.degrees(b0), np.degrees(c0)]
-    if found[1, 3] < 0:  # the other description of the same row
+    if found[0, 3] < 0:  # the other description of the same row
         q = slides(tip, -b0, c0 - np.pi)
         ours = np.c_[q, -np.degrees(b0), np.degrees(c0 - np.pi)]
-    found = found[1:122]
+    found = found[:121]  # the way out follows
     found[:, 4] += 360 * np.round((ours[0, 4] - found[0, 4]) / 360)
     off = np.abs(found - ours)
     print(f"posted joints differ by {off[:, :3].max():.6f} mm and {off[:, 3:].max():.6f} degrees at most")

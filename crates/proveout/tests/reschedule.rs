@@ -99,6 +99,25 @@ fn set_takes_the_place_of_the_scene() {
     }
 }
 
+/// The inset that is looked for has no higher a peak of acceleration than those that are given; what is neither degrees nor that word is refused.
+#[test]
+fn the_inset_is_searched_over_the_peak_of_acceleration() {
+    let peak = |inset: &str, name: &str| {
+        let (all, _) = certificate("s-theta", &[&format!("inset_deg={inset}")], name);
+        let peaks = all["runs"][0]["constant_feed"].as_array().expect("a list").clone();
+        peaks[0]["program_deg"].as_f64().expect("a number")
+    };
+    let found = peak("search", "inset-search");
+    for given in ["1", "2", "3", "5"] {
+        let given = peak(given, "inset-given");
+        assert!(found <= given * 1.02, "{found} deg/s2, and {given} of an inset that is given");
+    }
+    let words = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "never-inset.mpf"];
+    let output = proveout(&[&words[..], &["--set", "inset_deg=best"]].concat());
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && told.contains("degrees with a point, or search"), "{told}");
+}
+
 #[test]
 fn two_programs_with_other_options_must_be_told_apart() {
     let own = tempfile::tempdir().expect("temporary folder");
@@ -556,6 +575,7 @@ fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {
     for (scene, method, published) in [
         ("ma-2020-sine", "min-angular-acceleration", &["slerp", "joints"][..]),
         ("cui-2022-singularity", "singularity", &["cone-5", "cone-5-smoothed", "cone-3", "cone-10"]),
+        ("dong-2023-multi-scale", "multi-scale", &["published-ends"]),
     ] {
         let (most, text, told) = saved(scene, "original", "smooth", &["channel=rows"], folder.path());
         assert!(told.contains("smooth from original, channel=rows") && told.contains("below"), "{told}");

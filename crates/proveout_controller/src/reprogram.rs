@@ -8,6 +8,8 @@
 //! A program that never switches tool center point control on is written anew in positions of its axes, which follow from the new poses and
 //! the length of the tool; its blocks must turn rotary axes.
 
+mod excerpt;
+
 use std::ops::Range;
 
 use proveout_geom::{Point, ToolPose, Vector};
@@ -96,6 +98,8 @@ struct RunTimes<'a> {
     ball: f64,
     /// Runs before it with as many blocks.
     alike: usize,
+    /// The commands that are asked about first.
+    excerpt: Option<Vec<bool>>,
     link: Option<Link<'a>>,
 }
 
@@ -131,8 +135,14 @@ impl TimeLaw for RunTimes<'_> {
     fn joint_times(&self, poses: &[ToolPose], rotary: Option<&[JointValues]>) -> Option<Vec<f64>> {
         let mut commands = self.commands.to_vec();
         self.work.rewritten(&mut commands, (self.found, self.link), poses, rotary, self.ball).ok()?;
-        let runs = (self.times)(commands)?;
-        runs.into_iter().filter(|run| run.len() == self.found.blocks.len()).nth(self.alike)
+        let of = |runs: Vec<Vec<f64>>, alike: usize| {
+            runs.into_iter().filter(|run| run.len() == self.found.blocks.len()).nth(alike)
+        };
+        let near = self.excerpt.as_ref().and_then(|keep| {
+            let near = commands.iter().zip(keep).filter(|(_, keep)| **keep).map(|(c, _)| c.clone());
+            of((self.times)(near.collect())?, 0)
+        });
+        near.or_else(|| of((self.times)(commands)?, self.alike))
     }
 }
 
@@ -193,8 +203,12 @@ impl Reprogramming<'_> {
         let region = found.tool.as_ref().filter(|_| self.method.needs_region()).and_then(|name| (self.region)(name));
         let ball = cutter.ball_radius().unwrap_or(0.0);
         let alike = out.runs.iter().filter(|run| run.commands.len() == found.blocks.len()).count();
-        let law =
-            self.times.map(|times| RunTimes { work: self, times, found, commands: &out.commands, ball, alike, link });
+        let ends = [found.blocks.first(), found.blocks.last()].map(|b| b.map_or(0, |b| b.command));
+        let law = self.times.map(|times| {
+            let commands = &out.commands[..];
+            let excerpt = excerpt::excerpt(commands, ends);
+            RunTimes { work: self, times, found, commands, ball, alike, excerpt, link }
+        });
         let around = Surroundings {
             machine: Some(self.machine),
             surface: self.surface,

@@ -80,6 +80,10 @@ impl FeasibleRegion for Region {
         self.clearance.distance(pose, REACH_MM)
     }
 
+    fn clearance_up_to(&self, pose: &ToolPose, most: f64) -> f64 {
+        self.clearance.distance(pose, most.min(REACH_MM))
+    }
+
     fn reach(&self) -> Option<f64> {
         // The farthest corner of a body of revolution from the tip lies on its widest circle at one of its ends.
         let of = |b: &proveout_tool::Body| {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use proveout_toolpath::reschedule::{
     ChannelKind, Criterion, Junction, Method, MinAngularAcceleration, MultiScale, Quaternion, RowEnds, STheta,
-    Singularity, Smooth, SmoothRows, ThetaUnit,
+    SearchedInset, Singularity, Smooth, SmoothRows, ThetaUnit,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -19,8 +19,8 @@ pub struct RescheduleFile {
     pub from: String,
     /// `s-theta`, `smooth`: clearance from both limits, degrees. `quaternion`: of the channel that is shown; it changes no axis.
     pub clearance_deg: Option<f64>,
-    /// `s-theta`: distance of key points from the limits, degrees.
-    pub inset_deg: Option<f64>,
+    /// `s-theta`: distance of key points from the limits, degrees; or `search` for the one with the least peak of acceleration at the programmed feed.
+    pub inset_deg: Option<InsetFile>,
     /// `s-theta`: shortest flat at the start of a layer, mm.
     pub start_flat_mm: Option<f64>,
     /// `s-theta`: flat at the end of a layer, percent of the layer's length.
@@ -67,6 +67,24 @@ pub struct RescheduleFile {
     pub turn_max_deg: Option<f64>,
     /// `smooth` of rows: whether the axes at both ends of a row stay.
     pub ends: Option<EndsFile>,
+}
+
+/// Distance of key points from the limits.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "write degrees, or \"search\"")]
+pub enum InsetFile {
+    /// Degrees.
+    Degrees(f64),
+    /// A word.
+    Word(InsetWordFile),
+}
+
+/// How the distance of key points from the limits is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InsetWordFile {
+    /// The one with the least peak of acceleration at the programmed feed.
+    Search,
 }
 
 /// Where the limits of a tool axis come from.
@@ -283,7 +301,10 @@ impl RescheduleFile {
             |u: ThetaUnitFile| ThetaUnitFile::NAMES.iter().find(|(_, k)| *k == u).map_or("", |(n, _)| n).to_owned();
         let values = [
             self.clearance_deg.map(number),
-            self.inset_deg.map(number),
+            self.inset_deg.map(|inset| match inset {
+                InsetFile::Degrees(degrees) => number(degrees),
+                InsetFile::Word(InsetWordFile::Search) => "search".to_owned(),
+            }),
             self.start_flat_mm.map(number),
             self.end_flat_percent.map(number),
             self.merge_mm.map(number),
@@ -336,7 +357,17 @@ impl RescheduleFile {
         };
         match key {
             "clearance_deg" => self.clearance_deg = Some(number()?),
-            "inset_deg" => self.inset_deg = Some(number()?),
+            "inset_deg" if value == "search" => self.inset_deg = Some(InsetFile::Word(InsetWordFile::Search)),
+            "inset_deg" => {
+                let (message, _) = match number() {
+                    Ok(degrees) => {
+                        self.inset_deg = Some(InsetFile::Degrees(degrees));
+                        return Ok(());
+                    }
+                    Err(wrong) => wrong,
+                };
+                return Err((message, "write degrees with a point, or search".to_owned()));
+            }
             "start_flat_mm" => self.start_flat_mm = Some(number()?),
             "end_flat_percent" => self.end_flat_percent = Some(number()?),
             "merge_mm" => self.merge_mm = Some(number()?),
@@ -443,19 +474,28 @@ impl RescheduleFile {
         let defaults = STheta::default();
         let clearance = self.clearance_deg.map_or(defaults.clearance, |d| d * TAU / 360.0);
         match self.method {
-            MethodFile::STheta => Box::new(STheta {
-                clearance,
-                inset: self.inset_deg.map_or(defaults.inset, |d| d * TAU / 360.0),
-                unit: match self.theta_unit {
-                    None | Some(ThetaUnitFile::Degree) => ThetaUnit::Degree,
-                    Some(ThetaUnitFile::Radian) => ThetaUnit::Radian,
-                    Some(ThetaUnitFile::Normalized) => ThetaUnit::Normalized,
-                    Some(ThetaUnitFile::UnitFree) => ThetaUnit::UnitFree,
-                },
-                start_flat: self.start_flat_mm.unwrap_or(defaults.start_flat),
-                end_flat: self.end_flat_percent.map_or(defaults.end_flat, |p| p / 100.0),
-                merge: self.merge_mm.unwrap_or(defaults.merge),
-            }),
+            MethodFile::STheta => {
+                let method = STheta {
+                    clearance,
+                    inset: match self.inset_deg {
+                        Some(InsetFile::Degrees(degrees)) => degrees * TAU / 360.0,
+                        Some(InsetFile::Word(InsetWordFile::Search)) | None => defaults.inset,
+                    },
+                    unit: match self.theta_unit {
+                        None | Some(ThetaUnitFile::Degree) => ThetaUnit::Degree,
+                        Some(ThetaUnitFile::Radian) => ThetaUnit::Radian,
+                        Some(ThetaUnitFile::Normalized) => ThetaUnit::Normalized,
+                        Some(ThetaUnitFile::UnitFree) => ThetaUnit::UnitFree,
+                    },
+                    start_flat: self.start_flat_mm.unwrap_or(defaults.start_flat),
+                    end_flat: self.end_flat_percent.map_or(defaults.end_flat, |p| p / 100.0),
+                    merge: self.merge_mm.unwrap_or(defaults.merge),
+                };
+                match self.inset_deg {
+                    Some(InsetFile::Word(InsetWordFile::Search)) => Box::new(SearchedInset(method)),
+                    _ => Box::new(method),
+                }
+            }
             MethodFile::Quaternion => {
                 Box::new(Quaternion { keys: self.keys.unwrap_or(Quaternion::default().keys), clearance })
             }

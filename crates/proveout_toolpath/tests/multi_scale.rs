@@ -14,6 +14,7 @@ use proveout_toolpath::path::{PathCutter, Place};
 use proveout_toolpath::reschedule::{
     BullNose, Contact, ContactFrame, ContactSurface, CrossSection, CuttingBlock, CuttingRun, Method, MultiScale,
     RescheduleError, Rescheduled, Surroundings, critical, curve_value, fitted_curves, leaned, mean_deviation,
+    mean_line,
 };
 
 fn rows(text: &str) -> Vec<Vec<f64>> {
@@ -138,6 +139,42 @@ fn roughness_of_a_plane_is_that_of_its_parabolas() {
             assert!((found - ra).abs() < 0.012 + 0.01 * ra, "{lean} {distance}: {found} {ra}");
         }
     }
+}
+
+/// The Gaussian filter of ISO 16610-21 lets `exp(-pi (alpha cutoff / wave)^2)` of a wave through to the mean line: half of one of the cutoff. Rows of a torus 0.8 mm apart
+/// are nearly parabolas, whose waves of 0.8, 0.4 ... mm are left by that.
+#[test]
+fn filtered_roughness_is_what_the_filter_leaves_of_the_waves() {
+    let alpha = (std::f64::consts::LN_2 / std::f64::consts::PI).sqrt();
+    for wave in [0.25, 0.8, 2.5] {
+        let at = |y: f64| (std::f64::consts::TAU * y / wave).cos();
+        let profile: Vec<[f64; 2]> = (-300..=300).map(|i| 0.01 * f64::from(i)).map(|y| [y, at(y)]).collect();
+        let through = (-std::f64::consts::PI * (alpha * 0.8 / wave).powi(2)).exp();
+        assert!((mean_line(&profile, 0.0, 0.8) - through).abs() < 1e-4, "{wave}");
+    }
+    let frame = ContactFrame::new(Point::origin(), Vector::z(), Vector::x()).unwrap();
+    let lean = leaned(0.35, 0.0);
+    let section = CrossSection::new(&Plane, &frame, 0.8, 4.0);
+    let filtered = section.filtered_roughness(&TOOL, &lean, 0.8);
+    // A parabola z = 4 H (y / d)^2 from -d/2 to d/2 is H/3 + sum (-1)^n 4 H / (pi n)^2 cos(2 pi n y / d).
+    let height = section.roughness(&TOOL, &lean) * 9.0 * 3.0_f64.sqrt() / 4.0;
+    let rest = |y: f64| -> f64 {
+        let wave = |n: i32| {
+            let k = f64::from(n);
+            let left = 1.0 - (-std::f64::consts::PI * (alpha * k).powi(2)).exp();
+            let size = (-1.0_f64).powi(n) * 4.0 * height / (std::f64::consts::PI * k).powi(2);
+            left * size * (std::f64::consts::TAU * k * y / 0.8).cos()
+        };
+        (1..60).map(wave).sum()
+    };
+    let expected = (0..4000).map(|i| rest(0.8 * f64::from(i) / 4000.0).abs()).sum::<f64>() / 4000.0;
+    println!(
+        "Ra {} um, filtered {} um, of parabolas {} um",
+        section.roughness(&TOOL, &lean) * 1e3,
+        filtered * 1e3,
+        expected * 1e3
+    );
+    assert!((filtered / expected - 1.0).abs() < 0.01, "{filtered} {expected}");
 }
 
 fn dong() -> BladeSurface {

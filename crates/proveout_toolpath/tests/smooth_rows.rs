@@ -389,22 +389,29 @@ fn what_it_cannot_do_is_told_with_the_block() {
     assert_eq!(method.reschedule(&run, &around).unwrap_err().code, "reschedule-path");
 }
 
-/// Same input, same numbers; and figures of the growth for people.
+/// Same input, same numbers; a row of 10,000 blocks in time that is nearly in proportion. `PROVEOUT_LONG_ROWS=100000` for one more.
 #[test]
 fn long_rows_are_planned_and_again_the_same() {
     let machine = machine("jdgr200t");
+    let longer = std::env::var("PROVEOUT_LONG_ROWS").ok().and_then(|n| n.parse().ok());
     let mut took = Vec::new();
-    for blocks in [1_000, 10_000] {
+    for blocks in [1_000, 10_000].into_iter().chain(longer) {
         let run = row(blocks, 20.0, |s| {
             let a = 0.7 + 0.8 * (TAU * blocks as f64 / 800.0 * s).sin();
             Vector::new(0.35 * a.cos(), 0.35 * a.sin(), 1.0)
         });
         let begin = Instant::now();
         let done = made(&SmoothRows::default(), &run, &machine, &Open, None).unwrap();
-        took.push(begin.elapsed().as_secs_f64());
+        took.push((blocks, begin.elapsed().as_secs_f64()));
         if blocks == 1_000 {
             assert_eq!(done, made(&SmoothRows::default(), &run, &machine, &Open, None).unwrap());
         }
     }
     println!("{took:?}");
+    for pair in took.windows(2) {
+        let ([small, large], times) = ([pair[0].0, pair[1].0], [pair[0].1, pair[1].1]);
+        // A busy machine may take four times as long, and short rows have what all have to do.
+        assert!(times[1] < 4.0 * times[0].max(0.3) * large as f64 / small as f64, "{took:?}");
+    }
+    assert!(took[1].1 < 15.0, "{took:?}");
 }

@@ -39,6 +39,7 @@ fn figures(text: &str, baseline: bool) -> ProgramFigures {
             from: text.into(),
             center_shift_mm: Some(1e-5),
             figures: vec![StudyFigure { name: text.into(), unit: "deg".into(), value: 3.0 }],
+            over_velocity: Vec::new(),
         }),
         time: verdict::Time { total_s: 80.0, cutting_s: 68.0, ..verdict::Time::default() },
         axes: BTreeMap::from([("A".to_owned(), Axis { unit: "deg".into(), ..Axis::default() })]),

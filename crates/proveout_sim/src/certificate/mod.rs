@@ -18,7 +18,8 @@ mod constant_feed;
 use proveout_controller::{Alternatives, ReprogrammedRun};
 use proveout_geom::Point;
 use proveout_toolpath::reschedule::{FeedFloor, JointGates, Proof, Schedules};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     compare::{Role, StudyCurve, motion::FeedBlock},
@@ -106,7 +107,7 @@ pub struct VelocityRow {
 }
 
 /// Where a limit of [`VelocityRow`] comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityLimit {
     /// One of a row, for the curve.

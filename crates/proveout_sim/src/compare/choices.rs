@@ -8,6 +8,7 @@
 //! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have given: `reproduced` if ours has its sign
 //! in all of them and one choice or the twin alone comes as far; `possible` if the sign turns, or only draws come as far; `not` outside.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -225,15 +226,20 @@ impl Comparing {
         let path = first.again.scene.clone();
         let text = read_input(&path).map_err(|e| e.to_string())?;
         let scene = Scene::of_text(path, &with_values(&text, &values)?).map_err(|e| e.to_string())?;
-        let mut motions: BTreeMap<&str, (Motion, Motion, Option<Made>)> = BTreeMap::new();
+        let mut motions: BTreeMap<&str, MadeAgain<'_>> = BTreeMap::new();
         let mut machines = BTreeMap::new();
         for entry in &self.entries {
             let mut machine = entry.again.machine.clone();
             limit_machine(&mut machine, &values)?;
             limit_joints(&scene, &mut machine).map_err(|e| e.to_string())?;
-            let (motion, ideal, made) =
-                again(entry, &scene, &machine, plans).map_err(|e| format!("{}: {e}", entry.name))?;
-            motions.insert(&entry.name, (motion, ideal, made));
+            let acted = values.iter().any(|(key, _)| acts_on(key, &entry.name, &scene));
+            let made = match (&entry.motion, &entry.ideal) {
+                (Some(motion), Some(ideal)) if !acted => {
+                    (Cow::Borrowed(motion), Cow::Borrowed(ideal), self.made_figures(entry))
+                }
+                _ => again(entry, &scene, &machine, plans).map_err(|e| format!("{}: {e}", entry.name))?,
+            };
+            motions.insert(&entry.name, made);
             machines.insert(entry.name.as_str(), machine);
         }
         let mut all = BTreeMap::new();
@@ -248,6 +254,22 @@ impl Comparing {
             all.insert((*name).to_owned(), figures);
         }
         Ok(judge::published(&self.file, &bare(all)).into_iter().map(|p| p.value).collect())
+    }
+}
+
+/// Whether the value of a key can change the motion of a program: plans and options of other programs do not.
+fn acts_on(key: &str, program: &str, scene: &Scene) -> bool {
+    let own = scene.program(Some(program));
+    let from = own.and_then(|p| p.reschedule.as_ref()).map(|r| r.from.as_str());
+    let mut steps = key.split('.');
+    match (steps.next(), steps.next()) {
+        (Some("plan"), Some(plan)) => {
+            let source = from.map_or(own, |from| scene.program(Some(from)));
+            source.and_then(|s| s.planned.as_deref()).is_none_or(|planned| planned == plan)
+        }
+        // An entry by its number is not looked up.
+        (Some("program"), Some(name)) => name == program || Some(name) == from || name.parse::<usize>().is_ok(),
+        _ => true,
     }
 }
 
@@ -295,13 +317,11 @@ fn bare(programs: BTreeMap<String, ProgramFigures>) -> Comparison {
     }
 }
 
-/// A program made again and its motion: as it cuts, and along the programmed path.
-fn again(
-    entry: &Entry,
-    scene: &Scene,
-    machine: &Machine,
-    plans: bool,
-) -> Result<(Motion, Motion, Option<Made>), SimError> {
+/// Motion of a program as it cuts and along the programmed path, and what its method tells.
+type MadeAgain<'a> = (Cow<'a, Motion>, Cow<'a, Motion>, Option<Made>);
+
+/// A program made again and its motion.
+fn again(entry: &Entry, scene: &Scene, machine: &Machine, plans: bool) -> Result<MadeAgain<'static>, SimError> {
     let (kept, case) = (&entry.again, &entry.case);
     let file = scene.program(Some(&entry.name));
     let from = file.and_then(|f| f.reschedule.as_ref()).map(|r| r.from.as_str());
@@ -328,6 +348,7 @@ fn again(
                 from: reschedule.from.clone(),
                 center_shift_mm: None,
                 figures: out.runs.first().map_or_else(Vec::new, |run| study_of(run).figures),
+                over_velocity: Vec::new(),
             };
             let nc = programs::settings_of_made(kept.nc.clone());
             (Source::Text { name: "made.mpf".into(), text }, nc, Some(made))
@@ -341,7 +362,7 @@ fn again(
     let case = case.with(machine.clone(), settings, source, nc).measured_on(scene);
     let motion = case.run()?;
     let ideal = if case.settings.dynamics == Dynamics::Ideal { motion.clone() } else { case.ideal().run()? };
-    Ok((motion, ideal, made))
+    Ok((Cow::Owned(motion), Cow::Owned(ideal), made))
 }
 
 fn read(source: &Source, nc: &NcSettings) -> Result<Vec<Command>, SimError> {
@@ -485,5 +506,25 @@ mod tests {
         assert_eq!(judged(17.8, 24.5, [Some([12.0, 26.0]), Some([-4.0, 20.0]), None]), Some(Possible), "in a draw");
         assert_eq!(judged(17.8, 24.5, [Some([12.0, 20.0]), Some([10.0, 24.4]), None]), Some(Not));
         assert_eq!(judged(24.5, 24.5, [None, None, None]), None, "nothing was varied, nothing is proved");
+    }
+
+    #[test]
+    fn a_choice_of_one_plan_or_program_makes_no_other_again() {
+        let scene = |name: &str| {
+            let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+            Scene::read(&folder).unwrap_or_else(|e| panic!("{e}"))
+        };
+        let (lu, li) = (scene("lu-2022-quasi-circle"), scene("li-2022-s-theta"));
+        let acted = |key: &str, scene: &Scene| -> Vec<String> {
+            let names = scene.file.program.iter().map(|p| p.name.clone());
+            names.filter(|name| acts_on(key, name, scene)).collect()
+        };
+        assert_eq!(acted("plan.iso-planar.lines_mm.0", &lu), ["iso-planar"]);
+        assert_eq!(acted("machine.B.position_gain_1_s", &lu).len(), lu.file.program.len(), "all of them have it");
+        assert_eq!(acted("program.quaternion.reschedule.keys", &li), ["quaternion"]);
+        assert_eq!(acted("program.0.file", &li).len(), 3, "an entry by its number may be any");
+        // What a program is made from is planned, so that it changes with the plan.
+        assert_eq!(acted("plan.helix.start", &li), ["original", "quaternion", "s-theta"]);
+        assert_eq!(acted("part.blade.camber_angle_deg", &li).len(), 3);
     }
 }

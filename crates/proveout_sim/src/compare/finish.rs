@@ -114,6 +114,7 @@ impl Comparing {
             from: from.clone(),
             center_shift_mm: self.center_shift(entry, from),
             figures: entry.studies.first().map_or_else(Vec::new, |s| s.figures.clone()),
+            over_velocity: entry.over_velocity.clone(),
         })
     }
 

@@ -308,6 +308,7 @@ mod tests {
                 from: "a".into(),
                 center_shift_mm: None,
                 figures: vec![StudyFigure { name: "smallest margin".into(), unit: "deg".into(), value: 0.25 }],
+                over_velocity: Vec::new(),
             }),
             time: Time { total_s: time + 10.0, cutting_s: time, ..Time::default() },
             axes: BTreeMap::new(),

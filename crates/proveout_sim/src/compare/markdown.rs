@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use super::{
-    result::{Comparison, Depth, Gain, ProgramFigures, Variation},
+    BOUNDS, GAP,
+    result::{Comparison, Depth, Gain, GainAtLimit, Made, ProgramFigures, Variation},
     uncertainty::{TimeGain, VariationKind},
 };
-use crate::verdict::State;
+use crate::{certificate::VelocityLimit, verdict::State};
 
 /// Section of a comparison: gain with error, published values, criteria, joints, cut part, variations, rules.
 pub fn markdown(c: &Comparison) -> String {
@@ -34,6 +35,7 @@ pub fn markdown(c: &Comparison) -> String {
     }
     limits(&mut out, c);
     times(&mut out, c);
+    gaps(&mut out, c);
     published(&mut out, c);
     expectations(&mut out, c);
     joints(&mut out, c);
@@ -128,6 +130,74 @@ fn times(out: &mut String, c: &Comparison) {
         );
     }
     out.push('\n');
+}
+
+/// Time, bound and gap of the programs that were made, and what they gain over the limits of their joints.
+fn gaps(out: &mut String, c: &Comparison) {
+    let figure = |made: &Made, name: &str| made.figures.iter().find(|f| f.name == name).map(|f| f.value);
+    let made: Vec<(&String, &Made)> = programs(c).filter_map(|(name, p)| Some((name, p.made.as_ref()?))).collect();
+    let about = ["in the channel", "of axes as near to those before", "at these feeds"];
+    let found = |made: &Made| BOUNDS.iter().zip(about).find_map(|(name, about)| Some((figure(made, name)?, about)));
+    let bound: Vec<_> = made.iter().filter_map(|(name, made)| Some((name, made, found(made)?))).collect();
+    if bound.is_empty() {
+        return;
+    }
+    out.push_str(
+        "### Gap to the bound\n\nOf the first stretch that the method planned anew, under the limits in force.\n\n",
+    );
+    out.push_str(
+        "| program | made from | method | its time, s | no schedule is below, s | of schedules | left to gain at most, % |\n",
+    );
+    out.push_str("|---|---|---|---|---|---|---|\n");
+    for (name, made, (below, about)) in bound {
+        let [time, left] = GAP.map(|name| figure(made, name));
+        put(
+            out,
+            format_args!(
+                "| {} | {} | {} | {} | {} | {about} | {} |\n",
+                cell(name),
+                cell(&made.from),
+                cell(&made.method),
+                fixed(time, 3),
+                fixed(Some(below), 3),
+                fixed(left, 2)
+            ),
+        );
+    }
+    out.push('\n');
+    // A joint whose limits gain nothing anywhere tells nothing.
+    let tells =
+        |rows: &[&GainAtLimit]| rows.iter().any(|r| r.saved_percent.abs() >= 0.05 || r.saved_at_most_percent >= 0.05);
+    let mut lines = Vec::new();
+    for (name, made) in made {
+        let mut joints: Vec<&str> = made.over_velocity.iter().map(|r| r.joint.as_str()).collect();
+        joints.dedup();
+        for joint in joints {
+            let rows: Vec<&GainAtLimit> = made.over_velocity.iter().filter(|r| r.joint == joint).collect();
+            if tells(&rows) {
+                let told: Vec<String> = rows.iter().map(|row| at_limit(row)).collect();
+                lines.push(format!("| {} | {} | {joint} | {} |\n", cell(name), cell(&made.from), told.join("; ")));
+            }
+        }
+    }
+    if !lines.is_empty() {
+        out.push_str("Time saved of that stretch over the velocity limit of a joint, by feed and this limit alone, percent, and in brackets what the best ");
+        out.push_str("schedule of the channel would save:\n\n| program | made from | joint | at a limit in deg/s |\n|---|---|---|---|\n");
+        lines.iter().for_each(|line| out.push_str(line));
+        out.push('\n');
+    }
+}
+
+fn at_limit(row: &GainAtLimit) -> String {
+    let is = match row.is {
+        VelocityLimit::Tried => "",
+        VelocityLimit::OfOriginal => ", what the program before needs",
+        VelocityLimit::InForce => ", in force",
+        VelocityLimit::OfMachine => ", the machine's own",
+    };
+    let percent = |v: f64| fixed(Some(v), 1);
+    let (saved, most) = (percent(row.saved_percent), percent(row.saved_at_most_percent));
+    format!("{:.1}{is}: {saved} ({most})", row.velocity_deg_s)
 }
 
 fn published(out: &mut String, c: &Comparison) {

@@ -115,8 +115,26 @@ struct Entry {
     again: choices::Again,
     motion: Option<Motion>,
     ideal: Option<Motion>,
+    over_velocity: Vec<GainAtLimit>,
     run: Option<Ran>,
 }
+
+/// How far the stretch of a made program is from the best schedule.
+#[derive(Debug, Default)]
+struct Gap {
+    figures: Vec<StudyFigure>,
+    curves: Vec<StudyCurve>,
+    over_velocity: Vec<GainAtLimit>,
+}
+
+/// Figures of it: time, and what is left to gain.
+pub(crate) const GAP: [&str; 2] = ["time of the planned stretch", "left to gain at most"];
+/// Its bound, by the schedules that it is about.
+pub(crate) const BOUNDS: [&str; 3] = [
+    "no schedule in the channel is below",
+    "no schedule of axes as near to those of the program before is below",
+    "no schedule at these feeds is below",
+];
 
 /// What is kept of a prove-out.
 #[derive(Debug)]
@@ -274,8 +292,10 @@ impl Comparing {
     /// Adds to what methods tell of their work how far it is from the best schedule.
     fn tell_gaps(&mut self) {
         for index in 0..self.entries.len() {
-            let gaps = self.gaps(&self.entries[index]);
-            for (study, (figures, curves)) in self.entries[index].studies.iter_mut().zip(gaps) {
+            let mut gaps = self.gaps(&self.entries[index]);
+            let entry = &mut self.entries[index];
+            entry.over_velocity = gaps.first_mut().map_or_else(Vec::new, |gap| std::mem::take(&mut gap.over_velocity));
+            for (study, Gap { figures, curves, .. }) in entry.studies.iter_mut().zip(gaps) {
                 study.figures.retain(|f| !figures.iter().any(|own| own.name == f.name));
                 study.figures.extend(figures);
                 study.curves.retain(|c| !curves.iter().any(|own| own.name == c.name && own.axes == c.axes));
@@ -285,7 +305,7 @@ impl Comparing {
     }
 
     /// Time, bound and gap of the stretches of a made program, and what it gains over velocity limits; nothing where there is no bound.
-    fn gaps(&self, entry: &Entry) -> Vec<(Vec<StudyFigure>, Vec<StudyCurve>)> {
+    fn gaps(&self, entry: &Entry) -> Vec<Gap> {
         let source = entry.made.as_ref().and_then(|(_, _, from)| self.entries.iter().find(|e| e.name == *from));
         let (Some(new), Some(old)) = (entry.motion.as_ref(), source.and_then(|s| s.motion.as_ref())) else {
             return Vec::new();
@@ -294,14 +314,31 @@ impl Comparing {
         let figure = |name: &str, unit: &str, value: f64| StudyFigure { name: name.into(), unit: unit.into(), value };
         let runs = entry.runs.iter().zip(pairs).map(|(run, (new, old))| {
             let Ok(found) = certify(run, |_| 0, new, old, &entry.changed_limits) else {
-                return (Vec::new(), Vec::new());
+                return Gap::default();
             };
-            let mut figures = vec![
-                figure("time of the planned stretch", "s", found.time_s),
-                figure("no schedule in the channel is below", "s", found.bound_s),
-            ];
-            figures.extend(found.gap_percent.map(|gap| figure("left to gain at most", "%", gap)));
-            (figures, found.joints.iter().flat_map(gain_curves).collect())
+            // A method of two angles has no channel: its bound is about axes that stray no farther than its own.
+            let bound = match &found.cells {
+                Some(_) => BOUNDS[1],
+                None if found.joints.is_empty() => BOUNDS[2],
+                None => BOUNDS[0],
+            };
+            let mut figures = vec![figure(GAP[0], "s", found.time_s), figure(bound, "s", found.bound_s)];
+            let stray = found.cells.as_ref().map(|cells| cells.stray_deg);
+            figures.extend(
+                stray.map(|deg| figure("axes are within this angle of those of the program before", "deg", deg)),
+            );
+            figures.extend(found.gap_percent.map(|gap| figure(GAP[1], "%", gap)));
+            let over_velocity = found.joints.iter().flat_map(|joint| {
+                joint.over_velocity.iter().map(|row| GainAtLimit {
+                    joint: joint.name.clone(),
+                    velocity_deg_s: row.velocity_deg_s,
+                    is: row.is,
+                    saved_percent: row.saved_percent,
+                    saved_at_most_percent: row.saved_at_most_percent,
+                })
+            });
+            let over_velocity = over_velocity.collect();
+            Gap { figures, curves: found.joints.iter().flat_map(gain_curves).collect(), over_velocity }
         });
         runs.collect()
     }
@@ -425,6 +462,7 @@ impl Entry {
             prepared: Some(prepared),
             motion: None,
             ideal: None,
+            over_velocity: Vec::new(),
             run: None,
         })
     }

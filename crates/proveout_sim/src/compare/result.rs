@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::uncertainty::{TimeGain, VariationKind};
+use crate::certificate::VelocityLimit;
 pub use crate::scene_limits::ChangedLimit;
 use crate::verdict::{Axis, Clearance, Deviation, Gate, State, Surface, Time};
 
@@ -156,6 +157,24 @@ pub struct Made {
     pub center_shift_mm: Option<f64>,
     /// What the method tells of its work; of the first run that was made anew.
     pub figures: Vec<StudyFigure>,
+    /// What it saves of the stretch of that run over the velocity limit of each joint, falling; empty where no limit binds.
+    #[serde(default)]
+    pub over_velocity: Vec<GainAtLimit>,
+}
+
+/// Time that a program saves at one velocity limit of a joint, by feed and this limit alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GainAtLimit {
+    /// The joint.
+    pub joint: String,
+    /// The limit.
+    pub velocity_deg_s: f64,
+    /// Where it comes from.
+    pub is: VelocityLimit,
+    /// Against the program that it was made from, percent.
+    pub saved_percent: f64,
+    /// What the best schedule of the channel would save, percent.
+    pub saved_at_most_percent: f64,
 }
 
 /// A number that a method tells of its work.

@@ -20,7 +20,7 @@ mod record;
 
 use std::sync::Arc;
 
-use proveout_geom::{InputError, Point, TriMesh, Vector};
+use proveout_geom::{InputError, Point, TriMesh, Vector, blade::FOOT_ERROR_MM};
 use proveout_surface::{
     DesignMesh, DesignSurface,
     texture::{Profile, SettingClass},
@@ -40,6 +40,7 @@ use crate::{
     error::SimError,
     scene::{ProfileDirectionFile, Scene, SurfaceFile},
     scene_surface::Middle,
+    shape::Shape,
 };
 
 /// Bytes of a node while a patch is evaluated: point, normal, contact, heights of maps and filters.
@@ -258,6 +259,11 @@ fn ground(scene: &Scene, part_mesh: Option<&TriMesh>) -> Result<(Ground, f64), S
         return Ok((Ground::Design(design), 0.0));
     }
     if let Some(blade) = &part.blade {
+        if blade.kind.has_ends()
+            && let Shape::Ended(solid) = Shape::of_scene(scene, blade, 0.0)?
+        {
+            return Ok((Ground::Design(Arc::new(*solid)), FOOT_ERROR_MM));
+        }
         let help = "correct [part.blade]";
         let blade = blade.blade(0.0).map_err(|e| InputError::file(&scene.path, e.to_string(), help))?;
         return Ok((Ground::Blade(Box::new(blade)), 0.0));

@@ -9,6 +9,7 @@ mod certificate;
 mod channel;
 mod corner;
 mod error;
+mod inset;
 mod min_angular_acceleration;
 mod multi_scale;
 mod quaternion;
@@ -34,12 +35,13 @@ pub use certificate::{
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
 pub use error::RescheduleError;
+pub use inset::SearchedInset;
 pub use min_angular_acceleration::{
     Criterion, MinAngularAcceleration, between_keys, capped, inflections, true_minimum,
 };
 pub use multi_scale::{
     BullNose, ContactFrame, CrossSection, Judged, MultiScale, basis, critical, fitted as fitted_curves, leaned,
-    mean_deviation, value as curve_value,
+    mean_deviation, mean_line, value as curve_value,
 };
 pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};
@@ -98,6 +100,11 @@ pub trait FeasibleRegion {
     /// Smallest distance of shank, neck and holder from what they must not touch, mm; zero or less where they do. The cutting
     /// end, which touches the surface that it cuts, does not count.
     fn clearance(&self, pose: &ToolPose) -> f64;
+
+    /// The same where it is below `most` (mm, above zero), else `most`: what is farther away need not be looked for.
+    fn clearance_up_to(&self, pose: &ToolPose, most: f64) -> f64 {
+        self.clearance(pose).min(most)
+    }
 
     /// Angles of a turn at which the tool is free, proved: intervals `[from, to]` in radian, rising and apart, `from` in -pi .. pi and
     /// `to` at most a turn above; `[-pi, pi]` where all are free. None where they cannot be told for this tool.

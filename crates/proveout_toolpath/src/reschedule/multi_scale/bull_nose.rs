@@ -136,17 +136,37 @@ impl BullNose {
         Some([rim(1.0)?, rim(-1.0)?])
     }
 
-    /// Point `[y, z]` of the section that the tool leaves as it moves along x, where its normal leans by `slope` (radian) from z to
-    /// y, and that of a contact elsewhere: `at` with the normal `n` there, all in one frame. The boundary of a shadow is that of the support points whose normals
-    /// lie in its plane.
-    pub fn shadow(&self, at: &Vector, n: &Vector, t: &Vector, slope: f64) -> [f64; 2] {
-        let d = Vector::new(0.0, slope.sin(), -slope.cos());
+    /// The section that the tool leaves as it moves along x, of a contact elsewhere: `at` with the normal `n` there, all in one frame. The boundary of a
+    /// shadow is that of the support points whose normals lie in its plane.
+    pub(super) fn shadow(&self, at: &Vector, n: &Vector, t: &Vector) -> Shadow {
         let middle = at + n * self.corner + across(n, t) * self.circle;
-        let rim = d - t * d.dot(t);
-        let length = rim.norm();
-        let rim = if length > 1e-12 { rim / length } else { rim };
-        let p = middle + rim * self.circle + d * self.corner;
-        [p.y, p.z]
+        Shadow { tool: *self, middle: [middle.y, middle.z], axis: *t }
+    }
+}
+
+/// The shadow of a bull-nose cutter along x.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shadow {
+    tool: BullNose,
+    /// Center of the circle of corner centers, y and z.
+    middle: [f64; 2],
+    axis: Vector,
+}
+
+impl Shadow {
+    /// Point `[y, z]` whose normal leans by `slope` (radian) from -z to y, and how fast y grows with the slope, mm.
+    ///
+    /// With `c = d.t` for the normal d, the circle is seen from the side as an ellipse, whose radius of curvature is `e t_x^2 / (1 - c^2)^(3/2)`.
+    pub(super) fn at(&self, slope: f64) -> ([f64; 2], f64) {
+        let BullNose { circle, corner } = self.tool;
+        let (sin, cos) = slope.sin_cos();
+        let c = self.axis.y * sin - self.axis.z * cos;
+        let rim = [-self.axis.x * c, sin - self.axis.y * c, -cos - self.axis.z * c];
+        let length = (rim[0] * rim[0] + rim[1] * rim[1] + rim[2] * rim[2]).sqrt().max(1e-12);
+        let part = circle / length;
+        let point = [self.middle[0] + rim[1] * part + sin * corner, self.middle[1] + rim[2] * part - cos * corner];
+        let radius = corner + part * self.axis.x * self.axis.x / (length * length);
+        (point, radius * cos)
     }
 }
 

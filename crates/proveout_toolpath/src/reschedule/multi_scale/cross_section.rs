@@ -16,7 +16,7 @@ use proveout_geom::{Point, Vector};
 
 use super::{
     super::{Contact, ContactSurface},
-    bull_nose::BullNose,
+    bull_nose::{BullNose, Shadow},
 };
 
 /// Spacing of heights, mm, and how far they reach beyond half of the evaluation length and one row.
@@ -26,6 +26,13 @@ const REACH: f64 = 2.0;
 const STEPS: usize = 30;
 /// Where the surface is looked for at a rim along the feed, mm.
 const BESIDE: [f64; 5] = [0.0, 0.02, -0.02, 0.1, -0.1];
+/// How near to a place over y the boundary of a shadow is followed, mm: its tangent takes the rest, to 1e-11 mm.
+const NEAR_Y: f64 = 1e-5;
+/// Width of the Gaussian filter, `sqrt(ln 2 / pi)`, and how far its window reaches, as a part of the cutoff: beyond, a ten-millionth of the weight is left.
+const ALPHA: f64 = 0.469_718_639_349_825_66;
+const FILTER_REACH: f64 = 1.0;
+/// Cutoff of the profile filter for Ra from 0.1 to 2 um (ISO 21920-3), mm.
+pub(super) const CUTOFF: f64 = 0.8;
 /// Spacing of the points of a profile, mm.
 const POINT: f64 = 0.02;
 
@@ -102,7 +109,7 @@ impl CrossSection {
         section.rows.push(section.contact(surface, frame, 0.0));
         for side in [1.0, -1.0] {
             let (mut y, mut z) = (0.0_f64, 0.0_f64);
-            while y.abs() < 0.5 * length + 0.5 * distance {
+            while y.abs() < 0.5 * (length + distance) + FILTER_REACH * CUTOFF {
                 // So far along y that the way on the surface is the distance.
                 let mut step = distance;
                 for _ in 0..20 {
@@ -146,26 +153,54 @@ impl CrossSection {
 
     /// Ra of the section that rows with this cutter leave, mm; `t` is the tool axis in the frame of the middle contact.
     pub fn roughness(&self, tool: &BullNose, t: &Vector) -> f64 {
-        let axes: Vec<Vector> =
-            self.rows.iter().map(|r| r.frame[0] * t.x + r.frame[1] * t.y + r.frame[2] * t.z).collect();
+        mean_deviation(&self.profile(tool, t, 0.0))
+    }
+
+    /// The same behind the profile filter of ISO 16610-21 with its cutoff (nesting index), mm: form and waviness are the Gaussian mean line, whose window reaches
+    /// beyond the evaluation length (ISO 21920-2: Ra is that of the filtered profile).
+    pub fn filtered_roughness(&self, tool: &BullNose, t: &Vector, cutoff: f64) -> f64 {
+        let reach = FILTER_REACH * cutoff;
+        let profile = self.profile(tool, t, reach);
+        let within = |p: &&[f64; 2]| p[0].abs() <= 0.5 * self.length;
+        let rest = profile.iter().filter(within).map(|at| (at[1] - mean_line(&profile, at[0], cutoff)).abs());
+        rest.sum::<f64>() / profile.iter().filter(within).count().max(1) as f64
+    }
+
+    /// Heights over the surface of what rows leave, `[y, z]`, over the evaluation length and so far beyond both its ends, mm.
+    fn profile(&self, tool: &BullNose, t: &Vector, beyond: f64) -> Vec<[f64; 2]> {
+        let shadow = |r: &RowContact| {
+            let axis = r.frame[0] * t.x + r.frame[1] * t.y + r.frame[2] * t.z;
+            tool.shadow(&r.at, &r.frame[2], &axis)
+        };
+        let shadows: Vec<Shadow> = self.rows.iter().map(shadow).collect();
         // The next point's slope is near the last one's.
         let mut slopes: Vec<f64> = self.rows.iter().map(|r| -r.frame[2].y.atan2(r.frame[2].z)).collect();
-        let count = (self.length / POINT).round().max(2.0) as usize;
+        let length = self.length + 2.0 * beyond;
+        let count = (length / POINT).round().max(2.0) as usize;
         let mut profile = Vec::with_capacity(count);
         let mut near = 0;
         for i in 0..count {
-            let y = self.length * ((i as f64 + 0.5) / count as f64 - 0.5);
+            let y = length * ((i as f64 + 0.5) / count as f64 - 0.5);
             while near + 1 < self.rows.len() && (self.rows[near + 1].y - y).abs() < (self.rows[near].y - y).abs() {
                 near += 1;
             }
             let among = near.saturating_sub(1)..(near + 2).min(self.rows.len());
-            let lowest = among
-                .map(|m| shadow_height(tool, &self.rows[m], &axes[m], y, &mut slopes[m]))
-                .fold(f64::INFINITY, f64::min);
+            let lowest = among.map(|m| shadow_height(&shadows[m], y, &mut slopes[m])).fold(f64::INFINITY, f64::min);
             profile.push([y, lowest - self.height(y)]);
         }
-        mean_deviation(&profile)
+        profile
     }
+}
+
+/// The Gaussian mean line of a profile at a place (ISO 16610-21): weights `exp(-pi (y / (alpha cutoff))^2)` that let half of a wave of the cutoff through.
+pub fn mean_line(profile: &[[f64; 2]], y: f64, cutoff: f64) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for [at, z] in profile.iter().filter(|p| (p[0] - y).abs() <= FILTER_REACH * cutoff) {
+        let part = (at - y) / (ALPHA * cutoff);
+        let weight = (-std::f64::consts::PI * part * part).exp();
+        (sum, weights) = (sum + weight * z, weights + weight);
+    }
+    if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
 /// The contact at a place, or a little along the feed where the place is beyond a rim there: the surface lies along the feed, so that it is
@@ -195,19 +230,16 @@ fn met(surface: &dyn ContactSurface, frame: &ContactFrame, y: f64, from: f64) ->
 }
 
 /// Height of the shadow of a row's cutter over y: Newton's method on the slope of its boundary.
-fn shadow_height(tool: &BullNose, row: &RowContact, t: &Vector, y: f64, slope: &mut f64) -> f64 {
-    let n = &row.frame[2];
-    let at = |slope: f64| tool.shadow(&row.at, n, t, slope);
-    let mut point = at(*slope);
+fn shadow_height(shadow: &Shadow, y: f64, slope: &mut f64) -> f64 {
+    let (mut point, mut rate) = shadow.at(*slope);
     for _ in 0..20 {
         let off = y - point[0];
-        if off.abs() < 1e-9 {
+        if off.abs() < NEAR_Y {
             break;
         }
-        let radius = (at(*slope + 1e-6)[0] - point[0]) / 1e-6;
         // The boundary of a convex shadow runs one way.
-        *slope = (*slope + (off / radius.max(1e-6)).clamp(-0.3, 0.3)).clamp(-1.5, 1.5);
-        point = at(*slope);
+        *slope = (*slope + (off / rate.max(1e-6)).clamp(-0.3, 0.3)).clamp(-1.5, 1.5);
+        (point, rate) = shadow.at(*slope);
     }
     point[1] + (y - point[0]) * slope.tan()
 }

@@ -4,13 +4,17 @@ use proveout_geom::{Point, Vector};
 
 use super::{
     super::{ContactSurface, Curve, CurveKind, CuttingRun, Figure, Quantity, Study, Surroundings},
-    BullNose, ContactFrame, CrossSection, Fitted, MultiScale, critical, found, leaned,
+    BullNose, ContactFrame, CrossSection, Fitted, MultiScale, critical,
+    cross_section::CUTOFF,
+    found, leaned,
 };
 use crate::path::PathCutter;
 
 /// Inclinations that are looked at, radian: below the first the face of the tool lies flat.
 const LEAST: f64 = 0.5 * std::f64::consts::PI / 180.0;
 const MOST: f64 = 60.0 * std::f64::consts::PI / 180.0;
+/// A relative curvature below this gouges, 1/mm: rounding.
+const GOUGE: f64 = -1e-9;
 /// How narrow a bracket about a root is, radian.
 const ROOT: f64 = 5e-9;
 /// Steps of a bisection over them.
@@ -31,6 +35,19 @@ pub struct Judged {
     pub strip: [Option<f64>; 2],
     /// Ra across the feed, mm; none without a row beside this one.
     pub roughness: Option<f64>,
+    /// The same behind a profile filter of 0.8 mm, mm.
+    pub filtered: Option<f64>,
+}
+
+/// What the rules look at: smallest relative curvature (1/mm), width of the strip and Ra (mm).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in super::super) struct Measures([f64; 3]);
+
+impl Measures {
+    /// The mean of four by their weights.
+    pub(in super::super) fn mean(all: [(Self, f64); 4]) -> Self {
+        Self(std::array::from_fn(|k| all.iter().map(|(m, weight)| m.0[k] * weight).sum()))
+    }
 }
 
 /// A contact with its rules.
@@ -104,19 +121,32 @@ impl Judge {
         t.x.hypot(t.y).atan2(t.z)
     }
 
+    /// What the rules look at with an axis of the run; none where it leans below the face, or the tool is narrower than the height of the strip.
+    pub(in super::super) fn measures(&self, axis: &Vector) -> Option<Measures> {
+        let t = self.frame.local(axis);
+        if t.z <= 0.0 {
+            return None;
+        }
+        let width = self.width(&t)?;
+        let ruled = self.rows && self.method.roughness > 0.0;
+        let roughness = if ruled { self.section.roughness(&self.tool, &t) } else { 0.0 };
+        Some(Measures([critical(self.tool.form(&t), self.form), width, roughness]))
+    }
+
     /// How far an axis of the run is past a rule, as a part of its limit; zero or less where it keeps all.
     pub(super) fn excess(&self, axis: &Vector) -> f64 {
-        let t = self.frame.local(axis);
-        let [narrow, wide] = self.method.strip;
-        let gouge = critical(self.tool.form(&t), self.form);
-        if t.z <= 0.0 || gouge < -1e-9 {
+        self.measures(axis).map_or(1.0, |m| self.excess_of(&m))
+    }
+
+    /// The same of what was measured.
+    pub(in super::super) fn excess_of(&self, &Measures([gouge, width, roughness]): &Measures) -> f64 {
+        if gouge < GOUGE {
             return 1.0 + gouge.abs();
         }
-        let Some(width) = self.width(&t) else { return 1.0 };
-        let mut excess = ((width - wide) / wide).max((narrow - width) / narrow);
+        let [narrow, wide] = self.method.strip;
+        let excess = ((width - wide) / wide).max((narrow - width) / narrow);
         if self.rows && self.method.roughness > 0.0 {
-            let rough = self.section.roughness(&self.tool, &t);
-            excess = excess.max((rough - self.method.roughness) / self.method.roughness);
+            return excess.max((roughness - self.method.roughness) / self.method.roughness);
         }
         excess
     }
@@ -126,7 +156,7 @@ impl Judge {
     pub(in super::super) fn keeps(&self, axis: &Vector, margin: f64) -> bool {
         let t = self.frame.local(axis);
         let [narrow, wide] = self.method.strip;
-        if t.z <= 0.0 || critical(self.tool.form(&t), self.form) < -1e-9 {
+        if t.z <= 0.0 || critical(self.tool.form(&t), self.form) < GOUGE {
             return false;
         }
         let Some(width) = self.width(&t) else { return false };
@@ -147,6 +177,7 @@ impl Judge {
             critical: critical(self.tool.form(t), self.form),
             strip: [self.width(t), swept.map(|[l, r]| l + r)],
             roughness: self.rows.then(|| self.section.roughness(&self.tool, t)),
+            filtered: self.rows.then(|| self.section.filtered_roughness(&self.tool, t, CUTOFF)),
         }
     }
 }
@@ -240,6 +271,57 @@ fn nearest(row: &[Point], frame: &ContactFrame) -> Option<f64> {
     row.windows(2).map(to).min_by(|a, b| a.norm().total_cmp(&b.norm())).map(|way| way.y.hypot(way.z))
 }
 
+/// What the rules say of the axes of a row before and after, of the contacts that are judged.
+pub(in super::super) fn ruled_figures(judged: &[bool], [before, after]: [&[Judged]; 2]) -> Vec<Figure> {
+    let inside = |of: fn(&Judged) -> Option<f64>, all: &[Judged]| -> Vec<f64> {
+        all.iter().zip(judged).filter(|(_, judged)| **judged).filter_map(|(j, _)| of(j)).collect()
+    };
+    let most = |v: &[f64]| v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = |v: &[f64]| v.iter().copied().fold(f64::INFINITY, f64::min);
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
+    let figure = |name, unit, value: f64| Figure { name, unit, value };
+    let section: fn(&Judged) -> Option<f64> = |j| j.strip[0];
+    let swept: fn(&Judged) -> Option<f64> = |j| j.strip[1];
+    let mut figures = vec![
+        figure("largest lean to a side", "deg", most(&inside(|j| Some(j.side.abs().to_degrees()), after))),
+        figure("narrowest strip", "mm", least(&inside(section, after))),
+        figure("widest strip", "mm", most(&inside(section, after))),
+        figure("widest strip of the moving tool", "mm", most(&inside(swept, after))),
+    ];
+    let of: [(fn(&Judged) -> Option<f64>, [&'static str; 4]); 2] = [
+        (
+            |j| Some(1e3 * j.roughness?),
+            [
+                "largest Ra across the feed before",
+                "largest Ra across the feed",
+                "mean Ra across the feed before",
+                "mean Ra across the feed",
+            ],
+        ),
+        (
+            |j| Some(1e3 * j.filtered?),
+            [
+                "largest Ra across the feed before, filtered at 0.8 mm",
+                "largest Ra across the feed, filtered at 0.8 mm",
+                "mean Ra across the feed before, filtered at 0.8 mm",
+                "mean Ra across the feed, filtered at 0.8 mm",
+            ],
+        ),
+    ];
+    for (of, [most_before, most_after, mean_before, mean_after]) in of {
+        let (old, new) = (inside(of, before), inside(of, after));
+        if !new.is_empty() {
+            figures.extend([
+                figure(most_before, "um", most(&old)),
+                figure(most_after, "um", most(&new)),
+                figure(mean_before, "um", mean(&old)),
+                figure(mean_after, "um", mean(&new)),
+            ]);
+        }
+    }
+    figures
+}
+
 /// Curves and figures of a row.
 pub(super) fn study(arc: &[f64], judges: &[Judge], [before, after]: [&[Judged]; 2], done: &Fitted) -> Study {
     let curve = |name, kind, quantity: Quantity, values: &mut dyn Iterator<Item = Option<f64>>| Curve {
@@ -254,35 +336,16 @@ pub(super) fn study(arc: &[f64], judges: &[Judge], [before, after]: [&[Judged]; 
     let degrees = |j: &Judged| Some(j.lean.to_degrees());
     let micro = |j: &Judged| Some(1e3 * j.roughness?);
     let limit = |k: usize| judges.iter().map(move |j| Some(j.limits[k].to_degrees()));
-    let inside = |of: fn(&Judged) -> Option<f64>, all: &[Judged]| -> Vec<f64> {
-        all.iter().zip(&done.judged).filter(|(_, judged)| **judged).filter_map(|(j, _)| of(j)).collect()
-    };
-    let most = |v: &[f64]| v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let least = |v: &[f64]| v.iter().copied().fold(f64::INFINITY, f64::min);
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let figure = |name, unit, value: f64| Figure { name, unit, value };
     let fixed = done.fixed.iter().map(|&i| [arc[i], after[i].lean.to_degrees()]).collect();
     let section: fn(&Judged) -> Option<f64> = |j| j.strip[0];
-    let swept: fn(&Judged) -> Option<f64> = |j| j.strip[1];
     let mut figures = vec![
         figure("fixed contacts", "", done.fixed.len() as f64),
         figure("coefficients of a curve", "", done.coefficients as f64),
         figure("rounds", "", done.rounds as f64),
         figure("contacts of the run-in, not judged", "", done.judged.iter().filter(|j| !**j).count() as f64),
-        figure("largest lean to a side", "deg", most(&inside(|j| Some(j.side.abs().to_degrees()), after))),
-        figure("narrowest strip", "mm", least(&inside(section, after))),
-        figure("widest strip", "mm", most(&inside(section, after))),
-        figure("widest strip of the moving tool", "mm", most(&inside(swept, after))),
     ];
-    let (old, new) = (inside(micro, before), inside(micro, after));
-    if !new.is_empty() {
-        figures.extend([
-            figure("largest Ra across the feed before", "um", most(&old)),
-            figure("largest Ra across the feed", "um", most(&new)),
-            figure("mean Ra across the feed before", "um", mean(&old)),
-            figure("mean Ra across the feed", "um", mean(&new)),
-        ]);
-    }
+    figures.extend(ruled_figures(&done.judged, [before, after]));
     Study {
         curves: vec![
             curve("least inclination", CurveKind::Limit, lean, &mut limit(0)),

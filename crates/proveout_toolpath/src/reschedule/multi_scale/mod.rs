@@ -34,17 +34,17 @@ use proveout_geom::{ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 
 use super::{
-    CuttingRun, Method, RescheduleError, Rescheduled, Surroundings,
+    CuttingRun, Figure, Method, RescheduleError, Rescheduled, Surroundings,
     touching::{Touching, touching},
 };
 use crate::path::PathCutter;
 
 pub use bull_nose::{BullNose, critical};
-pub use cross_section::{ContactFrame, CrossSection, leaned, mean_deviation};
+pub use cross_section::{ContactFrame, CrossSection, leaned, mean_deviation, mean_line};
 pub use fit::{basis, fitted, value};
-pub(super) use judge::Judge;
 pub use judge::Judged;
 use judge::study;
+pub(super) use judge::{Judge, Measures, ruled_figures};
 
 /// Coefficients of a curve at the start.
 const COEFFICIENTS: usize = 21;
@@ -56,6 +56,8 @@ const MARGIN: f64 = 0.2 * std::f64::consts::PI / 180.0;
 const POLE_STEP: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Blocks whose contacts are nearer than this to each other at the end of a row may be lifted from it, mm.
 const LIFTED: f64 = 1e-2;
+/// A clearance below this is looked for where it is only asked whether bodies meet, mm.
+const MEETS: f64 = 1e-6;
 /// Largest turn of the row between two steps, as a cosine.
 const STRAIGHT_ON: f64 = 0.5;
 
@@ -149,6 +151,17 @@ fn refusing<T>(run: &CuttingRun) -> impl Fn(&'static str, &str, &str) -> Result<
     move |code, message, help| Err(RescheduleError::new(code, first, message, help))
 }
 
+impl RowRules {
+    /// What the rules say of axes of the stretch before and after.
+    pub(super) fn figures(&self, axes: [&[Vector]; 2]) -> Vec<Figure> {
+        let judged = |axes: &[Vector]| -> Vec<Judged> {
+            self.judges.iter().zip(axes).map(|(judge, axis)| judge.judged(&judge.frame.local(axis))).collect()
+        };
+        let [before, after] = axes.map(judged);
+        ruled_figures(&self.judged, [&before, &after])
+    }
+}
+
 /// The contacts of a row with what the method asks of them.
 pub(super) struct RowRules {
     /// The blocks along the surface.
@@ -228,23 +241,47 @@ impl Method for MultiScale {
     fn reschedule(&self, run: &CuttingRun, around: &Surroundings<'_>) -> Result<Rescheduled, RescheduleError> {
         self.check()?;
         let cutter = PathCutter::new(around.cutter.clone());
-        let RowRules { stretch, contacts: all, judges, arc, .. } = self.rules(run, around, &cutter)?;
+        let mut rules = self.rules(run, around, &cutter)?;
+        let contacts = std::mem::take(&mut rules.contacts);
+        let (poses, done) = self.by_rules(run, around, &cutter, (&rules, &contacts))?;
+        let RowRules { stretch, judges, arc, .. } = rules;
+        let judged = |(judge, pose): (&Judge, &ToolPose)| judge.judged(&judge.frame.local(&pose.axis));
+        let own = run.blocks[stretch.clone()].iter().map(|b| &b.pose);
+        let before: Vec<Judged> = judges.iter().zip(own).map(judged).collect();
+        let after: Vec<Judged> = judges.iter().zip(&poses[stretch.clone()]).map(judged).collect();
+        let study = study(&arc, &judges, [&before, &after], &done);
+        Ok(Rescheduled { stretch, poses, rotary: None, channel: None, study })
+    }
+}
+
+impl MultiScale {
+    /// Poses of all blocks of a run by the rules of its row, which were made of its contacts.
+    ///
+    /// # Errors
+    /// No curves keep the rules, or shank and holder touch; with the block.
+    pub(super) fn by_rules(
+        &self,
+        whole: &CuttingRun,
+        around: &Surroundings<'_>,
+        cutter: &PathCutter,
+        (rules, contacts): (&RowRules, &[Touching]),
+    ) -> Result<(Vec<ToolPose>, Fitted), RescheduleError> {
         let Some(rotary) = Rotary::new(around.machine) else {
             let help = "choose a five-axis machine";
-            return refusing(run)("reschedule-path", "the machine has not two rotary joints", help);
+            return refusing(whole)("reschedule-path", "the machine has not two rotary joints", help);
         };
-        let whole = run;
-        let run = &CuttingRun { blocks: run.blocks[stretch.clone()].to_vec() };
-        let work = Work { method: self, run, rotary: &rotary, judges: &judges, arc: &arc };
+        let stretch = &rules.stretch;
+        let run = &CuttingRun { blocks: whole.blocks[stretch.clone()].to_vec() };
+        let work = Work { method: self, run, rotary: &rotary, judges: &rules.judges, arc: &rules.arc };
         let done = work.solve()?;
         let mut poses = Vec::with_capacity(whole.blocks.len());
-        for (i, (at, block)) in all.iter().zip(&whole.blocks).enumerate() {
+        for (i, (at, block)) in contacts.iter().zip(&whole.blocks).enumerate() {
             // Lead-in and lead-out keep to their ends.
             let axis = rotary.axis(done.joints[i.clamp(stretch.start, stretch.end - 1) - stretch.start]);
             let pose = ToolPose { tip: cutter.touch(&at.place, &axis, 0.0, None).pose.tip + at.off, axis };
             if let Some(region) = around.region
-                && region.clearance(&pose) <= 0.0
-                && region.clearance(&block.pose) > 0.0
+                && region.clearance_up_to(&pose, MEETS) <= 0.0
+                && region.clearance_up_to(&block.pose, MEETS) > 0.0
             {
                 let message = "the new axis brings shank or holder into what it must not touch";
                 let help = "give the tool a slimmer shank and holder, or widen the strip";
@@ -252,12 +289,7 @@ impl Method for MultiScale {
             }
             poses.push(pose);
         }
-        let before: Vec<Judged> =
-            judges.iter().zip(&run.blocks).map(|(j, b)| j.judged(&j.frame.local(&b.pose.axis))).collect();
-        let after: Vec<Judged> =
-            judges.iter().zip(&poses[stretch.clone()]).map(|(j, p)| j.judged(&j.frame.local(&p.axis))).collect();
-        let study = study(&arc, &judges, [&before, &after], &done);
-        Ok(Rescheduled { stretch, poses, rotary: None, channel: None, study })
+        Ok((poses, done))
     }
 }
 
@@ -338,7 +370,7 @@ struct Work<'a> {
 }
 
 /// What came out.
-struct Fitted {
+pub(super) struct Fitted {
     joints: Vec<[f64; 2]>,
     fixed: Vec<usize>,
     coefficients: usize,

@@ -277,7 +277,7 @@ fn at_gates(string: &[[f64; 2]], times: &[f64]) -> Vec<f64> {
 }
 
 /// Largest rate of change over blocks, and of its change, s.
-fn peaks(angles: &[f64], least: &[f64]) -> [f64; 2] {
+pub(super) fn peaks(angles: &[f64], least: &[f64]) -> [f64; 2] {
     let rate: Vec<f64> = angles.windows(2).zip(least).map(|(q, t)| (q[1] - q[0]) / t).collect();
     let change = rate.windows(2).zip(least.windows(2)).map(|(v, t)| 2.0 * (v[1] - v[0]) / (t[0] + t[1]));
     [rate.iter().fold(0.0, |m, v| v.abs().max(m)), change.fold(0.0, |m, a| a.abs().max(m))]

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | lean from the normal, turn from the program's own axis: at most L | the part of the circle within L - h |
 //! | ball end: neck, shank, holder | [`FeasibleRegion::free_turns`] with h as spread, for all ball centers of a part of the stretch: proved |
-//! | bull-nose: gouge, strip, roughness of [`super::super::super::MultiScale`] | the circle looked at from cell to cell, at the block in the middle of the stretch |
+//! | bull-nose: gouge, strip, roughness of [`super::super::super::MultiScale`] | measured from cell to cell, at the block in the middle of the stretch |
 //!
 //! What cells say of a bull-nose is where to look; every block of what is handed out is judged by itself. Of cutters that have no ball the
 //! bodies behind the cutter are held against their clearance: along a block no point moves by more than `|tip' - tip| + |V' - V| reach`, so that a block is free
@@ -18,8 +18,9 @@ use std::ops::Range;
 
 use proveout_geom::{Point, ToolPose, Vector};
 
+use super::super::super::multi_scale::{Judge, Measures, RowRules};
 use super::super::super::tool_channel::{CHORD_MM, CIRCLE, both};
-use super::super::super::{AxisTurn, FeasibleRegion, multi_scale::RowRules};
+use super::super::super::{AxisTurn, FeasibleRegion};
 use super::cells::Scale;
 use super::joints::{Angles, TwoJoints};
 
@@ -28,6 +29,10 @@ const HALVINGS: u32 = 7;
 /// Longest part of a stretch that the free turns of a ball are asked for at once, mm, or this part of the row.
 const PART_MM: f64 = 1.0;
 const PART_OF_ROW: f64 = 1.0 / 400.0;
+/// A clearance below this is looked for where it is only asked whether bodies meet, mm.
+const MEETS: f64 = 1e-6;
+/// Cells of turn and of tilt from one to the next in which the rules of a bull-nose are measured.
+const JUDGED_CELLS: usize = 3;
 /// Rounding of angles, radian.
 const ROUNDED: f64 = 1e-9;
 /// By how much the rules of a bull-nose may be passed by rounding, as a part of their limits.
@@ -50,8 +55,6 @@ pub(super) struct Freedom<'a> {
     pub(super) bodies: Option<(&'a dyn FeasibleRegion, f64)>,
     pub(super) pose: &'a dyn Fn(usize, &Vector) -> ToolPose,
     pub(super) rules: Option<&'a RowRules>,
-    /// By how much the limits of the rules are taken narrower, as a part of them.
-    pub(super) margin: f64,
     pub(super) length: f64,
 }
 
@@ -93,35 +96,59 @@ impl Freedom<'_> {
         vec![[middle - half, middle + half]]
     }
 
-    /// Free cells of the turn, for each cell of the tilt, at the blocks of a stretch.
-    pub(super) fn cells(&self, blocks: Range<usize>, scales: [Scale; 2]) -> Vec<Vec<bool>> {
+    /// How far the cells of the turn, for each cell of the tilt, are past the rules at the blocks of a stretch: infinite where a cell is not free, minus
+    /// infinite where it is and no rule is in force.
+    pub(super) fn cells(&self, blocks: Range<usize>, scales: [Scale; 2]) -> Vec<Vec<f64>> {
         let [turns, tilts] = scales;
         let parts = self.parts(&blocks);
-        (0..tilts.count)
-            .map(|at| {
-                let tilt = tilts.edge(at) + 0.5 * tilts.step;
-                let half = 0.5 * tilts.step;
-                let ring = self.ring(tilt);
-                let free = self.ring_intervals(&ring, half, &blocks, &parts);
-                let mut row: Vec<bool> = (0..turns.count)
-                    .map(|k| {
-                        let [from, to] = [turns.edge(k) + ring.zero, turns.edge(k + 1) + ring.zero];
-                        free.iter().any(|i| holds(i, from, to))
-                    })
-                    .collect();
-                if let Some(rules) = self.rules {
-                    let middle = blocks.start + blocks.len() / 2;
-                    if let Some(judge) = rules.judged.get(middle).filter(|j| **j).and_then(|_| rules.judges.get(middle))
-                    {
-                        for (k, free) in row.iter_mut().enumerate().filter(|(_, free)| **free) {
-                            let axis = self.joints.axis([turns.edge(k) + 0.5 * turns.step, tilt]);
-                            *free = judge.keeps(&axis, self.margin);
-                        }
-                    }
-                }
-                row
-            })
-            .collect()
+        let row = |at: usize| -> Vec<f64> {
+            let half = 0.5 * tilts.step;
+            let ring = self.ring(tilts.edge(at) + half);
+            let free = self.ring_intervals(&ring, half, &blocks, &parts);
+            let of = |k: usize| {
+                let [from, to] = [turns.edge(k) + ring.zero, turns.edge(k + 1) + ring.zero];
+                if free.iter().any(|i| holds(i, from, to)) { f64::NEG_INFINITY } else { f64::INFINITY }
+            };
+            (0..turns.count).map(of).collect()
+        };
+        let mut cells: Vec<Vec<f64>> = (0..tilts.count).map(row).collect();
+        let middle = blocks.start + blocks.len() / 2;
+        let judge = self.rules.and_then(|r| r.judged.get(middle).filter(|j| **j).and_then(|_| r.judges.get(middle)));
+        if let Some(judge) = judge {
+            self.judge_cells(judge, scales, &mut cells);
+        }
+        cells
+    }
+
+    /// Puts the excess of the rules into free cells, from measures at every third cell each way: what they say is where to look.
+    fn judge_cells(&self, judge: &Judge, [turns, tilts]: [Scale; 2], cells: &mut [Vec<f64>]) {
+        let measured = |turn: usize, tilt: usize| {
+            let at = |scale: &Scale, k: usize| scale.edge(k) + 0.5 * scale.step;
+            judge.measures(&self.joints.axis([at(&turns, turn), at(&tilts, tilt)]))
+        };
+        let width = turns.count / JUDGED_CELLS + 2;
+        let mut nodes: Vec<Option<Option<Measures>>> = vec![None; width * (tilts.count / JUDGED_CELLS + 2)];
+        for (tilt, row) in cells.iter_mut().enumerate() {
+            for (turn, cell) in row.iter_mut().enumerate().filter(|(_, cell)| **cell < f64::INFINITY) {
+                let (a, b) = (turn / JUDGED_CELLS, tilt / JUDGED_CELLS);
+                let part = |k: usize| (k % JUDGED_CELLS) as f64 / JUDGED_CELLS as f64;
+                let (u, v) = (part(turn), part(tilt));
+                let mut node = |i: usize, j: usize| {
+                    *nodes[j * width + i].get_or_insert_with(|| measured(JUDGED_CELLS * i, JUDGED_CELLS * j))
+                };
+                let corners = [node(a, b), node(a + 1, b), node(a, b + 1), node(a + 1, b + 1)];
+                let mean = match corners {
+                    [Some(p), Some(q), Some(r), Some(s)] => Some(Measures::mean([
+                        (p, (1.0 - u) * (1.0 - v)),
+                        (q, u * (1.0 - v)),
+                        (r, (1.0 - u) * v),
+                        (s, u * v),
+                    ])),
+                    _ => measured(turn, tilt),
+                };
+                *cell = mean.map_or(f64::INFINITY, |m| judge.excess_of(&m));
+            }
+        }
     }
 
     /// Whether the limits of lean and turn leave any axis with a tilt at some block.
@@ -200,13 +227,14 @@ impl Freedom<'_> {
             return self.ball_is_free(block, from, to, HALVINGS);
         }
         let Some((region, reach)) = self.bodies else { return true };
-        let poses = ends.map(|(i, q)| (self.pose)(i, &self.joints.axis(q)));
         // What the program itself has stood in is not new.
-        let own = [block, block + 1].map(|i| region.clearance(&(self.pose)(i, &self.own[i])));
-        if own.iter().any(|c| *c <= 0.0) {
+        let stood = |i: usize| region.clearance_up_to(&(self.pose)(i, &self.own[i]), MEETS) <= 0.0;
+        if stood(block) || stood(block + 1) {
             return true;
         }
-        between(region, reach, poses.map(|p| (p, region.clearance(&p))), HALVINGS)
+        let poses = ends.map(|(i, q)| (self.pose)(i, &self.joints.axis(q)));
+        let most = motion(reach, &poses);
+        between(region, reach, poses.map(|p| (p, region.clearance_up_to(&p, most))), HALVINGS)
     }
 
     /// Limits that a block has of its own.
@@ -267,7 +295,12 @@ fn holds([low, high]: &[f64; 2], from: f64, to: f64) -> bool {
     to - off <= *high
 }
 
-/// Whether bodies are free between two poses with their clearances.
+/// By how much a point of the bodies can move from one pose to another, mm; never zero.
+fn motion(reach: f64, [a, b]: &[ToolPose; 2]) -> f64 {
+    ((b.tip - a.tip).norm() + (b.axis - a.axis).norm() * reach).max(MEETS)
+}
+
+/// Whether bodies are free between two poses with their clearances, of which no more need be known than the motion between them.
 fn between(
     region: &dyn FeasibleRegion,
     reach: f64,
@@ -277,14 +310,14 @@ fn between(
     if near <= 0.0 || far <= 0.0 {
         return false;
     }
-    let motion = (b.tip - a.tip).norm() + (b.axis - a.axis).norm() * reach;
-    if near + far > motion {
+    if near + far > motion(reach, &[a, b]) {
         return true;
     }
     let Some(halvings) = halvings.checked_sub(1) else { return false };
     let Some(axis) = (a.axis + b.axis).try_normalize(1e-9) else { return false };
     let middle = ToolPose { tip: nalgebra::center(&a.tip, &b.tip), axis };
-    let between_both = (middle, region.clearance(&middle));
+    let most = motion(reach, &[a, middle]).max(motion(reach, &[middle, b]));
+    let between_both = (middle, region.clearance_up_to(&middle, most));
     between(region, reach, [(a, near), between_both], halvings)
         && between(region, reach, [between_both, (b, far)], halvings)
 }

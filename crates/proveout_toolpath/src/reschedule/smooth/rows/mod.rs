@@ -159,7 +159,7 @@ impl Method for SmoothRows {
         let capped = if ball.is_some() && known { std::f64::consts::PI } else { TURN_MAX };
         let turn_max = self.turn_max.unwrap_or(capped);
         let bodies = around.region.filter(|_| ball.is_none()).and_then(|r| Some((r, r.reach()?)));
-        let mut freedom = Freedom {
+        let freedom = Freedom {
             joints: &joints,
             points: row.points(),
             normals,
@@ -170,17 +170,16 @@ impl Method for SmoothRows {
             bodies,
             pose: &pose,
             rules: row.rules.as_ref(),
-            margin: 0.0,
             length: row.arc.last().copied().unwrap_or(0.0),
         };
         let work =
             Work { run, around, row: &row, joints: &joints, least: &least, limits: [0, 1].map(|j| joints.limits(j)) };
         let margins = if row.rules.is_some() { &MARGINS[..] } else { &[0.0] };
+        let ground = Ground::new(&work, &freedom, &course)?;
         let mut found = Vec::new();
         let mut refused = None;
         for margin in margins {
-            freedom.margin = *margin;
-            match self.planned(&work, &freedom, &course) {
+            match self.planned(&work, &freedom, &course, (&ground, *margin)) {
                 Ok(planned) => {
                     let free = planned.angles.into_iter().filter(|angles| freedom.is_free(angles));
                     found.extend(free.map(|angles| work.tried(angles, "smoothest")));
@@ -215,6 +214,37 @@ struct Planned {
     gates: [Vec<[f64; 2]>; 2],
 }
 
+/// What is free at the stretches of a row.
+struct Ground {
+    scales: [Scale; 2],
+    /// Blocks at the stations.
+    nodes: Vec<usize>,
+    /// How far cells are past the rules ([`Freedom::cells`]), stretch by stretch.
+    excess: Vec<Vec<Vec<f64>>>,
+}
+
+impl Ground {
+    fn new(work: &Work<'_>, freedom: &Freedom<'_>, course: &[Angles]) -> Result<Self, RescheduleError> {
+        let scales = work.scales(freedom, course)?;
+        let n = course.len();
+        let most = if work.row.rules.is_some() { MOST_JUDGED } else { MOST_STATIONS };
+        let stretches = (n - 1).min(most);
+        let nodes: Vec<usize> = (0..=stretches).map(|k| k * (n - 1) / stretches).collect();
+        let excess = nodes.windows(2).map(|pair| freedom.cells(pair[0]..pair[1] + 1, scales)).collect();
+        Ok(Self { scales, nodes, excess })
+    }
+
+    /// Cells that keep the rules by a part of their limits.
+    fn cells(&self, margin: f64) -> Cells {
+        let mut cells = Cells::new(self.scales);
+        for stretch in &self.excess {
+            let open = |row: &Vec<f64>| row.iter().map(|excess| *excess <= -margin).collect();
+            cells.push(&stretch.iter().map(open).collect::<Vec<Vec<bool>>>());
+        }
+        cells
+    }
+}
+
 /// A row with what it is planned in.
 struct Work<'a> {
     run: &'a CuttingRun,
@@ -227,16 +257,16 @@ struct Work<'a> {
 
 impl SmoothRows {
     /// The way through the cells and the smoothest schedules round it.
-    fn planned(&self, work: &Work<'_>, freedom: &Freedom<'_>, course: &[Angles]) -> Result<Planned, RescheduleError> {
-        let scales = work.scales(freedom, course)?;
+    fn planned(
+        &self,
+        work: &Work<'_>,
+        freedom: &Freedom<'_>,
+        course: &[Angles],
+        (ground, margin): (&Ground, f64),
+    ) -> Result<Planned, RescheduleError> {
         let n = course.len();
-        let most = if work.row.rules.is_some() { MOST_JUDGED } else { MOST_STATIONS };
-        let stretches = (n - 1).min(most);
-        let nodes: Vec<usize> = (0..=stretches).map(|k| k * (n - 1) / stretches).collect();
-        let mut cells = Cells::new(scales);
-        for pair in nodes.windows(2) {
-            cells.push(&freedom.cells(pair[0]..pair[1] + 1, scales));
-        }
+        let Ground { scales, nodes, .. } = ground;
+        let cells = ground.cells(margin);
         let times: Vec<f64> = nodes.windows(2).map(|p| work.least[p[0]..p[1]].iter().sum()).collect();
         let velocities = work.limits.map(|[v, _]| if v.is_finite() { v } else { std::f64::consts::PI });
         let cell = |q: &Angles| -> Cell { [0, 1].map(|j| scales[j].cell(q[j])) };
@@ -247,7 +277,7 @@ impl SmoothRows {
         let last: Vec<Cell> = ends.iter().map(cell).collect();
         let way = cells
             .way(kept.then_some(&starts[..]), kept.then_some(&last[..]), &times, velocities)
-            .map_err(|closed| work.closed(closed, &nodes, freedom, kept))?;
+            .map_err(|closed| work.closed(closed, nodes, freedom, kept))?;
         let end = kept.then(|| {
             let off = |q: &Angles| usize::from(way.last() != Some(&cell(q)));
             ends.iter().copied().min_by_key(off).unwrap_or(course[n - 1])
@@ -260,7 +290,7 @@ impl SmoothRows {
             for (stretch, rectangle) in rectangles.iter_mut().enumerate() {
                 *rectangle = cells.grown(stretch, *rectangle);
             }
-            let gates = gates(&cells, &rectangles, &nodes, fixed);
+            let gates = gates(&cells, &rectangles, nodes, fixed);
             let within = Rectangles { gates: &gates, limits: work.limits };
             let mut next = None;
             for (least, rest) in least.iter_mut().zip([true, false]) {
@@ -301,15 +331,21 @@ impl SmoothRows {
         if wanted(course) {
             found.push(work.tried(course.to_vec(), "program before"));
         }
-        let methods: Vec<Box<dyn Method>> = match work.row.rules {
-            Some(_) => vec![Box::new(self.rules)],
-            None => vec![Box::new(Singularity::default()), Box::new(MinAngularAcceleration::default())],
+        let made = |method: &dyn Method| {
+            let made = method.reschedule(work.run, work.around).ok()?;
+            Some((method.name(), made.poses, made.rotary))
         };
-        for method in methods {
-            let Ok(made) = method.reschedule(work.run, work.around) else { continue };
-            let angles = match made.rotary {
+        let methods = match work.row.rules {
+            Some(_) => {
+                let poses = work.row.by_strip_and_roughness(&self.rules, work.run, work.around);
+                vec![poses.map(|poses| (self.rules.name(), poses, None))]
+            }
+            None => vec![made(&Singularity::default()), made(&MinAngularAcceleration::default())],
+        };
+        for (name, poses, rotary) in methods.into_iter().flatten() {
+            let angles = match rotary {
                 Some(rotary) => Ok(rotary.iter().map(|q| work.joints.of(q)).collect()),
-                None => work.joints.course(work.run, made.poses.iter().map(|p| &p.axis)),
+                None => work.joints.course(work.run, poses.iter().map(|p| &p.axis)),
             };
             let Ok(Some(angles)) = angles.map(|a: Vec<Angles>| a.get(work.row.stretch.clone()).map(<[_]>::to_vec))
             else {
@@ -320,7 +356,7 @@ impl SmoothRows {
                 a.zip(b).is_some_and(|(a, b)| (a - b).norm() < 1e-6)
             };
             if (self.ends == RowEnds::Free || (same(0) && same(course.len() - 1))) && wanted(&angles) {
-                found.push(work.tried(angles, method.name()));
+                found.push(work.tried(angles, name));
             }
         }
     }

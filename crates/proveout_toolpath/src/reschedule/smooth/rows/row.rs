@@ -5,7 +5,7 @@ use std::ops::Range;
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::Profile;
 
-use super::super::super::multi_scale::{BullNose, RowRules};
+use super::super::super::multi_scale::{BullNose, MultiScale, RowRules};
 use super::super::super::touching::{Touching, touching};
 use super::super::super::{CuttingRun, RescheduleError, Surroundings};
 use super::SmoothRows;
@@ -99,6 +99,17 @@ impl Row {
             Some(radius) => ToolPose { tip: at.place.point - axis * radius, axis: *axis },
             None => ToolPose { tip: self.cutter.touch(&at.place, axis, 0.0, None).pose.tip + at.off, axis: *axis },
         }
+    }
+
+    /// What the method of Dong et al. 2023 makes of a row with its rules.
+    pub(super) fn by_strip_and_roughness(
+        &self,
+        method: &MultiScale,
+        run: &CuttingRun,
+        around: &Surroundings<'_>,
+    ) -> Option<Vec<ToolPose>> {
+        let rules = self.rules.as_ref()?;
+        method.by_rules(run, around, &self.cutter, (rules, &self.touching)).ok().map(|(poses, _)| poses)
     }
 
     /// Programmed times of the blocks of the row behind its first, s.

@@ -59,9 +59,11 @@ impl Work<'_> {
         if most.is_finite() {
             figure("largest lean from the normal", "deg", most.to_degrees());
         }
+        let axes = [course, &best.angles].map(|all| all.iter().map(|q| self.joints.axis(*q)).collect::<Vec<_>>());
         figure("the new schedule is one of this method", "", f64::from(u8::from(best.name.starts_with("smoothest"))));
         figure("least time by the feed", "s", self.least.iter().sum());
         figure("time of the blocks", "s", best.time());
+        study.figures.extend(self.row.rules.iter().flat_map(|rules| rules.figures([&axes[0], &axes[1]])));
         Rescheduled { poses, stretch: self.row.stretch.clone(), rotary, channel: None, study }
     }
 }
