@@ -103,7 +103,8 @@ impl BullNose {
             let at = |x: f64| self.outside(&middle, t, &Vector::new(x, p.y, p.z));
             let reach = self.circle + self.corner;
             let (mut low, mut high) = (middle.x - reach, middle.x + reach);
-            for _ in 0..80 {
+            // To a millionth of a millimeter: the distance is flat there.
+            for _ in 0..42 {
                 let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
                 if at(a) <= at(b) { high = b } else { low = a }
             }

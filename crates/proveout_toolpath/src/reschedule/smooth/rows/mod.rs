@@ -48,6 +48,8 @@ const MOST_JUDGED: usize = 15;
 /// Half a turn each way beside the turns of the program is looked at; a sixth for the rules of a bull-nose.
 const BESIDE: f64 = std::f64::consts::PI;
 const BESIDE_RULES: f64 = std::f64::consts::FRAC_PI_3;
+/// How far beside the tilts of the program is looked first, radian.
+const BAND: f64 = 12.0 * std::f64::consts::PI / 180.0;
 /// How often rectangles are grown anew.
 const ROUNDS: usize = 3;
 /// An end that is kept may be off by this while the others are looked for, radian.
@@ -175,21 +177,30 @@ impl Method for SmoothRows {
         let work =
             Work { run, around, row: &row, joints: &joints, least: &least, limits: [0, 1].map(|j| joints.limits(j)) };
         let margins = if row.rules.is_some() { &MARGINS[..] } else { &[0.0] };
-        let ground = Ground::new(&work, &freedom, &course)?;
         let mut found = Vec::new();
         let mut refused = None;
-        for margin in margins {
-            match self.planned(&work, &freedom, &course, (&ground, *margin)) {
-                Ok(planned) => {
-                    let free = planned.angles.into_iter().filter(|angles| freedom.is_free(angles));
-                    found.extend(free.map(|angles| work.tried(angles, "smoothest")));
-                    refused = None;
-                    if !found.is_empty() {
-                        found.extend(work.with_control(&planned.gates, &found, &freedom));
-                        break;
+        // Near the tilts of the program first: elsewhere it is looked where the schedule wants to go on there.
+        for band in [Some(BAND), None] {
+            let ground = Ground::new(&work, &freedom, &course, band)?;
+            let before = found.len();
+            let mut left = false;
+            for margin in margins {
+                match self.planned(&work, &freedom, &course, (&ground, *margin)) {
+                    Ok(planned) => {
+                        left = planned.angles.iter().flatten().any(|q| ground.at_cut(q[1]));
+                        let free = planned.angles.into_iter().filter(|angles| freedom.is_free(angles));
+                        found.extend(free.map(|angles| work.tried(angles, "smoothest")));
+                        refused = None;
+                        if found.len() > before {
+                            found.extend(work.with_control(&planned.gates, &found, &freedom));
+                            break;
+                        }
                     }
+                    Err(e) => refused = Some(e),
                 }
-                Err(e) => refused = Some(e),
+            }
+            if !ground.is_cut() || found.len() > before && !left {
+                break;
             }
         }
         if let (Some(e), true) = (refused, found.is_empty()) {
@@ -221,17 +232,35 @@ struct Ground {
     nodes: Vec<usize>,
     /// How far cells are past the rules ([`Freedom::cells`]), stretch by stretch.
     excess: Vec<Vec<Vec<f64>>>,
+    /// Lowest and highest tilt where there are others beyond.
+    cut: [Option<f64>; 2],
 }
 
 impl Ground {
-    fn new(work: &Work<'_>, freedom: &Freedom<'_>, course: &[Angles]) -> Result<Self, RescheduleError> {
-        let scales = work.scales(freedom, course)?;
+    /// Within a band of tilts beside those of the program, radian, or of all.
+    fn new(
+        work: &Work<'_>,
+        freedom: &Freedom<'_>,
+        course: &[Angles],
+        band: Option<f64>,
+    ) -> Result<Self, RescheduleError> {
+        let (scales, cut) = work.scales(freedom, course, band)?;
         let n = course.len();
         let most = if work.row.rules.is_some() { MOST_JUDGED } else { MOST_STATIONS };
         let stretches = (n - 1).min(most);
         let nodes: Vec<usize> = (0..=stretches).map(|k| k * (n - 1) / stretches).collect();
         let excess = nodes.windows(2).map(|pair| freedom.cells(pair[0]..pair[1] + 1, scales)).collect();
-        Ok(Self { scales, nodes, excess })
+        Ok(Self { scales, nodes, excess, cut })
+    }
+
+    fn is_cut(&self) -> bool {
+        self.cut.iter().any(Option::is_some)
+    }
+
+    /// Whether a tilt is in the last cell before others that are not looked at.
+    fn at_cut(&self, tilt: f64) -> bool {
+        let step = self.scales[1].step;
+        self.cut[0].is_some_and(|low| tilt < low + step) || self.cut[1].is_some_and(|high| tilt > high - step)
     }
 
     /// Cells that keep the rules by a part of their limits.
@@ -431,8 +460,14 @@ impl Work<'_> {
         out
     }
 
-    /// Cells of turn and tilt: of the tilt what the limits leave anywhere.
-    fn scales(&self, freedom: &Freedom<'_>, course: &[Angles]) -> Result<[Scale; 2], RescheduleError> {
+    /// Cells of turn and tilt: of the tilt what the limits leave anywhere, within a band beside those of the program where one is given; and where the band
+    /// ends before the limits do.
+    fn scales(
+        &self,
+        freedom: &Freedom<'_>,
+        course: &[Angles],
+        band: Option<f64>,
+    ) -> Result<([Scale; 2], [Option<f64>; 2]), RescheduleError> {
         let widths = if self.row.rules.is_some() { FINE_CELLS } else { CELLS };
         let beside = if self.row.rules.is_some() { BESIDE_RULES } else { BESIDE };
         let turns = course.iter().map(|q| q[0]);
@@ -449,13 +484,17 @@ impl Work<'_> {
         };
         // The program's own tilts are looked at in any case: where they are not free, the block is told.
         let own = |pick: fn(f64, f64) -> f64, start: f64| course.iter().map(|q| q[1]).fold(start, pick);
-        let tilts = [
-            all.edge(*first).min(own(f64::min, f64::INFINITY)),
-            all.edge(last + 1).max(own(f64::max, f64::NEG_INFINITY)),
-        ];
+        let [low, high] = [own(f64::min, f64::INFINITY), own(f64::max, f64::NEG_INFINITY)];
+        let mut tilts = [all.edge(*first).min(low), all.edge(last + 1).max(high)];
+        let mut cut = [None; 2];
+        if let Some(band) = band {
+            let near = [low - band, high + band];
+            cut = [(near[0] > tilts[0]).then_some(near[0]), (near[1] < tilts[1]).then_some(near[1])];
+            tilts = [tilts[0].max(near[0]), tilts[1].min(near[1])];
+        }
         let count = (range[1] - range[0]) / widths[0] * (tilts[1] - tilts[0]) / widths[1];
         let coarser = (count / MOST_CELLS).sqrt().max(1.0);
-        Ok([Scale::new(range, coarser * widths[0]), Scale::new(tilts, coarser * widths[1])])
+        Ok(([Scale::new(range, coarser * widths[0]), Scale::new(tilts, coarser * widths[1])], cut))
     }
 
     fn closed(&self, closed: Closed, nodes: &[usize], freedom: &Freedom<'_>, kept: bool) -> RescheduleError {
