@@ -56,6 +56,23 @@ const ROUNDS: usize = 3;
 const KEPT: f64 = 1e-7;
 /// Schedules whose times differ by less than this part are as fast.
 const AS_FAST: f64 = 1e-5;
+/// What is asked of the control: how many times the least peak of velocity there may be, whether the programs are solved in its own times, and whether the joints
+/// stand still at the ends; given up after some without a gain.
+const WITH_CONTROL: [(f64, bool, bool); 9] = {
+    let [roomy, tight] = VELOCITY_GIVEN;
+    [
+        (roomy, true, true),
+        (tight, false, true),
+        (tight, true, true),
+        (roomy, true, false),
+        (tight, true, false),
+        (1.1, false, true),
+        (1.1, true, true),
+        (1.1, true, false),
+        (roomy, true, true),
+    ]
+};
+const IDLE: usize = 5;
 /// By how much the rules of a bull-nose are taken narrower, as a part of their limits, in the order in which it is tried: between stations nothing is known.
 const MARGINS: [f64; 3] = [0.01, 0.025, 0.05];
 
@@ -439,22 +456,27 @@ impl Work<'_> {
             return out;
         }
         let within = Rectangles { gates, limits: self.limits };
-        let [roomy, tight] = VELOCITY_GIVEN;
-        for (given, in_time_of_control) in [(roomy, true), (tight, false), (tight, true)] {
+        let mut idle = 0;
+        for (given, in_time_of_control, rest) in WITH_CONTROL {
             let Some(best) = chosen(found.iter().chain(&out).cloned().collect()) else { break };
-            if !best.time().is_finite() || best.time() <= shortest * (1.0 + GAIN) {
+            if !best.time().is_finite() || best.time() <= shortest * (1.0 + GAIN) || idle == IDLE {
                 break;
             }
             let slower: Vec<f64> = best.times.iter().zip(self.least).map(|(t, l)| t.max(*l)).collect();
             let times = if in_time_of_control { &slower } else { self.least };
             let ends = [best.angles.first().copied(), best.angles.last().copied()];
-            let Some(mut angles) = within.smoothest(times, true, given) else { continue };
+            idle += 1;
+            let Some(mut angles) = within.smoothest(times, rest, given) else { continue };
             put_ends(
                 &mut angles,
                 ends.map(|e| e.filter(|_| gates[0].iter().chain(&gates[1]).any(|g| g[1] - g[0] < 3.0 * KEPT))),
             );
             if freedom.is_free(&angles) {
-                out.push(self.tried(angles, "smoothest in the time of the control"));
+                let next = self.tried(angles, "smoothest in the time of the control");
+                if next.time() < best.time() * (1.0 - AS_FAST) {
+                    idle = 0;
+                }
+                out.push(next);
             }
         }
         out
