@@ -510,6 +510,10 @@ impl Work<'_> {
         let mut tilts = [all.edge(*first).min(low), all.edge(last + 1).max(high)];
         let mut cut = [None; 2];
         if let Some(band) = band {
+            // The other branch of both ends too: the way may go through the pole.
+            let ends = [freedom.own.first(), freedom.own.last()].into_iter().flatten();
+            let ends = ends.flat_map(|axis| self.joints.all(axis, [range, [all.low, all.edge(all.count)]]));
+            let (low, high) = ends.fold((low, high), |(low, high), q| (low.min(q[1]), high.max(q[1])));
             let near = [low - band, high + band];
             cut = [(near[0] > tilts[0]).then_some(near[0]), (near[1] < tilts[1]).then_some(near[1])];
             tilts = [tilts[0].max(near[0]), tilts[1].min(near[1])];
