@@ -89,6 +89,9 @@ pub struct Reprogramming<'a> {
 /// them; none where it refuses the program.
 pub type BlockTimes<'a> = dyn Fn(Vec<Command>) -> Option<Vec<Vec<f64>>> + 'a;
 
+/// Regions of tools, as far as they were asked for.
+type Regions = Vec<(ToolName, Option<Box<dyn FeasibleRegion>>)>;
+
 /// The time law of the control for one run, with the program as it stands.
 struct RunTimes<'a> {
     work: &'a Reprogramming<'a>,
@@ -158,6 +161,7 @@ impl Reprogramming<'_> {
         let found: Vec<(usize, &Found)> = found.iter().enumerate().filter(|(_, run)| long(run)).collect();
         let rows: Vec<CuttingRun> = found.iter().map(|(_, run)| cutting_run(run, &commands)).collect();
         let mut out = Reprogrammed { commands, runs: Vec::new() };
+        let mut regions = Vec::new();
         for (row, &(place, run)) in found.iter().enumerate() {
             // Rapids from the run before belong to both.
             let link = row.checked_sub(1).and_then(|k| {
@@ -165,7 +169,7 @@ impl Reprogramming<'_> {
                 let from = out.runs.last()?.after.last()?.axis;
                 (at + 1 == place && run.linked).then_some(Link { rapids: &last.after, from })
             });
-            self.run(run, (&rows, row), link, &mut out)?;
+            self.run(run, (&rows, row), link, (&mut regions, &mut out))?;
         }
         if out.runs.is_empty() {
             let help = "re-scheduling needs straight feed blocks with TRAORI, G43.4 or M128, or blocks that turn rotary axes without it";
@@ -177,6 +181,15 @@ impl Reprogramming<'_> {
             return Err(Box::new(ControlError { code, message, location, help: Some(help.to_owned()) }));
         }
         Ok(out)
+    }
+
+    /// What a tool must not touch; meshes and search trees are made once for each tool.
+    fn region_of<'r>(&self, name: &ToolName, regions: &'r mut Regions) -> Option<&'r dyn FeasibleRegion> {
+        let at = regions.iter().position(|(of, _)| of == name).unwrap_or_else(|| {
+            regions.push((name.clone(), (self.region)(name)));
+            regions.len() - 1
+        });
+        regions.get(at)?.1.as_deref()
     }
 
     /// Table axis in the frame of the table: of the rotary joint that carries the workpiece; across it sections are cut.
@@ -192,7 +205,7 @@ impl Reprogramming<'_> {
         found: &Found,
         (rows, row): (&[CuttingRun], usize),
         link: Option<Link<'_>>,
-        out: &mut Reprogrammed,
+        (regions, out): (&mut Regions, &mut Reprogrammed),
     ) -> Result<(), Box<ControlError>> {
         let run = cutting_run(found, &out.commands);
         let first = out.commands[found.blocks[0].command].location.clone();
@@ -200,7 +213,8 @@ impl Reprogramming<'_> {
             let message = format!("the tool of this run is not in the library: {:?}", found.tool);
             fail(&first, "reschedule-tool", message, "add the tool to the library")
         })?;
-        let region = found.tool.as_ref().filter(|_| self.method.needs_region()).and_then(|name| (self.region)(name));
+        let region = found.tool.as_ref().filter(|_| self.method.needs_region());
+        let region = region.and_then(|name| self.region_of(name, regions));
         let ball = cutter.ball_radius().unwrap_or(0.0);
         let alike = out.runs.iter().filter(|run| run.commands.len() == found.blocks.len()).count();
         let ends = [found.blocks.first(), found.blocks.last()].map(|b| b.map_or(0, |b| b.command));
@@ -212,7 +226,7 @@ impl Reprogramming<'_> {
         let around = Surroundings {
             machine: Some(self.machine),
             surface: self.surface,
-            region: region.as_deref(),
+            region,
             time_law: law.as_ref().map(|law| law as &dyn TimeLaw),
             vectors: first_vector(&out.commands, found).is_some(),
             rows,

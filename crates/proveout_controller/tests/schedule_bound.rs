@@ -82,10 +82,12 @@ fn outcome(seed: u64) -> Outcome {
         })
         .collect();
     let machine = machine(limits);
-    let place = |i: usize| [('X', 500.0 + step * i as f64), ('Y', 0.0), ('Z', 400.0), ('A', schedule[i]), ('B', 0.0)];
+    // Commands have radian, as everything inside.
+    let a = |i: usize| schedule[i].to_radians();
+    let place = |i: usize| [('X', 500.0 + step * i as f64), ('Y', 0.0), ('Z', 400.0), ('A', a(i)), ('B', 0.0)];
     // A run-up before and behind, so that the stretch is passed in motion wherever the schedule lets it.
-    let before = [('X', 500.0 - 40.0), ('Y', 0.0), ('Z', 400.0), ('A', schedule[0]), ('B', 0.0)];
-    let behind = [('X', 500.0 + step * n as f64 + 40.0), ('Y', 0.0), ('Z', 400.0), ('A', schedule[n]), ('B', 0.0)];
+    let before = [('X', 500.0 - 40.0), ('Y', 0.0), ('Z', 400.0), ('A', a(0)), ('B', 0.0)];
+    let behind = [('X', 500.0 + step * n as f64 + 40.0), ('Y', 0.0), ('Z', 400.0), ('A', a(n)), ('B', 0.0)];
     let mut program = Program::default().change(1).continuous(0.01).g0(&before).feed(feed);
     for i in 0..=n {
         program = program.g1(&place(i));
@@ -274,7 +276,7 @@ fn two_angles_outcome(seed: u64) -> Turned {
     let caps = Caps { middles: middles.collect(), radius: radius + 2.0 * rounding };
     let tip = |k: usize| step * (k as f64 - lead as f64 - 0.5 * n as f64);
     let place = |k: usize| {
-        let [b, c] = rows[k].map(f64::to_degrees);
+        let [b, c] = rows[k];
         [('X', tip(k)), ('Y', 0.0), ('Z', 80.0), ('B', b), ('C', c)]
     };
     let mut program = Program::default().change(1).continuous(0.01).tcp(true).g0(&place(0)).feed(feed);
@@ -309,8 +311,11 @@ fn no_row_of_two_angles_is_below_the_bound_over_cells() {
         ratios
     };
     let forced = outcomes.iter().filter(|o| o.forced > 1.01).count();
+    let told = |r: &[f64]| match r {
+        [] => "of none".to_owned(),
+        _ => format!("{:.4} to {:.3}, half below {:.3}", r[0], r[r.len() - 1], r[r.len() / 2]),
+    };
     let [even, jumping] = [sorted(false), sorted(true)];
-    let told = |r: &[f64]| format!("{:.4} to {:.3}, half below {:.3}", r[0], r[r.len() - 1], r[r.len() / 2]);
     println!(
         "{count} rows: time over bound {}, of rows that jump {}; {forced} bound by more than the feed",
         told(&even),

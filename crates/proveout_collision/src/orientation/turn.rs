@@ -27,6 +27,8 @@ use super::space::OrientationSpace;
 const FINE: f64 = 0.008;
 /// Nor those that are smaller than this part of the distance that centers may be off.
 const OF_DRIFT: f64 = 0.5;
+/// Nor those seen under less than the axes that are meant are off: what they add too much is no more than that.
+const OF_SPREAD: f64 = 1.0;
 /// A piece under this angle at most that makes the union larger by less than the other is added as it is, radian.
 const SMALL: f64 = 0.06;
 const HARDLY: f64 = 0.004;
@@ -171,7 +173,7 @@ impl Turning<'_> {
         if missing <= ROUNDING {
             return true;
         }
-        let fine = seen <= FINE || radius <= OF_DRIFT * self.turn.drift;
+        let fine = seen <= FINE.max(OF_SPREAD * self.turn.spread) || radius <= OF_DRIFT * self.turn.drift;
         if fine || seen <= SMALL && missing <= HARDLY {
             self.union.add(middle, half);
             return true;

@@ -16,7 +16,7 @@ use proveout_geom::{Point, Vector};
 
 use super::{
     super::{Contact, ContactSurface},
-    bull_nose::{BullNose, Shadow},
+    bull_nose::{BullNose, Rim, Shadow},
 };
 
 /// Spacing of heights, mm, and how far they reach beyond half of the evaluation length and one row.
@@ -173,8 +173,8 @@ impl CrossSection {
             tool.shadow(&r.at, &r.frame[2], &axis)
         };
         let shadows: Vec<Shadow> = self.rows.iter().map(shadow).collect();
-        // The next point's slope is near the last one's.
-        let mut slopes: Vec<f64> = self.rows.iter().map(|r| -r.frame[2].y.atan2(r.frame[2].z)).collect();
+        let mut rims: Vec<Rim> =
+            shadows.iter().zip(&self.rows).map(|(s, r)| s.at(-r.frame[2].y.atan2(r.frame[2].z))).collect();
         let length = self.length + 2.0 * beyond;
         let count = (length / POINT).round().max(2.0) as usize;
         let mut profile = Vec::with_capacity(count);
@@ -185,7 +185,7 @@ impl CrossSection {
                 near += 1;
             }
             let among = near.saturating_sub(1)..(near + 2).min(self.rows.len());
-            let lowest = among.map(|m| shadow_height(&shadows[m], y, &mut slopes[m])).fold(f64::INFINITY, f64::min);
+            let lowest = among.map(|m| shadow_height(&shadows[m], y, &mut rims[m])).fold(f64::INFINITY, f64::min);
             profile.push([y, lowest - self.height(y)]);
         }
         profile
@@ -229,19 +229,18 @@ fn met(surface: &dyn ContactSurface, frame: &ContactFrame, y: f64, from: f64) ->
     None
 }
 
-/// Height of the shadow of a row's cutter over y: Newton's method on the slope of its boundary.
-fn shadow_height(shadow: &Shadow, y: f64, slope: &mut f64) -> f64 {
-    let (mut point, mut rate) = shadow.at(*slope);
+/// Height of the shadow of a row's cutter over y: Newton's method on the slope of its boundary, from the place before on.
+fn shadow_height(shadow: &Shadow, y: f64, at: &mut Rim) -> f64 {
     for _ in 0..20 {
-        let off = y - point[0];
+        let off = y - at.y;
         if off.abs() < NEAR_Y {
             break;
         }
         // The boundary of a convex shadow runs one way.
-        *slope = (*slope + (off / rate.max(1e-6)).clamp(-0.3, 0.3)).clamp(-1.5, 1.5);
-        (point, rate) = shadow.at(*slope);
+        let turn = (off / at.rate.max(1e-6)).clamp(-0.3, 0.3);
+        *at = shadow.at((at.slope + turn).clamp(-1.5, 1.5));
     }
-    point[1] + (y - point[0]) * slope.tan()
+    at.z + (y - at.y) * at.rise
 }
 
 /// Mean distance of points from their least-squares line.

@@ -121,13 +121,18 @@ impl Judge {
         t.x.hypot(t.y).atan2(t.z)
     }
 
-    /// What the rules look at with an axis of the run; none where it leans below the face, or the tool is narrower than the height of the strip.
-    pub(in super::super) fn measures(&self, axis: &Vector) -> Option<Measures> {
+    /// What the rules look at with an axis of the run; none where it leans below the face, the tool is narrower than the height of the strip, or the
+    /// strip is past its limits by more than a part of them.
+    pub(in super::super) fn measures(&self, axis: &Vector, far: f64) -> Option<Measures> {
         let t = self.frame.local(axis);
         if t.z <= 0.0 {
             return None;
         }
         let width = self.width(&t)?;
+        let [narrow, wide] = self.method.strip;
+        if width > wide * (1.0 + far) || width < narrow * (1.0 - far) {
+            return None;
+        }
         let ruled = self.rows && self.method.roughness > 0.0;
         let roughness = if ruled { self.section.roughness(&self.tool, &t) } else { 0.0 };
         Some(Measures([critical(self.tool.form(&t), self.form), width, roughness]))
@@ -135,7 +140,7 @@ impl Judge {
 
     /// How far an axis of the run is past a rule, as a part of its limit; zero or less where it keeps all.
     pub(super) fn excess(&self, axis: &Vector) -> f64 {
-        self.measures(axis).map_or(1.0, |m| self.excess_of(&m))
+        self.measures(axis, f64::INFINITY).map_or(1.0, |m| self.excess_of(&m))
     }
 
     /// The same of what was measured.

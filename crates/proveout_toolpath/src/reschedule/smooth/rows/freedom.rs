@@ -27,12 +27,14 @@ use super::joints::{Angles, TwoJoints};
 /// Halvings of a block of which a clearance says too little.
 const HALVINGS: u32 = 7;
 /// Longest part of a stretch that the free turns of a ball are asked for at once, mm, or this part of the row.
-const PART_MM: f64 = 1.0;
+const PART_MM: f64 = 1.6;
 const PART_OF_ROW: f64 = 1.0 / 400.0;
 /// A clearance below this is looked for where it is only asked whether bodies meet, mm.
 const MEETS: f64 = 1e-6;
 /// Cells of turn and of tilt from one to the next in which the rules of a bull-nose are measured.
 const JUDGED_CELLS: usize = 3;
+/// Where the strip is past its limits by more than this part of them nothing else is measured.
+const FAR: f64 = 0.15;
 /// Rounding of angles, radian.
 const ROUNDED: f64 = 1e-9;
 /// By how much the rules of a bull-nose may be passed by rounding, as a part of their limits.
@@ -124,7 +126,7 @@ impl Freedom<'_> {
     fn judge_cells(&self, judge: &Judge, [turns, tilts]: [Scale; 2], cells: &mut [Vec<f64>]) {
         let measured = |turn: usize, tilt: usize| {
             let at = |scale: &Scale, k: usize| scale.edge(k) + 0.5 * scale.step;
-            judge.measures(&self.joints.axis([at(&turns, turn), at(&tilts, tilt)]))
+            judge.measures(&self.joints.axis([at(&turns, turn), at(&tilts, tilt)]), FAR)
         };
         let width = turns.count / JUDGED_CELLS + 2;
         let mut nodes: Vec<Option<Option<Measures>>> = vec![None; width * (tilts.count / JUDGED_CELLS + 2)];

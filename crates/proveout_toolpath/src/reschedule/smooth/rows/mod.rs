@@ -48,12 +48,31 @@ const MOST_JUDGED: usize = 15;
 /// Half a turn each way beside the turns of the program is looked at; a sixth for the rules of a bull-nose.
 const BESIDE: f64 = std::f64::consts::PI;
 const BESIDE_RULES: f64 = std::f64::consts::FRAC_PI_3;
+/// How far beside the tilts of the program is looked first, radian.
+const BAND: f64 = 12.0 * std::f64::consts::PI / 180.0;
 /// How often rectangles are grown anew.
 const ROUNDS: usize = 3;
 /// An end that is kept may be off by this while the others are looked for, radian.
 const KEPT: f64 = 1e-7;
 /// Schedules whose times differ by less than this part are as fast.
 const AS_FAST: f64 = 1e-5;
+/// What is asked of the control: how many times the least peak of velocity there may be, whether the programs are solved in its own times, and whether the joints
+/// stand still at the ends; given up after some without a gain.
+const WITH_CONTROL: [(f64, bool, bool); 9] = {
+    let [roomy, tight] = VELOCITY_GIVEN;
+    [
+        (roomy, true, true),
+        (tight, false, true),
+        (tight, true, true),
+        (roomy, true, false),
+        (tight, true, false),
+        (1.1, false, true),
+        (1.1, true, true),
+        (1.1, true, false),
+        (roomy, true, true),
+    ]
+};
+const IDLE: usize = 5;
 /// By how much the rules of a bull-nose are taken narrower, as a part of their limits, in the order in which it is tried: between stations nothing is known.
 const MARGINS: [f64; 3] = [0.01, 0.025, 0.05];
 
@@ -175,21 +194,30 @@ impl Method for SmoothRows {
         let work =
             Work { run, around, row: &row, joints: &joints, least: &least, limits: [0, 1].map(|j| joints.limits(j)) };
         let margins = if row.rules.is_some() { &MARGINS[..] } else { &[0.0] };
-        let ground = Ground::new(&work, &freedom, &course)?;
         let mut found = Vec::new();
         let mut refused = None;
-        for margin in margins {
-            match self.planned(&work, &freedom, &course, (&ground, *margin)) {
-                Ok(planned) => {
-                    let free = planned.angles.into_iter().filter(|angles| freedom.is_free(angles));
-                    found.extend(free.map(|angles| work.tried(angles, "smoothest")));
-                    refused = None;
-                    if !found.is_empty() {
-                        found.extend(work.with_control(&planned.gates, &found, &freedom));
-                        break;
+        // Near the tilts of the program first: elsewhere it is looked where the schedule wants to go on there.
+        for band in [Some(BAND), None] {
+            let ground = Ground::new(&work, &freedom, &course, band)?;
+            let before = found.len();
+            let mut left = false;
+            for margin in margins {
+                match self.planned(&work, &freedom, &course, (&ground, *margin)) {
+                    Ok(planned) => {
+                        left = planned.angles.iter().flatten().any(|q| ground.at_cut(q[1]));
+                        let free = planned.angles.into_iter().filter(|angles| freedom.is_free(angles));
+                        found.extend(free.map(|angles| work.tried(angles, "smoothest")));
+                        refused = None;
+                        if found.len() > before {
+                            found.extend(work.with_control(&planned.gates, &found, &freedom));
+                            break;
+                        }
                     }
+                    Err(e) => refused = Some(e),
                 }
-                Err(e) => refused = Some(e),
+            }
+            if !ground.is_cut() || found.len() > before && !left {
+                break;
             }
         }
         if let (Some(e), true) = (refused, found.is_empty()) {
@@ -221,17 +249,35 @@ struct Ground {
     nodes: Vec<usize>,
     /// How far cells are past the rules ([`Freedom::cells`]), stretch by stretch.
     excess: Vec<Vec<Vec<f64>>>,
+    /// Lowest and highest tilt where there are others beyond.
+    cut: [Option<f64>; 2],
 }
 
 impl Ground {
-    fn new(work: &Work<'_>, freedom: &Freedom<'_>, course: &[Angles]) -> Result<Self, RescheduleError> {
-        let scales = work.scales(freedom, course)?;
+    /// Within a band of tilts beside those of the program, radian, or of all.
+    fn new(
+        work: &Work<'_>,
+        freedom: &Freedom<'_>,
+        course: &[Angles],
+        band: Option<f64>,
+    ) -> Result<Self, RescheduleError> {
+        let (scales, cut) = work.scales(freedom, course, band)?;
         let n = course.len();
         let most = if work.row.rules.is_some() { MOST_JUDGED } else { MOST_STATIONS };
         let stretches = (n - 1).min(most);
         let nodes: Vec<usize> = (0..=stretches).map(|k| k * (n - 1) / stretches).collect();
         let excess = nodes.windows(2).map(|pair| freedom.cells(pair[0]..pair[1] + 1, scales)).collect();
-        Ok(Self { scales, nodes, excess })
+        Ok(Self { scales, nodes, excess, cut })
+    }
+
+    fn is_cut(&self) -> bool {
+        self.cut.iter().any(Option::is_some)
+    }
+
+    /// Whether a tilt is in the last cell before others that are not looked at.
+    fn at_cut(&self, tilt: f64) -> bool {
+        let step = self.scales[1].step;
+        self.cut[0].is_some_and(|low| tilt < low + step) || self.cut[1].is_some_and(|high| tilt > high - step)
     }
 
     /// Cells that keep the rules by a part of their limits.
@@ -410,29 +456,40 @@ impl Work<'_> {
             return out;
         }
         let within = Rectangles { gates, limits: self.limits };
-        let [roomy, tight] = VELOCITY_GIVEN;
-        for (given, in_time_of_control) in [(roomy, true), (tight, false), (tight, true)] {
+        let mut idle = 0;
+        for (given, in_time_of_control, rest) in WITH_CONTROL {
             let Some(best) = chosen(found.iter().chain(&out).cloned().collect()) else { break };
-            if !best.time().is_finite() || best.time() <= shortest * (1.0 + GAIN) {
+            if !best.time().is_finite() || best.time() <= shortest * (1.0 + GAIN) || idle == IDLE {
                 break;
             }
             let slower: Vec<f64> = best.times.iter().zip(self.least).map(|(t, l)| t.max(*l)).collect();
             let times = if in_time_of_control { &slower } else { self.least };
             let ends = [best.angles.first().copied(), best.angles.last().copied()];
-            let Some(mut angles) = within.smoothest(times, true, given) else { continue };
+            idle += 1;
+            let Some(mut angles) = within.smoothest(times, rest, given) else { continue };
             put_ends(
                 &mut angles,
                 ends.map(|e| e.filter(|_| gates[0].iter().chain(&gates[1]).any(|g| g[1] - g[0] < 3.0 * KEPT))),
             );
             if freedom.is_free(&angles) {
-                out.push(self.tried(angles, "smoothest in the time of the control"));
+                let next = self.tried(angles, "smoothest in the time of the control");
+                if next.time() < best.time() * (1.0 - AS_FAST) {
+                    idle = 0;
+                }
+                out.push(next);
             }
         }
         out
     }
 
-    /// Cells of turn and tilt: of the tilt what the limits leave anywhere.
-    fn scales(&self, freedom: &Freedom<'_>, course: &[Angles]) -> Result<[Scale; 2], RescheduleError> {
+    /// Cells of turn and tilt: of the tilt what the limits leave anywhere, within a band beside those of the program where one is given; and where the band
+    /// ends before the limits do.
+    fn scales(
+        &self,
+        freedom: &Freedom<'_>,
+        course: &[Angles],
+        band: Option<f64>,
+    ) -> Result<([Scale; 2], [Option<f64>; 2]), RescheduleError> {
         let widths = if self.row.rules.is_some() { FINE_CELLS } else { CELLS };
         let beside = if self.row.rules.is_some() { BESIDE_RULES } else { BESIDE };
         let turns = course.iter().map(|q| q[0]);
@@ -449,13 +506,21 @@ impl Work<'_> {
         };
         // The program's own tilts are looked at in any case: where they are not free, the block is told.
         let own = |pick: fn(f64, f64) -> f64, start: f64| course.iter().map(|q| q[1]).fold(start, pick);
-        let tilts = [
-            all.edge(*first).min(own(f64::min, f64::INFINITY)),
-            all.edge(last + 1).max(own(f64::max, f64::NEG_INFINITY)),
-        ];
+        let [low, high] = [own(f64::min, f64::INFINITY), own(f64::max, f64::NEG_INFINITY)];
+        let mut tilts = [all.edge(*first).min(low), all.edge(last + 1).max(high)];
+        let mut cut = [None; 2];
+        if let Some(band) = band {
+            // The other branch of both ends too: the way may go through the pole.
+            let ends = [freedom.own.first(), freedom.own.last()].into_iter().flatten();
+            let ends = ends.flat_map(|axis| self.joints.all(axis, [range, [all.low, all.edge(all.count)]]));
+            let (low, high) = ends.fold((low, high), |(low, high), q| (low.min(q[1]), high.max(q[1])));
+            let near = [low - band, high + band];
+            cut = [(near[0] > tilts[0]).then_some(near[0]), (near[1] < tilts[1]).then_some(near[1])];
+            tilts = [tilts[0].max(near[0]), tilts[1].min(near[1])];
+        }
         let count = (range[1] - range[0]) / widths[0] * (tilts[1] - tilts[0]) / widths[1];
         let coarser = (count / MOST_CELLS).sqrt().max(1.0);
-        Ok([Scale::new(range, coarser * widths[0]), Scale::new(tilts, coarser * widths[1])])
+        Ok(([Scale::new(range, coarser * widths[0]), Scale::new(tilts, coarser * widths[1])], cut))
     }
 
     fn closed(&self, closed: Closed, nodes: &[usize], freedom: &Freedom<'_>, kept: bool) -> RescheduleError {
