@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use proveout_geom::{Aabb, Point};
 use proveout_machine::{Joint, Machine};
 use proveout_nc::{AXIS_LETTERS, Location, ToolName};
+use serde::Serialize;
 
 use crate::first_part::place::{Fit, fit};
 use crate::first_part::reading::{MachineMove, Reading, ToolUse};
@@ -23,7 +24,7 @@ const MAX_LINES: usize = 6;
 const BELOW_MM: f64 = 5.0;
 
 /// Something that will lead to findings, or keep a gate from being trusted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cause {
     /// What is so, with lines and values.
     pub what: String,

@@ -378,6 +378,101 @@ fn every_open_question_is_told_at_once() {
     desk.done("new bare.nc --machine bc-trunnion --answers answers.toml --output bare");
 }
 
+/// Three questions, whatever the number of zeros and of tools that the text does not tell.
+#[test]
+fn several_zeros_and_several_tools_are_one_question_each() {
+    let desk = Desk::new(&[]);
+    let at = |zero: &str, tool: u32| {
+        format!(
+            "T{tool} M6\nS3000 M3\n{zero}\nG0 X-20. Y10.\nG43 H{tool} Z20.\nG0 Z5.\nG1 Z-2. F100.\nX70. F500.\nG0 Z20.\n"
+        )
+    };
+    let text = format!("%\nO1\nG21 G90 G17 G94\n{}{}{}M30\n%\n", at("G54", 3), at("G55", 7), at("G56", 3));
+    desk.write("vises.nc", &text);
+    let call = "new vises.nc --machine three-axis-mill";
+    desk.refused(call, &["nobody answers: tools, holder, offsets, stock\n", "proposed: G55: 0,0,0; G56: 0,0,0"]);
+    let answers = |tools: &str, offsets: &str| {
+        desk.write(
+            "answers.toml",
+            &format!(
+                "tools = \"{tools}\"\nholder = \"none\"\noffsets = \"{offsets}\"\nstock = \"-20,0,-20,70,100,0\"\n"
+            ),
+        );
+    };
+    let call = &format!("{call} --answers answers.toml --output vises");
+    answers("T3: flat D10 L25", "G55: 0,40,0; G56: 0,70,0");
+    desk.refused(call, &["`tools`: T7 is missing"]);
+    answers("T3: flat D10 L25; T7: cube D3", "G55: 0,40,0; G56: 0,70,0");
+    desk.refused(call, &["\"cube D3\" is no tool"]);
+    answers("T3: flat D10 L25; T7: ball D8", "G55: 0,40,0; G57: 0,70,0");
+    desk.refused(call, &["`offsets`: nothing asks for \"G57\": it is one of G55, G56"]);
+    answers("T3: flat D10 L25; T7: ball D8", "G56: 0,70,0; G55: 0,40,0");
+    let told = desk.done(call);
+    assert!(told.contains("tool T7: ball D8") && told.contains("4 answers"), "{told}");
+    let scene = fs::read_to_string(desk.path("vises/scene.toml")).expect("written");
+    let y = |word: &str| -> f64 {
+        let table = scene.split(&format!("[work_offsets.{word}]")).nth(1).expect("the offset");
+        let line = table.lines().skip(1).take_while(|l| !l.starts_with('[')).find_map(|l| l.strip_prefix("Y_mm = "));
+        line.map_or(0.0, |v| v.split(' ').next().unwrap_or_default().parse().expect("a number"))
+    };
+    assert!((y("G55") - y("G54") - 40.0).abs() < 1e-9 && (y("G56") - y("G54") - 70.0).abs() < 1e-9, "{scene}");
+    // One of them known by its own key, the other one asked for alone.
+    desk.write(
+        "answers.toml",
+        "tools = \"T3: flat D10; T7: ball D8\"\nholder = \"none\"\noffset.G55 = \"0,40,0\"\nstock = \"proposed\"\n",
+    );
+    desk.refused(call.replace("--output vises", "--output again").as_str(), &["nobody answers: offset.G56\n"]);
+}
+
+fn json(text: &[u8]) -> Value {
+    serde_json::from_slice(text).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(text)))
+}
+
+#[test]
+fn programs_that_read_get_json_and_nothing_else_on_the_standard_output() {
+    let desk = Desk::new(&["plate.nc"]);
+    let machines = json(&desk.call("new --list-machines --json").stdout);
+    let mill = machines.as_array().expect("a list").iter().find(|m| m["name"] == "three-axis-mill").expect("there");
+    let z = mill["joints"].as_array().expect("joints").iter().find(|j| j["name"] == "Z").expect("Z");
+    assert_eq!((z["unit"].as_str(), z["travel_chosen"].as_bool()), (Some("mm"), Some(true)), "{z}");
+    // Open questions, with the error beside them.
+    let call = desk.call("new plate.nc --machine three-axis-mill --json");
+    assert_eq!(call.status.code(), Some(2));
+    let open = json(&call.stdout);
+    let keys: Vec<&str> = open["open"].as_array().expect("open").iter().filter_map(|q| q["key"].as_str()).collect();
+    assert_eq!(keys, ["holder", "stock"]);
+    assert!(open["open"][1]["proposed"].as_str().is_some_and(|p| p.split(',').count() == 6), "{open}");
+    assert!(String::from_utf8_lossy(&call.stderr).contains("error: nobody answers: holder, stock"));
+    desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"0,0,-0.6,4,3,0 inch\"\n");
+    let made =
+        json(&desk.call("new plate.nc --machine three-axis-mill --answers answers.toml --output plate --json").stdout);
+    assert_eq!((made["output"].as_str(), made["answers"].as_u64()), (Some("plate"), Some(2)), "{made}");
+    assert_eq!(made["scene"]["stock"]["max_mm"].to_string(), "[101.6,76.19999999999999,0.0]", "{made}");
+    assert_eq!(made["scene"]["tools"][1]["diameter_mm"].as_f64(), Some(12.7), "{made}");
+    // A cause of findings, and an error with its place.
+    let text = fs::read_to_string(desk.path("plate.nc")).expect("there");
+    desk.write("plate.nc", &text.replace("G43 ", ""));
+    desk.write("wrong.nc", "%\nO1\nG21 G90\nG1 X1. F100.\nG2 X5. Y5.\nM30\n%\n");
+    let call = desk.call("check plate wrong.nc --json");
+    assert_eq!(call.status.code(), Some(2), "{}", told(&call));
+    let found = json(&call.stdout);
+    assert_eq!((found[0]["kind"].as_str(), found[0]["in_order"].as_bool()), (Some("scene"), Some(true)), "{found}");
+    let cause = &found[0]["programs"][0]["causes"][0];
+    assert!(cause["what"].as_str().is_some_and(|w| w.contains("no tool length is active")), "{cause}");
+    assert!(cause["add"].as_str().is_some_and(|a| a.contains("G43 H1")) && cause["note"] == false, "{cause}");
+    let error = &found[1]["errors"][0];
+    assert!(found[1]["in_order"] == false && error["line"] == 5 && error["message"].is_string(), "{found}");
+    assert!(call.stderr.is_empty(), "{}", told(&call));
+}
+
+/// What is wrong with the call, before anything is looked at.
+#[test]
+fn what_is_neither_file_nor_folder_is_told_so() {
+    let desk = Desk::new(&[]);
+    desk.refused("check /dev/null", &["/dev/null is neither a file nor a folder"]);
+    desk.refused("check nowhere.nc", &["nowhere.nc is not there"]);
+}
+
 /// A program without a word for a tool length: heights are those of the tips.
 #[test]
 fn without_g43_the_stock_is_where_the_program_cuts() {

@@ -341,6 +341,11 @@ impl Open {
         }
         let changed = std::iter::once(batch.changed_tiles).chain(batch.changed_in_patches.iter().map(Vec::as_slice));
         self.tiles.iter_mut().zip(changed).for_each(|(tiles, changed)| tiles.mark(changed));
+        if let Some(row) = batch.blocks.last() {
+            // Lines of the program tell the time that is left, more or less; subprograms and loops tell less.
+            let done = f64::from(row.line) / f64::from(setup.program_lines.max(1));
+            self.frames.expect(batch.time, batch.time / done.clamp(1e-6, 1.0));
+        }
         let tool_change = batch.events.iter().any(|e| matches!(e, Event::ToolChange { .. }));
         if tool_change || self.frames.due(batch.time) {
             self.stock_frame(batch.time, tool_change, batch.stock, batch.patches)?;
