@@ -128,8 +128,8 @@ fn fusion_for_a_mazak_with_two_t_words_and_g68_2() {
         file: "fusion-mazak.eia",
         call: "--machine variaxis-i600-type --control mazak-eia",
         told: &["control \"Mazak", "tool T8: drill D10", "zero = \"home\""],
-        // Where G53.1 turns the table the drill is followed upright: its way down to R looks like one beside the part.
-        stock: Some([-90.0, -5.0, -28.0, 90.0, 55.0, 0.0]),
+        // The face, and the depth of the tilted holes.
+        stock: Some([-90.0, -45.0, -28.0, 90.0, 55.0, 0.0]),
     });
 }
 
@@ -141,7 +141,7 @@ fn words_of_another_control_are_a_hint_and_never_a_choice() {
         fs::copy(root().join("tests/first-part/posts").join(name), desk.path(name)).expect("copied");
     }
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"proposed\"\n");
-    let call = |name: &str| format!("new {name} --machine bc-trunnion --answers answers.toml --output part");
+    let call = |name: &str| format!("new {name} --machine bc-trunnion --answers answers.toml --output of-{name}");
     let told = super::desk::told(&desk.call(&call("fusion-mazak.eia")));
     assert!(
         told.contains("G61.1 in line") && told.contains("--control mazak-eia or --control mitsubishi-m800"),
