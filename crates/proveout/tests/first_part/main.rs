@@ -241,6 +241,61 @@ fn cuts_that_miss_the_stock_or_plunge_into_it_are_told_with_the_shift() {
     assert!(told.contains("T1 goes down in rapid into the stock before its first cut: 4.920 mm"), "{told}");
 }
 
+/// Numbers of a hint behind a word of it.
+fn hinted(told: &str, word: &str) -> Vec<f64> {
+    let rest = told.split(word).nth(1).unwrap_or_else(|| panic!("{word:?} is not in:\n{told}"));
+    rest.split([' ', ','])
+        .map_while(|w| if w.is_empty() { Some(None) } else { w.parse().ok().map(Some) })
+        .flatten()
+        .collect()
+}
+
+/// A key of the scene with another value.
+fn put(desk: &Desk, old: &str, new: &str) {
+    let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("there");
+    assert!(scene.contains(old), "{old:?} is not in:\n{scene}");
+    desk.write("plate/scene.toml", &scene.replace(old, new));
+}
+
+/// What a hint says is what mends it: its numbers are written where it says so, and nothing is left to tell.
+#[test]
+fn each_hint_with_a_number_resolves_its_cause() {
+    let clean = |desk: &Desk| {
+        let told = desk.done("check plate");
+        assert!(!told.contains("before the run"), "{told}");
+    };
+    let desk = changed(|p| p, |s| s.replace("X_mm = -50.8", "X_mm = 200"));
+    let shift = hinted(&desk.done("check plate"), "G54 shifted by about ");
+    put(&desk, "X_mm = 200", &format!("X_mm = {}", 200.0 + shift[0]));
+    clean(&desk);
+    let desk = changed(|p| p.replace("X-1.2 Y0.75", "X1. Y0.75"), |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));
+    let higher = hinted(&desk.done("check plate"), "G54 with Z_mm ");
+    put(&desk, "Z_mm = 55.24", &format!("Z_mm = {}", 55.24 + higher[0]));
+    clean(&desk);
+    let beyond = |s: String| s.replace("X_mm = -50.8", "X_mm = 349.2").replace("[-50.8, ", "[349.2, ");
+    let desk = changed(|p| p, beyond);
+    let further = hinted(&desk.done("check plate"), "a mounting and a work offset that are ");
+    let x = 349.2 + further[0];
+    put(&desk, "X_mm = 349.2", &format!("X_mm = {x}"));
+    put(&desk, "[349.2, ", &format!("[{x}, "));
+    clean(&desk);
+    // Lengths that come with the tool, as the control file of the hint has it.
+    let desk = changed(|p| p.replace("G43 ", ""), |s| s);
+    let told = desk.done("check plate");
+    for word in ["inherits = \"fanuc-0i\"", "without_h = \"tool\"", "M6 = { does = \"M6 G43\" }"] {
+        assert!(told.contains(word), "{word} is not in:\n{told}");
+    }
+    desk.write(
+        "shop.toml",
+        "inherits = \"fanuc-0i\"\n[tool_length]\nwithout_h = \"tool\"\n[words]\nM6 = { does = \"M6 G43\" }\n",
+    );
+    desk.done("new plate.nc --machine three-axis-mill --control shop.toml --answers answers.toml --output with-tool");
+    let told = desk.done("check with-tool");
+    assert!(!told.contains("before the run"), "{told}");
+    let verdict = desk.verdict("with-tool");
+    believable(&verdict);
+}
+
 #[test]
 fn a_design_in_inch_is_told_before_the_run_and_never_converted() {
     let desk = changed(|p| p, |s| s.replace("[[program]]", "[part]\nmesh = \"../design.stl\"\n\n[[program]]"));

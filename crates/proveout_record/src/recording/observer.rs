@@ -45,7 +45,7 @@ const SURFACE_TRIANGLES: usize = 400_000;
 /// Rows of a column that are gathered before they are sent.
 const CHUNK: usize = 4096;
 /// Stretches of time in which the tip's path is shown piece by piece.
-const PATH_BINS: usize = 48;
+const PATH_BINS: usize = 24;
 /// Places of findings that are marked.
 const MARKS: usize = 300;
 
