@@ -258,7 +258,7 @@ impl Open {
         let tiles = StockTiles::all(setup.stock, setup.patches);
         sink.document(path(["about"]), about(setup, &tiles))?;
         let (machine_box, work_box) = boxes(setup);
-        blueprint::send(&sink, &units, servo, &machine_box, &work_box)?;
+        blueprint::send(&sink, &units, servo, live, &machine_box, &work_box)?;
         let mut open = Self {
             sink,
             live,
