@@ -1,8 +1,9 @@
 use std::path::Path;
 
 use proveout_machine::Machine;
-use proveout_nc::{Control, Survey};
+use proveout_nc::{Control, ProgramText, Survey};
 use proveout_record::machine_png;
+use proveout_sim::first_part::looks_binary;
 use proveout_sim::preflight::{Cause, preflight};
 use proveout_sim::{Choice, Prepared, SimError, control_of, read_regular_text, scene::Scene};
 use proveout_tool::ToolLibrary;
@@ -98,6 +99,10 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
                 .map(|l| Checked::note(format!("{} tools", l.tools.len())))
                 .map_err(|e| told(SimError::from(e))),
             Kind::Control => check_control(path),
+            Kind::Program if ProgramText::open(path).is_ok_and(|text| looks_binary(&text)) => {
+                Err(Failure::new(format!("{} is no plain text: it looks like a binary file", path.display()))
+                    .with_help("name the text of an NC program"))
+            }
             Kind::Program => reader::settings(&args.reader, None, path)
                 .and_then(|settings| check_program(&Survey::of_file(path, &settings, &mut |_, _| None)))
                 .map(|program| Checked { programs: vec![program], ..Checked::default() }),

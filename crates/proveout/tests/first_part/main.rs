@@ -104,6 +104,11 @@ fn bad_input_gets_one_clear_answer() {
     let desk = Desk::new(&["plate.nc"]);
     desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\n");
     let new = |rest: &str| format!("new {rest} --machine three-axis-mill --answers answers.toml --output made");
+    // Numbers of a multiplicative generator: as many control characters as any compressed file.
+    let noise: Vec<u8> = (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8 | 1).collect();
+    fs::write(desk.path("picture.nc"), noise).expect("written");
+    desk.refused(&new("picture.nc"), &["picture.nc is no plain text: it looks like a binary file"]);
+    desk.refused("check picture.nc", &["picture.nc is no plain text"]);
     desk.write("letter.txt", "Dear customer,\nplease find the drawing attached.\n");
     desk.refused(&new("letter.txt"), &["letter.txt"]);
     desk.write("tools.tbl", "T1 P1 D2 Z4\nT2 P2 D0.5 Z4\nT2 P3 D0.75 Z4\nT3 P4 D0.201 Z5\n");

@@ -169,6 +169,21 @@ pub(crate) struct Design {
     pub(crate) inch: bool,
 }
 
+/// Characters of a text that are looked at.
+const LOOKED_AT: usize = 1 << 16;
+/// Share of control characters above which a file is no text: a picture or an archive has a fifth, a text in any code page hardly one.
+const CONTROLS: f64 = 0.05;
+
+/// Whether a file that reads as a text looks like a picture, an archive or another binary file.
+pub fn looks_binary(text: &ProgramText) -> bool {
+    let (mut all, mut controls) = (0_usize, 0_usize);
+    for c in text.all().flat_map(str::chars).take(LOOKED_AT) {
+        all += 1;
+        controls += usize::from(c.is_control() && !matches!(c, '\t' | '\r' | '\u{c}'));
+    }
+    controls as f64 > CONTROLS * all as f64
+}
+
 /// Makes a scene for programs on a machine; `ask` is asked what the text does not tell and no answer is given for.
 ///
 /// # Errors
@@ -181,6 +196,10 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let mut machine = Machine::read(&call.machine)?;
     let mut interview = Interview::new(call.answers.clone(), ask);
     let texts = call.programs.iter().map(ProgramText::open).collect::<Result<Vec<_>, _>>()?;
+    if let Some((program, _)) = call.programs.iter().zip(&texts).find(|(_, text)| looks_binary(text)) {
+        let message = format!("{} is no plain text: it looks like a binary file", program.display());
+        return Err(refused(message, "name the text of an NC program"));
+    }
     let (mut settings, mut notes) = settings_of(call, &machine)?;
 
     // What is called, before anything is known of tools and zero.
