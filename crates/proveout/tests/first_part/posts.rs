@@ -78,7 +78,7 @@ fn hsmworks_for_a_universal_haas_with_dwo_and_tcpc() {
         file: "hsmworks-umc.nc",
         call: "--machine haas-umc-750",
         told: &["rotary axis B: -11.999 to 30.000", "tool center point control", "tool T2: ball D6"],
-        stock: Some([-56.0, -49.0, -7.0, 56.0, 49.0, 0.0]),
+        stock: Some([-56.0, -49.0, -18.5, 56.0, 49.0, 0.0]),
     });
 }
 
@@ -129,7 +129,7 @@ fn fusion_for_a_mazak_with_two_t_words_and_g68_2() {
         call: "--machine variaxis-i600-type --control mazak-eia",
         told: &["control \"Mazak", "tool T8: drill D10", "zero = \"home\""],
         // The face, and the depth of the tilted holes.
-        stock: Some([-90.0, -45.0, -28.0, 90.0, 55.0, 0.0]),
+        stock: Some([-90.0, -45.0, -32.0, 90.0, 55.0, 0.0]),
     });
 }
 

@@ -30,6 +30,8 @@ pub(crate) struct Interview<'a, 'b> {
     asked: BTreeSet<String>,
     known: BTreeSet<String>,
     ask: &'a mut Ask<'b>,
+    /// What is to be known before the first answer.
+    pub(crate) note: Option<String>,
     pub(crate) open: Vec<Question>,
     /// Questions that somebody has answered.
     pub(crate) answered: usize,
@@ -37,12 +39,14 @@ pub(crate) struct Interview<'a, 'b> {
 
 impl<'a, 'b> Interview<'a, 'b> {
     pub(crate) fn new(given: BTreeMap<String, String>, ask: &'a mut Ask<'b>) -> Self {
-        Self { given, asked: BTreeSet::new(), known: BTreeSet::new(), ask, open: Vec::new(), answered: 0 }
+        Self { given, asked: BTreeSet::new(), known: BTreeSet::new(), ask, note: None, open: Vec::new(), answered: 0 }
     }
 
     /// The answer to a question; none where it stays open.
     pub(crate) fn get(&mut self, key: &str, text: String, proposed: Option<String>) -> Option<String> {
         self.asked.insert(key.to_owned());
+        let note = if self.given.contains_key(key) { None } else { self.note.take() };
+        let text = note.map_or_else(|| text.clone(), |note| format!("{text} (note: {note})"));
         let question = Question { key: key.to_owned(), text, proposed };
         let answer = self.given.get(key).cloned().or_else(|| (self.ask)(&question));
         let Some(answer) = answer.map(|a| a.trim().to_owned()).filter(|a| !a.is_empty()) else {

@@ -230,6 +230,8 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
             fault.help = [fault.help.take(), hint].into_iter().flatten().reduce(|a, b| format!("{a}; {b}"));
             return Err(FirstPartError::from(proveout_nc::Diagnostics(faults)));
         }
+        // Another control may answer what is asked for.
+        interview.note = interview.note.take().or_else(|| hint.clone());
         notes.extend(hint);
     }
     let dialects: Vec<Dialect> = first.iter().map(|r| r.survey.dialect).collect();
