@@ -173,6 +173,9 @@ pub(crate) struct NewArgs {
     /// Folder that is made (default: the name of the first program, here); one that is there is refused
     #[arg(long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
+    /// Tell it as JSON on the standard output: the scene, questions that are open (then with exit code 2), or the machines. Nobody is asked
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -396,6 +399,9 @@ pub(crate) struct CheckArgs {
     /// Write over a picture that is there
     #[arg(long, requires = "picture")]
     pub(crate) force: bool,
+    /// Tell it as JSON on the standard output, errors in it: each path with notes and causes of findings to come
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) reader: ReaderArgs,
 }

@@ -94,6 +94,21 @@ impl Failure {
     pub(crate) fn help(&self) -> &str {
         self.0.help.as_deref().unwrap_or_default()
     }
+
+    /// This error and those of the same file behind it, for programs that read: message, file, line, column, help.
+    pub(crate) fn for_programs(&self) -> Vec<serde_json::Value> {
+        let mut all = vec![serde_json::json!({ "message": self.message(), "help": self.help() })];
+        if let (Some((file, line, column)), Some(own)) = (self.place(), all[0].as_object_mut()) {
+            own.insert("file".into(), file.into());
+            let known = [("line", line), ("column", column)].into_iter().filter(|(_, n)| *n > 0);
+            own.extend(known.map(|(key, n)| (key.to_owned(), n.into())));
+        }
+        all.extend(self.0.more.iter().flat_map(Self::for_programs));
+        if self.0.uncounted > 0 {
+            all.push(serde_json::json!({ "message": format!("and {} more errors", self.0.uncounted), "help": "" }));
+        }
+        all
+    }
 }
 
 impl Failure {

@@ -61,6 +61,11 @@ impl NotRun {
         }
     }
 
+    /// A call whose subprogram is not there, left out for the reason that the control states.
+    pub fn is_left_out(&self) -> bool {
+        matches!(self.kind, NotRunKind::MissingSubprogram(_))
+    }
+
     /// What can be done about it.
     pub fn remedy(&self) -> &'static str {
         match self.kind {

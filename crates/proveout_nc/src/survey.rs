@@ -141,8 +141,17 @@ impl Survey {
         survey
     }
 
+    /// As [`Survey::defects`], without calls that the control leaves out for a reason: that is its choice, and a run tells it.
+    pub fn own_defects(&self) -> Vec<Diagnostic> {
+        self.defects_of(|part| !part.is_left_out())
+    }
+
     /// What is wrong with the program as a whole where its blocks are in order: no motion, no end, text that is lost.
     pub fn defects(&self) -> Vec<Diagnostic> {
+        self.defects_of(|_| true)
+    }
+
+    fn defects_of(&self, counts: impl Fn(&NotRun) -> bool) -> Vec<Diagnostic> {
         if !self.faults.is_empty() {
             return Vec::new();
         }
@@ -180,7 +189,8 @@ impl Survey {
                 ));
             }
         }
-        list.extend(self.not_run.iter().filter(|part| part.weight() > Weight::Harmless).map(|part| Diagnostic {
+        let heavy = |part: &&NotRun| part.weight() > Weight::Harmless && counts(part);
+        list.extend(self.not_run.iter().filter(heavy).map(|part| Diagnostic {
             code: codes::NOT_RUN,
             message: part.to_string(),
             file: Arc::clone(&part.file),

@@ -40,17 +40,22 @@ impl Picture {
         let finite: Vec<bool> = mesh.positions.iter().map(|p| p.iter().all(|v| v.is_finite())).collect();
         let good = |t: &&[u32; 3]| t.iter().all(|&i| finite.get(i as usize).copied().unwrap_or(false));
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(good).copied().collect();
-        let mut sums = vec![Vector::zeros(); count];
-        for t in &triangles {
-            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
-            let area = (b - a).cross(&(c - a));
-            for &i in t {
-                sums[i as usize] += area;
+        let given = |i: usize| normals.get(i).filter(|n| n.norm_squared().is_finite() && n.norm_squared() > 1e-12);
+        // What a surface tells of itself needs no faces.
+        let mut sums = Vec::new();
+        if !(0..count).all(|i| given(i).is_some()) {
+            sums = vec![Vector::zeros(); count];
+            for t in &triangles {
+                let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+                let area = (b - a).cross(&(c - a));
+                for &i in t {
+                    sums[i as usize] += area;
+                }
             }
         }
         let unit = |i: usize| {
-            let given = normals.get(i).filter(|n| n.norm_squared().is_finite() && n.norm_squared() > 1e-12);
-            given.unwrap_or(&sums[i]).try_normalize(1e-300).unwrap_or_else(Vector::z)
+            let normal = given(i).or_else(|| sums.get(i)).and_then(|n| n.try_normalize(1e-300));
+            normal.unwrap_or_else(Vector::z)
         };
         Self {
             positions: mesh

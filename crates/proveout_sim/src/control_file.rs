@@ -38,7 +38,7 @@ pub fn settings_on(
     let told = match dialect {
         Dialect::Auto => {
             let text = ProgramText::open(program)?;
-            let first: Vec<&str> = (1..=text.lines().min(TOLD_FROM)).filter_map(|n| text.line(n)).collect();
+            let first: Vec<&str> = text.all().take(TOLD_FROM).collect();
             detect(&program.display().to_string(), &first.join("\n"))
         }
         dialect => dialect,

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use proveout_geom::{Aabb, Point};
 use proveout_machine::{Joint, Machine};
 use proveout_nc::{AXIS_LETTERS, Location, ToolName};
+use serde::Serialize;
 
 use crate::first_part::place::{Fit, fit};
 use crate::first_part::reading::{MachineMove, Reading, ToolUse};
@@ -22,8 +23,12 @@ const MAX_LINES: usize = 6;
 /// A drill goes through the stock by so much, mm.
 const BELOW_MM: f64 = 5.0;
 
+/// What has lengths come with the tool on a control whose programs have no word for them.
+const WITH_TOOL: &str = "; where lengths come with the tool on your control, name a file under [control] file that says so: inherits = \"fanuc-0i\", \
+                         [tool_length] without_h = \"tool\", [words] M6 = { does = \"M6 G43\" }";
+
 /// Something that will lead to findings, or keep a gate from being trusted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cause {
     /// What is so, with lines and values.
     pub what: String,
@@ -222,7 +227,9 @@ fn no_length(prepared: &Prepared, cutting: &[&ToolUse], stock: &Aabb, with_chang
         if names.len() == 1 { "s" } else { "" },
         names[0]
     );
-    Some(Cause::new(what, format!("write G43 H{number} behind the tool change{offset}")))
+    // Several tools and no word for a length at all: the text may be of a control that needs none.
+    let with_tool = if cutting.len() > 1 && !cutting.iter().any(|t| t.lengthened) { WITH_TOOL } else { "" };
+    Some(Cause::new(what, format!("write G43 H{number} behind the tool change{offset}{with_tool}")))
 }
 
 /// A box higher up.

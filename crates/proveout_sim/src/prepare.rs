@@ -448,7 +448,7 @@ fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
 fn check_holds_text(program: &Path) -> Result<(), SimError> {
     let text = ProgramText::open(program)?;
     let blank = |line: &str| line.chars().all(|c| c.is_whitespace() || c == '%');
-    if (1..=text.lines()).all(|i| text.line(i).is_none_or(blank)) {
+    if text.all().all(blank) {
         let remedy = "write the program anew: a full disk or a stopped copy leaves such a file";
         return Err(InputError::file(program, "the program is empty", remedy).into());
     }

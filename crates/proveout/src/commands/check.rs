@@ -1,11 +1,14 @@
 use std::path::Path;
 
 use proveout_machine::Machine;
-use proveout_nc::{Control, Survey};
+use proveout_nc::{Control, ProgramText, Survey};
 use proveout_record::machine_png;
+use proveout_sim::first_part::looks_binary;
 use proveout_sim::preflight::{Cause, preflight};
 use proveout_sim::{Choice, Prepared, SimError, control_of, read_regular_text, scene::Scene};
 use proveout_tool::ToolLibrary;
+use serde::Serialize;
+use serde_json::json;
 
 use super::{output_file, reader};
 use crate::args::CheckArgs;
@@ -25,6 +28,56 @@ enum Kind {
     Program,
 }
 
+/// What was found of a path.
+#[derive(Default)]
+struct Checked {
+    notes: Vec<String>,
+    programs: Vec<OfProgram>,
+}
+
+/// What was found of a program.
+#[derive(Default, Serialize)]
+struct OfProgram {
+    /// Its name in the scene; none of a program by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+    /// Commands of its run; none where the scene does not hold its text.
+    commands: Option<u64>,
+    notes: Vec<String>,
+    /// Most likely cause first.
+    causes: Vec<Cause>,
+}
+
+impl Checked {
+    fn note(note: String) -> Self {
+        Self { notes: vec![note], programs: Vec::new() }
+    }
+
+    /// Line by line, for people.
+    fn lines(&self) -> Vec<String> {
+        let mut all = self.notes.clone();
+        for program in &self.programs {
+            let before = program.name.as_ref().map_or_else(String::new, |name| format!("program {name}: "));
+            all.extend(program.commands.map(|n| format!("{before}{n} commands")));
+            all.extend(program.notes.iter().map(|note| format!("{before}{note}")));
+            all.extend(causes(&program.causes).into_iter().map(|line| format!("{before}{line}")));
+        }
+        all
+    }
+}
+
+impl Kind {
+    fn word(&self) -> &'static str {
+        match self {
+            Self::Scene => "scene",
+            Self::Machine => "machine",
+            Self::Tools => "tools",
+            Self::Control => "control",
+            Self::Program => "program",
+        }
+    }
+}
+
 /// Checks files without running them; true when none has an error.
 pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
     let mut clean = true;
@@ -36,35 +89,56 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
     if let Some(file) = &args.picture {
         check_picture(file, args.force, &kinds)?;
     }
+    let mut all = Vec::new();
     for (path, kind) in kinds {
+        let word = kind.word();
         let result = match kind {
             Kind::Scene => check_scene(path),
             Kind::Machine => check_machine(path).map_err(told),
             Kind::Tools => ToolLibrary::read(path)
-                .map(|l| vec![format!("{} tools", l.tools.len())])
+                .map(|l| Checked::note(format!("{} tools", l.tools.len())))
                 .map_err(|e| told(SimError::from(e))),
             Kind::Control => check_control(path),
+            Kind::Program if ProgramText::open(path).is_ok_and(|text| looks_binary(&text)) => {
+                Err(Failure::new(format!("{} is no plain text: it looks like a binary file", path.display()))
+                    .with_help("name the text of an NC program"))
+            }
             Kind::Program => reader::settings(&args.reader, None, path)
-                .and_then(|settings| check_program(&Survey::of_file(path, &settings, &mut |_, _| None))),
+                .and_then(|settings| check_program(&Survey::of_file(path, &settings, &mut |_, _| None)))
+                .map(|program| Checked { programs: vec![program], ..Checked::default() }),
         };
+        clean &= result.is_ok();
+        if args.json {
+            all.push(match &result {
+                Ok(found) => json!({
+                    "path": path, "kind": word, "in_order": true, "notes": found.notes, "programs": found.programs, "errors": [],
+                }),
+                Err(failure) => json!({
+                    "path": path, "kind": word, "in_order": false, "notes": [], "programs": [], "errors": failure.for_programs(),
+                }),
+            });
+            continue;
+        }
         match result {
-            Ok(notes) => {
+            Ok(found) => {
                 say!("{}: in order", path.display());
-                for note in notes {
+                for note in found.lines() {
                     say!("  {note}");
                 }
             }
-            Err(failure) => {
-                clean = false;
-                tell!("{}", failure.to_string().trim_end());
-            }
+            Err(failure) => tell!("{}", failure.to_string().trim_end()),
         }
+    }
+    if args.json {
+        say!("{}", serde_json::to_string_pretty(&all).map_err(Failure::new)?);
     }
     if let (Some(file), Some(path), true) = (&args.picture, args.paths.first(), clean) {
         let machine = Machine::read(path).map_err(|e| told(e.into()))?;
         let png = machine_png(&machine).map_err(Failure::new)?;
         output_file::put_bytes(file, args.force, png)?;
-        say!("  picture: {}", file.display());
+        if !args.json {
+            say!("  picture: {}", file.display());
+        }
     }
     Ok(clean)
 }
@@ -94,8 +168,12 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
                 .with_help("name the folder of a scene or a machine, or a file")),
         };
     }
-    if !path.is_file() {
+    if !path.exists() {
         return Err(Failure::new(format!("{} is not there", path.display())).with_help("check the path"));
+    }
+    if !path.is_file() {
+        return Err(Failure::new(format!("{} is neither a file nor a folder", path.display()))
+            .with_help("name a scene, a machine, a tool library, a control or a program"));
     }
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(match (name.as_str(), path.extension().and_then(|e| e.to_str())) {
@@ -117,17 +195,21 @@ fn is_control(path: &Path) -> bool {
     })
 }
 
-fn check_control(path: &Path) -> Result<Vec<String>, Failure> {
+fn check_control(path: &Path) -> Result<Checked, Failure> {
     let control = Control::find(&path.display().to_string(), None).map_err(|e| told(e.into()))?;
-    Ok(vec![format!("control \"{}\" for programs in {}", control.name(), control.dialect().name())])
+    Ok(Checked::note(format!("control \"{}\" for programs in {}", control.name(), control.dialect().name())))
 }
 
-fn check_scene(path: &Path) -> Result<Vec<String>, Failure> {
+fn check_scene(path: &Path) -> Result<Checked, Failure> {
     let scene = Scene::read(path).map_err(|e| told(e.into()))?;
-    let mut notes = Vec::new();
+    let mut found = Checked::default();
     for program in &scene.file.program {
         if program.file.is_none() && program.reschedule.is_none() {
-            notes.push(format!("program {}: its text is not part of the scene, give it with --nc", program.name));
+            found.programs.push(OfProgram {
+                name: Some(program.name.clone()),
+                notes: vec!["its text is not part of the scene, give it with --nc".into()],
+                ..OfProgram::default()
+            });
             let machine = scene.resolve(program.machine.as_ref().unwrap_or(&scene.file.machine));
             Machine::read(&machine).map_err(|e| told(e.into()))?;
             ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| told(e.into()))?;
@@ -135,12 +217,11 @@ fn check_scene(path: &Path) -> Result<Vec<String>, Failure> {
         }
         let choice = Choice { program: Some(program.name.clone()), ..Choice::default() };
         let prepared = Prepared::read(path, &choice).map_err(told)?;
-        let found = check_program(&prepared.survey)?;
-        notes.extend(prepared.control_note.iter().map(|note| format!("program {}: note: {note}", program.name)));
-        notes.extend(found.into_iter().map(|note| format!("program {}: {note}", program.name)));
-        notes.extend(causes(&preflight(&prepared)).into_iter().map(|line| format!("program {}: {line}", program.name)));
+        let mut own = check_program(&prepared.survey)?;
+        own.notes.splice(0..0, prepared.control_note.iter().map(|note| format!("note: {note}")));
+        found.programs.push(OfProgram { name: Some(program.name.clone()), causes: preflight(&prepared), ..own });
     }
-    Ok(notes)
+    Ok(found)
 }
 
 /// What will lead to findings, the most likely cause first.
@@ -154,24 +235,25 @@ pub(super) fn causes(all: &[Cause]) -> Vec<String> {
     lines
 }
 
-fn check_machine(path: &Path) -> Result<Vec<String>, SimError> {
+fn check_machine(path: &Path) -> Result<Checked, SimError> {
     let machine = Machine::read(path)?;
     control_of(None, &machine)?;
     let all = machine.diagnose();
-    Ok(all.iter().map(|d| format!("{}:{d}", machine.file().display())).collect())
+    let notes = all.iter().map(|d| format!("{}:{d}", machine.file().display())).collect();
+    Ok(Checked { notes, ..Checked::default() })
 }
 
 /// What there is to say of a program without a fault: its commands, and the text that is not run.
-fn check_program(survey: &Survey) -> Result<Vec<String>, Failure> {
-    let defects = survey.defects();
+fn check_program(survey: &Survey) -> Result<OfProgram, Failure> {
+    // What a control leaves out for a reason is its choice: a note here, unchecked in a run.
+    let defects = survey.own_defects();
     let faults = if survey.faults.is_empty() { &defects } else { &survey.faults };
     if !faults.is_empty() {
         return Err(Failure::of_program(faults, survey.more_faults));
     }
-    let mut notes = vec![format!("{} commands", survey.commands)];
-    notes.extend(survey.not_run.iter().take(MAX_NOTES).map(|part| format!("note: {part}")));
+    let mut notes: Vec<String> = survey.not_run.iter().take(MAX_NOTES).map(|part| format!("note: {part}")).collect();
     if let Some(more) = survey.not_run.len().checked_sub(MAX_NOTES).filter(|more| *more > 0) {
         notes.push(format!("note: and {more} more stretches of text that are not run"));
     }
-    Ok(notes)
+    Ok(OfProgram { commands: Some(survey.commands), notes, ..OfProgram::default() })
 }

@@ -5,6 +5,7 @@ use proveout_machine::Machine;
 use proveout_sim::SimError;
 use proveout_sim::first_part::{FirstPart, FirstPartError, Question, propose, read_answers};
 use proveout_tool::LengthUnit;
+use serde_json::json;
 
 use crate::args::{NewArgs, UnitArg};
 use crate::failure::Failure;
@@ -15,7 +16,7 @@ const LIBRARY: &str = "machines";
 /// Makes a scene from programs, or lists the machines.
 pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
     if args.list_machines {
-        return list();
+        return list(args.json);
     }
     let mut answers = match &args.answers {
         Some(file) => read_answers(file).map_err(|e| Failure::from(&SimError::from(e)))?,
@@ -42,10 +43,22 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
         answers,
         output: output.clone(),
     };
-    let terminal = io::stdin().is_terminal() && io::stderr().is_terminal();
+    let terminal = !args.json && io::stdin().is_terminal() && io::stderr().is_terminal();
     let mut dialogue = Dialogue::new(io::stdin().lock(), io::stderr());
-    let proposal = propose(&call, &mut |question| terminal.then(|| dialogue.ask(question)).flatten())
-        .map_err(|e| dialogue.with_answers(told(e)))?;
+    let proposal = propose(&call, &mut |question| terminal.then(|| dialogue.ask(question)).flatten()).map_err(|e| {
+        if let (true, FirstPartError::Unanswered(open)) = (args.json, &e)
+            && let Ok(text) = serde_json::to_string_pretty(&json!({ "open": open }))
+        {
+            say!("{text}");
+        }
+        dialogue.with_answers(told(e))
+    })?;
+    if args.json {
+        proposal.write().map_err(told)?;
+        let told = json!({ "output": output, "answers": proposal.answered, "scene": proposal.summary });
+        say!("{}", serde_json::to_string_pretty(&told).map_err(Failure::new)?);
+        return Ok(());
+    }
     for line in &proposal.told {
         say!("{line}");
     }
@@ -178,18 +191,46 @@ fn names_in(library: &Path) -> Vec<String> {
 }
 
 /// A line for each machine of the library: structure, travel, where its travel comes from.
-fn list() -> Result<(), Failure> {
+fn list(as_json: bool) -> Result<(), Failure> {
     let Some(library) = libraries().into_iter().find(|l| !names_in(l).is_empty()) else {
         return Err(Failure::new("there is no folder `machines` here or above")
             .with_help("call it in the folder of the project"));
     };
+    let mut all = Vec::new();
     for name in names_in(&library) {
-        match Machine::read(&library.join(&name)) {
+        let folder = library.join(&name);
+        let read = Machine::read(&folder);
+        if as_json {
+            all.push(match &read {
+                Ok(machine) => {
+                    json!({ "name": name, "folder": folder, "told": machine.in_one_line(), "joints": joints(machine) })
+                }
+                Err(e) => json!({ "name": name, "folder": folder, "error": e.to_string() }),
+            });
+            continue;
+        }
+        match read {
             Ok(machine) => say!("{name:<26} {}", machine.in_one_line()),
             Err(e) => say!("{name:<26} cannot be read: {e}"),
         }
     }
+    if as_json {
+        say!("{}", serde_json::to_string_pretty(&all).map_err(Failure::new)?);
+    }
     Ok(())
+}
+
+/// Joints with their travel: mm and degrees, and whether nobody has published it.
+fn joints(machine: &Machine) -> Vec<serde_json::Value> {
+    let joint = |j: &proveout_machine::Joint| {
+        json!({
+            "name": j.name,
+            "unit": j.kind.unit(),
+            "travel": j.travel.map(|t| t.map(|v| j.kind.in_unit(v))),
+            "travel_chosen": machine.travel_is_chosen(j),
+        })
+    };
+    machine.joints.iter().map(joint).collect()
 }
 
 #[cfg(test)]

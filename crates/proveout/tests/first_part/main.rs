@@ -104,6 +104,11 @@ fn bad_input_gets_one_clear_answer() {
     let desk = Desk::new(&["plate.nc"]);
     desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\n");
     let new = |rest: &str| format!("new {rest} --machine three-axis-mill --answers answers.toml --output made");
+    // Numbers of a multiplicative generator: as many control characters as any compressed file.
+    let noise: Vec<u8> = (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8 | 1).collect();
+    fs::write(desk.path("picture.nc"), noise).expect("written");
+    desk.refused(&new("picture.nc"), &["picture.nc is no plain text: it looks like a binary file"]);
+    desk.refused("check picture.nc", &["picture.nc is no plain text"]);
     desk.write("letter.txt", "Dear customer,\nplease find the drawing attached.\n");
     desk.refused(&new("letter.txt"), &["letter.txt"]);
     desk.write("tools.tbl", "T1 P1 D2 Z4\nT2 P2 D0.5 Z4\nT2 P3 D0.75 Z4\nT3 P4 D0.201 Z5\n");
@@ -241,6 +246,61 @@ fn cuts_that_miss_the_stock_or_plunge_into_it_are_told_with_the_shift() {
     assert!(told.contains("T1 goes down in rapid into the stock before its first cut: 4.920 mm"), "{told}");
 }
 
+/// Numbers of a hint behind a word of it.
+fn hinted(told: &str, word: &str) -> Vec<f64> {
+    let rest = told.split(word).nth(1).unwrap_or_else(|| panic!("{word:?} is not in:\n{told}"));
+    rest.split([' ', ','])
+        .map_while(|w| if w.is_empty() { Some(None) } else { w.parse().ok().map(Some) })
+        .flatten()
+        .collect()
+}
+
+/// A key of the scene with another value.
+fn put(desk: &Desk, old: &str, new: &str) {
+    let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("there");
+    assert!(scene.contains(old), "{old:?} is not in:\n{scene}");
+    desk.write("plate/scene.toml", &scene.replace(old, new));
+}
+
+/// What a hint says is what mends it: its numbers are written where it says so, and nothing is left to tell.
+#[test]
+fn each_hint_with_a_number_resolves_its_cause() {
+    let clean = |desk: &Desk| {
+        let told = desk.done("check plate");
+        assert!(!told.contains("before the run"), "{told}");
+    };
+    let desk = changed(|p| p, |s| s.replace("X_mm = -50.8", "X_mm = 200"));
+    let shift = hinted(&desk.done("check plate"), "G54 shifted by about ");
+    put(&desk, "X_mm = 200", &format!("X_mm = {}", 200.0 + shift[0]));
+    clean(&desk);
+    let desk = changed(|p| p.replace("X-1.2 Y0.75", "X1. Y0.75"), |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));
+    let higher = hinted(&desk.done("check plate"), "G54 with Z_mm ");
+    put(&desk, "Z_mm = 55.24", &format!("Z_mm = {}", 55.24 + higher[0]));
+    clean(&desk);
+    let beyond = |s: String| s.replace("X_mm = -50.8", "X_mm = 349.2").replace("[-50.8, ", "[349.2, ");
+    let desk = changed(|p| p, beyond);
+    let further = hinted(&desk.done("check plate"), "a mounting and a work offset that are ");
+    let x = 349.2 + further[0];
+    put(&desk, "X_mm = 349.2", &format!("X_mm = {x}"));
+    put(&desk, "[349.2, ", &format!("[{x}, "));
+    clean(&desk);
+    // Lengths that come with the tool, as the control file of the hint has it.
+    let desk = changed(|p| p.replace("G43 ", ""), |s| s);
+    let told = desk.done("check plate");
+    for word in ["inherits = \"fanuc-0i\"", "without_h = \"tool\"", "M6 = { does = \"M6 G43\" }"] {
+        assert!(told.contains(word), "{word} is not in:\n{told}");
+    }
+    desk.write(
+        "shop.toml",
+        "inherits = \"fanuc-0i\"\n[tool_length]\nwithout_h = \"tool\"\n[words]\nM6 = { does = \"M6 G43\" }\n",
+    );
+    desk.done("new plate.nc --machine three-axis-mill --control shop.toml --answers answers.toml --output with-tool");
+    let told = desk.done("check with-tool");
+    assert!(!told.contains("before the run"), "{told}");
+    let verdict = desk.verdict("with-tool");
+    believable(&verdict);
+}
+
 #[test]
 fn a_design_in_inch_is_told_before_the_run_and_never_converted() {
     let desk = changed(|p| p, |s| s.replace("[[program]]", "[part]\nmesh = \"../design.stl\"\n\n[[program]]"));
@@ -376,6 +436,101 @@ fn every_open_question_is_told_at_once() {
         "holder = \"none\"\nstock = \"0,-20,-10,50,20,0\"\nmount = \"proposed\"\n\"tool.T7\" = \"flat D10 L25\"\n\"offset.G55\" = \"0,0,0\"\n",
     );
     desk.done("new bare.nc --machine bc-trunnion --answers answers.toml --output bare");
+}
+
+/// Three questions, whatever the number of zeros and of tools that the text does not tell.
+#[test]
+fn several_zeros_and_several_tools_are_one_question_each() {
+    let desk = Desk::new(&[]);
+    let at = |zero: &str, tool: u32| {
+        format!(
+            "T{tool} M6\nS3000 M3\n{zero}\nG0 X-20. Y10.\nG43 H{tool} Z20.\nG0 Z5.\nG1 Z-2. F100.\nX70. F500.\nG0 Z20.\n"
+        )
+    };
+    let text = format!("%\nO1\nG21 G90 G17 G94\n{}{}{}M30\n%\n", at("G54", 3), at("G55", 7), at("G56", 3));
+    desk.write("vises.nc", &text);
+    let call = "new vises.nc --machine three-axis-mill";
+    desk.refused(call, &["nobody answers: tools, holder, offsets, stock\n", "proposed: G55: 0,0,0; G56: 0,0,0"]);
+    let answers = |tools: &str, offsets: &str| {
+        desk.write(
+            "answers.toml",
+            &format!(
+                "tools = \"{tools}\"\nholder = \"none\"\noffsets = \"{offsets}\"\nstock = \"-20,0,-20,70,100,0\"\n"
+            ),
+        );
+    };
+    let call = &format!("{call} --answers answers.toml --output vises");
+    answers("T3: flat D10 L25", "G55: 0,40,0; G56: 0,70,0");
+    desk.refused(call, &["`tools`: T7 is missing"]);
+    answers("T3: flat D10 L25; T7: cube D3", "G55: 0,40,0; G56: 0,70,0");
+    desk.refused(call, &["\"cube D3\" is no tool"]);
+    answers("T3: flat D10 L25; T7: ball D8", "G55: 0,40,0; G57: 0,70,0");
+    desk.refused(call, &["`offsets`: nothing asks for \"G57\": it is one of G55, G56"]);
+    answers("T3: flat D10 L25; T7: ball D8", "G56: 0,70,0; G55: 0,40,0");
+    let told = desk.done(call);
+    assert!(told.contains("tool T7: ball D8") && told.contains("4 answers"), "{told}");
+    let scene = fs::read_to_string(desk.path("vises/scene.toml")).expect("written");
+    let y = |word: &str| -> f64 {
+        let table = scene.split(&format!("[work_offsets.{word}]")).nth(1).expect("the offset");
+        let line = table.lines().skip(1).take_while(|l| !l.starts_with('[')).find_map(|l| l.strip_prefix("Y_mm = "));
+        line.map_or(0.0, |v| v.split(' ').next().unwrap_or_default().parse().expect("a number"))
+    };
+    assert!((y("G55") - y("G54") - 40.0).abs() < 1e-9 && (y("G56") - y("G54") - 70.0).abs() < 1e-9, "{scene}");
+    // One of them known by its own key, the other one asked for alone.
+    desk.write(
+        "answers.toml",
+        "tools = \"T3: flat D10; T7: ball D8\"\nholder = \"none\"\noffset.G55 = \"0,40,0\"\nstock = \"proposed\"\n",
+    );
+    desk.refused(call.replace("--output vises", "--output again").as_str(), &["nobody answers: offset.G56\n"]);
+}
+
+fn json(text: &[u8]) -> Value {
+    serde_json::from_slice(text).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(text)))
+}
+
+#[test]
+fn programs_that_read_get_json_and_nothing_else_on_the_standard_output() {
+    let desk = Desk::new(&["plate.nc"]);
+    let machines = json(&desk.call("new --list-machines --json").stdout);
+    let mill = machines.as_array().expect("a list").iter().find(|m| m["name"] == "three-axis-mill").expect("there");
+    let z = mill["joints"].as_array().expect("joints").iter().find(|j| j["name"] == "Z").expect("Z");
+    assert_eq!((z["unit"].as_str(), z["travel_chosen"].as_bool()), (Some("mm"), Some(true)), "{z}");
+    // Open questions, with the error beside them.
+    let call = desk.call("new plate.nc --machine three-axis-mill --json");
+    assert_eq!(call.status.code(), Some(2));
+    let open = json(&call.stdout);
+    let keys: Vec<&str> = open["open"].as_array().expect("open").iter().filter_map(|q| q["key"].as_str()).collect();
+    assert_eq!(keys, ["holder", "stock"]);
+    assert!(open["open"][1]["proposed"].as_str().is_some_and(|p| p.split(',').count() == 6), "{open}");
+    assert!(String::from_utf8_lossy(&call.stderr).contains("error: nobody answers: holder, stock"));
+    desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"0,0,-0.6,4,3,0 inch\"\n");
+    let made =
+        json(&desk.call("new plate.nc --machine three-axis-mill --answers answers.toml --output plate --json").stdout);
+    assert_eq!((made["output"].as_str(), made["answers"].as_u64()), (Some("plate"), Some(2)), "{made}");
+    assert_eq!(made["scene"]["stock"]["max_mm"].to_string(), "[101.6,76.19999999999999,0.0]", "{made}");
+    assert_eq!(made["scene"]["tools"][1]["diameter_mm"].as_f64(), Some(12.7), "{made}");
+    // A cause of findings, and an error with its place.
+    let text = fs::read_to_string(desk.path("plate.nc")).expect("there");
+    desk.write("plate.nc", &text.replace("G43 ", ""));
+    desk.write("wrong.nc", "%\nO1\nG21 G90\nG1 X1. F100.\nG2 X5. Y5.\nM30\n%\n");
+    let call = desk.call("check plate wrong.nc --json");
+    assert_eq!(call.status.code(), Some(2), "{}", told(&call));
+    let found = json(&call.stdout);
+    assert_eq!((found[0]["kind"].as_str(), found[0]["in_order"].as_bool()), (Some("scene"), Some(true)), "{found}");
+    let cause = &found[0]["programs"][0]["causes"][0];
+    assert!(cause["what"].as_str().is_some_and(|w| w.contains("no tool length is active")), "{cause}");
+    assert!(cause["add"].as_str().is_some_and(|a| a.contains("G43 H1")) && cause["note"] == false, "{cause}");
+    let error = &found[1]["errors"][0];
+    assert!(found[1]["in_order"] == false && error["line"] == 5 && error["message"].is_string(), "{found}");
+    assert!(call.stderr.is_empty(), "{}", told(&call));
+}
+
+/// What is wrong with the call, before anything is looked at.
+#[test]
+fn what_is_neither_file_nor_folder_is_told_so() {
+    let desk = Desk::new(&[]);
+    desk.refused("check /dev/null", &["/dev/null is neither a file nor a folder"]);
+    desk.refused("check nowhere.nc", &["nowhere.nc is not there"]);
 }
 
 /// A program without a word for a tool length: heights are those of the tips.

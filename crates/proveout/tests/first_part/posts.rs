@@ -78,7 +78,7 @@ fn hsmworks_for_a_universal_haas_with_dwo_and_tcpc() {
         file: "hsmworks-umc.nc",
         call: "--machine haas-umc-750",
         told: &["rotary axis B: -11.999 to 30.000", "tool center point control", "tool T2: ball D6"],
-        stock: Some([-56.0, -49.0, -7.0, 56.0, 49.0, 0.0]),
+        stock: Some([-56.0, -49.0, -18.5, 56.0, 49.0, 0.0]),
     });
 }
 
@@ -128,9 +128,26 @@ fn fusion_for_a_mazak_with_two_t_words_and_g68_2() {
         file: "fusion-mazak.eia",
         call: "--machine variaxis-i600-type --control mazak-eia",
         told: &["control \"Mazak", "tool T8: drill D10", "zero = \"home\""],
-        // Where G53.1 turns the table the drill is followed upright: its way down to R looks like one beside the part.
-        stock: Some([-90.0, -5.0, -28.0, 90.0, 55.0, 0.0]),
+        // The face, and the depth of the tilted holes.
+        stock: Some([-90.0, -45.0, -32.0, 90.0, 55.0, 0.0]),
     });
+}
+
+/// The machine file names no control, and the text tells of one.
+#[test]
+fn words_of_another_control_are_a_hint_and_never_a_choice() {
+    let desk = Desk::new(&[]);
+    for name in ["fusion-mazak.eia", "fusion-okuma.min"] {
+        fs::copy(root().join("tests/first-part/posts").join(name), desk.path(name)).expect("copied");
+    }
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"proposed\"\n");
+    let call = |name: &str| format!("new {name} --machine bc-trunnion --answers answers.toml --output of-{name}");
+    let told = super::desk::told(&desk.call(&call("fusion-mazak.eia")));
+    assert!(
+        told.contains("G61.1 in line") && told.contains("--control mazak-eia or --control mitsubishi-m800"),
+        "{told}"
+    );
+    desk.refused(&call("fusion-okuma.min"), &["G15H in line", "--control okuma-osp reads the program so"]);
 }
 
 #[test]
@@ -185,6 +202,9 @@ fn a_probe_is_left_out_by_a_control_file_with_its_reason() {
         "inherits = \"haas-ngc\"\nsubprograms = { missing = \"note\", missing_reason = \"probing\" }\n",
     );
     desk.done(&format!("{call} --control shop.toml"));
+    // Left out is what the control file asks for: a note before the run, and no error.
+    let told = desk.done("check part");
+    assert!(told.contains("in order") && told.contains("note: line 12"), "{told}");
     let verdict = desk.verdict("part");
     let findings = verdict["findings"].as_array().expect("findings");
     assert!(findings.iter().all(|f| f["severity"] != "error"), "{findings:?}");

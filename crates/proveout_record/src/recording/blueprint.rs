@@ -43,7 +43,8 @@ impl Eye {
 }
 
 /// Sends the layout: machine and workpiece in three dimensions, plots of the process and of each axis (with those of its
-/// drive where `drives` are simulated), findings as text, time panel on simulated time.
+/// drive where `drives` are simulated), findings as text, time panel on simulated time: it stands at a recording that is complete, and
+/// follows one that is `live`.
 ///
 /// The builder of views has no camera, background and grid; they are logged into the same blueprint store as the
 /// entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks for them.
@@ -51,6 +52,7 @@ pub(crate) fn send(
     sink: &Sink,
     joints: &[JointUnit],
     drives: bool,
+    live: bool,
     machine: &Aabb,
     work: &Aabb,
 ) -> Result<(), RecordError> {
@@ -112,7 +114,11 @@ pub(crate) fn send(
     .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
     .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
     .with_time_panel(
-        TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(PlayState::Paused),
+        TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(if live {
+            PlayState::Following
+        } else {
+            PlayState::Paused
+        }),
     );
     let messages = with_eyes(sink, &blueprint, &eyes, &plain)?;
     if let Some(first) = messages.first() {
@@ -188,4 +194,35 @@ fn eye_messages(sink: &Sink, store: &StoreId, eyes: &[Eye], plain: &[String]) ->
     }
     // The store is announced already by the blueprint's own messages.
     Ok(storage.take().into_iter().filter(|m| matches!(m, LogMsg::ArrowMsg(..))).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_geom::Point;
+
+    use super::*;
+
+    /// What the viewer is told of its playhead.
+    fn playhead(live: bool) -> String {
+        let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).enabled(true).memory().expect("memory");
+        let sink = Sink::new(stream, "memory".into());
+        let bounds = Aabb { min: Point::new(0.0, 0.0, 0.0), max: Point::new(9.0, 9.0, 9.0) };
+        send(&sink, &[], false, live, &bounds, &bounds).expect("sent");
+        let of = |m: &LogMsg| match m {
+            LogMsg::ArrowMsg(_, arrow) => {
+                let schema = arrow.batch.schema();
+                let at = schema.fields().iter().position(|f| f.name().ends_with("play_state"))?;
+                let text = format!("{:?}", arrow.batch.column(at));
+                Some(text.chars().rfind(char::is_ascii_digit).map(String::from).unwrap_or_default())
+            }
+            _ => None,
+        };
+        storage.take().iter().find_map(of).expect("a play state")
+    }
+
+    #[test]
+    fn a_viewer_follows_a_run_that_goes_on_and_stands_at_a_file() {
+        let state = |s: PlayState| (s as u8).to_string();
+        assert_eq!([playhead(true), playhead(false)], [state(PlayState::Following), state(PlayState::Paused)]);
+    }
 }

@@ -6,6 +6,11 @@ use std::collections::BTreeMap;
 const FRAMES: usize = 32;
 /// First spacing, s.
 const FIRST_SPACING: f64 = 0.5;
+/// Frames at equal spacing up to the end that is expected.
+const TO_THE_END: f64 = 24.0;
+/// Part of the time that has passed which the spacing never exceeds: an end that is expected far too late costs frames of the first
+/// seconds alone.
+const OF_THE_PAST: f64 = 0.25;
 
 /// The parts that changed up to a time.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,19 +22,22 @@ pub(crate) struct Frame<T> {
     pub(crate) parts: BTreeMap<u32, T>,
 }
 
-/// Collects frames of a run whose length is not known: between 32 and 64 of them at equal spacing, plus the kept ones.
+/// Collects frames of a run whose length is not known: thirty to fifty of them, plus the kept ones. A frame that is left out is never made, as far
+/// as the end is foreseen ([`Frames::expect`]); where it comes later, frames are joined, and no more than 64 stay.
 ///
 /// Joining loses no state: a part that changed in the joined frame and not in its successor looks the same at both times.
 #[derive(Clone, Debug)]
 pub(crate) struct Frames<T> {
     spacing: f64,
     next: f64,
+    /// The end came later than foreseen.
+    joined: bool,
     list: Vec<Frame<T>>,
 }
 
 impl<T> Default for Frames<T> {
     fn default() -> Self {
-        Self { spacing: FIRST_SPACING, next: 0.0, list: Vec::new() }
+        Self { spacing: FIRST_SPACING, next: 0.0, joined: false, list: Vec::new() }
     }
 }
 
@@ -37,6 +45,13 @@ impl<T> Frames<T> {
     /// True when the next frame is due.
     pub(crate) fn due(&self, time: f64) -> bool {
         time >= self.next
+    }
+
+    /// Tells at a time when the run will be over, as far as its part that is done tells it.
+    pub(crate) fn expect(&mut self, time: f64, end: f64) {
+        if end.is_finite() && !self.joined {
+            self.spacing = (end / TO_THE_END).min(time * OF_THE_PAST).max(FIRST_SPACING);
+        }
     }
 
     /// Adds a frame; times must not fall.
@@ -49,6 +64,7 @@ impl<T> Frames<T> {
     }
 
     fn join(&mut self) {
+        self.joined = true;
         self.spacing *= 2.0;
         let old = std::mem::take(&mut self.list);
         let last = old.len().saturating_sub(1);
@@ -113,6 +129,38 @@ mod tests {
         for f in &list {
             assert_eq!(state(&list, f.time), state(&truth, f.time), "at {}", f.time);
         }
+    }
+
+    /// Frames that are made, and those that stay, of a run of so many seconds whose end is foreseen with an error.
+    fn made(end: f64, foreseen: impl Fn(f64) -> f64) -> (usize, Vec<f64>) {
+        let mut frames = Frames::default();
+        let mut count = 0;
+        for i in 0..=(end * 10.0) as u32 {
+            let time = f64::from(i) * 0.1;
+            if frames.due(time) {
+                frames.expect(time, foreseen(time));
+                frames.push(Frame { time, keep: false, parts: BTreeMap::from([(0, i)]) });
+                count += 1;
+            }
+        }
+        (count, frames.drain().map(|f| f.time).collect())
+    }
+
+    #[test]
+    fn a_foreseen_end_makes_no_frame_in_vain() {
+        for end in [15.0, 60.0, 1200.0, 3600.0] {
+            let (count, times) = made(end, |_| end);
+            assert!(count == times.len() && (20..=2 * FRAMES).contains(&count), "{end} s: {count}");
+            let widest = times.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+            assert!(widest <= (end / TO_THE_END).max(FIRST_SPACING) + 0.11, "{end} s: {widest}");
+        }
+        // Foreseen a hundred times too late in its first tenth, and ten times too soon all the time.
+        let (count, times) = made(1200.0, |t| if t < 120.0 { 120_000.0 } else { 1200.0 });
+        assert!(count <= 2 * FRAMES && times.iter().filter(|t| **t < 120.0).count() > 15, "{count} {times:?}");
+        let (count, times) = made(36_000.0, |_| 36_000.0);
+        assert!(count < 80 && times.len() <= 2 * FRAMES, "ten hours: {count}");
+        let (_, times) = made(1200.0, |_| 120.0);
+        assert!((FRAMES..=2 * FRAMES).contains(&times.len()), "{times:?}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 mod limits;
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use proveout_controller::{Dynamics, Event, MoveKind};
 use proveout_machine::{Attachment, JointValues};
@@ -33,6 +33,7 @@ use crate::{
         trace::{Trace, class_of},
         tracks::{Mover, Moving, Signal},
     },
+    report::format::tool_name,
     texture::{ShownTexture, range_of},
     units::{JointUnit, PER_MINUTE},
 };
@@ -44,7 +45,7 @@ const SURFACE_TRIANGLES: usize = 400_000;
 /// Rows of a column that are gathered before they are sent.
 const CHUNK: usize = 4096;
 /// Stretches of time in which the tip's path is shown piece by piece.
-const PATH_BINS: usize = 48;
+const PATH_BINS: usize = 24;
 /// Places of findings that are marked.
 const MARKS: usize = 300;
 
@@ -257,7 +258,7 @@ impl Open {
         let tiles = StockTiles::all(setup.stock, setup.patches);
         sink.document(path(["about"]), about(setup, &tiles))?;
         let (machine_box, work_box) = boxes(setup);
-        blueprint::send(&sink, &units, servo, &machine_box, &work_box)?;
+        blueprint::send(&sink, &units, servo, live, &machine_box, &work_box)?;
         let mut open = Self {
             sink,
             live,
@@ -341,6 +342,11 @@ impl Open {
         }
         let changed = std::iter::once(batch.changed_tiles).chain(batch.changed_in_patches.iter().map(Vec::as_slice));
         self.tiles.iter_mut().zip(changed).for_each(|(tiles, changed)| tiles.mark(changed));
+        if let Some(row) = batch.blocks.last() {
+            // Lines of the program tell the time that is left, more or less; subprograms and loops tell less.
+            let done = f64::from(row.line) / f64::from(setup.program_lines.max(1));
+            self.frames.expect(batch.time, batch.time / done.clamp(1e-6, 1.0));
+        }
         let tool_change = batch.events.iter().any(|e| matches!(e, Event::ToolChange { .. }));
         if tool_change || self.frames.due(batch.time) {
             self.stock_frame(batch.time, tool_change, batch.stock, batch.patches)?;
@@ -363,6 +369,10 @@ impl Open {
         // The measured surface takes the place of the tiles at the same moment.
         if shown.picture.triangles.is_empty() {
             self.stock_frame(end, true, outcome.stock, outcome.patches)?;
+        } else {
+            let groups = self.tiles.iter().flat_map(StockTiles::groups);
+            let parts = groups.map(|group| (group, Picture::default())).collect();
+            self.frames.push(Frame { time: end, keep: true, parts });
         }
         self.send_frames()?;
         self.send_path(end)?;
@@ -403,7 +413,7 @@ impl Open {
                     Level::Info,
                     found.map_or_else(
                         || "tool change: spindle empty".into(),
-                        |t| format!("tool change: T{} {}", t.number, t.name),
+                        |t| format!("tool change: {}", tool_name(t.number, &t.name)),
                     ),
                 ))
             }
@@ -456,18 +466,25 @@ impl Open {
     }
 
     fn send_frames(&mut self) -> Result<(), RecordError> {
+        let mut rows: BTreeMap<u32, Vec<(f64, Picture)>> = BTreeMap::new();
         for frame in self.frames.drain() {
-            for (group, picture) in &frame.parts {
-                let entity = stock_path(*group, &self.patches);
-                self.sink.mesh(entity, Some(frame.time), picture, STEEL, &[])?;
+            for (group, picture) in frame.parts {
+                rows.entry(group).or_default().push((frame.time, picture));
             }
+        }
+        for (group, rows) in rows {
+            // A viewer that is fed may show what is now gone.
+            if !self.live && rows.iter().all(|(_, picture)| picture.triangles.is_empty()) {
+                continue;
+            }
+            self.sink.meshes(stock_path(group, &self.patches), &rows, STEEL)?;
         }
         Ok(())
     }
 
     fn send_path(&mut self, end: f64) -> Result<(), RecordError> {
         type Strips = Vec<(Vec<[f32; 3]>, Rgba)>;
-        let mut bins: std::collections::BTreeMap<(usize, bool), Strips> = std::collections::BTreeMap::new();
+        let mut bins: BTreeMap<(usize, bool), Strips> = BTreeMap::new();
         for (bin, strip) in std::mem::take(&mut self.trace).finish(end, PATH_BINS) {
             let points = strip.points.into_iter().map(|p| p.1).collect();
             let feed = strip.kind == MoveKind::Feed;
@@ -482,17 +499,13 @@ impl Open {
         Ok(())
     }
 
-    /// Puts the measured surface in the place of the stock's tiles.
+    /// The measured surface, where the tiles of the stock have been.
     fn surface(&self, setup: &Setup<'_>, shown: &ShownSurface, end: f64) -> Result<(), RecordError> {
         if shown.picture.triangles.is_empty() {
             return Ok(());
         }
         let colors = colors_of(&shown.picture, shown.map(range_floor(setup)));
         self.sink.mesh(path(["machine", "table", "work", "surface"]), Some(end), &shown.picture, STEEL, &colors)?;
-        for group in self.tiles.iter().flat_map(StockTiles::groups) {
-            let entity = stock_path(group, &self.patches);
-            self.sink.mesh(entity, Some(end), &Picture::default(), STEEL, &[])?;
-        }
         Ok(())
     }
 

@@ -92,6 +92,34 @@ impl Sink {
         self.log(path, time, &mesh)
     }
 
+    /// Meshes of one entity over time, each in the place of the one before; one without triangles leaves the entity empty. All of them are one
+    /// piece of the recording: a piece costs as much as a thousand triangles.
+    pub(crate) fn meshes(&self, path: EntityPath, rows: &[(f64, Picture)], plain: Rgba) -> Result<(), RecordError> {
+        let shown = || rows.iter().map(|(_, picture)| picture);
+        let lengths = |of: fn(&Picture) -> usize| -> Vec<usize> {
+            shown().map(|p| if p.triangles.is_empty() { 0 } else { of(p) }).collect()
+        };
+        let full = || shown().filter(|p| !p.triangles.is_empty());
+        let color = rerun::Color::from_unmultiplied_rgba(plain[0], plain[1], plain[2], plain[3]);
+        let indices = full().flat_map(|p| &p.triangles).map(|t| rerun::TriangleIndices(rerun::datatypes::UVec3D(*t)));
+        let all = rerun::Mesh3D::new(full().flat_map(|p| p.positions.iter().copied()))
+            .with_vertex_normals(full().flat_map(|p| p.normals.iter().copied()))
+            .with_triangle_indices(indices)
+            .with_many_albedo_factor(full().map(|_| color.0));
+        let parts = [
+            (all.vertex_positions, lengths(|p| p.positions.len())),
+            (all.vertex_normals, lengths(|p| p.normals.len())),
+            (all.triangle_indices, lengths(|p| p.triangles.len())),
+            (all.albedo_factor, lengths(|_| 1)),
+        ];
+        let columns = parts
+            .into_iter()
+            .filter_map(|(part, lengths)| part.map(|part| part.partitioned(lengths)))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|e| self.fault(e))?;
+        self.stream.send_columns(path, [times(rows.iter().map(|r| r.0))], columns).map_err(|e| self.fault(e))
+    }
+
     /// A pose for all times.
     pub(crate) fn pose(&self, path: EntityPath, pose: &Pose) -> Result<(), RecordError> {
         let (t, q) = parts(pose);

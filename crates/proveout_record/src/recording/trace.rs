@@ -39,6 +39,9 @@ pub(crate) struct Trace {
     anchor: Point,
     /// Points after it that are left out so far.
     held: Vec<(f64, Point)>,
+    /// Bound of the distance of each of them from the line to the last one, mm, and of that from the anchor.
+    off: f64,
+    far: f64,
     tolerance: f64,
     in_class: f64,
     count: usize,
@@ -50,6 +53,8 @@ impl Default for Trace {
             strips: Vec::new(),
             anchor: Point::origin(),
             held: Vec::new(),
+            off: 0.0,
+            far: 0.0,
             tolerance: TOLERANCE,
             in_class: IN_CLASS,
             count: 0,
@@ -74,10 +79,28 @@ impl Trace {
             self.strips.push(Strip { kind, class, points: Vec::new() });
             self.keep(times[0], from);
         }
-        if self.held.len() >= HELD || !self.held.iter().all(|(_, p)| off_line(&self.anchor, &to, p) <= self.tolerance) {
+        if self.held.len() >= HELD || !self.holds(&to) {
             self.close();
         }
+        self.far = self.far.max((to - self.anchor).norm());
         self.held.push((times[1], to));
+    }
+
+    /// True where the line to a point stays near all points that are held. What turns the line by an angle takes each of them no farther off
+    /// it than their distance from the anchor has it, so that points on a straight way are not looked at again.
+    fn holds(&mut self, to: &Point) -> bool {
+        let Some((_, last)) = self.held.last() else { return true };
+        let (old, new) = (last - self.anchor, to - self.anchor);
+        let (a, b) = (old.norm(), new.norm());
+        let turn =
+            if a > 0.0 && b > 0.0 && old.dot(&new) > 0.0 { old.cross(&new).norm() / (a * b) } else { f64::INFINITY };
+        let off = self.off + self.far * turn;
+        self.off = if b >= self.far && off <= self.tolerance {
+            off
+        } else {
+            self.held.iter().map(|(_, p)| off_line(&self.anchor, to, p)).fold(0.0, f64::max)
+        };
+        self.off <= self.tolerance
     }
 
     /// Keeps the last held point.
@@ -89,7 +112,7 @@ impl Trace {
     }
 
     fn keep(&mut self, time: f64, point: Point) {
-        self.anchor = point;
+        (self.anchor, self.off, self.far) = (point, 0.0, 0.0);
         if let Some(strip) = self.strips.last_mut() {
             strip.points.push((time, [point.x as f32, point.y as f32, point.z as f32]));
             self.count += 1;

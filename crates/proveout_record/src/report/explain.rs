@@ -13,7 +13,7 @@ use proveout_sim::{
 use crate::report::{
     blocks::{Blocks, LineNumbers},
     findings::Explained,
-    format::{compact, length},
+    format::{compact, length, tool_name},
 };
 
 /// Program text up to which the page holds all of it, bytes; it is compressed to about a sixth.
@@ -62,7 +62,7 @@ pub(crate) fn explained(
     let tool = |f: &Finding| {
         let of_block = || tools.get(usize::from(blocks.of_block(f.block?)?.tool?));
         let named = || tools.iter().find(|t| f.bodies.iter().any(|b| b.starts_with(&format!("{}/", t.name))));
-        named().or_else(of_block).map_or_else(String::new, |t| format!("T{} {}", t.number, t.name))
+        named().or_else(of_block).map_or_else(String::new, |t| tool_name(t.number, &t.name))
     };
     let of = |f: &Finding| Explained {
         tool: tool(f),
@@ -135,7 +135,7 @@ pub(crate) fn unchecked(setup: &Setup<'_>, v: &Verdict) -> Vec<[String; 2]> {
     let used = |number: u32| v.tools.iter().any(|t| t.number == number);
     for tool in setup.tools.tools.iter().filter(|t| used(t.number) && !t.has_holder) {
         let why = "its library gives no holder, so that no holder was held against anything";
-        all.push([format!("Holder of T{} {}", tool.number, tool.name), why.into()]);
+        all.push([format!("Holder of {}", tool_name(tool.number, &tool.name)), why.into()]);
     }
     if v.axes.values().all(|a| a.max_following_error.is_none()) {
         all.push(["Drives".into(), "not simulated: no following errors and no drive loads are known".into()]);

@@ -93,9 +93,20 @@ pub(crate) fn file_name(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().filter(|n| !n.is_empty()).unwrap_or(path)
 }
 
+/// A tool by number and name; its number alone where the name says no more.
+pub(crate) fn tool_name(number: u32, name: &str) -> String {
+    let by_number = format!("T{number}");
+    if name.is_empty() || name == by_number { by_number } else { format!("{by_number} {name}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_tool_is_named_once() {
+        assert_eq!([tool_name(3, "T3"), tool_name(3, ""), tool_name(3, "END")], ["T3", "T3", "T3 END"]);
+    }
 
     #[test]
     fn numbers_read_well() {

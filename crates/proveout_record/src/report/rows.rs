@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::report::{
     data::{JointSignals, ProgramView},
-    format::{compact, count, duration, fixed, length, length_or_dash, path, volume},
+    format::{compact, count, duration, fixed, length, length_or_dash, path, tool_name, volume},
     operations::Operation,
     page::{Entry, entry},
 };
@@ -151,7 +151,7 @@ pub(crate) struct OperationRow {
 pub(crate) fn operations(program: &ProgramView) -> Vec<OperationRow> {
     let row = |(k, o): (usize, &Operation)| {
         let tool = o.tool.and_then(|t| program.tools.get(t as usize));
-        let tool = tool.map_or_else(String::new, |(number, name)| format!("T{number} {name}"));
+        let tool = tool.map_or_else(String::new, |(number, name)| tool_name(*number, name));
         let [feed, share] = feed_words(o);
         OperationRow {
             name: if o.text.is_empty() { format!("Operation {}", k + 1) } else { o.text.clone() },

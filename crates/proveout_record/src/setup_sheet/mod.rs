@@ -19,7 +19,7 @@ use crate::{
     encode::base64,
     error::RecordError,
     page_safety::{policy, without_steering},
-    report::format::{duration, fixed},
+    report::format::{duration, fixed, tool_name},
 };
 
 const TEMPLATE: &str = include_str!("../../templates/setup.html");
@@ -119,8 +119,10 @@ impl Observer for SetupSheetObserver {
             match event {
                 Event::ToolChange { time, block, tool } => {
                     let tool = tool.and_then(|t| setup.tools.tools.get(t));
-                    let what = tool
-                        .map_or_else(|| "The spindle is empty".into(), |t| format!("Tool T{} {}", t.number, t.name));
+                    let what = tool.map_or_else(
+                        || "The spindle is empty".into(),
+                        |t| format!("Tool {}", tool_name(t.number, &t.name)),
+                    );
                     let mut picture = String::new();
                     if let Some(tool) = tool.filter(|_| self.pictures < PICTURES) {
                         picture = picture::clamped(setup, batch.stock, Some(tool))?;

@@ -35,7 +35,7 @@ pub(crate) struct Facts {
 pub(crate) fn of_text(text: &ProgramText, dialect: Dialect) -> Facts {
     let mut facts = Facts { unit: unit_of(text, dialect), ..Facts::default() };
     let unit = facts.unit.as_ref().map_or(LengthUnit::Millimeter, |(u, _)| *u).mm();
-    let lines = || (1..=text.lines().min(MAX_LINES)).filter_map(|n| Some((n, text.line(n)?)));
+    let lines = || (1..).zip(text.all().take(MAX_LINES));
     let mut blank = [None, None];
     // A comment without a number, waiting for its tool.
     let mut waiting: Option<(usize, ToolDraft)> = None;
@@ -217,8 +217,8 @@ fn unit_of(text: &ProgramText, dialect: Dialect) -> Option<(LengthUnit, String)>
 
 /// The first of the words.
 fn first_unit(text: &ProgramText, dialect: Dialect, words: &[(&str, LengthUnit)]) -> Option<(LengthUnit, String)> {
-    (1..=text.lines().min(MAX_LINES)).find_map(|n| {
-        let line = code(&text.line(n)?.to_uppercase(), dialect);
+    (1_usize..).zip(text.all().take(MAX_LINES)).find_map(|(n, line)| {
+        let line = code(&line.to_uppercase(), dialect);
         if dialect == Dialect::Heidenhain && !line.contains("BEGIN PGM")
             || dialect == Dialect::Apt && !line.contains("UNITS")
         {

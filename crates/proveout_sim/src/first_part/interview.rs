@@ -5,9 +5,10 @@ use std::path::Path;
 
 use proveout_geom::{InputError, nearest, read_input};
 use proveout_tool::PlainHolder;
+use serde::Serialize;
 
 /// Something that nobody but the user knows.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Question {
     /// Key of the answer, `stock`.
     pub key: String,
@@ -29,6 +30,8 @@ pub(crate) struct Interview<'a, 'b> {
     asked: BTreeSet<String>,
     known: BTreeSet<String>,
     ask: &'a mut Ask<'b>,
+    /// What is to be known before the first answer.
+    pub(crate) note: Option<String>,
     pub(crate) open: Vec<Question>,
     /// Questions that somebody has answered.
     pub(crate) answered: usize,
@@ -36,12 +39,14 @@ pub(crate) struct Interview<'a, 'b> {
 
 impl<'a, 'b> Interview<'a, 'b> {
     pub(crate) fn new(given: BTreeMap<String, String>, ask: &'a mut Ask<'b>) -> Self {
-        Self { given, asked: BTreeSet::new(), known: BTreeSet::new(), ask, open: Vec::new(), answered: 0 }
+        Self { given, asked: BTreeSet::new(), known: BTreeSet::new(), ask, note: None, open: Vec::new(), answered: 0 }
     }
 
     /// The answer to a question; none where it stays open.
     pub(crate) fn get(&mut self, key: &str, text: String, proposed: Option<String>) -> Option<String> {
         self.asked.insert(key.to_owned());
+        let note = if self.given.contains_key(key) { None } else { self.note.take() };
+        let text = note.map_or_else(|| text.clone(), |note| format!("{text} (note: {note})"));
         let question = Question { key: key.to_owned(), text, proposed };
         let answer = self.given.get(key).cloned().or_else(|| (self.ask)(&question));
         let Some(answer) = answer.map(|a| a.trim().to_owned()).filter(|a| !a.is_empty()) else {
@@ -58,6 +63,45 @@ impl<'a, 'b> Interview<'a, 'b> {
         let answer = self.given.get(key).cloned()?;
         self.asked.insert(key.to_owned());
         Some(answer)
+    }
+
+    /// Answers for several things of one kind: one question for all of them, `G55: 0,120,0; G56: 0,240,0`. `wanted` are their names with what is
+    /// proposed for each; none where the question stays open.
+    ///
+    /// # Errors
+    /// What is wrong with the answer: a name that nothing asks for, is there twice or is missing.
+    pub(crate) fn get_each(
+        &mut self,
+        key: &str,
+        text: String,
+        wanted: &[(String, Option<String>)],
+    ) -> Result<Option<BTreeMap<String, String>>, String> {
+        let all: Option<Vec<String>> =
+            wanted.iter().map(|(name, proposed)| Some(format!("{name}: {}", proposed.as_ref()?))).collect();
+        let proposed = all.map(|all| all.join("; "));
+        let Some(answer) = self.get(key, text, proposed.clone()) else { return Ok(None) };
+        let answer = match (answer.as_str(), proposed) {
+            (PROPOSED, Some(proposed)) => proposed,
+            _ => answer,
+        };
+        let mut each = BTreeMap::new();
+        for part in answer.split(';').map(str::trim).filter(|p| !p.is_empty()) {
+            let Some((name, value)) = part.split_once(':') else {
+                return Err(format!("{part:?} has no name with a colon before it"));
+            };
+            let name = name.trim().trim_matches('"');
+            if !wanted.iter().any(|(known, _)| known == name) {
+                let names: Vec<&str> = wanted.iter().map(|(known, _)| known.as_str()).collect();
+                return Err(format!("nothing asks for {name:?}: it is one of {}", names.join(", ")));
+            }
+            if each.insert(name.to_owned(), value.trim().to_owned()).is_some() {
+                return Err(format!("{name} is there twice"));
+            }
+        }
+        match wanted.iter().find(|(name, _)| !each.contains_key(name)) {
+            Some((missing, _)) => Err(format!("{missing} is missing")),
+            None => Ok(Some(each)),
+        }
     }
 
     /// An answer that nothing asks for, with the key that may be meant.
@@ -198,6 +242,28 @@ mod tests {
         for wrong in ["", "flat", "flat R2", "cube D3", "bull_nose D10", "flat Dx", "chamfer D10"] {
             assert!(tool(wrong, 1).is_none(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn one_answer_tells_several_things_by_their_names() {
+        let wanted = [("G55".to_owned(), Some("0,0,0".to_owned())), ("G56".to_owned(), Some("0,0,0".to_owned()))];
+        let ask = |answer: &str| {
+            let mut somebody = |_: &Question| Some(answer.to_owned());
+            Interview::new(BTreeMap::new(), &mut somebody).get_each("offsets", String::new(), &wanted)
+        };
+        let both = ask("G56: 0,9,0; G55:1,2,3 inch").expect("read").expect("answered");
+        assert_eq!((both["G55"].as_str(), both["G56"].as_str()), ("1,2,3 inch", "0,9,0"));
+        assert_eq!(ask(PROPOSED).expect("read").expect("answered")["G56"], "0,0,0");
+        for (wrong, word) in [
+            ("G55: 1,2,3", "G56 is missing"),
+            ("G55: 1,2,3; G55: 1,2,3; G56: 0,0,0", "G55 is there twice"),
+            ("G57: 1,2,3", "one of G55, G56"),
+            ("1,2,3", "no name"),
+        ] {
+            let told = ask(wrong).expect_err(wrong);
+            assert!(told.contains(word), "{told}");
+        }
+        assert_eq!(ask(""), Ok(None));
     }
 
     #[test]

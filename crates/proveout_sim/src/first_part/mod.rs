@@ -7,26 +7,30 @@
 //!
 //! The frame of the workpiece is that of the first work offset that the program uses: its zero is the zero of the program.
 
+mod control_words;
 mod facts;
 mod home_zero;
 mod interview;
 pub(crate) mod place;
 pub(crate) mod reading;
 mod stock_choice;
+mod summary;
 mod tool_choice;
 mod tool_words;
 pub(crate) mod trace;
 mod writing;
+mod zeros;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
 use proveout_machine::Machine;
-use proveout_nc::{Control, Dialect, Location, ProgramText, Settings, ToolName, WorkOffset};
+use proveout_nc::{Control, Dialect, ProgramText, Settings, ToolName, WorkOffset};
 use proveout_tool::{LengthUnit, ToolDraft, ToolLibrary};
 
 pub use interview::{Ask, Question, holder, read_answers};
+pub use summary::{ProgramTold, StockTold, Summary, ToolTold};
 
 use self::home_zero::HomeZero;
 use self::interview::{Interview, PROPOSED};
@@ -36,6 +40,7 @@ use self::stock_choice::{Cuts, check_design, design, resolution, stock, unit_of_
 pub(crate) use self::tool_choice::shown;
 use self::tool_choice::tools;
 use self::trace::TraceSetup;
+use self::zeros::{offsets, stated_mount};
 use crate::control_file::{control_of, settings_on};
 use crate::error::SimError;
 use crate::machine_data::with_machine;
@@ -84,9 +89,6 @@ impl<E: Into<SimError>> From<E> for FirstPartError {
     }
 }
 
-/// Words about a call that a control file leaves out.
-const LEFT_OUT: &str = " to a call that is left out";
-
 fn refused(message: impl Into<String>, help: impl Into<String>) -> FirstPartError {
     FirstPartError::Refused { message: message.into(), help: help.into() }
 }
@@ -96,6 +98,8 @@ fn refused(message: impl Into<String>, help: impl Into<String>) -> FirstPartErro
 pub struct Proposal {
     /// What was found, line by line, for people.
     pub told: Vec<String>,
+    /// The same for programs that read.
+    pub summary: Summary,
     /// Questions that were answered.
     pub answered: usize,
     files: Vec<(&'static str, String)>,
@@ -165,6 +169,21 @@ pub(crate) struct Design {
     pub(crate) inch: bool,
 }
 
+/// Characters of a text that are looked at.
+const LOOKED_AT: usize = 1 << 16;
+/// Share of control characters above which a file is no text: a picture or an archive has a fifth, a text in any code page hardly one.
+const CONTROLS: f64 = 0.05;
+
+/// Whether a file that reads as a text looks like a picture, an archive or another binary file.
+pub fn looks_binary(text: &ProgramText) -> bool {
+    let (mut all, mut controls) = (0_usize, 0_usize);
+    for c in text.all().flat_map(str::chars).take(LOOKED_AT) {
+        all += 1;
+        controls += usize::from(c.is_control() && !matches!(c, '\t' | '\r' | '\u{c}'));
+    }
+    controls as f64 > CONTROLS * all as f64
+}
+
 /// Makes a scene for programs on a machine; `ask` is asked what the text does not tell and no answer is given for.
 ///
 /// # Errors
@@ -177,6 +196,10 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let mut machine = Machine::read(&call.machine)?;
     let mut interview = Interview::new(call.answers.clone(), ask);
     let texts = call.programs.iter().map(ProgramText::open).collect::<Result<Vec<_>, _>>()?;
+    if let Some((program, _)) = call.programs.iter().zip(&texts).find(|(_, text)| looks_binary(text)) {
+        let message = format!("{} is no plain text: it looks like a binary file", program.display());
+        return Err(refused(message, "name the text of an NC program"));
+    }
     let (mut settings, mut notes) = settings_of(call, &machine)?;
 
     // What is called, before anything is known of tools and zero.
@@ -193,16 +216,23 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         notes.push(copy.reason.clone());
         home_zero = Some(copy);
     }
-    for reading in &first {
+    let hint = |i: usize| -> Option<String> {
+        let unnamed = settings.get(i)?.control.name().is_empty();
+        unnamed.then(|| control_words::hint(texts.get(i)?, first.get(i)?.survey.dialect)).flatten()
+    };
+    for (i, reading) in first.iter().enumerate() {
         // A call that the control file leaves out is its choice, and the run tells it.
-        let defects = || {
-            let all = reading.survey.defects().into_iter();
-            all.filter(|d| d.code != "nc-not-run" || !d.message.contains(LEFT_OUT)).collect::<Vec<_>>()
-        };
-        let faults = if reading.survey.faults.is_empty() { defects() } else { reading.survey.faults.clone() };
-        if !faults.is_empty() {
+        let survey = &reading.survey;
+        let mut faults = if survey.faults.is_empty() { survey.own_defects() } else { survey.faults.clone() };
+        let hint = hint(i);
+        if let Some(fault) = faults.first_mut() {
+            // The words of another control are often the fault.
+            fault.help = [fault.help.take(), hint].into_iter().flatten().reduce(|a, b| format!("{a}; {b}"));
             return Err(FirstPartError::from(proveout_nc::Diagnostics(faults)));
         }
+        // Another control may answer what is asked for.
+        interview.note = interview.note.take().or_else(|| hint.clone());
+        notes.extend(hint);
     }
     let dialects: Vec<Dialect> = first.iter().map(|r| r.survey.dialect).collect();
     let all_facts: Vec<facts::Facts> = texts.iter().zip(&dialects).map(|(t, d)| facts::of_text(t, *d)).collect();
@@ -338,13 +368,14 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     if let Some((_, text)) = files.iter().find(|(name, _)| *name == writing::TOOLS) {
         ToolLibrary::from_text(Path::new(writing::TOOLS), text)?;
     }
+    let summary = Summary::of(&plan);
     let copy = plan.home_zero;
     let design = plan.design.filter(|d| d.inch).map(|d| {
         let mut mesh = d.mesh;
         mesh.positions.iter_mut().for_each(|v| *v *= 25.4);
         mesh
     });
-    Ok(Proposal { told, answered, files, machine: copy, design, output: call.output.clone() })
+    Ok(Proposal { told, summary, answered, files, machine: copy, design, output: call.output.clone() })
 }
 
 /// Everything that is open is told at once.
@@ -448,97 +479,6 @@ fn start_tool(
     match answer.trim_start_matches(['T', 't']).parse::<u32>() {
         Ok(number) if number > 0 => Ok(Some((number, "the answer of the call".into()))),
         _ => Err(refused(format!("`{key}` = {answer:?} is no number of a tool"), "write a number above zero")),
-    }
-}
-
-/// Work offsets that the programs use, with the place of their zero in the workpiece frame.
-fn offsets(
-    readings: &[Reading],
-    dialects: &[Dialect],
-    interview: &mut Interview<'_, '_>,
-) -> Result<Vec<(String, [f64; 3], String)>, FirstPartError> {
-    let mut all: Vec<(String, [f64; 3], String)> = Vec::new();
-    for (reading, dialect) in readings.iter().zip(dialects) {
-        // In force before the first word.
-        let from_start = match dialect.family() {
-            Dialect::Iso => Some("G54"),
-            Dialect::Heidenhain => Some("PRESET0"),
-            _ => None,
-        };
-        let named: Vec<(&str, Option<&Location>)> =
-            reading.offsets.iter().map(|(w, at)| (w.as_str(), Some(at))).collect();
-        let zero_only = |w: &str| matches!(w, "G500" | "G53");
-        let words: Vec<(&str, Option<&Location>)> = if named.iter().any(|(w, _)| !zero_only(w)) {
-            named.into_iter().filter(|(w, _)| !zero_only(w)).collect()
-        } else {
-            from_start.map(|w| (w, None)).into_iter().collect()
-        };
-        for (word, at) in words {
-            if all.iter().any(|(known, ..)| known == word) {
-                continue;
-            }
-            if all.is_empty() {
-                let reason = match at {
-                    Some(at) => format!(
-                        "the first work offset of the program, line {}: its zero is that of the workpiece",
-                        at.line
-                    ),
-                    None => "in force from the start: its zero is that of the workpiece".to_owned(),
-                };
-                all.push((word.to_owned(), [0.0; 3], reason));
-                continue;
-            }
-            let first = all[0].0.clone();
-            let key = format!("offset.{word}");
-            let line = at.map_or_else(String::new, |at| format!(" (line {})", at.line));
-            let text = format!("Where is the zero of {word}{line} as seen from that of {first}? X,Y,Z in mm");
-            let Some(answer) = interview.get(&key, text, Some("0,0,0".into())) else { continue };
-            let answer = if answer == PROPOSED { "0,0,0".to_owned() } else { answer };
-            let Some(shift) = interview::numbers::<3>(&answer) else {
-                return Err(refused(format!("`{key}` = {answer:?} is no place"), "write three numbers: 0,120,0"));
-            };
-            all.push((word.to_owned(), shift, format!("{answer} from {first}, as the answer says")));
-        }
-    }
-    Ok(all)
-}
-
-/// The mounting that the call states; asked for where the program turns the table under the part without following it.
-fn stated_mount(
-    machine: &Machine,
-    indexed: Option<&Location>,
-    turned: &[char],
-    interview: &mut Interview<'_, '_>,
-) -> Result<Option<Reasoned<Vector>>, FirstPartError> {
-    let key = "mount";
-    let table = machine.table.point;
-    let pivot = place::pivot(machine, turned);
-    let at = pivot.unwrap_or_else(|| table + Vector::z() * place::ABOVE_TABLE_MM);
-    let on_table = [at.x, at.y, at.z].map(proveout_tool::plain_number).join(",");
-    let where_it_is = match pivot {
-        Some(_) => "where the axes that it turns meet".to_owned(),
-        None => format!("over the middle of the table, {} mm above it", place::ABOVE_TABLE_MM),
-    };
-    let answer = match indexed {
-        None => interview.given(key),
-        Some(at) => {
-            let text = format!(
-                "Where on the table is the zero of the program? It turns the table by its axes (line {}), so that the place decides \
-                 where the cuts are. X,Y,Z in mm from the zero of the table frame; what is proposed lies {where_it_is}",
-                at.line
-            );
-            interview.get(key, text, Some(on_table.clone()))
-        }
-    };
-    let Some(answer) = answer else { return Ok(None) };
-    let proposed = answer == PROPOSED;
-    let answer = if proposed { on_table } else { answer };
-    match interview::numbers::<3>(&answer) {
-        Some(mount) => Ok(Some(Reasoned {
-            value: Vector::from(mount),
-            reason: if proposed { format!("chosen: {where_it_is}") } else { "as the answer `mount` says".into() },
-        })),
-        None => Err(refused(format!("`{key}` = {answer:?} is no place"), "write three numbers: 0,0,150")),
     }
 }
 

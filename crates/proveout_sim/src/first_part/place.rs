@@ -119,6 +119,10 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
         }
         bottom = bottom.min(drill.feed.min.z + DRILL_POINT * drill.radius);
     }
+    // What is tilted alone: the sides from which it comes are not told, the depth that it reaches is.
+    for tool in tools.iter().filter(|t| t.tilted && t.sideways.is_empty() && !t.feed.is_empty()) {
+        bottom = bottom.min(tool.feed.min.z - tool.radius);
+    }
     (all.min.z, all.max.z) = ((bottom / ROUND_MM).floor() * ROUND_MM, top);
     let how = format!(
         "the room that the cutters reach in feed, {}, 1 mm below the lowest cut or to the end of the deepest hole{}",

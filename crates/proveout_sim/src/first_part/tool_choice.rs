@@ -100,10 +100,9 @@ pub(super) fn tools(
         notes.extend(imported.notes);
         library = imported.tools;
     }
-    let mut drafts: Vec<ToolDraft> = Vec::new();
-    let mut free = 1_u32;
-    // Tools of which a question is open want a holder as well.
-    let mut unknown: Vec<String> = Vec::new();
+    let mut drafts: Vec<(ToolName, ToolDraft)> = Vec::new();
+    // Tools of which neither text nor library nor an answer of their own tell a diameter.
+    let mut bare: Vec<(ToolName, ToolDraft, String)> = Vec::new();
     for (name, at) in &called {
         let from_library = library.iter().find(|d| match name {
             ToolName::Number(n) => d.number == *n,
@@ -115,8 +114,8 @@ pub(super) fn tools(
             ToolName::Number(n) => *n,
             _ => from_library.map_or(0, |d| d.number),
         };
-        let key = format!("tool.{}", shown(name).trim_matches('"'));
-        let mut draft = match (interview.given(&key), from_library, of_text) {
+        let key = key_of(name);
+        let draft = match (interview.given(&key), from_library, of_text) {
             (Some(answer), ..) => tool_of_answer(&key, &answer, number)?,
             (None, Some(from), of_text) => {
                 let mut draft = from.clone();
@@ -132,38 +131,25 @@ pub(super) fn tools(
             (None, None, Some(text)) => text.clone(),
             (None, None, None) => ToolDraft::new(number, ""),
         };
-        if draft.diameter().is_none() {
+        if draft.diameter().is_some() {
+            drafts.push((name.clone(), draft));
+        } else {
             let line = at.as_ref().map_or_else(String::new, |at| format!(" (line {} of {})", at.line, at.file));
-            let text = format!(
-                "What is tool {}{line}? Kind and millimeters such as \"flat D10 L25\", \"bull_nose D12 R1\", \"drill D8.5 A118\" (inches: \
-                 \"flat D0.5 inch\"); or name a library with --tools",
-                shown(name)
-            );
-            let Some(answer) = interview.get(&key, text, None) else {
-                unknown.push(shown(name));
-                continue;
-            };
-            let gauge = draft.gauge;
-            draft = tool_of_answer(&key, &answer, number)?;
-            draft.gauge = draft.gauge.or(gauge);
+            bare.push((name.clone(), draft, line));
         }
-        match name {
-            ToolName::Number(n) => draft.number = *n,
-            ToolName::Name(word) => {
-                draft.name.clone_from(word);
-                if draft.number == 0 {
-                    while called.iter().any(|(n, _)| *n == ToolName::Number(free))
-                        || drafts.iter().any(|d| d.number == free)
-                    {
-                        free += 1;
-                    }
-                    draft.number = free;
-                }
-            }
-            ToolName::Empty => {}
-        }
-        drafts.push(draft);
     }
+    // Tools of which a question is open want a holder as well.
+    let mut unknown: Vec<String> = Vec::new();
+    for (name, draft, answer) in answered(bare, interview)? {
+        match answer {
+            Some((key, answer)) => {
+                let own = tool_of_answer(&key, &answer, draft.number)?;
+                drafts.push((name, ToolDraft { gauge: own.gauge.or(draft.gauge), ..own }));
+            }
+            None => unknown.push(shown(&name)),
+        }
+    }
+    let mut drafts = numbered(drafts, &called);
     // One holder for all tools of which nothing tells one.
     let mut holder = None;
     if !unknown.is_empty() || drafts.iter().any(|d| d.holder.is_empty()) {
@@ -189,6 +175,74 @@ pub(super) fn tools(
     }
     drafts.sort_by_key(|d| d.number);
     Ok(Tools::Drafts(drafts))
+}
+
+/// Key of the answer for a tool.
+fn key_of(name: &ToolName) -> String {
+    format!("tool.{}", shown(name).trim_matches('"'))
+}
+
+/// Key and answer of a tool, where its question is not open.
+type Answered = (ToolName, ToolDraft, Option<(String, String)>);
+
+/// Asks for tools of which nothing is told: for one by its own key, for several in one question.
+fn answered(
+    bare: Vec<(ToolName, ToolDraft, String)>,
+    interview: &mut Interview<'_, '_>,
+) -> Result<Vec<Answered>, FirstPartError> {
+    let how = "Kind and millimeters such as \"flat D10 L25\", \"bull_nose D12 R1\", \"drill D8.5 A118\" (inches: \"flat D0.5 inch\")";
+    let library = "or name a library with --tools";
+    if bare.len() < 2 {
+        let ask = |(name, draft, line): (ToolName, ToolDraft, String)| {
+            let key = key_of(&name);
+            let text = format!("What is tool {}{line}? {how}; {library}", shown(&name));
+            let answer = interview.get(&key, text, None).map(|answer| (key, answer));
+            (name, draft, answer)
+        };
+        return Ok(bare.into_iter().map(ask).collect());
+    }
+    let key = "tools";
+    let named = |name: &ToolName| shown(name).trim_matches('"').to_owned();
+    let names: Vec<String> = bare.iter().map(|(name, _, line)| format!("{}{line}", shown(name))).collect();
+    let text = format!(
+        "What are the tools {}? Each with its name and semicolons between, \"T1: flat D10 L25; T2: drill D8.5\". {how}; {library}",
+        names.join(", ")
+    );
+    let wanted: Vec<(String, Option<String>)> = bare.iter().map(|(name, ..)| (named(name), None)).collect();
+    let each = interview.get_each(key, text, &wanted).map_err(|e| {
+        refused(format!("`{key}`: {e}"), "write each tool with its name: T1: flat D10 L25; T2: drill D8.5")
+    })?;
+    let with = |(name, draft, _): (ToolName, ToolDraft, String)| {
+        let answer = each.as_ref().and_then(|each| each.get(&named(&name)));
+        let answer = answer.map(|answer| (key.to_owned(), answer.clone()));
+        (name, draft, answer)
+    };
+    Ok(bare.into_iter().map(with).collect())
+}
+
+/// Drafts with the number or the name that the program calls; names get numbers that are free.
+fn numbered(drafts: Vec<(ToolName, ToolDraft)>, called: &[(ToolName, Option<Location>)]) -> Vec<ToolDraft> {
+    let mut all: Vec<ToolDraft> = Vec::new();
+    let mut free = 1_u32;
+    for (name, mut draft) in drafts {
+        match name {
+            ToolName::Number(n) => draft.number = n,
+            ToolName::Name(word) => {
+                draft.name = word;
+                if draft.number == 0 {
+                    while called.iter().any(|(n, _)| *n == ToolName::Number(free))
+                        || all.iter().any(|d| d.number == free)
+                    {
+                        free += 1;
+                    }
+                    draft.number = free;
+                }
+            }
+            ToolName::Empty => {}
+        }
+        all.push(draft);
+    }
+    all
 }
 
 fn tool_of_answer(key: &str, answer: &str, number: u32) -> Result<ToolDraft, FirstPartError> {

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use proveout_geom::{Point, Pose, ToolPose, Vector};
-use proveout_machine::{JointValues, Machine};
+use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, ArcMotion, Command, Motion, Offset, Op, ToolAction, ToolName};
 
 /// Angle between two points of an arc, radian: the sagitta is then below 0.1 percent of the radius.
@@ -201,16 +201,19 @@ impl<'a> Tracer<'a> {
         self.solve_joints();
         let length = if self.length_on { self.gauge() } else { 0.0 };
         self.put_joints(motion, length);
+        if let Some(axis) = motion.tool_axis_base {
+            self.turn_to(&Vector::from(axis));
+        }
         // An axis of which nothing has been told stands at home, which is no place of the program.
         let told = (0..3).all(|axis| self.base[axis].is_some()) || self.tip.is_some();
         self.tip = Some(self.machine.forward(&self.q, self.gauge()));
         told.then_some(Some(self.q))
     }
 
-    /// The joints under the tip, those nearest to where the axes stood; none where no position of the axes leads there.
+    /// The joints under the tip, those nearest to where the axes stood, past their travel where that is short; none where no position of the
+    /// axes leads there.
     pub(crate) fn joints_under_tip(&mut self) -> Option<JointValues> {
-        let solution = self.machine.inverse_nearest(self.tip.as_ref()?, self.gauge(), &self.q).ok()?;
-        self.q = solution.q;
+        self.q = self.joints_at(self.tip.as_ref()?)?;
         self.joints_known = true;
         Some(self.q)
     }
@@ -221,10 +224,25 @@ impl<'a> Tracer<'a> {
             return;
         }
         self.joints_known = true;
-        if let Some(pose) = &self.tip
-            && let Ok(solution) = self.machine.inverse_nearest(pose, self.gauge(), &self.q)
-        {
-            self.q = solution.q;
+        if let Some(q) = self.tip.as_ref().and_then(|pose| self.joints_at(pose)) {
+            self.q = q;
+        }
+    }
+
+    fn joints_at(&self, pose: &ToolPose) -> Option<JointValues> {
+        match self.machine.inverse_nearest(pose, self.gauge(), &self.q) {
+            Ok(solution) => Some(solution.q),
+            Err(KinematicsError::OverTravel { solution, .. }) => Some(solution.q),
+            Err(_) => None,
+        }
+    }
+
+    /// Turns the rotary axes until the tool stands along an axis of the table frame (G53.1, CYCLE800, PLANE), the linear ones at rest.
+    fn turn_to(&mut self, axis: &Vector) {
+        let tip = self.machine.forward(&self.q, self.gauge()).tip;
+        let Some(turned) = self.joints_at(&ToolPose { tip, axis: *axis }) else { return };
+        for &j in self.machine.rotary_joints() {
+            self.q[j] = turned[j];
         }
     }
 

@@ -1,0 +1,125 @@
+//! Where the zeros are: work offsets as seen from the first one, and the place of that on the table.
+
+use proveout_geom::Vector;
+use proveout_machine::Machine;
+use proveout_nc::{Dialect, Location};
+
+use super::interview::{self, Interview, PROPOSED};
+use super::reading::Reading;
+use super::{FirstPartError, Reasoned, place, refused};
+
+/// Work offsets that the programs use, with the place of their zero in the workpiece frame.
+pub(super) fn offsets(
+    readings: &[Reading],
+    dialects: &[Dialect],
+    interview: &mut Interview<'_, '_>,
+) -> Result<Vec<(String, [f64; 3], String)>, FirstPartError> {
+    let mut words: Vec<(&str, Option<&Location>)> = Vec::new();
+    for (reading, dialect) in readings.iter().zip(dialects) {
+        // In force before the first word.
+        let from_start = match dialect.family() {
+            Dialect::Iso => Some("G54"),
+            Dialect::Heidenhain => Some("PRESET0"),
+            _ => None,
+        };
+        let zero_only = |w: &str| matches!(w, "G500" | "G53");
+        let named = reading.offsets.iter().map(|(w, at)| (w.as_str(), Some(at))).filter(|(w, _)| !zero_only(w));
+        let before = words.len();
+        for (word, at) in named {
+            if !words.iter().any(|(known, _)| *known == word) {
+                words.push((word, at));
+            }
+        }
+        let names_any = reading.offsets.iter().any(|(w, _)| !zero_only(w));
+        if let Some(word) = from_start
+            && !names_any
+            && !words[..before].iter().any(|(known, _)| *known == word)
+        {
+            words.push((word, None));
+        }
+    }
+    let Some(&(first, at)) = words.first() else { return Ok(Vec::new()) };
+    let reason = match at {
+        Some(at) => {
+            format!("the first work offset of the program, line {}: its zero is that of the workpiece", at.line)
+        }
+        None => "in force from the start: its zero is that of the workpiece".to_owned(),
+    };
+    let mut all = vec![(first.to_owned(), [0.0; 3], reason)];
+    let placed = |key: &str, word: &str, answer: &str| {
+        let answer = if answer == PROPOSED { "0,0,0" } else { answer };
+        match interview::numbers::<3>(answer) {
+            Some(shift) => Ok((word.to_owned(), shift, format!("{answer} from {first}, as the answer says"))),
+            None => Err(refused(format!("`{key}` = {answer:?} is no place of {word}"), "write three numbers: 0,120,0")),
+        }
+    };
+    let mut open = Vec::new();
+    for (word, at) in &words[1..] {
+        let key = format!("offset.{word}");
+        match interview.given(&key) {
+            Some(answer) => all.push(placed(&key, word, &answer)?),
+            None => open.push((*word, at.map_or_else(String::new, |at| format!(" (line {})", at.line)))),
+        }
+    }
+    if let [(word, line)] = &open[..] {
+        let key = format!("offset.{word}");
+        let text = format!("Where is the zero of {word}{line} as seen from that of {first}? X,Y,Z in mm");
+        if let Some(answer) = interview.get(&key, text, Some("0,0,0".into())) {
+            all.push(placed(&key, word, &answer)?);
+        }
+    } else if !open.is_empty() {
+        let key = "offsets";
+        let names: Vec<String> = open.iter().map(|(word, line)| format!("{word}{line}")).collect();
+        let text = format!(
+            "Where are the zeros of {} as seen from that of {first}? Each with its name, X,Y,Z in mm, and semicolons between",
+            names.join(", ")
+        );
+        let wanted: Vec<_> = open.iter().map(|(word, _)| ((*word).to_owned(), Some("0,0,0".to_owned()))).collect();
+        let each = interview.get_each(key, text, &wanted).map_err(|e| {
+            refused(format!("`{key}`: {e}"), "write each zero with its name: G55: 0,120,0; G56: 0,240,0")
+        })?;
+        for (word, answer) in each.iter().flatten() {
+            all.push(placed(key, word, answer)?);
+        }
+    }
+    Ok(all)
+}
+
+/// The mounting that the call states; asked for where the program turns the table under the part without following it.
+pub(super) fn stated_mount(
+    machine: &Machine,
+    indexed: Option<&Location>,
+    turned: &[char],
+    interview: &mut Interview<'_, '_>,
+) -> Result<Option<Reasoned<Vector>>, FirstPartError> {
+    let key = "mount";
+    let table = machine.table.point;
+    let pivot = place::pivot(machine, turned);
+    let at = pivot.unwrap_or_else(|| table + Vector::z() * place::ABOVE_TABLE_MM);
+    let on_table = [at.x, at.y, at.z].map(proveout_tool::plain_number).join(",");
+    let where_it_is = match pivot {
+        Some(_) => "where the axes that it turns meet".to_owned(),
+        None => format!("over the middle of the table, {} mm above it", place::ABOVE_TABLE_MM),
+    };
+    let answer = match indexed {
+        None => interview.given(key),
+        Some(at) => {
+            let text = format!(
+                "Where on the table is the zero of the program? It turns the table by its axes (line {}), so that the place decides \
+                 where the cuts are. X,Y,Z in mm from the zero of the table frame; what is proposed lies {where_it_is}",
+                at.line
+            );
+            interview.get(key, text, Some(on_table.clone()))
+        }
+    };
+    let Some(answer) = answer else { return Ok(None) };
+    let proposed = answer == PROPOSED;
+    let answer = if proposed { on_table } else { answer };
+    match interview::numbers::<3>(&answer) {
+        Some(mount) => Ok(Some(Reasoned {
+            value: Vector::from(mount),
+            reason: if proposed { format!("chosen: {where_it_is}") } else { "as the answer `mount` says".into() },
+        })),
+        None => Err(refused(format!("`{key}` = {answer:?} is no place"), "write three numbers: 0,0,150")),
+    }
+}
