@@ -293,7 +293,8 @@ pub(in super::super) fn ruled_figures(judged: &[bool], [before, after]: [&[Judge
         figure("widest strip", "mm", most(&inside(section, after))),
         figure("widest strip of the moving tool", "mm", most(&inside(swept, after))),
     ];
-    let of: [(fn(&Judged) -> Option<f64>, [&'static str; 4]); 2] = [
+    type Named = (fn(&Judged) -> Option<f64>, [&'static str; 4]);
+    let of: [Named; 2] = [
         (
             |j| Some(1e3 * j.roughness?),
             [
