@@ -443,7 +443,7 @@ fn a_tilted_holder_between_platform_and_shroud_is_told_to_hundredths() {
 /// A drum about the axis of B, of 240 flat sides whose edges stand 60 mm from it, as text of an STL file.
 fn drum() -> String {
     let at = |k: usize, y: f64| {
-        let (s, c) = (std::f64::consts::TAU * k as f64 / 240.0).sin_cos();
+        let (s, c) = (std::f64::consts::TAU * (k % 240) as f64 / 240.0).sin_cos();
         [60.0 * s, y, 60.0 * c]
     };
     let side = |k: usize| {
@@ -472,7 +472,7 @@ fn a_tool_that_runs_close_over_what_turns_is_told_to_micrometers() {
     let number = |key: &str| cutter[key].as_f64().unwrap_or_else(|| panic!("{key}: {cutter}"));
     assert!((number("min_mm") - 0.2).abs() < 1e-3, "{cutter}");
     assert!(number("proved_mm") <= 0.2 + 1e-6 && number("error_mm") < 4e-3, "{cutter}");
-    assert_eq!(gate(&verdict, "collision").0, "pass", "{verdict}");
+    assert!(found(&verdict, "collision-bodies").is_empty(), "{verdict}");
 }
 
 /// A rail on the base and a carriage on X that lies round it all over: where nothing is left of two neighbors to check, they pass as a guide by the role that

@@ -148,7 +148,7 @@ fn bodies_mesh(
 
 /// Branch and bound over the tree of the mesh; gives the nearest triangle, too. The bound of a node is the largest of three: boxes apart;
 /// the distance of the node's middle from the axis of the body less half its diagonal less the radius, which is the sharp one for a long slanted tool, whose
-/// box is fat; and, where these are not enough, planes across the mean normal of the node, which tell most near a smooth wall.
+/// box is fat; and, where these are not enough, planes across the way to its box along the wall that its triangles make (`triangle_tree.rs`).
 fn convex_mesh(
     body: &Revolved,
     mesh: &MeshShape,

@@ -122,6 +122,21 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     forged.remove(k + 1);
     refused("a part of a piece removed", check(&verdict, &setup, &forged, &samples));
 
+    // A row whose points go along parabolas: told as one of straight lines, it claims too little motion; its distance is that of the parabolas.
+    let rotary: Vec<usize> = (0..setup.machine.joints.len()).filter(|&j| setup.machine.joints[j].is_rotary()).collect();
+    let turned = |s: &Span| -> f64 {
+        s.straight.as_ref().map_or(0.0, |[from, to]| rotary.iter().map(|&j| (to[j] - from[j]).abs()).sum())
+    };
+    let curved = |k: &usize| spans[*k].curved && least(&spans[*k]) > 1.0;
+    let k = (0..spans.len()).filter(curved).max_by(|&a, &b| turned(&spans[a]).total_cmp(&turned(&spans[b])));
+    let k = k.expect("a row of parabolas");
+    let mut forged = spans.clone();
+    forged[k].curved = false;
+    refused("parabolas told as straight lines", check(&verdict, &setup, &forged, &samples));
+    let mut forged = spans.clone();
+    forged[k].distance += 2e3;
+    refused("parabolas: a distance raised by 2000 mm", check(&verdict, &setup, &forged, &samples));
+
     // A row that holds at every turn of the table: with a distance that no turn has, with another joint that may be anywhere, with one that does not carry
     // either body alone about a fixed line.
     let (b, c) = (setup.machine.joint("A").expect("A"), setup.machine.joint("C").expect("C"));
