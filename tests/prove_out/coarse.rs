@@ -36,9 +36,9 @@ struct Coarse {
 /// Files of the experiments, as `docs/figures.toml` names them.
 fn experiments() -> Vec<String> {
     let text = fs::read_to_string(root().join("docs/figures.toml")).expect("the registry");
-    let table: toml::Table = text.parse().expect("TOML");
+    let table: Table = text.parse().expect("TOML");
     let runs = table["run"].as_array().expect("runs");
-    let wanted = runs.iter().filter(|r| r.get("experiment").and_then(toml::Value::as_bool) == Some(true));
+    let wanted = runs.iter().filter(|r| r.get("experiment").and_then(Value::as_bool) == Some(true));
     let commands = wanted.map(|r| r["command"].as_str().expect("a command"));
     commands.map(|c| c.strip_prefix("compare ").expect("a comparison without options").to_owned()).collect()
 }

@@ -109,7 +109,7 @@ fn mesh(random: &mut Random, k: usize) -> TriMesh {
 /// Poses that are far, touch to a nanometer, reach in, and lie anywhere.
 fn pose(random: &mut Random, bodies: &[Revolved], triangles: &[[Point; 3]], k: usize) -> Pose {
     let turn = Pose::from_rpy(Vector::zeros(), random.next(-3.0, 3.0), random.next(-1.5, 1.5), random.next(-3.0, 3.0));
-    let reach = if k % 3 == 0 { 90.0 } else { 22.0 };
+    let reach = if k.is_multiple_of(3) { 90.0 } else { 22.0 };
     let mut pose = Pose { translation: random.point(reach).coords, ..turn };
     if k % 3 == 1 {
         // Along the way to the nearest corner until a wanted distance is left; that of the whole is what the oracle says.
