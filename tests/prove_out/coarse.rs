@@ -212,7 +212,7 @@ const WHOLE: usize = usize::MAX;
 experiments! {
     li "scenes/li-2022-s-theta" 570, None;
     cui "scenes/cui-2022-singularity" WHOLE, None;
-    ma "scenes/ma-2020-sine" WHOLE, Some(0.0001);
+    ma "scenes/ma-2020-sine" WHOLE, Some(0.001);
     ma_steep "scenes/ma-2020-sine/ma-1.toml" WHOLE, None;
     lu "scenes/lu-2022-quasi-circle" 60, None;
     lu_serial "scenes/lu-2022-quasi-circle/serial.toml" 60, None;
