@@ -149,6 +149,7 @@ fn smaller(from: &Path, to: &Path) {
                     ("max_mm = [16.5, 200, 200]", "max_mm = [12.9, 200, 200]"),
                     ("shown_s = [22, 34]", "shown_s = [2, 8]"),
                     ("size_mm = [3, 2.4]", "size_mm = [0.6, 0.6]"),
+                    ("chord_error_mm = 0.001\nroot", "chord_error_mm = 0.02\nroot"),
                     // A few lines of the blade between platforms.
                     ("scallop_mm = 0.100", "scallop_mm = 0.3"),
                     ("scallop_mm = 0.010", "scallop_mm = 0.1"),
