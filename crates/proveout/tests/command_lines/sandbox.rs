@@ -132,8 +132,8 @@ fn smaller(from: &Path, to: &Path) {
         let name = file.file_name().expect("a name").to_string_lossy().into_owned();
         let Ok(text) = fs::read_to_string(&file) else { continue };
         let text = match name.as_str() {
-            "scene.toml" | "finish.toml" | "serial.toml" => changed(
-                &without_draws(&text),
+            "scene.toml" | "finish.toml" | "methods.toml" => changed(
+                &text,
                 &[
                     ("resolution_mm = 0.5", "resolution_mm = 2"),
                     ("resolution_mm = 0.25", "resolution_mm = 1"),
@@ -148,8 +148,8 @@ fn smaller(from: &Path, to: &Path) {
                     ("min_mm = [13.5, -200, -200]", "min_mm = [12.6, -200, -200]"),
                     ("max_mm = [16.5, 200, 200]", "max_mm = [12.9, 200, 200]"),
                     ("shown_s = [22, 34]", "shown_s = [2, 8]"),
-                    // The first blocks of the lines of Lu et al.
-                    ("piece_tolerance_mm = 0.00005", "piece_tolerance_mm = 0.005"),
+                    ("size_mm = [3, 2.4]", "size_mm = [0.6, 0.6]"),
+                    ("chord_error_mm = 0.001\nroot", "chord_error_mm = 0.02\nroot"),
                     // A few lines of the blade between platforms.
                     ("scallop_mm = 0.100", "scallop_mm = 0.3"),
                     ("scallop_mm = 0.010", "scallop_mm = 0.1"),
@@ -160,21 +160,13 @@ fn smaller(from: &Path, to: &Path) {
                 ],
             ),
             "bc.mpf" | "ac.mpf" => first_blocks(&text, 72),
+            // One line round the blade.
+            "original.mpf" if to.ends_with("blade-root") => first_blocks(&text, 314),
             "original.mpf" => first_blocks(&text, 17 + 570),
-            _ if name.ends_with(".mpf") && to.ends_with("lu-2022-quasi-circle") => first_blocks(&text, 17 + 60),
             _ => text,
         };
         fs::write(to.join(name), text).expect("written");
     }
-}
-
-/// A scene of Lu et al. without its choices, which plan whole programs again.
-fn without_draws(text: &str) -> String {
-    let parts = text.split_once("draws = 6\n").and_then(|(head, rest)| {
-        let rest = rest.split_once("[[compare.published]]")?.1;
-        Some(format!("{head}\n[[compare.published]]{rest}"))
-    });
-    parts.unwrap_or_else(|| text.to_owned())
 }
 
 fn changed(text: &str, changes: &[(&str, &str)]) -> String {
