@@ -198,14 +198,13 @@ fn list(as_json: bool) -> Result<(), Failure> {
     };
     let mut all = Vec::new();
     for name in names_in(&library) {
-        let folder = library.join(&name);
-        let read = Machine::read(&folder);
+        let read = Machine::read(&library.join(&name));
         if as_json {
             all.push(match &read {
                 Ok(machine) => {
-                    json!({ "name": name, "folder": folder, "told": machine.in_one_line(), "joints": joints(machine) })
+                    json!({ "name": name, "told": machine.in_one_line(), "joints": joints(machine) })
                 }
-                Err(e) => json!({ "name": name, "folder": folder, "error": e.to_string() }),
+                Err(e) => json!({ "name": name, "error": e.to_string() }),
             });
             continue;
         }
