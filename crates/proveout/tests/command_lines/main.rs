@@ -1,6 +1,6 @@
 //! Every command line of the pages, of the help texts and of `more.txt` runs as a person types it, and its output is compared with
 //! what it was. After a wanted change: `INSTA_UPDATE=always cargo test -p proveout --test command_lines`, and look at the difference.
-//! That every option is in one of these lines, and that clap takes them, is held by the tests of `src/args.rs`.
+//! That every option is in one of these lines, and that clap takes them, is held by the tests of `src/every_option.rs`.
 
 mod pages;
 mod sandbox;

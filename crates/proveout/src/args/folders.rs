@@ -1,0 +1,161 @@
+//! Options of the commands about what runs have left, and of those that install: measure, diff, view, verify, sign, completions, manual.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args, ValueEnum};
+
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    pub(crate) shell: clap_complete::Shell,
+    /// File, such as `/etc/bash_completion.d/proveout`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Write over a file that is there
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ManualArgs {
+    /// Folder, such as /usr/local/share/man/man1
+    #[arg(value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Write over pages that are there
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(group = ArgGroup::new("what").required(true).args(["file", "profile"]))]
+#[command(after_help = "Examples:\n  \
+    proveout measure out/part-main --section z=-12.5 --out section.svg\n  \
+    proveout measure out/part-main --section x=0 --design part.stl --out section.json\n  \
+    proveout measure out/part-main --distance 10,0,5 --distance 10,0,-5\n  \
+    proveout measure out/part-main/stock.dexel --wall 0,-3,-1,0,1,0 --design part.stl\n  \
+    proveout measure --profile gauge.smd --class Sc2 --to-lay-deg 90\n  \
+    proveout measure --profile gauge.smd --standard iso4287 --json\n  \
+    proveout measure patch.sdf --out patch.png\n\n\
+    Coordinates of a stock are those of the workpiece frame, mm. Between rays the surface is that of the mesh of the stock: on faces of \
+    curvature radius r it is off by about cell²/8r. A distance is negative in material.\n\
+    Texture: a pitch of marks beyond the cut-off of the class goes to the next class; what the data do not carry is unchecked, with \
+    the reason, and the exit code is 3.")]
+pub(crate) struct MeasureArgs {
+    /// Run folder, a stock file (.dexel) in it, or a file of texture: height map or profile (SDF, X3P, SMD)
+    #[arg(value_name = "FILE")]
+    pub(crate) file: Option<PathBuf>,
+    /// Section with a plane across an axis, such as z=12.5 (mm)
+    #[arg(long, value_name = "AXIS=MM", allow_hyphen_values = true)]
+    pub(crate) section: Option<String>,
+    /// Distance of a place from the surface, mm; may be repeated
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(crate) distance: Vec<String>,
+    /// Thickness of the wall that a line from a place along a direction goes through first; may be repeated
+    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true)]
+    pub(crate) wall: Vec<String>,
+    /// Closed mesh in the workpiece frame, mm (STL, OBJ, glTF): measured beside the stock
+    #[arg(long, value_name = "MESH")]
+    pub(crate) design: Option<PathBuf>,
+    /// File of a profile (SMD, SDF, X3P): parameters of ISO 21920-2 or ISO 4287
+    #[arg(long, value_name = "FILE")]
+    pub(crate) profile: Option<PathBuf>,
+    /// Setting class of a texture, Sc1 to Sc5 (default: Sc3); its cut-off is the L-filter of height maps
+    #[arg(long, value_enum)]
+    pub(crate) class: Option<ClassArg>,
+    /// Definitions of the profile parameters (default: iso21920)
+    #[arg(long, value_enum)]
+    pub(crate) standard: Option<StandardArg>,
+    /// How the form of a texture is removed (default: level)
+    #[arg(long, value_enum)]
+    pub(crate) form: Option<FormArg>,
+    /// Direction of a profile to the lay: 0 along the marks, 90 across them (default: not known)
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub(crate) to_lay_deg: Option<f64>,
+    /// Pitch of the marks, mm, as far as it is known (default: as found)
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub(crate) pitch_mm: Option<f64>,
+    /// Print the texture as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// File for the result: .json everything; .svg and .csv the section; .png, .sdf and .x3p the texture
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "out")]
+    pub(crate) force: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ClassArg {
+    /// Cut-off 0.08 mm
+    #[value(name = "Sc1", alias = "sc1")]
+    Sc1,
+    /// Cut-off 0.25 mm
+    #[value(name = "Sc2", alias = "sc2")]
+    Sc2,
+    /// Cut-off 0.8 mm
+    #[value(name = "Sc3", alias = "sc3")]
+    Sc3,
+    /// Cut-off 2.5 mm
+    #[value(name = "Sc4", alias = "sc4")]
+    Sc4,
+    /// Cut-off 8 mm
+    #[value(name = "Sc5", alias = "sc5")]
+    Sc5,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum StandardArg {
+    /// ISO 21920-2:2021: Ra, Rq, Rsk, Rku over the evaluation length
+    Iso21920,
+    /// ISO 4287:1997+A1:2009: Ra, Rq, Rsk, Rku as mean of the sampling lengths
+    Iso4287,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FormArg {
+    /// Least-squares line of a profile, least-squares plane of a map
+    Level,
+    /// Nothing is taken off
+    None,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DiffArgs {
+    /// Older run folder
+    pub(crate) run_a: PathBuf,
+    /// Newer run folder
+    pub(crate) run_b: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ViewArgs {
+    /// Run folder
+    pub(crate) run: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit code: 0 all is as the run left it; 1 a file of the run folder is not, or the signature does not hold; 3 the folder is, but an input has \
+                        changed since, is gone, or cannot be found."
+)]
+pub(crate) struct VerifyArgs {
+    /// Run folder, or the folder of a comparison
+    pub(crate) run: PathBuf,
+    /// Folder of the scene, or its scene.toml (default: as run.json says)
+    #[arg(long, value_name = "SCENE")]
+    pub(crate) scene: Option<PathBuf>,
+    /// Ed25519 public key (PEM) whose signature the manifest must have
+    #[arg(long, value_name = "FILE")]
+    pub(crate) public_key: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SignArgs {
+    /// Run folder, or the folder of a comparison
+    pub(crate) run: PathBuf,
+    /// Ed25519 private key (PEM), as `openssl genpkey -algorithm ed25519` makes it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) key: PathBuf,
+}
