@@ -103,7 +103,7 @@ fn equal_gains_leave_nothing_on_machine_i_either() {
     fs::write(folder.path().join("machine-i.toml"), machine).expect("written");
     let text = beside(fs::read_to_string(from.join("serial.toml")).expect("the scene"));
     fs::write(folder.path().join("scene.toml"), text).expect("written");
-    for name in ORDER {
+    for name in ORDER.into_iter().chain(["null"]) {
         let file = format!("serial-{name}.mpf");
         fs::copy(from.join(&file), folder.path().join(&file)).expect("copied");
     }
