@@ -61,10 +61,10 @@ const PIECES_OF_STRAIGHT: f64 = 2.0;
 const PIECES_OF_CURVED: f64 = 12.0;
 
 const MIB: f64 = (1 << 20) as f64;
-/// Bodies for the collision check with their trees and, for neighbors, the skins that are checked (some 10 MiB for a machine of the tree),
+/// Bodies for the collision check with their trees and, for neighbors, the skins that are checked (some 20 MiB for a machine of the tree),
 /// look-ahead of the control, a stretch of motion on its way, tables with their buffers: for a few lines, and for as many as a
 /// stretch holds.
-const MOTION: [f64; 2] = [18.0 * MIB, 66.0 * MIB];
+const MOTION: [f64; 2] = [28.0 * MIB, 82.0 * MIB];
 /// Page, tables and glTF files while they are written; the same with a recording; likewise.
 const FOLDER: [f64; 2] = [8.0 * MIB, 24.0 * MIB];
 const RECORDING: [f64; 2] = [34.0 * MIB, 44.0 * MIB];
@@ -77,6 +77,8 @@ const BAND_RAY: f64 = 900.0;
 /// Bytes of a ray along x in the band of a face across it: bands follow one another along x, so that such a face is one band as a whole, its mesh with the
 /// picture's open cells (1,429 x 1,429 rays: 212 bytes each beside all else; 2,000 x 2,000: 234).
 const FACE_RAY: f64 = 250.0;
+/// A triangle of a fixture in the collision check: its corners, and two nodes of a tree with boxes along its wall, bytes.
+const BODY_TRIANGLE: f64 = 450.0;
 /// What a process holds where the host does not tell.
 const PROCESS: u64 = 40 << 20;
 
@@ -101,6 +103,8 @@ pub(crate) struct Demand<'a> {
     pub(crate) motions: Motions,
     /// The design, where it is a mesh.
     pub(crate) part: Option<&'a TriMesh>,
+    /// Triangles of the fixtures.
+    pub(crate) body_triangles: usize,
     pub(crate) recorded: Recorded,
     /// Motion near the patches of `[surface]` and the largest of them, bytes.
     pub(crate) textures: u64,
@@ -168,6 +172,7 @@ pub(crate) fn of_stages(rays: &[f64], along_x: f64, intervals: f64, demand: &Dem
     LINE * demand.lines as f64
         + kept
         + demand.textures as f64
+        + BODY_TRIANGLE * demand.body_triangles as f64
         + held(MOTION)
         + writers
         + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
@@ -196,6 +201,7 @@ mod tests {
             of_stages(&[1e6], 1e4, 1.3, &demand(100_000, Recorded::Folder)),
             of_stages(&[1e6], 1e4, 1.3, &demand(1000, Recorded::Recording)),
             of_stages(&[1e6], 1e6, 1.3, &demand(1000, Recorded::Folder)),
+            of_stages(&[1e6], 1e4, 1.3, &Demand { body_triangles: 100, ..demand(1000, Recorded::Folder) }),
         ] {
             assert!(more > base, "{more} {base}");
         }

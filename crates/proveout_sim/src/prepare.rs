@@ -237,6 +237,7 @@ impl Prepared {
             lines,
             motions,
             part: part_mesh.as_ref(),
+            body_triangles: fixtures.iter().map(|(_, mesh)| mesh.triangles.len()).sum(),
             recorded: choice.recorded,
             textures: texture.as_ref().map_or(0, |t| t.memory(lines)),
         };
