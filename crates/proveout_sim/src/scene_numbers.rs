@@ -57,8 +57,8 @@ mod tests {
             ("piece_tolerance_mm = 0", "", "piece_tolerance_mm = 0 ", 10),
             ("pole_cone_deg = -1", "", "pole_cone_deg = -1 ", 10),
             ("pole_cone_deg = 5.1", "", "pole_cone_deg = 5.1 ", 10),
-            ("", "simulated_time_s = -1", "simulated_time_s` = -1:", 12),
-            ("", "simulated_time_s = 0", "simulated_time_s` = 0:", 12),
+            ("", "simulated_time_s = -1", "simulated_time_s = -1 ", 12),
+            ("", "simulated_time_s = 0", "simulated_time_s = 0 ", 12),
         ] {
             let error = read(control, limits).expect_err(key).to_string();
             assert!(error.contains(key) && error.contains(&format!("scene.toml:{line}:")), "{error}");
