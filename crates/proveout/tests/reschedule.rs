@@ -116,6 +116,12 @@ fn the_inset_is_searched_over_the_peak_of_acceleration() {
     let output = proveout(&[&words[..], &["--set", "inset_deg=best"]].concat());
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(2) && told.contains("degrees with a point, or search"), "{told}");
+    // Out of its range it is named, and not the channel that it leaves.
+    for given in ["0", "-1", "46", "400"] {
+        let output = proveout(&[&words[..], &["--set", &format!("inset_deg={given}")]].concat());
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && told.contains("inset above 0 to 45 degrees"), "{told}");
+    }
 }
 
 #[test]

@@ -340,6 +340,7 @@ impl Method for STheta {
     }
 
     fn reschedule(&self, run: &CuttingRun, around: &Surroundings<'_>) -> Result<Rescheduled, RescheduleError> {
+        self.check()?;
         let path = SectionPath::new(run, around)?;
         let channel = Channel::tabulated(&path, self.clearance, 2.0 * self.inset)?;
         let Plan { angles, layers } = self.plan(&path, &channel)?;
