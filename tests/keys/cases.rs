@@ -287,6 +287,7 @@ cases! {
     "scene/ProgramFile.name", Mill, ["scene", "program.0.name", "\"other\""];
     "scene/ProgramFile.file", Next, ["scene", "program.0.file", "\"main.nc\""];
     "scene/ProgramFile.planned", Plan, ["scene", "program.0.planned", "\"row\""];
+    "scene/ProgramFile.planned_axis", Plan, ["scene", "program.0.planned_axis", "{ rule = \"lead-tilt\", lead_deg = 5, tilt_deg = 0 }"];
     "scene/ProgramFile.reschedule", Remade, ["scene", "program.2.reschedule.method", "\"quaternion\""];
     "scene/ProgramFile.dialect", Mill, ["scene", "program.0.dialect", "\"heidenhain\""];
     "scene/ProgramFile.machine", Mill, ["scene", "program.0.machine", "\"second\""];
@@ -317,6 +318,10 @@ cases! {
     "scene/RescheduleFile.ra_um", RemadeStrip, ["scene", "program.2.reschedule.ra_um", "1.5"];
     "scene/RescheduleFile.evaluation_length_mm", RemadeStrip, ["scene", "program.2.reschedule.evaluation_length_mm", "2.5"];
     "scene/RescheduleFile.run_in_mm", RemadeStrip, ["scene", "program.2.reschedule.run_in_mm", "10"];
+    "scene/RescheduleFile.margin_deg", RemadeStrip, ["scene", "program.2.reschedule.margin_deg", "0.4"];
+    "scene/RescheduleFile.coefficients", RemadeStrip, ["scene", "program.2.reschedule.coefficients", "15"];
+    "scene/RescheduleFile.measured_part", RemadeStrip, ["scene", "program.2.reschedule.measured_part", "0.6"];
+    "scene/RescheduleFile.measured_spread", RemadeStrip, ["scene", "program.2.reschedule.measured_spread", "0.05"];
     "scene/RescheduleFile.cone_deg", RemadePole, ["scene", "program.2.reschedule.cone_deg", "25"];
     "scene/RescheduleFile.rate_deg_mm", RemadePole, ["scene", "program.2.reschedule.rate_deg_mm", "9"];
     "scene/RescheduleFile.junction", RemadePole, ["scene", "program.2.reschedule.junction", "\"off\""];
@@ -355,6 +360,7 @@ cases! {
     "scene/PathFile.lines", Paths, ["scene", "plan.iso-parametric.lines", "[0.3, 0.32]"];
     "scene/PathFile.lines_deg", Paths, ["scene", "plan.quasi-circle.lines_deg", "[87]"];
     "scene/PathFile.lines_mm", Paths, ["scene", "plan.iso-planar.lines_mm", "[1]"];
+    "scene/PathFile.lines_apart_mm", Planes, ["scene", "plan.iso-planar.lines_apart_mm", "0.6"];
     "scene/PathFile.across", Paths, ["scene", "plan.transverse.across", "[0.2, 0.35]"];
     "scene/PathFile.across_deg", Paths, ["scene", "plan.quasi-circle.across_deg", "[80, 90]"];
     "scene/PathFile.across_mm", Paths, ["scene", "plan.iso-planar.across_mm", "[0, 3]"];

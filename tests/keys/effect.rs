@@ -35,7 +35,7 @@ pub(crate) fn of(setup: Setup, files: &Files) -> Left {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string())?;
     let left = pool.install(|| match setup {
         Setup::Plan => planned(folder.path()),
-        Setup::Paths | Setup::Flank => paths(folder.path()),
+        Setup::Paths | Setup::Planes | Setup::Flank => paths(folder.path()),
         Setup::Remade
         | Setup::RemadeQuaternion
         | Setup::RemadePole
@@ -93,7 +93,11 @@ fn paths(folder: &Path) -> Result<String, SimError> {
 
 fn remade(folder: &Path) -> Result<String, SimError> {
     let choice = Choice { program: Some("made".into()), ..Choice::default() };
-    Ok(Prepared::read(folder, &choice)?.made.map_or_else(String::new, |made| made.text))
+    let told = |made: proveout_sim::MadeProgram| {
+        let figures = made.runs.iter().flat_map(|run| &run.study.figures);
+        figures.fold(made.text.clone(), |all, f| all + &format!("; {} {} {}\n", f.name, f.value, f.unit))
+    };
+    Ok(Prepared::read(folder, &choice)?.made.map_or_else(String::new, told))
 }
 
 fn compared(folder: &Path) -> Result<String, SimError> {

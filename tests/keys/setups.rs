@@ -96,6 +96,8 @@ pub(crate) enum Setup {
     Plan,
     /// Paths over a blade by contacts, every strategy but the flank.
     Paths,
+    /// The same with planes at equal distances.
+    Planes,
     /// A ruled side by the flank.
     Flank,
     /// A program that is made from another, by either method.
@@ -274,6 +276,7 @@ impl Setup {
             }
             Self::Plan
             | Self::Paths
+            | Self::Planes
             | Self::Remade
             | Self::RemadeQuaternion
             | Self::RemadePole
@@ -296,10 +299,12 @@ impl Setup {
                 scene += BLADE_PART;
                 if self == Self::Paths {
                     scene += &paths();
+                } else if self == Self::Planes {
+                    scene += &paths().replace("scallop_mm = 0.1\nnormal", "lines_apart_mm = 1\nnormal");
                 } else {
                     scene += HELIX;
                 }
-                if !matches!(self, Self::Plan | Self::Paths) {
+                if !matches!(self, Self::Plan | Self::Paths | Self::Planes) {
                     scene += "\n[[program]]\nname = \"second\"\nfile = \"second.mpf\"\n";
                     let method = match self {
                         Self::Remade => "\"s-theta\"",
@@ -328,7 +333,7 @@ impl Setup {
                     .replace("../../tools/dong-2023.toml", "tools.toml")
                     .replace("resolution_mm = 0.2", "resolution_mm = 4");
                 scene += "\n[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n\n[[program]]\nname = \"second\"\nfile = \"main.mpf\"\n\
-                          \n[[program]]\nname = \"made\"\nreschedule = { method = \"multi-scale\", from = \"main\" }\n";
+                          \n[[program]]\nname = \"made\"\nreschedule = { method = \"multi-scale\", from = \"main\", measured_part = 0.66, measured_spread = 0.12 }\n";
                 let model = fs::read(root().join("machines/jdgr200t/model.glb")).unwrap_or_default();
                 more.push(("machine/model.glb", model));
             }

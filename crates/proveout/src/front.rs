@@ -218,8 +218,24 @@ pub fn compare(
 ///
 /// # Errors
 /// [`Fault`] of scene, machine and tools, an unknown strategy, or what keeps the path from being planned.
-pub fn plan(scene: &Path, strategy: &str, dialect: Dialect) -> Result<(String, Option<PlanReport>), Fault> {
+pub fn plan(
+    scene: &Path,
+    strategy: &str,
+    program: Option<&str>,
+    dialect: Dialect,
+) -> Result<(String, Option<PlanReport>), Fault> {
     let scene = Scene::read(scene).map_err(SimError::from)?;
+    let scene = match program {
+        None => scene,
+        Some(name) => match scene.program(Some(name)) {
+            Some(program) if program.planned.as_deref() == Some(strategy) => scene.planned_for(program).into_owned(),
+            _ => {
+                return Err(Failure::new(format!("{strategy} plans no program {name:?} of the scene"))
+                    .with_help("name a [[program]] whose `planned` is this table, or leave --program out")
+                    .into());
+            }
+        },
+    };
     let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(SimError::from)?;
     let machine = Machine::read(&scene.resolve(&scene.file.machine)).map_err(SimError::from)?;
     let (commands, report) = if strategy == HELIX.0 {

@@ -118,3 +118,61 @@ fn what_does_not_fit_is_refused_with_its_place_and_nothing_is_written() {
         }
     }
 }
+
+fn strategy(words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_proveout")).arg("plan").args(words).output().expect("the program starts")
+}
+
+/// Planes at equal distances, with the axis of the table and with that of a program which the same table writes: the files that lie in the scene.
+#[test]
+fn a_table_writes_both_programs_of_the_face_as_they_lie_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
+    let scene = root.join("scenes/dong-2023-multi-scale");
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = scene.display().to_string();
+    for (program, file) in [("original", "original.mpf"), ("constant", "constant.mpf")] {
+        let made = folder.path().join(file);
+        let word = made.display().to_string();
+        let output = strategy(&[&place, "--strategy", "iso-planar", "--program", program, "--output", &word]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(fs::read(&made).expect("written") == fs::read(scene.join(file)).expect("the program"), "{file}");
+    }
+    let never = folder.path().join("never.mpf").display().to_string();
+    let output = strategy(&[&place, "--strategy", "iso-planar", "--program", "free-ends", "--output", &never]);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && text.contains("iso-planar plans no program \"free-ends\""), "{text}");
+    assert!(!Path::new(&never).exists());
+}
+
+#[test]
+fn distances_of_planes_that_are_none_are_refused_by_their_key() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
+    let from = root.join("scenes/dong-2023-multi-scale");
+    let text = fs::read_to_string(from.join("scene.toml")).expect("the scene");
+    let library = |name: &str| format!("{:?}", root.join(name).display().to_string());
+    let text = text
+        .replace("\"../../machines/jdgr200t\"", &library("machines/jdgr200t"))
+        .replace("\"../../tools/dong-2023.toml\"", &library("tools/dong-2023.toml"));
+    // Written into the scene instead of a distance of 0.8 mm between 16 and 24 mm.
+    for (lines, told) in [
+        ("across_mm = [16, 24]\nlines_apart_mm = 0", "lines_apart_mm = 0 between 16 and 24 mm makes"),
+        ("across_mm = [16, 24]\nlines_apart_mm = -1", "lines_apart_mm = -1"),
+        ("across_mm = [16, 16]\nlines_apart_mm = 0.8", "makes 0 distances"),
+        ("across_mm = [16, 24]\nlines_apart_mm = 1e-9", "lines_apart_mm = 0.000000001"),
+        ("lines_apart_mm = 0.8", "lines_apart_mm needs `across_mm`"),
+        ("across_mm = [16, 24]\nlines_apart_mm = 0.8\nlines_mm = [16]", "give either lines_apart_mm or lines_mm"),
+        ("across_mm = [16, 24]\nlines_apart_mm = 0.8\nscallop_mm = 0.01", "give either scallop_mm"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        for name in ["original.mpf", "constant.mpf"] {
+            fs::copy(from.join(name), folder.path().join(name)).expect("copied");
+        }
+        let wrong = text.replace("across_mm = [16, 24]\nlines_apart_mm = 0.8", lines);
+        fs::write(folder.path().join("scene.toml"), wrong).expect("written");
+        let (place, file) = (folder.path().display().to_string(), folder.path().join("never.mpf"));
+        let output = strategy(&[&place, "--strategy", "iso-planar", "--output", &file.display().to_string()]);
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && words.contains(told), "{lines}: {words}");
+        assert!(!file.exists(), "{lines}");
+    }
+}

@@ -27,7 +27,7 @@ pub(crate) fn plan(
     dialect: Option<String>,
 ) -> PyResult<(String, String)> {
     beside(py, None, |_| {
-        let (text, report) = front::plan(&scene, &strategy, front::dialect(dialect.as_deref())?)?;
+        let (text, report) = front::plan(&scene, &strategy, None, front::dialect(dialect.as_deref())?)?;
         Ok((text, serde_json::to_string(&report).map_err(json_fault)?))
     })
 }

@@ -1,6 +1,7 @@
 //! One scene is one setup: machine, tools, stock, mounting, design, fixtures, offsets, tolerances and programs.
 
 use std::{
+    borrow::Cow,
     collections::BTreeMap,
     path::{Path, PathBuf},
 };
@@ -375,6 +376,8 @@ pub struct ProgramFile {
     pub file: Option<PathBuf>,
     /// Table under `[plan]` that writes `file`, for choices of `compare` that change the plan.
     pub planned: Option<String>,
+    /// How the tool axis stands instead of what that table says, for `planned` by contacts.
+    pub planned_axis: Option<AxisFile>,
     /// How the program is made from another one of this scene, instead of `file`.
     pub reschedule: Option<RescheduleFile>,
     /// Dialect; found from the ending and the text when left out.
@@ -476,6 +479,17 @@ impl Scene {
             Some(name) => self.file.program.iter().find(|p| p.name == name),
             None => self.file.program.first(),
         }
+    }
+
+    /// This scene with the table that writes a program as that program wants it.
+    pub fn planned_for(&self, program: &ProgramFile) -> Cow<'_, Self> {
+        let strategy = program.planned.as_deref().and_then(StrategyFile::named);
+        let (Some(strategy), Some(axis)) = (strategy, &program.planned_axis) else { return Cow::Borrowed(self) };
+        let mut own = self.clone();
+        if let Some(table) = own.file.plan.as_mut().and_then(|plan| strategy.of_mut(plan)) {
+            table.axis = axis.clone();
+        }
+        Cow::Owned(own)
     }
 }
 
@@ -639,6 +653,12 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
             let message =
                 format!("program {:?} is planned by {name:?}, which writes no file of this scene", program.name);
             return fault(at, message, "name a table under [plan], for a program with a file");
+        }
+        let by_contacts = program.planned.as_deref().is_some_and(|name| StrategyFile::named(name).is_some());
+        if program.planned_axis.is_some() && !by_contacts {
+            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let message = format!("program {:?} gives `planned_axis` without a plan that reads it", program.name);
+            return fault(at, message, "name a table under [plan] other than helix as `planned`, or leave it out");
         }
         if let Some(reschedule) = &program.reschedule
             && let Some(key) = reschedule.unread()

@@ -95,6 +95,22 @@ impl StrategyFile {
         Self::ALL.iter().find(|(_, n, _)| *n == name).map(|(s, ..)| *s)
     }
 
+    /// Its table in a scene, to be changed.
+    pub(crate) fn of_mut(self, plan: &mut PlanFile) -> Option<&mut PathFile> {
+        let table = match self {
+            Self::Transverse => &mut plan.transverse,
+            Self::IsoParametric => &mut plan.iso_parametric,
+            Self::IsoPlanar => &mut plan.iso_planar,
+            Self::Pocket => &mut plan.pocket,
+            Self::ConstantScallop => &mut plan.constant_scallop,
+            Self::QuasiCircle => &mut plan.quasi_circle,
+            Self::Row => &mut plan.row,
+            Self::PointRoughing => &mut plan.point_roughing,
+            Self::Flank => &mut plan.flank,
+        };
+        table.as_mut()
+    }
+
     /// Its table in a scene.
     pub fn of(self, plan: &PlanFile) -> Option<&PathFile> {
         let table = match self {
@@ -116,7 +132,9 @@ impl StrategyFile {
         match self {
             Self::Transverse => &["scallop_mm", "lines", "across", "along", "one_way"],
             Self::IsoParametric => &["scallop_mm", "lines", "across", "along", "parameter", "one_way"],
-            Self::IsoPlanar => &["scallop_mm", "lines_mm", "across_mm", "across", "along", "normal", "one_way"],
+            Self::IsoPlanar => {
+                &["scallop_mm", "lines_mm", "lines_apart_mm", "across_mm", "across", "along", "normal", "one_way"]
+            }
             Self::Pocket => &["scallop_mm", "lines", "across", "along", "outwards"],
             Self::ConstantScallop => &["scallop_mm", "across", "along"],
             Self::QuasiCircle => {
@@ -278,6 +296,8 @@ pub struct PathFile {
     pub lines_deg: Option<Vec<f64>>,
     /// The planes by their distance from the origin along `normal`, mm.
     pub lines_mm: Option<Vec<f64>>,
+    /// Planes at equal distances from one end of `across_mm` to the other, no farther apart than this, mm.
+    pub lines_apart_mm: Option<f64>,
     /// From where to where across the blade, parts of the section; all round when left out.
     pub across: Option<[f64; 2]>,
     /// From which polar angle to which, degrees.
@@ -316,6 +336,8 @@ pub struct PathFile {
 
 /// Longest step by chord error where a scene states none, mm: a block of a CAM system's usual length.
 const LONGEST_STEP_MM: f64 = 5.0;
+/// Most distances that `lines_apart_mm` may make.
+const MOST_LINES: f64 = 100_000.0;
 
 impl PathFile {
     /// Keys beside those of every strategy that are given.
@@ -325,6 +347,7 @@ impl PathFile {
             ("lines", self.lines.is_some()),
             ("lines_deg", self.lines_deg.is_some()),
             ("lines_mm", self.lines_mm.is_some()),
+            ("lines_apart_mm", self.lines_apart_mm.is_some()),
             ("across", self.across.is_some()),
             ("across_deg", self.across_deg.is_some()),
             ("across_mm", self.across_mm.is_some()),
@@ -396,6 +419,26 @@ impl PathFile {
         }
     }
 
+    /// Planes at equal distances, mm, where these are asked for.
+    fn lines_apart(&self) -> Result<Option<Vec<f64>>, (String, String)> {
+        let Some(apart) = self.lines_apart_mm else { return Ok(None) };
+        let Some([from, to]) = self.across_mm else {
+            return Err((
+                "lines_apart_mm needs `across_mm`".into(),
+                "add `across_mm`: the first plane and the last".into(),
+            ));
+        };
+        let count = ((to - from).abs() / apart - 1e-9).ceil().max(0.0);
+        if !(apart > 0.0 && count >= 1.0 && count <= MOST_LINES) {
+            let message = format!("lines_apart_mm = {apart} between {from} and {to} mm makes {count} distances");
+            return Err((
+                message,
+                format!("give two planes, and a distance that makes 1 to {MOST_LINES} between them"),
+            ));
+        }
+        Ok(Some((0..=count as usize).map(|i| from + (to - from) * i as f64 / count).collect()))
+    }
+
     fn label(&self, allowed: &[ParameterFile]) -> Result<Label, (String, String)> {
         let parameter = self.parameter.unwrap_or(ParameterFile::Length);
         if !allowed.contains(&parameter) {
@@ -452,11 +495,23 @@ impl PathFile {
                 let normal = normal.try_normalize(1e-12);
                 let normal =
                     normal.ok_or_else(|| ("the planes' normal has no length".into(), "give a direction".to_owned()))?;
-                let spacing = self.spacing(self.lines_mm.as_ref(), "lines_mm", 1.0)?;
+                let apart = self.lines_apart()?;
+                let lines = match (&apart, &self.lines_mm) {
+                    (Some(_), Some(_)) => {
+                        let message = "the distance of the lines is given twice".to_owned();
+                        return Err((message, "give either lines_apart_mm or lines_mm".to_owned()));
+                    }
+                    (apart, own) => apart.as_ref().or(own.as_ref()),
+                };
+                let spacing = self.spacing(lines, "lines_mm, or lines_apart_mm", 1.0)?;
                 let range = match (&spacing, self.across_mm) {
+                    (Spacing::At(_), Some(_)) if apart.is_some() => [0.0; 2],
                     (Spacing::At(_), None) => [0.0; 2],
                     (Spacing::At(_), Some(_)) => {
-                        return Err(("across_mm belongs to scallop_mm".into(), "leave it out beside lines_mm".into()));
+                        return Err((
+                            "across_mm belongs to scallop_mm and lines_apart_mm".into(),
+                            "leave it out beside lines_mm".into(),
+                        ));
                     }
                     (Spacing::Scallop(_), range) => range.ok_or_else(|| missing("across_mm"))?,
                 };

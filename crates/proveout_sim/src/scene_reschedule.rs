@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use proveout_toolpath::reschedule::{
-    ChannelKind, Criterion, Junction, Method, MinAngularAcceleration, MultiScale, Quaternion, RowEnds, STheta,
-    SearchedInset, Singularity, Smooth, SmoothRows, ThetaUnit,
+    ChannelKind, Criterion, Junction, Measurement, Method, MinAngularAcceleration, MultiScale, Quaternion, RowEnds,
+    STheta, SearchedInset, Singularity, Smooth, SmoothRows, ThetaUnit,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -57,6 +57,15 @@ pub struct RescheduleFile {
     pub evaluation_length_mm: Option<f64>,
     /// `multi-scale`, `smooth` of rows: way at both ends of a row that is not judged while its first and last axis stay, mm.
     pub run_in_mm: Option<f64>,
+    /// `multi-scale`: how far inside of its interval a contact is fixed, degrees.
+    pub margin_deg: Option<f64>,
+    /// `multi-scale`: coefficients of a rotary curve at the start.
+    pub coefficients: Option<usize>,
+    /// `multi-scale`, `smooth` of rows: what a measurement is taken to read of the computed Ra, as a part of it; with it the study tells how many of 90
+    /// places are expected above `ra_um`.
+    pub measured_part: Option<f64>,
+    /// `multi-scale`, `smooth` of rows: standard deviation of what is read, as a part of it; 0 when left out.
+    pub measured_spread: Option<f64>,
     /// `smooth`: where the limits of the axis come from.
     pub channel: Option<ChannelFile>,
     /// `smooth`: largest lean of the tool axis from the normal in the channel of the tool and of rows, degrees.
@@ -223,7 +232,7 @@ impl JunctionFile {
 
 impl RescheduleFile {
     /// Keys of options, in the order of the scene file.
-    pub const OPTIONS: [&'static str; 25] = [
+    pub const OPTIONS: [&'static str; 29] = [
         "clearance_deg",
         "inset_deg",
         "start_flat_mm",
@@ -242,6 +251,10 @@ impl RescheduleFile {
         "ra_um",
         "evaluation_length_mm",
         "run_in_mm",
+        "margin_deg",
+        "coefficients",
+        "measured_part",
+        "measured_spread",
         "channel",
         "lean_max_deg",
         "monotone",
@@ -260,9 +273,18 @@ impl RescheduleFile {
             MethodFile::Quaternion => &["clearance_deg", "keys"],
             MethodFile::Singularity => &["cone_deg", "rate_deg_mm", "junction"],
             MethodFile::MinAngularAcceleration => &["cap_deg", "window_mm", "criterion", "key_axes"],
-            MethodFile::MultiScale => {
-                &["strip_min_mm", "strip_max_mm", "strip_height_mm", "ra_um", "evaluation_length_mm", "run_in_mm"]
-            }
+            MethodFile::MultiScale => &[
+                "strip_min_mm",
+                "strip_max_mm",
+                "strip_height_mm",
+                "ra_um",
+                "evaluation_length_mm",
+                "run_in_mm",
+                "margin_deg",
+                "coefficients",
+                "measured_part",
+                "measured_spread",
+            ],
             MethodFile::Smooth => &[
                 "channel",
                 "clearance_deg",
@@ -276,6 +298,8 @@ impl RescheduleFile {
                 "ra_um",
                 "evaluation_length_mm",
                 "run_in_mm",
+                "measured_part",
+                "measured_spread",
             ],
         }
     }
@@ -286,6 +310,9 @@ impl RescheduleFile {
         let rows = self.channel == Some(ChannelFile::Rows);
         all.filter(|key| match (self.method, *key) {
             (MethodFile::MinAngularAcceleration, "window_mm") => self.criterion != Some(CriterionFile::TrueMinimum),
+            // A measurement counts places above a limit.
+            (_, "measured_part") if self.ra_um == Some(0.0) => false,
+            (_, "measured_spread") if self.ra_um == Some(0.0) || self.measured_part.is_none() => false,
             (MethodFile::Smooth, "channel" | "lean_max_deg") => true,
             (MethodFile::Smooth, "clearance_deg" | "monotone") => !rows,
             (MethodFile::Smooth, _) => rows,
@@ -321,6 +348,10 @@ impl RescheduleFile {
             self.ra_um.map(number),
             self.evaluation_length_mm.map(number),
             self.run_in_mm.map(number),
+            self.margin_deg.map(number),
+            self.coefficients.map(|k| k.to_string()),
+            self.measured_part.map(number),
+            self.measured_spread.map(number),
             self.channel.map(|c| ChannelFile::NAMES.iter().find(|(_, k)| *k == c).map_or("", |(n, _)| n).to_owned()),
             self.lean_max_deg.map(number),
             self.monotone.map(|m| m.to_string()),
@@ -381,6 +412,9 @@ impl RescheduleFile {
             "ra_um" => self.ra_um = Some(number()?),
             "evaluation_length_mm" => self.evaluation_length_mm = Some(number()?),
             "run_in_mm" => self.run_in_mm = Some(number()?),
+            "margin_deg" => self.margin_deg = Some(number()?),
+            "measured_part" => self.measured_part = Some(number()?),
+            "measured_spread" => self.measured_spread = Some(number()?),
             "lean_max_deg" => self.lean_max_deg = Some(number()?),
             "turn_max_deg" => self.turn_max_deg = Some(number()?),
             "ends" => self.ends = Some(named(&EndsFile::NAMES, key, value)?),
@@ -417,7 +451,10 @@ impl RescheduleFile {
                 let Ok(count) = value.parse::<usize>() else {
                     return Err((format!("{key}={value} is no count"), "write a whole number".to_owned()));
                 };
-                self.keys = Some(count);
+                match key {
+                    "coefficients" => self.coefficients = Some(count),
+                    _ => self.keys = Some(count),
+                }
             }
         }
         Ok(())
@@ -446,6 +483,10 @@ impl RescheduleFile {
             ra_um: None,
             evaluation_length_mm: None,
             run_in_mm: None,
+            margin_deg: None,
+            coefficients: None,
+            measured_part: None,
+            measured_spread: None,
             channel: None,
             lean_max_deg: None,
             monotone: None,
@@ -466,6 +507,11 @@ impl RescheduleFile {
             roughness: self.ra_um.map_or(defaults.roughness, |um| 1e-3 * um),
             evaluation_length: self.evaluation_length_mm.unwrap_or(defaults.evaluation_length),
             run_in: self.run_in_mm.unwrap_or(defaults.run_in),
+            margin: self.margin_deg.map_or(defaults.margin, |d| d * TAU / 360.0),
+            coefficients: self.coefficients.unwrap_or(defaults.coefficients),
+            measurement: self
+                .measured_part
+                .map(|part| Measurement { part, spread: self.measured_spread.unwrap_or(0.0) }),
         }
     }
 

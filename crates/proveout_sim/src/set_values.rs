@@ -250,13 +250,13 @@ pub(crate) fn check_used(scene: &Scene, entry: Option<&ProgramFile>, choice: &Ch
     Ok(())
 }
 
-/// The plan that writes a program, or the one that it is re-scheduled from, with the name of that program.
-fn plan_of<'a>(scene: &'a Scene, entry: &'a ProgramFile) -> Option<(&'a str, &'a str)> {
+/// The plan that writes a program, or the one that it is re-scheduled from, with that program.
+fn plan_of<'a>(scene: &'a Scene, entry: &'a ProgramFile) -> Option<(&'a str, &'a ProgramFile)> {
     let source = match &entry.reschedule {
         Some(reschedule) => scene.program(Some(&reschedule.from))?,
         None => entry,
     };
-    Some((source.planned.as_deref()?, source.name.as_str()))
+    Some((source.planned.as_deref()?, source))
 }
 
 /// What the plan of a program writes now, where the call changes what it is made from.
@@ -268,7 +268,8 @@ pub(crate) fn planned_again(
     settings: &Settings,
 ) -> Result<Option<String>, SimError> {
     let changes = set.iter().any(|s| s.key.starts_with("plan.") || s.key.starts_with("part."));
-    let Some((plan, _)) = entry.filter(|_| changes).and_then(|e| plan_of(scene, e)) else { return Ok(None) };
+    let Some((plan, source)) = entry.filter(|_| changes).and_then(|e| plan_of(scene, e)) else { return Ok(None) };
+    let scene = &*scene.planned_for(source);
     let commands = match StrategyFile::named(plan) {
         Some(strategy) => planning::plan(scene, machine, tools, strategy)?.commands,
         None => {

@@ -12,9 +12,9 @@ use proveout_tool::{Cutter, Profile};
 use proveout_toolpath::BladeSurface;
 use proveout_toolpath::path::{PathCutter, Place};
 use proveout_toolpath::reschedule::{
-    BullNose, Contact, ContactFrame, ContactSurface, CrossSection, CuttingBlock, CuttingRun, Method, MultiScale,
-    RescheduleError, Rescheduled, Surroundings, critical, curve_value, fitted_curves, leaned, mean_deviation,
-    mean_line,
+    BullNose, Contact, ContactFrame, ContactSurface, CrossSection, CuttingBlock, CuttingRun, Measurement, Method,
+    MultiScale, RescheduleError, Rescheduled, Surroundings, critical, curve_value, fitted_curves, leaned,
+    mean_deviation, mean_line,
 };
 
 fn rows(text: &str) -> Vec<Vec<f64>> {
@@ -382,4 +382,55 @@ fn what_it_is_not_defined_for_is_refused() {
     let around =
         Surroundings { rows: &runs, row: 1, surface: Some(&surface), ..Surroundings::new(&profile, Vector::z()) };
     assert_eq!(base.reschedule(&runs[1], &around).unwrap_err().code, "reschedule-tool");
+}
+
+/// Probability that a normal distribution lies above a place, in its standard deviations: tables of the normal distribution (for instance Abramowitz and Stegun 1964,
+/// table 26.1) have 0.5, 0.158655, 0.022750 and 0.001350 above 0, 1, 2 and 3.
+#[test]
+fn a_probe_reads_a_part_with_a_normal_scatter() {
+    let model = Measurement { part: 0.5, spread: 0.1 };
+    // Reads 1 um in the mean, with 0.1 um.
+    for (limit, above) in [(1.0, 0.5), (1.1, 0.158_655), (1.2, 0.022_750), (1.3, 0.001_350), (0.9, 0.841_345)] {
+        let found = model.above(2.0, limit);
+        assert!((found - above).abs() < 1e-6, "{limit}: {found}");
+    }
+    let sharp = Measurement { part: 0.5, spread: 0.0 };
+    assert_eq!([sharp.above(2.0, 0.99), sharp.above(2.0, 1.01)], [1.0, 0.0]);
+}
+
+/// With a measurement the study tells places, with a margin contacts lie farther inside, and what is no model is refused.
+#[test]
+fn options_of_the_published_numbers_act() {
+    let surface = dong();
+    let runs = sturz(&surface, &[19.2, 20.0, 20.8]);
+    let base = MultiScale { measurement: Some(Measurement { part: 0.66, spread: 0.12 }), ..MultiScale::default() };
+    let figures = |method: &MultiScale| solved(method, &surface, &runs, 1).expect("a plan").study;
+    let own = figures(&base);
+    let ra = own.figure("mean Ra across the feed before").expect("a mean");
+    let places = own.figure("places of 90 measured above the limit before").expect("a count");
+    // Ra is nearly the same all along this row, so that the count is that of its mean, to a place or two.
+    let of_mean = 90.0 * Measurement { part: 0.66, spread: 0.12 }.above(ra, 1.6);
+    assert!((places - of_mean).abs() <= 2.0 && places > 0.0, "{places} and {of_mean}");
+    assert_eq!(own.figure("places of 90 measured above the limit"), Some(0.0));
+    assert_eq!(figures(&MultiScale::default()).figure("places of 90 measured above the limit"), None);
+    let less = own.figure("mean Ra across the feed less than before").expect("a part");
+    let after = own.figure("mean Ra across the feed").expect("a mean");
+    assert!((less - 100.0 * (1.0 - after / ra)).abs() < 1e-9);
+    let rough = |margin: f64| {
+        let method = MultiScale { margin: margin.to_radians(), ..base };
+        figures(&method).figure("largest Ra across the feed").expect("a roughness")
+    };
+    assert!(rough(0.5) < rough(0.05), "a wider margin keeps farther from the limit");
+    let coarse = figures(&MultiScale { coefficients: 8, ..base }).figure("coefficients of a curve").expect("a count");
+    assert!(coarse < own.figure("coefficients of a curve").expect("a count"), "{coarse}");
+    for wrong in [
+        MultiScale { margin: -0.001, ..base },
+        MultiScale { margin: f64::NAN, ..base },
+        MultiScale { coefficients: 3, ..base },
+        MultiScale { measurement: Some(Measurement { part: 0.0, spread: 0.1 }), ..base },
+        MultiScale { measurement: Some(Measurement { part: 0.66, spread: 1.0 }), ..base },
+    ] {
+        let refused = solved(&wrong, &surface, &runs, 1).unwrap_err();
+        assert_eq!(refused.code, "reschedule-option", "{wrong:?}");
+    }
 }

@@ -170,6 +170,9 @@ pub(crate) struct PlanArgs {
     /// How the path is laid
     #[arg(long, value_parser = strategies(), required_unless_present = "study")]
     pub(crate) strategy: Option<String>,
+    /// Program of the scene that this table writes: with its `planned_axis`, where it has one
+    #[arg(long, value_name = "NAME", conflicts_with = "study")]
+    pub(crate) program: Option<String>,
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE", required_unless_present = "study")]
     pub(crate) output: Option<PathBuf>,
@@ -201,9 +204,10 @@ fn strategies() -> PossibleValuesParser {
     s-theta has clearance_deg, inset_deg (or search), start_flat_mm, end_flat_percent, merge_mm and theta_unit (degree, radian, normalized, \
     unit-free); quaternion has keys and clearance_deg (of the channel that is shown); \
     singularity has cone_deg, rate_deg_mm and junction (off, free, pinned); min-angular-acceleration has cap_deg, \
-    window_mm, criterion (paper, true-minimum) and key_axes (program, search); multi-scale has strip_min_mm, strip_max_mm, strip_height_mm, ra_um, evaluation_length_mm and run_in_mm; smooth, \
+    window_mm, criterion (paper, true-minimum) and key_axes (program, search); multi-scale has strip_min_mm, strip_max_mm, strip_height_mm, ra_um, evaluation_length_mm, run_in_mm, \
+    margin_deg, coefficients, measured_part and measured_spread; smooth, \
     which is of this project, has channel (clearance, tool, rows) and lean_max_deg, with the first two clearance_deg and monotone (true, \
-    false), with rows turn_max_deg, ends (kept, free) and for a bull-nose the options of multi-scale.\n\n\
+    false), with rows turn_max_deg, ends (kept, free) and for a bull-nose the options of multi-scale but margin_deg and coefficients.\n\n\
     Beside the time of both programs stands a bound: no schedule of axes in the channel, with the limits of the joints that are named, \
     is faster. A program that the control refuses is not written.")]
 pub(crate) struct RescheduleArgs {

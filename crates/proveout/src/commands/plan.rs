@@ -33,7 +33,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
         return Err(Failure::new("--report does not go with --strategy helix")
             .with_help("compare `proveout run`, which tells what the program asks of the joints"));
     }
-    let (text, report) = front::plan(&args.scene, strategy, language(output))?;
+    let (text, report) = front::plan(&args.scene, strategy, args.program.as_deref(), language(output))?;
     if let Some(report) = report {
         tell!("{}", report.text().trim_end());
         if let Some(path) = &args.report {

@@ -9,7 +9,7 @@
 //! in all of them and one choice or the twin alone comes as far; `possible` if the sign turns, or only draws come as far; `not` outside.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use proveout_controller::{Dynamics, Settings as ControlSettings};
@@ -217,6 +217,17 @@ impl Comparing {
         judge::published(&self.file, &bare(all)).into_iter().map(|p| p.value).collect()
     }
 
+    /// The programs that published rows tell of, and those that they are made from: no other is made again for a choice.
+    fn asked<'a>(&'a self, scene: &'a Scene) -> BTreeSet<&'a str> {
+        let rows = self.file.published.iter();
+        let mut asked: BTreeSet<&str> =
+            rows.flat_map(|p| [Some(p.program.as_str()), p.against.as_deref()]).flatten().collect();
+        let from = |name: &&str| scene.program(Some(name)).and_then(|p| p.reschedule.as_ref()).map(|r| r.from.as_str());
+        let sources: Vec<&str> = asked.iter().filter_map(from).collect();
+        asked.extend(sources);
+        asked
+    }
+
     /// The published rows with other values of choices.
     fn values_with(&self, values: &Try) -> Result<Vec<Option<f64>>, String> {
         let keys = |k: &usize| self.file.choice.get(*k).map_or("", |c| c.key.as_str());
@@ -228,7 +239,8 @@ impl Comparing {
         let scene = Scene::of_text(path, &with_values(&text, &values)?).map_err(|e| e.to_string())?;
         let mut motions: BTreeMap<&str, MadeAgain<'_>> = BTreeMap::new();
         let mut machines = BTreeMap::new();
-        for entry in &self.entries {
+        let asked = self.asked(&scene);
+        for entry in self.entries.iter().filter(|e| asked.contains(e.name.as_str())) {
             let mut machine = entry.again.machine.clone();
             limit_machine(&mut machine, &values)?;
             limit_joints(&scene, &mut machine).map_err(|e| e.to_string())?;
@@ -327,7 +339,8 @@ fn again(entry: &Entry, scene: &Scene, machine: &Machine, plans: bool) -> Result
     let from = file.and_then(|f| f.reschedule.as_ref()).map(|r| r.from.as_str());
     let source = from.map_or(file, |from| scene.program(Some(from)));
     let planned = source.and_then(|s| s.planned.as_deref()).filter(|_| plans);
-    let text = planned.map(|plan| planned_text(scene, machine, entry, plan)).transpose()?;
+    let plan = planned.zip(source);
+    let text = plan.map(|(plan, s)| planned_text(&scene.planned_for(s), machine, entry, plan)).transpose()?;
     let source = match text {
         Some(text) => Source::Text { name: "planned.mpf".into(), text },
         None => Source::File(kept.program.clone()),

@@ -40,8 +40,8 @@ pub use min_angular_acceleration::{
     Criterion, MinAngularAcceleration, between_keys, capped, inflections, true_minimum,
 };
 pub use multi_scale::{
-    BullNose, ContactFrame, CrossSection, Judged, MultiScale, basis, critical, fitted as fitted_curves, leaned,
-    mean_deviation, mean_line, value as curve_value,
+    BullNose, ContactFrame, CrossSection, Judged, Measurement, MultiScale, basis, critical, fitted as fitted_curves,
+    leaned, mean_deviation, mean_line, value as curve_value,
 };
 pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};

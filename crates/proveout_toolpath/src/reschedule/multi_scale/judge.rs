@@ -19,6 +19,8 @@ const GOUGE: f64 = -1e-9;
 const ROOT: f64 = 5e-9;
 /// Steps of a bisection over them.
 const STEPS: usize = 30;
+/// Places at which the paper measures, over which the expected count of those above the limit is told.
+const PLACES: f64 = 90.0;
 /// Rows farther apart than this many diameters of the cutter are not beside each other.
 const BESIDE: f64 = 1.0;
 
@@ -64,6 +66,11 @@ pub(in super::super) struct Judge {
 }
 
 impl Judge {
+    /// Whose rules these are.
+    pub(super) fn method(&self) -> &MultiScale {
+        &self.method
+    }
+
     pub(super) fn new(
         method: &MultiScale,
         tool: BullNose,
@@ -277,7 +284,11 @@ fn nearest(row: &[Point], frame: &ContactFrame) -> Option<f64> {
 }
 
 /// What the rules say of the axes of a row before and after, of the contacts that are judged.
-pub(in super::super) fn ruled_figures(judged: &[bool], [before, after]: [&[Judged]; 2]) -> Vec<Figure> {
+pub(in super::super) fn ruled_figures(
+    method: &MultiScale,
+    judged: &[bool],
+    [before, after]: [&[Judged]; 2],
+) -> Vec<Figure> {
     let inside = |of: fn(&Judged) -> Option<f64>, all: &[Judged]| -> Vec<f64> {
         all.iter().zip(judged).filter(|(_, judged)| **judged).filter_map(|(j, _)| of(j)).collect()
     };
@@ -325,11 +336,33 @@ pub(in super::super) fn ruled_figures(judged: &[bool], [before, after]: [&[Judge
             ]);
         }
     }
+    let rough: fn(&Judged) -> Option<f64> = |j| j.roughness;
+    let (old, new) = (inside(rough, before), inside(rough, after));
+    if !new.is_empty() {
+        let less = 100.0 * (1.0 - mean(&new) / mean(&old));
+        figures.push(figure("mean Ra across the feed less than before", "%", less));
+    }
+    if let Some(measurement) = method.measurement.filter(|_| method.roughness > 0.0 && !new.is_empty()) {
+        let places = |v: &[f64]| {
+            let above: Vec<f64> = v.iter().map(|ra| measurement.above(*ra, method.roughness)).collect();
+            // A count: whole places.
+            (PLACES * mean(&above)).round()
+        };
+        figures.extend([
+            figure("places of 90 measured above the limit before", "", places(&old)),
+            figure("places of 90 measured above the limit", "", places(&new)),
+        ]);
+    }
     figures
 }
 
 /// Curves and figures of a row.
-pub(super) fn study(arc: &[f64], judges: &[Judge], [before, after]: [&[Judged]; 2], done: &Fitted) -> Study {
+pub(super) fn study(
+    method: &MultiScale,
+    (arc, judges): (&[f64], &[Judge]),
+    [before, after]: [&[Judged]; 2],
+    done: &Fitted,
+) -> Study {
     let curve = |name, kind, quantity: Quantity, values: &mut dyn Iterator<Item = Option<f64>>| Curve {
         name,
         kind,
@@ -351,7 +384,7 @@ pub(super) fn study(arc: &[f64], judges: &[Judge], [before, after]: [&[Judged]; 
         figure("rounds", "", done.rounds as f64),
         figure("contacts of the run-in, not judged", "", done.judged.iter().filter(|j| !**j).count() as f64),
     ];
-    figures.extend(ruled_figures(&done.judged, [before, after]));
+    figures.extend(ruled_figures(method, &done.judged, [before, after]));
     Study {
         curves: vec![
             curve("least inclination", CurveKind::Limit, lean, &mut limit(0)),

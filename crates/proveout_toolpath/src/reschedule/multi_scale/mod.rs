@@ -46,12 +46,11 @@ pub use judge::Judged;
 use judge::study;
 pub(super) use judge::{Judge, Measures, ruled_figures};
 
-/// Coefficients of a curve at the start.
-const COEFFICIENTS: usize = 21;
 /// Rounds of assigning and fitting.
 const ROUNDS: usize = 50;
-/// How far inside of its interval a contact is fixed, radian.
-const MARGIN: f64 = 0.2 * std::f64::consts::PI / 180.0;
+/// Bounds of the margin, radian, and of the count of coefficients at the start.
+const MARGINS: [f64; 2] = [0.0, 5.0 * std::f64::consts::PI / 180.0];
+const COUNTS: [usize; 2] = [4, 1000];
 /// Largest step of a rotary joint between two contacts, radian: beyond, the axis passes the pole.
 const POLE_STEP: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Blocks whose contacts are nearer than this to each other at the end of a row may be lifted from it, mm.
@@ -74,11 +73,49 @@ pub struct MultiScale {
     pub evaluation_length: f64,
     /// Way at both ends of a row that is not judged while its first and last axis stay, mm; zero: they are judged and move.
     pub run_in: f64,
+    /// How far inside of its interval a contact is fixed, radian.
+    pub margin: f64,
+    /// Coefficients of a rotary curve at the start.
+    pub coefficients: usize,
+    /// How a measurement of the roughness is taken to read, for the count of places above the limit.
+    pub measurement: Option<Measurement>,
+}
+
+/// A model of what a probe reads of a computed roughness: a part of it, scattered by a normal distribution from place to place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// What is read over what is computed.
+    pub part: f64,
+    /// Standard deviation over what is read.
+    pub spread: f64,
+}
+
+impl Measurement {
+    /// Probability that a place of this roughness is read above the limit, in the same unit.
+    pub fn above(&self, roughness: f64, limit: f64) -> f64 {
+        let mean = self.part * roughness;
+        let sigma = self.spread * mean;
+        if sigma > 0.0 {
+            // The normal distribution's upper tail.
+            0.5 * libm::erfc((limit - mean) / (sigma * std::f64::consts::SQRT_2))
+        } else {
+            f64::from(u8::from(mean > limit))
+        }
+    }
 }
 
 impl Default for MultiScale {
     fn default() -> Self {
-        Self { strip: [2.15, 3.15], strip_height: 0.1, roughness: 1.6e-3, evaluation_length: 4.0, run_in: 0.0 }
+        Self {
+            strip: [2.15, 3.15],
+            strip_height: 0.1,
+            roughness: 1.6e-3,
+            evaluation_length: 4.0,
+            run_in: 0.0,
+            margin: 0.2 * std::f64::consts::PI / 180.0,
+            coefficients: 21,
+            measurement: None,
+        }
     }
 }
 
@@ -137,10 +174,17 @@ impl MultiScale {
             format!("an evaluation length of {} mm", self.evaluation_length)
         } else if !(self.run_in >= 0.0 && self.run_in.is_finite()) {
             format!("a run-in of {} mm", self.run_in)
+        } else if !(MARGINS[0]..=MARGINS[1]).contains(&self.margin) {
+            format!("a margin of {:.6} degrees", self.margin.to_degrees())
+        } else if !(COUNTS[0]..=COUNTS[1]).contains(&self.coefficients) {
+            format!("{} coefficients of a curve", self.coefficients)
+        } else if let Some(m) = self.measurement.filter(|m| !(positive(m.part) && m.spread >= 0.0 && m.spread < 1.0)) {
+            format!("a measurement that reads {} of the roughness with a spread of {}", m.part, m.spread)
         } else {
             return Ok(());
         };
-        let help = "give a strip that is wider than its narrowest, a height up to 1 mm, an evaluation length up to 50 mm, and nothing below zero";
+        let help = "give a strip that is wider than its narrowest, a height up to 1 mm, an evaluation length up to 50 mm, a margin up to 5 degrees, \
+                    4 to 1000 coefficients, a spread below 1, and nothing below zero";
         Err(RescheduleError::new("reschedule-option", 0, message, help))
     }
 }
@@ -158,7 +202,8 @@ impl RowRules {
             self.judges.iter().zip(axes).map(|(judge, axis)| judge.judged(&judge.frame.local(axis))).collect()
         };
         let [before, after] = axes.map(judged);
-        ruled_figures(&self.judged, [&before, &after])
+        let Some(judge) = self.judges.first() else { return Vec::new() };
+        ruled_figures(judge.method(), &self.judged, [&before, &after])
     }
 }
 
@@ -249,7 +294,7 @@ impl Method for MultiScale {
         let own = run.blocks[stretch.clone()].iter().map(|b| &b.pose);
         let before: Vec<Judged> = judges.iter().zip(own).map(judged).collect();
         let after: Vec<Judged> = judges.iter().zip(&poses[stretch.clone()]).map(judged).collect();
-        let study = study(&arc, &judges, [&before, &after], &done);
+        let study = study(self, (&arc, &judges), [&before, &after], &done);
         Ok(Rescheduled { stretch, poses, rotary: None, channel: None, study })
     }
 }
@@ -387,7 +432,7 @@ impl Work<'_> {
     fn assigned(&self, at: usize, lean: f64) -> Vector {
         let judge = &self.judges[at];
         let [low, high] = judge.limits;
-        let margin = MARGIN.min(0.5 * (high - low));
+        let margin = self.method.margin.min(0.5 * (high - low));
         judge.frame.global(&leaned(lean.clamp(low + margin, high - margin), 0.0))
     }
 
@@ -431,7 +476,7 @@ impl Work<'_> {
         for at in [0, n - 1] {
             fixed.insert(at, placed(at, &end(at))?);
         }
-        let mut coefficients = COEFFICIENTS.min(n + 2);
+        let mut coefficients = self.method.coefficients.min(n + 2);
         for round in 1..=ROUNDS {
             let list: Vec<(usize, [f64; 2])> = fixed.iter().map(|(k, v)| (*k, *v)).collect();
             let Some([a, b]) = fitted(&rows, &times, coefficients, &list) else {
