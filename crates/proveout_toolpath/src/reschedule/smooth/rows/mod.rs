@@ -3,13 +3,15 @@
 //! A row is a run of blocks along a surface, to one end. Contacts (ball centers), blocks and feeds stay; turn and tilt of the machine are anything that
 //! `freedom.rs` allows.
 //!
-//! 1. *Globally* (`cells.rs`): stations along the row, cells of turn and tilt, and the way of least time from end to end by dynamic programming: the side of the
-//!    pole, the branch, and what is gone round.
-//! 2. *Locally* (`local.rs`): rectangles of free cells round that way, as large as they become; in them each joint has the least peak of acceleration over
+//! 1. *Starts* (`starts.rs`): the program before, the published methods for such rows, even turns from end to end. Where ends stay and an even turn is free and
+//!    the fastest of these, nothing else is looked for in space: it is the least of what follows with nothing in the way.
+//! 2. *Globally* (`search.rs`, `cells.rs`): stations along the row, cells of turn and tilt, and the way of least time from end to end by dynamic programming: the
+//!    side of the pole, the branch, and what is gone round; then again in finer cells about what came out.
+//! 3. *Locally* (`local.rs`): rectangles of free cells round that way, as large as they become; in them each joint has the least peak of acceleration over
 //!    time, then the least jerk. Rectangles are grown anew round what came out, and it is solved again.
-//! 3. *With the control*, where one is known: in the times that it takes, as long as that gains.
+//! 4. *With the control*, where one is known: in the times that it takes, as long as that gains.
 //!
-//! What is handed out is the fastest of all that were tried, of the program before and of the published methods for such rows, as far as they are free; of those
+//! What is handed out is the fastest of all that were tried, starts among them, as far as they are free, by the time of all blocks of the run, lifts too; of those
 //! that are as fast, the one with the least peak of acceleration, as a part of the limits of its joint. Every block of it is proved free or judged
 //! from end to end once more.
 //!

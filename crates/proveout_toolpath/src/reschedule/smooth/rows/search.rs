@@ -5,16 +5,13 @@ use super::freedom::Freedom;
 use super::ground::{BAND, Ground};
 use super::joints::Angles;
 use super::local::Rectangles;
-use super::starts::evens;
-use super::{GAIN, KEPT, RescheduleError, RowEnds, SmoothRows, Tried, VELOCITY_GIVEN, Work, chosen, put_ends};
+use super::starts::EVEN;
+use super::{KEPT, RescheduleError, RowEnds, SmoothRows, Tried, VELOCITY_GIVEN, Work, chosen, put_ends};
 
 /// How often rectangles are grown anew.
 const ROUNDS: usize = 3;
 /// By how much the rules of a bull-nose are taken narrower, as a part of their limits, in the order in which it is tried: between stations nothing is known.
 const MARGINS: [f64; 3] = [0.01, 0.025, 0.05];
-
-/// Schedules that have so many times the effort of an even turn between the same ends are looked for in finer cells.
-const UNEVEN: f64 = 1.2;
 
 /// What was planned through cells.
 struct Planned {
@@ -111,14 +108,17 @@ impl SmoothRows {
         if best.name.starts_with("smoothest") {
             return;
         }
-        // These ends may stand at the limits themselves, so that no margin is left there; what comes out is judged block by block.
         let ends = Ends { first, last: vec![last] };
-        if let Ok(planned) = work.planned(freedom, Some(&ends), (ground, 0.0)) {
-            work.add(planned, freedom, found);
+        let margins = if work.row.rules.is_some() { &MARGINS[..] } else { &[0.0] };
+        for margin in margins {
+            let planned = work.planned(freedom, Some(&ends), (ground, *margin));
+            if planned.is_ok_and(|planned| work.add(planned, freedom, found)) {
+                break;
+            }
         }
     }
 
-    /// Looks again in finer cells about the best that was found, as long as that gains and less is thinkable: cells that lie across a border are not free, so
+    /// Looks again in finer cells about the best that was found: cells that lie across a border are not free, so
     /// that coarse ones make narrow places narrower.
     fn finer(
         &self,
@@ -128,15 +128,7 @@ impl SmoothRows {
         coarse: &Ground,
         found: &mut Vec<Tried>,
     ) {
-        let shortest: f64 = work.least.iter().sum();
-        let Some(best) = chosen(found.clone()) else { return };
-        let Some(ends) = best.ends() else { return };
-        // With these ends nothing is more even.
-        let even = evens(work, ends);
-        let least = even.iter().map(|angles| work.effort(angles)).fold(f64::INFINITY, f64::min);
-        if best.effort <= UNEVEN * least && best.time() <= shortest * (1.0 + GAIN) {
-            return;
-        }
+        let Some(best) = chosen(found.clone()).filter(|best| best.name != EVEN) else { return };
         let ground = Ground::about(work, freedom, &best.angles, coarse.scales);
         let ends = self.kept_ends(work, course, freedom, &ground);
         if let Ok(planned) = work.planned(freedom, ends.as_ref(), (&ground, 0.0)) {
