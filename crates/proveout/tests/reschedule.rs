@@ -263,6 +263,7 @@ fn a_program_that_sends_a_joint_past_its_travel_is_not_written() {
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(told.contains("original.mpf:") && told.contains("the new axes send Y to -3"), "{told}");
+    assert!(told.contains("over the whole program Y lacks ") && told.contains("a larger clearance_deg"), "{told}");
     assert!(!folder().join("never.mpf").exists() && !folder().join("never.json").exists(), "nothing is written");
 }
 
@@ -591,6 +592,10 @@ fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {
         for program in published {
             let (other, ..) = saved(scene, program, method, &[], folder.path());
             assert!(most >= other - 2e-3, "{scene}, {program}: {most} s and {other} s");
+        }
+        if scene == "ma-2020-sine" {
+            // An even turn of A from end to end is free there: 0.421 s less than before. Coarse cells alone found 0.360.
+            assert!(most > 0.41, "{most}");
         }
         let before = fs::read_to_string(root().join("scenes").join(scene).join("original.mpf")).expect("the program");
         let blocks = |text: &str| text.lines().filter(|l| l.starts_with('X') || l.starts_with("G1 X")).count();

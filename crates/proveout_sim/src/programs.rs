@@ -482,13 +482,16 @@ fn refuse_over_travel(
         first.limit * factor
     );
     let location = command.and_then(|c| made.commands.get(c)).map(|c| c.location.clone());
-    let help = "choose other options of the method, mount the part elsewhere, or take a machine with more travel";
-    Err(SimError::Control(Box::new(ControlError {
-        code: "reschedule-range",
-        message,
-        location,
-        help: Some(help.to_owned()),
-    })))
+    // All of the program, so that what is changed is enough.
+    let past =
+        |o: &motion::OverTravel| (o.joint == first.joint && o.limit == first.limit).then(|| (o.value - o.limit).abs());
+    let most = new.over_travels.iter().filter_map(past).fold(0.0, f64::max) * factor;
+    let help = format!(
+        "over the whole program {} lacks {most:.3} {unit} there: turn the axes less (a larger clearance_deg, a smaller lean_max_deg or turn_max_deg), mount the \
+         part so much farther from that end, or take a machine with so much more travel",
+        joint.name
+    );
+    Err(SimError::Control(Box::new(ControlError { code: "reschedule-range", message, location, help: Some(help) })))
 }
 
 /// A program that is made anew.

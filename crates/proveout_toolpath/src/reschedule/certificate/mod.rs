@@ -37,6 +37,8 @@
 mod cells;
 mod feed_floor;
 mod least_peak;
+#[cfg(test)]
+mod random_schedules;
 mod swing;
 #[cfg(test)]
 mod tests;

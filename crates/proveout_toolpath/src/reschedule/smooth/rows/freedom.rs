@@ -100,16 +100,21 @@ impl Freedom<'_> {
 
     /// How far the cells of the turn, for each cell of the tilt, are past the rules at the blocks of a stretch: infinite where a cell is not free, minus
     /// infinite where it is and no rule is in force.
-    pub(super) fn cells(&self, blocks: Range<usize>, scales: [Scale; 2]) -> Vec<Vec<f64>> {
+    /// Cells of turn and tilt outside of `near` are not looked at and count as not free.
+    pub(super) fn cells(&self, blocks: Range<usize>, scales: [Scale; 2], near: &[Range<usize>; 2]) -> Vec<Vec<f64>> {
         let [turns, tilts] = scales;
         let parts = self.parts(&blocks);
         let row = |at: usize| -> Vec<f64> {
+            if !near[1].contains(&at) {
+                return vec![f64::INFINITY; turns.count];
+            }
             let half = 0.5 * tilts.step;
             let ring = self.ring(tilts.edge(at) + half);
             let free = self.ring_intervals(&ring, half, &blocks, &parts);
             let of = |k: usize| {
                 let [from, to] = [turns.edge(k) + ring.zero, turns.edge(k + 1) + ring.zero];
-                if free.iter().any(|i| holds(i, from, to)) { f64::NEG_INFINITY } else { f64::INFINITY }
+                let open = near[0].contains(&k) && free.iter().any(|i| holds(i, from, to));
+                if open { f64::NEG_INFINITY } else { f64::INFINITY }
             };
             (0..turns.count).map(of).collect()
         };
