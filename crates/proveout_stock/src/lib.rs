@@ -98,6 +98,7 @@ pub use keeping::share::{ShareLog, ShareReplay};
 pub use keeping::sweep_log::{BeforeSweep, SweepLog, SweepReplay};
 pub use keeping::taken::TakenPart;
 pub use looking::bands::MeshBand;
+pub use looking::coherence::Coherence;
 pub use looking::contact::Contact;
 pub use looking::depth::{Depths, Measure};
 pub use looking::measure::{Nearest, Outline, Probe, Wall};

@@ -6,7 +6,7 @@ mod common;
 use std::f64::consts::{PI, TAU};
 
 use common::{GIB, cuboid, flat, pose, remove};
-use proveout_stock::{Cells, Interval, TriDexel};
+use proveout_stock::{Cells, Coherence, Interval, TriDexel};
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
@@ -72,11 +72,52 @@ fn a_plug_is_loose_when_its_last_tab_is_cut() {
 }
 
 #[test]
+fn what_is_kept_between_looks_counts_the_parts_after_each_cut() {
+    // Cut by cut: full slots, one that only rays across see, a shelf, and parts that are taken out and put back. 43 by 37 columns: the last
+    // tiles are not full.
+    let mut stock = TriDexel::from_box(&cuboid([0.0; 3], [21.5, 18.5, 6.0]), 0.5, GIB).unwrap();
+    let (thick, thin) = (flat(0.8, 30.0), flat(0.1, 30.0));
+    let mut kept = Coherence::default();
+    assert_eq!(kept.parts(&stock), 1);
+    let mut counts = Vec::new();
+    let cuts = [
+        (&thick, [5.3, -2.0, -1.0], [5.3, 9.0, -1.0], UP),
+        (&thick, [5.3, 9.0, -1.0], [5.3, 21.0, -1.0], UP),
+        (&thin, [-2.0, 8.0, -1.0], [9.0, 8.0, -1.0], UP),
+        (&thin, [9.0, 8.0, -1.0], [24.0, 8.0, -1.0], UP),
+        (&thick, [-3.0, 13.0, 3.0], [25.0, 13.0, 3.0], [0.0, 1.0, 0.0]),
+        (&thick, [12.0, -2.0, -1.0], [17.0, 21.0, -1.0], UP),
+        (&thin, [-2.0, 3.0, 0.9], [24.0, 3.0, 0.9], UP),
+        (&thin, [-2.0, 3.0, -1.0], [24.0, 3.0, -1.0], UP),
+    ];
+    for (k, (tool, from, to, axis)) in cuts.into_iter().enumerate() {
+        stock.sweep(&[remove(k as u32, tool, pose(from, axis), pose(to, axis))]);
+        let parts = stock.parts();
+        assert_eq!(kept.parts(&stock), parts.len(), "after cut {k}");
+        assert_eq!(kept.parts(&stock), Coherence::default().parts(&stock), "after cut {k}");
+        counts.push(parts.len());
+        if let Some(smallest) = parts.last().filter(|_| parts.len() > 1) {
+            let taken = stock.take_part(smallest, k as u32, 0).unwrap();
+            assert_eq!(kept.parts(&stock), parts.len() - 1, "without a part after cut {k}");
+            stock.put_back(taken);
+            assert_eq!(kept.parts(&stock), parts.len(), "with it again after cut {k}");
+        }
+    }
+    // By construction: a slot half through, through, one thinner than a cell through its left half, and so on.
+    assert_eq!(counts[..4], [1, 2, 3, 4]);
+    assert!(counts[7] > counts[6] && counts[6] == counts[5], "a floor holds, then it is cut: {counts:?}");
+    // Of another stock nothing is kept.
+    let small = TriDexel::from_box(&cuboid([0.0; 3], [9.0, 9.0, 6.0]), 0.5, GIB).unwrap();
+    assert_eq!(kept.parts(&small), 1);
+}
+
+#[test]
 fn nothing_is_no_part() {
     let mut stock = TriDexel::from_box(&cuboid([0.0; 3], [2.0, 2.0, 2.0]), 0.5, GIB).unwrap();
     let tool = flat(5.0, 30.0);
     stock.sweep(&[remove(0, &tool, pose([-9.0, 1.0, -1.0], UP), pose([9.0, 1.0, -1.0], UP))]);
     assert!(stock.parts().is_empty());
+    assert_eq!(Coherence::default().parts(&stock), 0);
 }
 
 /// All intervals of all rays, set by set.

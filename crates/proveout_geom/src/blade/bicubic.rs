@@ -10,6 +10,7 @@ use crate::Vector;
 pub(super) type Net = [[Vector; 4]; 4];
 
 /// Point and derivatives of one cubic of control points, for each unit of its parameter from 0 to 1.
+#[inline]
 fn cubic(p: &[Vector; 4], t: f64) -> [Vector; 3] {
     let r = 1.0 - t;
     let [d0, d1, d2] = [p[1] - p[0], p[2] - p[1], p[3] - p[2]];
@@ -27,8 +28,13 @@ pub(super) fn hermite(ends: [Vector; 2], slopes: [Vector; 2], width: f64) -> [Ve
 
 /// Place, first and second derivatives (`u`, `v`, `uu`, `uv`, `vv`) of a patch of the widths given, at (s, t) of the unit square; any real numbers.
 pub(super) fn at(net: &Net, widths: [f64; 2], s: f64, t: f64) -> [Vector; 6] {
-    let rows = net.each_ref().map(|row| cubic(row, t));
-    let [place, along, bend] = [0, 1, 2].map(|k| cubic(&rows.map(|r| r[k]), s));
+    // Loops, no maps of arrays: those are calls, and took more time than the sums.
+    let mut across = [[Vector::zeros(); 4]; 3];
+    for (i, row) in net.iter().enumerate() {
+        let [place, slope, bend] = cubic(row, t);
+        (across[0][i], across[1][i], across[2][i]) = (place, slope, bend);
+    }
+    let (place, along, bend) = (cubic(&across[0], s), cubic(&across[1], s), cubic(&across[2], s));
     let [a, b] = widths;
     [place[0], place[1] / a, along[0] / b, place[2] / (a * a), along[1] / (a * b), bend[0] / (b * b)]
 }

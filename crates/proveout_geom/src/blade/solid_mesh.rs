@@ -201,16 +201,25 @@ impl BladeSolid {
         // How far the facets of the airfoil lie off, and those of the fillets.
         let place = |mesh: &TriMesh, row: u32, i: u32| mesh.positions[(row * size + i % size) as usize].coords;
         let period = domain.u[1] - domain.u[0];
+        let of_airfoil = |row: u32| row >= first && row + 1 < first + rows.len() as u32;
         for row in 0..all - 1 {
+            let airfoil = of_airfoil(row);
+            let above_is_alike =
+                row + 2 < all && of_airfoil(row + 1) == airfoil && (row + 1 >= first) == (row >= first);
             for i in 0..size {
-                for corners in [[(0, 0), (0, 1), (1, 1)], [(0, 0), (1, 1), (1, 0)]] {
+                for (second, corners) in [[(0, 0), (0, 1), (1, 1)], [(0, 0), (1, 1), (1, 0)]].into_iter().enumerate() {
                     let places = corners.map(|(r, c)| place(&mesh, row + r, i + c));
-                    for parts in MEASURED {
+                    for (k, parts) in MEASURED.into_iter().enumerate() {
+                        // Edges are measured once: the diagonal with the first facet, the side with that of the facet before, the upper edge with the
+                        // row above.
+                        let elsewhere = [false, true, above_is_alike, i > 0][k];
+                        if second == 1 && elsewhere {
+                            continue;
+                        }
                         let mix = |of: [f64; 3]| of[0] * parts[0] + of[1] * parts[1] + of[2] * parts[2];
                         let p = Point::from(places[0] * parts[0] + places[1] * parts[1] + places[2] * parts[2]);
                         let u = mix(corners
                             .map(|(_, c)| us[((i + c) % size) as usize] + if i + c == size { period } else { 0.0 }));
-                        let airfoil = row >= first && row + 1 < first + rows.len() as u32;
                         let far = if airfoil {
                             let v =
                                 mix(corners

@@ -38,7 +38,7 @@ mod world;
 use proveout_controller::Chunk;
 use proveout_geom::Vector;
 use proveout_machine::JointValues;
-use proveout_stock::{Patch, StockPart, SweepReport, TriDexel};
+use proveout_stock::{Coherence, Patch, StockPart, SweepReport, TriDexel};
 
 use self::{
     course::{Course, felt},
@@ -114,6 +114,7 @@ pub(crate) struct Shop<'a> {
 /// Parts seen so far, the largest apart.
 pub(crate) struct LooseParts {
     least_volume: f64,
+    coherence: Coherence,
     known: Vec<StockPart>,
     loose: Vec<Loose>,
     lying: Option<Lying>,
@@ -134,6 +135,7 @@ impl LooseParts {
         let cell = LEAST_CELLS * raw.cell_mm();
         let mut loose = Self {
             least_volume: (cell * cell * cell).max(LEAST_VOLUME),
+            coherence: Coherence::default(),
             known: Vec::new(),
             loose: Vec::new(),
             lying: None,
@@ -147,8 +149,9 @@ impl LooseParts {
         loose
     }
 
-    fn apart(&self, stock: &TriDexel) -> Vec<StockPart> {
-        stock.parts_apart(self.least_volume)
+    fn apart(&mut self, stock: &TriDexel) -> Vec<StockPart> {
+        // Mostly nothing has come off, which costs little to know.
+        if self.coherence.parts(stock) > 1 { stock.parts_apart(self.least_volume) } else { Vec::new() }
     }
 
     /// Goes on with the parts whose fall outlasted the motion that was known, before the stretch cuts.

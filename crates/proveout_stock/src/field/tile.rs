@@ -79,6 +79,11 @@ impl Tile {
         &self.spans[self.start[r] as usize..self.start[r + 1] as usize]
     }
 
+    /// Number of the first span of a ray in the order of the tile.
+    pub(crate) fn first(&self, r: usize) -> usize {
+        self.start[r] as usize
+    }
+
     fn update_range(&mut self) {
         (self.lo, self.hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for s in &self.spans {

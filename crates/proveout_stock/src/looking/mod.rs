@@ -1,6 +1,7 @@
 //! What is read off a stock: surface, rows, sections, parts, depths, engagement.
 
 pub(crate) mod bands;
+pub(crate) mod coherence;
 pub(crate) mod contact;
 pub(crate) mod depth;
 pub(crate) mod measure;

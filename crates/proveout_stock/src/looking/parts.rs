@@ -109,24 +109,26 @@ impl TriDexel {
                 }
             }
         }
-        // The root is the smallest number of its set: it comes first.
-        let mut number = vec![0; first[nx * ny]];
-        let mut count = 0;
-        for at in 0..number.len() {
-            let root = sets.root(at);
-            number[at] = if root == at { count } else { number[root] };
-            count += usize::from(root == at);
-        }
+        let (number, _) = sets.numbers();
         Labels { first, number }
     }
 
     /// Joins the intervals of two neighboring columns; the second lies behind the first along `axis`.
-    fn join(&self, place: [usize; 2], axis: usize, [own, other]: [usize; 2], [a, b]: [&[Span]; 2], sets: &mut Sets) {
+    fn join(&self, place: [usize; 2], axis: usize, [own, other]: [usize; 2], columns: [&[Span]; 2], sets: &mut Sets) {
+        self.each_overlap(columns, |k, m, range| {
+            if sets.root(own + k) != sets.root(other + m) && self.bridged(place, axis, range, |_| ()) {
+                sets.unite(own + k, other + m);
+            }
+        });
+    }
+
+    /// Intervals of two columns whose heights overlap, and where.
+    pub(super) fn each_overlap(&self, [a, b]: [&[Span]; 2], mut see: impl FnMut(usize, usize, [f64; 2])) {
         let (mut k, mut m) = (0, 0);
         while k < a.len() && m < b.len() {
             let (low, high) = (a[k].lo.max(b[m].lo), a[k].hi.min(b[m].hi));
-            if high > low && sets.root(own + k) != sets.root(other + m) && self.bridged(place, axis, [low, high]) {
-                sets.unite(own + k, other + m);
+            if high > low {
+                see(k, m, [low, high]);
             }
             if a[k].hi < b[m].hi {
                 k += 1;
@@ -136,8 +138,15 @@ impl TriDexel {
         }
     }
 
-    /// Whether material runs from a column to the next one along `axis` between two heights, as far as rays across tell.
-    fn bridged(&self, [i, j]: [usize; 2], axis: usize, [low, high]: [f64; 2]) -> bool {
+    /// Whether material runs from a column to the next one along `axis` between two heights, as far as rays across tell; `read` hears of the tiles
+    /// of those that are asked.
+    pub(super) fn bridged(
+        &self,
+        [i, j]: [usize; 2],
+        axis: usize,
+        [low, high]: [f64; 2],
+        mut read: impl FnMut(usize),
+    ) -> bool {
         let grid = &self.grid;
         let (from, to) = (grid.first_at_or_above(2, low), grid.first_at_or_above(2, high));
         let at = [i, j][axis];
@@ -145,8 +154,9 @@ impl TriDexel {
         let mut rows = from..to;
         // Rays along x are counted along y and z, rays along y along z and x.
         let covers = |k: usize| {
-            let spans = if axis == 0 { self.spans(0, j, k) } else { self.spans(1, k, i) };
-            spans.iter().any(|s| s.lo <= x0 && s.hi >= x1)
+            let (tile, ray) = if axis == 0 { grid.ray_place(0, j, k) } else { grid.ray_place(1, k, i) };
+            read(tile);
+            self.tiles[tile].ray(ray).iter().any(|s| s.lo <= x0 && s.hi >= x1)
         };
         rows.is_empty() || rows.any(covers)
     }
@@ -255,16 +265,16 @@ fn last_maker(span: &Span) -> Option<u32> {
 }
 
 /// Disjoint sets with halved paths (Tarjan and van Leeuwen 1984).
-struct Sets {
+pub(super) struct Sets {
     parent: Vec<usize>,
 }
 
 impl Sets {
-    fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self { parent: (0..n).collect() }
     }
 
-    fn root(&mut self, mut at: usize) -> usize {
+    pub(super) fn root(&mut self, mut at: usize) -> usize {
         while self.parent[at] != at {
             self.parent[at] = self.parent[self.parent[at]];
             at = self.parent[at];
@@ -272,9 +282,22 @@ impl Sets {
         at
     }
 
-    fn unite(&mut self, a: usize, b: usize) {
+    pub(super) fn unite(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         // The smaller number stays: the result does not hang on the order of unions.
         self.parent[a.max(b)] = a.min(b);
+    }
+
+    /// The number of the set of each, in the order of their first ones, and how many there are.
+    pub(super) fn numbers(mut self) -> (Vec<usize>, usize) {
+        let mut number = vec![0; self.parent.len()];
+        let mut count = 0;
+        // The root is the smallest number of its set: it comes first.
+        for at in 0..number.len() {
+            let root = self.root(at);
+            number[at] = if root == at { count } else { number[root] };
+            count += usize::from(root == at);
+        }
+        (number, count)
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! A body is a list of convex pieces: triangles of a mesh, or the rings of points of a body of revolution. A piece in all its places is the hull of
 //! its points at both ends, or of the parabolas between them, shifted along a few vectors. Boxes leave out what is far; GJK of the query library tells the rest.
+//! Of rings of points none is asked but the one on the side of the direction.
 //!
 //! At all turns of a joint each piece is the hull of the circles that its points run through. It holds the piece at every turn, and lies within the hull
 //! that a claim may take for several pieces at once, so that no true claim is refused.
@@ -12,21 +13,20 @@ use parry3d_f64::math::{Pose as ParryPose, Vector as ParryVector};
 use parry3d_f64::query::details::distance_support_map_support_map;
 use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
-use proveout_machine::{JointValues, Machine};
 use proveout_tool::{Profile, Segment};
 
-use super::Body;
-use super::table::Span;
+use super::placed::{Circles, Hull, Placed, Places, ROUND, Rings, on_ring};
 
-/// Points on an arc of a tool, and round its axis.
+/// Points on an arc of a tool.
 const ARC: usize = 48;
-const ROUND: usize = 180;
 /// Circles that differ by less are one, mm.
 const SAME_MM: f64 = 1e-6;
 
 /// Convex pieces of a body, each by its points, and a tree of boxes over them.
 pub(super) struct Form {
     pub(super) pieces: Vec<Vec<Point>>,
+    /// The pieces once more, where they are rings of points.
+    rings: Vec<Rings>,
     tree: Vec<Node>,
 }
 
@@ -70,18 +70,42 @@ impl Form {
     /// Bodies of revolution of a tool in the spindle, in M with all joints at zero; their points lie on the bodies.
     pub(super) fn revolved(profiles: &[&Profile], gauge: &Pose, gauge_length: f64) -> Self {
         let pose = *gauge * Pose::from_translation(Vector::new(0.0, 0.0, -gauge_length));
-        let ring = |[r, z]: [f64; 2]| {
-            (0..ROUND).map(move |k| {
-                let (s, c) = (std::f64::consts::TAU * k as f64 / ROUND as f64).sin_cos();
-                Point::new(r * c, r * s, z)
-            })
-        };
-        let of = |p: &&Profile| p.segments().iter().flat_map(outline).flat_map(ring).map(|q| pose.point(&q)).collect();
-        Self::new(profiles.iter().map(of).collect())
+        let ring = |at: [f64; 2]| (0..ROUND).map(move |k| on_ring(at, k));
+        let outlines = || profiles.iter().map(|p| p.segments().iter().flat_map(outline).collect::<Vec<[f64; 2]>>());
+        let points = outlines().map(|o| o.into_iter().flat_map(ring).map(|q| pose.point(&q)).collect());
+        Self { rings: outlines().map(|outline| Rings { pose, outline }).collect(), ..Self::new(points.collect()) }
+    }
+
+    /// The largest of `of` at a point of the body; between two points it changes by no more than their distance.
+    pub(super) fn largest(&self, of: impl Fn(&Point) -> f64) -> f64 {
+        let mut most: f64 = 0.0;
+        let mut open = Vec::from_iter((!self.tree.is_empty()).then_some(0));
+        while let Some(at) = open.pop() {
+            let node = &self.tree[at];
+            if of(&node.bounds.center()) + 0.5 * node.bounds.size().norm() <= most {
+                continue;
+            }
+            match node.holds {
+                Err(two) => open.extend(two),
+                Ok(item) => most = self.pieces[item].iter().map(&of).fold(most, f64::max),
+            }
+        }
+        most
+    }
+
+    /// A piece in all its places.
+    pub(super) fn placed<'a>(&'a self, item: usize, places: &'a Places) -> Placed<'a> {
+        match self.rings.get(item) {
+            Some(rings) => Placed::Rings(rings, places),
+            None => {
+                let points = self.pieces[item].iter().flat_map(|p| places.of_point(p)).collect();
+                Placed::Hull(Hull { points, shifts: &places.shifts })
+            }
+        }
     }
 
     fn new(pieces: Vec<Vec<Point>>) -> Self {
-        let mut form = Self { tree: Vec::new(), pieces };
+        let mut form = Self { tree: Vec::new(), rings: Vec::new(), pieces };
         let mut all: Vec<usize> = (0..form.pieces.len()).collect();
         if !all.is_empty() {
             form.grow(&mut all);
@@ -122,104 +146,33 @@ fn outline(segment: &Segment) -> Vec<[f64; 2]> {
     }
 }
 
-/// Places of the first body as the second one sees it.
-pub(super) struct Places {
-    poses: [Pose; 2],
-    /// The one in the middle, where points go along the parabolas through all three.
-    middle: Option<Pose>,
-    shifts: Vec<Vector>,
-}
-
-impl Places {
-    pub(super) fn of(machine: &Machine, [a, b]: [&Body; 2], span: &Span) -> Self {
-        let b_from_a =
-            |q: &JointValues| machine.attachment_pose(b.attached, q).inverse() * machine.attachment_pose(a.attached, q);
-        if let Some(ends) = &span.straight {
-            let middle = span.curved.then(|| b_from_a(&((ends[0] + ends[1]) * 0.5)));
-            return Self { poses: ends.each_ref().map(b_from_a), middle, shifts: Vec::new() };
-        }
-        let middle = span.middle();
-        let here = b_from_a(&middle);
-        let slides = machine.joints.iter().enumerate().filter(|(_, j)| !j.is_rotary());
-        let shifts = slides.map(|(j, _)| {
-            let mut end = middle;
-            end[j] = span.high[j];
-            b_from_a(&end).point(&Point::origin()) - here.point(&Point::origin())
-        });
-        Self { poses: [here; 2], middle: None, shifts: shifts.filter(|v| v.norm() > 0.0).collect() }
-    }
-
-    /// Points whose hull holds all the way of a point: its ends, and where the tangents of its parabola meet.
-    fn of_point(&self, p: &Point) -> impl Iterator<Item = Point> {
-        let [from, to] = self.poses.each_ref().map(|x| x.point(p));
-        let corner =
-            self.middle.as_ref().map(|x| Point::from(x.point(p).coords * 2.0 - (from.coords + to.coords) * 0.5));
-        [Some(from), Some(to), corner].into_iter().flatten()
-    }
-}
-
-struct Hull<'a> {
-    points: Vec<Point>,
-    shifts: &'a [Vector],
-}
-
-impl SupportMap for Hull<'_> {
-    fn local_support_point(&self, direction: ParryVector) -> ParryVector {
-        let d = Vector::new(direction.x, direction.y, direction.z);
-        let mut best = (f64::NEG_INFINITY, Point::origin());
-        for p in &self.points {
-            let height = p.coords.dot(&d);
-            if height > best.0 {
-                best = (height, *p);
-            }
-        }
-        let p = self.shifts.iter().fold(best.1, |p, s| if s.dot(&d) > 0.0 { p + s } else { p - s });
-        ParryVector::new(p.x, p.y, p.z)
-    }
-}
-
-/// Hull of circles about one line, shifted.
-struct Circles<'a> {
-    point: Point,
-    direction: Vector,
-    circles: &'a [[f64; 2]],
-    shifts: &'a [Vector],
-}
-
-impl Circles<'_> {
-    fn support(&self, d: &Vector) -> Point {
-        let along = d.dot(&self.direction);
-        let across = d - self.direction * along;
-        let size = across.norm();
-        let unit = if size > 0.0 { across / size } else { Vector::zeros() };
-        let height = |c: &[f64; 2]| c[0] * size + c[1] * along;
-        let best = self.circles.iter().max_by(|a, b| height(a).total_cmp(&height(b))).copied().unwrap_or_default();
-        let p = self.point + self.direction * best[1] + unit * best[0];
-        self.shifts.iter().fold(p, |p, s| if s.dot(d) > 0.0 { p + s } else { p - s })
-    }
-
-    fn bounds(&self) -> (Point, Point) {
-        let end = |sign: f64| Point::from(Vector::from_fn(|k, _| self.support(&(Vector::ith(k, 1.0) * sign))[k]));
-        (end(-1.0), end(1.0))
-    }
-}
-
-impl SupportMap for Circles<'_> {
-    fn local_support_point(&self, direction: ParryVector) -> ParryVector {
-        let p = self.support(&Vector::new(direction.x, direction.y, direction.z));
-        ParryVector::new(p.x, p.y, p.z)
-    }
-}
-
 /// A distance below `limit` (mm), where there is one.
 pub(super) fn nearer_than(a: &Form, b: &Form, places: &Places, limit: f64) -> Option<f64> {
-    let grown = places.shifts.iter().fold(Vector::zeros(), |sum, s| sum + s.abs());
-    a.pieces.iter().find_map(|piece| {
-        let points: Vec<Point> = piece.iter().flat_map(|p| places.of_point(p)).collect();
-        let bounds = Aabb::of_points(&points);
-        let hull = Hull { points, shifts: &places.shifts };
-        piece_nearer_than(&hull, (bounds.min - grown, bounds.max + grown), b, limit, None)
-    })
+    let whole = &b.tree.first()?.bounds;
+    let mut open = Vec::from_iter((!a.tree.is_empty()).then_some(0));
+    while let Some(at) = open.pop() {
+        let node = &a.tree[at];
+        let bounds = places.of_box(&node.bounds);
+        if gap(&bounds, whole) >= limit {
+            continue;
+        }
+        match node.holds {
+            Err(two) => open.extend(two),
+            Ok(item) => {
+                let piece = a.placed(item, places);
+                let found = piece_nearer_than(&piece, piece.bounds(), b, limit, None);
+                if found.is_some() {
+                    return found;
+                }
+            }
+        }
+    }
+    None
+}
+
+/// No two points of two boxes are nearer to each other.
+fn gap(a: &Aabb, b: &Aabb) -> f64 {
+    (a.min - b.max).sup(&(b.min - a.max)).map(|x| x.max(0.0)).norm()
 }
 
 /// The same of a body at all its turns.
@@ -240,17 +193,17 @@ fn piece_nearer_than(
     limit: f64,
     axis: Option<Vector>,
 ) -> Option<f64> {
+    let (still, bounds) = (Places::still(), Aabb { min: low, max: high });
     let mut open = Vec::from_iter((!b.tree.is_empty()).then_some(0));
     while let Some(at) = open.pop() {
         let node = &b.tree[at];
-        let apart = (low - node.bounds.max).sup(&(node.bounds.min - high)).map(|x| x.max(0.0)).norm();
-        if apart >= limit {
+        if gap(&bounds, &node.bounds) >= limit {
             continue;
         }
         match node.holds {
             Err(two) => open.extend(two),
             Ok(item) => {
-                let other = Hull { points: b.pieces[item].clone(), shifts: &[] };
+                let other = b.placed(item, &still);
                 let distance = distance_support_map_support_map(&ParryPose::IDENTITY, hull, &other);
                 // Of circles that are shifted far the library's points may lie outside of both.
                 if let Some(nearer) = (distance < limit).then(|| witnessed(hull, &other, limit, axis)).flatten() {

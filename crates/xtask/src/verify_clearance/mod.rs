@@ -21,6 +21,7 @@
 
 mod distance;
 mod motion;
+mod placed;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -35,7 +36,8 @@ use proveout_tool::{Role, Tool};
 use serde_json::Value;
 
 use crate::Failure;
-use distance::{Form, Places, Turned};
+use distance::{Form, Turned};
+use placed::Places;
 use table::{Sample, Span};
 
 /// By how much a claim may be beyond what is found here, mm: rounding, and arcs of tools that stand as polygons here.

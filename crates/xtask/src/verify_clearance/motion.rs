@@ -59,5 +59,5 @@ fn farthest(machine: &Machine, body: &Body, joint: usize, q: &JointValues) -> f6
     let axis = &machine.joints[joint];
     let (point, direction) = (machine_from_joint.point(&axis.point), machine_from_joint.vector(&axis.direction));
     let off = |p: &Point| (machine_from_body.point(p) - point).cross(&direction).norm();
-    body.form.pieces.iter().flatten().map(off).fold(0.0, f64::max)
+    body.form.largest(off)
 }
