@@ -31,6 +31,14 @@ pub(super) fn offsets(
             }
         }
         let names_any = reading.offsets.iter().any(|(w, _)| !zero_only(w));
+        // A TNC counts from the preset that is active when the program begins, as long as it calls none.
+        if dialect.family() == Dialect::Heidenhain
+            && names_any
+            && let Some(at) = &reading.before_offsets
+            && !words.iter().any(|(known, _)| *known == "PRESET0")
+        {
+            words.push(("PRESET0", Some(at)));
+        }
         if let Some(word) = from_start
             && !names_any
             && !words[..before].iter().any(|(known, _)| *known == word)
@@ -63,13 +71,13 @@ pub(super) fn offsets(
     }
     if let [(word, line)] = &open[..] {
         let key = format!("offset.{word}");
-        let text = format!("Where is the zero of {word}{line} as seen from that of {first}? X,Y,Z in mm");
+        let text = format!("Where is the zero of {}{line} as seen from that of {first}? X,Y,Z in mm", named(word));
         if let Some(answer) = interview.get(&key, text, Some("0,0,0".into())) {
             all.push(placed(&key, word, &answer)?);
         }
     } else if !open.is_empty() {
         let key = "offsets";
-        let names: Vec<String> = open.iter().map(|(word, line)| format!("{word}{line}")).collect();
+        let names: Vec<String> = open.iter().map(|(word, line)| format!("{}{line}", named(word))).collect();
         let text = format!(
             "Where are the zeros of {} as seen from that of {first}? Each with its name, X,Y,Z in mm, and semicolons between",
             names.join(", ")
@@ -83,6 +91,14 @@ pub(super) fn offsets(
         }
     }
     Ok(all)
+}
+
+/// A work offset as a question names it.
+fn named(word: &str) -> String {
+    match word {
+        "PRESET0" => "PRESET0, the preset that is active before the program calls one,".into(),
+        _ => word.into(),
+    }
 }
 
 /// The mounting that the call states; asked for where the program turns the table under the part without following it.
