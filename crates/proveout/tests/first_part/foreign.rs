@@ -5,8 +5,16 @@ use std::fs;
 use super::desk::{Desk, believable, gate, told};
 
 /// A bar of 60 mm in a rotary table that turns about x.
-const BAR: &str = "O7001 (WALEK FI60)\nG21 G90 G94 G17 G40 G49 G80\nG54\nT1 M06 (FREZ FI10 4Z)\nG43 H1 Z50.\nS3000 M03\n\
-                   G00 X-10. Y0\nG00 Z-5.\nG01 X110. F600\nG00 Z50.\nM05\nM30\n";
+const BAR: &str = "O7001 (WALEK FI60)\nG21 G90 G94 G17 G40 G49 G80\nG54\nT1 M06 (FREZ FI9.6 4Z)\nG43 H1 Z50.\nS3000 M03\n\
+                   G00 X-10. Y0\nG00 Z-4.8\nG01 X110. F600\nG00 Z50.\nM05\nM30\n";
+
+/// Volume of the slot, mm3: what lies above 25.2 mm from the middle of the circle, 4.8 mm to both sides, the integral of sqrt(900 - y^2) - 25.2.
+/// Walls and bottom stand midway between rays 0.4 mm apart, so that only the round top is counted by cells: 2 percent is a quarter of one over
+/// the whole width.
+fn slot() -> f64 {
+    let half = 0.5 * (4.8 * (900.0_f64 - 4.8 * 4.8).sqrt() + 900.0 * (4.8_f64 / 30.0).asin());
+    100.0 * (2.0 * half - 9.6 * 25.2)
+}
 
 #[test]
 fn a_lying_bar_is_cut_as_its_circle_says() {
@@ -14,7 +22,7 @@ fn a_lying_bar_is_cut_as_its_circle_says() {
     desk.write("bar.nc", BAR);
     desk.write("answers.toml", "holder = \"20x60\"\nstock = \"0,0,-30,60,100 along X\"\n");
     let told = desk.done("new bar.nc --machine three-axis-mill --answers answers.toml --output bar");
-    assert!(told.contains("tool T1: flat D10"), "{told}");
+    assert!(told.contains("tool T1: flat D9.6"), "{told}");
     assert!(told.contains("stock: X 0.00 to 100.00, Y -30.00 to 30.00, Z -60.00 to 0.00 mm"), "{told}");
     let scene = fs::read_to_string(desk.path("bar/scene.toml")).expect("written");
     assert!(
@@ -23,17 +31,43 @@ fn a_lying_bar_is_cut_as_its_circle_says() {
     );
     let verdict = desk.verdict("bar");
     believable(&verdict);
-    // What lies above z = 25 from the middle of the circle, 5 mm to both sides: the integral of sqrt(900 - y^2) - 25, in closed form.
-    let half = |y: f64| 0.5 * (y * (900.0 - y * y).sqrt() + 900.0 * (y / 30.0).asin());
-    let area = 2.0 * half(5.0) - 250.0;
-    let cut = verdict["removal"]["volume_mm3"].as_f64().expect("a volume");
-    // Rays are 0.4 mm apart: the walls of the slot lie between two of them, a cell of 5 mm height at most on each side.
-    assert!((cut - 100.0 * area).abs() < 0.4 * 5.0 * 100.0, "{cut} for {}", 100.0 * area);
+    let (cut, slot) = (verdict["removal"]["volume_mm3"].as_f64().expect("a volume"), slot());
+    assert!((cut - slot).abs() < 0.02 * slot, "{cut} for {slot}");
 
     desk.write("answers.toml", "holder = \"20x60\"\nstock = \"0,0,-30,60,100 along Q\"\n");
     desk.refused("new bar.nc --machine three-axis-mill --answers answers.toml --output other", &["along X"]);
     fs::write(desk.path("bar/scene.toml"), scene.replace("along = \"x\"", "along = \"w\"")).expect("written");
     desk.refused("check bar", &["scene.toml"]);
+}
+
+#[test]
+fn a_bar_that_turns_is_proposed_about_its_own_axis() {
+    let desk = Desk::new(&[]);
+    let text =
+        BAR.replace("G01 X110. F600\n", "G01 X110. F600\nG00 Z50.\nG00 A180.\nG00 X-10.\nG00 Z-4.8\nG01 X110. F600\n");
+    desk.write("bar.nc", &text);
+    let call = "new bar.nc --machine starrag-lx-451 --answers answers.toml --output bar";
+    desk.write("answers.toml", "holder = \"20x60\"\nstock = \"0,0,-30,60,100 along X\"\n");
+    desk.refused(call, &["mount", "turns about its own axis"]);
+    desk.write("answers.toml", "holder = \"20x60\"\nmount = \"proposed\"\nstock = \"0,0,-30,60,100 along X\"\n");
+    desk.done(call);
+    // Both sides lose the same slot: twice the volume of one, which the bar about another axis would not.
+    let cut = desk.verdict("bar")["removal"]["volume_mm3"].as_f64().expect("a volume");
+    assert!((cut - 2.0 * slot()).abs() < 0.04 * slot(), "{cut} for {}", 2.0 * slot());
+}
+
+#[test]
+fn what_no_scene_can_hold_is_refused_before_a_folder_is_made() {
+    let desk = Desk::new(&[]);
+    desk.write("bar.nc", BAR);
+    desk.write("answers.toml", "holder = \"none\"\nstock = \"0,0,-1e300,1,1,0\"\n");
+    desk.refused("new bar.nc --machine three-axis-mill --answers answers.toml --output bar", &["1.000e300 mm"]);
+    desk.write("far.nc", &BAR.replace("X110.", "X99999999999999999999."));
+    desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\n");
+    desk.refused(
+        "new far.nc --machine three-axis-mill --answers answers.toml --output far",
+        &["farther than any machine"],
+    );
 }
 
 #[test]
@@ -144,7 +178,7 @@ fn words_of_a_haas_are_named_as_such() {
     desk.write("drill.nc", text);
     desk.refused("check drill.nc", &["G81 has no `R`", "--control haas-ngc"]);
     desk.done("check drill.nc --control haas-ngc");
-    desk.write("mirror.nc", &text.replace("G81 G98 Z-0.4 F5.\nG80", "G101 X0\nG1 Z-0.1 F5.\nG100 X0"));
+    desk.write("mirror.nc", &text.replace("G81 G98 Z-0.4 F5.\nG80", "G101 X0\nG1 Z-0.1 F5."));
     desk.refused("check mirror.nc", &["`G101`", "is a word of a Haas: --control haas-ngc"]);
     desk.done("check mirror.nc --control haas-ngc");
 }

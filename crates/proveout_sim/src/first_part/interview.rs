@@ -57,6 +57,11 @@ impl<'a, 'b> Interview<'a, 'b> {
         Some(answer)
     }
 
+    /// An answer that is given, before it is asked for.
+    pub(crate) fn ahead(&self, key: &str) -> Option<&str> {
+        self.given.get(key).map(String::as_str)
+    }
+
     /// An answer that is given without being asked for.
     pub(crate) fn given(&mut self, key: &str) -> Option<String> {
         self.known.insert(key.to_owned());

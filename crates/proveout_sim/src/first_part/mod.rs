@@ -24,7 +24,7 @@ mod zeros;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
+use proveout_geom::{Aabb, MAX_LENGTH_MM, Point, Pose, TriMesh, Vector};
 use proveout_machine::Machine;
 use proveout_nc::{Control, Dialect, ProgramText, Settings, ToolName, WorkOffset};
 use proveout_tool::{LengthUnit, ToolDraft, ToolLibrary};
@@ -321,6 +321,14 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         return Err(refused(format!("nothing asks for the answer `{stray}`"), help));
     }
     let Some(stock) = stock else { return Err(refused("the stock is not known", "state it with --stock")) };
+    let bounds = stock.value.aabb();
+    let largest = (0..3).flat_map(|i| [bounds.min[i], bounds.max[i]]).map(f64::abs).fold(0.0, f64::max);
+    if largest > MAX_LENGTH_MM {
+        return Err(refused(
+            format!("the stock reaches to {largest:.3e} mm, farther than any machine: no scene has it"),
+            format!("check its unit and the coordinates of the program; a scene reaches to {:.0} mm", MAX_LENGTH_MM),
+        ));
+    }
     if let Some(design) = &design {
         check_design(design, &stock.value, &room)?;
     }

@@ -202,6 +202,19 @@ pub(crate) fn pivot(machine: &Machine, turned: &[char]) -> Option<Point> {
     Some(at.map(|v| (v * 1e3).round() / 1e3))
 }
 
+/// The mounting that brings the axis of a bar into that of a rotary axis of the table that the program turns and that lies along it, with
+/// its end in the plane of the table's middle; none where no such axis is there. `base` is the middle of its end face.
+pub(crate) fn about_its_axis(machine: &Machine, turned: &[char], base: [f64; 3], along: usize) -> Option<Point> {
+    let joint = machine.work_chain.iter().map(|j| (*j, &machine.joints[*j])).find(|(j, joint)| {
+        let named = turned.iter().any(|l| machine.joint_for_letter(*l) == Some(*j));
+        joint.is_rotary() && named && joint.direction[along].abs() > 1.0 - 1e-9
+    });
+    let (_, joint) = joint?;
+    let mut at = joint.point - Vector::from(base);
+    at[along] = machine.table.point[along] - base[along];
+    Some(at.map(|v| (v * 1e3).round() / 1e3))
+}
+
 /// A mounting that was chosen, moved along X, Y and Z (those of `axes`) so that every position of the programs lies in the travel, where the
 /// travel is long enough and all of it follows the mounting; else as it is.
 pub(crate) fn in_travel(

@@ -110,10 +110,17 @@ pub(super) fn stated_mount(
 ) -> Result<Option<Reasoned<Vector>>, FirstPartError> {
     let key = "mount";
     let table = machine.table.point;
-    let pivot = place::pivot(machine, turned);
+    // A bar that lies along an axis that the program turns, turns about its own.
+    let bar = interview.ahead("stock").and_then(|stock| {
+        let (bar, along) = interview::along(stock);
+        let [x, y, z, ..] = interview::numbers::<5>(bar)?;
+        place::about_its_axis(machine, turned, [x, y, z], along)
+    });
+    let pivot = bar.or_else(|| place::pivot(machine, turned));
     let at = pivot.unwrap_or_else(|| table + Vector::z() * place::ABOVE_TABLE_MM);
     let on_table = [at.x, at.y, at.z].map(proveout_tool::plain_number).join(",");
     let where_it_is = match pivot {
+        Some(_) if bar.is_some() => "so that the bar of the answer `stock` turns about its own axis".to_owned(),
         Some(_) => "where the axes that it turns meet".to_owned(),
         None => format!("over the middle of the table, {} mm above it", place::ABOVE_TABLE_MM),
     };
