@@ -128,14 +128,20 @@ pub(crate) fn commands(page: &str, text: &str) -> Vec<Shown> {
     out
 }
 
-/// Commands that take minutes: lines that begin with the program in a block whose language is `text`.
+/// Commands of scenes that take minutes: lines that begin with the program in a block whose language is `text`.
 pub(crate) fn long_commands(page: &str, text: &str) -> Vec<Shown> {
     let mut inside = false;
     let mut out = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         match line.trim_start().strip_prefix("```") {
             Some(language) => inside = !inside && language.trim() == "text",
-            None if inside && line.starts_with("proveout ") => out.extend(shown(&format!("{page}:{number}"), line)),
+            None if inside
+                && ["run", "compare", "plan", "reschedule"]
+                    .iter()
+                    .any(|c| line.starts_with(&format!("proveout {c} "))) =>
+            {
+                out.extend(shown(&format!("{page}:{number}"), line))
+            }
             None => {}
         }
     }
