@@ -145,6 +145,7 @@ cases! {
     "scene/CylinderFile.base_mm", Cone, ["scene", "stock.cylinder.base_mm", "[0, 0, -10.5]"];
     "scene/CylinderFile.radius_mm", Cone, ["scene", "stock.cylinder.radius_mm", "11"];
     "scene/CylinderFile.height_mm", Cone, ["scene", "stock.cylinder.height_mm", "11"];
+    "scene/CylinderFile.along", Cone, ["scene", "stock.cylinder.along", "\"x\""];
     "scene/Mount.translation_mm", Mill, ["scene", "mount.translation_mm", "[0, 1, 40]"];
     "scene/Mount.rotation_deg", Mill, ["scene", "mount.rotation_deg", "[0, 0, 90]"];
     "scene/PatchFile.name", Part, ["scene", "stock.patch.0.name", "\"finer\""];

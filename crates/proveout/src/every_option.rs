@@ -35,8 +35,14 @@ fn shown() -> Vec<pages::Shown> {
 
 #[test]
 fn clap_takes_every_command_line_of_a_page() {
-    let all = typed::typed(&shown()).unwrap_or_else(|e| panic!("{e}"));
+    let mut all = typed::typed(&shown()).unwrap_or_else(|e| panic!("{e}"));
     assert!(all.len() > 30, "{}", all.len());
+    // Those that take minutes run in tests/command_lines only where a variable asks for it.
+    let root = root();
+    let read = |path: &Path| fs::read_to_string(root.join(path)).expect("readable");
+    let pages = pages::pages(&root);
+    let long = pages.iter().flat_map(|p| pages::long_commands(&p.display().to_string(), &read(p)));
+    all.extend(long.map(|s| typed::Typed::new(&s).unwrap_or_else(|e| panic!("{e}"))));
     for one in &all {
         let words = std::iter::once("proveout").chain(one.words.iter().map(String::as_str));
         if let Err(e) = Cli::command().try_get_matches_from(words) {

@@ -95,6 +95,22 @@ impl Failure {
         self.0.help.as_deref().unwrap_or_default()
     }
 
+    /// Takes out of a list the errors that say the same of another line of the file.
+    fn take_same<'a>(&self, rest: &mut Vec<&'a Self>) -> Vec<&'a Self> {
+        let file = |e: &Self| e.place().filter(|(_, line, _)| *line > 0).map(|(file, ..)| file.to_owned());
+        let own = file(self);
+        let says_it = |e: &&Self| {
+            own.is_some()
+                && file(e) == own
+                && e.message() == self.message()
+                && e.help() == self.help()
+                && e.0.more.is_empty()
+        };
+        let (same, other) = rest.drain(..).partition(says_it);
+        *rest = other;
+        same
+    }
+
     /// This error and those of the same file behind it, for programs that read: message, file, line, column, help.
     pub(crate) fn for_programs(&self) -> Vec<serde_json::Value> {
         let mut all = vec![serde_json::json!({ "message": self.message(), "help": self.help() })];
@@ -141,6 +157,21 @@ impl Lines {
     }
 }
 
+/// Lines of what is told once for several.
+fn also_at(f: &mut std::fmt::Formatter<'_>, same: &[&Failure]) -> std::fmt::Result {
+    let lines: Vec<String> =
+        same.iter().take(MAX_LINES).filter_map(|e| e.place()).map(|(_, line, _)| line.to_string()).collect();
+    match (&lines[..], same.len().saturating_sub(MAX_LINES)) {
+        ([], _) => Ok(()),
+        ([line], _) => writeln!(f, "  the same in line {line}"),
+        (lines, 0) => writeln!(f, "  the same in lines {}", lines.join(", ")),
+        (lines, more) => writeln!(f, "  the same in lines {} and {more} more", lines.join(", ")),
+    }
+}
+
+/// Lines that are listed of an error that is told once for several.
+const MAX_LINES: usize = 12;
+
 /// One line: a message or a name of a file may hold line feeds.
 fn plain(text: &str) -> String {
     terminal::plain(text).replace('\n', "\u{240a}")
@@ -163,7 +194,15 @@ impl Display for Failure {
         if let Some(help) = help {
             writeln!(f, "  help: {help}")?;
         }
-        more.iter().try_for_each(|other| write!(f, "{other}"))?;
+        let mut rest: Vec<&Self> = more.iter().collect();
+        let same = self.take_same(&mut rest);
+        also_at(f, &same)?;
+        while !rest.is_empty() {
+            let first = rest.remove(0);
+            write!(f, "{first}")?;
+            let same = first.take_same(&mut rest);
+            also_at(f, &same)?;
+        }
         if *uncounted > 0 { writeln!(f, "and {uncounted} more errors") } else { Ok(()) }
     }
 }

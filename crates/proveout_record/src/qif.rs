@@ -6,6 +6,10 @@
 //! | touch | linear coordinate along X, Y or Z, with its tolerance to both sides | point with its nominal and its measured place, workpiece frame, mm |
 //! | thickness | thickness, with its tolerance to both sides | none |
 //!
+//! *What was checked.* Names, order and attributes of the elements below `Results` against `QIFResults.xsd` of QIF 3.0 (DMSC; files of the community's
+//! repository); those of characteristics and point features against the types that another program has generated from the schemas. No document was
+//! validated with the schemas by a program.
+//!
 //! A feature whose probe met no surface has its item and no measurement, and fails the whole. Identifiers of the document are digests of what it
 //! says, so that the same run gives the same bytes.
 
@@ -289,6 +293,48 @@ mod tests {
     fn between<'a>(text: &'a str, tag: &str) -> Vec<&'a str> {
         let (open, close) = (format!("<{tag}>"), format!("</{tag}>"));
         text.split(&open).skip(1).filter_map(|t| t.split(&close).next()).collect()
+    }
+
+    /// Elements of the published types stand in their order (QIF 3.0: `MeasurementResultsType`, `CharacteristicMeasurementBaseType` with value and
+    /// coordinates behind it, `LinearCoordinateCharacteristicNominalType`, `CharacteristicItemBaseType`, `PointFeatureNominalType`).
+    #[test]
+    fn elements_stand_in_the_order_of_the_published_types() {
+        let features = [
+            feature("top", -2.0, 0.05, Some(-2.01)),
+            feature("rib", 4.0, 0.1, Some(4.2)),
+            feature("side", 1.0, 0.02, None),
+        ];
+        let text = inspection_qif(&features, &plan(), "scene plate").expect("features");
+        let orders: [(&str, &[&str]); 7] = [
+            ("QIFDocument", &["QPId", "Header", "FileUnits", "Features", "Characteristics", "Results"]),
+            (
+                "MeasurementResults",
+                &["ThisResultsInstanceQPId", "MeasuredFeatures", "MeasuredCharacteristics", "InspectionStatus"],
+            ),
+            (
+                "LinearCoordinateCharacteristicMeasurement",
+                &["Status", "CharacteristicItemId", "FeatureMeasurementIds", "Value", "TypeOfCoordinates"],
+            ),
+            ("LinearCoordinateCharacteristicNominal", &["CharacteristicDefinitionId", "TargetValue", "Direction"]),
+            ("LinearCoordinateCharacteristicItem", &["Name", "FeatureItemIds", "CharacteristicNominalId"]),
+            ("PointFeatureNominal", &["FeatureDefinitionId", "Location", "Normal"]),
+            ("PointFeatureMeasurement", &["FeatureItemId", "Location"]),
+        ];
+        for (tag, order) in orders {
+            let at = text.find(&format!("<{tag} ")).unwrap_or_else(|| panic!("no {tag}"));
+            let end = text[at..].find(&format!("</{tag}>")).expect("closed");
+            let inside = &text[at..at + end];
+            let places: Vec<usize> = order
+                .iter()
+                .map(|e| {
+                    [format!("<{e}>"), format!("<{e} ")]
+                        .iter()
+                        .find_map(|open| inside.find(open.as_str()))
+                        .unwrap_or_else(|| panic!("{tag} has no {e}"))
+                })
+                .collect();
+            assert!(places.is_sorted(), "{tag}: {order:?} {places:?}");
+        }
     }
 
     #[test]

@@ -275,7 +275,21 @@ fn axes(machine: &Machine, reading: &Reading) -> Vec<Cause> {
                 joint.name
             ),
             (false, true) => {
-                format!("the program needs {:.3} mm of {}: take a larger machine", high.0 - low.0, joint.name)
+                let offsets: Vec<&str> = reading.offsets.iter().map(|(word, _)| word.as_str()).collect();
+                let needs = format!(
+                    "the program needs {:.3} mm of {} and has {:.3} mm",
+                    high.0 - low.0,
+                    joint.name,
+                    most - least
+                );
+                match &offsets[..] {
+                    // How far apart they lie is a statement of the scene.
+                    [_, _, ..] => format!(
+                        "{needs}, with {} where this scene has them: put in their places on your machine; if they are right, take a larger machine",
+                        offsets.join(", ")
+                    ),
+                    _ => format!("{needs}, wherever the part is mounted: take a larger machine"),
+                }
             }
             _ => "clamp the part in another position, or take another machine".to_owned(),
         };

@@ -30,7 +30,8 @@ use crate::{
     program_survey, programs,
     raw_stock::{self, RawStock},
     scene::{
-        BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile, Scene,
+        BoxFile, CylinderAxis, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile,
+        ProgramFile, Scene,
     },
     scene_limits::{ChangedLimit, limit_joints},
     set_values::{self, SetValue},
@@ -667,7 +668,14 @@ fn checked_box(scene: &Scene, fixture: &FixtureFile, b: &BoxFile) -> Result<Aabb
 
 fn round_mesh(c: &CylinderFile) -> TriMesh {
     let outer = c.radius_mm / (std::f64::consts::PI / FIXTURE_SECTORS as f64).cos();
+    // What stands along z is turned over a right angle, which is exact.
+    let lying = match c.along {
+        CylinderAxis::X => Pose::from_axis_angle(&Vector::y(), rad(90.0)),
+        CylinderAxis::Y => Pose::from_axis_angle(&Vector::x(), rad(-90.0)),
+        CylinderAxis::Z => Pose::identity(),
+    };
     cylinder_mesh(outer, 0.0, c.height_mm, FIXTURE_SECTORS)
+        .transformed(&lying)
         .transformed(&Pose::from_translation(Vector::from(c.base_mm)))
 }
 

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{Aabb, InputError, Point, TriMesh, Vector, open_regular_file, read_mesh};
+use proveout_geom::{Aabb, InputError, Point, TriMesh, open_regular_file, read_mesh};
 use proveout_stock::{Patch, PatchError, PatchPlan, RawBody, StockError, TriDexel};
 use serde_spanned::Spanned;
 
@@ -207,7 +207,7 @@ fn formed(
         return Ok(RawBody::block(&b.aabb()));
     }
     if let Some(c) = &file.cylinder {
-        return Ok(RawBody::cylinder(&Point::from(c.base_mm), &Vector::z(), c.radius_mm, c.height_mm)?);
+        return Ok(RawBody::cylinder(&Point::from(c.base_mm), &c.along.direction(), c.radius_mm, c.height_mm)?);
     }
     if let Some(run) = &file.from_run {
         return of_a_run(file, &scene.resolve(run), limit_bytes, inputs);

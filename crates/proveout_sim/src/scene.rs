@@ -120,7 +120,7 @@ pub struct StockFile {
     /// Block.
     #[serde(rename = "box")]
     pub block: Option<BoxFile>,
-    /// Round bar along z.
+    /// Round bar.
     pub cylinder: Option<CylinderFile>,
     /// Watertight mesh file, mm.
     pub mesh: Option<PathBuf>,
@@ -178,16 +178,48 @@ pub struct BoxFile {
     pub max_mm: [f64; 3],
 }
 
-/// Cylinder along z, mm.
+/// Cylinder, mm.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderFile {
-    /// Center of the lower face.
+    /// Center of the end face with the smallest coordinate along its axis.
     pub base_mm: [f64; 3],
     /// Radius.
     pub radius_mm: f64,
-    /// Height.
+    /// Length along its axis.
     pub height_mm: f64,
+    /// Axis of its coordinates that the cylinder lies along: of a bar in a rotary table that turns about x, `x`.
+    #[serde(default)]
+    pub along: CylinderAxis,
+}
+
+/// Axis that a cylinder lies along.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum CylinderAxis {
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    #[default]
+    Z,
+}
+
+impl CylinderAxis {
+    /// Direction, of length one.
+    pub fn direction(self) -> Vector {
+        match self {
+            Self::X => Vector::x(),
+            Self::Y => Vector::y(),
+            Self::Z => Vector::z(),
+        }
+    }
+
+    /// Name of the axis of an index, as the key has it.
+    pub(crate) fn name_of(index: usize) -> &'static str {
+        ["x", "y", "z"][index.min(2)]
+    }
 }
 
 /// Where the workpiece frame sits in the table frame (which equals the machine frame when all joints are at zero).
@@ -250,7 +282,7 @@ pub struct FixtureFile {
     /// Block.
     #[serde(rename = "box")]
     pub block: Option<BoxFile>,
-    /// Round body along z.
+    /// Round body.
     pub cylinder: Option<CylinderFile>,
     /// Coordinates are those of the workpiece frame (default) or of the table frame.
     #[serde(default)]

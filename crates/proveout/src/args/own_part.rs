@@ -33,7 +33,7 @@ pub(crate) struct NewArgs {
     /// Control: a built-in one or a control file (default: that of the machine, else told from the text)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
-    /// Stock: X0,Y0,Z0,X1,Y1,Z1 in mm (or with inch at the end), X,Y,Z0,DIAMETER,HEIGHT, a mesh, or proposed
+    /// Stock: X0,Y0,Z0,X1,Y1,Z1 in mm (or with inch at the end), X,Y,Z0,DIAMETER,HEIGHT (a lying bar: X0,Y,Z,DIAMETER,LENGTH along X), a mesh, or proposed
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
     pub(crate) stock: Option<String>,
     /// Design of the part, a closed mesh in the coordinates of the program (STL, OBJ, glTF)

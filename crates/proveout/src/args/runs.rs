@@ -19,7 +19,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) nc: Option<PathBuf>,
     /// Run folder (default: out/SCENE-PROGRAM, with -preview or -stopped behind it where the run is one); an older run there is replaced when the new one is complete, other files stay
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", alias = "output")]
     pub(crate) out: Option<PathBuf>,
     /// Go on with the run to this run folder that was stopped (Ctrl-C, a kill, a full disk): its motion is planned and judged again,
     /// what it had cut is taken from its journal. The result is that of a run that was not stopped

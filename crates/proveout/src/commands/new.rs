@@ -170,6 +170,12 @@ pub(super) fn machine_folder(name: &str) -> Result<PathBuf, Failure> {
         return Ok(found);
     }
     let names: Vec<String> = libraries.iter().flat_map(|l| names_in(l)).collect();
+    if names.is_empty() {
+        return Err(Failure::new(format!(
+            "there is no machine {name:?}: no folder `machines` is here, above, or above the program"
+        ))
+        .with_help("call it in the folder of the project, or name the folder of a machine by its path"));
+    }
     let near = proveout_sim::nearest_word(name, names.iter().map(String::as_str));
     let help = match near {
         Some(near) => format!("did you mean {near}? `proveout new --list-machines` lists them"),

@@ -17,7 +17,7 @@ use std::{
 use insta_cmd::assert_cmd_snapshot;
 
 use crate::{
-    pages::{Shown, commands, examples, listed, pages},
+    pages::{Shown, commands, examples, listed, long_commands, pages},
     sandbox::{root, sandbox},
     typed::{Typed, typed},
 };
@@ -113,6 +113,31 @@ fn run(typed: &Typed, folder: &Path) {
             let written = folder.join(file).exists();
             assert_eq!(written, !file.starts_with("never"), "{file}: written {written}");
         }
+    }
+}
+
+/// Commands of pages that take minutes name what is there, and with `PROVEOUT_LONG_COMMANDS=1` each is typed, on the scenes as they are.
+#[test]
+fn long_commands_end_with_a_result() {
+    let root = root();
+    let read = |path: &Path| fs::read_to_string(root.join(path)).expect("readable");
+    let all: Vec<Shown> = pages(&root).iter().flat_map(|p| long_commands(&p.display().to_string(), &read(p))).collect();
+    assert!(all.len() > 2, "{all:?}");
+    let folder = tempfile::tempdir().expect("temporary folder");
+    for name in ["scenes", "machines", "tools", "controls"] {
+        std::os::unix::fs::symlink(root.join(name), folder.path().join(name)).expect("a link");
+    }
+    for shown in &all {
+        let typed = Typed::new(shown).unwrap_or_else(|e| panic!("{e}"));
+        let scene = typed.words.get(1).map(|w| root.join(w));
+        assert!(scene.is_some_and(|s| s.exists()), "{}: {} names no scene", shown.place, typed.line());
+        if std::env::var_os("PROVEOUT_LONG_COMMANDS").is_none() {
+            continue;
+        }
+        let output = program().current_dir(folder.path()).args(&typed.words).output().expect("the program starts");
+        let told = String::from_utf8_lossy(&output.stderr);
+        // Pass, fail or unchecked: what a page says of it is held by other tests.
+        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{}: {}\n{told}", shown.place, typed.line());
     }
 }
 

@@ -128,6 +128,26 @@ pub(crate) fn commands(page: &str, text: &str) -> Vec<Shown> {
     out
 }
 
+/// Commands of scenes that take minutes: lines that begin with the program in a block whose language is `text`.
+pub(crate) fn long_commands(page: &str, text: &str) -> Vec<Shown> {
+    let mut inside = false;
+    let mut out = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        match line.trim_start().strip_prefix("```") {
+            Some(language) => inside = !inside && language.trim() == "text",
+            None if inside
+                && ["run", "compare", "plan", "reschedule"]
+                    .iter()
+                    .any(|c| line.starts_with(&format!("proveout {c} "))) =>
+            {
+                out.extend(shown(&format!("{page}:{number}"), line))
+            }
+            None => {}
+        }
+    }
+    out
+}
+
 /// Examples of a help text: lines that are set in and begin with the program.
 pub(crate) fn examples(page: &str, help: &str) -> Vec<Shown> {
     help.lines().filter(|l| l.starts_with("  proveout ")).flat_map(|l| shown(page, l.trim())).collect()

@@ -1,6 +1,7 @@
 //! A scene from a program of one's own, as a user types it: `new`, `tools`, `check`, `run`.
 
 mod desk;
+mod foreign;
 mod posts;
 
 use std::{

@@ -16,8 +16,17 @@ const BEFORE_CALL: usize = 4;
 /// Stock as a program states it, workpiece frame, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Stock {
-    Box { min: [f64; 3], max: [f64; 3] },
-    Cylinder { base: [f64; 3], radius: f64, height: f64 },
+    Box {
+        min: [f64; 3],
+        max: [f64; 3],
+    },
+    /// Along the axis of this index.
+    Cylinder {
+        base: [f64; 3],
+        radius: f64,
+        height: f64,
+        along: usize,
+    },
 }
 
 /// Facts of a text.
@@ -261,7 +270,11 @@ fn stock_of(
                 let top =
                     rest.find("DIST").and_then(|at| rest[at + 4..].split_whitespace().next()?.parse::<f64>().ok());
                 let top = top.unwrap_or(0.0) * unit;
-                return Some((Stock::Cylinder { base: [0.0, 0.0, top - height], radius, height }, "BLK FORM CYLINDER"));
+                // `CYLINDER X D60 L100`: the axis of the bar stands before its sizes.
+                let along = "XYZ".find(rest.trim_start().chars().next()?)?;
+                let mut base = [0.0; 3];
+                base[along] = top - height;
+                return Some((Stock::Cylinder { base, radius, height, along }, "BLK FORM CYLINDER"));
             }
             let corner = usize::from(rest.trim_start().strip_prefix("0.2").is_some());
             if corner == 0 && rest.trim_start().strip_prefix("0.1").is_none() {
@@ -301,7 +314,12 @@ fn workpiece(upper: &str, unit: f64) -> Option<Stock> {
     }
     if kind == "\"CYLINDER\"" {
         let radius = 0.5 * mm(4)?;
-        return (radius > 0.0).then_some(Stock::Cylinder { base: [0.0, 0.0, low], radius, height: high - low });
+        return (radius > 0.0).then_some(Stock::Cylinder {
+            base: [0.0, 0.0, low],
+            radius,
+            height: high - low,
+            along: 2,
+        });
     }
     let [x0, y0] = [mm(4)?, mm(5)?];
     let x1 = if mode >> 4 & 1 == 1 { mm(6)? } else { x0 + mm(6)? };
@@ -322,7 +340,7 @@ mod tests {
         let lengths = workpiece("N5 WORKPIECE(,\"\",,\"BOX\",0,2,-30,-80,-2,-2,184,170)", 1.0);
         assert_eq!(lengths, Some(Stock::Box { min: [-2.0, -2.0, -28.0], max: [182.0, 168.0, 2.0] }));
         let turned = workpiece("WORKPIECE(,,,\"CYLINDER\",192,1,-40,-30,50)", 1.0);
-        assert_eq!(turned, Some(Stock::Cylinder { base: [0.0, 0.0, -40.0], radius: 25.0, height: 41.0 }));
+        assert_eq!(turned, Some(Stock::Cylinder { base: [0.0, 0.0, -40.0], radius: 25.0, height: 41.0, along: 2 }));
         assert_eq!(workpiece("WORKPIECE(,\"\",,\"BOX\",112,0,0,0,0,0,0,0)", 1.0), None);
         let mut blank = [None, None];
         let d = Dialect::Heidenhain;
@@ -330,6 +348,8 @@ mod tests {
         let (stock, _) = stock_of("2 BLK FORM 0.2 X+100 Y+60 Z+0", d, 1.0, &mut blank).expect("both corners");
         assert_eq!(stock, Stock::Box { min: [0.0, -5.0, -20.0], max: [100.0, 60.0, 0.0] });
         let (round, _) = stock_of("1 BLK FORM CYLINDER Z D80 L60 DIST+1", d, 1.0, &mut [None, None]).expect("round");
-        assert_eq!(round, Stock::Cylinder { base: [0.0, 0.0, -59.0], radius: 40.0, height: 60.0 });
+        assert_eq!(round, Stock::Cylinder { base: [0.0, 0.0, -59.0], radius: 40.0, height: 60.0, along: 2 });
+        let (lying, _) = stock_of("1 BLK FORM CYLINDER X R30 L100 DIST+100", d, 1.0, &mut [None, None]).expect("round");
+        assert_eq!(lying, Stock::Cylinder { base: [0.0, 0.0, 0.0], radius: 30.0, height: 100.0, along: 0 });
     }
 }

@@ -57,6 +57,11 @@ impl<'a, 'b> Interview<'a, 'b> {
         Some(answer)
     }
 
+    /// An answer that is given, before it is asked for.
+    pub(crate) fn ahead(&self, key: &str) -> Option<&str> {
+        self.given.get(key).map(String::as_str)
+    }
+
     /// An answer that is given without being asked for.
     pub(crate) fn given(&mut self, key: &str) -> Option<String> {
         self.known.insert(key.to_owned());
@@ -172,6 +177,17 @@ fn unit(text: &str) -> (&str, f64) {
     (text, 1.0)
 }
 
+/// The axis at the end of a cylinder, `along X`, and the answer without it; Z where it names none.
+pub(crate) fn along(text: &str) -> (&str, usize) {
+    let text = text.trim();
+    let lower = text.to_ascii_lowercase();
+    let at = ["x", "y", "z"].into_iter().enumerate().find_map(|(index, axis)| {
+        let head = lower.strip_suffix(axis)?.trim_end().strip_suffix("along")?;
+        Some((head.len(), index))
+    });
+    at.map_or((text, 2), |(end, index)| (text[..end].trim_end(), index))
+}
+
 /// So many numbers with commas between, mm.
 pub(crate) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let (text, mm) = unit(text);
@@ -235,6 +251,8 @@ mod tests {
         assert_eq!(numbers::<3>("0,0,1 inch"), Some([0.0, 0.0, 25.4]));
         assert_eq!(numbers::<3>("1,2"), None);
         assert_eq!(numbers::<2>("1,nan"), None);
+        assert_eq!(along("0,0,-1,2,4 inch along X"), ("0,0,-1,2,4 inch", 0));
+        assert_eq!((along("1,2,3,4,5 alongy").1, along("1,2,3,4,5"), along("x").1), (1, ("1,2,3,4,5", 2), 2));
         assert_eq!(holder("none"), Some(None));
         assert_eq!(holder("2x3 in"), Some(Some(PlainHolder { diameter: 50.8, length: 3.0 * 25.4 })));
         assert_eq!((holder("40"), holder("40x-1")), (None, None));

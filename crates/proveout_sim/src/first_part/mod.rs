@@ -24,7 +24,7 @@ mod zeros;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
+use proveout_geom::{Aabb, MAX_LENGTH_MM, Point, Pose, TriMesh, Vector};
 use proveout_machine::Machine;
 use proveout_nc::{Control, Dialect, ProgramText, Settings, ToolName, WorkOffset};
 use proveout_tool::{LengthUnit, ToolDraft, ToolLibrary};
@@ -119,7 +119,13 @@ pub(crate) struct Reasoned<T> {
 #[derive(Clone, Debug)]
 pub(crate) enum StockForm {
     Box(Aabb),
-    Cylinder { base: [f64; 3], radius: f64, height: f64 },
+    /// Along the axis of this index.
+    Cylinder {
+        base: [f64; 3],
+        radius: f64,
+        height: f64,
+        along: usize,
+    },
     Mesh(PathBuf, Aabb),
 }
 
@@ -127,10 +133,18 @@ impl StockForm {
     pub(crate) fn aabb(&self) -> Aabb {
         match self {
             Self::Box(b) | Self::Mesh(_, b) => *b,
-            Self::Cylinder { base, radius, height } => Aabb {
-                min: Point::new(base[0] - radius, base[1] - radius, base[2]),
-                max: Point::new(base[0] + radius, base[1] + radius, base[2] + height),
-            },
+            Self::Cylinder { base, radius, height, along } => {
+                let mut bounds = Aabb { min: (*base).into(), max: (*base).into() };
+                for i in 0..3 {
+                    if i == *along {
+                        bounds.max[i] += height;
+                    } else {
+                        bounds.min[i] -= radius;
+                        bounds.max[i] += radius;
+                    }
+                }
+                bounds
+            }
         }
     }
 }
@@ -239,7 +253,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let unit = all_facts.iter().find_map(|f| f.unit.clone());
     let mut told = told_of_programs(call, &first, &settings, unit.as_ref());
 
-    let start_tool = start_tool(&first, &mut interview)?;
+    let start_tool = start_tool(&first, &all_facts, &mut interview)?;
     let tools = tools(call, &first, &all_facts, start_tool.as_ref(), &mut interview, &mut notes)?;
     // Where the zeros are: the first work offset is the frame of the workpiece.
     let offsets = offsets(&first, &dialects, &mut interview)?;
@@ -307,6 +321,14 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         return Err(refused(format!("nothing asks for the answer `{stray}`"), help));
     }
     let Some(stock) = stock else { return Err(refused("the stock is not known", "state it with --stock")) };
+    let bounds = stock.value.aabb();
+    let largest = (0..3).flat_map(|i| [bounds.min[i], bounds.max[i]]).map(f64::abs).fold(0.0, f64::max);
+    if largest > MAX_LENGTH_MM {
+        return Err(refused(
+            format!("the stock reaches to {largest:.3e} mm, farther than any machine: no scene has it"),
+            format!("check its unit and the coordinates of the program; a scene reaches to {:.0} mm", MAX_LENGTH_MM),
+        ));
+    }
     if let Some(design) = &design {
         check_design(design, &stock.value, &room)?;
     }
@@ -324,12 +346,15 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
                 })
                 .collect();
             let (value, reason) = place::propose_mount(&machine, &stock.value.aabb(), &reaches);
-            if readings.iter().any(|r| r.tcp) {
+            let mount = if readings.iter().any(|r| r.tcp) {
                 let range = |mount: &Vector| place::range_of_z(&machine, &follow(mount));
                 place::lifted(&machine, value, reason, &range)
             } else {
                 Reasoned { value, reason }
-            }
+            };
+            // With a length that is never active Z is no place of the tip.
+            let axes = if touch_off == 0.0 { "XYZ" } else { "XY" };
+            place::in_travel(&machine, mount, axes, &follow)
         }
     };
     let offsets: Vec<(String, [f64; 3], String)> = offsets
@@ -463,19 +488,33 @@ fn told_of_programs(
 /// The tool in the spindle of a program that cuts and calls none.
 fn start_tool(
     readings: &[Reading],
+    all_facts: &[facts::Facts],
     interview: &mut Interview<'_, '_>,
 ) -> Result<Option<(u32, String)>, FirstPartError> {
     let bare = readings.iter().find_map(|r| r.tools.iter().find(|t| t.name == ToolName::Empty && t.feeds > 0));
     let key = "start_tool";
-    let text = match bare {
-        None => return Ok(None),
-        Some(tool) => format!(
-            "Which tool is in the spindle when the program begins? It cuts in line {} of {} before it calls one. A number",
-            tool.at.line, tool.at.file
-        ),
-    };
-    let Some(answer) = interview.get(key, text, Some("1".into())) else { return Ok(None) };
-    let answer = if answer == PROPOSED { "1" } else { &answer };
+    let Some(bare) = bare else { return Ok(None) };
+    let at = bare.first_feed.as_ref().unwrap_or(&bare.at);
+    // The only one that a comment describes and nothing calls; else the one that is made ready and never changed in.
+    let calls: Vec<&ToolName> = readings.iter().flat_map(|r| &r.tools).map(|t| &t.name).collect();
+    let number = |name: &ToolName| if let ToolName::Number(n) = name { Some(*n) } else { None };
+    let described: Vec<u32> =
+        all_facts.iter().flat_map(|f| f.tools.keys()).filter(|n| !calls.contains(n)).filter_map(number).collect();
+    let ready = readings.iter().find_map(|r| r.selected.as_ref()).filter(|(name, _)| !calls.contains(&name));
+    let made_ready = ready.map_or_else(String::new, |(name, at)| {
+        format!(" ({} in line {} has no change, M6, behind it)", shown(name), at.line)
+    });
+    let proposed = match &described[..] {
+        [one] => *one,
+        _ => ready.and_then(|(name, _)| number(name)).unwrap_or(1),
+    }
+    .to_string();
+    let text = format!(
+        "Which tool is in the spindle when the program begins? It cuts in line {} of {} before it calls one{made_ready}. A number",
+        at.line, at.file
+    );
+    let Some(answer) = interview.get(key, text, Some(proposed.clone())) else { return Ok(None) };
+    let answer = if answer == PROPOSED { &proposed } else { &answer };
     match answer.trim_start_matches(['T', 't']).parse::<u32>() {
         Ok(number) if number > 0 => Ok(Some((number, "the answer of the call".into()))),
         _ => Err(refused(format!("`{key}` = {answer:?} is no number of a tool"), "write a number above zero")),

@@ -21,6 +21,8 @@ const ALLOWANCE_MM: f64 = 5.0;
 const ABOVE_MM: f64 = 1.0;
 /// Height of the stock's lower face above the table: a low vise, mm.
 pub(crate) const ABOVE_TABLE_MM: f64 = 50.0;
+/// A position that would lie beyond the travel is brought this far from its end, mm.
+const BESIDE_LIMIT_MM: f64 = 1.0;
 /// Coordinates of a proposal are rounded outward to these, mm.
 const ROUND_MM: f64 = 0.5;
 
@@ -198,6 +200,67 @@ pub(crate) fn pivot(machine: &Machine, turned: &[char]) -> Option<Point> {
     let along = (b * f - e) / (1.0 - b * b);
     let at = point + normal * along;
     Some(at.map(|v| (v * 1e3).round() / 1e3))
+}
+
+/// The mounting that brings the axis of a bar into that of a rotary axis of the table that the program turns and that lies along it, with
+/// its end in the plane of the table's middle; none where no such axis is there. `base` is the middle of its end face.
+pub(crate) fn about_its_axis(machine: &Machine, turned: &[char], base: [f64; 3], along: usize) -> Option<Point> {
+    let joint = machine.work_chain.iter().map(|j| (*j, &machine.joints[*j])).find(|(j, joint)| {
+        let named = turned.iter().any(|l| machine.joint_for_letter(*l) == Some(*j));
+        joint.is_rotary() && named && joint.direction[along].abs() > 1.0 - 1e-9
+    });
+    let (_, joint) = joint?;
+    let mut at = joint.point - Vector::from(base);
+    at[along] = machine.table.point[along] - base[along];
+    Some(at.map(|v| (v * 1e3).round() / 1e3))
+}
+
+/// A mounting that was chosen, moved along X, Y and Z (those of `axes`) so that every position of the programs lies in the travel, where the
+/// travel is long enough and all of it follows the mounting; else as it is.
+pub(crate) fn in_travel(
+    machine: &Machine,
+    mount: Reasoned<Vector>,
+    axes: &str,
+    follow: &dyn Fn(&Vector) -> Vec<Reading>,
+) -> Reasoned<Vector> {
+    // What stands beyond the travel of each axis, with its sign.
+    let beyond = |readings: &[Reading]| -> Option<Vector> {
+        let mut shift = Vector::zeros();
+        for (i, letter) in ['X', 'Y', 'Z'].into_iter().enumerate().filter(|(_, l)| axes.contains(*l)) {
+            let Some(j) = machine.joint_for_letter(letter) else { continue };
+            let Some([least, most]) = machine.joints[j].travel else { continue };
+            let range = readings.iter().filter_map(|r| r.joints.get(&j)).map(|[low, high]| [low.0, high.0]);
+            let Some([low, high]) = range.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]) else { continue };
+            if high - low > most - least {
+                return None;
+            }
+            if low < least - 1e-6 {
+                shift[i] = (least - low + BESIDE_LIMIT_MM).min(most - high);
+            } else if high > most + 1e-6 {
+                shift[i] = (most - high - BESIDE_LIMIT_MM).max(least - low);
+            }
+        }
+        Some(shift)
+    };
+    let Some(shift) = beyond(&follow(&mount.value)).filter(|s| s.norm() > 0.0) else { return mount };
+    let value = (mount.value + shift).map(|v| (v * 1e3).round() / 1e3);
+    // Into the table nothing is moved; where tilted axes carry the part along, it may not help.
+    let sinks = shift.z < 0.0;
+    if sinks || beyond(&follow(&value)).is_none_or(|left| left.norm() > 1e-3) {
+        return mount;
+    }
+    let moved: Vec<String> = ["X", "Y", "Z"]
+        .iter()
+        .zip(shift.iter())
+        .filter(|(_, v)| **v != 0.0)
+        .map(|(axis, v)| format!("{v:.1} mm along {axis}"))
+        .collect();
+    let reason = format!(
+        "{}; moved by {}, so that every position of the program lies in the travel",
+        mount.reason,
+        moved.join(", ")
+    );
+    Reasoned { value, reason }
 }
 
 /// Lowest and highest position of Z in motion of programs; none where no axis of this letter moves.

@@ -65,6 +65,10 @@ pub(crate) struct Reading {
     pub(crate) tools: Vec<ToolUse>,
     /// Work offsets in the order in which they are called, with the place.
     pub(crate) offsets: Vec<(String, Location)>,
+    /// The first motion of a linear axis in coordinates of the program before any work offset is called.
+    pub(crate) before_offsets: Option<Location>,
+    /// The first tool that is made ready, with the place.
+    pub(crate) selected: Option<(ToolName, Location)>,
     /// Lowest and highest positions of rotary axes, radian.
     pub(crate) rotary: BTreeMap<char, [f64; 2]>,
     /// Tool center point control or a tilted plane is used.
@@ -91,6 +95,8 @@ impl Reading {
             tools: Vec::new(),
             current: None,
             offsets: Vec::new(),
+            before_offsets: None,
+            selected: None,
             rotary: BTreeMap::new(),
             tcp: false,
             indexed: None,
@@ -107,9 +113,20 @@ impl Reading {
             state.look(command, way.as_ref(), joints.as_ref(), &tracer);
             None
         });
-        let Collecting { mut tools, offsets, rotary, tcp, indexed, machine_moves, joints, .. } = state;
+        let Collecting {
+            mut tools,
+            offsets,
+            before_offsets,
+            selected,
+            rotary,
+            tcp,
+            indexed,
+            machine_moves,
+            joints,
+            ..
+        } = state;
         tools.retain(|t| t.name != ToolName::Empty || t.feeds > 0);
-        Self { survey, tools, offsets, rotary, tcp, indexed, machine_moves, joints }
+        Self { survey, tools, offsets, before_offsets, selected, rotary, tcp, indexed, machine_moves, joints }
     }
 }
 
@@ -118,6 +135,8 @@ struct Collecting<'a> {
     tools: Vec<ToolUse>,
     current: Option<usize>,
     offsets: Vec<(String, Location)>,
+    before_offsets: Option<Location>,
+    selected: Option<(ToolName, Location)>,
     rotary: BTreeMap<char, [f64; 2]>,
     tcp: bool,
     indexed: Option<Location>,
@@ -130,6 +149,9 @@ impl Collecting<'_> {
         let at = &command.location;
         match &command.op {
             Op::Tool(ToolAction::Change(name)) => self.change(name, at),
+            Op::Tool(ToolAction::Select(name)) => {
+                self.selected.get_or_insert_with(|| (name.clone(), at.clone()));
+            }
             Op::Offset(Offset::Work { word }) if !self.offsets.iter().any(|(known, _)| known == word) => {
                 self.offsets.push((word.clone(), at.clone()));
             }
@@ -233,6 +255,9 @@ impl Collecting<'_> {
                 continue;
             }
             let Some(value) = motion.end_base.get(index) else { continue };
+            if index < 3 && !motion.machine_coordinates && self.offsets.is_empty() {
+                self.before_offsets.get_or_insert_with(|| at.clone());
+            }
             if motion.machine_coordinates {
                 self.machine_moves.push(MachineMove { letter, value, at: at.clone() });
             } else if (3..6).contains(&index) {

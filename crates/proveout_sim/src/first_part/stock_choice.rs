@@ -98,8 +98,8 @@ pub(super) fn check_design(design: &Design, stock: &StockForm, room: &Aabb) -> R
 fn form_of(stock: &facts::Stock) -> StockForm {
     match stock {
         facts::Stock::Box { min, max } => StockForm::Box(Aabb { min: (*min).into(), max: (*max).into() }),
-        facts::Stock::Cylinder { base, radius, height } => {
-            StockForm::Cylinder { base: *base, radius: *radius, height: *height }
+        facts::Stock::Cylinder { base, radius, height, along } => {
+            StockForm::Cylinder { base: *base, radius: *radius, height: *height, along: *along }
         }
     }
 }
@@ -157,7 +157,8 @@ pub(super) fn stock(
     let corners =
         |b: &Aabb| [b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z].map(proveout_tool::plain_number).join(",");
     let text = "What is the stock? Corners of a box as X0,Y0,Z0,X1,Y1,Z1 in mm from the zero of the program (with inch at the end: in inches), a \
-                cylinder along Z as X,Y,Z0,DIAMETER,HEIGHT, a mesh file, or proposed"
+                cylinder along Z as X,Y,Z0,DIAMETER,HEIGHT, a lying one as X0,Y,Z,DIAMETER,LENGTH along X (or X,Y0,Z along Y), a mesh file, or \
+                proposed"
         .to_owned();
     let Some(answer) = interview.get(key, text, proposed.as_ref().map(|(b, _)| corners(b))) else { return Ok(None) };
     if answer == PROPOSED {
@@ -177,11 +178,12 @@ pub(super) fn stock(
         }
         return Err(refused(format!("`{key}` = {answer:?} holds nothing"), "write two opposite corners"));
     }
-    if let Some([x, y, z, diameter, height]) = interview::numbers::<5>(&answer)
+    let (bar, along) = interview::along(&answer);
+    if let Some([x, y, z, diameter, height]) = interview::numbers::<5>(bar)
         && diameter > 0.0
         && height > 0.0
     {
-        let value = StockForm::Cylinder { base: [x, y, z], radius: 0.5 * diameter, height };
+        let value = StockForm::Cylinder { base: [x, y, z], radius: 0.5 * diameter, height, along };
         return Ok(Some(Reasoned { value, reason }));
     }
     let path = PathBuf::from(&answer);
@@ -192,7 +194,7 @@ pub(super) fn stock(
     }
     Err(refused(
         format!("`{key}` = {answer:?} is neither a stock nor a mesh file"),
-        "write X0,Y0,Z0,X1,Y1,Z1, or X,Y,Z0,DIAMETER,HEIGHT, or the path of a mesh, or proposed",
+        "write X0,Y0,Z0,X1,Y1,Z1, or X,Y,Z0,DIAMETER,HEIGHT, or X0,Y,Z,DIAMETER,LENGTH along X, or the path of a mesh, or proposed",
     ))
 }
 

@@ -12,12 +12,34 @@
 //! | CL data | `CUTTER/ d, r` before `LOADTL/ n` |
 //!
 //! A diameter is taken where a word says that it is one, or where it is all that the comment of a tool has for a number. TAPER of Fusion is the
-//! half angle of a chamfer mill and the full angle of a drill.
+//! half angle of a chamfer mill and the full angle of a drill. A length counts in the unit that stands behind it, else in that of the program.
 
 use proveout_tool::{ToolDraft, tool_kind_of_words, tool_teeth_of_words};
 
 /// Number behind a letter or word with its sign: `X+10`, `D=10.5`, `DIA 8`.
 fn number_at(text: &str) -> Option<f64> {
+    number_and_rest(text).map(|(number, _)| number)
+}
+
+/// A length, mm. What stands behind the number goes before the unit of the program: `6MM` in inches, `1/2"` in millimeters. A fraction is of
+/// inches, as nobody writes millimeters so.
+fn length_at(text: &str, unit: f64) -> Option<f64> {
+    let (number, rest) = number_and_rest(text)?;
+    let fraction = text[..text.len() - rest.len()].contains('/');
+    let rest = rest.trim_start();
+    let whole_word = |word: &str| rest.strip_prefix(word).is_some_and(|r| !r.starts_with(char::is_alphabetic));
+    let mm = if whole_word("MM") {
+        1.0
+    } else if fraction || rest.starts_with('"') || whole_word("IN") || whole_word("INCH") {
+        25.4
+    } else {
+        unit
+    };
+    Some(number * mm)
+}
+
+/// A number with its sign, and what stands behind it.
+fn number_and_rest(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start_matches([' ', '=', ':']);
     // `DIA. - .5` has a dash that is no sign.
     let text = text.strip_prefix("- ").map_or(text, str::trim_start);
@@ -27,27 +49,37 @@ fn number_at(text: &str) -> Option<f64> {
         .map_or(text.len(), |(i, _)| i);
     let number = text[..end].parse::<f64>().ok().filter(|v| v.is_finite())?;
     // `1/2`.
-    let Some(rest) = text[end..].strip_prefix('/') else { return Some(number) };
+    let Some(rest) = text[end..].strip_prefix('/') else { return Some((number, &text[end..])) };
     let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
-    rest[..end].parse::<f64>().ok().filter(|d| *d > 0.0).map(|d| number / d)
+    rest[..end].parse::<f64>().ok().filter(|d| *d > 0.0).map(|d| (number / d, &rest[end..]))
 }
 
 /// Number behind a single letter that stands alone: `X+10` in `X+10 Y+5`.
 pub(super) fn letter(text: &str, letter: char) -> Option<f64> {
+    behind_letter(text, letter).and_then(number_at)
+}
+
+fn behind_letter(text: &str, letter: char) -> Option<&str> {
     text.match_indices(letter).find_map(|(at, _)| {
         let alone = !text[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric());
         let next = text[at + letter.len_utf8()..].trim_start_matches('=').chars().next()?;
         let number = alone && (next.is_ascii_digit() || matches!(next, '+' | '-' | '.'));
-        number.then(|| number_at(&text[at + letter.len_utf8()..]))?
+        let rest = &text[at + letter.len_utf8()..];
+        (number && number_at(rest).is_some()).then_some(rest)
     })
 }
 
 /// Number behind one of the words.
 fn word(text: &str, words: &[&str]) -> Option<f64> {
+    behind_word(text, words).and_then(number_at)
+}
+
+fn behind_word<'a>(text: &'a str, words: &[&str]) -> Option<&'a str> {
     words.iter().find_map(|w| {
         text.match_indices(w).find_map(|(at, _)| {
             let alone = !text[..at].chars().next_back().is_some_and(char::is_alphanumeric);
-            alone.then(|| number_at(&text[at + w.len()..]))?
+            let rest = &text[at + w.len()..];
+            (alone && number_at(rest).is_some()).then_some(rest)
         })
     })
 }
@@ -84,15 +116,19 @@ fn tool_number(text: &str) -> Option<(u32, usize)> {
 /// A draft with what words tell: kind, teeth, diameter, corner radius.
 fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolDraft> {
     let kind = tool_kind_of_words(text);
-    let told = word(upper, &["D=", "DIA.", "DIAMETER", "DIA", "TOOL DIA. -", "\u{d8}"]).or_else(|| letter(upper, 'D'));
-    let diameter = told.or_else(|| kind.and_then(|_| lone_size(upper)));
-    let diameter = diameter.filter(|d| *d > 0.0)? * unit;
+    let told = behind_word(upper, &["D=", "DIA.", "DIAMETER", "DIAM.", "DIAM", "DIA", "TOOL DIA. -", "\u{d8}", "FI"])
+        .or_else(|| behind_letter(upper, 'D'))
+        .and_then(|rest| length_at(rest, unit));
+    let threads =
+        kind.and_then(|(_, why)| why).is_some_and(|why| why.contains("a tap") || why.contains("a thread mill"));
+    let diameter = told.or_else(|| kind.and_then(|_| lone_size(upper, unit, threads)));
+    let diameter = diameter.filter(|d| *d > 0.0)?;
     let mut draft = ToolDraft::new(0, source);
     draft.description = text.trim().to_owned();
     draft.flutes = tool_teeth_of_words(text);
-    let corner = word(upper, &["CR=", "RAD=", "TIP RAD", "CORNER RAD.", "CORNER RADIUS", "CR.", "CR"])
-        .or_else(|| letter(upper, 'R'))
-        .map(|r| r * unit)
+    let corner = behind_word(upper, &["CR=", "RAD=", "TIP RAD", "CORNER RAD.", "CORNER RADIUS", "CR.", "CR"])
+        .or_else(|| behind_letter(upper, 'R'))
+        .and_then(|rest| length_at(rest, unit))
         .filter(|r| *r > 0.0 && *r <= 0.5 * diameter + 1e-9);
     let taper = word(upper, &["TAPER=", "ANGLE=", "POINT ANGLE", "ANGLE"]).filter(|a| *a > 0.0 && *a < 180.0);
     draft.put("diameter_mm", diameter);
@@ -122,6 +158,8 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
             let full = lower.contains("drill") || lower.contains("anbohr") || lower.contains("zentrier");
             let size = taper.or_else(|| upper.contains("90").then_some(if full { 90.0 } else { 45.0 }));
             let angle = size.map(|a| if full || a > 89.0 { a } else { 2.0 * a });
+            // `60 DEG` of an engraver or a countersink is the whole point; of 45 nobody says which it is.
+            let angle = angle.or_else(|| degrees(upper).filter(|a| (60.0..=150.0).contains(a)));
             draft.put("point_angle_deg", angle.unwrap_or(90.0));
             if angle.is_none() {
                 draft.choose(&["point_angle_deg"], "nothing tells it: a usual one");
@@ -162,17 +200,53 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
     Some(draft)
 }
 
-/// A size that stands alone: `1/2 FLAT ENDMILL`, `10.5 DRILL`, `6MM BALL`.
-fn lone_size(upper: &str) -> Option<f64> {
+/// Words of a comment, without what stands between them.
+fn words(upper: &str) -> Vec<&str> {
+    let between = |c: char| c.is_whitespace() || matches!(c, '|' | ',' | '-' | '_' | ';' | '(' | ')');
+    upper.split(between).filter(|w| !w.is_empty()).collect()
+}
+
+/// Degrees: `90 DEG`, `90-DEG`, `60ST`.
+fn degrees(upper: &str) -> Option<f64> {
+    let words = words(upper);
+    (0..words.len()).find_map(|i| {
+        let (number, rest) = number_and_rest(words[i])?;
+        let word = if rest.is_empty() { words.get(i + 1).copied().unwrap_or_default() } else { rest };
+        is_degrees(word).then_some(number)
+    })
+}
+
+fn is_degrees(word: &str) -> bool {
+    word.starts_with("DEG") || word.starts_with('\u{b0}') || matches!(word, "ST" | "ST." | "GRAD")
+}
+
+/// A size that stands alone, mm: `1/2 FLAT ENDMILL`, `10.5 DRILL`, `6MM BALL`, `5 MM DRILL`, `M6X1 TAP`. Teeth and degrees are none.
+fn lone_size(upper: &str, unit: f64, threads: bool) -> Option<f64> {
     let mut rest = upper;
     if let Some((_, end)) = tool_number(upper) {
         rest = &upper[end..];
     }
-    rest.split(|c: char| c.is_whitespace() || matches!(c, '|' | ',' | '-' | '_' | ';')).find_map(|w| {
-        let w = w.trim_end_matches("MM").trim_end_matches('"').trim_end_matches("IN");
-        let plain =
-            w.chars().all(|c| c.is_ascii_digit() || matches!(c, '.' | '/')) && w.chars().any(|c| c.is_ascii_digit());
-        plain.then(|| number_at(w))?
+    let words = words(rest);
+    (0..words.len()).find_map(|i| {
+        let (word, next) = (words[i], words.get(i + 1).copied().unwrap_or_default());
+        // A metric thread tells its diameter in millimeters, whatever the program counts in.
+        if let Some(thread) = word.strip_prefix('M').filter(|t| threads && t.starts_with(|c: char| c.is_ascii_digit()))
+        {
+            let end = thread.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(thread.len());
+            let pitch = thread[end..].strip_prefix('X').is_some_and(|p| p.parse::<f64>().is_ok());
+            return (end == thread.len() || pitch).then(|| thread[..end].parse().ok())?;
+        }
+        let plain = word.trim_end_matches("MM").trim_end_matches('"').trim_end_matches("IN");
+        let digits = |c: char| c.is_ascii_digit() || matches!(c, '.' | '/');
+        let whole = plain.chars().all(digits) && plain.chars().any(|c| c.is_ascii_digit());
+        let counted = ["FL", "FLT", "FLUTE", "FLUTES", "TEETH", "TOOTH", "Z"].contains(&next) || is_degrees(next);
+        let size = whole && (plain.len() < word.len() || !counted);
+        let spelled = if plain.len() == word.len() && matches!(next, "MM" | "IN" | "INCH" | "\"") {
+            format!("{word}{next}")
+        } else {
+            word.to_owned()
+        };
+        size.then(|| length_at(&spelled, unit))?
     })
 }
 
@@ -265,6 +339,37 @@ pub(super) fn cutter_statement(upper: &str, unit: f64, line: usize) -> Option<To
 mod tests {
     use super::*;
 
+    #[test]
+    fn what_stands_behind_a_number_says_what_it_counts() {
+        type Case<'a> = (&'a str, f64, Option<&'a str>, f64);
+        let cases: [Case<'_>; 16] = [
+            ("BALL 6MM", 25.4, Some("ball"), 6.0),
+            ("T01 = 1/2\"  END MILL  03-0086", 1.0, Some("flat"), 12.7),
+            ("T3 1/4 DRILL", 1.0, Some("drill"), 6.35),
+            ("T01 - 90-DEG SPOT DRILL 10", 1.0, Some("chamfer"), 10.0),
+            ("T02 - 5 MM TAP DRILL", 25.4, Some("drill"), 5.0),
+            ("T03 - M6X1 TAP", 25.4, Some("flat"), 6.0),
+            ("T4 1/4-20 TAP", 25.4, Some("flat"), 6.35),
+            ("Tool 5: Spot Drill 3 Flutes, Diam = 5mm, Len = 20.00mm", 1.0, Some("chamfer"), 5.0),
+            ("T6 END MILL 3 FLUTE DIA 8MM", 25.4, Some("flat"), 8.0),
+            ("GLOWICA FI63 5Z", 1.0, Some("face_mill"), 63.0),
+            ("FREZ KULISTY FI6", 1.0, Some("ball"), 6.0),
+            ("NAWIERTAK FI10 90ST", 1.0, Some("chamfer"), 10.0),
+            ("WIERTLO FI6.8", 1.0, Some("drill"), 6.8),
+            ("GWINTOWNIK M8X1.25", 1.0, Some("flat"), 8.0),
+            ("foret diam 8.5", 1.0, Some("drill"), 8.5),
+            ("FRESA SFERICA D6", 1.0, Some("ball"), 6.0),
+        ];
+        for (text, unit, kind, diameter) in cases {
+            let (_, draft) = comment(text, unit);
+            assert_eq!(draft.kind, kind, "{text}");
+            assert!((draft.diameter().expect("told") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
+        }
+        assert_eq!(comment("GRAWER V 60ST FI6", 1.0).1.get("point_angle_deg"), Some(60.0));
+        // Nothing but an angle tells no size.
+        assert!(of_comment("T01 - 90-DEG SPOT DRILL", 1.0, 1).is_none());
+    }
+
     fn comment(text: &str, unit: f64) -> (Option<u32>, ToolDraft) {
         of_comment(text, unit, 3).unwrap_or_else(|| panic!("{text} tells a tool"))
     }
@@ -348,6 +453,8 @@ mod tests {
         assert_eq!(name("CUTTER 10"), Some((Some("flat"), Some(10.0))));
         assert_eq!(name("BULL_D10_R1").and_then(|n| n.0), Some("bull_nose"));
         assert_eq!(name("TASTER"), None);
+        let ball = of_name("BALL_4MM", 25.4, 1).expect("told by its name");
+        assert_eq!((ball.kind, ball.diameter()), (Some("ball"), Some(4.0)));
         let def = tool_def("4 TOOL DEF 5 L+80 R+5", 1.0, 4).expect("a definition");
         assert_eq!((def.number, def.diameter(), def.gauge), (5, Some(10.0), Some(80.0)));
         let cutter = cutter_statement("CUTTER/ 12.0, 1.5, 0,0,0,0,40", 1.0, 2).expect("a cutter");

@@ -13,6 +13,7 @@ use super::home_zero::FOLDER;
 use super::reading::{Reading, ToolUse};
 use super::{FirstPartError, Plan, Proposal, Reasoned, StockForm, Tools, refused, shown};
 use crate::names;
+use crate::scene::CylinderAxis;
 
 /// Name of the tool library.
 pub(super) const TOOLS: &str = "tools.toml";
@@ -104,11 +105,12 @@ fn scene(plan: &Plan<'_>) -> String {
                 vector(b.max.coords.into())
             ));
         }
-        StockForm::Cylinder { base, radius, height } => put(&format!(
-            "cylinder = {{ base_mm = {}, radius_mm = {}, height_mm = {} }}",
+        StockForm::Cylinder { base, radius, height, along } => put(&format!(
+            "cylinder = {{ base_mm = {}, radius_mm = {}, height_mm = {}, along = \"{}\" }}",
             vector(*base),
             n(*radius),
-            n(*height)
+            n(*height),
+            CylinderAxis::name_of(*along)
         )),
         StockForm::Mesh(mesh, _) => put(&format!("mesh = {}", path(mesh))),
     }

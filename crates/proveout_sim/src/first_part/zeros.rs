@@ -31,6 +31,14 @@ pub(super) fn offsets(
             }
         }
         let names_any = reading.offsets.iter().any(|(w, _)| !zero_only(w));
+        // A TNC counts from the preset that is active when the program begins, as long as it calls none.
+        if dialect.family() == Dialect::Heidenhain
+            && names_any
+            && let Some(at) = &reading.before_offsets
+            && !words.iter().any(|(known, _)| *known == "PRESET0")
+        {
+            words.push(("PRESET0", Some(at)));
+        }
         if let Some(word) = from_start
             && !names_any
             && !words[..before].iter().any(|(known, _)| *known == word)
@@ -63,13 +71,13 @@ pub(super) fn offsets(
     }
     if let [(word, line)] = &open[..] {
         let key = format!("offset.{word}");
-        let text = format!("Where is the zero of {word}{line} as seen from that of {first}? X,Y,Z in mm");
+        let text = format!("Where is the zero of {}{line} as seen from that of {first}? X,Y,Z in mm", named(word));
         if let Some(answer) = interview.get(&key, text, Some("0,0,0".into())) {
             all.push(placed(&key, word, &answer)?);
         }
     } else if !open.is_empty() {
         let key = "offsets";
-        let names: Vec<String> = open.iter().map(|(word, line)| format!("{word}{line}")).collect();
+        let names: Vec<String> = open.iter().map(|(word, line)| format!("{}{line}", named(word))).collect();
         let text = format!(
             "Where are the zeros of {} as seen from that of {first}? Each with its name, X,Y,Z in mm, and semicolons between",
             names.join(", ")
@@ -85,6 +93,14 @@ pub(super) fn offsets(
     Ok(all)
 }
 
+/// A work offset as a question names it.
+fn named(word: &str) -> String {
+    match word {
+        "PRESET0" => "PRESET0, the preset that is active before the program calls one,".into(),
+        _ => word.into(),
+    }
+}
+
 /// The mounting that the call states; asked for where the program turns the table under the part without following it.
 pub(super) fn stated_mount(
     machine: &Machine,
@@ -94,10 +110,17 @@ pub(super) fn stated_mount(
 ) -> Result<Option<Reasoned<Vector>>, FirstPartError> {
     let key = "mount";
     let table = machine.table.point;
-    let pivot = place::pivot(machine, turned);
+    // A bar that lies along an axis that the program turns, turns about its own.
+    let bar = interview.ahead("stock").and_then(|stock| {
+        let (bar, along) = interview::along(stock);
+        let [x, y, z, ..] = interview::numbers::<5>(bar)?;
+        place::about_its_axis(machine, turned, [x, y, z], along)
+    });
+    let pivot = bar.or_else(|| place::pivot(machine, turned));
     let at = pivot.unwrap_or_else(|| table + Vector::z() * place::ABOVE_TABLE_MM);
     let on_table = [at.x, at.y, at.z].map(proveout_tool::plain_number).join(",");
     let where_it_is = match pivot {
+        Some(_) if bar.is_some() => "so that the bar of the answer `stock` turns about its own axis".to_owned(),
         Some(_) => "where the axes that it turns meet".to_owned(),
         None => format!("over the middle of the table, {} mm above it", place::ABOVE_TABLE_MM),
     };

@@ -1,31 +1,76 @@
-//! What words of the trade say about a tool: remarks of tool tables, comments of posts, in English and German.
+//! What words of the trade say about a tool: remarks of tool tables, comments of posts, in English and German, and the most common ones in Polish, French,
+//! Italian and Spanish.
 
 /// Kind of the library and the words that mean it, in the order in which they are looked for: `ball nose end mill` is a ball, `spot drill`
 /// no drill. The last member says what the library has no word for, and why the kind stands for it.
-const KINDS: [(&[&str], &str, Option<&str>); 15] = [
+const KINDS: [(&[&str], &str, Option<&str>); 16] = [
     (&["lollipop", "undercut ball"], "lollipop", None),
     (&["taper ball", "tapered ball", "conical ball"], "taper_ball", None),
-    (&["ball", "kugel", "sphere", "spherical"], "ball", None),
+    (&["ball", "kugel", "sphere", "spherical", "kulist", "spheriq", "hemispher", "sferic", "esferic"], "ball", None),
     (
         &["bull", "torus", "radius end", "toroid", "corner radius", "rundplatten", "tipradius", "tip radius"],
         "bull_nose",
         None,
     ),
-    (&["spot", "center drill", "centre drill", "nc-anbohrer", "anbohrer", "zentrier"], "chamfer", None),
+    (&["spot", "center drill", "centre drill", "nc-anbohrer", "anbohrer", "zentrier", "nawiertak"], "chamfer", None),
     (
-        &["chamfer", "countersink", "counter sink", "v-bit", "vbit", "engrav", "fase", "senker", "deburr"],
+        &[
+            "chamfer",
+            "countersink",
+            "counter sink",
+            "v-bit",
+            "vbit",
+            "engrav",
+            "fase",
+            "senker",
+            "deburr",
+            "fazownik",
+            "grawer",
+            "svasatore",
+            "avellanador",
+        ],
         "chamfer",
         None,
     ),
-    (&["face mill", "facemill", "shell mill", "facing", "planfr", "messerkopf"], "face_mill", None),
+    (
+        &["face mill", "facemill", "shell mill", "facing", "planfr", "messerkopf", "glowica", "g\u{142}owica"],
+        "face_mill",
+        None,
+    ),
     (&["thread mill", "gewindefr"], "flat", Some("a thread mill: a cylinder of its diameter is its envelope")),
-    (&["tap", "gewindeb"], "flat", Some("a tap: a cylinder of its diameter is its envelope")),
-    (&["ream", "reib"], "flat", Some("a reamer: a cylinder of its diameter is its envelope")),
+    (&["tap drill", "tapping drill"], "drill", None),
+    (
+        &["tap", "gewindeb", "gwintownik", "taraud", "maschio", "macho"],
+        "flat",
+        Some("a tap: a cylinder of its diameter is its envelope"),
+    ),
+    (
+        &["ream", "reib", "rozwiertak", "alesoir", "al\u{e9}soir", "alesatore", "escariador"],
+        "flat",
+        Some("a reamer: a cylinder of its diameter is its envelope"),
+    ),
     (&["boring", "bore", "ausdreh"], "flat", Some("a boring tool: a cylinder of its diameter is its envelope")),
-    (&["drill", "bohrer"], "drill", None),
+    (&["drill", "bohrer", "wiertlo", "wiert\u{142}o", "foret", "broca", "punta"], "drill", None),
     (&["probe", "taster"], "ball", Some("a probe: its ball")),
     (&["slot", "saw", "nut"], "flat", Some("a slot mill: a disk of its flute length")),
-    (&["flat", "end mill", "endmill", "square", "schaftfr", "mill", "schrupp", "fr\u{e4}ser", "fraeser"], "flat", None),
+    (
+        &[
+            "flat",
+            "end mill",
+            "endmill",
+            "square",
+            "schaftfr",
+            "mill",
+            "schrupp",
+            "fr\u{e4}ser",
+            "fraeser",
+            "frez",
+            "fraise",
+            "fresa",
+        ],
+        "flat",
+        None,
+    ),
 ];
 
 /// Kind of a tool by the words of a text, and why another kind stands for what the library has no word for.
@@ -42,7 +87,7 @@ pub fn kind_of(text: &str) -> Option<(&'static str, Option<&'static str>)> {
     KINDS.iter().find(|(words, ..)| words.iter().any(&has)).map(|&(_, kind, why)| (kind, why))
 }
 
-/// Teeth: `4FL`, `3 FLUTES`, `Z4`.
+/// Teeth: `4FL`, `3 FLUTES`, `4Z`.
 pub fn flutes_of(text: &str) -> Option<u32> {
     let upper = text.to_uppercase();
     let words: Vec<&str> = upper
@@ -52,7 +97,8 @@ pub fn flutes_of(text: &str) -> Option<u32> {
     let count = |w: &str| w.parse::<u32>().ok().filter(|n| (1..=40).contains(n));
     for (i, word) in words.iter().enumerate() {
         let unit = word.trim_start_matches(|c: char| c.is_ascii_digit());
-        if matches!(unit, "FL" | "FLT" | "FLUTE" | "FLUTES") {
+        // `4Z` is the count of teeth, a Z alone the axis.
+        if matches!(unit, "FL" | "FLT" | "FLUTE" | "FLUTES") || unit == "Z" && unit.len() < word.len() {
             let digits = &word[..word.len() - unit.len()];
             return count(digits).or_else(|| count(words.get(i.checked_sub(1)?)?));
         }
@@ -77,6 +123,8 @@ mod tests {
             ("Kugelfraeser", Some("ball")),
             ("FACE MILL 50MM", Some("face_mill")),
             ("M8 TAP", Some("flat")),
+            ("5 MM TAP DRILL", Some("drill")),
+            ("FREZ TRZPIENIOWY", Some("flat")),
             ("TAPER=118DEG - ZMIN=-0.7 - DRILL", Some("drill")),
             ("something else", None),
             ("", None),
@@ -91,6 +139,7 @@ mod tests {
         assert_eq!(flutes_of("1/2 4FL END MILL"), Some(4));
         assert_eq!(flutes_of("3 flute, 12 mm"), Some(3));
         assert_eq!(flutes_of("FLAT END MILL"), None);
+        assert_eq!((flutes_of("FREZ FI16 4Z"), flutes_of("TOOL CALL 5 Z")), (Some(4), None));
         assert_eq!(flutes_of("99999999999 FL"), None);
     }
 }

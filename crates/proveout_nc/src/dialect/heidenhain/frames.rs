@@ -45,6 +45,10 @@ struct Zone {
 #[derive(Clone, Debug)]
 pub(crate) struct Frames {
     preset: Frame,
+    /// The first motion of a linear axis before a preset is called, with nothing that says which one is active: its line.
+    before_preset: Option<u32>,
+    /// Nothing says where the preset that is active at the start is.
+    untold: bool,
     /// The first has no tilt.
     zones: Vec<Zone>,
 }
@@ -55,8 +59,14 @@ const MAX_ZONES: usize = 100;
 impl Frames {
     pub(crate) fn new(settings: &Settings) -> Self {
         // Row 0 of the preset table is what the operator has set.
-        let preset = settings.work_offsets.get("PRESET0").copied().unwrap_or_default();
-        Self { preset: Frame::from(preset), zones: vec![Zone { tilt: Frame::IDENTITY, list: Vec::new() }] }
+        let told = settings.work_offsets.get("PRESET0").copied();
+        let (preset, untold) = (told.unwrap_or_default(), told.is_none());
+        Self {
+            preset: Frame::from(preset),
+            before_preset: None,
+            untold,
+            zones: vec![Zone { tilt: Frame::IDENTITY, list: Vec::new() }],
+        }
     }
 
     pub(crate) fn total(&self) -> Frame {
@@ -130,6 +140,13 @@ impl Interpreter {
         self.take_frames(word, span)
     }
 
+    /// A motion in coordinates of the program.
+    pub(crate) fn moves_in_preset(&mut self, programmed: u16) {
+        if self.modal.frames.untold && programmed & 0b111 != 0 {
+            self.modal.frames.before_preset.get_or_insert(self.location.line);
+        }
+    }
+
     /// CYCL DEF 247: a row of the preset table; transforms of the program end.
     pub(crate) fn preset(&mut self, row: f64, span: Span) -> Result<(), Fault> {
         if !(0.0..=9999.0).contains(&row) || row.fract() != 0.0 {
@@ -137,6 +154,14 @@ impl Interpreter {
                 .help("write Q339=1"));
         }
         let word = format!("PRESET{row}");
+        self.modal.frames.untold = false;
+        // Without such a call the scene has its zero at that of the machine, and all of the program agrees with it.
+        if let Some(line) = self.modal.frames.before_preset.take() {
+            self.assume(format!(
+                "line {line} moves before a preset is called, from the one that is active when the program begins: it is read from the zero of \
+                 the machine; PRESET0 of the work offsets states it"
+            ));
+        }
         let offset = self.settings.work_offsets.get(&word).copied().unwrap_or_default();
         self.modal.frames.preset = Frame::from(offset);
         self.emit(Op::Offset(Offset::Work { word: word.clone() }));

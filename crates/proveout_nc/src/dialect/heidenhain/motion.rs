@@ -64,6 +64,9 @@ impl Interpreter {
         self.modal.feed_before = self.technology.feed;
         self.functions_before(w, span)?;
         let rapid = self.feed_word(w, span)?;
+        if path != Path::Nothing && !w.has(91) && !w.has(92) {
+            self.moves_in_preset(w.programmed);
+        }
         match path {
             Path::Nothing => {}
             _ if w.has(91) || w.has(92) => self.machine_motion(path, w, rapid, span)?,

@@ -502,8 +502,16 @@ pub(crate) fn unlisted_word(
 
 fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
     let name = g_name(code);
-    Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{name}` for the {} reader", flavor.name()))
-        .help("see the coverage table for the G words that are read, or give the word a meaning in a control file")
+    let fault =
+        Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{name}` for the {} reader", flavor.name()));
+    let help = "see the coverage table for the G words that are read, or give the word a meaning in a control file";
+    match words::classify(Flavor::Haas, code) {
+        // What a Haas has and no other control may be what the program was written for.
+        Class::Known(_) | Class::Note if flavor == Flavor::Fanuc => {
+            fault.help(format!("{name} is a word of a Haas: --control haas-ngc reads it; else {help}"))
+        }
+        _ => fault.help(help),
+    }
 }
 
 /// The fault of an M word that the control file does not list.

@@ -430,10 +430,14 @@ fn count(times: Option<f64>, span: Span) -> Result<u32, Fault> {
     times.map_or(Ok(1), |times| whole(times, "L", 9999.0, span))
 }
 
-pub(super) fn missing(name: &str, span: Span) -> Fault {
+pub(super) fn missing(name: &str, flavor: Flavor, span: Span) -> Fault {
+    let control = match flavor {
+        Flavor::LinuxCnc => "linuxcnc-2.9",
+        Flavor::Fanuc | Flavor::Haas => "haas-ngc",
+    };
     Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
         .help(format!(
             "put {name} into the file of the program, or as a file into its folder; where it stays on the control, as probing does, a file for \
-             --control leaves it out: inherits = \"haas-ngc\" (the control's name), subprograms = {{ missing = \"note\", missing_reason = \"probing\" }}"
+             --control leaves it out: inherits = \"{control}\" (the control's name), subprograms = {{ missing = \"note\", missing_reason = \"probing\" }}"
         ))
 }

@@ -267,8 +267,12 @@ impl Interpreter {
     pub(super) fn levels(&self, code: u32, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {
         let name = g_name(code);
         let missing = |letter: char| {
-            Fault::new(codes::MISSING_VALUE, span, format!("{name} has no `{letter}`"))
-                .help("write depth and R plane of the cycle")
+            let help = if letter == 'R' && self.own.flavor == Flavor::Fanuc {
+                "write depth and R plane of the cycle; a Haas begins at the level of the tool where R is missing: --control haas-ngc"
+            } else {
+                "write depth and R plane of the cycle"
+            };
+            Fault::new(codes::MISSING_VALUE, span, format!("{name} has no `{letter}`")).help(help)
         };
         let z = self.own.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
         let r = self.own.cycle.r.ok_or_else(|| {

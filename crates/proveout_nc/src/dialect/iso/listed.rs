@@ -158,7 +158,7 @@ impl Interpreter {
     /// A subprogram that is not there: refused, or left out where the control says so. Where the tool then stands is not known.
     pub(crate) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
         if !self.leave_out(name) {
-            return Err(super::calls::missing(name, span));
+            return Err(super::calls::missing(name, self.own.flavor, span));
         }
         self.own.feed = None;
         Ok(())
