@@ -37,7 +37,8 @@
 //!
 //! *Limits of the method.* Knots do not move to where the jerk switches: against an independent search that begins at the plan it loses up to 2.2 percent
 //! of the time (`tests/optimum.rs`). On curves from rest to rest the search can end in a law with a slow place that is no optimum: up to 12.4 percent more
-//! than TOPP3-LP finds (`tests/against_copp.rs`), and TOPP3-LP begun at three such plans leaves them within four steps.
+//! than TOPP3-LP finds (`tests/against_copp.rs`), and TOPP3-LP begun at three such plans leaves them within four steps. There
+//! the first law is slow beside a near cusp, b must rise tenfold within a few intervals, and chunks end at the slow law (docs/performance.md).
 
 mod band;
 mod cap;
