@@ -264,8 +264,14 @@ fn very_many_faults_are_counted() {
     let text = format!("G21 G90\n{}M30\n", "G999\n".repeat(300));
     let (status, told) = check("part.nc", &text);
     assert_eq!(status, Some(2));
+    // One error of many lines is told once.
+    assert_eq!(told.matches("error: ").count(), 1, "{told}");
+    assert!(told.contains("the same in lines 3, 4, 5,") && told.contains("and 250 more errors"), "{told}");
+    let words: String = (0..100).map(|k| format!("G9{k:02}\n")).collect();
+    let (status, told) = check("part.nc", &format!("G21 G90\n{words}M30\n"));
+    assert_eq!(status, Some(2));
     assert_eq!(told.matches("error: ").count(), 50, "{told}");
-    assert!(told.contains("and 250 more errors"), "{told}");
+    assert!(told.contains("and 50 more errors"), "{told}");
 }
 
 #[test]
