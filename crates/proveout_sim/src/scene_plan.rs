@@ -429,7 +429,7 @@ impl PathFile {
             ));
         };
         let count = ((to - from).abs() / apart - 1e-9).ceil().max(0.0);
-        if !(apart > 0.0 && count >= 1.0 && count <= MOST_LINES) {
+        if !(apart > 0.0 && (1.0..=MOST_LINES).contains(&count)) {
             let message = format!("lines_apart_mm = {apart} between {from} and {to} mm makes {count} distances");
             return Err((
                 message,
