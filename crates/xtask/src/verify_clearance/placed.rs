@@ -131,10 +131,10 @@ impl Rings {
             let height = |p: &[f64; 2]| p[0] * across + p[1] * e.z;
             let Some(top) = self.outline.iter().max_by(|a, b| height(a).total_cmp(&height(b))) else { continue };
             let point = self.pose.point(&on_ring(*top, k));
-            if let Some(p) = places.of_point(&point).nth(image) {
-                if p.coords.dot(d) > best.0 {
-                    best = (p.coords.dot(d), p);
-                }
+            if let Some(p) = places.of_point(&point).nth(image)
+                && p.coords.dot(d) > best.0
+            {
+                best = (p.coords.dot(d), p);
             }
         }
         places.shifted(best.1, d)
