@@ -1,4 +1,4 @@
-"""Times of 20 curves by TOPP3-LP of copp (TOPP-THU, MIT), for `tests/against_copp.rs`.
+"""Times of 30 curves by TOPP3-LP of copp (TOPP-THU, MIT), for `tests/against_copp.rs`.
 
     python3 -m venv venv && venv/bin/pip install copp-py==0.2.3 numpy
     venv/bin/python crates/proveout_controller/tests/reference/copp_topp3.py > crates/proveout_controller/tests/reference/copp_topp3.csv
@@ -12,7 +12,9 @@ import numpy as np
 import copp_py as copp
 
 LIMITS = (400.0, 4000.0, 80000.0)
-COUNT = 20
+COUNT = 30
+# The last ten are longer: their search goes by several chunks.
+SHORT = 20
 STATIONS = 601
 state = 20
 
@@ -23,8 +25,8 @@ def unit():
     return (state >> 11) / 2**53
 
 
-def curve():
-    size = 15.0 + 85.0 * unit()
+def curve(number):
+    size = 15.0 + 85.0 * unit() if number < SHORT else 200.0 + 600.0 * unit()
     return [[round(size * (2.0 * unit() - 1.0), 3) for _ in range(3)] for _ in range(3)]
 
 
@@ -58,7 +60,7 @@ def time(points, count):
 
 
 print("x1,y1,z1,x2,y2,z2,x3,y3,z3,time_s,finer_time_s")
-for _ in range(COUNT):
-    points = curve()
+for number in range(COUNT):
+    points = curve(number)
     numbers = [c for p in points for c in p]
     print(",".join(f"{v:.3f}" for v in numbers), f"{time(points, STATIONS):.6f}", f"{time(points, 2 * STATIONS - 1):.6f}", sep=",", flush=True)
