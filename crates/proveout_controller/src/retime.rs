@@ -35,10 +35,10 @@
 //! *Windows.* A part of a run is committed up to a node half a second before the last known one. The next part begins with the tempo
 //! and its slope there; the tempo found for what lies behind is kept, should that begin not be solved again.
 //!
-//! *Limits of the method.* Knots do not move to where the jerk switches: against an independent search that begins at the plan it loses up to 2.2 percent
-//! of the time (`tests/optimum.rs`). On curves from rest to rest the search can end in a law with a slow place that is no optimum: up to 12.4 percent more
-//! than TOPP3-LP finds (`tests/against_copp.rs`), and TOPP3-LP begun at three such plans leaves them within four steps. There
-//! the first law is slow beside a near cusp, b must rise tenfold within a few intervals, and chunks end at the slow law (docs/performance.md).
+//! *Limits of the method.* Knots do not move to where the jerk switches: against an independent search that begins at the plan it loses up to 1.5 percent
+//! of the time (`tests/optimum.rs`). Beside TOPP3-LP, which begins at a law of its own, the plans of curves from rest to rest are 0.1 to 0.3 percent faster
+//! (`tests/against_copp.rs`). What decided it: every border of the first law's phases is a knot, since its jerk jumps there, by b^(3/2) times as much in
+//! the law that is looked for (docs/performance.md).
 
 mod band;
 mod cap;

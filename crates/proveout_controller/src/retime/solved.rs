@@ -56,13 +56,14 @@ impl Solved {
         start: [f64; 2],
     ) -> Self {
         let n = field.len();
-        let mut c = field.whole().quick();
+        let mut c = field.whole().even();
         field.whole().set_start(&mut c, start);
         let forced = start != [1.0, 0.0];
         let mut solved = Self { from, to, field, c, forced, begun: false, spots: Vec::new(), dipped: false, levels: 0 };
         let mut begin = 0;
         while begin < n {
-            let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
+            let end =
+                if begin + CHUNK + CHUNK / 4 >= n { n } else { solved.roomy(begin + CHUNK, CHUNK / 8) };
             let good = solved.solve_in_parts(probe, stages, begin, end);
             if begin == 0 {
                 solved.begun = good;
@@ -84,9 +85,22 @@ impl Solved {
             return false;
         }
         // Halves that overlap by a quarter: where they meet, the second one moves what the first has found.
-        let good = self.solve_in_parts(probe, stages, begin, end - 3 * n / 8);
+        let good = self.solve_in_parts(probe, stages, begin, self.roomy(end - 3 * n / 8, n / 16));
         self.solve_in_parts(probe, stages, begin + 3 * n / 8, end);
         good
+    }
+
+    /// The knot no farther than `beside` from another where the tempo that is given there leaves most of the limits: a first law passes them in
+    /// places, and what is given at the end of a search must be possible.
+    fn roomy(&self, near: usize, beside: usize) -> usize {
+        let [from, to] = [near - beside, near + beside + 1];
+        let problem = self.field.between([from - 1, to]);
+        let mut used = vec![0.0_f64; to + 1 - from];
+        for (k, part) in problem.all_used(&self.c[2 * (from - 1)..2 * to + 2]) {
+            used[k] = used[k].max(part);
+        }
+        let both = |k: usize| used[k - from].max(used[k + 1 - from]);
+        (from..to).min_by(|a, b| both(*a).total_cmp(&both(*b)).then(a.abs_diff(near).cmp(&b.abs_diff(near)))).unwrap_or(near)
     }
 
     /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.
@@ -94,6 +108,7 @@ impl Solved {
         let mut problem = self.field.between([begin, end]);
         let before = &self.c[2 * begin..2 * end + 2];
         let mut c = before.to_vec();
+        problem.quicken(&mut c);
         let good = stages.run(probe, &mut problem, &mut c);
         let after = worst(&problem, &c, &stages.relaxed);
         let good = good && after <= ALLOWED;

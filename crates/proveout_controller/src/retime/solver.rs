@@ -8,8 +8,9 @@
 //!
 //! *Cost.* About 12 iterations up to the first look between the points, 9 to 10 after it and 4 to 8 around each place that needs a point later
 //! (`stages.rs`), of linear cost; both passes of one treat eight intervals at once (`part.rs`). *Limits.* The rows of jerk make the problem
-//! not convex: the result is a local optimum, and its time is known to the gap at the end, a thousandth. That it keeps its rows is
-//! checked by the caller on the result itself.
+//! not convex: the result is a local optimum, and the gap at the end, a thousandth, is that of the problem with the last tangents. From other starts
+//! and with other aims (the sum of ln b, of b, of sqrt b in place of the time) the same law was found on 20 curves (`tests/against_copp.rs`). That it
+//! keeps its rows is checked by the caller on the result itself.
 
 use pulp::{Simd, WithSimd};
 
