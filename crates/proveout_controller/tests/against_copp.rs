@@ -1,4 +1,4 @@
-//! The time of the plan against another program: TOPP3-LP of copp 0.2.3 (TOPP-THU, on the solver Clarabel) on 20 curves from rest to rest, with velocity, acceleration and jerk of
+//! The time of the plan against another program: TOPP3-LP of copp 0.2.3 (TOPP-THU, on the solver Clarabel) on 30 curves from rest to rest, with velocity, acceleration and jerk of
 //! three joints. Its times stand in `reference/copp_topp3.csv`, which `reference/copp_topp3.py` has written: copp is no dependency, so that nothing is built for it.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
@@ -14,11 +14,10 @@ use proveout_nc::{Op, SplineMotion};
 /// A feed that no curve reaches: joints bind, mm/s.
 const FEED: f64 = 1000.0;
 
-/// Half of the curves take within one percent of what the other program finds, seven take 3 to 12.4 percent longer: there the plan is no optimum, since
-/// the other program begun at it goes on to its own time (three of the seven were looked at). None is faster than
-/// its tolerance of the limits (0.1 percent) and the other one's grid explain.
+/// Every curve takes within half a percent of what the other program finds: less, since that keeps its limits at stations alone and begins and
+/// ends with a piece of its own. The last ten are long: their search goes by chunks, which must see far enough ahead.
 #[test]
-fn twenty_curves_beside_what_another_program_finds() {
+fn curves_take_the_time_that_another_program_finds() {
     let machine = bc_machine();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/copp_topp3.csv");
     let rows: Vec<Vec<f64>> = std::fs::read_to_string(path)
@@ -27,7 +26,7 @@ fn twenty_curves_beside_what_another_program_finds() {
         .skip(1)
         .map(|line| line.split(',').map(|v| v.parse().expect("a number")).collect())
         .collect();
-    assert_eq!(rows.len(), 20);
+    assert_eq!(rows.len(), 30);
     let mut ratios = Vec::new();
     let begin = Instant::now();
     for row in &rows {
@@ -46,16 +45,7 @@ fn twenty_curves_beside_what_another_program_finds() {
     }
     let took = begin.elapsed().as_secs_f64();
     ratios.sort_by(f64::total_cmp);
-    let within = |part: f64| ratios.iter().filter(|r| (*r - 1.0).abs() < part).count();
-    println!(
-        "{:.4} to {:.4}, half below {:.4}; {} within one percent, {} within two; {:.0} ms a curve",
-        ratios[0],
-        ratios[19],
-        ratios[10],
-        within(0.01),
-        within(0.02),
-        50.0 * took
-    );
-    assert!(ratios[0] > 0.995 && ratios[19] < 1.13, "{ratios:?}");
-    assert!(within(0.01) >= 10 && within(0.02) >= 13, "{ratios:?}");
+    let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
+    println!("{least:.4} to {most:.4}, half below {:.4}; {:.0} ms a curve", ratios[ratios.len() / 2], 1e3 * took / ratios.len() as f64);
+    assert!(least > 0.995 && most < 1.005, "{ratios:?}");
 }
