@@ -211,8 +211,7 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
         of_pair.entry(ordered(&span.bodies[0], &span.bodies[1])).or_default().push(span);
     }
     let used: BTreeSet<u32> = samples.iter().filter_map(|s| s.tool).collect();
-    let (mut pairs, mut seen, mut neighbors, mut looks, mut by_one_plane) =
-        (0_usize, 0_usize, 0_usize, 0_usize, 0_usize);
+    let [mut pairs, mut seen, mut neighbors, mut looks, mut by_one_plane, mut boxes, mut asked] = [0_usize; 7];
     let names: Vec<&String> = bodies.keys().collect();
     for (k, one) in names.iter().enumerate() {
         for other in &names[k + 1..] {
@@ -247,6 +246,7 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
             for search in [known.search, known.turned] {
                 looks += search.looks;
                 by_one_plane += search.by_one_plane;
+                (boxes, asked) = (boxes + search.nodes, asked + search.asked);
             }
             let proved = spans.iter().map(|s| (s.distance - s.motion).max(0.0)).fold(f64::INFINITY, f64::min);
             let Some(said) = claimed.get(&pair) else { return Err(about("the verdict does not tell of it".into())) };
@@ -259,8 +259,8 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
         }
     }
     Ok(format!(
-        "{pairs} pairs, {} spans: no gap over {} samples; {seen} distances and motions hold, {looks} of them by planes and \
-         {by_one_plane} by a single one; {neighbors} pairs of neighbors by the check of the run alone; {} \
+        "{pairs} pairs, {} spans: no gap over {} samples; {seen} distances and motions hold, {looks} of them by planes, \
+         {by_one_plane} by a single one ({boxes} pairs of boxes, {asked} of pieces); {neighbors} pairs of neighbors by the check of the run alone; {} \
          told as unchecked",
         spans.len(),
         samples.len(),

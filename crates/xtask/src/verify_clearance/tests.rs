@@ -171,6 +171,27 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     forged[k.expect("a span")].motion = 0.0;
     refused("a motion of nothing", check(&verdict, &setup, &forged, &samples));
 
+    // Numbers that are none.
+    let straight =
+        (0..spans.len()).find(|&k| least(&spans[k]) > 1.0 && spans[k].straight.is_some()).expect("a straight span");
+    let spoiled: [fn(&mut Span, f64); 4] = [
+        |s, x| s.distance = x,
+        |s, x| s.motion = x,
+        |s, x| s.low[0] = x.min(s.low[0]),
+        |s, x| s.straight.iter_mut().flatten().for_each(|q| q[0] = x),
+    ];
+    for (which, spoil) in spoiled.into_iter().enumerate() {
+        for x in [f64::NAN, f64::INFINITY, -1e300] {
+            let mut forged = spans.clone();
+            spoil(&mut forged[straight], x);
+            // Without ends downward nothing is left out, and a lower distance claims less.
+            let honest = forged[straight].low == spans[straight].low && which == 2 || which == 0 && x < 0.0;
+            if !honest {
+                refused(&format!("number {which} told as {x}"), check(&verdict, &setup, &forged, &samples));
+            }
+        }
+    }
+
     let mut forged = spans.clone();
     forged.retain(|s| !s.bodies.iter().any(|b| b == "post"));
     refused("a body left out", check(&verdict, &setup, &forged, &samples));
