@@ -127,7 +127,7 @@ impl<'a> Caps<'a> {
         stack.clear();
         stack.extend_from_slice(&self.lists[list]);
         let mut settled = Settled { blocked: 0, open: 0 };
-        let middle = packet.middle.map(|x| x as f32);
+        let middle = [packet.middle.x as f32, packet.middle.y as f32, packet.middle.z as f32];
         let mut left = DEEP_LOOKS;
         let end = self.looked + MOST_LOOKS;
         while let Some(index) = stack.pop() {
@@ -166,9 +166,9 @@ impl<'a> Caps<'a> {
             let at = stack.len();
             stack.extend(from..to);
             if to == from + 2 {
-                let near = |i: u32| self.spots.get(i).way.iter().zip(middle.iter()).map(|(a, b)| a * b).sum::<f32>();
+                let (a, b) = (self.spots.get(from).way, self.spots.get(from + 1).way);
                 // What lies nearer is looked at first.
-                if near(from) > near(from + 1) {
+                if along(&a, &middle) > along(&b, &middle) {
                     stack.swap(at, at + 1);
                 }
             }
@@ -177,4 +177,10 @@ impl<'a> Caps<'a> {
         self.stack = stack;
         settled
     }
+}
+
+/// As a sum from the first number on.
+#[inline(always)]
+fn along(a: &[f32; 3], b: &[f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

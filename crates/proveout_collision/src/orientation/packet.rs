@@ -62,27 +62,35 @@ impl Packet {
     /// Cosines of the angles between a direction and the centers.
     #[inline(always)]
     fn near(&self, way: &[f32; 3]) -> Row {
-        std::array::from_fn(|l| way[0] * self.axis[0][l] + way[1] * self.axis[1][l] + way[2] * self.axis[2][l])
+        let mut near = [0.0; LANES];
+        for l in 0..LANES {
+            near[l] = way[0] * self.axis[0][l] + way[1] * self.axis[1][l] + way[2] * self.axis[2][l];
+        }
+        near
     }
 
     /// Cosines of the sums of an angle and those of the cells; below every cosine where it is half a turn or more.
     #[inline(always)]
     fn wider(&self, [c, s]: [f32; 2]) -> Row {
-        std::array::from_fn(|l| {
-            let [co, so] = [self.turn[0][l], self.turn[1][l]];
+        let mut wider = [0.0; LANES];
+        for l in 0..LANES {
+            let (co, so) = (self.turn[0][l], self.turn[1][l]);
             let (cosine, sine) = (c * co - s * so, s * co + c * so);
             let least = if cosine < 0.0 { NEAR_HALF_TURN } else { 0.0 };
-            if sine > least { cosine } else { -3.0 }
-        })
+            wider[l] = if sine > least { cosine } else { -3.0 };
+        }
+        wider
     }
 
     /// Cosines of an angle less those of the cells; above every cosine where it is the smaller one.
     #[inline(always)]
     fn narrower(&self, [c, s]: [f32; 2]) -> Row {
-        std::array::from_fn(|l| {
-            let [co, so] = [self.turn[0][l], self.turn[1][l]];
-            if s * co - c * so > 0.0 { c * co + s * so } else { 3.0 }
-        })
+        let mut narrower = [0.0; LANES];
+        for l in 0..LANES {
+            let (co, so) = (self.turn[0][l], self.turn[1][l]);
+            narrower[l] = if s * co - c * so > 0.0 { c * co + s * so } else { 3.0 };
+        }
+        narrower
     }
 
     /// Cells of which a spot may forbid an axis, by what it forbids at most.
