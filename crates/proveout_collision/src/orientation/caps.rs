@@ -51,6 +51,23 @@ struct Settled {
     open: Cells,
 }
 
+/// A call of [`Caps::settle`] with the instructions of this processor: a closure would be compiled without them.
+struct Settle<'b, 'a> {
+    caps: &'b mut Caps<'a>,
+    packet: &'b Packet,
+    list: Range<usize>,
+    last: bool,
+}
+
+impl pulp::WithSimd for Settle<'_, '_> {
+    type Output = Settled;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Settled {
+        self.caps.settle(simd, self.packet, self.list, self.last)
+    }
+}
+
 impl<'a> Caps<'a> {
     /// A cutter's ball at a contact; `extents` are those for solids that are cut and for others.
     pub(crate) fn new(extents: &'a [Extent; 2], solids: &'a [Solid], place: &Place, grid: &Grid) -> Self {
@@ -95,7 +112,7 @@ impl<'a> Caps<'a> {
         }));
         let last = level >= self.levels;
         let start = self.lists.len();
-        let settled = pulp::Arch::new().dispatch(|| self.settle(&packet, list, last));
+        let settled = pulp::Arch::new().dispatch(Settle { caps: self, packet: &packet, list, last });
         let own = start..self.lists.len();
         let mut parts = Vec::new();
         for (lane, &index) in cells.iter().enumerate() {
@@ -122,12 +139,12 @@ impl<'a> Caps<'a> {
 
     /// Holds the spots of a list against the cells of a packet. What may forbid an axis of one that stays open is put behind the lists.
     #[inline(always)]
-    fn settle(&mut self, packet: &Packet, list: Range<usize>, last: bool) -> Settled {
+    fn settle<S: pulp::Simd>(&mut self, simd: S, packet: &Packet, list: Range<usize>, last: bool) -> Settled {
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
         stack.extend_from_slice(&self.lists[list]);
         let mut settled = Settled { blocked: 0, open: 0 };
-        let middle = packet.middle.map(|x| x as f32);
+        let middle = [packet.middle.x as f32, packet.middle.y as f32, packet.middle.z as f32];
         let mut left = DEEP_LOOKS;
         let end = self.looked + MOST_LOOKS;
         while let Some(index) = stack.pop() {
@@ -139,11 +156,11 @@ impl<'a> Caps<'a> {
             }
             self.looked += 1;
             let spot = self.spots.get(index);
-            let mut active = packet.reached(&spot) & !settled.blocked;
+            let mut active = packet.reached(simd, &spot) & !settled.blocked;
             if active == 0 {
                 continue;
             }
-            let said = packet.ask(&spot, self.spots.anchor(index));
+            let said = packet.ask(simd, &spot, self.spots.anchor(index));
             active &= !said.apart;
             settled.blocked |= active & said.blocked;
             active &= !settled.blocked;
@@ -166,9 +183,9 @@ impl<'a> Caps<'a> {
             let at = stack.len();
             stack.extend(from..to);
             if to == from + 2 {
-                let near = |i: u32| self.spots.get(i).way.iter().zip(middle.iter()).map(|(a, b)| a * b).sum::<f32>();
+                let (a, b) = (self.spots.get(from).way, self.spots.get(from + 1).way);
                 // What lies nearer is looked at first.
-                if near(from) > near(from + 1) {
+                if along(&a, &middle) > along(&b, &middle) {
                     stack.swap(at, at + 1);
                 }
             }
@@ -177,4 +194,10 @@ impl<'a> Caps<'a> {
         self.stack = stack;
         settled
     }
+}
+
+/// As a sum from the first number on.
+#[inline(always)]
+fn along(a: &[f32; 3], b: &[f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

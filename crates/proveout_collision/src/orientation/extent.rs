@@ -85,6 +85,7 @@ impl Extent {
     }
 
     /// All angles at which a place may be too near whose distance from the center lies between two; none where it cannot be.
+    #[inline(always)]
     pub(crate) fn outer(&self, low: f64, high: f64) -> Option<Cosines> {
         if low >= self.far {
             return None;
@@ -94,11 +95,11 @@ impl Extent {
             return Some([1.0, -1.0]);
         }
         let last = self.inner.len() - 1;
-        let [from, to] = [from, to].map(|b| ((b - self.first) as usize).min(last));
+        let (from, to) = (((from - self.first) as usize).min(last), ((to - self.first) as usize).min(last));
         let level = (to + 1 - from).ilog2() as usize;
         let row = &self.outer[level];
         let all = hull_of(row[from], row[to + 1 - (1 << level)]);
-        (all[0] >= all[1]).then_some(all)
+        if all[0] >= all[1] { Some(all) } else { None }
     }
 
     /// Angles at all of which a place at this distance is too near; none where none are known.
@@ -109,10 +110,12 @@ impl Extent {
 }
 
 /// First bits of a distance; rises with it.
+#[inline(always)]
 fn bin(r: f64) -> u64 {
     r.abs().to_bits() >> BITS_BELOW
 }
 
+#[inline(always)]
 fn hull_of(a: Cosines, b: Cosines) -> Cosines {
     [a[0].max(b[0]), a[1].min(b[1])]
 }

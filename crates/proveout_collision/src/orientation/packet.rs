@@ -1,11 +1,12 @@
-//! Sixteen cells of axes at once against a spot (`spots.rs`): the same operation for each, so that the compiler makes vector instructions of
-//! it where the processor has them (`pulp` chooses at run time). Nothing is summed across cells or fused: the same bits everywhere.
+//! Sixteen cells of axes at once against a spot (`spots.rs`): the same operation for each, in the vector instructions that the processor has (`pulp`
+//! chooses at run time). Nothing is rounded across cells or fused: the same bits everywhere.
 //!
 //! Angles are compared by their cosines, in single precision. A unit vector has three numbers off by half a unit of the last place each, which is
 //! 6e-8, and so have cosines and sines; with the roundings of the products a comparison is off by 9e-7 at most. [`SLACK`] is what it
 //! must hold by.
 
 use proveout_geom::Vector;
+use pulp::Simd;
 
 use super::spots::{Anchor, Spot, Turn};
 
@@ -59,65 +60,119 @@ impl Packet {
         packet
     }
 
-    /// Cosines of the angles between a direction and the centers.
-    #[inline(always)]
-    fn near(&self, way: &[f32; 3]) -> Row {
-        std::array::from_fn(|l| way[0] * self.axis[0][l] + way[1] * self.axis[1][l] + way[2] * self.axis[2][l])
-    }
-
-    /// Cosines of the sums of an angle and those of the cells; below every cosine where it is half a turn or more.
-    #[inline(always)]
-    fn wider(&self, [c, s]: [f32; 2]) -> Row {
-        std::array::from_fn(|l| {
-            let [co, so] = [self.turn[0][l], self.turn[1][l]];
-            let (cosine, sine) = (c * co - s * so, s * co + c * so);
-            let least = if cosine < 0.0 { NEAR_HALF_TURN } else { 0.0 };
-            if sine > least { cosine } else { -3.0 }
-        })
-    }
-
-    /// Cosines of an angle less those of the cells; above every cosine where it is the smaller one.
-    #[inline(always)]
-    fn narrower(&self, [c, s]: [f32; 2]) -> Row {
-        std::array::from_fn(|l| {
-            let [co, so] = [self.turn[0][l], self.turn[1][l]];
-            if s * co - c * so > 0.0 { c * co + s * so } else { 3.0 }
-        })
-    }
-
     /// Cells of which a spot may forbid an axis, by what it forbids at most.
     #[inline(always)]
-    pub(super) fn reached(&self, spot: &Spot) -> Cells {
-        let (near, wider) = (self.near(&spot.way), self.wider(spot.high));
-        self.cells & !below(&near, &wider)
+    pub(super) fn reached<S: Simd>(&self, simd: S, spot: &Spot) -> Cells {
+        let mut apart = 0;
+        for part in 0..LANES / S::F32_LANES {
+            let rows = Rows::of(simd, self, part);
+            apart |= rows.bits(rows.below(rows.near(&spot.way), rows.wider(spot.high)));
+        }
+        self.cells & !apart
     }
 
     /// What the anchor of a spot says.
     #[inline(always)]
-    pub(super) fn ask(&self, spot: &Spot, anchor: &Anchor) -> Said {
+    pub(super) fn ask<S: Simd>(&self, simd: S, spot: &Spot, anchor: &Anchor) -> Said {
         let mut said = Said { apart: 0, blocked: 0, met: 0 };
-        if let Some(low) = anchor.low {
-            said.apart = below(&self.narrower(low), &self.near(&spot.way));
-        }
-        let at = self.near(&anchor.way);
-        if let Some([low, high]) = anchor.inner {
-            let from_below = if low[0] >= 1.0 { Cells::MAX } else { below(&at, &self.wider(low)) };
-            said.blocked = from_below & below(&self.narrower(high), &at);
-        }
-        if let Some([low, high]) = anchor.reach {
-            let from_below = if low[0] >= 1.0 { Cells::MAX } else { below(&at, &self.narrower(low)) };
-            said.met = from_below & below(&self.wider(high), &at);
+        for part in 0..LANES / S::F32_LANES {
+            let rows = Rows::of(simd, self, part);
+            if let Some(low) = anchor.low {
+                said.apart |= rows.bits(rows.below(rows.narrower(low), rows.near(&spot.way)));
+            }
+            let at = rows.near(&anchor.way);
+            if let Some([low, high]) = anchor.inner {
+                let mut blocked = rows.below(rows.narrower(high), at);
+                if low[0] < 1.0 {
+                    blocked = simd.and_m32s(blocked, rows.below(at, rows.wider(low)));
+                }
+                said.blocked |= rows.bits(blocked);
+            }
+            if let Some([low, high]) = anchor.reach {
+                let mut met = rows.below(rows.wider(high), at);
+                if low[0] < 1.0 {
+                    met = simd.and_m32s(met, rows.below(at, rows.narrower(low)));
+                }
+                said.met |= rows.bits(met);
+            }
         }
         said
     }
 }
 
-/// Where one number is below another by more than the slack.
-#[inline(always)]
-fn below(a: &Row, b: &Row) -> Cells {
-    let mut cells = 0;
-    for l in 0..LANES {
-        cells |= Cells::from(a[l] < b[l] - SLACK) << l;
+/// The bits of the cells.
+const BITS: Row = {
+    let mut bits = [1.0; LANES];
+    let mut lane = 1;
+    while lane < LANES {
+        bits[lane] = 2.0 * bits[lane - 1];
+        lane += 1;
     }
-    cells
+    bits
+};
+
+/// As many cells of a packet as one vector of the processor has numbers.
+#[derive(Clone, Copy)]
+struct Rows<S: Simd> {
+    simd: S,
+    axis: [S::f32s; 3],
+    turn: [S::f32s; 2],
+    bits: S::f32s,
+}
+
+impl<S: Simd> Rows<S> {
+    #[inline(always)]
+    fn of(simd: S, packet: &Packet, part: usize) -> Self {
+        let [x, y, z] = &packet.axis;
+        let [c, s] = &packet.turn;
+        let axis = [S::as_simd_f32s(x).0[part], S::as_simd_f32s(y).0[part], S::as_simd_f32s(z).0[part]];
+        let turn = [S::as_simd_f32s(c).0[part], S::as_simd_f32s(s).0[part]];
+        Self { simd, axis, turn, bits: S::as_simd_f32s(&BITS).0[part] }
+    }
+
+    /// Cosines of the angles between a direction and the centers.
+    #[inline(always)]
+    fn near(&self, way: &[f32; 3]) -> S::f32s {
+        let s = self.simd;
+        let x = s.mul_f32s(s.splat_f32s(way[0]), self.axis[0]);
+        let y = s.mul_f32s(s.splat_f32s(way[1]), self.axis[1]);
+        let z = s.mul_f32s(s.splat_f32s(way[2]), self.axis[2]);
+        s.add_f32s(s.add_f32s(x, y), z)
+    }
+
+    /// Cosines of the sums of an angle and those of the cells; below every cosine where it is half a turn or more.
+    #[inline(always)]
+    fn wider(&self, [c, s]: [f32; 2]) -> S::f32s {
+        let (simd, [co, so]) = (self.simd, self.turn);
+        let (c, s) = (simd.splat_f32s(c), simd.splat_f32s(s));
+        let cosine = simd.sub_f32s(simd.mul_f32s(c, co), simd.mul_f32s(s, so));
+        let sine = simd.add_f32s(simd.mul_f32s(s, co), simd.mul_f32s(c, so));
+        let zero = simd.splat_f32s(0.0);
+        let is_obtuse = simd.less_than_f32s(cosine, zero);
+        let least = simd.select_f32s(is_obtuse, simd.splat_f32s(NEAR_HALF_TURN), zero);
+        simd.select_f32s(simd.less_than_f32s(least, sine), cosine, simd.splat_f32s(-3.0))
+    }
+
+    /// Cosines of an angle less those of the cells; above every cosine where it is the smaller one.
+    #[inline(always)]
+    fn narrower(&self, [c, s]: [f32; 2]) -> S::f32s {
+        let (simd, [co, so]) = (self.simd, self.turn);
+        let (c, s) = (simd.splat_f32s(c), simd.splat_f32s(s));
+        let sine = simd.sub_f32s(simd.mul_f32s(s, co), simd.mul_f32s(c, so));
+        let cosine = simd.add_f32s(simd.mul_f32s(c, co), simd.mul_f32s(s, so));
+        simd.select_f32s(simd.less_than_f32s(simd.splat_f32s(0.0), sine), cosine, simd.splat_f32s(3.0))
+    }
+
+    /// Where one number is below another by more than the slack.
+    #[inline(always)]
+    fn below(&self, a: S::f32s, b: S::f32s) -> S::m32s {
+        self.simd.less_than_f32s(a, self.simd.sub_f32s(b, self.simd.splat_f32s(SLACK)))
+    }
+
+    /// A bit for each cell where a condition holds: a sum of different powers of two below 2^24 is exact in any order.
+    #[inline(always)]
+    fn bits(&self, m: S::m32s) -> Cells {
+        let s = self.simd;
+        s.reduce_sum_f32s(s.select_f32s(m, self.bits, s.splat_f32s(0.0))) as Cells
+    }
 }

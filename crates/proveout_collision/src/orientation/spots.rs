@@ -23,15 +23,20 @@ pub(super) fn turn(angle: f64) -> Turn {
     [angle.cos(), angle.sin()]
 }
 
+#[inline(always)]
+fn positive(x: f64) -> f64 {
+    if x > 0.0 { x } else { 0.0 }
+}
+
+/// Whether a sum of two angles, each up to half a turn, is known to be below half a turn.
+#[inline(always)]
+fn is_below_half_turn([cosine, sine]: Turn) -> bool {
+    sine > if cosine < 0.0 { NEAR_HALF_TURN } else { 0.0 }
+}
+
 /// The angle of a cosine, 0 to half a turn.
 fn of_cosine(c: f64) -> Turn {
     [c, (1.0 - c * c).max(0.0).sqrt()]
-}
-
-/// The sum of two angles; none where it is half a turn or more.
-fn sum([c, s]: Turn, [co, so]: Turn) -> Option<Turn> {
-    let [cosine, sine] = [c * co - s * so, s * co + c * so];
-    (sine > if cosine < 0.0 { NEAR_HALF_TURN } else { 0.0 }).then_some([cosine, sine])
 }
 
 /// What a spot stands for.
@@ -119,18 +124,21 @@ impl<'a> Spots<'a> {
             pieces: Vec::with_capacity(USUAL_SPOTS),
             roots: 0,
         };
-        for solid in 0..solids.len() as u32 {
-            spots.add(solid, What::Ball(0));
+        for (solid, of) in solids.iter().enumerate() {
+            let [spot] = spots.see(solid as u32, &[of.nodes[0].center], &[of.nodes[0].radius]);
+            spots.keep(solid as u32, spot, What::Ball(0));
         }
         spots.roots = spots.spots.len() as u32;
         spots
     }
 
+    #[inline(always)]
     pub(super) fn get(&self, index: u32) -> Spot {
         self.spots[index as usize]
     }
 
     /// The parts of a spot; none where there are too many already.
+    #[inline(always)]
     pub(super) fn opened(&mut self, index: u32) -> Option<(u32, u32)> {
         let Spot { parts, count, .. } = self.spots[index as usize];
         if parts != CLOSED {
@@ -150,8 +158,13 @@ impl<'a> Spots<'a> {
                     let (center, radius) = circle(&corners);
                     self.quarter(solid, &Piece { corners, center, radius });
                 } else {
-                    self.add(solid, What::Ball(node.first));
-                    self.add(solid, What::Ball(node.first + 1));
+                    let two = [node.first, node.first + 1];
+                    let ball = |i: usize| &of.nodes[two[i] as usize];
+                    let centers = [ball(0).center, ball(1).center];
+                    let seen = self.see(solid, &centers, &[ball(0).radius, ball(1).radius]);
+                    for (i, spot) in seen.into_iter().enumerate() {
+                        self.keep(solid, spot, What::Ball(two[i]));
+                    }
                 }
             }
             What::Piece(number) => {
@@ -167,45 +180,88 @@ impl<'a> Spots<'a> {
 
     /// The quarters of a triangle: three shrunk to a half towards its corners, and the one amid them, shrunk and turned by half a turn about the
     /// middle of the corners. The balls that hold them come from its ball in the same way.
+    #[inline(always)]
     fn quarter(&mut self, solid: u32, piece: &Piece) {
         let Piece { corners: [a, b, c], center, radius } = piece;
-        let [d, e, f] = [nalgebra::center(a, b), nalgebra::center(b, c), nalgebra::center(c, a)];
         let radius = 0.5 * radius * (1.0 + 1e-12) + 1e-12;
         let amid = Point::from(0.5 * (a.coords + b.coords + c.coords - center.coords));
-        let parts = [
-            ([*a, d, f], nalgebra::center(a, center)),
-            ([d, *b, e], nalgebra::center(b, center)),
-            ([f, e, *c], nalgebra::center(c, center)),
-            ([d, e, f], amid),
-        ];
-        for (corners, center) in parts {
-            self.pieces.push(Piece { corners, center, radius });
-            self.add(solid, What::Piece(self.pieces.len() as u32 - 1));
+        let [by_a, by_b, by_c] = [a, b, c].map(|p| nalgebra::center(p, center));
+        let centers = [by_a, by_b, by_c, amid];
+        let seen = self.see(solid, &centers, &[radius; 4]);
+        let [d, e, f] = [nalgebra::center(a, b), nalgebra::center(b, c), nalgebra::center(c, a)];
+        let parts = [[*a, d, f], [d, *b, e], [f, e, *c], [d, e, f]];
+        for (i, spot) in seen.into_iter().enumerate() {
+            if spot.is_some() {
+                self.keep(solid, spot, What::Piece(self.pieces.len() as u32));
+                self.pieces.push(Piece { corners: parts[i], center: centers[i], radius });
+            }
         }
     }
 
-    /// Adds what forbids an axis that is looked at.
-    fn add(&mut self, solid: u32, what: What) {
-        let (center, radius) = self.ball(solid, what);
-        let to = center - self.center;
-        let r = to.norm();
-        let Some([_, high]) = self.extent(solid).outer((r - radius).max(0.0), r + radius) else { return };
-        let size = if r > radius { radius / r } else { 2.0 };
-        let way = if r > 0.0 { to / r } else { self.normal };
-        let widest = if size < 1.0 { sum(of_cosine(high), seen(size)) } else { None };
-        if widest.is_some_and(|w| way.dot(&self.normal) < wider(w, self.limit)) {
-            return;
+    /// What balls forbid, of those that forbid an axis that is looked at: the same operation for each, so that the compiler makes vector
+    /// instructions of it.
+    #[inline(always)]
+    fn see<const N: usize>(&self, solid: u32, centers: &[Point; N], radius: &[f64; N]) -> [Option<Spot>; N] {
+        let extent = self.extent(solid);
+        // Loops and no closures: these would be called one by one, without the instructions of this processor.
+        let (mut to, mut way) = ([[0.0; N]; 3], [[0.0; N]; 3]);
+        let (mut r, mut low, mut far) = ([0.0; N], [0.0; N], [0.0; N]);
+        for k in 0..N {
+            for i in 0..3 {
+                to[i][k] = centers[k][i] - self.center[i];
+            }
+            r[k] = (to[0][k] * to[0][k] + to[1][k] * to[1][k] + to[2][k] * to[2][k]).sqrt();
+            low[k] = positive(r[k] - radius[k]);
+            far[k] = r[k] + radius[k];
         }
-        self.spots.push(Spot {
-            way: way.map(|x| x as f32).into(),
-            high: narrow(widest.unwrap_or([-1.0, 0.0])),
-            size: size as f32,
-            parts: CLOSED,
-            count: 0,
-        });
-        self.origins.push(Origin { solid, what, anchor: CLOSED });
+        let (mut cosine, mut is_met) = ([1.0; N], [false; N]);
+        for k in 0..N {
+            if let Some([_, high]) = extent.outer(low[k], far[k]) {
+                (cosine[k], is_met[k]) = (high, true);
+            }
+        }
+        let (mut size, mut wide, mut tilt, mut bound) = ([0.0; N], [[0.0; N]; 2], [0.0; N], [0.0; N]);
+        for k in 0..N {
+            size[k] = if r[k] > radius[k] { radius[k] / r[k] } else { 2.0 };
+            for i in 0..3 {
+                way[i][k] = if r[k] > 0.0 { to[i][k] / r[k] } else { self.normal[i] };
+            }
+            tilt[k] = way[0][k] * self.normal[0] + way[1][k] * self.normal[1] + way[2][k] * self.normal[2];
+            let sine = positive(1.0 - cosine[k] * cosine[k]).sqrt();
+            let half = positive(1.0 - size[k] * size[k]).sqrt();
+            // The widest angle, and that of it and of the largest tilt.
+            wide[0][k] = cosine[k] * half - sine * size[k];
+            wide[1][k] = sine * half + cosine[k] * size[k];
+            let [co, so] = self.limit;
+            let all = [wide[0][k] * co - wide[1][k] * so, wide[1][k] * co + wide[0][k] * so];
+            bound[k] = if is_below_half_turn(all) { all[0] } else { -2.0 };
+        }
+        let mut spots = [None; N];
+        for k in 0..N {
+            let wide = [wide[0][k], wide[1][k]];
+            let is_known = size[k] < 1.0 && is_below_half_turn(wide);
+            if is_met[k] && !(is_known && tilt[k] < bound[k]) {
+                spots[k] = Some(Spot {
+                    way: [way[0][k] as f32, way[1][k] as f32, way[2][k] as f32],
+                    high: if is_known { [wide[0] as f32, wide[1] as f32] } else { [-1.0, 0.0] },
+                    size: size[k] as f32,
+                    parts: CLOSED,
+                    count: 0,
+                });
+            }
+        }
+        spots
     }
 
+    #[inline(always)]
+    fn keep(&mut self, solid: u32, spot: Option<Spot>, what: What) {
+        if let Some(spot) = spot {
+            self.spots.push(spot);
+            self.origins.push(Origin { solid, what, anchor: CLOSED });
+        }
+    }
+
+    #[inline(always)]
     fn extent(&self, solid: u32) -> &'a Extent {
         &self.extents[usize::from(!self.solids[solid as usize].cut)]
     }
@@ -268,11 +324,6 @@ fn seen(sine: f64) -> Turn {
 
 fn narrow(t: Turn) -> [f32; 2] {
     t.map(|x| x as f32)
-}
-
-/// The cosine of the sum of two angles; below every cosine where it is half a turn or more.
-fn wider(a: Turn, b: Turn) -> f64 {
-    sum(a, b).map_or(-2.0, |s| s[0])
 }
 
 /// A ball that holds a triangle: round its longest edge, or through its corners where it has no wide angle.

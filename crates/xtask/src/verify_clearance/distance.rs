@@ -1,247 +1,209 @@
 //! Whether a body in all its places is nearer to another than claimed.
 //!
-//! A body is a list of convex pieces: triangles of a mesh, or the rings of points of a body of revolution. A piece in all its places is the hull of
-//! its points at both ends, or of the parabolas between them, shifted along a few vectors. Boxes leave out what is far; GJK of the query library tells the rest.
-//! Of rings of points none is asked but the one on the side of the direction.
+//! A body is a list of convex pieces: triangles of a mesh, or the bodies of revolution of a tool. A piece in all its places is the hull of its images at
+//! both ends, or of the parabolas between them, shifted along a few vectors; at all turns of a joint it is the hull of the circles that its corners run
+//! through.
 //!
-//! At all turns of a joint each piece is the hull of the circles that its points run through. It holds the piece at every turn, and lies within the hull
-//! that a claim may take for several pieces at once, so that no true claim is refused.
-
-use std::collections::BTreeSet;
+//! What is claimed holds where a plane stands between each two pieces with as much room beside it as is claimed, and by nothing else. One plane often parts
+//! the whole of both, or a box of pieces from the other body; it is found by GJK of the query library between two pieces that no known plane
+//! parts, and kept for what comes next in the trees and in the next span. Where it comes from does not matter: how much room there is beside it is
+//! counted on both bodies each time.
+//!
+//! ```text
+//!    a in all places        |<- limit ->|       b
+//!       ____                |           |   ____________
+//!      /    \               |           |   \  box of   \
+//!     |      |  highest ----|           |-----\ pieces   \     lowest along d - highest along d >= limit
+//!      \____/   along d     |           |       \_________\
+//!                           ---- d ---->
+//! ```
 
 use parry3d_f64::math::{Pose as ParryPose, Vector as ParryVector};
-use parry3d_f64::query::details::distance_support_map_support_map;
+use parry3d_f64::query::gjk::{CsoPoint, GJKResult, VoronoiSimplex, closest_points};
 use parry3d_f64::shape::SupportMap;
-use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
-use proveout_tool::{Profile, Segment};
+use proveout_geom::Vector;
 
-use super::placed::{Circles, Hull, Placed, Places, ROUND, Rings, on_ring};
+use super::form::{Form, Turned};
+use super::placed::{Circles, Moved, Piece, Places, Seen, Side};
 
-/// Points on an arc of a tool.
-const ARC: usize = 48;
-/// Circles that differ by less are one, mm.
-const SAME_MM: f64 = 1e-6;
+/// Planes that are kept from one look to the next.
+const KEPT: usize = 12;
+/// Room that is asked of the query library beyond the claim, mm: rounding.
+const ROUNDING_MM: f64 = 1e-9;
 
-/// Convex pieces of a body, each by its points, and a tree of boxes over them.
-pub(super) struct Form {
-    pub(super) pieces: Vec<Vec<Point>>,
-    /// The pieces once more, where they are rings of points.
-    rings: Vec<Rings>,
-    tree: Vec<Node>,
+/// What is known of a pair of bodies from the spans before.
+#[derive(Default)]
+pub(super) struct Search {
+    /// Directions of planes that have parted them, the last one first.
+    known: Vec<Vector>,
+    /// Looks at whole bodies, and those that one plane has settled.
+    pub(super) looks: usize,
+    pub(super) by_one_plane: usize,
+    /// Nodes looked at, and pieces that the library was asked of.
+    pub(super) nodes: usize,
+    pub(super) asked: usize,
 }
 
-/// A body at all turns about a line: circles, by distance from it and height along it.
-pub(super) struct Turned {
-    point: Point,
+/// A direction, of length one, and how both bodies see it.
+struct Plane {
     direction: Vector,
-    pieces: Vec<Vec<[f64; 2]>>,
+    of_a: Seen,
+    of_b: Seen,
+    /// The last node of each, and how far it reaches.
+    last_a: (usize, f64),
+    last_b: (usize, f64),
 }
 
-struct Node {
-    bounds: Aabb,
-    /// A piece, or two nodes.
-    holds: Result<usize, [usize; 2]>,
-}
+impl Plane {
+    fn new(way: &Vector, a: &impl Side, b: &impl Side) -> Option<Self> {
+        let direction = way.try_normalize(0.0).filter(|d| d.iter().all(|x| x.is_finite()))?;
+        let (of_a, of_b) = (a.see(&direction), b.see(&-direction));
+        Some(Self { direction, of_a, of_b, last_a: (usize::MAX, 0.0), last_b: (usize::MAX, 0.0) })
+    }
 
-impl Form {
-    /// Each piece as its points' distances from a line and heights along it, none twice.
-    pub(super) fn turned(&self, point: &Point, direction: &Vector) -> Turned {
-        let of = |p: &Point| {
-            let (way, along) = (p - point, (p - point).dot(direction));
-            [(way - direction * along).norm(), along]
-        };
-        let mut known: BTreeSet<Vec<[i64; 2]>> = BTreeSet::new();
-        let mut pieces = Vec::new();
-        for piece in &self.pieces {
-            let rings: Vec<[f64; 2]> = piece.iter().map(of).collect();
-            let mut name: Vec<[i64; 2]> = rings.iter().map(|p| p.map(|x| (x / SAME_MM).round() as i64)).collect();
-            name.sort_unstable();
-            if known.insert(name) {
-                pieces.push(rings);
-            }
+    /// Whether it has that much room between two nodes.
+    fn parts(&mut self, a: &impl Side, b: &impl Side, [of_a, of_b]: [usize; 2], limit: f64) -> bool {
+        if self.last_a.0 != of_a {
+            self.last_a = (of_a, a.height(of_a, &self.of_a));
         }
-        Turned { point: *point, direction: *direction, pieces }
+        if self.last_b.0 != of_b {
+            self.last_b = (of_b, b.height(of_b, &self.of_b));
+        }
+        -self.last_b.1 - self.last_a.1 >= limit
+    }
+}
+
+impl Search {
+    /// A distance of a body in its places from another below `limit` (mm), where there is one.
+    pub(super) fn nearer_than(&mut self, a: &Form, b: &Form, places: &Places, limit: f64) -> Option<f64> {
+        let still = Places::still();
+        if a.tree.is_empty() || b.tree.is_empty() {
+            return None;
+        }
+        self.nearer(&Moved::new(a, places), &Moved::new(b, &still), limit, &[])
     }
 
-    pub(super) fn mesh(mesh: &TriMesh) -> Self {
-        Self::new((0..mesh.triangles.len()).map(|t| mesh.corners(t).to_vec()).collect())
+    /// The same of a body at all its turns.
+    pub(super) fn turned_nearer_than(&mut self, a: &Turned, b: &Form, places: &Places, limit: f64) -> Option<f64> {
+        let still = Places::still();
+        if a.tree.is_empty() || b.tree.is_empty() {
+            return None;
+        }
+        let a = Circles::new(a, places);
+        self.nearer(&a, &Moved::new(b, &still), limit, &a.axes())
     }
 
-    /// Bodies of revolution of a tool in the spindle, in M with all joints at zero; their points lie on the bodies.
-    pub(super) fn revolved(profiles: &[&Profile], gauge: &Pose, gauge_length: f64) -> Self {
-        let pose = *gauge * Pose::from_translation(Vector::new(0.0, 0.0, -gauge_length));
-        let ring = |at: [f64; 2]| (0..ROUND).map(move |k| on_ring(at, k));
-        let outlines = || profiles.iter().map(|p| p.segments().iter().flat_map(outline).collect::<Vec<[f64; 2]>>());
-        let points = outlines().map(|o| o.into_iter().flat_map(ring).map(|q| pose.point(&q)).collect());
-        Self { rings: outlines().map(|outline| Rings { pose, outline }).collect(), ..Self::new(points.collect()) }
-    }
-
-    /// The largest of `of` at a point of the body; between two points it changes by no more than their distance.
-    pub(super) fn largest(&self, of: impl Fn(&Point) -> f64) -> f64 {
-        let mut most: f64 = 0.0;
-        let mut open = Vec::from_iter((!self.tree.is_empty()).then_some(0));
-        while let Some(at) = open.pop() {
-            let node = &self.tree[at];
-            if of(&node.bounds.center()) + 0.5 * node.bounds.size().norm() <= most {
+    fn nearer(&mut self, a: &impl Side, b: &impl Side, limit: f64, ways: &[Vector]) -> Option<f64> {
+        self.looks += 1;
+        if limit <= 0.0 {
+            self.by_one_plane += 1;
+            return None;
+        }
+        let between = b.middle() - a.middle();
+        let known = self.known.len();
+        let ways: Vec<Vector> = self.known.drain(..).chain(ways.iter().copied()).chain([between]).collect();
+        let mut waiting = ways.iter().enumerate();
+        let mut planes: Vec<Plane> = Vec::new();
+        let mut open = vec![[0, 0]];
+        let (mut nodes, mut found) = (0, None);
+        while let Some(two) = open.pop() {
+            nodes += 1;
+            let mut settled = planes.iter_mut().position(|p| p.parts(a, b, two, limit));
+            while settled.is_none()
+                && let Some((_, way)) = waiting.next()
+            {
+                if let Some(mut plane) = Plane::new(way, a, b) {
+                    settled = plane.parts(a, b, two, limit).then_some(planes.len());
+                    planes.push(plane);
+                }
+            }
+            if let Some(k) = settled {
+                planes[..=k].rotate_right(1);
                 continue;
             }
-            match node.holds {
-                Err(two) => open.extend(two),
-                Ok(item) => most = self.pieces[item].iter().map(&of).fold(most, f64::max),
+            match (a.parts(two[0]), b.parts(two[1])) {
+                (None, None) => match self.plane_between(a, b, two, limit, planes.first().map(|p| &p.direction)) {
+                    Ok(plane) => {
+                        planes.insert(0, plane);
+                        planes.truncate(KEPT);
+                    }
+                    Err(nearer) => {
+                        found = Some(nearer);
+                        break;
+                    }
+                },
+                (Some(parts), None) => open.extend(parts.map(|k| [k, two[1]])),
+                (Some(parts), Some(_)) if a.size(two[0]) > b.size(two[1]) => open.extend(parts.map(|k| [k, two[1]])),
+                (_, Some(parts)) => open.extend(parts.map(|k| [two[0], k])),
             }
         }
-        most
+        self.nodes += nodes;
+        self.by_one_plane += usize::from(nodes == 1 && found.is_none());
+        let unused = waiting.filter(|(k, _)| *k < known).map(|(_, way)| *way);
+        self.known.extend(planes.iter().map(|p| p.direction).chain(unused).take(KEPT));
+        found
     }
 
-    /// A piece in all its places.
-    pub(super) fn placed<'a>(&'a self, item: usize, places: &'a Places) -> Placed<'a> {
-        match self.rings.get(item) {
-            Some(rings) => Placed::Rings(rings, places),
-            None => {
-                let points = self.pieces[item].iter().flat_map(|p| places.of_point(p)).collect();
-                Placed::Hull(Hull { points, shifts: &places.shifts })
-            }
-        }
-    }
-
-    fn new(pieces: Vec<Vec<Point>>) -> Self {
-        let mut form = Self { tree: Vec::new(), rings: Vec::new(), pieces };
-        let mut all: Vec<usize> = (0..form.pieces.len()).collect();
-        if !all.is_empty() {
-            form.grow(&mut all);
-        }
-        form
-    }
-
-    fn grow(&mut self, items: &mut [usize]) -> usize {
-        let bounds = Aabb::of_points(items.iter().flat_map(|&i| &self.pieces[i]));
-        let at = self.tree.len();
-        self.tree.push(Node { bounds, holds: Ok(items[0]) });
-        if items.len() > 1 {
-            let axis = bounds.size().imax();
-            let middle = |i: &usize| Aabb::of_points(&self.pieces[*i]).center()[axis];
-            items.sort_by(|x, y| middle(x).total_cmp(&middle(y)));
-            let (low, high) = items.split_at_mut(items.len() / 2);
-            self.tree[at].holds = Err([self.grow(low), self.grow(high)]);
-        }
-        at
+    /// A plane with enough room between two pieces, or a distance that leaves no room for one.
+    fn plane_between(
+        &mut self,
+        a: &impl Side,
+        b: &impl Side,
+        [of_a, of_b]: [usize; 2],
+        limit: f64,
+        start: Option<&Vector>,
+    ) -> Result<Plane, f64> {
+        self.asked += 1;
+        let pieces = (&Piece(a, of_a), &Piece(b, of_b));
+        let mut simplex = VoronoiSimplex::new();
+        let start = start.map_or(ParryVector::X, |d| ParryVector::new(d.x, d.y, d.z));
+        simplex.reset(CsoPoint::from_shapes(&ParryPose::IDENTITY, pieces.0, pieces.1, start));
+        let wanted = limit + ROUNDING_MM;
+        let way = match closest_points(&ParryPose::IDENTITY, pieces.0, pieces.1, wanted, true, &mut simplex) {
+            GJKResult::Intersection => None,
+            GJKResult::ClosestPoints(_, _, d) | GJKResult::Proximity(d) | GJKResult::NoIntersection(d) => Some(d),
+        };
+        // The library may lose its way where it is asked of bodies that are shifted far.
+        let by_library = way.and_then(|d| with_room(a, b, [of_a, of_b], limit, d));
+        by_library.map_or_else(
+            || {
+                let way = witnessed(pieces.0, pieces.1, limit)?;
+                with_room(a, b, [of_a, of_b], limit, way).ok_or(limit)
+            },
+            Ok,
+        )
     }
 }
 
-fn outline(segment: &Segment) -> Vec<[f64; 2]> {
-    match *segment {
-        Segment::Line { from, to } => vec![from, to],
-        Segment::Arc { center, radius, from, to } => {
-            let angle = |p: [f64; 2]| (p[1] - center[1]).atan2(p[0] - center[0]);
-            let (a, mut b) = (angle(from), angle(to));
-            if b < a {
-                b += std::f64::consts::TAU;
-            }
-            let at = |k: usize| {
-                let (s, c) = (a + (b - a) * k as f64 / ARC as f64).sin_cos();
-                [(center[0] + radius * c).max(0.0), center[1] + radius * s]
-            };
-            (0..=ARC).map(at).collect()
-        }
-    }
-}
-
-/// A distance below `limit` (mm), where there is one.
-pub(super) fn nearer_than(a: &Form, b: &Form, places: &Places, limit: f64) -> Option<f64> {
-    let whole = &b.tree.first()?.bounds;
-    let mut open = Vec::from_iter((!a.tree.is_empty()).then_some(0));
-    while let Some(at) = open.pop() {
-        let node = &a.tree[at];
-        let bounds = places.of_box(&node.bounds);
-        if gap(&bounds, whole) >= limit {
-            continue;
-        }
-        match node.holds {
-            Err(two) => open.extend(two),
-            Ok(item) => {
-                let piece = a.placed(item, places);
-                let found = piece_nearer_than(&piece, piece.bounds(), b, limit, None);
-                if found.is_some() {
-                    return found;
-                }
-            }
-        }
-    }
-    None
-}
-
-/// No two points of two boxes are nearer to each other.
-fn gap(a: &Aabb, b: &Aabb) -> f64 {
-    (a.min - b.max).sup(&(b.min - a.max)).map(|x| x.max(0.0)).norm()
-}
-
-/// The same of a body at all its turns.
-pub(super) fn turned_nearer_than(a: &Turned, b: &Form, places: &Places, limit: f64) -> Option<f64> {
-    let [here, _] = &places.poses;
-    a.pieces.iter().find_map(|circles| {
-        let (point, direction) = (here.point(&a.point), here.vector(&a.direction));
-        let hull = Circles { point, direction, circles, shifts: &places.shifts };
-        piece_nearer_than(&hull, hull.bounds(), b, limit, Some(direction))
-    })
-}
-
-/// The same of one piece; `axis` is that of its circles, along which two planes often tell.
-fn piece_nearer_than(
-    hull: &impl SupportMap,
-    (low, high): (Point, Point),
-    b: &Form,
-    limit: f64,
-    axis: Option<Vector>,
-) -> Option<f64> {
-    let (still, bounds) = (Places::still(), Aabb { min: low, max: high });
-    let mut open = Vec::from_iter((!b.tree.is_empty()).then_some(0));
-    while let Some(at) = open.pop() {
-        let node = &b.tree[at];
-        if gap(&bounds, &node.bounds) >= limit {
-            continue;
-        }
-        match node.holds {
-            Err(two) => open.extend(two),
-            Ok(item) => {
-                let other = b.placed(item, &still);
-                let distance = distance_support_map_support_map(&ParryPose::IDENTITY, hull, &other);
-                // Of circles that are shifted far the library's points may lie outside of both.
-                if let Some(nearer) = (distance < limit).then(|| witnessed(hull, &other, limit, axis)).flatten() {
-                    return Some(nearer);
-                }
-            }
-        }
-    }
-    None
+/// A plane across a direction, if it has enough room between two nodes.
+fn with_room(a: &impl Side, b: &impl Side, two: [usize; 2], limit: f64, d: ParryVector) -> Option<Plane> {
+    let mut plane = Plane::new(&Vector::new(d.x, d.y, d.z), a, b)?;
+    plane.parts(a, b, two, limit).then_some(plane)
 }
 
 /// Steps of [`witnessed`]: they shrink slowly, and are only needed where the library has gone astray.
 const STEPS: usize = 4000;
 
-/// A distance below `limit`, unless two planes with the bodies on either side are farther apart: steps from a difference of two points towards the
+/// A direction along which two pieces have `limit` between them, or their distance below it: steps from a difference of two points towards the
 /// one that lies farthest back along it (Frank and Wolfe 1956), each a point of both bodies, so that what is told is one of them.
-fn witnessed(a: &impl SupportMap, b: &impl SupportMap, limit: f64, axis: Option<Vector>) -> Option<f64> {
-    let lowest = |along: ParryVector| a.local_support_point(-along) - b.local_support_point(along);
-    let ends = axis.into_iter().flat_map(|n| [n, -n]).map(|n| ParryVector::new(n.x, n.y, n.z));
-    if ends.into_iter().any(|along| along.dot(lowest(along)) >= limit * along.length()) {
-        return None;
-    }
+fn witnessed(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> Result<ParryVector, f64> {
+    let lowest = |along: ParryVector| b.local_support_point(-along) - a.local_support_point(along);
     let mut way = lowest(ParryVector::new(0.0, 0.0, 1.0));
     for _ in 0..STEPS {
         let length = way.length();
         if length < limit {
-            return Some(length);
+            return Err(length);
         }
         let back = lowest(way);
-        if way.dot(back) >= limit * length {
-            return None;
+        if way.dot(back) >= (limit + ROUNDING_MM) * length {
+            return Ok(way);
         }
         let step = back - way;
         let square = step.dot(step);
         if square <= 0.0 {
-            return None;
+            return Ok(way);
         }
         way += step * (-way.dot(step) / square).clamp(0.0, 1.0);
     }
-    Some(limit)
+    Err(limit)
 }

@@ -1,8 +1,8 @@
 //! Checks the certificates of a run (`clearance.parquet`) with code of its own.
 //!
 //! Machine, tools and fixtures are read again from the scene; the motion from `signals.parquet`; the claims from `verdict.json` and
-//! `clearance.parquet`. Nothing of `proveout_collision` is used: distances come from the query library's GJK between hulls of triangles that are
-//! found by a search of boxes here (`distance.rs`), bounds of motion from the vertices of the bodies (`motion.rs`). What is checked:
+//! `clearance.parquet`. Nothing of `proveout_collision` is used: a distance holds by planes with that much room beside them, which are counted on the
+//! triangles and boxes of triangles of both bodies here (`distance.rs`), bounds of motion by the corners of the bodies (`motion.rs`). What is checked:
 //!
 //! 1. The inputs are those of the run, by their digests.
 //! 2. Every pair that moves against each other is told: as checked, or as unchecked with a reason.
@@ -20,11 +20,13 @@
 //! product's own text (the verdict must tell of them), and the stock, which is another one at every moment.
 
 mod distance;
+mod form;
 mod motion;
 mod placed;
 mod table;
 #[cfg(test)]
 mod tests;
+mod tree;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -36,7 +38,9 @@ use proveout_tool::{Role, Tool};
 use serde_json::Value;
 
 use crate::Failure;
-use distance::{Form, Turned};
+use distance::Search;
+use form::{Form, Turned};
+use motion::JointCorners;
 use placed::Places;
 use table::{Sample, Span};
 
@@ -207,7 +211,7 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
         of_pair.entry(ordered(&span.bodies[0], &span.bodies[1])).or_default().push(span);
     }
     let used: BTreeSet<u32> = samples.iter().filter_map(|s| s.tool).collect();
-    let (mut pairs, mut seen, mut neighbors) = (0_usize, 0_usize, 0_usize);
+    let [mut pairs, mut seen, mut neighbors, mut looks, mut by_one_plane, mut boxes, mut asked] = [0_usize; 7];
     let names: Vec<&String> = bodies.keys().collect();
     for (k, one) in names.iter().enumerate() {
         for other in &names[k + 1..] {
@@ -234,9 +238,15 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
             };
             cover(machine, spans, samples, tool).map_err(about)?;
             pairs += 1;
+            let mut known = Known::default();
             for span in spans {
                 seen += 1;
-                holds(machine, &bodies, span, samples).map_err(about)?;
+                holds(machine, &bodies, span, samples, &mut known).map_err(about)?;
+            }
+            for search in [known.search, known.turned] {
+                looks += search.looks;
+                by_one_plane += search.by_one_plane;
+                (boxes, asked) = (boxes + search.nodes, asked + search.asked);
             }
             let proved = spans.iter().map(|s| (s.distance - s.motion).max(0.0)).fold(f64::INFINITY, f64::min);
             let Some(said) = claimed.get(&pair) else { return Err(about("the verdict does not tell of it".into())) };
@@ -249,7 +259,8 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
         }
     }
     Ok(format!(
-        "{pairs} pairs, {} spans: no gap over {} samples; {seen} distances and motions hold; {neighbors} pairs of neighbors by the check of the run alone; {} \
+        "{pairs} pairs, {} spans: no gap over {} samples; {seen} distances and motions hold, {looks} of them by planes, \
+         {by_one_plane} by a single one ({boxes} pairs of boxes, {asked} of pieces); {neighbors} pairs of neighbors by the check of the run alone; {} \
          told as unchecked",
         spans.len(),
         samples.len(),
@@ -358,14 +369,31 @@ fn at_all_turns<'a>(
     }
 }
 
+/// What the spans of a pair tell of the next one.
+#[derive(Default)]
+struct Known {
+    search: Search,
+    turned: Search,
+    corners: [JointCorners; 2],
+}
+
 /// Distance and motion of one span.
-fn holds(machine: &Machine, bodies: &BTreeMap<String, Body>, span: &Span, samples: &[Sample]) -> Result<(), String> {
+fn holds(
+    machine: &Machine,
+    bodies: &BTreeMap<String, Body>,
+    span: &Span,
+    samples: &[Sample],
+    known: &mut Known,
+) -> Result<(), String> {
+    if !span.is_told() {
+        return Err(format!("from {} s: a number is none, or beyond all joints and bodies", span.time[0]));
+    }
     if span.distance <= span.motion {
         return Ok(());
     }
     let [a, b] = span.bodies.each_ref().map(|name| &bodies[name]);
     let turned = at_all_turns(machine, [a, b], span)?;
-    let motion = motion::least(machine, [a, b], span, samples);
+    let motion = motion::least(machine, [a, b], span, samples, &mut known.corners);
     if motion > span.motion + SLACK_MM {
         return Err(format!(
             "from {} s: a motion of {} mm is claimed, the joints make at least {motion} mm",
@@ -374,9 +402,9 @@ fn holds(machine: &Machine, bodies: &BTreeMap<String, Body>, span: &Span, sample
     }
     let limit = span.distance - SLACK_MM;
     let nearer = match turned {
-        None => distance::nearer_than(&a.form, &b.form, &Places::of(machine, [a, b], span), limit),
+        None => known.search.nearer_than(&a.form, &b.form, &Places::of(machine, [a, b], span), limit),
         Some((turned, [one, other])) => {
-            distance::turned_nearer_than(turned, &other.form, &Places::of(machine, [one, other], span), limit)
+            known.turned.turned_nearer_than(turned, &other.form, &Places::of(machine, [one, other], span), limit)
         }
     };
     if let Some(nearer) = nearer {

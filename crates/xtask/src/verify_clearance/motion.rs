@@ -11,17 +11,29 @@ use proveout_machine::{JointValues, Machine};
 use super::table::{Sample, Span};
 use super::{Body, carriers, holds_joints};
 
+/// A corner for each joint.
+pub(super) type JointCorners = Vec<usize>;
+
 /// What a third derivative of one does between a parabola's three places, one apart: the largest of `t (t - 1/2) (t - 1) / 6`.
 const OFF_PARABOLA: f64 = 0.008_018_7;
 
-pub(super) fn least(machine: &Machine, [a, b]: [&Body; 2], span: &Span, samples: &[Sample]) -> f64 {
+/// `near` are corners of both bodies that were farthest from the joints in another span.
+pub(super) fn least(
+    machine: &Machine,
+    [a, b]: [&Body; 2],
+    span: &Span,
+    samples: &[Sample],
+    near: &mut [JointCorners; 2],
+) -> f64 {
     let middle = span.middle();
     let (of_a, of_b) = (carriers(machine, a.attached), carriers(machine, b.attached));
     let shared = of_a.iter().zip(&of_b).take_while(|(x, y)| x == y).count();
     let mut weights = JointValues::ZERO;
-    for (joints, body) in [(&of_a[shared..], a), (&of_b[shared..], b)] {
+    for ((joints, body), near) in [(&of_a[shared..], a), (&of_b[shared..], b)].into_iter().zip(near) {
+        near.resize(machine.joints.len(), 0);
         for &j in joints {
-            weights[j] = if machine.joints[j].is_rotary() { farthest(machine, body, j, &middle) } else { 1.0 };
+            let turns = machine.joints[j].is_rotary();
+            weights[j] = if turns { farthest(machine, body, j, &middle, &mut near[j]) } else { 1.0 };
         }
     }
     let turns = |j: usize| machine.joints[j].is_rotary();
@@ -53,11 +65,11 @@ pub(super) fn least(machine: &Machine, [a, b]: [&Body; 2], span: &Span, samples:
 }
 
 /// Farthest vertex of a body from the axis of a joint, mm, at some joints.
-fn farthest(machine: &Machine, body: &Body, joint: usize, q: &JointValues) -> f64 {
+fn farthest(machine: &Machine, body: &Body, joint: usize, q: &JointValues, near: &mut usize) -> f64 {
     let machine_from_body = machine.attachment_pose(body.attached, q);
     let machine_from_joint = machine.attachment_pose(proveout_machine::Attachment::Joint(joint), q);
     let axis = &machine.joints[joint];
     let (point, direction) = (machine_from_joint.point(&axis.point), machine_from_joint.vector(&axis.direction));
     let off = |p: &Point| (machine_from_body.point(p) - point).cross(&direction).norm();
-    body.form.largest(off)
+    body.form.corners.largest(off, near)
 }

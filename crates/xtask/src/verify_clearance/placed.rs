@@ -1,27 +1,13 @@
-//! A convex piece of a body in all the places that a span gives it, as the query library asks for it: by its farthest point along a direction.
+//! Bodies in all the places that a span gives them, asked for their farthest points along directions.
 
 use parry3d_f64::math::Vector as ParryVector;
 use parry3d_f64::shape::SupportMap;
-use proveout_geom::{Aabb, Point, Pose, Vector};
+use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, Machine};
 
 use super::Body;
+use super::form::{Form, Turned, beats};
 use super::table::Span;
-
-/// Points round the axis of a body of revolution.
-pub(super) const ROUND: usize = 180;
-
-/// [`ROUND`] points each on rings about one line, by radius and height.
-pub(super) struct Rings {
-    pub(super) pose: Pose,
-    pub(super) outline: Vec<[f64; 2]>,
-}
-
-/// Point `k` of a ring.
-pub(super) fn on_ring([r, z]: [f64; 2], k: usize) -> Point {
-    let (s, c) = (std::f64::consts::TAU * k as f64 / ROUND as f64).sin_cos();
-    Point::new(r * c, r * s, z)
-}
 
 /// Places of the first body as the second one sees it.
 pub(super) struct Places {
@@ -54,142 +40,228 @@ impl Places {
         Self { poses: [Pose::identity(); 2], middle: None, shifts: Vec::new() }
     }
 
-    /// Box of the places of all points of a box: each goes where its corners do, or between.
-    pub(super) fn of_box(&self, bounds: &Aabb) -> Aabb {
-        let end = |high: bool, k: usize| if high { bounds.max[k] } else { bounds.min[k] };
-        let corners = (0..8).map(|c| Point::new(end(c & 1 > 0, 0), end(c & 2 > 0, 1), end(c & 4 > 0, 2)));
-        let points: Vec<Point> = corners.flat_map(|p| self.of_point(&p).collect::<Vec<_>>()).collect();
-        let grown = self.shifts.iter().fold(Vector::zeros(), |sum, s| sum + s.abs());
-        let bounds = Aabb::of_points(&points);
-        Aabb { min: bounds.min - grown, max: bounds.max + grown }
-    }
-
-    /// A direction as the points see it in each of the images that [`Self::of_point`] gives, in their order: the farthest point along it in an image is the
-    /// farthest along this in the body.
-    fn seen(&self, d: &Vector) -> impl Iterator<Item = Vector> {
-        let [from, to] = self.poses.each_ref().map(|x| x.rotation.tr_mul(d));
-        let corner = self.middle.as_ref().map(|x| x.rotation.tr_mul(d) * 2.0 - (from + to) * 0.5);
-        [Some(from), Some(to), corner].into_iter().flatten()
-    }
-
-    fn shifted(&self, p: Point, d: &Vector) -> Point {
-        shifted(&self.shifts, p, d)
-    }
-
-    /// Points whose hull holds all the way of a point: its ends, and where the tangents of its parabola meet.
-    pub(super) fn of_point(&self, p: &Point) -> impl Iterator<Item = Point> {
-        let [from, to] = self.poses.each_ref().map(|x| x.point(p));
-        let corner =
-            self.middle.as_ref().map(|x| Point::from(x.point(p).coords * 2.0 - (from.coords + to.coords) * 0.5));
-        [Some(from), Some(to), corner].into_iter().flatten()
+    /// Maps of the points of the first body whose images hold, in their hull, all the way of each: to its ends, and to where the tangents of its
+    /// parabola meet.
+    fn images(&self) -> impl Iterator<Item = Image> {
+        let [from, to] = self.poses.each_ref().map(Image::of);
+        let corner = self.middle.as_ref().map(Image::of).map(|x| {
+            let meet = |x: Vector, a: Vector, b: Vector| x * 2.0 - (a + b) * 0.5;
+            Image {
+                turn: [0, 1, 2].map(|k| meet(x.turn[k], from.turn[k], to.turn[k])),
+                shift: meet(x.shift, from.shift, to.shift),
+            }
+        });
+        let moves = from != to;
+        [Some(from), moves.then_some(to), corner].into_iter().flatten()
     }
 }
 
-fn shifted(shifts: &[Vector], p: Point, d: &Vector) -> Point {
+/// An affine map; where points go along parabolas it is no pose.
+#[derive(Clone, Copy, PartialEq)]
+struct Image {
+    /// Where it takes the axes.
+    turn: [Vector; 3],
+    shift: Vector,
+}
+
+impl Image {
+    fn of(pose: &Pose) -> Self {
+        Self { turn: [0, 1, 2].map(|k| pose.rotation.column(k).into_owned()), shift: pose.translation }
+    }
+
+    fn vector(&self, v: &Vector) -> Vector {
+        self.turn[0] * v.x + self.turn[1] * v.y + self.turn[2] * v.z
+    }
+
+    fn point(&self, p: &Vector) -> Vector {
+        self.vector(p) + self.shift
+    }
+
+    /// A direction as the points see it before the map.
+    fn seen(&self, d: &Vector) -> Vector {
+        Vector::from(self.turn.each_ref().map(|axis| axis.dot(d)))
+    }
+
+    /// After another map.
+    fn after(&self, first: &Self) -> Self {
+        Self { turn: first.turn.each_ref().map(|axis| self.vector(axis)), shift: self.point(&first.shift) }
+    }
+}
+
+/// At most: both ends and the corner between.
+const IMAGES: usize = 3;
+
+/// A direction as a body sees it in its places: the farthest point along it in an image is the farthest along `along` in the body, and as much farther
+/// as `beyond`.
+#[derive(Clone)]
+pub(super) struct Seen {
+    along: [Vector; IMAGES],
+    beyond: [f64; IMAGES],
+}
+
+/// A tree of pieces in all their places.
+pub(super) trait Side {
+    /// The two branches of a node; none of one that is a piece.
+    fn parts(&self, node: usize) -> Option<[usize; 2]>;
+    /// Size of a node, mm: the larger one is parted.
+    fn size(&self, node: usize) -> f64;
+    /// Somewhere in the middle of all places.
+    fn middle(&self) -> Vector;
+    fn see(&self, d: &Vector) -> Seen;
+    /// No point of a node is farther along a direction in any of its places; of a piece the farthest is as far.
+    fn height(&self, node: usize, seen: &Seen) -> f64;
+    /// The farthest point of a piece.
+    fn farthest(&self, node: usize, d: &Vector) -> Vector;
+}
+
+/// A body in its places.
+pub(super) struct Moved<'a> {
+    form: &'a Form,
+    images: Vec<Image>,
+    shifts: &'a [Vector],
+}
+
+impl<'a> Moved<'a> {
+    pub(super) fn new(form: &'a Form, places: &'a Places) -> Self {
+        let own = form.own.as_ref().map(Image::of);
+        let images = places.images().map(|x| own.map_or(x, |own| x.after(&own)));
+        Self { form, images: images.collect(), shifts: &places.shifts }
+    }
+}
+
+fn beyond(shifts: &[Vector], d: &Vector) -> f64 {
+    shifts.iter().map(|s| s.dot(d).abs()).sum()
+}
+
+fn shifted(shifts: &[Vector], p: Vector, d: &Vector) -> Vector {
     shifts.iter().fold(p, |p, s| if s.dot(d) > 0.0 { p + s } else { p - s })
 }
 
-/// A piece of a body in all its places.
-pub(super) enum Placed<'a> {
-    Hull(Hull<'a>),
-    Rings(&'a Rings, &'a Places),
-}
-
-impl Placed<'_> {
-    pub(super) fn bounds(&self) -> (Point, Point) {
-        let along = |k: usize, sign: f64| {
-            let d = Vector::ith(k, sign);
-            self.local_support_point(ParryVector::new(d.x, d.y, d.z))[k]
-        };
-        let end = |sign: f64| Point::new(along(0, sign), along(1, sign), along(2, sign));
-        (end(-1.0), end(1.0))
+impl Side for Moved<'_> {
+    fn parts(&self, node: usize) -> Option<[usize; 2]> {
+        self.form.tree[node].holds.err()
     }
-}
 
-impl SupportMap for Placed<'_> {
-    fn local_support_point(&self, direction: ParryVector) -> ParryVector {
-        match self {
-            Self::Hull(hull) => hull.local_support_point(direction),
-            Self::Rings(rings, places) => {
-                let p = rings.support(places, &Vector::new(direction.x, direction.y, direction.z));
-                ParryVector::new(p.x, p.y, p.z)
+    fn size(&self, node: usize) -> f64 {
+        self.form.tree[node].size
+    }
+
+    fn middle(&self) -> Vector {
+        let center = self.form.tree.first().map_or(Vector::zeros(), |n| n.bound.center);
+        let sum = self.images.iter().fold(Vector::zeros(), |sum, x| sum + x.point(&center));
+        sum / self.images.len() as f64
+    }
+
+    fn see(&self, d: &Vector) -> Seen {
+        let mut seen = Seen { along: [Vector::zeros(); IMAGES], beyond: [beyond(self.shifts, d); IMAGES] };
+        for (k, image) in self.images.iter().enumerate() {
+            seen.along[k] = image.seen(d);
+            seen.beyond[k] += image.shift.dot(d);
+        }
+        seen
+    }
+
+    fn height(&self, node: usize, seen: &Seen) -> f64 {
+        let node = &self.form.tree[node];
+        let mut most = f64::NEG_INFINITY;
+        for k in 0..self.images.len() {
+            let along = &seen.along[k];
+            let height = match node.holds {
+                Err(_) => node.bound.height(along),
+                Ok(item) => self.form.farthest(item, along).0,
+            };
+            let height = height + seen.beyond[k];
+            if beats(height, most) {
+                most = height;
             }
         }
+        most
     }
-}
 
-impl Rings {
-    /// The farthest point of all images along a direction: on each ring the one that lies nearest to its side.
-    fn support(&self, places: &Places, d: &Vector) -> Point {
-        let step = std::f64::consts::TAU / ROUND as f64;
-        let mut best = (f64::NEG_INFINITY, Point::origin());
-        for (image, seen) in places.seen(d).enumerate() {
-            let e = self.pose.rotation.tr_mul(&seen);
-            let k = (e.y.atan2(e.x) / step).round().rem_euclid(ROUND as f64) as usize % ROUND;
-            let side = on_ring([1.0, 0.0], k).coords;
-            let across = side.dot(&e);
-            let height = |p: &[f64; 2]| p[0] * across + p[1] * e.z;
-            let Some(top) = self.outline.iter().max_by(|a, b| height(a).total_cmp(&height(b))) else { continue };
-            let point = self.pose.point(&on_ring(*top, k));
-            if let Some(p) = places.of_point(&point).nth(image)
-                && p.coords.dot(d) > best.0
-            {
-                best = (p.coords.dot(d), p);
+    fn farthest(&self, node: usize, d: &Vector) -> Vector {
+        let mut best = (f64::NEG_INFINITY, Vector::zeros());
+        if let Ok(item) = self.form.tree[node].holds {
+            for image in &self.images {
+                let (height, p) = self.form.farthest(item, &image.seen(d));
+                let height = height + image.shift.dot(d);
+                if height > best.0 {
+                    best = (height, image.point(&p));
+                }
             }
         }
-        places.shifted(best.1, d)
+        shifted(self.shifts, best.1, d)
     }
 }
 
-pub(super) struct Hull<'a> {
-    pub(super) points: Vec<Point>,
-    pub(super) shifts: &'a [Vector],
-}
-
-impl SupportMap for Hull<'_> {
-    fn local_support_point(&self, direction: ParryVector) -> ParryVector {
-        let d = Vector::new(direction.x, direction.y, direction.z);
-        let mut best = (f64::NEG_INFINITY, Point::origin());
-        for p in &self.points {
-            let height = p.coords.dot(&d);
-            if height > best.0 {
-                best = (height, *p);
-            }
-        }
-        let p = shifted(self.shifts, best.1, &d);
-        ParryVector::new(p.x, p.y, p.z)
-    }
-}
-
-/// Hull of circles about one line, shifted.
+/// A body at all turns about a line.
 pub(super) struct Circles<'a> {
-    pub(super) point: Point,
-    pub(super) direction: Vector,
-    pub(super) circles: &'a [[f64; 2]],
-    pub(super) shifts: &'a [Vector],
+    turned: &'a Turned,
+    point: Vector,
+    direction: Vector,
+    shifts: &'a [Vector],
 }
 
-impl Circles<'_> {
-    fn support(&self, d: &Vector) -> Point {
+impl<'a> Circles<'a> {
+    pub(super) fn new(turned: &'a Turned, places: &'a Places) -> Self {
+        let [here, _] = &places.poses;
+        let (point, direction) = (here.point(&turned.point).coords, here.vector(&turned.direction));
+        Self { turned, point, direction, shifts: &places.shifts }
+    }
+
+    /// Directions across which the circles lie: along them two planes often tell.
+    pub(super) fn axes(&self) -> [Vector; 2] {
+        [self.direction, -self.direction]
+    }
+}
+
+impl Side for Circles<'_> {
+    fn parts(&self, node: usize) -> Option<[usize; 2]> {
+        self.turned.tree[node].holds.err()
+    }
+
+    fn size(&self, node: usize) -> f64 {
+        self.turned.tree[node].size
+    }
+
+    fn middle(&self) -> Vector {
+        let height = self.turned.tree.first().map_or(0.0, |n| 0.5 * (n.bound.low + n.bound.high));
+        self.point + self.direction * height
+    }
+
+    fn see(&self, d: &Vector) -> Seen {
+        let along = d.dot(&self.direction);
+        let across = (d - self.direction * along).norm();
+        let beyond = self.point.dot(d) + beyond(self.shifts, d);
+        Seen { along: [Vector::new(across, along, 0.0); IMAGES], beyond: [beyond; IMAGES] }
+    }
+
+    fn height(&self, node: usize, seen: &Seen) -> f64 {
+        let node = &self.turned.tree[node];
+        let ([across, along], drum) = ([seen.along[0].x, seen.along[0].y], &node.bound);
+        let height = match node.holds {
+            Err(_) => drum.radius * across + (drum.low * along).max(drum.high * along),
+            Ok(item) => self.turned.farthest(item, across, along).0,
+        };
+        height + seen.beyond[0]
+    }
+
+    fn farthest(&self, node: usize, d: &Vector) -> Vector {
         let along = d.dot(&self.direction);
         let across = d - self.direction * along;
         let size = across.norm();
         let unit = if size > 0.0 { across / size } else { Vector::zeros() };
-        let height = |c: &[f64; 2]| c[0] * size + c[1] * along;
-        let best = self.circles.iter().max_by(|a, b| height(a).total_cmp(&height(b))).copied().unwrap_or_default();
-        let p = self.point + self.direction * best[1] + unit * best[0];
-        shifted(self.shifts, p, d)
-    }
-
-    pub(super) fn bounds(&self) -> (Point, Point) {
-        let end = |sign: f64| Point::from(Vector::from_fn(|k, _| self.support(&(Vector::ith(k, 1.0) * sign))[k]));
-        (end(-1.0), end(1.0))
+        let [radius, height] =
+            self.turned.tree[node].holds.map_or([0.0; 2], |item| self.turned.farthest(item, size, along).1);
+        shifted(self.shifts, self.point + self.direction * height + unit * radius, d)
     }
 }
 
-impl SupportMap for Circles<'_> {
+/// A piece of a body, as the query library asks for it.
+pub(super) struct Piece<'a, S>(pub(super) &'a S, pub(super) usize);
+
+impl<S: Side> SupportMap for Piece<'_, S> {
     fn local_support_point(&self, direction: ParryVector) -> ParryVector {
-        let p = self.support(&Vector::new(direction.x, direction.y, direction.z));
+        let p = self.0.farthest(self.1, &Vector::new(direction.x, direction.y, direction.z));
         ParryVector::new(p.x, p.y, p.z)
     }
 }

@@ -9,6 +9,9 @@ use proveout_machine::{JointValues, Machine};
 
 use crate::Failure;
 
+/// No joint and no body is there, mm or radian: so far off sums lose what is claimed.
+const BEYOND: f64 = 1e7;
+
 /// A claim: over this time the two are apart by at least `distance - motion`, mm.
 #[derive(Clone, Debug)]
 pub(super) struct Span {
@@ -25,6 +28,17 @@ pub(super) struct Span {
 }
 
 impl Span {
+    /// Whether its numbers are some.
+    pub(super) fn is_told(&self) -> bool {
+        let is_told = |x: f64| x.abs() < BEYOND;
+        let mut ends = self.straight.iter().flatten().flat_map(|q| q.0);
+        let mut ranges = self.low.0.into_iter().chain(self.high.0);
+        is_told(self.distance)
+            && is_told(self.motion)
+            && ends.all(is_told)
+            && ranges.all(|x| is_told(x) || x.is_infinite())
+    }
+
     /// The joints that may be anywhere in it.
     pub(super) fn without_ends(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.low.0.len()).filter(|&j| !(self.low[j].is_finite() && self.high[j].is_finite()))

@@ -3,10 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use proveout_geom::{Aabb, Point, Pose, box_mesh};
+use proveout_geom::{Aabb, Point, box_mesh};
 use proveout_record::{RerunMode, observers};
 
 use super::*;
+
+mod planes;
 
 const PROGRAM: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X-20. Y10.\nZ5.\nG1 Z-2. F600\nX60. Y12.\n\
                        A20. C60.\nX30. Z3.\nA-15. C-90.\nG0 Z60.\nM5\nM30\n%\n";
@@ -169,6 +171,27 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     forged[k.expect("a span")].motion = 0.0;
     refused("a motion of nothing", check(&verdict, &setup, &forged, &samples));
 
+    // Numbers that are none.
+    let straight =
+        (0..spans.len()).find(|&k| least(&spans[k]) > 1.0 && spans[k].straight.is_some()).expect("a straight span");
+    let spoiled: [fn(&mut Span, f64); 4] = [
+        |s, x| s.distance = x,
+        |s, x| s.motion = x,
+        |s, x| s.low[0] = x.min(s.low[0]),
+        |s, x| s.straight.iter_mut().flatten().for_each(|q| q[0] = x),
+    ];
+    for (which, spoil) in spoiled.into_iter().enumerate() {
+        for x in [f64::NAN, f64::INFINITY, -1e300] {
+            let mut forged = spans.clone();
+            spoil(&mut forged[straight], x);
+            // Without ends downward nothing is left out, and a lower distance claims less.
+            let honest = forged[straight].low == spans[straight].low && which == 2 || which == 0 && x < 0.0;
+            if !honest {
+                refused(&format!("number {which} told as {x}"), check(&verdict, &setup, &forged, &samples));
+            }
+        }
+    }
+
     let mut forged = spans.clone();
     forged.retain(|s| !s.bodies.iter().any(|b| b == "post"));
     refused("a body left out", check(&verdict, &setup, &forged, &samples));
@@ -197,43 +220,4 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
 fn a_run_that_is_named_holds() {
     let (Ok(folder), Ok(scene)) = (std::env::var("PROVEOUT_RUN"), std::env::var("PROVEOUT_SCENE")) else { return };
     println!("{}", run(Path::new(&folder), Path::new(&scene)).unwrap_or_else(|Failure(e)| panic!("{e}")));
-}
-
-/// What is asked of rings, of boxes and of trees of boxes is what all points of the body answer, one by one.
-#[test]
-fn rings_and_boxes_answer_as_all_points_do() {
-    use parry3d_f64::{math::Vector as ParryVector, shape::SupportMap};
-    let cutter = proveout_tool::Cutter::ball(12.0).expect("ball").bodies(20.0).expect("bodies");
-    let profiles: Vec<_> = cutter.iter().collect();
-    let gauge = Pose::from_rpy(Vector::new(3.0, -7.0, 11.0), 0.4, -0.3, 1.2);
-    let tool = Form::revolved(&profiles, &gauge, 60.0);
-    let block = Form::mesh(&box_mesh(&Aabb { min: Point::new(-9.0, 2.0, 1.0), max: Point::new(4.0, 8.0, 6.0) }));
-    for k in 0..120 {
-        let a = f64::from(k);
-        let pose = |t: f64| {
-            let way = Vector::new(20.0 * (0.7 * a + t).sin(), 9.0 * (1.1 * a).cos() + t, 2.0 + 0.6 * a);
-            Pose::from_rpy(way, 0.3 * a + 0.1 * t, 0.17 * a - 0.2 * t, 0.5 * a)
-        };
-        let places = Places {
-            poses: [pose(0.0), pose(1.0)],
-            middle: (k % 3 > 0).then(|| pose(0.5)),
-            shifts: (0..k % 4).map(|s| Vector::new(f64::from(s), 0.4, -0.2 * a)).collect(),
-        };
-        let d = Vector::new((0.9 * a).sin(), (1.7 * a).cos(), (0.3 * a).sin() + 0.01);
-        let shift: f64 = places.shifts.iter().map(|s| s.dot(&d).abs()).sum();
-        for form in [&tool, &block] {
-            for (item, piece) in form.pieces.iter().enumerate() {
-                let images: Vec<Point> = piece.iter().flat_map(|p| places.of_point(p)).collect();
-                let highest = images.iter().map(|p| p.coords.dot(&d)).fold(f64::NEG_INFINITY, f64::max) + shift;
-                let found = form.placed(item, &places).local_support_point(ParryVector::new(d.x, d.y, d.z));
-                let found = Vector::new(found.x, found.y, found.z).dot(&d);
-                assert!((found - highest).abs() < 1e-9, "{k}: {found} {highest}");
-                let bounds = places.of_box(&Aabb::of_points(piece)).expanded(1e-9);
-                assert!(images.iter().all(|p| bounds.contains(p)), "{k}");
-            }
-            let off = |p: &Point| (p - Point::new(a, -a, 3.0)).cross(&d).norm() / d.norm();
-            let most = form.pieces.iter().flatten().map(off).fold(0.0, f64::max);
-            assert_eq!(form.largest(off), most, "{k}");
-        }
-    }
 }
