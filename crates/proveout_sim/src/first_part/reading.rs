@@ -1,6 +1,6 @@
 //! What a program does, told by one pass of its reader: tools with the room that they move in, work offsets, rotary axes, positions of the machine.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use proveout_geom::{Aabb, Point};
@@ -65,6 +65,8 @@ pub(crate) struct Reading {
     pub(crate) tools: Vec<ToolUse>,
     /// Work offsets in the order in which they are called, with the place.
     pub(crate) offsets: Vec<(String, Location)>,
+    /// Those of them in which a linear axis moves: a retract in machine coordinates counts from none.
+    pub(crate) moved_in: BTreeSet<String>,
     /// The first motion of a linear axis in coordinates of the program before any work offset is called.
     pub(crate) before_offsets: Option<Location>,
     /// The first tool that is made ready, with the place.
@@ -95,6 +97,8 @@ impl Reading {
             tools: Vec::new(),
             current: None,
             offsets: Vec::new(),
+            offset: None,
+            moved_in: BTreeSet::new(),
             before_offsets: None,
             selected: None,
             rotary: BTreeMap::new(),
@@ -116,6 +120,7 @@ impl Reading {
         let Collecting {
             mut tools,
             offsets,
+            moved_in,
             before_offsets,
             selected,
             rotary,
@@ -126,7 +131,19 @@ impl Reading {
             ..
         } = state;
         tools.retain(|t| t.name != ToolName::Empty || t.feeds > 0);
-        Self { survey, tools, offsets, before_offsets, selected, rotary, tcp, indexed, machine_moves, joints }
+        Self {
+            survey,
+            tools,
+            offsets,
+            moved_in,
+            before_offsets,
+            selected,
+            rotary,
+            tcp,
+            indexed,
+            machine_moves,
+            joints,
+        }
     }
 }
 
@@ -135,6 +152,9 @@ struct Collecting<'a> {
     tools: Vec<ToolUse>,
     current: Option<usize>,
     offsets: Vec<(String, Location)>,
+    /// The one in force.
+    offset: Option<String>,
+    moved_in: BTreeSet<String>,
     before_offsets: Option<Location>,
     selected: Option<(ToolName, Location)>,
     rotary: BTreeMap<char, [f64; 2]>,
@@ -152,8 +172,11 @@ impl Collecting<'_> {
             Op::Tool(ToolAction::Select(name)) => {
                 self.selected.get_or_insert_with(|| (name.clone(), at.clone()));
             }
-            Op::Offset(Offset::Work { word }) if !self.offsets.iter().any(|(known, _)| known == word) => {
-                self.offsets.push((word.clone(), at.clone()));
+            Op::Offset(Offset::Work { word }) => {
+                self.offset = Some(word.clone());
+                if !self.offsets.iter().any(|(known, _)| known == word) {
+                    self.offsets.push((word.clone(), at.clone()));
+                }
             }
             Op::Tcp(tcp) => self.tcp |= tcp.on,
             Op::Rapid(motion) | Op::Linear(motion) => self.axes(motion, at),
@@ -255,8 +278,16 @@ impl Collecting<'_> {
                 continue;
             }
             let Some(value) = motion.end_base.get(index) else { continue };
-            if index < 3 && !motion.machine_coordinates && self.offsets.is_empty() {
-                self.before_offsets.get_or_insert_with(|| at.clone());
+            if index < 3 && !motion.machine_coordinates {
+                match &self.offset {
+                    None => {
+                        self.before_offsets.get_or_insert_with(|| at.clone());
+                    }
+                    Some(word) if !self.moved_in.contains(word) => {
+                        self.moved_in.insert(word.clone());
+                    }
+                    Some(_) => {}
+                }
             }
             if motion.machine_coordinates {
                 self.machine_moves.push(MachineMove { letter, value, at: at.clone() });
