@@ -232,6 +232,9 @@ pub struct Mount {
     /// Turns about the fixed x, y and z axes, in this order, degrees.
     #[serde(default)]
     pub rotation_deg: [f64; 3],
+    /// Nobody told the place: findings about what stands on the table say so.
+    #[serde(default)]
+    pub chosen: bool,
 }
 
 /// Design part: a mesh, or a surface with a closed form.

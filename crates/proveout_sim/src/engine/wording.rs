@@ -44,7 +44,7 @@ pub(super) fn material(code: &Code, what: Swept, tool: &Tool, report: &SweepRepo
             report.volume_mm3
         )
     };
-    let mut f = FindingLog::of(code, message);
+    let mut f = FindingLog::of(code, message + &chosen_of_tool(tool, part));
     f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
     if near {
         (f.limit, f.unit) = (Some(wanted), Some("mm".into()));
@@ -54,6 +54,24 @@ pub(super) fn material(code: &Code, what: Swept, tool: &Tool, report: &SweepRepo
     f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
     f
 }
+
+/// Dimensions on which a finding about a part of the tool hangs and that nobody told, in words; nothing where all are told.
+pub(super) fn chosen_of_tool(tool: &Tool, part: &str) -> String {
+    let keys: &[&str] = match part {
+        "holder" => &["gauge_length_mm", "holder"],
+        "neck" | "shank" => &["flute_length_mm", "neck_length_mm", "neck_diameter_mm", "shank_diameter_mm"],
+        _ => return String::new(),
+    };
+    let chosen: Vec<&str> =
+        keys.iter().copied().filter(|key| tool.chosen.iter().any(|(own, _)| own.iter().any(|k| k == key))).collect();
+    if chosen.is_empty() {
+        return String::new();
+    }
+    format!("; {} of {} chosen, not measured: write your own into the tool library", chosen.join(" and "), tool.name)
+}
+
+/// What is to be known of a finding where the place of the workpiece on the table is chosen.
+pub(super) const CHOSEN_MOUNT: &str = "; the place of the part on the table is chosen: write your own `translation_mm` under [mount] of the scene, with the work offsets";
 
 /// Two bodies too near.
 pub(super) fn hit(hit: &Hit) -> Finding {

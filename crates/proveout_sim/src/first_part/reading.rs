@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use proveout_geom::{Aabb, Point};
+use proveout_geom::{Aabb, Point, Vector};
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::{
     AXIS_LETTERS, Command, Dialect, Location, Motion, Offset, Op, Settings, Survey, ToolAction, ToolName,
@@ -13,6 +13,8 @@ use super::trace::{TraceSetup, Tracer, Way, WayKind};
 
 /// Most descents that are kept a tool: places where it goes down in rapid.
 const MAX_DESCENTS: usize = 10_000;
+/// Most places with a tilted tool that are kept.
+const MAX_TILTED: usize = 20_000;
 /// A motion that goes down by more than five times its way across goes into material or to it, and not along it.
 const STEEP: f64 = 0.2;
 /// Cosine of the tilt below which a tool stands upright: 3 degrees.
@@ -43,6 +45,10 @@ pub(crate) struct ToolUse {
     pub(crate) lengthened: bool,
     /// A motion in feed with the tool off the z axis of the workpiece.
     pub(crate) tilted: bool,
+    /// Longest way in feed along an axis of the tool that stays, mm.
+    pub(crate) along: f64,
+    /// That axis, and lowest and highest place along it.
+    span: Option<(Vector, [f64; 2])>,
     /// The first motion in feed.
     pub(crate) first_feed: Option<Location>,
     /// The first end of a rapid motion that goes down, before any motion in feed.
@@ -58,6 +64,16 @@ pub(crate) struct MachineMove {
     pub(crate) at: Location,
 }
 
+/// A place of a tool off the z axis of the workpiece.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TiltedPlace {
+    /// Tip, workpiece frame.
+    pub(crate) tip: Point,
+    pub(crate) axis: Vector,
+    /// Gauge length of the tool, mm.
+    pub(crate) gauge: f64,
+}
+
 /// What a program does.
 #[derive(Clone, Debug)]
 pub(crate) struct Reading {
@@ -69,8 +85,10 @@ pub(crate) struct Reading {
     pub(crate) moved_in: BTreeSet<String>,
     /// The first motion of a linear axis in coordinates of the program before any work offset is called.
     pub(crate) before_offsets: Option<Location>,
-    /// The first tool that is made ready, with the place.
-    pub(crate) selected: Option<(ToolName, Location)>,
+    /// Tools that are made ready, with the first place of each.
+    pub(crate) selected: Vec<(ToolName, Location)>,
+    /// A tool is changed in.
+    pub(crate) changes: bool,
     /// Lowest and highest positions of rotary axes, radian.
     pub(crate) rotary: BTreeMap<char, [f64; 2]>,
     /// Tool center point control or a tilted plane is used.
@@ -79,6 +97,8 @@ pub(crate) struct Reading {
     /// table.
     pub(crate) indexed: Option<Location>,
     pub(crate) machine_moves: Vec<MachineMove>,
+    /// Ends of motions with the tool off the z axis of the workpiece.
+    pub(crate) tilted: Vec<TiltedPlace>,
     /// Lowest and highest position of each joint, where the program is; under tool center point control at the ends of motions.
     pub(crate) joints: BTreeMap<usize, [(f64, Location); 2]>,
 }
@@ -100,11 +120,13 @@ impl Reading {
             offset: None,
             moved_in: BTreeSet::new(),
             before_offsets: None,
-            selected: None,
+            selected: Vec::new(),
+            changes: false,
             rotary: BTreeMap::new(),
             tcp: false,
             indexed: None,
             machine_moves: Vec::new(),
+            tilted: Vec::new(),
             joints: BTreeMap::new(),
         };
         let survey = Survey::of_file(path, settings, &mut |command, _: Dialect| {
@@ -123,10 +145,12 @@ impl Reading {
             moved_in,
             before_offsets,
             selected,
+            changes,
             rotary,
             tcp,
             indexed,
             machine_moves,
+            tilted,
             joints,
             ..
         } = state;
@@ -138,10 +162,12 @@ impl Reading {
             moved_in,
             before_offsets,
             selected,
+            changes,
             rotary,
             tcp,
             indexed,
             machine_moves,
+            tilted,
             joints,
         }
     }
@@ -156,11 +182,13 @@ struct Collecting<'a> {
     offset: Option<String>,
     moved_in: BTreeSet<String>,
     before_offsets: Option<Location>,
-    selected: Option<(ToolName, Location)>,
+    selected: Vec<(ToolName, Location)>,
+    changes: bool,
     rotary: BTreeMap<char, [f64; 2]>,
     tcp: bool,
     indexed: Option<Location>,
     machine_moves: Vec<MachineMove>,
+    tilted: Vec<TiltedPlace>,
     joints: BTreeMap<usize, [(f64, Location); 2]>,
 }
 
@@ -168,9 +196,12 @@ impl Collecting<'_> {
     fn look(&mut self, command: &Command, way: Option<&Way>, joints: Option<&JointValues>, tracer: &Tracer<'_>) {
         let at = &command.location;
         match &command.op {
-            Op::Tool(ToolAction::Change(name)) => self.change(name, at),
-            Op::Tool(ToolAction::Select(name)) => {
-                self.selected.get_or_insert_with(|| (name.clone(), at.clone()));
+            Op::Tool(ToolAction::Change(name)) => {
+                self.changes = true;
+                self.change(name, at);
+            }
+            Op::Tool(ToolAction::Select(name)) if !self.selected.iter().any(|(known, _)| known == name) => {
+                self.selected.push((name.clone(), at.clone()));
             }
             Op::Offset(Offset::Work { word }) => {
                 self.offset = Some(word.clone());
@@ -205,6 +236,13 @@ impl Collecting<'_> {
                 }
             }
         }
+        if way.axis.z < UPRIGHT
+            && !way.machine
+            && self.tilted.len() < MAX_TILTED
+            && let Some(tip) = way.points.last()
+        {
+            self.tilted.push(TiltedPlace { tip: *tip, axis: way.axis, gauge: tracer.gauge() });
+        }
         let Some(tool) = self.current.and_then(|i| self.tools.get_mut(i)) else { return };
         match way.kind {
             WayKind::Rapid => {
@@ -229,7 +267,17 @@ impl Collecting<'_> {
                 if table_turned && !tracer.tcp {
                     self.indexed.get_or_insert_with(|| at.clone());
                 }
-                way.points.iter().skip(usize::from(!way.from_known)).for_each(|p| tool.feed.grow(p));
+                way.points.iter().skip(usize::from(!way.from_known)).for_each(|p| {
+                    tool.feed.grow(p);
+                    let height = p.coords.dot(&way.axis);
+                    let [low, high] = match tool.span {
+                        Some((axis, span)) if axis.dot(&way.axis) > 1.0 - 1e-9 => span,
+                        _ => [height; 2],
+                    };
+                    let span = [low.min(height), high.max(height)];
+                    tool.span = Some((way.axis, span));
+                    tool.along = tool.along.max(span[1] - span[0]);
+                });
                 if let [from, .., to] = &way.points[..] {
                     let along = (to - from).dot(&way.axis);
                     let across = (to - from - way.axis * along).norm();
@@ -265,6 +313,8 @@ impl Collecting<'_> {
                 bare: None,
                 lengthened: false,
                 tilted: false,
+                along: 0.0,
+                span: None,
                 first_feed: None,
                 first_descent: None,
             });
