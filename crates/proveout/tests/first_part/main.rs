@@ -3,6 +3,7 @@
 mod desk;
 mod foreign;
 mod posts;
+mod strangers;
 
 use std::{
     fs,

@@ -57,7 +57,11 @@ impl Engine<'_> {
             }
             if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
                 let wanted = self.prepared.scene.file.tolerances.near_miss_mm;
-                let finding = wording::material(&code, part.what, tool, report, wanted);
+                let mut finding = wording::material(&code, part.what, tool, report, wanted);
+                if let Some(index) = state.tool {
+                    let part = wording::part_of_tool(part.what);
+                    finding.message += &wording::chosen_of_tool(&self.prepared.tools, index, part);
+                }
                 let finding = self.at_piece(finding, piece, piece.time[0]);
                 self.log.push(finding);
             }
@@ -111,8 +115,8 @@ impl Engine<'_> {
     fn chosen_of_hit(&self, hit: &Hit) -> String {
         let of_tool = hit.bodies.iter().filter_map(|body| {
             let (part, name) = body.split_once(" of ")?;
-            let tool = self.prepared.tools.tools.iter().find(|t| t.name == name)?;
-            Some(wording::chosen_of_tool(tool, part))
+            let index = self.prepared.tools.tools.iter().position(|t| t.name == name)?;
+            Some(wording::chosen_of_tool(&self.prepared.tools, index, part))
         });
         let mut all: String = of_tool.collect();
         if self.prepared.mount_chosen {

@@ -339,12 +339,33 @@ pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
         (1.0 / SAME_SIZE..=SAME_SIZE).contains(&ratio)
     };
     let meets = |b: &Aabb| b.expanded(1.0).intersects(room);
+    let (own, other) = (design.size().max(), room.size().max());
     match (meets(design), like(design)) {
         (true, true) => Fit::Fits,
         _ if like(&scaled) && meets(&scaled) => Fit::InInch,
-        (true, false) => Fit::Fits,
+        // No part is larger than what it is cut from, and none that a machine cuts has less than a millimeter.
+        (true, false) if own < SAME_SIZE * other && own >= LEAST_PART_MM => Fit::Fits,
         _ => Fit::Off,
     }
+}
+
+/// Largest edge below which no design is a part, mm.
+const LEAST_PART_MM: f64 = 1.0;
+/// Units that designs come in by mistake: factor to millimeters, and what its numbers are then.
+const MISTAKEN: [(f64, &str); 4] = [
+    (1000.0, "meters"),
+    (10.0, "centimeters"),
+    (0.1, "ten times too large"),
+    (1.0 / 25.4, "25.4 times too large, converted from inches once too often"),
+];
+
+/// What the numbers of a design look like that is too small or too large for the room of its cuts; none where no usual mistake explains it.
+pub(crate) fn mistaken(design: &Aabb, room: &Aabb) -> Option<&'static str> {
+    MISTAKEN.iter().find_map(|(factor, what)| {
+        let scaled = Aabb { min: design.min * *factor, max: design.max * *factor };
+        let ratio = scaled.size().max() / room.size().max().max(1e-9);
+        ((1.0 / SAME_SIZE..=SAME_SIZE).contains(&ratio) && scaled.expanded(1.0).intersects(room)).then_some(*what)
+    })
 }
 
 #[cfg(test)]
@@ -438,6 +459,11 @@ mod tests {
         assert_eq!(fit(&aabb([0.0, 0.0, -0.75], [4.0, 3.0, 0.0]), &room), Fit::InInch);
         assert_eq!(fit(&aabb([1.0, 1.0, -19.0], [100.0, 75.0, 0.0]), &room), Fit::Fits);
         assert_eq!(fit(&aabb([500.0, 0.0, -19.0], [600.0, 75.0, 0.0]), &room), Fit::Off);
+        // Meters, and ten times too large.
+        for (factor, word) in [(1e-3, "meters"), (10.0, "ten times too large")] {
+            let off = aabb([0.0, 0.0, -20.0 * factor], [100.0 * factor, 75.0 * factor, 0.0]);
+            assert_eq!((fit(&off, &room), mistaken(&off, &room)), (Fit::Off, Some(word)));
+        }
         // A small part of a large plate is no inch.
         assert_eq!(fit(&aabb([10.0, 10.0, -5.0], [30.0, 25.0, 0.0]), &room), Fit::Fits);
     }

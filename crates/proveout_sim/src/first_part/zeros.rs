@@ -96,13 +96,15 @@ pub(super) fn offsets(
             all.push(placed(key, word, answer)?);
         }
     }
-    for word in idle.iter().filter(|w| !all.iter().any(|(known, ..)| known == *w)) {
+    for word in idle {
+        if all.iter().any(|(known, ..)| known == word) {
+            continue;
+        }
         let key = format!("offset.{word}");
-        let own = match interview.given(&key) {
+        all.push(match interview.given(&key) {
             Some(answer) => placed(&key, word, &answer)?,
-            None => ((*word).to_owned(), [0.0; 3], format!("no motion counts from it: the place of {first}")),
-        };
-        all.push(own);
+            None => (word.to_owned(), [0.0; 3], format!("no motion counts from it: the place of {first}")),
+        });
     }
     Ok(all)
 }
