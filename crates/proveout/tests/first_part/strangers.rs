@@ -145,7 +145,7 @@ fn tools_that_are_named_and_never_changed_in_are_told() {
     let desk = Desk::new(&[]);
     desk.write(
         "answers.toml",
-        "start_tool = \"proposed\"\ntool.T1 = \"drill D0.8\"\nholder = \"none\"\nstock = \"0,0,-2,20,20,0\"\n",
+        "start_tool = \"proposed\"\ntools = \"T1: drill D0.8; T2: drill D1.2\"\nholder = \"none\"\nstock = \"0,0,-2,20,20,0\"\n",
     );
     // A board, drilled with changes by hand.
     desk.write(
@@ -178,11 +178,11 @@ fn a_part_on_a_table_that_is_tilted_stands_clear_of_it() {
     for name in ["limits", "collision"] {
         assert_eq!(gate(&verdict, name).0, "pass", "{:?}", gate(&verdict, name));
     }
-    // Lower, it would be our guess that collides, and the findings say so.
+    // Where our guess is at fault, the finding says so: the stock in the table.
     let scene = fs::read_to_string(desk.path("side/scene.toml")).expect("written");
     assert!(scene.contains("chosen = true"), "{scene}");
     let line = scene.lines().find(|l| l.starts_with("translation_mm")).expect("a mount");
-    fs::write(desk.path("side/scene.toml"), scene.replace(line, "translation_mm = [0, 0, 35]")).expect("written");
+    fs::write(desk.path("side/scene.toml"), scene.replace(line, "translation_mm = [0, 0, 10]")).expect("written");
     let errors = errors(&desk.verdict("side"));
     assert!(errors.iter().any(|e| e.contains("the place of the part on the table is chosen")), "{errors:?}");
 }

@@ -202,6 +202,8 @@ pub(super) fn stock(
                 cylinder along Z as X,Y,Z0,DIAMETER,HEIGHT, a lying one as X0,Y,Z,DIAMETER,LENGTH along X (or X,Y0,Z along Y), a mesh file, or \
                 proposed"
         .to_owned();
+    // What is proposed is not known before the other answers are, and can be taken all the same.
+    let text = if guessed { format!("{text}: the box that follows from the other answers") } else { text };
     let Some(answer) = interview.get(key, text, proposed.as_ref().map(|(b, _)| corners(b))) else { return Ok(None) };
     if answer == PROPOSED {
         let Some((stock, how)) = proposed else {

@@ -99,6 +99,12 @@ pub(super) fn tools(
             called.push((name, Some(tool.at.clone())));
         }
     }
+    // A text that changes no tool in names them all the same, and the control looks each of them up.
+    for (name, at) in readings.iter().filter(|r| !r.changes).flat_map(|r| &r.selected) {
+        if *name != ToolName::Empty && !called.iter().any(|(known, _)| known == name) {
+            called.push((name.clone(), Some(at.clone())));
+        }
+    }
     let mut library: Vec<ToolDraft> = Vec::new();
     if let Some(path) = &call.tools {
         if path.extension().is_some_and(|e| e == "toml") {
