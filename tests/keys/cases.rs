@@ -71,6 +71,7 @@ fn set(whole: &mut Value, path: &str, value: &str, key: &str) {
 pub(crate) const DESCRIBING: &[(&str, &str)] = &[
     ("scene/.description", "words for people; they stand in the comparison's page"),
     ("scene/StockFile.source", "where the numbers of the stock come from, for people"),
+    ("scene/Mount.chosen", "nobody told the place: findings about what stands on the table say so, in words"),
     ("scene/FixtureFile.source", "where the numbers of the fixture come from, for people"),
     ("scene/JointLimitFile.source", "where the limits come from, for people"),
     ("machine/.name", "the machine's name for people: error texts, recordings and reports carry it"),

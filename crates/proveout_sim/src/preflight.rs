@@ -104,6 +104,25 @@ pub(crate) fn outside_travel(machine: &Machine, readings: &[Reading]) -> Vec<Cau
     by_letter.into_iter().filter_map(cause).collect()
 }
 
+/// Tools that are named one after the other in a text that changes none in: everything is cut with the one in the spindle.
+pub(crate) fn never_changed(reading: &Reading, in_spindle: &ToolName) -> Option<Cause> {
+    let named: Vec<&(ToolName, Location)> =
+        reading.selected.iter().filter(|(name, _)| *name != ToolName::Empty).collect();
+    if reading.changes || named.len() < 2 {
+        return None;
+    }
+    let names: Vec<String> = named.iter().map(|(name, _)| shown(name)).collect();
+    Some(Cause::new(
+        format!(
+            "{} are named and none is changed in ({}, no M6): everything is cut with {}, the tool in the spindle",
+            names.join(", "),
+            lines(named.iter().map(|(_, at)| at)),
+            shown(in_spindle)
+        ),
+        "write M6 behind each T where the operator changes the tool, or make a program of each tool",
+    ))
+}
+
 /// Everything that can be known before a run.
 pub fn preflight(prepared: &Prepared) -> Vec<Cause> {
     if prepared.made.is_some() {
@@ -115,6 +134,7 @@ pub fn preflight(prepared: &Prepared) -> Vec<Cause> {
     let lengths = tools()
         .flat_map(|t| [(ToolName::Number(t.number), t.gauge_length), (ToolName::Name(t.name.clone()), t.gauge_length)])
         .collect();
+    let in_spindle = start.clone();
     let tracing = setup(&prepared.table_from_work, lengths, dialect, start);
     let reading = Reading::of(&prepared.program_path, &prepared.nc_settings, &prepared.machine, tracing);
     let cutting: Vec<&ToolUse> = reading.tools.iter().filter(|t| t.feeds > 0).collect();
@@ -135,6 +155,7 @@ pub fn preflight(prepared: &Prepared) -> Vec<Cause> {
             format!("add to the scene: [start] tool = {number}; tools of the library: {numbers:?}"),
         ));
     }
+    all.extend(never_changed(&reading, &in_spindle));
     all.extend(no_length(prepared, &cutting, &stock, length_active_after_change(dialect)));
     all.extend(outside_travel(&prepared.machine, std::slice::from_ref(&reading)));
     all.extend(axes(&prepared.machine, &reading));

@@ -142,6 +142,8 @@ pub struct Prepared {
     pub fixtures: Vec<(String, TriMesh)>,
     /// Workpiece frame to table frame.
     pub table_from_work: Pose,
+    /// Nobody told where the workpiece stands on the table.
+    pub(crate) mount_chosen: bool,
     /// Least overhangs that were searched, by name of the tool, mm.
     pub least_overhang_mm: BTreeMap<String, f64>,
     /// Places along the motion at which the free tool axes are looked for; zero for none.
@@ -318,6 +320,7 @@ impl Prepared {
             texture,
             fixtures,
             table_from_work,
+            mount_chosen: mount.chosen,
             least_overhang_mm: choice.least_overhang_mm.clone(),
             free_axes: choice.free_axes,
             set: set_values::told(&choice.set),

@@ -232,6 +232,9 @@ pub struct Mount {
     /// Turns about the fixed x, y and z axes, in this order, degrees.
     #[serde(default)]
     pub rotation_deg: [f64; 3],
+    /// Nobody told the place: findings about what stands on the table say so.
+    #[serde(default)]
+    pub chosen: bool,
 }
 
 /// Design part: a mesh, or a surface with a closed form.
@@ -475,6 +478,14 @@ impl Scene {
     /// # Errors
     /// [`InputError`] with file, line, column and remedy for the first fault.
     pub fn read(path: &Path) -> Result<Self, InputError> {
+        const MADE: &str =
+            "name the folder of a scene; `proveout new PROGRAM --machine NAME` makes one of an NC program";
+        if path.is_dir() && !path.join("scene.toml").exists() {
+            return Err(InputError::file(path, "the folder holds no scene.toml", MADE));
+        }
+        if path.is_file() && path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
+            return Err(InputError::file(path, "the file is no scene: scenes are TOML", MADE));
+        }
         let path = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
         let text = read_input(&path)?;
         Self::of_text(path, &text)

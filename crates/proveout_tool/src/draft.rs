@@ -15,6 +15,8 @@ const FLUTES_OVER_DIAMETER: f64 = 3.0;
 const FLUTES_OVER_POINT: f64 = 1.0;
 /// Stick-out behind the flutes where nothing tells it, mm.
 const BEHIND_FLUTES_MM: f64 = 15.0;
+/// What stands out of the holder over the deepest cut, where nothing tells how far the tool stands out, mm.
+const ABOVE_CUT_MM: f64 = 5.0;
 /// Gauge length without a holder, mm: a usual projection of tool and holder together.
 const BARE_GAUGE_MM: f64 = 150.0;
 /// Full angle of a drill's point where nothing tells it, degrees: that of a usual twist drill.
@@ -155,13 +157,30 @@ impl ToolDraft {
             self.choose(&["corner_radius_mm"], "nothing tells it: a sharp corner is the fullest one");
         }
         let end = self.end_height();
+        self.give_holder(holder);
+        let held: f64 = self.holder.iter().map(|s| s.length).sum();
+        // A length that is told leaves so much below the holder.
+        let below = self.gauge.map(|gauge| gauge - held);
+        if let (Some(gauge), Some(below)) = (self.gauge, below)
+            && held > 0.0
+            && below <= end.max(self.flute_length.unwrap_or(0.0))
+        {
+            return Err(format!(
+                "T{} is told to be {} mm long to the gauge line ({}), and its holder {} mm: too little of it stands out",
+                self.number,
+                plain_number(gauge),
+                self.source,
+                plain_number(held)
+            ));
+        }
         if self.flute_length.is_none() && self.kind != Some("profile") {
             let length = match self.kind {
                 Some("chamfer") => FLUTES_OVER_POINT * end,
                 Some("face_mill") => (0.2 * diameter).max(end + 1.0),
                 _ => (FLUTES_OVER_DIAMETER * diameter).max(end + 1.0),
             };
-            self.flute_length = Some(rounded(length));
+            let length = rounded(length);
+            self.flute_length = Some(below.map_or(length, |below| length.min(below)));
             let reason = format!(
                 "nothing tells it: a usual length for {diameter} mm; write your own, since a cut that is deeper is a finding"
             );
@@ -169,17 +188,6 @@ impl ToolDraft {
         }
         let cutter = self.flute_length.unwrap_or(0.0).max(end);
         let reach = cutter + self.neck.map_or(0.0, |(_, length)| length);
-        if self.holder.is_empty()
-            && let Some(PlainHolder { diameter, length }) = holder
-        {
-            self.holder = vec![HolderSection { diameter, top_diameter: diameter, length }];
-            self.holder_name = "of the call".into();
-            self.choose(
-                &["holder"],
-                "one holder for all tools of which nothing tells another, as the answer `holder` says",
-            );
-        }
-        let held: f64 = self.holder.iter().map(|s| s.length).sum();
         if self.gauge.is_none() {
             if let (Some(out), true) = (self.stick_out, held > 0.0) {
                 self.gauge = Some(out + held);
@@ -201,6 +209,55 @@ impl ToolDraft {
             self.overall = None;
         }
         Ok(())
+    }
+
+    /// Gives a tool without a holder that of the call.
+    fn give_holder(&mut self, holder: Option<PlainHolder>) {
+        if let (true, Some(PlainHolder { diameter, length })) = (self.holder.is_empty(), holder) {
+            self.holder = vec![HolderSection { diameter, top_diameter: diameter, length }];
+            self.holder_name = "of the call".into();
+            self.choose(
+                &["holder"],
+                "one holder for all tools of which nothing tells another, as the answer `holder` says",
+            );
+        }
+    }
+
+    /// Lets a tool of which nothing tells how far it stands out reach a cut that is so deep below the material's top, mm: nobody chucks a tool
+    /// so short that its holder would meet the part. The flutes of a drill, where nothing tells them, reach as far; those of a mill do not,
+    /// since a cut that is deeper is a finding. Whether a length changed.
+    pub fn reach(&mut self, depth: f64) -> bool {
+        let is_chosen = |this: &Self, key: &str| this.chosen.iter().any(|(keys, _)| keys.contains(&key));
+        let mut changed = false;
+        if self.kind == Some("drill") && is_chosen(self, "flute_length_mm") {
+            let flutes = rounded(depth + self.end_height());
+            if self.flute_length.is_some_and(|own| own < flutes) {
+                self.flute_length = Some(flutes);
+                self.explain("flute_length_mm", "nothing tells it: as long as the deepest hole asks");
+                changed = true;
+            }
+        }
+        if !is_chosen(self, "gauge_length_mm") {
+            return changed;
+        }
+        let held: f64 = self.holder.iter().map(|s| s.length).sum();
+        let out = rounded(depth + ABOVE_CUT_MM).max(rounded(self.flute_length.unwrap_or(0.0)));
+        let length = out + if held > 0.0 { held } else { 50.0 };
+        if self.gauge.is_some_and(|own| own < length) {
+            self.gauge = Some(length);
+            let reason =
+                format!("nothing tells how far the tool stands out: {ABOVE_CUT_MM} mm more than its deepest cut");
+            self.explain("gauge_length_mm", &reason);
+            changed = true;
+        }
+        changed
+    }
+
+    /// Another reason for a key that was chosen.
+    fn explain(&mut self, key: &'static str, reason: &str) {
+        self.chosen.iter_mut().for_each(|(keys, _)| keys.retain(|k| *k != key));
+        self.chosen.retain(|(keys, _)| !keys.is_empty());
+        self.choose(&[key], reason);
     }
 }
 
@@ -325,6 +382,27 @@ mod tests {
 
     fn draft(kind: &'static str, shape: &[(&'static str, f64)]) -> ToolDraft {
         ToolDraft { kind: Some(kind), shape: shape.to_vec(), ..ToolDraft::new(7, "a comment") }
+    }
+
+    #[test]
+    fn what_is_chosen_reaches_the_deepest_cut_and_what_is_told_stays() {
+        let holder = Some(PlainHolder { diameter: 40.0, length: 60.0 });
+        let mut drill = draft("drill", &[("diameter_mm", 8.0)]);
+        drill.complete(holder).expect("chosen");
+        assert_eq!((drill.flute_length, drill.gauge), (Some(24.0), Some(99.0)));
+        assert!(!drill.reach(10.0));
+        assert!(drill.reach(50.0));
+        // A point of 118 degrees is 2.404 mm high.
+        assert_eq!((drill.flute_length, drill.gauge), (Some(52.5), Some(115.0)));
+        assert_eq!(drill.chosen.iter().filter(|(keys, _)| keys.contains(&"gauge_length_mm")).count(), 1);
+        let mut mill = ToolDraft { gauge: Some(75.0), ..draft("flat", &[("diameter_mm", 8.0)]) };
+        mill.complete(holder).expect("told");
+        assert_eq!(mill.flute_length, Some(15.0), "no longer than what stands out");
+        assert!(!mill.reach(50.0) && mill.gauge == Some(75.0));
+        let short = ToolDraft { gauge: Some(30.0), ..draft("flat", &[("diameter_mm", 8.0)]) }.complete(holder);
+        assert!(
+            short.expect_err("too short").contains("30 mm long to the gauge line (a comment), and its holder 60 mm")
+        );
     }
 
     #[test]

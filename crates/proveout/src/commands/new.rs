@@ -63,7 +63,8 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
         say!("{line}");
     }
     proposal.write().map_err(told)?;
-    say!("\n{} answers; written: {}", proposal.answered, output.display());
+    let answers = if proposal.answered == 1 { "answer" } else { "answers" };
+    say!("\n{} {answers}; written: {}", proposal.answered, output.display());
     say!("next: proveout check {0}; proveout run {0}", output.display());
     Ok(())
 }

@@ -3,6 +3,7 @@
 mod desk;
 mod foreign;
 mod posts;
+mod strangers;
 
 use std::{
     fs,
@@ -37,7 +38,7 @@ fn a_program_of_840d_states_its_stock() {
         "WORKPIECE in line 3",
         "tool \"END_D12\": flat D12",
         "tool \"DRILL_D8\": drill D8",
-        "1 answers",
+        "1 answer;",
     ] {
         assert!(told.contains(word), "{word:?} is not in:\n{told}");
     }

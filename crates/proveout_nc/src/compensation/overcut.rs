@@ -121,6 +121,16 @@ fn real_crossings(a: &Element, b: &Element) -> impl Iterator<Item = Point> {
     })
 }
 
+/// Where the start or the end of a block lies on another one, away from its ends and at an angle.
+fn meets(wall: &Element, block: &Element, start: bool) -> Option<Point> {
+    let [first, last] = distance::ends(block);
+    let (x, own) = if start { (first, block.first_tangent()) } else { (last, block.last_tangent()) };
+    let (distance, foot, part) = distance::nearest(wall, x);
+    let away = distance::ends(wall).iter().all(|end| norm(sub(x, *end)) > TOUCH);
+    let on = distance < TOUCH && matches!(part, Part::Inside) && away;
+    (on && cross(wall.tangent_at(foot), own).abs() > TOUCH).then_some(x)
+}
+
 /// A place of the contour: block, and way along it as [`Element::on_from_start`] counts it.
 type Place1d = (usize, f64);
 
@@ -133,6 +143,8 @@ type Place1d = (usize, f64);
 ///              ^
 ///              : start
 /// ```
+///
+/// The same where the contour closes in the crossing, or begins there: written by hand, most contours end in the corner that they began beside.
 struct Tails {
     /// The first blocks are a way on up to here.
     start: Option<Place1d>,
@@ -155,6 +167,22 @@ impl Tails {
                         tails.end = Some(at);
                     }
                 }
+            }
+        }
+        let Some(last) = count.checked_sub(1) else { return tails };
+        for near in 0..LEAD {
+            // The contour ends on one of its first blocks, or begins on one of its last ones.
+            if near + 1 < last
+                && let Some(x) = meets(&walls[near].element, &walls[last].element, false)
+            {
+                let at = place(near, &walls[near].element, x);
+                tails.start = Some(tails.start.map_or(at, |start| if start > at { start } else { at }));
+            }
+            if near + 1 < last
+                && let Some(x) = meets(&walls[last - near].element, &walls[0].element, true)
+            {
+                let at = place(last - near, &walls[last - near].element, x);
+                tails.end = Some(tails.end.map_or(at, |end| if end < at { end } else { at }));
             }
         }
         tails
@@ -204,7 +232,7 @@ impl Compensated {
             if kind == OvercutKind::Narrow
                 && tails.get_or_insert_with(|| Tails::of(&stretch.walls)).hold(&stretch.walls, &cut)
             {
-                kind = OvercutKind::ContourEnd;
+                kind = OvercutKind::Overlap;
             }
             if kind == OvercutKind::Narrow {
                 let later = stretch.walls.get(way.wall.max(cut.wall));
@@ -244,7 +272,10 @@ impl Compensated {
     pub(super) fn check_exit(&mut self, way: &Way) {
         let Some(stretch) = self.leaving.take().map(|(stretch, _)| stretch) else { return };
         let told = stretch.cut_by(way).and_then(|cut| {
-            let kind = kind(&stretch, way, &cut)?;
+            let mut kind = kind(&stretch, way, &cut)?;
+            if Tails::of(&stretch.walls).hold(&stretch.walls, &cut) {
+                kind = OvercutKind::Overlap;
+            }
             self.told(&stretch, way, &cut, kind, 1)
         });
         self.out.extend(told.map(Ok));
@@ -336,6 +367,13 @@ mod tests {
         let cut = |wall, point| Cut { way: 0, wall, depth: 1.0, center: point, point };
         assert!(tails.hold(&boss.walls, &cut(0, [-15.0, -20.0])) && tails.hold(&boss.walls, &cut(3, [-20.0, -15.0])));
         assert!(!tails.hold(&boss.walls, &cut(0, [-15.0, 0.0])) && !tails.hold(&boss.walls, &cut(1, [0.0, 15.0])));
+        // It closes in the corner where the extension of its first side begins, and the other way round.
+        let closing = stretch(&points[..4].iter().copied().chain([[-15.0, -15.0]]).collect::<Vec<_>>(), 5.0);
+        let tails = Tails::of(&closing.walls);
+        assert_eq!((tails.start, tails.end), (Some((0, 10.0)), None));
+        let opening = stretch(&[&[[-15.0, -15.0]], &points[1..]].concat(), 5.0);
+        let tails = Tails::of(&opening.walls);
+        assert_eq!((tails.start, tails.end), (None, Some((3, 30.0))));
         // Closed in a corner, nothing is a way on.
         let closed = stretch(&[[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0], [0.0, 0.0]], 2.0);
         let tails = Tails::of(&closed.walls);

@@ -227,6 +227,11 @@ impl Control {
         self.dialect
     }
 
+    /// Whether lengths count in inches before the first word for the unit, as far as the control says.
+    pub fn starts_in_inch(&self) -> Option<bool> {
+        self.start.inch
+    }
+
     /// Files that it was read from, the control itself first; built-in ones are none.
     pub fn files(&self) -> &[PathBuf] {
         &self.files

@@ -223,8 +223,21 @@ fn beginning_and_ending_on_extensions_of_the_sides_is_no_fault() {
             let c = contour([-20.0, -31.0], [-15.0, -25.0], blocks.clone(), [-31.0, -31.0], true, 5.0);
             let all = inner(&taken(&Form { ahead, ..Form::plain(dialect) }, &c));
             // Each of both extensions is cut by the tool on the other side; nothing else is.
-            assert!(all.contains(&OvercutKind::ContourEnd), "{dialect:?} {all:?}");
-            assert!(all.iter().all(|k| *k == OvercutKind::ContourEnd), "{dialect:?} {all:?}");
+            assert!(all.contains(&OvercutKind::Overlap), "{dialect:?} {all:?}");
+            assert!(all.iter().all(|k| *k == OvercutKind::Overlap), "{dialect:?} {all:?}");
+        }
+    }
+}
+
+#[test]
+fn closing_in_the_corner_that_it_began_beside_is_no_fault() {
+    // As it is written by hand: on the extension of the first side, around, and off where the last side meets it.
+    let blocks = [[-15.0, 15.0], [15.0, 15.0], [15.0, -15.0], [-15.0, -15.0]].map(Block::Line).to_vec();
+    for dialect in DIALECTS {
+        for ahead in [false, true] {
+            let c = contour([-20.0, -31.0], [-15.0, -25.0], blocks.clone(), [-31.0, -31.0], true, 5.0);
+            let read = taken(&Form { ahead, ..Form::plain(dialect) }, &c);
+            assert!(kinds(&read).iter().all(|k| *k == OvercutKind::Overlap), "{dialect:?} {read:?}");
         }
     }
 }

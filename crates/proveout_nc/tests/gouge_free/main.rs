@@ -76,9 +76,12 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
     let block = |line: u32| walls.iter().position(|(wall, _)| *wall == line);
     let mut worst = [0.0f64; 2];
     for (line, told) in &read.overcuts {
-        let aside = matches!(told.kind, OvercutKind::Entry | OvercutKind::Exit);
+        let place = (*line, told.contour_line);
+        // The way off may run over the way on.
+        let crosses = told.kind == OvercutKind::Overlap && !on_the_way.contains_key(&place);
+        let aside = crosses || matches!(told.kind, OvercutKind::Entry | OvercutKind::Exit);
         let among = if aside { &outer } else { &on_the_way };
-        let depth = among.get(&(*line, told.contour_line)).copied().unwrap_or(0.0);
+        let depth = among.get(&place).copied().unwrap_or(0.0);
         // Another piece of the same line may cut deeper and mean something else.
         assert!(told.depth <= depth + 2.0 * SEARCH_MM, "told {told:?} of line {line}, found {depth}\n{text}");
         worst[usize::from(aside)] = worst[usize::from(aside)].max(told.depth);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use proveout_sim::{
-    finding::{CODES, Family, Finding, INSPECTION, NEAR_MISS, Severity},
+    finding::{CODES, Family, Finding, INSPECTION, NEAR_MISS, OVERTRAVEL, Severity},
     listing::Listing,
 };
 use serde::Serialize;
@@ -365,9 +365,11 @@ fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
         "deg" => format!("{}°", compact(v)),
         _ => format!("{} {unit}", compact(v)).trim_end().to_owned(),
     };
-    let value = f
-        .value
-        .map(with_unit)
+    // Of a travel that is left, how far says more than where.
+    let past = f.value.zip(f.limit).filter(|_| f.code == OVERTRAVEL.code);
+    let value = past
+        .map(|(value, limit)| format!("{} past", with_unit((value - limit).abs())))
+        .or_else(|| f.value.map(with_unit))
         .or_else(|| f.penetration_mm.map(|p| format!("{} deep", length(p))))
         .or_else(|| f.clearance_mm.map(|c| format!("{} apart", length(c))));
     let mut axes: Vec<(&String, &f64)> = f.axes.iter().collect();

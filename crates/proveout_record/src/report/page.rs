@@ -270,8 +270,13 @@ fn figures(v: &Verdict) -> Vec<Entry> {
         out.push(entry("Most material left", length_or_dash(d.excess_max_mm), ""));
     }
     let pair = v.clearance.pair.as_ref().map_or_else(String::new, |[a, b]| format!("{a} to {b}"));
-    let error = v.clearance.error_mm.map_or_else(String::new, |e| format!(", less by no more than {}", length(e)));
-    out.push(entry("Least clearance", length_or_dash(v.clearance.min_mm), pair + &error));
+    // Bodies that meet have none, and nothing is known of it to a part of a micrometer.
+    if v.clearance.min_mm.is_some_and(|min| min <= 0.0) {
+        out.push(entry("Least clearance", "none".to_owned(), format!("{pair}: they meet")));
+    } else {
+        let error = v.clearance.error_mm.map_or_else(String::new, |e| format!(", less by no more than {}", length(e)));
+        out.push(entry("Least clearance", length_or_dash(v.clearance.min_mm), pair + &error));
+    }
     if let Some(ratio) = v.path.min_feed_ratio {
         out.push(entry("Lowest feed", format!("{} %", fixed(100.0 * ratio, 0)), "of the programmed feed"));
     }

@@ -67,6 +67,8 @@ struct ToolRow {
     flutes: String,
     overhang: String,
     holder: &'static str,
+    /// Keys of the library that nobody told.
+    chosen: String,
 }
 
 /// Writes `setup.html`.
@@ -175,8 +177,12 @@ impl SetupSheetObserver {
             .tools
             .iter()
             .filter_map(|used| {
-                let tool = setup.tools.tools.iter().find(|t| t.number == used.number && t.name == used.name)?;
-                Some(tool_row(tool, used.min_overhang_mm))
+                let same = |t: &Tool| t.number == used.number && t.name == used.name;
+                let index = setup.tools.tools.iter().position(same)?;
+                let notes = setup.tools.notes.get(index);
+                let chosen = notes.into_iter().flat_map(|n| &n.chosen).flat_map(|(keys, _)| keys);
+                let chosen: Vec<&str> = chosen.map(String::as_str).collect();
+                Some(tool_row(setup.tools.tools.get(index)?, used.min_overhang_mm, &chosen))
             })
             .collect();
         let start = file.start.tool;
@@ -198,6 +204,7 @@ impl SetupSheetObserver {
             "time": duration(v.time.total_s),
             "picture": self.picture,
             "mount": [place(&at), fixed(turn, 3), fixed(tilt, 3)],
+            "mount_chosen": file.mount.chosen,
             "offset_axes": OFFSET_AXES,
             "offsets": offsets.iter().map(|(name, o)| offset_row(setup, name, o)).collect::<Vec<_>>(),
             "bodies": self.bodies,
@@ -240,7 +247,7 @@ fn body_row(name: &str, bounds: &Aabb) -> BodyRow {
     }
 }
 
-fn tool_row(tool: &Tool, overhang: Option<f64>) -> ToolRow {
+fn tool_row(tool: &Tool, overhang: Option<f64>, chosen: &[&str]) -> ToolRow {
     let radius = tool.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max);
     // What stands out of the holder: from the tip to the lowest point of the holder.
     let lowest = tool.bodies.iter().filter(|b| b.role == Role::Holder).map(|b| b.profile.z_min());
@@ -255,6 +262,7 @@ fn tool_row(tool: &Tool, overhang: Option<f64>) -> ToolRow {
         flutes: fixed(tool.flute_length, 1),
         overhang: overhang.map_or(now.clone(), |least| format!("{} at least; {now}", fixed(least, 1))),
         holder: if tool.has_holder { "modeled" } else { "not modeled, not checked" },
+        chosen: chosen.join(", "),
     }
 }
 

@@ -57,7 +57,11 @@ impl Engine<'_> {
             }
             if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
                 let wanted = self.prepared.scene.file.tolerances.near_miss_mm;
-                let finding = wording::material(&code, part.what, tool, report, wanted);
+                let mut finding = wording::material(&code, part.what, tool, report, wanted);
+                if let Some(index) = state.tool {
+                    let part = wording::part_of_tool(part.what);
+                    finding.message += &wording::chosen_of_tool(&self.prepared.tools, index, part);
+                }
                 let finding = self.at_piece(finding, piece, piece.time[0]);
                 self.log.push(finding);
             }
@@ -99,10 +103,26 @@ impl Engine<'_> {
     }
 
     pub(super) fn judge_hit(&mut self, piece: &Piece, hit: &Hit) {
-        let mut f = self.at_piece(wording::hit(hit), piece, hit.time);
+        let mut told = wording::hit(hit);
+        told.message += &self.chosen_of_hit(hit);
+        let mut f = self.at_piece(told, piece, hit.time);
         f.point_mm = Some(self.work_from_table.point(&hit.point_in_table).coords.into());
         let finding = self.log.push(f);
         self.breaches.push((hit.breach, finding));
+    }
+
+    /// What of a hit hangs on numbers that nobody told, in words.
+    fn chosen_of_hit(&self, hit: &Hit) -> String {
+        let of_tool = hit.bodies.iter().filter_map(|body| {
+            let (part, name) = body.split_once(" of ")?;
+            let index = self.prepared.tools.tools.iter().position(|t| t.name == name)?;
+            Some(wording::chosen_of_tool(&self.prepared.tools, index, part))
+        });
+        let mut all: String = of_tool.collect();
+        if self.prepared.mount_chosen {
+            all += wording::CHOSEN_MOUNT;
+        }
+        all
     }
 
     /// A body that came too near to the stock.
@@ -123,7 +143,11 @@ impl Engine<'_> {
     /// Bodies that stand in the stock from the begin.
     pub(super) fn tell_at_rest(&mut self) {
         for standing in self.stock_bodies.take_at_rest() {
-            self.log.push(wording::at_rest(&standing));
+            let mut told = wording::at_rest(&standing);
+            if self.prepared.mount_chosen {
+                told.message += wording::CHOSEN_MOUNT;
+            }
+            self.log.push(told);
         }
     }
 

@@ -7,7 +7,7 @@ use proveout_controller::{Event, LimitKind, servo::leg_names};
 use proveout_machine::{Joint, JointKind, Machine};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight};
 use proveout_stock::SweepReport;
-use proveout_tool::{Role, Tool};
+use proveout_tool::{Role, Tool, ToolLibrary};
 
 use super::UnknownPlunge;
 use crate::{
@@ -18,15 +18,20 @@ use crate::{
     stock_bodies::{AtRest, is_near_miss},
 };
 
-/// A part of the tool in material; `wanted` is the clearance asked for, mm.
-pub(super) fn material(code: &Code, what: Swept, tool: &Tool, report: &SweepReport, wanted: f64) -> Finding {
-    let part = match what {
+/// The part of the tool that a sweep belongs to.
+pub(super) fn part_of_tool(what: Swept) -> &'static str {
+    match what {
         Swept::Body(Role::Cutting) => "cutter",
         Swept::Core => "core",
         Swept::Body(Role::Neck) => "neck",
         Swept::Body(Role::Shank) => "shank",
         Swept::Body(Role::Holder) | Swept::Zone => "holder",
-    };
+    }
+}
+
+/// A part of the tool in material; `wanted` is the clearance asked for, mm.
+pub(super) fn material(code: &Code, what: Swept, tool: &Tool, report: &SweepReport, wanted: f64) -> Finding {
+    let part = part_of_tool(what);
     let how = match code.code {
         c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
         c if c == finding::SPINDLE_OFF.code => " while the spindle stands still",
@@ -54,6 +59,25 @@ pub(super) fn material(code: &Code, what: Swept, tool: &Tool, report: &SweepRepo
     f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
     f
 }
+
+/// Dimensions on which a finding about a part of the tool hangs and that nobody told, in words; nothing where all are told.
+pub(super) fn chosen_of_tool(tools: &ToolLibrary, index: usize, part: &str) -> String {
+    let (Some(tool), Some(notes)) = (tools.tools.get(index), tools.notes.get(index)) else { return String::new() };
+    let keys: &[&str] = match part {
+        "holder" => &["gauge_length_mm", "holder"],
+        "neck" | "shank" => &["flute_length_mm", "neck_length_mm", "neck_diameter_mm", "shank_diameter_mm"],
+        _ => return String::new(),
+    };
+    let chosen: Vec<&str> =
+        keys.iter().copied().filter(|key| notes.chosen.iter().any(|(own, _)| own.iter().any(|k| k == key))).collect();
+    if chosen.is_empty() {
+        return String::new();
+    }
+    format!("; {} of {} chosen, not measured: write your own into the tool library", chosen.join(" and "), tool.name)
+}
+
+/// What is to be known of a finding where the place of the workpiece on the table is chosen.
+pub(super) const CHOSEN_MOUNT: &str = "; the place of the part on the table is chosen: write your own `translation_mm` under [mount] of the scene, with the work offsets";
 
 /// Two bodies too near.
 pub(super) fn hit(hit: &Hit) -> Finding {

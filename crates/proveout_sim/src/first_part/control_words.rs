@@ -14,11 +14,12 @@ const WORDS: [(&str, &str, &[&str]); 4] = [
 ];
 
 /// Names in a comment.
-const NAMES: [(&str, &str, &[&str]); 7] = [
+const NAMES: [(&str, &str, &[&str]); 8] = [
     ("MAZAK", "a Mazak", &["mazak-eia"]),
     ("MITSUBISHI", "a Mitsubishi", &["mitsubishi-m800"]),
     ("OKUMA", "an Okuma", &["okuma-osp"]),
     ("SPEEDIO", "a Brother Speedio", &["brother-c00"]),
+    ("BROTHER", "a Brother Speedio", &["brother-c00"]),
     ("HURCO", "a Hurco", &["hurco-isnc"]),
     ("FAGOR", "a Fagor", &["fagor-8055"]),
     ("HAAS", "a Haas", &["haas-ngc"]),
@@ -42,7 +43,14 @@ pub(crate) fn hint(text: &ProgramText, dialect: Dialect) -> Option<String> {
         let (word, whose, controls) = WORDS.iter().find(|(word, ..)| code.contains(word))?;
         Some(told(n, word, whose, controls))
     });
-    of_word.or_else(|| {
+    // `%BRIDA,MX,`: name, kind and rights, as a Fagor heads its files.
+    let of_head = lines().find(|(_, line)| !line.trim().is_empty()).and_then(|(n, line)| {
+        let code: String = line.split_whitespace().collect();
+        let (name, rest) = code.strip_prefix('%')?.split_once(',')?;
+        let fagor = !name.is_empty() && (rest.starts_with("MX") || rest.starts_with(",MX"));
+        fagor.then(|| told(n, "the head", "a Fagor", &["fagor-8055"]))
+    });
+    of_word.or(of_head).or_else(|| {
         lines().find_map(|(n, line)| {
             let comments: Vec<&str> = line.split('(').skip(1).filter_map(|c| c.split(')').next()).collect();
             let named =
@@ -90,5 +98,9 @@ mod tests {
         assert!(of("O1 (HAAS VF-2)\nG0 X1.\n").is_some_and(|t| t.contains("haas-ngc")));
         assert!(of("O1\nG15 H1\n").is_some_and(|t| t.contains("okuma-osp")));
         assert!(of("O1\nG0 X1.\n").is_none());
+        assert!(
+            of("%PIEZA,MX,\nG0 X1.\n").is_some_and(|t| t.contains("the head in line 1") && t.contains("fagor-8055"))
+        );
+        assert!(of("O1 (BROTHER S700)\nG0 X1.\n").is_some_and(|t| t.contains("brother-c00")));
     }
 }

@@ -34,6 +34,8 @@ pub(crate) enum Stock {
 pub(crate) struct Facts {
     /// Unit of length, and the word that says it.
     pub(crate) unit: Option<(LengthUnit, String)>,
+    /// The first line with a comment that speaks of inches.
+    pub(crate) inch_comment: Option<usize>,
     /// Stock, the line and the word that states it.
     pub(crate) stock: Option<(Stock, usize, &'static str)>,
     /// Tools, by number or by name.
@@ -41,9 +43,9 @@ pub(crate) struct Facts {
 }
 
 /// Reads a text. `unit`: that of numbers where the text has no word for it.
-pub(crate) fn of_text(text: &ProgramText, dialect: Dialect) -> Facts {
+pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -> Facts {
     let mut facts = Facts { unit: unit_of(text, dialect), ..Facts::default() };
-    let unit = facts.unit.as_ref().map_or(LengthUnit::Millimeter, |(u, _)| *u).mm();
+    let unit = facts.unit.as_ref().map_or(start, |(u, _)| *u).mm();
     let lines = || (1..).zip(text.all().take(MAX_LINES));
     let mut blank = [None, None];
     // A comment without a number, waiting for its tool.
@@ -66,7 +68,7 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect) -> Facts {
         {
             waiting = Some((n, draft));
         }
-        let call = called(&upper, dialect);
+        let call = called(line, dialect);
         for comment in comments(line, dialect) {
             if let Some(number) = tool_words::number_alone(&comment) {
                 heading = Some((number, String::new()));
@@ -88,7 +90,13 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect) -> Facts {
                     merge(&mut facts.tools, ToolName::Number(number), draft);
                 }
                 Some((None, draft)) => waiting = Some((n, draft)),
+                None if call.is_some() && waiting.is_none() => {
+                    waiting = tool_words::size_alone(&comment, unit, n).map(|draft| (n, draft));
+                }
                 None => {}
+            }
+            if facts.inch_comment.is_none() && says_inch(&comment) {
+                facts.inch_comment = Some(n);
             }
         }
         if let Some(name) = call {
@@ -128,6 +136,13 @@ fn merge(tools: &mut BTreeMap<ToolName, ToolDraft>, name: ToolName, draft: ToolD
     }
 }
 
+/// A comment that speaks of inches.
+fn says_inch(comment: &str) -> bool {
+    comment
+        .split(|c: char| !c.is_alphanumeric())
+        .any(|w| ["INCH", "INCHES", "IPM"].iter().any(|i| w.eq_ignore_ascii_case(i)))
+}
+
 /// The comments of a line.
 fn comments(line: &str, dialect: Dialect) -> Vec<String> {
     let mut all = Vec::new();
@@ -158,10 +173,10 @@ fn comments(line: &str, dialect: Dialect) -> Vec<String> {
 }
 
 /// The code of a line without its comments.
-fn code(upper: &str, dialect: Dialect) -> String {
+fn code(line: &str, dialect: Dialect) -> String {
     let mut out = String::new();
     let mut depth = 0_u32;
-    for c in upper.chars() {
+    for c in line.chars() {
         match c {
             ';' if depth == 0 => break,
             '(' if dialect.family() == Dialect::Iso => depth += 1,
@@ -174,8 +189,10 @@ fn code(upper: &str, dialect: Dialect) -> String {
 }
 
 /// The tool that a line names: `T5`, `T="END"`, `TOOL CALL 5`, `LOADTL/5`.
-fn called(upper: &str, dialect: Dialect) -> Option<ToolName> {
-    let code = code(upper, dialect);
+fn called(line: &str, dialect: Dialect) -> Option<ToolName> {
+    // Names keep their letters as they are.
+    let written = code(line, dialect);
+    let code = written.to_ascii_uppercase();
     let digits = |text: &str| {
         let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
         text[..end].parse::<u32>().ok().map(ToolName::Number)
@@ -183,7 +200,7 @@ fn called(upper: &str, dialect: Dialect) -> Option<ToolName> {
     let quoted = |text: &str| text.strip_prefix('"')?.split_once('"').map(|(name, _)| ToolName::Name(name.to_owned()));
     match dialect {
         Dialect::Heidenhain => {
-            let rest = code.split_once("TOOL CALL ")?.1.trim_start();
+            let rest = written[code.find("TOOL CALL ")? + "TOOL CALL ".len()..].trim_start();
             digits(rest).or_else(|| quoted(rest))
         }
         Dialect::Apt => {
@@ -194,7 +211,7 @@ fn called(upper: &str, dialect: Dialect) -> Option<ToolName> {
             let mut from = 0;
             while let Some(at) = code[from..].find('T').map(|i| i + from) {
                 let alone = !code[..at].chars().next_back().is_some_and(char::is_alphabetic);
-                let rest = code[at + 1..].trim_start();
+                let rest = written[at + 1..].trim_start();
                 let rest = rest.strip_prefix('=').unwrap_or(rest).trim_start();
                 if alone && let Some(name) = digits(rest).or_else(|| quoted(rest)) {
                     return Some(name);

@@ -4,6 +4,7 @@
 //! travel, and every retract of the program into the table. Where the positions fit from home and not as the file counts, the scene gets a copy
 //! of the machine with `zero = "home"`: chosen, and told.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use proveout_geom::read_input;
@@ -29,14 +30,20 @@ pub(crate) struct HomeZero {
 /// The machine with its zero at home, where the positions of programs fit so and not otherwise.
 pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Option<(Machine, HomeZero)> {
     let mut outside = Vec::new();
+    // Joints whose home has to be at the other end of their travel.
+    let mut turned: BTreeMap<usize, f64> = BTreeMap::new();
+    let moves = || readings.iter().flat_map(|r| &r.machine_moves);
     for m in readings.iter().flat_map(|r| &r.machine_moves).filter(|m| "XYZ".contains(m.letter)) {
-        let joint = &machine.joints[machine.joint_for_letter(m.letter)?];
+        let index = machine.joint_for_letter(m.letter)?;
+        let joint = &machine.joints[index];
         // A reference point is where the machine has it, whatever is counted.
         if m.value == joint.home {
             continue;
         }
         if joint.travel_violation(joint.home + m.value).is_some() {
-            return None;
+            let own = moves().filter(|o| o.letter == m.letter && o.value != joint.home).map(|o| o.value);
+            turned.insert(index, other_end(machine, index, own)?);
+            continue;
         }
         if joint.travel_violation(m.value).is_some() {
             outside.push(m);
@@ -49,6 +56,7 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
     if table.contains_key("zero") {
         return None;
     }
+    let text = turned.iter().try_fold(text, |text, (&j, home)| with_home(&text, &machine.joints[j].name, *home))?;
     let text = format!(
         "# A copy of {}, with X, Y and Z zero at home. Everything else is as it was: put in the numbers of your own machine.\nzero = \"home\"\n\n{text}",
         machine.name
@@ -65,11 +73,45 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
     let beside = plain.iter().map(|n| folder.join(n)).filter(|p| p.is_file()).collect();
     let reason = format!(
         "chosen: {} is sent to {} of the machine (G53, SUPA or M91, {}), which {} reaches only where its axes are zero at home; the folder \
-         `{FOLDER}` holds a copy of it with zero = \"home\"",
+         `{FOLDER}` holds a copy of it with zero = \"home\"{}",
         first.letter,
         proveout_tool::plain_number(first.value),
         lines(outside.iter().map(|m| &m.at)),
-        machine.name
+        machine.name,
+        if turned.is_empty() {
+            String::new()
+        } else {
+            let names: Vec<&str> = turned.keys().map(|j| machine.joints[*j].name.as_str()).collect();
+            format!(", and the home of {} at the other end of its travel", names.join(", "))
+        }
     );
     Some((at_home, HomeZero { text, beside, reason }))
+}
+
+/// The other end of a travel, from which positions `own` of the machine fit; none where the home is published or lies at no end.
+fn other_end(machine: &Machine, index: usize, own: impl Iterator<Item = f64>) -> Option<f64> {
+    let joint = &machine.joints[index];
+    let key = format!("joint.{}.home_mm", joint.name);
+    if machine.trust.iter().any(|t| t.key == key && !t.chosen) {
+        return None;
+    }
+    let [low, high] = joint.travel?;
+    let home = match (joint.home - low < AT_END_MM, high - joint.home < AT_END_MM) {
+        (true, false) => high,
+        (false, true) => low,
+        _ => return None,
+    };
+    own.into_iter().all(|value| joint.travel_violation(home + value).is_none()).then_some(home)
+}
+
+/// A home this near to the end of the travel lies at it, mm.
+const AT_END_MM: f64 = 10.0;
+
+/// The text of a machine file with another home of a joint.
+fn with_home(text: &str, joint: &str, home: f64) -> Option<String> {
+    let begin = text.find(&format!("name = \"{joint}\""))?;
+    let end = text[begin..].find("\n[[").map_or(text.len(), |at| begin + at);
+    let at = begin + text[begin..end].find("\nhome_mm = ")? + 1;
+    let line_end = text[at..].find('\n').map_or(text.len(), |n| at + n);
+    Some(format!("{}home_mm = {}{}", &text[..at], proveout_tool::plain_number(home), &text[line_end..]))
 }

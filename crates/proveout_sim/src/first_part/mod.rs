@@ -11,6 +11,7 @@ mod control_words;
 mod facts;
 mod home_zero;
 mod interview;
+mod over_table;
 pub(crate) mod place;
 pub(crate) mod reading;
 mod stock_choice;
@@ -249,9 +250,22 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         notes.extend(hint);
     }
     let dialects: Vec<Dialect> = first.iter().map(|r| r.survey.dialect).collect();
-    let all_facts: Vec<facts::Facts> = texts.iter().zip(&dialects).map(|(t, d)| facts::of_text(t, *d)).collect();
+    // What lengths count in before the first word for it.
+    let start_unit =
+        |s: &Settings| if s.control.starts_in_inch() == Some(true) { LengthUnit::Inch } else { LengthUnit::Millimeter };
+    let all_facts: Vec<facts::Facts> =
+        texts.iter().zip(&dialects).zip(&settings).map(|((t, d), s)| facts::of_text(t, *d, start_unit(s))).collect();
     let unit = all_facts.iter().find_map(|f| f.unit.clone());
     let mut told = told_of_programs(call, &first, &settings, unit.as_ref());
+    let speaks = all_facts.iter().find_map(|f| f.inch_comment).filter(|_| unit.is_none());
+    if let (Some(line), Some(false)) = (speaks, settings.first().map(|s| start_unit(s) == LengthUnit::Inch)) {
+        let note = format!(
+            "the comment in line {line} speaks of inches, and no G20 stands in the program: lengths are read in millimeters; where the control \
+             begins in inches, a file for --control says so: inherits = \"fanuc-0i\", start.unit = \"inch\""
+        );
+        interview.note.get_or_insert_with(|| note.clone());
+        notes.push(note);
+    }
 
     let start_tool = start_tool(&first, &all_facts, &mut interview)?;
     let tools = tools(call, &first, &all_facts, start_tool.as_ref(), &mut interview, &mut notes)?;
@@ -269,19 +283,17 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
 
     // The same with tools and zeros: where the cuts are in the workpiece frame.
     let provisional = stated_mount.as_ref().map_or_else(|| Vector::new(0.0, 0.0, 100.0), |m| m.value);
-    let lengths = tools.lengths();
     // Without any word for a length the coordinates are taken as those of the tips.
     let untold = untold(&first, &dialects);
-    let followed = if untold { BTreeMap::new() } else { lengths.clone() };
     let start_name = start_tool.as_ref().map_or(ToolName::Empty, |(n, _)| ToolName::Number(*n));
-    let touch_off = if untold { touch_off(&first, start_tool.as_ref(), &lengths) } else { 0.0 };
     let zero = machine.program_zero();
     let base = |mount: &Vector, shift: &[f64; 3]| -> [f64; 3] {
         let zero = zero.unwrap_or_else(Point::origin);
         [0, 1, 2].map(|i| mount[i] - zero[i] + shift[i])
     };
-    let follow = |mount: &Vector| -> Vec<Reading> {
+    let follow_with = |mount: &Vector, lengths: &BTreeMap<ToolName, f64>| -> Vec<Reading> {
         let pose = Pose::from_translation(*mount);
+        let followed = if untold { BTreeMap::new() } else { lengths.clone() };
         call.programs
             .iter()
             .zip(&settings)
@@ -298,7 +310,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
             })
             .collect()
     };
-    let readings = follow(&provisional);
+    let readings = follow_with(&provisional, &tools.lengths());
     let uses: Vec<&ToolUse> = readings.iter().flat_map(|r| &r.tools).collect();
     let room = readings.iter().fold(Aabb::empty(), |all, r| all.union(&r.feed()));
     // What is asked here needs the answers before; a proposal that may be wrong without them is none.
@@ -332,6 +344,19 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     if let Some(design) = &design {
         check_design(design, &stock.value, &room)?;
     }
+    // What is chosen of the tools reaches their cuts; then the motion is followed once more.
+    let depths: Vec<(ToolName, f64)> = uses
+        .iter()
+        .filter(|t| t.feeds > 0 && !t.feed.is_empty())
+        .map(|t| (t.name.clone(), if t.tilted { t.along } else { bounds.max.z - t.feed.min.z }))
+        .collect();
+    let mut tools = tools;
+    let longer = tools.reach(&depths);
+    let lengths = tools.lengths();
+    let touch_off = if untold { touch_off(&first, start_tool.as_ref(), &lengths) } else { 0.0 };
+    let follow = |mount: &Vector| follow_with(mount, &lengths);
+    let readings = if longer { follow(&provisional) } else { readings };
+    let uses: Vec<&ToolUse> = readings.iter().flat_map(|r| &r.tools).collect();
 
     let mount = match stated_mount {
         Some(mount) => mount,
@@ -346,6 +371,8 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
                 })
                 .collect();
             let (value, reason) = place::propose_mount(&machine, &stock.value.aabb(), &reaches);
+            let lifted = over_table::cleared(&machine, Reasoned { value, reason }, &readings, tools.widest_holder());
+            let Reasoned { value, reason } = lifted;
             let mount = if readings.iter().any(|r| r.tcp) {
                 let range = |mount: &Vector| place::range_of_z(&machine, &follow(mount));
                 place::lifted(&machine, value, reason, &range)
@@ -366,6 +393,9 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         .collect();
 
     let resolution = resolution(&stock.value.aabb(), &uses, &tools);
+    let in_spindle = start_tool.as_ref().map_or(ToolName::Empty, |(n, _)| ToolName::Number(*n));
+    let never = readings.iter().filter_map(|r| crate::preflight::never_changed(r, &in_spindle));
+    notes.extend(never.map(|c| format!("{}; {}", c.what, c.add)));
     notes.extend(
         crate::preflight::outside_travel(&machine, &readings).into_iter().map(|c| format!("{}; {}", c.what, c.add)),
     );
@@ -472,7 +502,14 @@ fn told_of_programs(
     told.push(match unit {
         Some((LengthUnit::Inch, word)) => format!("unit: inch ({word})"),
         Some((LengthUnit::Millimeter, word)) => format!("unit: mm ({word})"),
-        None => "unit: no word of the text says it; read as its control has it".into(),
+        None => {
+            let inch = settings.iter().any(|s| s.control.starts_in_inch() == Some(true));
+            format!(
+                "unit: no word of the text says it; read in {}, as {}",
+                if inch { "inches" } else { "millimeters" },
+                if inch { "its control begins" } else { "controls begin where nothing says otherwise" }
+            )
+        }
     });
     for reading in readings {
         for (letter, [low, high]) in &reading.rotary {
@@ -500,7 +537,7 @@ fn start_tool(
     let number = |name: &ToolName| if let ToolName::Number(n) = name { Some(*n) } else { None };
     let described: Vec<u32> =
         all_facts.iter().flat_map(|f| f.tools.keys()).filter(|n| !calls.contains(n)).filter_map(number).collect();
-    let ready = readings.iter().find_map(|r| r.selected.as_ref()).filter(|(name, _)| !calls.contains(&name));
+    let ready = readings.iter().find_map(|r| r.selected.first()).filter(|(name, _)| !calls.contains(&name));
     let made_ready = ready.map_or_else(String::new, |(name, at)| {
         format!(" ({} in line {} has no change, M6, behind it)", shown(name), at.line)
     });

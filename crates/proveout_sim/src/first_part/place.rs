@@ -3,6 +3,7 @@
 //! *Stock.* Where neither program nor call states it: the box of what the cutters reach in feed while they move sideways, up to the highest
 //! of these motions or the program's zero, down to the lowest. Where a tool goes down in rapid beside it there is no material: the box is cut
 //! back on the side that costs least. Sides that are not cut back get an allowance, since a cutter inside of a part does not reach its walls.
+//! Where all tools only go down, the zero is the top, or the material begins 1 mm below where they begin in feed.
 //! A tool that only goes down makes holes: they lie in the stock by twice their radius, which reaches down to where a point of 118 degrees
 //! begins.
 //!
@@ -64,10 +65,16 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
         return None;
     }
     let lowest = all.min.z;
+    // Where tools only go down, they begin in air: the zero is the top where it lies between, else the material begins below.
+    let begin = tools.iter().filter(|t| !sideways && !t.feed.is_empty()).map(|t| t.feed.max.z).reduce(f64::min);
     // A ramp begins in air: where all that is level is below the zero, the zero is the top.
     let level = tools.iter().filter_map(|t| t.level).reduce(f64::max);
-    let highest = level.filter(|z| lowest < 0.0 && *z <= ABOVE_MM).unwrap_or(all.max.z);
-    let at_zero = lowest < 0.0 && highest <= ABOVE_MM;
+    let highest = match begin {
+        Some(begin) if lowest < 0.0 && begin >= 0.0 => 0.0,
+        Some(begin) => (begin - 2.0 * ABOVE_MM).max(lowest + ABOVE_MM),
+        None => level.filter(|z| lowest < 0.0 && *z <= ABOVE_MM).unwrap_or(all.max.z),
+    };
+    let at_zero = lowest < 0.0 && highest <= ABOVE_MM && begin.is_none_or(|begin| begin >= 0.0);
     // What is faced at the zero was above it.
     let faced = tools.iter().any(|t| t.faces && !t.sideways.is_empty() && t.sideways.min.z > -1e-6);
     let top = match at_zero {
@@ -132,6 +139,8 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
             "1 mm above the zero of the program, which is faced"
         } else if at_zero {
             "up to the zero of the program or the highest cut"
+        } else if begin.is_some() {
+            "up to 1 mm below where the tools begin their way down in feed"
         } else {
             "1 mm above the highest cut"
         },
@@ -330,12 +339,33 @@ pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
         (1.0 / SAME_SIZE..=SAME_SIZE).contains(&ratio)
     };
     let meets = |b: &Aabb| b.expanded(1.0).intersects(room);
+    let (own, other) = (design.size().max(), room.size().max());
     match (meets(design), like(design)) {
         (true, true) => Fit::Fits,
         _ if like(&scaled) && meets(&scaled) => Fit::InInch,
-        (true, false) => Fit::Fits,
+        // No part is larger than what it is cut from, and none that a machine cuts has less than a millimeter.
+        (true, false) if own < SAME_SIZE * other && own >= LEAST_PART_MM => Fit::Fits,
         _ => Fit::Off,
     }
+}
+
+/// Largest edge below which no design is a part, mm.
+const LEAST_PART_MM: f64 = 1.0;
+/// Units that designs come in by mistake: factor to millimeters, and what its numbers are then.
+const MISTAKEN: [(f64, &str); 4] = [
+    (1000.0, "meters"),
+    (10.0, "centimeters"),
+    (0.1, "ten times too large"),
+    (1.0 / 25.4, "25.4 times too large, converted from inches once too often"),
+];
+
+/// What the numbers of a design look like that is too small or too large for the room of its cuts; none where no usual mistake explains it.
+pub(crate) fn mistaken(design: &Aabb, room: &Aabb) -> Option<&'static str> {
+    MISTAKEN.iter().find_map(|(factor, what)| {
+        let scaled = Aabb { min: design.min * *factor, max: design.max * *factor };
+        let ratio = scaled.size().max() / room.size().max().max(1e-9);
+        ((1.0 / SAME_SIZE..=SAME_SIZE).contains(&ratio) && scaled.expanded(1.0).intersects(room)).then_some(*what)
+    })
 }
 
 #[cfg(test)]
@@ -415,6 +445,12 @@ mod tests {
         let drill = Swept { sideways: Aabb::empty(), feed: holes, level: None, ..mill(0.0, 0.0, 0.0, false, &pecks) };
         let (with, how) = propose_stock(&[mill(-12.0, 0.0, 0.0, false, &[]), drill]).expect("motion");
         assert!((with.min.x, with.min.y) == (-10.0, -10.0) && how.contains("5 mm more"), "{with:?} {how}");
+        // Alone it begins in air, and what stands at its R plane is no side.
+        let at_r = [Point::new(10.0, 10.0, 2.0), Point::new(10.0, 10.0, -6.0), Point::new(90.0, 50.0, 2.0)];
+        let (alone, _) = propose_stock(&[Swept { descents: &at_r, ..drill }]).expect("motion");
+        assert_eq!((alone.max.z, alone.min.x, alone.max.y), (0.0, 0.0, 60.0));
+        let low = Swept { feed: aabb([10.0, 10.0, -40.0], [90.0, 50.0, -8.0]), ..drill };
+        assert_eq!(top(&[low]), -9.0, "a milled face below the zero");
     }
 
     #[test]
@@ -423,6 +459,11 @@ mod tests {
         assert_eq!(fit(&aabb([0.0, 0.0, -0.75], [4.0, 3.0, 0.0]), &room), Fit::InInch);
         assert_eq!(fit(&aabb([1.0, 1.0, -19.0], [100.0, 75.0, 0.0]), &room), Fit::Fits);
         assert_eq!(fit(&aabb([500.0, 0.0, -19.0], [600.0, 75.0, 0.0]), &room), Fit::Off);
+        // Meters, and ten times too large.
+        for (factor, word) in [(1e-3, "meters"), (10.0, "ten times too large")] {
+            let off = aabb([0.0, 0.0, -20.0 * factor], [100.0 * factor, 75.0 * factor, 0.0]);
+            assert_eq!((fit(&off, &room), mistaken(&off, &room)), (Fit::Off, Some(word)));
+        }
         // A small part of a large plate is no inch.
         assert_eq!(fit(&aabb([10.0, 10.0, -5.0], [30.0, 25.0, 0.0]), &room), Fit::Fits);
     }

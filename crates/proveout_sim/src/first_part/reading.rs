@@ -1,9 +1,9 @@
 //! What a program does, told by one pass of its reader: tools with the room that they move in, work offsets, rotary axes, positions of the machine.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use proveout_geom::{Aabb, Point};
+use proveout_geom::{Aabb, Point, Vector};
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::{
     AXIS_LETTERS, Command, Dialect, Location, Motion, Offset, Op, Settings, Survey, ToolAction, ToolName,
@@ -13,6 +13,8 @@ use super::trace::{TraceSetup, Tracer, Way, WayKind};
 
 /// Most descents that are kept a tool: places where it goes down in rapid.
 const MAX_DESCENTS: usize = 10_000;
+/// Most places with a tilted tool that are kept.
+const MAX_TILTED: usize = 20_000;
 /// A motion that goes down by more than five times its way across goes into material or to it, and not along it.
 const STEEP: f64 = 0.2;
 /// Cosine of the tilt below which a tool stands upright: 3 degrees.
@@ -43,6 +45,10 @@ pub(crate) struct ToolUse {
     pub(crate) lengthened: bool,
     /// A motion in feed with the tool off the z axis of the workpiece.
     pub(crate) tilted: bool,
+    /// Longest way in feed along an axis of the tool that stays, mm.
+    pub(crate) along: f64,
+    /// That axis, and lowest and highest place along it.
+    span: Option<(Vector, [f64; 2])>,
     /// The first motion in feed.
     pub(crate) first_feed: Option<Location>,
     /// The first end of a rapid motion that goes down, before any motion in feed.
@@ -58,6 +64,16 @@ pub(crate) struct MachineMove {
     pub(crate) at: Location,
 }
 
+/// A place of a tool off the z axis of the workpiece.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TiltedPlace {
+    /// Tip, workpiece frame.
+    pub(crate) tip: Point,
+    pub(crate) axis: Vector,
+    /// Gauge length of the tool, mm.
+    pub(crate) gauge: f64,
+}
+
 /// What a program does.
 #[derive(Clone, Debug)]
 pub(crate) struct Reading {
@@ -65,10 +81,14 @@ pub(crate) struct Reading {
     pub(crate) tools: Vec<ToolUse>,
     /// Work offsets in the order in which they are called, with the place.
     pub(crate) offsets: Vec<(String, Location)>,
+    /// Those of them in which a linear axis moves: a retract in machine coordinates counts from none.
+    pub(crate) moved_in: BTreeSet<String>,
     /// The first motion of a linear axis in coordinates of the program before any work offset is called.
     pub(crate) before_offsets: Option<Location>,
-    /// The first tool that is made ready, with the place.
-    pub(crate) selected: Option<(ToolName, Location)>,
+    /// Tools that are made ready, with the first place of each.
+    pub(crate) selected: Vec<(ToolName, Location)>,
+    /// A tool is changed in.
+    pub(crate) changes: bool,
     /// Lowest and highest positions of rotary axes, radian.
     pub(crate) rotary: BTreeMap<char, [f64; 2]>,
     /// Tool center point control or a tilted plane is used.
@@ -77,6 +97,8 @@ pub(crate) struct Reading {
     /// table.
     pub(crate) indexed: Option<Location>,
     pub(crate) machine_moves: Vec<MachineMove>,
+    /// Ends of motions with the tool off the z axis of the workpiece.
+    pub(crate) tilted: Vec<TiltedPlace>,
     /// Lowest and highest position of each joint, where the program is; under tool center point control at the ends of motions.
     pub(crate) joints: BTreeMap<usize, [(f64, Location); 2]>,
 }
@@ -95,12 +117,16 @@ impl Reading {
             tools: Vec::new(),
             current: None,
             offsets: Vec::new(),
+            offset: None,
+            moved_in: BTreeSet::new(),
             before_offsets: None,
-            selected: None,
+            selected: Vec::new(),
+            changes: false,
             rotary: BTreeMap::new(),
             tcp: false,
             indexed: None,
             machine_moves: Vec::new(),
+            tilted: Vec::new(),
             joints: BTreeMap::new(),
         };
         let survey = Survey::of_file(path, settings, &mut |command, _: Dialect| {
@@ -116,17 +142,34 @@ impl Reading {
         let Collecting {
             mut tools,
             offsets,
+            moved_in,
             before_offsets,
             selected,
+            changes,
             rotary,
             tcp,
             indexed,
             machine_moves,
+            tilted,
             joints,
             ..
         } = state;
         tools.retain(|t| t.name != ToolName::Empty || t.feeds > 0);
-        Self { survey, tools, offsets, before_offsets, selected, rotary, tcp, indexed, machine_moves, joints }
+        Self {
+            survey,
+            tools,
+            offsets,
+            moved_in,
+            before_offsets,
+            selected,
+            changes,
+            rotary,
+            tcp,
+            indexed,
+            machine_moves,
+            tilted,
+            joints,
+        }
     }
 }
 
@@ -135,12 +178,17 @@ struct Collecting<'a> {
     tools: Vec<ToolUse>,
     current: Option<usize>,
     offsets: Vec<(String, Location)>,
+    /// The one in force.
+    offset: Option<String>,
+    moved_in: BTreeSet<String>,
     before_offsets: Option<Location>,
-    selected: Option<(ToolName, Location)>,
+    selected: Vec<(ToolName, Location)>,
+    changes: bool,
     rotary: BTreeMap<char, [f64; 2]>,
     tcp: bool,
     indexed: Option<Location>,
     machine_moves: Vec<MachineMove>,
+    tilted: Vec<TiltedPlace>,
     joints: BTreeMap<usize, [(f64, Location); 2]>,
 }
 
@@ -148,12 +196,18 @@ impl Collecting<'_> {
     fn look(&mut self, command: &Command, way: Option<&Way>, joints: Option<&JointValues>, tracer: &Tracer<'_>) {
         let at = &command.location;
         match &command.op {
-            Op::Tool(ToolAction::Change(name)) => self.change(name, at),
-            Op::Tool(ToolAction::Select(name)) => {
-                self.selected.get_or_insert_with(|| (name.clone(), at.clone()));
+            Op::Tool(ToolAction::Change(name)) => {
+                self.changes = true;
+                self.change(name, at);
             }
-            Op::Offset(Offset::Work { word }) if !self.offsets.iter().any(|(known, _)| known == word) => {
-                self.offsets.push((word.clone(), at.clone()));
+            Op::Tool(ToolAction::Select(name)) if !self.selected.iter().any(|(known, _)| known == name) => {
+                self.selected.push((name.clone(), at.clone()));
+            }
+            Op::Offset(Offset::Work { word }) => {
+                self.offset = Some(word.clone());
+                if !self.offsets.iter().any(|(known, _)| known == word) {
+                    self.offsets.push((word.clone(), at.clone()));
+                }
             }
             Op::Tcp(tcp) => self.tcp |= tcp.on,
             Op::Rapid(motion) | Op::Linear(motion) => self.axes(motion, at),
@@ -182,6 +236,13 @@ impl Collecting<'_> {
                 }
             }
         }
+        if way.axis.z < UPRIGHT
+            && !way.machine
+            && self.tilted.len() < MAX_TILTED
+            && let Some(tip) = way.points.last()
+        {
+            self.tilted.push(TiltedPlace { tip: *tip, axis: way.axis, gauge: tracer.gauge() });
+        }
         let Some(tool) = self.current.and_then(|i| self.tools.get_mut(i)) else { return };
         match way.kind {
             WayKind::Rapid => {
@@ -206,7 +267,17 @@ impl Collecting<'_> {
                 if table_turned && !tracer.tcp {
                     self.indexed.get_or_insert_with(|| at.clone());
                 }
-                way.points.iter().skip(usize::from(!way.from_known)).for_each(|p| tool.feed.grow(p));
+                way.points.iter().skip(usize::from(!way.from_known)).for_each(|p| {
+                    tool.feed.grow(p);
+                    let height = p.coords.dot(&way.axis);
+                    let [low, high] = match tool.span {
+                        Some((axis, span)) if axis.dot(&way.axis) > 1.0 - 1e-9 => span,
+                        _ => [height; 2],
+                    };
+                    let span = [low.min(height), high.max(height)];
+                    tool.span = Some((way.axis, span));
+                    tool.along = tool.along.max(span[1] - span[0]);
+                });
                 if let [from, .., to] = &way.points[..] {
                     let along = (to - from).dot(&way.axis);
                     let across = (to - from - way.axis * along).norm();
@@ -242,6 +313,8 @@ impl Collecting<'_> {
                 bare: None,
                 lengthened: false,
                 tilted: false,
+                along: 0.0,
+                span: None,
                 first_feed: None,
                 first_descent: None,
             });
@@ -255,8 +328,16 @@ impl Collecting<'_> {
                 continue;
             }
             let Some(value) = motion.end_base.get(index) else { continue };
-            if index < 3 && !motion.machine_coordinates && self.offsets.is_empty() {
-                self.before_offsets.get_or_insert_with(|| at.clone());
+            if index < 3 && !motion.machine_coordinates {
+                match &self.offset {
+                    None => {
+                        self.before_offsets.get_or_insert_with(|| at.clone());
+                    }
+                    Some(word) if !self.moved_in.contains(word) => {
+                        self.moved_in.insert(word.clone());
+                    }
+                    Some(_) => {}
+                }
             }
             if motion.machine_coordinates {
                 self.machine_moves.push(MachineMove { letter, value, at: at.clone() });

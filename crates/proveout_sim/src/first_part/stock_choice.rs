@@ -1,8 +1,10 @@
 //! Stock and design of a first part: what call and text say, what is proposed, and whether they have to do with each other.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
-use proveout_geom::{Aabb, Point, read_mesh};
+use proveout_geom::{Aabb, Point, TriMesh, read_mesh};
 use proveout_tool::LengthUnit;
 
 use super::interview::{self, Interview, PROPOSED};
@@ -13,9 +15,31 @@ use crate::error::SimError;
 
 pub(super) fn design(call: &FirstPart) -> Result<Option<Design>, FirstPartError> {
     let Some(path) = &call.design else { return Ok(None) };
-    let mesh = read_mesh(path)?;
-    mesh.check_solid().map_err(|source| SimError::Mesh { path: path.clone(), source })?;
+    let mesh = solid(path)?;
     Ok(Some(Design { path: path.clone(), mesh, inch: false }))
+}
+
+/// Endings of solids that are no meshes.
+const SOLIDS: [&str; 12] =
+    ["step", "stp", "p21", "iges", "igs", "x_t", "x_b", "sldprt", "ipt", "prt", "catpart", "f3d"];
+
+/// A closed mesh of a file; what else it is is told with the way out.
+fn solid(path: &Path) -> Result<TriMesh, FirstPartError> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let mut head = [0; 12];
+    let step = File::open(path).and_then(|mut f| f.read_exact(&mut head)).is_ok() && &head == b"ISO-10303-21";
+    if step || SOLIDS.contains(&ending.as_str()) {
+        let what = if step { "a STEP file" } else { "a solid of a CAD system" };
+        return Err(refused(
+            format!("{} is {what}, which is not read", path.display()),
+            "export the solid as STL from the CAD system, in millimeters and in the coordinates of the program, to a hundredth of a millimeter",
+        ));
+    }
+    let mesh = read_mesh(path).map_err(|e| {
+        refused(e.to_string(), "export it anew as STL (binary or text), OBJ or glTF, in the coordinates of the program")
+    })?;
+    mesh.check_solid().map_err(|source| SimError::Mesh { path: path.to_owned(), source })?;
+    Ok(mesh)
 }
 
 /// Asks for the unit of a design that would fit if its numbers were inches.
@@ -78,6 +102,24 @@ pub(super) fn check_design(design: &Design, stock: &StockForm, room: &Aabb) -> R
     }
     let corner = |p: &Point| format!("{:.1}, {:.1}, {:.1}", p.x, p.y, p.z);
     let shift = place.center() - own.center();
+    if let Some(what) = place::mistaken(&own, &place) {
+        let (size, other) = (own.size(), place.size());
+        return Err(refused(
+            format!(
+                "the design {} is {:.3} x {:.3} x {:.3} mm, stock and cuts {:.1} x {:.1} x {:.1} mm: its numbers look like {what}",
+                design.path.display(),
+                size.x,
+                size.y,
+                size.z,
+                other.x,
+                other.y,
+                other.z
+            )
+            .replace("look like ten", "look ten")
+            .replace("look like 25.4", "look 25.4"),
+            "export it in millimeters: meshes have no unit",
+        ));
+    }
     Err(refused(
         format!(
             "the design {} lies from ({}) to ({}) mm, stock and cuts from ({}) to ({}) mm: they have nothing to do with each other",
@@ -160,6 +202,8 @@ pub(super) fn stock(
                 cylinder along Z as X,Y,Z0,DIAMETER,HEIGHT, a lying one as X0,Y,Z,DIAMETER,LENGTH along X (or X,Y0,Z along Y), a mesh file, or \
                 proposed"
         .to_owned();
+    // What is proposed is not known before the other answers are, and can be taken all the same.
+    let text = if guessed { format!("{text}: the box that follows from the other answers") } else { text };
     let Some(answer) = interview.get(key, text, proposed.as_ref().map(|(b, _)| corners(b))) else { return Ok(None) };
     if answer == PROPOSED {
         let Some((stock, how)) = proposed else {
@@ -188,8 +232,7 @@ pub(super) fn stock(
     }
     let path = PathBuf::from(&answer);
     if path.is_file() {
-        let mesh = read_mesh(&path)?;
-        mesh.check_solid().map_err(|source| SimError::Mesh { path: path.clone(), source })?;
+        let mesh = solid(&path)?;
         return Ok(Some(Reasoned { value: StockForm::Mesh(path, mesh.aabb()), reason }));
     }
     Err(refused(

@@ -37,6 +37,30 @@ impl Tools {
         drafts.iter().find(own).is_some_and(|d| d.kind == Some("face_mill"))
     }
 
+    /// Lets tools of which nothing tells how far they stand out reach their cuts, of which `depth` tells the depth by name, mm. Whether a length
+    /// changed.
+    pub(crate) fn reach(&mut self, depths: &[(ToolName, f64)]) -> bool {
+        let Self::Drafts(drafts) = self else { return false };
+        let mut changed = false;
+        for (name, depth) in depths {
+            let own = drafts
+                .iter_mut()
+                .filter(|d| *name == ToolName::Number(d.number) || *name == ToolName::Name(d.name.clone()));
+            own.for_each(|d| changed |= d.reach(*depth));
+        }
+        changed
+    }
+
+    /// Diameter and length of the widest holder, mm, where drafts have one.
+    pub(crate) fn widest_holder(&self) -> Option<(f64, f64)> {
+        let Self::Drafts(drafts) = self else { return None };
+        let size = |d: &ToolDraft| {
+            let width = d.holder.iter().map(|s| s.diameter.max(s.top_diameter)).fold(0.0, f64::max);
+            (width > 0.0).then(|| (width, d.holder.iter().map(|s| s.length).sum::<f64>()))
+        };
+        drafts.iter().filter_map(size).max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     /// Radius of a tool, mm.
     pub(crate) fn radius(&self, name: &ToolName) -> f64 {
         match self {
@@ -73,6 +97,12 @@ pub(super) fn tools(
         };
         if !called.iter().any(|(known, _)| *known == name) {
             called.push((name, Some(tool.at.clone())));
+        }
+    }
+    // A text that changes no tool in names them all the same, and the control looks each of them up.
+    for (name, at) in readings.iter().filter(|r| !r.changes).flat_map(|r| &r.selected) {
+        if *name != ToolName::Empty && !called.iter().any(|(known, _)| known == name) {
+            called.push((name.clone(), Some(at.clone())));
         }
     }
     let mut library: Vec<ToolDraft> = Vec::new();
@@ -171,7 +201,13 @@ pub(super) fn tools(
         })?;
     }
     for draft in &mut drafts {
-        draft.complete(holder).map_err(|e| refused(e, "name a library with --tools, or answer for the tool"))?;
+        draft.complete(holder).map_err(|e| {
+            let help = format!(
+                "answer for the tool: `tool.{}` = \"flat D10 L25\", or `holder` with a shorter one or none, or name a library with --tools",
+                if draft.name.is_empty() { format!("T{}", draft.number) } else { draft.name.clone() }
+            );
+            refused(e, help)
+        })?;
     }
     drafts.sort_by_key(|d| d.number);
     Ok(Tools::Drafts(drafts))

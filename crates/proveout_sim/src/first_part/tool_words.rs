@@ -9,7 +9,8 @@
 //! | SolidCAM and others | `T5 - END MILL D12 R1`, `TOOL 5: BALL DIA 8.0` |
 //! | name of a tool | `END_D12`, `BALL_D8`, `BULL_D10_R1` |
 //! | Klartext | `TOOL DEF 5 L+80 R+5` |
-//! | CL data | `CUTTER/ d, r` before `LOADTL/ n` |
+//! | CL data | `CUTTER/ d, r` or `TLDATA/MILL, d, r, l, 0, 0` before `LOADTL/ n` |
+//! | behind the call | `(12MM)`, `(0.6 INCH)`, `(D10)` |
 //!
 //! A diameter is taken where a word says that it is one, or where it is all that the comment of a tool has for a number. TAPER of Fusion is the
 //! half angle of a chamfer mill and the full angle of a drill. A length counts in the unit that stands behind it, else in that of the program.
@@ -283,6 +284,31 @@ pub(super) fn describes(text: &str) -> bool {
     text.trim_start().to_uppercase().starts_with("TOOL") && number_alone(text).is_none()
 }
 
+/// Numbers at the end of a name up to which it may as well be the count of a CAM system.
+const MOST_COUNTED: u32 = 3;
+
+/// The whole number at the end of a name that no letter and no word makes a diameter: `MILL 2`, `FREZ WALCOWY 12`.
+fn counted(words: &str) -> Option<u32> {
+    let told = letter(words, 'D').is_some() || word(words, &["D=", "DIA", "\u{d8}", "FI"]).is_some();
+    let last = words.split_whitespace().next_back().filter(|_| !told)?;
+    last.parse().ok()
+}
+
+/// A comment that is nothing but a size with its unit, behind the call of a tool: `(0.6 INCH)`, `(12MM)`, `(D10)`.
+pub(super) fn size_alone(text: &str, unit: f64, line: usize) -> Option<ToolDraft> {
+    let upper = text.trim().to_uppercase();
+    let body = upper.strip_prefix('D').map_or(upper.as_str(), |rest| rest.trim_start_matches('='));
+    let (_, rest) = number_and_rest(body)?;
+    let with_unit = ["MM", "IN", "INCH", "\""].contains(&rest.trim());
+    if !(with_unit || rest.is_empty() && body.len() < upper.len()) {
+        return None;
+    }
+    let diameter = length_at(body, unit).filter(|d| *d > 0.0)?;
+    let mut draft = ToolDraft::new(0, format!("comment in line {line}"));
+    draft.put("diameter_mm", diameter);
+    Some(draft)
+}
+
 /// The tool that a name describes.
 pub(super) fn of_name(name: &str, unit: f64, line: usize) -> Option<ToolDraft> {
     let spaced = name.replace(['_', '-'], " ");
@@ -294,6 +320,13 @@ pub(super) fn of_name(name: &str, unit: f64, line: usize) -> Option<ToolDraft> {
         return None;
     }
     let mut draft = described(&words, &words, unit, format!("its name, line {line}"))?;
+    if let Some(count) = counted(&words) {
+        // CAM systems number their tools so: `MILL_2` is the third one of its kind.
+        if count <= MOST_COUNTED {
+            return None;
+        }
+        draft.choose(&["diameter_mm"], "the number at the end of its name, which nothing else tells is its diameter");
+    }
     name.clone_into(&mut draft.name);
     draft.description.clear();
     Some(draft)
@@ -312,8 +345,37 @@ pub(super) fn tool_def(upper: &str, unit: f64, line: usize) -> Option<ToolDraft>
     Some(draft)
 }
 
-/// `CUTTER/ d, r [, e, f, alpha, beta, h]` of CL data.
+/// `TLDATA/MILL, d, r, length, taper, tip` of the CL data of NX.
+fn tool_data(upper: &str, unit: f64, line: usize) -> Option<ToolDraft> {
+    let rest = upper.trim_start().strip_prefix("TLDATA")?.trim_start().strip_prefix('/')?;
+    let n: Vec<f64> = rest.trim().strip_prefix("MILL,")?.split(',').map_while(|t| t.trim().parse().ok()).collect();
+    // An inclined flank needs more than this.
+    let straight = n.get(3).is_none_or(|a| *a == 0.0) && n.get(4).is_none_or(|a| *a == 0.0);
+    let diameter = n.first().copied().filter(|d| *d > 0.0 && straight)? * unit;
+    let corner = n.get(1).copied().unwrap_or(0.0) * unit;
+    let mut draft = ToolDraft::new(0, format!("TLDATA in line {line}"));
+    draft.put("diameter_mm", diameter);
+    rounded_end(&mut draft, diameter, corner);
+    draft.overall = n.get(2).map(|l| l * unit).filter(|l| *l > 0.0);
+    Some(draft)
+}
+
+/// Kind of a straight cutter by its corner radius.
+fn rounded_end(draft: &mut ToolDraft, diameter: f64, corner: f64) {
+    draft.kind = Some("flat");
+    if corner > 0.5 * diameter - 1e-6 {
+        draft.kind = Some("ball");
+    } else if corner > 0.0 {
+        draft.kind = Some("bull_nose");
+        draft.put("corner_radius_mm", corner);
+    }
+}
+
+/// `CUTTER/ d, r [, e, f, alpha, beta, h]` of CL data, or `TLDATA/MILL`.
 pub(super) fn cutter_statement(upper: &str, unit: f64, line: usize) -> Option<ToolDraft> {
+    if let Some(draft) = tool_data(upper, unit, line) {
+        return Some(draft);
+    }
     let rest = upper.trim_start().strip_prefix("CUTTER")?.trim_start().strip_prefix('/')?;
     let n: Vec<f64> = rest.split(',').map_while(|t| t.trim().parse().ok()).collect();
     let diameter = n.first().copied().filter(|d| *d > 0.0)? * unit;
@@ -324,13 +386,7 @@ pub(super) fn cutter_statement(upper: &str, unit: f64, line: usize) -> Option<To
         return None;
     }
     draft.put("diameter_mm", diameter);
-    draft.kind = Some("flat");
-    if corner > 0.5 * diameter - 1e-6 {
-        draft.kind = Some("ball");
-    } else if corner > 0.0 {
-        draft.kind = Some("bull_nose");
-        draft.put("corner_radius_mm", corner);
-    }
+    rounded_end(&mut draft, diameter, corner);
     draft.flute_length = n.get(6).map(|h| h * unit).filter(|h| *h > corner);
     Some(draft)
 }
@@ -453,6 +509,21 @@ mod tests {
         assert_eq!(name("CUTTER 10"), Some((Some("flat"), Some(10.0))));
         assert_eq!(name("BULL_D10_R1").and_then(|n| n.0), Some("bull_nose"));
         assert_eq!(name("TASTER"), None);
+        // The count of a CAM system is no diameter, and a larger number is chosen to be one.
+        assert_eq!((name("MILL_2"), name("ENDMILL_1")), (None, None));
+        let polish = of_name("Frez_walcowy_12", 1.0, 1).expect("told by its name");
+        assert_eq!((polish.kind, polish.diameter(), polish.chosen.len()), (Some("flat"), Some(12.0), 1));
+        let size = |text: &str| size_alone(text, 1.0, 1).and_then(|d| d.diameter());
+        assert_eq!(
+            (size("0.6 INCH"), size("12MM"), size("D10"), size("D=8.5")),
+            (Some(15.24), Some(12.0), Some(10.0), Some(8.5))
+        );
+        for none in ["12", "ROUGH 12MM", "12 MM DEEP", "D", "OP 10", ""] {
+            assert_eq!(size(none), None, "{none}");
+        }
+        let mill = cutter_statement("TLDATA/MILL,20.0000,2.0000,75.0000,0.0000,0.0000", 1.0, 5).expect("a cutter");
+        assert_eq!((mill.kind, mill.diameter(), mill.overall), (Some("bull_nose"), Some(20.0), Some(75.0)));
+        assert!(cutter_statement("TLDATA/MILL,20.0,0.0,75.0,15.0,0.0", 1.0, 5).is_none(), "a cone");
         let ball = of_name("BALL_4MM", 25.4, 1).expect("told by its name");
         assert_eq!((ball.kind, ball.diameter()), (Some("ball"), Some(4.0)));
         let def = tool_def("4 TOOL DEF 5 L+80 R+5", 1.0, 4).expect("a definition");

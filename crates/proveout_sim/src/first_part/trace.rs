@@ -101,7 +101,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Gauge length of the tool in the spindle, mm; zero where nobody knows it.
-    fn gauge(&self) -> f64 {
+    pub(crate) fn gauge(&self) -> f64 {
         self.lengths.get(&self.tool).copied().unwrap_or(0.0)
     }
 

@@ -119,6 +119,10 @@ fn scene(plan: &Plan<'_>) -> String {
     put(&format!("# {}", plan.mount.reason));
     put("[mount]");
     put(&format!("translation_mm = {}", vector(plan.mount.value.into())));
+    if plan.mount.reason.starts_with("chosen") {
+        put("# Findings that hang on it say so; take the line out when the place is yours.");
+        put("chosen = true");
+    }
     if let Some((number, reason)) = &plan.start_tool {
         put("");
         put(&format!("# {reason}"));

@@ -46,6 +46,12 @@ pub(super) fn offsets(
             words.push((word, None));
         }
     }
+    // What is called, or in force from the start, and never moved in: a retract in machine coordinates is read in it and counts from home.
+    let moved_in = |word: &str| readings.iter().any(|r| r.moved_in.contains(word));
+    let idle: Vec<&str> = words.iter().map(|(word, _)| *word).filter(|w| *w != "PRESET0" && !moved_in(w)).collect();
+    if idle.len() < words.len() {
+        words.retain(|(word, _)| !idle.contains(word));
+    }
     let Some(&(first, at)) = words.first() else { return Ok(Vec::new()) };
     let reason = match at {
         Some(at) => {
@@ -89,6 +95,16 @@ pub(super) fn offsets(
         for (word, answer) in each.iter().flatten() {
             all.push(placed(key, word, answer)?);
         }
+    }
+    for word in idle {
+        if all.iter().any(|(known, ..)| known == word) {
+            continue;
+        }
+        let key = format!("offset.{word}");
+        all.push(match interview.given(&key) {
+            Some(answer) => placed(&key, word, &answer)?,
+            None => (word.to_owned(), [0.0; 3], format!("no motion counts from it: the place of {first}")),
+        });
     }
     Ok(all)
 }

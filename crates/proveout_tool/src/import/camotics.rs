@@ -27,7 +27,7 @@ pub(super) fn drafts(
     units: Option<&str>,
     call: &ImportCall,
 ) -> Result<Imported, InputError> {
-    let mut imported = Imported { format: "CAMotics", ..Imported::default() };
+    let mut imported = Imported { format: "CAMotics project", ..Imported::default() };
     for (number, entry) in tools {
         let refused = |message: String, help: &str| InputError::file(file, format!("tool {number}: {message}"), help);
         let n: u32 =

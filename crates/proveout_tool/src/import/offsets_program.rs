@@ -10,7 +10,7 @@ use std::path::Path;
 use proveout_geom::InputError;
 
 use super::{INCH_MM, ImportCall, Imported, linuxcnc_table::described};
-use crate::draft::ToolDraft;
+use crate::draft::{ToolDraft, plain_number};
 
 /// The text sets tool offsets.
 pub(super) fn fits(text: &str) -> bool {
@@ -82,7 +82,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
             own.remark = remark;
         }
     }
-    let mut imported = Imported { format: "tool offsets as a program", ..Imported::default() };
+    let mut imported = Imported { format: "program of tool offsets", ..Imported::default() };
     if all.values().any(|o| o.set[2] > 0) {
         imported.notes.push("L12 is taken for the diameter, as a Haas has it; a Fanuc writes the radius there".into());
     }
@@ -97,7 +97,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
         if own.length > 0.0 {
             draft.gauge = Some(own.length);
         } else if own.length < 0.0 {
-            let mm = own.length;
+            let mm = plain_number(own.length);
             imported.notes.push(format!("T{number}: the length {mm} mm is negative, so that it does not count from the gauge line and is left out"));
         }
         described(&mut draft, &own.remark);

@@ -36,6 +36,7 @@ const OTHERS: [&str; 16] = [
 
 pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Imported, InputError> {
     let separator = text.lines().next().filter(|l| l.contains(';') && !l.contains(',')).map_or(b',', |_| b';');
+    let comma = separator == b';';
     let mut reader = csv::ReaderBuilder::new().delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes());
     let wrong = |e: &csv::Error| {
         let line = e.position().map_or(1, |p| p.line() as usize);
@@ -84,10 +85,13 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
         };
         let length = |key: &str| match cell(key) {
             None => Ok(None),
-            Some((text, factor)) => match text.parse::<f64>() {
-                Ok(v) if v.is_finite() && v >= 0.0 => Ok(Some(v * factor)),
-                _ => Err(refused(key, text, "a number, zero or above")),
-            },
+            // Spreadsheets that write decimal commas separate cells by semicolons.
+            Some((text, factor)) => {
+                match if comma { text.replacen(',', ".", 1) } else { text.to_owned() }.parse::<f64>() {
+                    Ok(v) if v.is_finite() && v >= 0.0 => Ok(Some(v * factor)),
+                    _ => Err(refused(key, text, "a number, zero or above")),
+                }
+            }
         };
         let whole = |key: &str| match cell(key) {
             None => Ok(None),

@@ -37,6 +37,8 @@ pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Resul
             x.blanks();
             let Some(number) = x.s.integer() else { return Err(x.unexpected()) };
             let span = x.span_from(start);
+            // Typed by hand: `CYCL DEF 9 .0`.
+            x.blanks();
             block.statement = if x.s.take(b'.') {
                 let part = x.s.integer().ok_or_else(|| x.unexpected())?;
                 known(number, &OLD_CYCLES, span)?;

@@ -432,8 +432,13 @@ fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
         return Fault::new(codes::MISSING_VALUE, span, format!("`{text}` stands without a motion word in force"))
             .help("write G0 or G1 before it");
     }
-    Fault::new(codes::UNKNOWN_WORD, span, format!("`{text}` has no meaning in this block"))
-        .help("take it out, or write the G word that it belongs to")
+    let help = match letter {
+        b'R' => {
+            "a rounding has a comma before it, `,R2`, and the radius of an arc stands with G2 or G3; else take it out"
+        }
+        _ => "take it out, or write the G word that it belongs to",
+    };
+    Fault::new(codes::UNKNOWN_WORD, span, format!("`{text}` has no meaning in this block")).help(help)
 }
 
 /// The fault of a word that no state of the control makes valid.
