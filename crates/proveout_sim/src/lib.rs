@@ -74,6 +74,7 @@ mod run_folder;
 mod scallop;
 mod scallop_figures;
 mod scallop_judge;
+pub mod schedule;
 mod shape;
 mod show_mesh;
 mod signature;

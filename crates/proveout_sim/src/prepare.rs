@@ -34,6 +34,7 @@ use crate::{
         ProgramFile, Scene,
     },
     scene_limits::{ChangedLimit, limit_joints},
+    schedule::Schedule,
     set_values::{self, SetValue},
     shape::{self, Shape},
     texture::Plan,
@@ -97,6 +98,8 @@ pub struct MadeProgram {
     pub text: String,
     /// What was re-scheduled.
     pub runs: Vec<ReprogrammedRun>,
+    /// The text that it was made from, where the call has it planned anew.
+    pub planned: Option<String>,
 }
 
 /// A program on its scene, ready to run.
@@ -112,6 +115,8 @@ pub struct Prepared {
     pub program_lines: u32,
     /// The text that runs instead, where the program is re-scheduled from `program_path`.
     pub made: Option<MadeProgram>,
+    /// It beside the program before, where that is known already; a run looks where an observer asks for it.
+    pub(crate) schedule: Option<Schedule>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
     /// Those of the text that a program is made from; the same where it is not made.
@@ -263,7 +268,7 @@ impl Prepared {
         let planned = set_values::planned_again(&scene, entry, &choice.set, (&machine, &tools), &nc_settings)?;
         let made = match (reschedule, planned) {
             (None, None) => None,
-            (None, Some(text)) => Some((text, Vec::new())),
+            (None, Some(text)) => Some((text, Vec::new(), None)),
             (Some(reschedule), planned) => {
                 let part = PartOnTable::new(&scene, &table_from_work, part_mesh.as_ref(), &fixtures)?;
                 let (text, settings) = match planned {
@@ -272,10 +277,11 @@ impl Prepared {
                 };
                 let source = text.as_deref().map_or(programs::Original::File(&program_path), programs::Original::Text);
                 let made = programs::rescheduled(&scene, reschedule, source, &settings, &machine, &tools, &part)?;
-                Some((programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?, made.runs))
+                Some((programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?, made.runs, text))
             }
         };
-        let made = made.map(|(text, runs)| MadeProgram { file: made_file(&program_name), text, runs });
+        let made =
+            made.map(|(text, runs, planned)| MadeProgram { file: made_file(&program_name), text, runs, planned });
         if let Some(made) = &made {
             digests.insert("made_program".to_owned(), digest::of_bytes(made.text.as_bytes()));
         }
@@ -303,6 +309,7 @@ impl Prepared {
             program_path,
             program_lines: u32::try_from(program_lines).unwrap_or(u32::MAX),
             made,
+            schedule: None,
             nc_settings,
             source_nc_settings,
             control_note,

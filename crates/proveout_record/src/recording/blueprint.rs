@@ -19,7 +19,10 @@ use rerun::{
 
 use crate::{
     error::RecordError,
-    recording::sink::{APPLICATION, Sink, TIMELINE},
+    recording::{
+        schedule::ScheduleViews,
+        sink::{APPLICATION, Sink, TIMELINE},
+    },
     units::JointUnit,
 };
 
@@ -42,29 +45,43 @@ impl Eye {
     }
 }
 
-/// Sends the layout: machine and workpiece in three dimensions, plots of the process and of each axis (with those of its
-/// drive where `drives` are simulated), findings as text, time panel on simulated time: it stands at a recording that is complete, and
-/// follows one that is `live`.
+/// What the layout is about.
+pub(crate) struct Layout<'a> {
+    pub(crate) joints: &'a [JointUnit],
+    /// Drives are simulated, and plotted with each axis.
+    pub(crate) drives: bool,
+    /// The viewer follows a run that goes on; it stands at a recording that is complete.
+    pub(crate) live: bool,
+    /// Machine at home, machine frame.
+    pub(crate) machine: Aabb,
+    /// Workpiece, its own frame.
+    pub(crate) work: Aabb,
+    /// A re-scheduled program has a page of its own.
+    pub(crate) schedule: Option<&'a ScheduleViews>,
+}
+
+/// Sends the layout: machine and workpiece in three dimensions, plots of the process and of each axis, findings as text, time panel on simulated time. A
+/// recording of a re-scheduled program opens at its schedule, a viewer that is fed at the run.
 ///
 /// The builder of views has no camera, background and grid; they are logged into the same blueprint store as the
 /// entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks for them.
-pub(crate) fn send(
-    sink: &Sink,
-    joints: &[JointUnit],
-    drives: bool,
-    live: bool,
-    machine: &Aabb,
-    work: &Aabb,
-) -> Result<(), RecordError> {
+pub(crate) fn send(sink: &Sink, layout: &Layout<'_>) -> Result<(), RecordError> {
+    let Layout { joints, drives, live, machine, work, schedule } = layout;
     let machine_view: ContainerLike = Spatial3DView::new("Machine")
         .with_origin("/machine")
-        .with_contents(["$origin/**", "- /machine/table/work/part/**", "- /machine/table/work/path/**"])
+        .with_contents([
+            "$origin/**",
+            "- /machine/table/work/part/**",
+            "- /machine/table/work/path/**",
+            "- /machine/table/work/schedule/**",
+        ])
         .into();
     let work_view: ContainerLike = Spatial3DView::new("Workpiece")
         .with_origin("/machine/table/work")
         .with_contents([
             "$origin/**",
             "- /machine/table/work/part/**",
+            "- /machine/table/work/schedule/**",
             "+ /machine/tool/**",
             "+ /machine/table/fixtures/**",
             "+ /machine/table/loose/**",
@@ -94,8 +111,8 @@ pub(crate) fn send(
         .into(),
     ];
     let mut plain = Vec::new();
-    plots.extend(joints.iter().map(|joint| axis_tab(joint, drives, &mut plain)));
-    let blueprint = Blueprint::new(
+    plots.extend(joints.iter().map(|joint| axis_tab(joint, *drives, &mut plain)));
+    let run: ContainerLike =
         Horizontal::new([
             Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
             Vertical::new([
@@ -109,12 +126,22 @@ pub(crate) fn send(
             .with_row_shares([3.4, 1.0])
             .into(),
         ])
-        .with_column_shares([1.2, 1.0]),
-    )
+        .with_column_shares([1.2, 1.0])
+        .with_name("Run")
+        .into();
+    let root: ContainerLike = match schedule {
+        None => run,
+        Some(views) => {
+            let page = schedule_page(views, work, &mut eyes);
+            // A viewer opens at the first.
+            Tabs::new(if *live { [run, page] } else { [page, run] }).into()
+        }
+    };
+    let blueprint = Blueprint::new(root)
     .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
     .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
     .with_time_panel(
-        TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(if live {
+        TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(if *live {
             PlayState::Following
         } else {
             PlayState::Paused
@@ -126,6 +153,71 @@ pub(crate) fn send(
         sink.stream.send_blueprint(messages, command);
     }
     Ok(())
+}
+
+/// Tool axes on their sphere and on the part; each joint within its channel, with velocity and acceleration; what the method shows; the numbers.
+fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> ContainerLike {
+    let sphere: ContainerLike =
+        Spatial3DView::new("Tool axes on a unit sphere, workpiece frame").with_origin("/schedule/sphere").into();
+    let part: ContainerLike = Spatial3DView::new("Tool axes on the part: orange before, blue new")
+        .with_origin("/machine/table/work")
+        .with_contents(["+ /machine/table/work/part/**", "+ /machine/table/work/schedule/**", "+ /machine/table/fixtures/**"])
+        .into();
+    if let ContainerLike::View(view) = &sphere {
+        let middle = Vector::from(views.middle);
+        let away = 1.0 + (2.3 * views.reach.min(1.2)).clamp(0.5, 2.2);
+        let single = |v: Vector| [v.x as f32, v.y as f32, v.z as f32];
+        let near = if views.reach < 0.6 { 0.9 } else { 0.0 };
+        eyes.push(Eye {
+            view: view.blueprint_path().to_string(),
+            position: single(middle * away),
+            target: single(middle * near),
+        });
+    }
+    if let ContainerLike::View(view) = &part
+        && !work.is_empty()
+    {
+        eyes.push(Eye::at(view.blueprint_path().to_string(), work));
+    }
+    let joint = |joint: &JointUnit| -> ContainerLike {
+        let symbol = if joint.unit == "deg" { "°" } else { joint.unit };
+        let strips = [("position", "position in its channel", ""), ("velocity", "velocity at the programmed feed", "/s"), (
+            "acceleration",
+            "acceleration at the programmed feed",
+            "/s²",
+        )];
+        let views = strips.map(|(what, title, per)| -> ContainerLike {
+            TimeSeriesView::new(format!("{} {title}, {symbol}{per}", joint.name))
+                .with_origin("/")
+                .with_contents([format!("+ /schedule/joints/{}/{what}/**", joint.name)])
+                .into()
+        });
+        Vertical::new(views).with_row_shares([1.5, 1.0, 1.0]).with_name(joint.name.as_str()).into()
+    };
+    let mut tabs: Vec<ContainerLike> = views.joints.iter().map(joint).collect();
+    if !views.quantities.is_empty() {
+        let plots: Vec<ContainerLike> = views
+            .quantities
+            .iter()
+            .map(|[name, title]| {
+                TimeSeriesView::new(title.as_str())
+                    .with_origin("/")
+                    .with_contents([format!("+ /schedule/method/{name}/**")])
+                    .into()
+            })
+            .collect();
+        tabs.push(Vertical::new(plots).with_name("Method").into());
+    }
+    let text: ContainerLike = TextDocumentView::new("What is shown, and what is left to gain").with_origin("/schedule/text").into();
+    let right: Vec<ContainerLike> = if tabs.is_empty() { vec![text] } else { vec![Tabs::new(tabs).into(), text] };
+    let shares: &[f32] = if right.len() > 1 { &[2.2, 1.0] } else { &[1.0] };
+    Horizontal::new([
+        Vertical::new([sphere, part]).into(),
+        Vertical::new(right).with_row_shares(shares.to_vec()).into(),
+    ])
+    .with_column_shares([1.0, 1.5])
+    .with_name("Schedule")
+    .into()
 }
 
 /// The plots of one axis above each other, each with its own unit; the views that get no legend are added to `plain`.
@@ -207,7 +299,9 @@ mod tests {
         let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).enabled(true).memory().expect("memory");
         let sink = Sink::new(stream, "memory".into());
         let bounds = Aabb { min: Point::new(0.0, 0.0, 0.0), max: Point::new(9.0, 9.0, 9.0) };
-        send(&sink, &[], false, live, &bounds, &bounds).expect("sent");
+        let layout =
+            Layout { joints: &[], drives: false, live, machine: bounds, work: bounds, schedule: None };
+        send(&sink, &layout).expect("sent");
         let of = |m: &LogMsg| match m {
             LogMsg::ArrowMsg(_, arrow) => {
                 let schema = arrow.batch.schema();

@@ -50,12 +50,14 @@ pub use self::{
     sphere::GAUSS_SPHERE,
     uncertainty::{TimeGain, VariationKind},
 };
+pub(crate) use pictures::study_of;
 use crate::{
     certificate::{blocks_of, certify, gain_curves},
     design::deviation_on,
     error::SimError,
     prepare::{Choice, Prepared},
     run::RunResult,
+    schedule::{Motions, Schedule},
     scene::{CompareFile, DynamicsFile, Scene},
     shape::Shape,
     surface_map::SurfaceMap,
@@ -396,7 +398,21 @@ impl Comparing {
 
     /// Hands out a program to be run; none when it is unknown or was handed out before.
     pub fn take(&mut self, name: &str) -> Option<Prepared> {
-        self.entries.iter_mut().find(|e| e.name == name)?.prepared.take()
+        let place = self.entries.iter().position(|e| e.name == name)?;
+        let mut prepared = self.entries[place].prepared.take()?;
+        prepared.schedule = self.schedule(&self.entries[place], &prepared);
+        Some(prepared)
+    }
+
+    /// A re-scheduled program beside the one before, from the motions that were run.
+    fn schedule(&self, entry: &Entry, prepared: &Prepared) -> Option<Schedule> {
+        let (_, _, from) = entry.made.as_ref()?;
+        let source = self.entries.iter().find(|e| e.name == *from)?;
+        let motions = Motions {
+            planned: [entry.motion.as_ref()?, source.motion.as_ref()?],
+            ideal: [entry.ideal.as_ref()?, source.ideal.as_ref()?],
+        };
+        Some(Schedule::head(prepared)?.with(&entry.runs, &entry.case.machine, motions, &entry.changed_limits))
     }
 
     /// Begin and end of a program's cutting stretch, and of the part of it that is shown closely, s of the program; none

@@ -35,6 +35,7 @@ use crate::{
     error::SimError,
     prepare::{Prepared, control_settings},
     program_survey::known_offset,
+    programs::settings_of_made,
     run::from_run_error,
     scene::Scene,
 };
@@ -204,6 +205,20 @@ impl MotionCase {
         })
     }
 
+    /// The program that a prepared one is re-scheduled from, on the same machine.
+    pub(crate) fn of_source(prepared: &Prepared) -> Result<Self, SimError> {
+        let planned = prepared.made.as_ref().and_then(|made| made.planned.as_ref());
+        let (source, nc) = match planned {
+            Some(text) => {
+                let nc = settings_of_made(prepared.source_nc_settings.clone());
+                (Source::Text { name: "planned.mpf".into(), text: text.clone() }, nc)
+            }
+            None => (Source::File(prepared.program_path.clone()), prepared.source_nc_settings.clone()),
+        };
+        let settings = prepared.control_settings(source.program(&nc)?.dialect());
+        Ok(Self { settings, source, nc, ..Self::new(prepared)? })
+    }
+
     /// A program on a machine of a scene, by the planned set points.
     pub(crate) fn planned(
         scene: &Scene,
@@ -249,6 +264,12 @@ impl MotionCase {
     /// Tools that the programs call.
     pub(crate) fn tools(&self) -> &ToolLibrary {
         &self.tools
+    }
+
+    /// By the planned set points, without depths.
+    pub(crate) fn as_planned(self) -> Self {
+        let settings = ControlSettings { dynamics: Dynamics::Planned, ..self.settings };
+        Self { settings, gauge: None, ..self }
     }
 
     /// The programmed path itself, at the planned times.
