@@ -134,17 +134,13 @@ impl Schedule {
         let head = Self::head(prepared)?;
         let motions = || -> Result<[[Motion; 2]; 2], SimError> {
             let planned = [MotionCase::new(prepared)?.as_planned(), MotionCase::of_source(prepared)?.as_planned()];
-            let both = |case: &MotionCase| -> Result<[Motion; 2], SimError> {
-                let (planned, ideal) = rayon::join(|| case.run(), || case.ideal().run());
-                Ok([planned?, ideal?])
-            };
-            let (new, old) = rayon::join(|| both(&planned[0]), || both(&planned[1]));
-            Ok([new?, old?])
+            let (new, old) = rayon::join(|| planned[0].run(), || planned[1].run());
+            Ok([new?, old?].map(|motion| [motion.along_program(), motion]))
         };
         Some(match motions() {
             Err(why) => Self { unknown: Some(why.to_string()), ..head },
             Ok([new, old]) => {
-                let motions = Motions { planned: [&new[0], &old[0]], ideal: [&new[1], &old[1]] };
+                let motions = Motions { planned: [&new[1], &old[1]], ideal: [&new[0], &old[0]] };
                 head.with(&made.runs, &prepared.machine, motions, &prepared.changed_limits)
             }
         })

@@ -237,7 +237,7 @@ impl Comparing {
         let limited = !self.entries[self.baseline].changed_limits.is_empty();
         twins.extend(limited.then(own_limits));
         let tries = if self.without_choices { Vec::new() } else { choices::tries(&self.file) };
-        let total = self.entries.len() * (twins.len() + 2 + tries.len());
+        let total = self.entries.len() * (twins.len() + 1 + tries.len());
         let done = AtomicUsize::new(0);
         let step = || told(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         self.execute(&step)?;
@@ -246,10 +246,14 @@ impl Comparing {
         let times: Vec<Result<VariedTime, String>> = tasks
             .par_iter()
             .map(|(variation, entry)| {
-                let time = variation.apply(&entry.case).and_then(|case| {
-                    let motion = case.run().map_err(|e| format!("{}: {e}", entry.name))?;
-                    Ok(varied_time(&motion, ends))
-                });
+                let time = if variation.changes_law(&entry.case) {
+                    variation.apply(&entry.case).and_then(|case| {
+                        let motion = case.run().map_err(|e| format!("{}: {e}", entry.name))?;
+                        Ok(varied_time(&motion, ends))
+                    })
+                } else {
+                    Ok(self.nominal_time(entry))
+                };
                 step();
                 time
             })
@@ -269,23 +273,18 @@ impl Comparing {
     /// # Errors
     /// [`SimError`] when a program cannot be executed.
     pub fn execute(&mut self, step: &(dyn Fn() + Sync)) -> Result<(), SimError> {
-        let nominal: Vec<Result<(Motion, Motion), SimError>> = self
+        let nominal: Vec<Result<Motion, SimError>> = self
             .entries
             .par_iter()
             .map(|entry| {
-                let motion = entry.case.run()?;
+                let motion = entry.case.run();
                 step();
-                let ideal = match entry.case.settings.dynamics {
-                    Dynamics::Ideal => motion.clone(),
-                    Dynamics::Planned | Dynamics::Servo => entry.case.ideal().run()?,
-                };
-                step();
-                Ok((motion, ideal))
+                motion
             })
             .collect();
-        for (entry, result) in self.entries.iter_mut().zip(nominal) {
-            let (motion, ideal) = result?;
-            (entry.motion, entry.ideal) = (Some(motion), Some(ideal));
+        for (entry, motion) in self.entries.iter_mut().zip(nominal) {
+            let motion = motion?;
+            (entry.ideal, entry.motion) = (Some(motion.along_program()), Some(motion));
         }
         self.tell_gaps();
         Ok(())

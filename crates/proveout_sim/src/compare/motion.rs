@@ -149,6 +149,8 @@ impl Turning {
 pub(crate) struct Motion {
     pub(crate) summary: Summary,
     pub(crate) blocks: Vec<FeedBlock>,
+    /// The same blocks along the programmed path; their extremes are those of the set points.
+    programmed: Vec<FeedBlock>,
     /// Joints that a block sends past their travel.
     pub(crate) over_travels: Vec<OverTravel>,
     /// Reversals of each joint by block; blocks without one are not there.
@@ -272,12 +274,6 @@ impl MotionCase {
         Self { settings, gauge: None, ..self }
     }
 
-    /// The programmed path itself, at the planned times.
-    pub(crate) fn ideal(&self) -> Self {
-        let settings = ControlSettings { dynamics: Dynamics::Ideal, ..self.settings.clone() };
-        Self { settings, ..self.clone() }.unmeasured()
-    }
-
     /// Runs the program.
     ///
     /// # Errors
@@ -304,8 +300,8 @@ impl MotionCase {
         while let Some(chunk) = controller.next_chunk().map_err(from_run_error)? {
             record.take(&chunk);
         }
-        let Record { blocks, over_travels, reversals, .. } = record;
-        Ok(Motion { summary: controller.summary(), blocks, over_travels, reversals })
+        let Record { blocks, programmed, over_travels, reversals, .. } = record;
+        Ok(Motion { summary: controller.summary(), blocks, programmed, over_travels, reversals })
     }
 
     fn scaled(&self, mut command: Command) -> Command {
@@ -336,6 +332,7 @@ struct Record<'a> {
     run: u32,
     in_run: bool,
     blocks: Vec<FeedBlock>,
+    programmed: Vec<FeedBlock>,
     over_travels: Vec<OverTravel>,
     bands: Vec<f64>,
     turning: [Turning; MAX_JOINTS],
@@ -393,9 +390,8 @@ impl Record<'_> {
                 if !self.in_run {
                     (self.in_run, self.run) = (true, self.run + 1);
                 }
-                let Some((end, pose)) = open.end else { return };
                 let ball = self.balls.range(..=block.index).next_back().and_then(|(_, ball)| *ball);
-                self.blocks.push(FeedBlock {
+                let of = |(end, pose): (JointValues, ToolPose), deep: Vec<Deep>| FeedBlock {
                     run: self.run,
                     time: [block.start_time, block.end_time],
                     programmed: if block.feed > 0.0 { block.programmed_length / block.feed } else { 0.0 },
@@ -405,8 +401,10 @@ impl Record<'_> {
                     center: ball.map(|radius| pose.tip + pose.axis * radius),
                     high: open.high,
                     index: block.index,
-                    deep: open.deep,
-                });
+                    deep,
+                };
+                self.programmed.extend(block.programmed_end.map(|end| of(end, Vec::new())));
+                self.blocks.extend(open.end.map(|end| of(end, open.deep)));
             }
             BlockKind::Move(_) | BlockKind::ToolChange => self.in_run = false,
             BlockKind::Dwell | BlockKind::Action => {}
@@ -415,6 +413,12 @@ impl Record<'_> {
 }
 
 impl Motion {
+    /// The programmed path itself, at the planned times: what a control makes of it has no part in what a program asks for.
+    pub(crate) fn along_program(&self) -> Self {
+        let Self { summary, programmed, over_travels, reversals, .. } = self.clone();
+        Self { summary, blocks: programmed, programmed: Vec::new(), over_travels, reversals }
+    }
+
     /// Ranges of blocks that belong to the cutting stretch, one for each run that has any.
     pub(crate) fn stretch(&self, ends: f64) -> Vec<std::ops::Range<usize>> {
         let mut out = Vec::new();
@@ -600,7 +604,13 @@ mod tests {
     }
 
     fn motion(blocks: Vec<FeedBlock>) -> Motion {
-        Motion { summary: Summary::default(), blocks, over_travels: Vec::new(), reversals: BTreeMap::new() }
+        Motion {
+            summary: Summary::default(),
+            blocks,
+            programmed: Vec::new(),
+            over_travels: Vec::new(),
+            reversals: BTreeMap::new(),
+        }
     }
 
     #[test]
