@@ -16,8 +16,11 @@ fn root() -> PathBuf {
 }
 
 fn proveout(folder: &Path, arguments: &[&str]) -> Output {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_proveout")).current_dir(folder).args(arguments).output().expect("the program starts");
+    let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the program starts");
     assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
     output
 }
@@ -51,7 +54,8 @@ fn recorded(folder: &Path, run: &str) -> BTreeMap<String, RecordedEntity> {
 
 /// Where the second list begins in the first.
 fn place(all: &[[f64; 2]], part: &[f64], within: f64) -> Option<usize> {
-    (0..=all.len().checked_sub(part.len())?).find(|k| all[*k..].iter().zip(part).all(|(a, b)| (a[1] - b).abs() < within))
+    (0..=all.len().checked_sub(part.len())?)
+        .find(|k| all[*k..].iter().zip(part).all(|(a, b)| (a[1] - b).abs() < within))
 }
 
 #[test]
@@ -67,12 +71,14 @@ fn the_recording_of_a_run_and_of_a_comparison_shows_the_schedule() {
     let run = &certificate["runs"][0];
     let joint = run["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("A");
     let one = recorded(folder, "one");
-    let entity = |name: &str| one.get(&format!("/schedule/{name}")).unwrap_or_else(|| panic!("no {name}: {:?}", one.keys()));
+    let entity =
+        |name: &str| one.get(&format!("/schedule/{name}")).unwrap_or_else(|| panic!("no {name}: {:?}", one.keys()));
 
     // Positions at the ends of all blocks; the stretch is that of the certificate.
     let [before, after] = [numbers(&joint["original_deg"]), numbers(&joint["new_deg"])];
     let [old, new] = ["original", "new"].map(|name| entity(&format!("joints/A/position/{name}")));
-    assert!(new.rows > after.len() && new.rows == new.values.len() && old.rows == new.rows);
+    let rows = [new.rows, new.values.len(), old.rows];
+    assert!(rows.iter().all(|n| *n == rows[0]) && rows[0] >= after.len(), "{rows:?} {}", after.len());
     let start = place(&new.values, &after, 1e-4).expect("the new positions");
     assert_eq!(place(&old.values, &before, 1e-4), Some(start));
     // The channel beside it, without what the control rounds off.
@@ -108,7 +114,10 @@ fn the_recording_of_a_run_and_of_a_comparison_shows_the_schedule() {
         let words = if key == "gap_percent" { format!("{number:.2} percent") } else { format!("{number:.3} s") };
         assert!(text.contains(&words), "{key} {words} is not in:\n{text}");
     }
-    assert!(text.contains("made from **original** by **s-theta**") || text.contains("Made from **original** by **s-theta**"));
+    assert!(
+        text.contains("made from **original** by **s-theta**")
+            || text.contains("Made from **original** by **s-theta**")
+    );
     // Tool axes: unit vectors of the workpiece frame that the playhead moves, and arrows of one length at the blade.
     for name in ["original", "new"] {
         let points = &entity(&format!("sphere/{name}_now")).points;
@@ -119,7 +128,8 @@ fn the_recording_of_a_run_and_of_a_comparison_shows_the_schedule() {
         assert!(arrows.len() > 80 && arrows.len() <= 160, "{}", arrows.len());
         assert!(arrows.iter().all(|a| (length(a) / length(&arrows[0]) - 1.0).abs() < 1e-5));
     }
-    let curves: Vec<&String> = one.keys().filter(|k| k.starts_with("/schedule/method/tool_axis_angle_in_the_section/")).collect();
+    let curves: Vec<&String> =
+        one.keys().filter(|k| k.starts_with("/schedule/method/tool_axis_angle_in_the_section/")).collect();
     assert!(curves.iter().any(|k| k.ends_with("/original")) && curves.len() >= 4, "{curves:?}");
 
     // A comparison, which has the motions already, records the same; the program before has no schedule.
