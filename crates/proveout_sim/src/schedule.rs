@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use proveout_controller::ReprogrammedRun;
-use proveout_geom::ToolPose;
+use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::Machine;
 
 use crate::{
@@ -118,6 +118,9 @@ pub struct ScheduleBound {
     pub gap_percent: Option<f64>,
 }
 
+/// Blocks of each run of a motion.
+type Blocks<'a> = Vec<Option<&'a [FeedBlock]>>;
+
 /// Motions of the two programs.
 #[derive(Clone, Copy)]
 pub(crate) struct Motions<'a> {
@@ -159,19 +162,19 @@ impl Schedule {
     }
 
     /// Adds the runs from the motions.
-    pub(crate) fn with(
+    pub(crate) fn with<'a>(
         mut self,
         runs: &[ReprogrammedRun],
         machine: &Machine,
-        motions: Motions<'_>,
+        motions: Motions<'a>,
         changed_limits: &[ChangedLimit],
     ) -> Self {
         let [planned, ideal] =
             [motions.planned, motions.ideal].map(|of| of.map(|motion| blocks_of(&motion.blocks, runs)));
         for (k, run) in runs.iter().enumerate() {
-            let at = |of: &[Vec<Option<&'_ [FeedBlock]>>; 2], which: usize| of[which].get(k).copied().flatten();
-            let (times, new, old) = (at(&planned, 0), at(&ideal, 0), at(&ideal, 1));
-            let bound = certify(run, |_| 0, times, at(&planned, 1), changed_limits).map(|found| ScheduleBound {
+            let at = |list: &Blocks<'a>| list.get(k).copied().flatten();
+            let (times, new, old) = (at(&planned[0]), at(&ideal[0]), at(&ideal[1]));
+            let bound = certify(run, |_| 0, times, at(&planned[1]), changed_limits).map(|found| ScheduleBound {
                 time: found.time_s,
                 original_time: found.original_time_s,
                 bound: found.bound_s,
@@ -193,7 +196,7 @@ fn scheduled(
     bound: Result<ScheduleBound, String>,
 ) -> ScheduledRun {
     let mut way = 0.0;
-    let mut last = None;
+    let mut last: Option<Point> = None;
     let place = |block: &FeedBlock| block.center.unwrap_or(block.tip);
     let mut blocks = Vec::with_capacity(times.len());
     for (k, block) in times.iter().enumerate() {
@@ -202,7 +205,7 @@ fn scheduled(
         last = Some(at);
         let poses = [(&run.before, old), (&run.after, new)].map(|(poses, blocks)| ToolPose {
             tip: place(&blocks[k]),
-            axis: poses.get(k).map_or(proveout_geom::Vector::z(), |p| p.axis),
+            axis: poses.get(k).map_or(Vector::z(), |p| p.axis),
         });
         blocks.push(ScheduledBlock { time: block.time[1], way, poses });
     }
@@ -227,7 +230,8 @@ fn scheduled(
 fn channel(run: &ReprogrammedRun, name: &str) -> Option<Vec<[f64; 2]>> {
     let all = run.alternatives.as_ref().ok()?;
     let joint = all.schedules.joints.iter().find(|j| j.name == name)?;
-    let gates: Vec<[f64; 2]> = joint.gates.iter().map(|[low, high]| [low + all.rounding, high - all.rounding]).collect();
+    let gates: Vec<[f64; 2]> =
+        joint.gates.iter().map(|[low, high]| [low + all.rounding, high - all.rounding]).collect();
     gates.iter().any(|[low, high]| high - low > NO_CHOICE).then_some(gates)
 }
 

@@ -112,23 +112,22 @@ pub(crate) fn send(sink: &Sink, layout: &Layout<'_>) -> Result<(), RecordError> 
     ];
     let mut plain = Vec::new();
     plots.extend(joints.iter().map(|joint| axis_tab(joint, *drives, &mut plain)));
-    let run: ContainerLike =
-        Horizontal::new([
-            Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
-            Vertical::new([
-                Tabs::new(plots).into(),
-                Tabs::new([
-                    TextLogView::new("Findings and messages").with_origin("/log").into(),
-                    TextDocumentView::new("About").with_origin("/about").into(),
-                ])
-                .into(),
+    let run: ContainerLike = Horizontal::new([
+        Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
+        Vertical::new([
+            Tabs::new(plots).into(),
+            Tabs::new([
+                TextLogView::new("Findings and messages").with_origin("/log").into(),
+                TextDocumentView::new("About").with_origin("/about").into(),
             ])
-            .with_row_shares([3.4, 1.0])
             .into(),
         ])
-        .with_column_shares([1.2, 1.0])
-        .with_name("Run")
-        .into();
+        .with_row_shares([3.4, 1.0])
+        .into(),
+    ])
+    .with_column_shares([1.2, 1.0])
+    .with_name("Run")
+    .into();
     let root: ContainerLike = match schedule {
         None => run,
         Some(views) => {
@@ -138,15 +137,15 @@ pub(crate) fn send(sink: &Sink, layout: &Layout<'_>) -> Result<(), RecordError> 
         }
     };
     let blueprint = Blueprint::new(root)
-    .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
-    .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
-    .with_time_panel(
-        TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(if *live {
-            PlayState::Following
-        } else {
-            PlayState::Paused
-        }),
-    );
+        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
+        .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
+        .with_time_panel(
+            TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(if *live {
+                PlayState::Following
+            } else {
+                PlayState::Paused
+            }),
+        );
     let messages = with_eyes(sink, &blueprint, &eyes, &plain)?;
     if let Some(first) = messages.first() {
         let command = BlueprintActivationCommand::make_active(first.store_id().clone());
@@ -161,38 +160,38 @@ fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> Con
         Spatial3DView::new("Tool axes on a unit sphere, workpiece frame").with_origin("/schedule/sphere").into();
     let part: ContainerLike = Spatial3DView::new("Tool axes on the part: orange before, blue new")
         .with_origin("/machine/table/work")
-        .with_contents(["+ /machine/table/work/part/**", "+ /machine/table/work/schedule/**", "+ /machine/table/fixtures/**"])
+        .with_contents([
+            "+ /machine/table/work/part/**",
+            "+ /machine/table/work/schedule/**",
+            "+ /machine/table/fixtures/**",
+        ])
         .into();
     if let ContainerLike::View(view) = &sphere {
-        let middle = Vector::from(views.middle);
-        let away = 1.0 + (2.3 * views.reach.min(1.2)).clamp(0.5, 2.2);
-        let single = |v: Vector| [v.x as f32, v.y as f32, v.z as f32];
-        let near = if views.reach < 0.6 { 0.9 } else { 0.0 };
-        eyes.push(Eye {
-            view: view.blueprint_path().to_string(),
-            position: single(middle * away),
-            target: single(middle * near),
-        });
+        let [position, target] = [views.eye, views.target].map(|p| p.map(|v| v as f32));
+        eyes.push(Eye { view: view.blueprint_path().to_string(), position, target });
     }
     if let ContainerLike::View(view) = &part
         && !work.is_empty()
     {
         eyes.push(Eye::at(view.blueprint_path().to_string(), work));
     }
-    let joint = |joint: &JointUnit| -> ContainerLike {
+    let joint = |(joint, channel): &(JointUnit, bool)| -> ContainerLike {
         let symbol = if joint.unit == "deg" { "°" } else { joint.unit };
-        let strips = [("position", "position in its channel", ""), ("velocity", "velocity at the programmed feed", "/s"), (
-            "acceleration",
-            "acceleration at the programmed feed",
-            "/s²",
-        )];
-        let views = strips.map(|(what, title, per)| -> ContainerLike {
+        let strips = [
+            ("in_channel", "about the middle of its channel", "", 1.5),
+            ("position", "position", "", 1.0),
+            ("velocity", "velocity at the programmed feed", "/s", 1.0),
+            ("acceleration", "acceleration at the programmed feed", "/s²", 1.0),
+        ];
+        let strips = &strips[usize::from(!channel)..];
+        let views = strips.iter().map(|(what, title, per, _)| -> ContainerLike {
             TimeSeriesView::new(format!("{} {title}, {symbol}{per}", joint.name))
                 .with_origin("/")
                 .with_contents([format!("+ /schedule/joints/{}/{what}/**", joint.name)])
                 .into()
         });
-        Vertical::new(views).with_row_shares([1.5, 1.0, 1.0]).with_name(joint.name.as_str()).into()
+        let shares: Vec<f32> = strips.iter().map(|s| s.3).collect();
+        Vertical::new(views.collect::<Vec<_>>()).with_row_shares(shares).with_name(joint.name.as_str()).into()
     };
     let mut tabs: Vec<ContainerLike> = views.joints.iter().map(joint).collect();
     if !views.quantities.is_empty() {
@@ -208,9 +207,10 @@ fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> Con
             .collect();
         tabs.push(Vertical::new(plots).with_name("Method").into());
     }
-    let text: ContainerLike = TextDocumentView::new("What is shown, and what is left to gain").with_origin("/schedule/text").into();
+    let text: ContainerLike =
+        TextDocumentView::new("What is shown, and what is left to gain").with_origin("/schedule/text").into();
     let right: Vec<ContainerLike> = if tabs.is_empty() { vec![text] } else { vec![Tabs::new(tabs).into(), text] };
-    let shares: &[f32] = if right.len() > 1 { &[2.2, 1.0] } else { &[1.0] };
+    let shares: &[f32] = if right.len() > 1 { &[2.4, 1.0] } else { &[1.0] };
     Horizontal::new([
         Vertical::new([sphere, part]).into(),
         Vertical::new(right).with_row_shares(shares.to_vec()).into(),
@@ -299,8 +299,7 @@ mod tests {
         let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).enabled(true).memory().expect("memory");
         let sink = Sink::new(stream, "memory".into());
         let bounds = Aabb { min: Point::new(0.0, 0.0, 0.0), max: Point::new(9.0, 9.0, 9.0) };
-        let layout =
-            Layout { joints: &[], drives: false, live, machine: bounds, work: bounds, schedule: None };
+        let layout = Layout { joints: &[], drives: false, live, machine: bounds, work: bounds, schedule: None };
         send(&sink, &layout).expect("sent");
         let of = |m: &LogMsg| match m {
             LogMsg::ArrowMsg(_, arrow) => {

@@ -27,6 +27,7 @@
 //!   /text                       what is shown, times, bound, what is left to gain, numbers of the method
 //!   /sphere/{original,new}      tool axes as ways on the unit sphere of frame W; `..._now` at the time of the viewer
 //!   /joints/<joint>/position/{lowest,highest,original,new}       ends of the channel, where there is one; mm or degrees
+//!   /joints/<joint>/in_channel/{lowest,highest,original,new}     the same less the middle of the channel
 //!   /joints/<joint>/{velocity,acceleration}/{original,new}       at the programmed feed, differences over blocks
 //!   /method/<quantity>/<curve>  what the method shows along the path
 //! /machine/table/work/schedule/{original,new}                    tool axes as arrows, at most 160 each

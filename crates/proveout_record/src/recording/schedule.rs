@@ -29,6 +29,8 @@ const CIRCLE_POINTS: usize = 96;
 const SOLID: f32 = 0.985;
 /// Places of the axes that stand at the time of the viewer.
 const PLACES: usize = 3000;
+/// Axes that are farther than this from their middle go round the sphere, radian.
+const WIDE: f64 = 1.3;
 /// A limit is drawn where a program comes as near to it as this part.
 const NEAR: f64 = 0.6;
 
@@ -43,13 +45,13 @@ const OTHER: Rgba = [170, 170, 180, 255];
 /// What the layout must know of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ScheduleViews {
-    /// Joints with their units, those with a channel first.
-    pub(crate) joints: Vec<JointUnit>,
+    /// Joints with their units, and whether they have a channel; those that have one first.
+    pub(crate) joints: Vec<(JointUnit, bool)>,
     /// Quantities of the method: name in paths, and title.
     pub(crate) quantities: Vec<[String; 2]>,
-    /// The middle of all axes, and how far the farthest is from it, radian.
-    pub(crate) middle: [f64; 3],
-    pub(crate) reach: f64,
+    /// From where the sphere is looked at, and at what.
+    pub(crate) eye: [f64; 3],
+    pub(crate) target: [f64; 3],
 }
 
 /// Rows of a signal: where, and what.
@@ -61,7 +63,7 @@ pub(crate) fn send(sink: &Sink, setup: &Setup<'_>, schedule: &Schedule) -> Resul
     sink.document(path(["schedule", "text"]), text(setup, schedule, &units))?;
     let places = places(&schedule.runs);
     let work_from_table = setup.table_from_work.inverse();
-    let (middle, reach) = sphere(sink, schedule, &places, &work_from_table)?;
+    let [eye, target] = sphere(sink, schedule, &places, &work_from_table)?;
     let size = setup.stock.bounds().size().norm();
     arrows(sink, schedule, &work_from_table, ARROW_PART * size)?;
     let mut shown = Vec::new();
@@ -70,14 +72,16 @@ pub(crate) fn send(sink: &Sink, setup: &Setup<'_>, schedule: &Schedule) -> Resul
         if !schedule.runs.iter().any(|run| of(run).is_some_and(|k| moves(run, k))) {
             continue;
         }
-        let limits = setup.machine.joints.get(j).map_or([None; 2], |joint| [joint.max_velocity, joint.max_acceleration]);
+        let limits =
+            setup.machine.joints.get(j).map_or([None; 2], |joint| [joint.max_velocity, joint.max_acceleration]);
         joint(sink, schedule, &places, (j, unit), limits)?;
         let channel = schedule.runs.iter().any(|run| of(run).is_some_and(|k| run.joints[k].channel.is_some()));
         shown.push((!channel, unit.unit != "deg", unit.clone()));
     }
     shown.sort_by_key(|(no_channel, linear, _)| (*no_channel, *linear));
     let quantities = method(sink, schedule, &places)?;
-    Ok(ScheduleViews { joints: shown.into_iter().map(|s| s.2).collect(), quantities, middle, reach })
+    let joints = shown.into_iter().map(|(no_channel, _, unit)| (unit, !no_channel)).collect();
+    Ok(ScheduleViews { joints, quantities, eye, target })
 }
 
 /// Where the blocks of all runs stand: time of the new program, and way over all runs.
@@ -136,6 +140,7 @@ fn joint(
             sink.values(entity, &rows)?;
         }
     }
+    in_channel(sink, schedule, places, (j, unit))?;
     let of_demand: [fn(&Demand) -> &Vec<f64>; 3] = [|d| &d.position, |d| &d.velocity, |d| &d.acceleration];
     for (what, (quantity, get)) in ["position", "velocity", "acceleration"].into_iter().zip(of_demand).enumerate() {
         let mut most = 0.0_f64;
@@ -163,6 +168,32 @@ fn joint(
                 sink.line_style(entity.clone(), &LineStyle { name: "limit".to_owned(), color: LIMIT, width: 1.0 })?;
                 sink.signal(entity, &ends.map(|time| (time, limit)))?;
             }
+        }
+    }
+    Ok(())
+}
+
+/// Ends of the channel and positions of both programs about its middle: over a whole turn of a joint nobody sees a channel of some degrees.
+fn in_channel(
+    sink: &Sink,
+    schedule: &Schedule,
+    places: &[Vec<Place>],
+    (j, unit): (usize, &JointUnit),
+) -> Result<(), RecordError> {
+    let styles = [("lowest", CHANNEL, 2.0), ("highest", CHANNEL, 2.0), ("original", ORIGINAL, 1.5), ("new", NEW, 2.0)];
+    for (which, (name, color, width)) in styles.into_iter().enumerate() {
+        let value = |run: &ScheduledRun, i: usize| {
+            let joint = run.joints.iter().find(|joint| joint.joint == j)?;
+            let [low, high] = *joint.channel.as_ref()?.get(i.checked_sub(run.stretch.start)?)?;
+            let at = [low, high, *joint.original.position.get(i)?, *joint.new.position.get(i)?][which];
+            Some((at - 0.5 * (low + high)) * unit.factor)
+        };
+        let rows = rows(&schedule.runs, places, value);
+        if rows.iter().any(|r| r.1.is_finite()) {
+            let entity = path(["schedule", "joints", &unit.name, "in_channel", name]);
+            let words = if which < 2 { format!("{name} in the channel") } else { name.to_owned() };
+            sink.line_style(entity.clone(), &LineStyle { name: words, color, width })?;
+            sink.values(entity, &rows)?;
         }
     }
     Ok(())
@@ -227,15 +258,14 @@ fn plain(name: &str) -> String {
     parts.collect::<Vec<_>>().join("_")
 }
 
-/// Axes of both programs as ways on the unit sphere of the workpiece frame, with what belongs to the time of the viewer; the middle of them and their reach.
+/// Axes of both programs as ways on the unit sphere of the workpiece frame, with what belongs to the time of the viewer; from where to look at it, and where.
 fn sphere(
     sink: &Sink,
     schedule: &Schedule,
     places: &[Vec<Place>],
     work_from_table: &Pose,
-) -> Result<([f64; 3], f64), RecordError> {
+) -> Result<[[f64; 3]; 2], RecordError> {
     sink.z_up(path(["schedule", "sphere"]))?;
-    sink.ball(path(["schedule", "sphere", "solid"]), SOLID, SPHERE)?;
     sink.static_lines(path(["schedule", "sphere", "grid"]), &[(grid(), GRID, 0.7)])?;
     let ends = [("X", Vector::x()), ("Y", Vector::y()), ("Z", Vector::z())];
     let labels: Vec<([f64; 3], String)> = ends.iter().map(|(n, v)| ((v * 1.03).into(), (*n).to_owned())).collect();
@@ -260,10 +290,23 @@ fn sphere(
         }
         sink.moving_point(path(["schedule", "sphere", &format!("{name}_now")]), &now, color)?;
     }
+    let from = |middle: &Vector| all.iter().map(|v| middle.cross(v).norm().atan2(middle.dot(v))).fold(0.0, f64::max);
     let sum: Vector = all.iter().sum();
-    let middle = if sum.norm() > 1e-6 { sum.normalize() } else { Vector::new(0.5, -0.7, 0.5).normalize() };
-    let reach = all.iter().map(|v| middle.cross(v).norm().atan2(middle.dot(v))).fold(0.0, f64::max);
-    Ok((middle.into(), reach))
+    let middle = if sum.norm() > 1e-6 { sum.normalize() } else { Vector::z() };
+    let reach = from(&middle);
+    if reach < WIDE {
+        // A ball hides what lies behind, which is nothing here.
+        sink.ball(path(["schedule", "sphere", "solid"]), SOLID, SPHERE)?;
+        let away = 1.0 + (2.4 * reach).clamp(0.5, 2.0);
+        let near = if reach < 0.6 { 0.95 } else { 0.3 };
+        return Ok([(middle * away).into(), (middle * near).into()]);
+    }
+    // Round an axis of the frame: from beside the one that is nearest to all.
+    let frame = [Vector::x(), Vector::y(), Vector::z()].into_iter().flat_map(|v| [v, -v]);
+    let best = frame.min_by(|a, b| from(a).total_cmp(&from(b))).unwrap_or_else(Vector::x);
+    let beside =
+        if best.z.abs() > 0.5 { Vector::new(0.35, -0.55, 0.0) } else { Vector::new(-0.3 * best.y, 0.3 * best.x, 0.55) };
+    Ok([((best + beside).normalize() * 2.9).into(), [0.0; 3]])
 }
 
 fn single(v: Vector) -> [f32; 3] {
@@ -314,28 +357,29 @@ fn arrows(sink: &Sink, schedule: &Schedule, work_from_table: &Pose, length: f64)
 /// The page of text: what is shown, times, bound, numbers of the method.
 fn text(setup: &Setup<'_>, schedule: &Schedule, units: &[JointUnit]) -> String {
     let mut text = format!(
-        "# {}\n\nMade from **{}** by **{}** ({}).\n\n**Orange** is the program before, **blue** the new one, **green** the channel that it may use. The curves stand at the \
-         time at which the new program ends its blocks (timeline `sim_time`) and at the way of the tool over all runs (`path_um`). Velocity and acceleration are those at the \
-         programmed feed, by differences over blocks; what the control makes of them is under *Run*.\n",
+        "# {}\n\nMade from **{}** by **{}** ({}).\n",
         setup.program, schedule.from, schedule.method, schedule.source
     );
     if let Some(why) = &schedule.unknown {
         let _ = write!(text, "\nNothing is known of the motion: {why}.\n");
     }
     for (k, run) in schedule.runs.iter().enumerate() {
-        let title = if schedule.runs.len() > 1 { format!("Run {} of {}", k + 1, schedule.runs.len()) } else { "Time".into() };
+        let title =
+            if schedule.runs.len() > 1 { format!("Run {} of {}", k + 1, schedule.runs.len()) } else { "Time".into() };
         let _ = write!(text, "\n## {title}\n\n");
         match &run.bound {
             Ok(b) => {
                 let _ = writeln!(
                     text,
-                    "| blocks {} | |\n|---|---|\n| program before | {:.3} s |\n| new program | {:.3} s ({:+.2} percent) |\n| no schedule of these is below | {:.3} s |\n| left to gain at most | {} |",
+                    "| time of the {} blocks that are planned anew | |\n|---|---|\n| program before | {:.3} s |\n| new program | {:.3} s ({:+.2} percent) |\n| no schedule of these is below | {:.3} s |\n| left to gain at most | {} |",
                     run.stretch.len(),
                     b.original_time,
                     b.time,
                     100.0 * (b.time / b.original_time - 1.0),
                     b.bound,
-                    b.gap_percent.map_or("the new program leaves the channel".into(), |gap| format!("{gap:.2} percent of the bound")),
+                    b.gap_percent.map_or("the new program leaves the channel".into(), |gap| format!(
+                        "{gap:.2} percent of the bound"
+                    )),
                 );
             }
             Err(why) => {
@@ -350,7 +394,13 @@ fn text(setup: &Setup<'_>, schedule: &Schedule, units: &[JointUnit]) -> String {
                 inside.iter().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs())) * unit.factor
             };
             let [a, b] = [&joint.original, &joint.new];
-            let _ = writeln!(text, "| {} velocity, deg/s | {:.2} | {:.2} |", unit.name, most(&a.velocity), most(&b.velocity));
+            let _ = writeln!(
+                text,
+                "| {} velocity, deg/s | {:.2} | {:.2} |",
+                unit.name,
+                most(&a.velocity),
+                most(&b.velocity)
+            );
             let _ = writeln!(
                 text,
                 "| {} acceleration, deg/s² | {:.1} | {:.1} |",
@@ -366,5 +416,9 @@ fn text(setup: &Setup<'_>, schedule: &Schedule, units: &[JointUnit]) -> String {
             }
         }
     }
+    text += "\n## What is shown\n\n**Orange** is the program before, **blue** the new one, **green** the channel that it may use, **red** a limit of the machine as \
+             the scene has it. The curves stand at the time at which the new program ends its blocks (timeline `sim_time`) and at the way of the tool over \
+             all runs in micrometers (`path_um`). Velocity and acceleration are those at the programmed feed, by differences over blocks; what the control \
+             makes of them is under *Run*. Circles of the sphere are 15 degrees apart; the dots are the tool axes at the time of the viewer.\n";
     text
 }

@@ -244,9 +244,8 @@ impl Sink {
         if rows.is_empty() {
             return Ok(());
         }
-        let look = rerun::Points3D::update_fields()
-            .with_colors([rgb(color)])
-            .with_radii([rerun::Radius::new_ui_points(6.0)]);
+        let look =
+            rerun::Points3D::update_fields().with_colors([rgb(color)]).with_radii([rerun::Radius::new_ui_points(6.0)]);
         self.log(path.clone(), None, &look)?;
         let columns = rerun::Points3D::update_fields()
             .with_positions(rows.iter().map(|r| r.1))
@@ -266,7 +265,12 @@ impl Sink {
     }
 
     /// Places with text, for all times.
-    pub(crate) fn labels(&self, path: EntityPath, points: &[([f64; 3], String)], color: Rgba) -> Result<(), RecordError> {
+    pub(crate) fn labels(
+        &self,
+        path: EntityPath,
+        points: &[([f64; 3], String)],
+        color: Rgba,
+    ) -> Result<(), RecordError> {
         let what = rerun::Points3D::new(points.iter().map(|(p, _)| p.map(|v| v as f32)))
             .with_labels(points.iter().map(|(_, l)| l.as_str()))
             .with_show_labels(true)

@@ -27,10 +27,11 @@ use super::{
     result::{Choices, Comparison, Made, ProgramFigures, Published, Reproduced, TriedChoice},
 };
 use crate::{
+    control_settings::control_settings,
     error::SimError,
     part_on_table::PartOnTable,
     planning,
-    prepare::{Prepared, control_settings},
+    prepare::Prepared,
     programs,
     scene::{ChoiceValueFile, CompareFile, HELIX, Scene, StrategyFile},
     scene_choice::{limit_machine, with_values},

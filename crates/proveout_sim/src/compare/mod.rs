@@ -32,7 +32,7 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use proveout_controller::{Dynamics, ReprogrammedRun};
+use proveout_controller::ReprogrammedRun;
 use proveout_geom::InputError;
 use rayon::prelude::*;
 
@@ -50,19 +50,19 @@ pub use self::{
     sphere::GAUSS_SPHERE,
     uncertainty::{TimeGain, VariationKind},
 };
-pub(crate) use pictures::study_of;
 use crate::{
     certificate::{blocks_of, certify, gain_curves},
     design::deviation_on,
     error::SimError,
     prepare::{Choice, Prepared},
     run::RunResult,
-    schedule::{Motions, Schedule},
     scene::{CompareFile, DynamicsFile, Scene},
+    schedule::{Motions, Schedule},
     shape::Shape,
     surface_map::SurfaceMap,
     verdict::Verdict,
 };
+pub(crate) use pictures::study_of;
 
 /// A variation that changes no time of a cutting stretch by more than this part cannot act on a gain.
 const ACTS: f64 = 1e-9;
@@ -469,7 +469,7 @@ impl Entry {
             case,
             changed_limits: prepared.changed_limits.clone(),
             made,
-            studies: runs.iter().map(pictures::study_of).collect(),
+            studies: runs.iter().map(study_of).collect(),
             runs: runs.to_vec(),
             digests: prepared.digests.clone(),
             again: choices::Again::new(&prepared),

@@ -32,12 +32,8 @@ use proveout_tool::{Tool, ToolLibrary};
 
 use super::depth::{Deep, DepthGauge};
 use crate::{
-    error::SimError,
-    prepare::{Prepared, control_settings},
-    program_survey::known_offset,
-    programs::settings_of_made,
-    run::from_run_error,
-    scene::Scene,
+    control_settings::control_settings, error::SimError, prepare::Prepared, program_survey::known_offset,
+    programs::settings_of_made, run::from_run_error, scene::Scene,
 };
 
 /// Places between two blocks at which the tip is looked at with the joints led straight.

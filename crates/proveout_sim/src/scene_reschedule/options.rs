@@ -42,9 +42,7 @@ macro_rules! option {
             key: stringify!($key),
             of: $of,
             get: |file| file.$key.map(|value| name_of(&$words::NAMES, value)),
-            set: |file, text| {
-                named(&$words::NAMES, stringify!($key), text, $none).map(|value| file.$key = Some(value))
-            },
+            set: |file, text| named(&$words::NAMES, stringify!($key), text, $none).map(|value| file.$key = Some(value)),
         }
     };
 }
@@ -80,7 +78,12 @@ const ALL: [Known; 29] = [
     option!(BULL_NOSE, measured_spread, number),
     option!(&[Smooth], channel, ChannelFile, "no channel"),
     option!(&[Smooth], lean_max_deg, number),
-    Known { key: "monotone", of: &[Smooth], get: |file| file.monotone.map(|value| value.to_string()), set: set_monotone },
+    Known {
+        key: "monotone",
+        of: &[Smooth],
+        get: |file| file.monotone.map(|value| value.to_string()),
+        set: set_monotone,
+    },
     option!(&[Smooth], turn_max_deg, number),
     option!(&[Smooth], ends, EndsFile, "none of its words"),
 ];
