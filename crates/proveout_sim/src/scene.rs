@@ -23,7 +23,10 @@ pub use crate::scene_plan::{
     StrategyFile, TimedByFile,
 };
 pub use crate::scene_program::ProgramFile;
-pub use crate::scene_reschedule::{ChannelFile, JunctionFile, MethodFile, RescheduleFile, ThetaUnitFile};
+pub use crate::scene_reschedule::{
+    ChannelFile, CriterionFile, EndsFile, InsetFile, InsetWordFile, JunctionFile, KeyAxesFile, MethodFile,
+    RescheduleFile, ThetaUnitFile,
+};
 pub use crate::scene_run_limits::RunLimitsFile;
 pub use crate::scene_setup::{FixtureFile, FixtureFrame, Mount, OffsetFile, StartFile};
 pub use crate::scene_stock::{BoxFile, CylinderAxis, CylinderFile, ResolutionFile, StockFile};

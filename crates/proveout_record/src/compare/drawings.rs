@@ -66,6 +66,17 @@ fn text(out: &mut String, [x, y]: [f64; 2], anchor: &str, fill: &str, words: &st
     );
 }
 
+/// Text of a limit, which may lie over lines.
+fn label(out: &mut String, [x, y]: [f64; 2], anchor: &str, words: &str) {
+    put(
+        out,
+        format_args!(
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{LIMIT}\" stroke=\"#ffffff\" stroke-width=\"4\" paint-order=\"stroke\">{}</text>\n",
+            escape(words)
+        ),
+    );
+}
+
 fn line(out: &mut String, [x1, y1, x2, y2]: [f64; 4], stroke: &str, more: &str) {
     put(out, format_args!("<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" stroke=\"{stroke}\" fill=\"none\" {more}/>\n"));
 }
@@ -147,7 +158,7 @@ fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[(&String, Ve
         if row.velocity_deg_s <= x_most {
             told.push((row.velocity_deg_s, words, dash));
         } else {
-            text(out, [right - 4.0, high + 14.0], "end", LIMIT, &format!("{words} \u{2192}"));
+            label(out, [right - 4.0, high + 14.0], "end", &format!("{words} \u{2192}"));
         }
     }
     told.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -155,10 +166,18 @@ fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[(&String, Ve
         line(out, [x(*v), high, x(*v), base], LIMIT, &format!("stroke-width=\"1.5\" {dash}"));
         let anchor = if x(*v) > right - 190.0 { "end" } else { "start" };
         let shift = if anchor == "end" { -5.0 } else { 5.0 };
-        text(out, [x(*v) + shift, high + 30.0 + 16.0 * k as f64], anchor, LIMIT, words);
+        label(out, [x(*v) + shift, high + 30.0 + 16.0 * k as f64], anchor, words);
     }
+    // Schedules of one channel have one bound.
+    let best =
+        |rows: &[&GainAtLimit]| rows.iter().map(|r| [r.velocity_deg_s, r.saved_at_most_percent]).collect::<Vec<_>>();
+    let near = |a: &[[f64; 2]], b: &[[f64; 2]]| {
+        a.len() == b.len() && a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < 0.05)
+    };
+    let shared = programs.len() > 1 && programs.windows(2).all(|p| near(&best(&p[0].1), &best(&p[1].1)));
     for (k, (name, rows)) in programs.iter().enumerate() {
         let color = PROGRAMS[k % PROGRAMS.len()];
+        let bound = if shared { SOFT } else { color };
         let way = |of: fn(&GainAtLimit) -> f64| {
             let mut points: Vec<[f64; 2]> =
                 rows.iter().filter(|r| r.velocity_deg_s <= x_most).map(|r| [r.velocity_deg_s, of(r)]).collect();
@@ -188,9 +207,16 @@ fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[(&String, Ve
         let at = base + 54.0 + 18.0 * k as f64;
         line(out, [left, at - 4.0, left + 34.0, at - 4.0], color, "stroke-width=\"2.4\"");
         text(out, [left + 42.0, at], "start", INK, name);
-        let dashed = left + 320.0;
-        line(out, [dashed, at - 4.0, dashed + 34.0, at - 4.0], color, "stroke-width=\"1.5\" stroke-dasharray=\"6 4\"");
-        text(out, [dashed + 42.0, at], "start", INK, "at most, by the best schedule of its channel");
+        if !shared || k == 0 {
+            let dashed = left + 320.0;
+            line(
+                out,
+                [dashed, at - 4.0, dashed + 34.0, at - 4.0],
+                bound,
+                "stroke-width=\"1.5\" stroke-dasharray=\"6 4\"",
+            );
+            text(out, [dashed + 42.0, at], "start", INK, "at most, by the best schedule of its channel");
+        }
     }
 }
 

@@ -357,16 +357,17 @@ fn arrows(sink: &Sink, schedule: &Schedule, work_from_table: &Pose, length: f64)
 /// The page of text: what is shown, times, bound, numbers of the method.
 fn text(setup: &Setup<'_>, schedule: &Schedule, units: &[JointUnit]) -> String {
     let mut text = format!(
-        "# {}\n\nMade from **{}** by **{}** ({}).\n",
+        "**{}**, made from **{}** by **{}** ({}).\n",
         setup.program, schedule.from, schedule.method, schedule.source
     );
     if let Some(why) = &schedule.unknown {
         let _ = write!(text, "\nNothing is known of the motion: {why}.\n");
     }
     for (k, run) in schedule.runs.iter().enumerate() {
-        let title =
-            if schedule.runs.len() > 1 { format!("Run {} of {}", k + 1, schedule.runs.len()) } else { "Time".into() };
-        let _ = write!(text, "\n## {title}\n\n");
+        if schedule.runs.len() > 1 {
+            let _ = write!(text, "\n## Run {} of {}\n", k + 1, schedule.runs.len());
+        }
+        text.push('\n');
         match &run.bound {
             Ok(b) => {
                 let _ = writeln!(
