@@ -10,6 +10,8 @@
 //! Of every event it is known whether the parts meet, and when first. Those that meet are found, never late, and no further apart than what is
 //! stated: 0.2 micrometers, and 1e-5 mm for rounding. Those that miss are not named.
 
+mod common;
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
@@ -18,28 +20,14 @@ use proveout_geom::{Aabb, Point, Pose, Vector, box_mesh};
 use proveout_machine::{JointValues, Machine};
 use proveout_tool::{Cutter, HolderSection, Tool, ToolBuilder};
 
+use common::Random;
+
 /// Nearness that counts as a touch, mm: the tolerance of the advancement (2e-4), the slack for rounding (1e-5), and what a proved distance of a
 /// tool may be below the true one (1e-7).
 const STATED_MM: f64 = 2.102e-4;
 const GAUGE: f64 = 120.0;
 /// Radius of the cutter, mm.
 const R: f64 = 6.0;
-
-/// Small deterministic generator (xorshift, Marsaglia 2003).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self, low: f64, high: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn pick(&mut self, n: usize) -> usize {
-        (self.next(0.0, n as f64) as usize).min(n - 1)
-    }
-}
 
 /// X Y Z in the tool, C in the table; the gauge line at the machine zero with all joints at zero.
 fn machine() -> Machine {
@@ -230,7 +218,7 @@ fn inside(random: &mut Random, depth: f64) -> Event {
 fn injected_events_are_found_and_misses_are_not_named() {
     let count: usize = std::env::var("PROVEOUT_EVENTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100);
     let (machine, tool) = (machine(), tool());
-    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let mut random = Random::new(0x9e37_79b9_7f4a_7c15);
     let families: [fn(&mut Random, f64) -> Event; 4] = [graze, swing, corner, inside];
     let (mut hits, mut misses, mut earliest) = (0, 0, 0.0_f64);
     for k in 0..count {

@@ -1,6 +1,8 @@
 //! Interference against dense sampling by an oracle that shares no code: points on the tool's surface, placed by the
 //! forward kinematics of the machine, against closed-form distances of boxes.
 
+mod common;
+
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -8,6 +10,8 @@ use proveout_collision::{CollisionError, Fixture, Interference, PartKind, Severi
 use proveout_geom::{Aabb, Point, Pose, ToolPose, TriMesh, Vector, box_mesh, cylinder_mesh, rad};
 use proveout_machine::{Attachment, JointValues, Machine, MachineBody};
 use proveout_tool::{Cutter, HolderSection, Tool, ToolBuilder};
+
+use common::Random;
 
 /// X Y Z in the tool, B and C in the table; gauge line at the machine zero with all joints at zero.
 fn machine() -> Machine {
@@ -105,25 +109,13 @@ fn sampled_distance(skin: &[Point], pose: &ToolPose, b: &Aabb) -> f64 {
     skin.iter().map(distance).fold(f64::INFINITY, f64::min)
 }
 
-/// Small deterministic generator (xorshift, Marsaglia 2003), 0..1.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self, low: f64, high: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
 #[test]
 fn random_motions_are_never_late_and_never_missed() {
     let machine = machine();
     let tool = tool();
     let step = 4.0;
     let skin = skin(&tool, step);
-    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let mut random = Random::new(0x9e37_79b9_7f4a_7c15);
     let (mut hits, mut clears) = (0, 0);
     for case in 0..80 {
         let corner = [random.next(-60.0, 20.0), random.next(-60.0, 20.0), random.next(0.0, 60.0)];
@@ -552,7 +544,7 @@ fn what_is_proved_holds_for_every_motion_within_the_deviation_of_its_joints() {
     let machine = machine();
     let tool = tool();
     let skin = skin(&tool, 4.0);
-    let mut random = Random(0x5851_f42d_4c95_7f2d);
+    let mut random = Random::new(0x5851_f42d_4c95_7f2d);
     let (mut clears, mut turned_back) = (0, 0);
     for case in 0..60 {
         let b = block([40.0, -30.0, 0.0], [80.0, 30.0, 60.0]);

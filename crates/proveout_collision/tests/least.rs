@@ -1,6 +1,8 @@
 //! The least clearance of every pair, and the spans that prove it.
 #![allow(clippy::print_stdout, reason = "the figures of a run by hand")]
 
+mod common;
+
 use std::path::Path;
 
 use proveout_collision::{Fixture, Interference, PairClearance, ProvedSpan, SolidPair};
@@ -8,17 +10,7 @@ use proveout_geom::{Aabb, Point, TriMesh, box_mesh, cylinder_mesh};
 use proveout_machine::{Attachment, JointValues, Machine};
 use proveout_tool::{ToolId, ToolLibrary};
 
-/// Small deterministic generator (xorshift, Marsaglia 2003).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self, low: f64, high: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
+use common::Random;
 
 fn root() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -74,7 +66,7 @@ fn in_range(span: &ProvedSpan, q: &JointValues) -> bool {
 /// a micrometer where it is small.
 #[test]
 fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
-    let mut random = Random(0x2545_f491_4f6c_dd1d);
+    let mut random = Random::new(0x2545_f491_4f6c_dd1d);
     let mut cut = 0;
     for name in ["spinner-u5-620", "bc-trunnion", "three-axis-mill"] {
         let machine = machine(name);

@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail by panic; counts are worth seeing")]
 
+mod common;
+
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proveout_collision::{
@@ -12,20 +14,9 @@ use proveout_collision::{
 use proveout_geom::{Aabb, Point, ToolPose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_tool::{Cutter, HolderSection, Role, Tool, ToolBuilder};
 
+use common::Random;
+
 const HALF_DEGREE: f64 = PI / 360.0;
-
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 fn section(diameter: f64, top_diameter: f64, length: f64) -> HolderSection {
     HolderSection { diameter, top_diameter, length }
@@ -252,7 +243,7 @@ fn sampled(rings: &[(Role, f64, f64)], pose: &ToolPose, solids: &[(Aabb, bool)])
 #[test]
 fn no_pose_of_a_free_cell_touches_and_none_of_a_blocked_one_is_clear() {
     let poses: usize = std::env::var("PROVEOUT_ORIENTATION_POSES").ok().and_then(|n| n.parse().ok()).unwrap_or(5_000);
-    let mut random = Random(7);
+    let mut random = Random::new(0x9e37_79b9_7f4a_7c15);
     let tools = [
         ToolBuilder::new(1, "BALL", Cutter::ball(6.0).unwrap(), 10.0, 90.0)
             .shank(6.0)
@@ -279,21 +270,21 @@ fn no_pose_of_a_free_cell_touches_and_none_of_a_blocked_one_is_clear() {
             tilt_limit: [FRAC_PI_2, 75_f64.to_radians()][scene / 4 % 2],
             ..OrientationSettings::default()
         };
-        let wall = random.between(-0.5, 20.0) + if scene % 4 == 0 { 0.0 } else { 5.0 };
-        let height = random.between(2.0, 80.0);
+        let wall = random.next(-0.5, 20.0) + if scene % 4 == 0 { 0.0 } else { 5.0 };
+        let height = random.next(2.0, 80.0);
         let solids = [
             (cuboid([-150.0, -150.0, -30.0], [150.0, 150.0, 0.0]), true),
-            (cuboid([wall, -100.0, -30.0], [wall + random.between(0.3, 30.0), 100.0, height]), scene % 2 == 0),
-            (cuboid([-60.0, random.between(8.0, 30.0), random.between(0.0, 20.0)], [30.0, 45.0, 60.0]), false),
+            (cuboid([wall, -100.0, -30.0], [wall + random.next(0.3, 30.0), 100.0, height]), scene % 2 == 0),
+            (cuboid([-60.0, random.next(8.0, 30.0), random.next(0.0, 20.0)], [30.0, 45.0, 60.0]), false),
             (cuboid([-50.0, -80.0, 40.0], [-20.0, -30.0, 43.0]), scene % 5 == 0),
         ];
         let on_wall = scene % 6 == 5;
         let contact = if on_wall {
-            let point = Point::new(wall, random.between(-20.0, 20.0), random.between(0.3, 1.0) * height);
+            let point = Point::new(wall, random.next(-20.0, 20.0), random.next(0.3, 1.0) * height);
             SurfaceContact { point, normal: -Vector::x(), feed: Vector::new(0.3, 1.0, 0.2), curvatures: None }
         } else {
-            let turn = random.between(-PI, PI);
-            let point = Point::new(random.between(-4.0, 0.0), random.between(-5.0, 3.0), 0.0);
+            let turn = random.next(-PI, PI);
+            let point = Point::new(random.next(-4.0, 0.0), random.next(-5.0, 3.0), 0.0);
             SurfaceContact { point, feed: Vector::new(turn.cos(), turn.sin(), 0.0), ..on_floor() }
         };
         scene += 1;
@@ -305,9 +296,9 @@ fn no_pose_of_a_free_cell_touches_and_none_of_a_blocked_one_is_clear() {
             let tilt = match n % 10 {
                 0 => 0.0,
                 1 => map_limit(&space),
-                _ => space.tilt_limit() * random.next(),
+                _ => space.tilt_limit() * random.part(),
             };
-            let yaw = if n % 13 == 0 { -PI } else { random.between(-PI, PI) };
+            let yaw = if n % 13 == 0 { -PI } else { random.next(-PI, PI) };
             let pose = space.pose(&contact, tilt, yaw).unwrap();
             if n % 10 == 0 && matches!(tool.number, 4 | 5) && yaw != 0.0 {
                 // At the pole the axis alone does not tell the pose of a bull-nose.
@@ -397,7 +388,7 @@ fn a_walk_finds_what_each_contact_finds_alone() {
             .holder([section(20.0, 32.0, 30.0)]),
         ToolBuilder::new(4, "BULL", Cutter::bull_nose(12.0, 2.0).unwrap(), 14.0, 80.0).shank(10.0),
     ];
-    let mut random = Random(3);
+    let mut random = Random::new(0x2545_f491_4f6c_dd1d);
     for (builder, [finest, count]) in tools.into_iter().zip([[2.0_f64, 12.0], [8.0, 3.0]]) {
         let contacts = &contacts[..count as usize];
         let tool = builder.build().unwrap();
@@ -413,7 +404,7 @@ fn a_walk_finds_what_each_contact_finds_alone() {
             looked[1] += warm.looked();
             assert_eq!(cold.refusal(), warm.refusal());
             for _ in 0..300 {
-                let axis = cold.axis(limit * random.next(), random.between(-PI, PI));
+                let axis = cold.axis(limit * random.part(), random.next(-PI, PI));
                 let (a, b) = (cold.state(&axis).unwrap(), warm.state(&axis).unwrap());
                 let opposed =
                     matches!((a, b), (AxisState::Free, AxisState::Blocked) | (AxisState::Blocked, AxisState::Free));
@@ -438,20 +429,20 @@ fn the_nearest_free_axis_and_ways_are_those_of_dense_samples() {
     let post = (cuboid([8.0, -6.0, 0.0], [20.0, 6.0, 70.0]), false);
     let solids = [(cuboid([-150.0, -150.0, -30.0], [150.0, 150.0, 0.0]), true), post];
     let map = space(&tool, &solids, &wide()).map(&on_floor()).unwrap();
-    let mut random = Random(11);
+    let mut random = Random::new(0x6c62_272e_07bb_0142);
     let (mut open, mut shut) = (0, 0);
     for _ in 0..300 {
-        let aim = map.axis(1.5 * random.next(), random.between(-0.9, 0.9));
+        let aim = map.axis(1.5 * random.part(), random.next(-0.9, 0.9));
         let found = map.nearest_free(&aim).unwrap();
         assert!(map.is_free(&found));
         let away = (found - aim).norm();
         for _ in 0..400 {
-            let other = map.axis(1.5 * random.next(), random.between(-1.5, 1.5));
+            let other = map.axis(1.5 * random.part(), random.next(-1.5, 1.5));
             assert!(!map.is_free(&other) || (other - aim).norm() > away - 5e-5);
         }
         assert!(map.way_is_free(&found, &found));
-        let from = map.axis(1.3 * random.next(), random.between(-PI, PI));
-        let to = map.axis(1.3 * random.next(), random.between(-PI, PI));
+        let from = map.axis(1.3 * random.part(), random.next(-PI, PI));
+        let to = map.axis(1.3 * random.part(), random.next(-PI, PI));
         let free = map.way_is_free(&from, &to);
         let samples = (0..=2000).all(|k| {
             let t = f64::from(k) / 2000.0;

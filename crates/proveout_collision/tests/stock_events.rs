@@ -8,6 +8,8 @@
 //! a raw box that is far larger than the material that is grazed, so that it does not decide.
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
+mod common;
+
 use std::path::Path;
 
 use proveout_collision::{Interference, JointMotion, Severity, StockCheck};
@@ -15,6 +17,8 @@ use proveout_geom::{Aabb, Point, Pose, ToolPose, TriMesh, Vector, box_mesh, rad}
 use proveout_machine::{Attachment, JointValues, Machine, MachineBody};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_tool::{Profile, Segment};
+
+use common::Random;
 
 /// A distance that counts as none, mm: what ends the advancement, and the slack of iterated distances.
 const TOLERANCE_MM: f64 = 0.006;
@@ -66,24 +70,9 @@ fn turned(c: f64) -> JointValues {
     q
 }
 
-/// Small deterministic generator (xorshift, Marsaglia 2003).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self, low: f64, high: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn yes(&mut self) -> bool {
-        self.next(0.0, 1.0) < 0.5
-    }
-
-    fn cells(&mut self) -> [f64; 3] {
-        [0; 3].map(|_| self.next(0.35, 0.8))
-    }
+/// Edges of cells.
+fn cells(random: &mut Random) -> [f64; 3] {
+    [0; 3].map(|_| random.next(0.35, 0.8))
 }
 
 /// What is known of an event.
@@ -137,7 +126,7 @@ fn gap(random: &mut Random, hit: bool, cells: [f64; 3]) -> f64 {
 }
 
 fn event(random: &mut Random, family: u32) -> Event {
-    let (hit, cells) = (random.yes(), random.cells());
+    let (hit, cells) = (random.yes(), cells(random));
     let off = gap(random, hit, cells);
     let thin = random.next(0.2, 1.0);
     // A tower at the side makes the raw box larger than what is grazed.
@@ -252,7 +241,7 @@ fn round_apart(center: [f64; 2], b: &Aabb) -> f64 {
 #[test]
 fn injected_events_none_missed_none_invented() {
     let count = std::env::var("PROVEOUT_STOCK_EVENTS").ok().and_then(|n| n.parse().ok()).unwrap_or(25);
-    let mut random = Random(0x6c62_272e_07bb_0142);
+    let mut random = Random::new(0x6c62_272e_07bb_0142);
     let (mut hits, mut misses) = ([0; 6], [0; 6]);
     for k in 0..count {
         let family = k % 6;

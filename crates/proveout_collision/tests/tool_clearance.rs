@@ -1,10 +1,14 @@
 //! Clearance of one tool pose against distances of densely sampled points of the tool from a box in closed form.
 
+mod common;
+
 use std::f64::consts::TAU;
 
 use proveout_collision::ToolClearance;
 use proveout_geom::{Aabb, Point, ToolPose, Vector, box_mesh};
 use proveout_tool::{Cutter, HolderSection, Role, Tool, ToolBuilder};
+
+use common::Random;
 
 fn tool() -> Tool {
     let section = |diameter, top_diameter, length| HolderSection { diameter, top_diameter, length };
@@ -42,11 +46,8 @@ fn the_distance_is_that_of_densely_sampled_points() {
     let tool = tool();
     let solid = Aabb { min: Point::new(-30.0, -20.0, -10.0), max: Point::new(30.0, 20.0, 0.0) };
     let clearance = ToolClearance::new(&tool, &[("block".into(), box_mesh(&solid))]).expect("a solid");
-    let mut state = 11_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut numbers = Random::new(0x9e37_79b9_7f4a_7c15);
+    let mut random = || numbers.part();
     let (mut near, mut touching) = (0, 0);
     for _ in 0..300 {
         let axis = Vector::new(random() - 0.5, random() - 0.5, random() - 0.2).normalize();

@@ -135,7 +135,7 @@ impl Emitter {
             };
             self.meter.motion(block.kind, t1 - t0);
             if reaches(stretch.s_end, block.end()) {
-                self.end_block(scope, block, begin, t1);
+                self.end_block(scope, block, b, [begin, t1]);
             }
         }
         self.clock = start + stretch.law.duration;
@@ -153,10 +153,7 @@ impl Emitter {
             }
             let actual = match scope.settings.dynamics {
                 Dynamics::Planned | Dynamics::Servo => m.q,
-                Dynamics::Ideal => {
-                    let u = (m.state.s - block.s0).clamp(0.0, block.length);
-                    scope.kinematics.position(&block.shape.jet(u).0[0])
-                }
+                Dynamics::Ideal => programmed(scope, block, m.state.s),
             };
             let sample = Sample {
                 time: m.time,
@@ -216,9 +213,7 @@ impl Emitter {
         let cursor = std::cell::Cell::new(*walk);
         let stance = |s: f64| {
             let q = match scope.settings.dynamics {
-                Dynamics::Ideal => {
-                    scope.kinematics.position(&block.shape.jet((s - block.s0).clamp(0.0, block.length)).0[0])
-                }
+                Dynamics::Ideal => programmed(scope, block, s),
                 Dynamics::Planned | Dynamics::Servo => {
                     let mut at = cursor.get();
                     let q = path.position(&scope.kinematics, s, &mut at);
@@ -343,7 +338,7 @@ impl Emitter {
         times[1]
     }
 
-    fn end_block(&mut self, scope: &Scope<'_>, block: &PathBlock, begin: f64, end: f64) {
+    fn end_block(&mut self, scope: &Scope<'_>, block: &PathBlock, s: f64, [begin, end]: [f64; 2]) {
         if let (Some((steady, joint)), MoveKind::Feed) = (self.steady, block.kind) {
             let ratio = (steady / block.feed).min(1.0);
             self.meter.feed_ratio(ratio);
@@ -367,6 +362,7 @@ impl Emitter {
         if block.tip_moves {
             self.meter.summary.length_mm += length;
         }
+        let programmed = programmed(scope, block, s);
         self.chunk.blocks.push(BlockRecord {
             index: block.index,
             file: block.file.clone(),
@@ -376,6 +372,7 @@ impl Emitter {
             length,
             programmed_length: block.length,
             feed: block.feed_programmed,
+            programmed_end: Some((programmed, scope.kinematics.pose(&programmed))),
             kind: BlockKind::Move(block.kind),
         });
         self.block_start = None;
@@ -434,6 +431,11 @@ impl Emitter {
         chunk.events.sort_by(|a, b| a.time().total_cmp(&b.time()));
         chunk
     }
+}
+
+/// Joints on the programmed path at a place of a block.
+fn programmed(scope: &Scope<'_>, block: &PathBlock, s: f64) -> JointValues {
+    scope.kinematics.position(&block.shape.jet((s - block.s0).clamp(0.0, block.length)).0[0])
 }
 
 fn watch_travel(scope: &Scope<'_>, over: &mut [Option<OverTravel>; MAX_JOINTS], q: &JointValues, time: f64) {

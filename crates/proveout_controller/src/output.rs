@@ -337,6 +337,8 @@ pub struct BlockRecord {
     pub programmed_length: f64,
     /// Programmed feed, mm/s; zero for rapid motion and without motion.
     pub feed: f64,
+    /// Where the programmed path ends, without rounding of corners: joints, and the tool in the table frame; none without motion.
+    pub programmed_end: Option<(JointValues, ToolPose)>,
     /// What it does.
     pub kind: BlockKind,
 }

@@ -107,7 +107,7 @@ pub use mode::{RECORDING_FILE, RerunMode};
 pub use part::{GltfObserver, write_part_files};
 pub use program::ProgramObserver;
 #[cfg(feature = "rerun")]
-pub use recording::RerunObserver;
+pub use recording::{RecordedEntity, RerunObserver, read_recording};
 pub use report::ReportObserver;
 pub use section::{write_section_csv, write_section_svg};
 pub use set::observers;

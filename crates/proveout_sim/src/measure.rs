@@ -9,11 +9,7 @@ use proveout_geom::{InputError, Point, Vector, open_regular_file};
 use proveout_stock::{Outline, Probe, TriDexel};
 use serde::Serialize;
 
-use crate::{
-    error::SimError,
-    prepare::{MEMORY, read_solid},
-    raw_stock::STOCK_FILE,
-};
+use crate::{error::SimError, part_mesh::read_solid, prepare::MEMORY, raw_stock::STOCK_FILE};
 
 /// Cells of the search grid along the longest edge of a design.
 const DESIGN_CELLS: f64 = 100.0;

@@ -16,6 +16,7 @@ use crate::{
     free_axes::FreeAxes,
     prepare::MadeProgram,
     scene::Scene,
+    schedule::Schedule,
     surface_map::{MapPoint, SurfaceShape},
     texture::SurfaceTexture,
     verdict::Verdict,
@@ -215,6 +216,21 @@ pub trait Observer: Send {
     /// # Errors
     /// When the observer cannot write.
     fn begin(&mut self, setup: &Setup<'_>, folder: &Path) -> Result<(), ObserverError>;
+
+    /// Whether it shows a [`Schedule`]: the motion of both programs is run for it, where no comparison has done so.
+    fn shows_schedule(&self) -> bool {
+        false
+    }
+
+    /// The program beside the one that it is re-scheduled from, after [`Self::begin`]; not called where it is not re-scheduled, or where no observer
+    /// shows it.
+    ///
+    /// # Errors
+    /// When the observer cannot write.
+    fn schedule(&mut self, setup: &Setup<'_>, schedule: &Schedule) -> Result<(), ObserverError> {
+        let _ = (setup, schedule);
+        Ok(())
+    }
 
     /// After each stretch.
     ///

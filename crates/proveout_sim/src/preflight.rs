@@ -11,10 +11,11 @@ use proveout_machine::{Joint, Machine};
 use proveout_nc::{AXIS_LETTERS, Location, ToolName};
 use serde::Serialize;
 
+use crate::control_settings::length_active_after_change;
 use crate::first_part::place::{Fit, fit};
 use crate::first_part::reading::{MachineMove, Reading, ToolUse};
 use crate::first_part::{setup, shown};
-use crate::prepare::{Prepared, length_active_after_change};
+use crate::prepare::Prepared;
 
 /// Deeper than this in the box of the stock a rapid descent is told, mm.
 const CONTACT_MM: f64 = 0.01;

@@ -7,41 +7,33 @@ use std::{
     time::Instant,
 };
 
-use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
-use proveout_geom::{
-    Aabb, InputError, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_input, read_mesh,
-};
+use proveout_controller::{Dynamics, ReprogrammedRun, servo::Plant};
+use proveout_geom::{InputError, Pose, TriMesh, read_input};
 use proveout_machine::Machine;
-use proveout_nc::{
-    Compensation, Dialect, Limits, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii,
-    WorkOffset,
-};
+use proveout_nc::{Dialect, Look, Program, ProgramText, Settings as NcSettings, Survey};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{
-    control_file::{control_of, settings_on},
+    control_file::control_of,
     digest,
     error::SimError,
-    machine_data::with_machine,
+    fixtures::fixture_meshes,
     manifest,
     memory::{Demand, Memory, Recorded},
+    part_mesh::part_mesh,
     part_on_table::PartOnTable,
     partial::{self, StopAt, Wanted},
-    program_survey, programs,
+    program_survey,
+    program_text::{check_holds_text, made_file, program_entry, program_text},
+    programs,
     raw_stock::{self, RawStock},
-    scene::{
-        BoxFile, CylinderAxis, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile,
-        ProgramFile, Scene,
-    },
+    scene::{BoxFile, DynamicsFile, PlantFile, ProgramFile, Scene},
     scene_limits::{ChangedLimit, limit_joints},
+    schedule::Schedule,
     set_values::{self, SetValue},
-    shape::{self, Shape},
     texture::Plan,
 };
 
-/// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
-/// is never smaller than it is.
-const FIXTURE_SECTORS: usize = 96;
 /// Memory that a run may take, bytes.
 pub(crate) const MEMORY: u64 = 4 << 30;
 
@@ -97,6 +89,8 @@ pub struct MadeProgram {
     pub text: String,
     /// What was re-scheduled.
     pub runs: Vec<ReprogrammedRun>,
+    /// The text that it was made from, where the call has it planned anew.
+    pub planned: Option<String>,
 }
 
 /// A program on its scene, ready to run.
@@ -112,6 +106,8 @@ pub struct Prepared {
     pub program_lines: u32,
     /// The text that runs instead, where the program is re-scheduled from `program_path`.
     pub made: Option<MadeProgram>,
+    /// It beside the program before, where that is known already; a run looks where an observer asks for it.
+    pub(crate) schedule: Option<Schedule>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
     /// Those of the text that a program is made from; the same where it is not made.
@@ -265,7 +261,7 @@ impl Prepared {
         let planned = set_values::planned_again(&scene, entry, &choice.set, (&machine, &tools), &nc_settings)?;
         let made = match (reschedule, planned) {
             (None, None) => None,
-            (None, Some(text)) => Some((text, Vec::new())),
+            (None, Some(text)) => Some((text, Vec::new(), None)),
             (Some(reschedule), planned) => {
                 let part = PartOnTable::new(&scene, &table_from_work, part_mesh.as_ref(), &fixtures)?;
                 let (text, settings) = match planned {
@@ -274,10 +270,11 @@ impl Prepared {
                 };
                 let source = text.as_deref().map_or(programs::Original::File(&program_path), programs::Original::Text);
                 let made = programs::rescheduled(&scene, reschedule, source, &settings, &machine, &tools, &part)?;
-                Some((programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?, made.runs))
+                Some((programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?, made.runs, text))
             }
         };
-        let made = made.map(|(text, runs)| MadeProgram { file: made_file(&program_name), text, runs });
+        let made =
+            made.map(|(text, runs, planned)| MadeProgram { file: made_file(&program_name), text, runs, planned });
         if let Some(made) = &made {
             digests.insert("made_program".to_owned(), digest::of_bytes(made.text.as_bytes()));
         }
@@ -305,6 +302,7 @@ impl Prepared {
             program_path,
             program_lines: u32::try_from(program_lines).unwrap_or(u32::MAX),
             made,
+            schedule: None,
             nc_settings,
             source_nc_settings,
             control_note,
@@ -345,28 +343,6 @@ impl Prepared {
         Ok(prepared)
     }
 
-    /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as paths of the tool center.
-    ///
-    /// `given`: the program is not that of the entry. Told is what the control of the scene has no part in.
-    ///
-    /// # Errors
-    /// A dialect that is not known, a control file that is wrong.
-    pub(crate) fn running_settings(
-        scene: &Scene,
-        entry: Option<&ProgramFile>,
-        tools: &ToolLibrary,
-        machine: &Machine,
-        program: &Path,
-        given: bool,
-    ) -> Result<(NcSettings, Option<String>), SimError> {
-        let compensation = Compensation::ToolCenter(tool_radii(tools));
-        let control = control_of(Some(scene), machine)?;
-        let (on_control, note) = settings_on(control.as_ref(), dialect(scene, entry, given)?, program)?;
-        let work_offsets = work_offsets(scene, entry);
-        let limits = scene.file.limits.of_reader(on_control.limits);
-        Ok((NcSettings { compensation, work_offsets, limits, ..with_machine(on_control, machine) }, note))
-    }
-
     /// The text that runs, as findings name it.
     pub fn running_file(&self) -> PathBuf {
         let shown = || PathBuf::from(self.shown_as(&self.program_path.display().to_string()));
@@ -376,19 +352,6 @@ impl Prepared {
     /// A program file as findings name it.
     pub(crate) fn shown_as(&self, opened: &str) -> String {
         self.shown.get(opened).map_or_else(|| opened.to_owned(), |name| name.to_string())
-    }
-
-    /// Settings of a reader for a scene's offsets.
-    ///
-    /// # Errors
-    /// A dialect that is not known.
-    pub fn reader_settings(scene: &Scene, entry: Option<&ProgramFile>) -> Result<NcSettings, InputError> {
-        Ok(NcSettings {
-            dialect: dialect(scene, entry, false)?,
-            work_offsets: work_offsets(scene, entry),
-            limits: scene.file.limits.of_reader(Limits::default()),
-            ..NcSettings::default()
-        })
     }
 
     /// Part and fixtures of a scene on the table, as re-scheduling sees them.
@@ -412,26 +375,6 @@ impl Prepared {
             None => Program::open(&self.program_path, &self.nc_settings)?,
         })
     }
-
-    /// Settings of the control as scene, machine and the language of the program say.
-    pub fn control_settings(&self, dialect: Dialect) -> ControlSettings {
-        ControlSettings { dynamics: self.dynamics, plant: self.plant, ..control_settings(&self.scene, dialect) }
-    }
-}
-
-/// How the control of a scene is set up for programs of a language, with the planned set points as motion.
-pub(crate) fn control_settings(scene: &Scene, dialect: Dialect) -> ControlSettings {
-    let usual = ControlSettings::default();
-    ControlSettings {
-        piece_tolerance: scene.file.control.piece_tolerance_mm.as_ref().map_or(usual.piece_tolerance, |t| *t.get_ref()),
-        default_tolerance: scene.file.control.path_tolerance_mm,
-        pole_cone: scene.file.control.pole_cone_deg.map(rad),
-        max_time: scene.file.limits.max_time(),
-        start_tool: scene.file.start.tool,
-        length_active_after_change: length_active_after_change(dialect),
-        length_in_machine_coordinates: length_in_machine_coordinates(dialect),
-        ..usual
-    }
 }
 
 /// Puts the stock of the call in the place of the scene's.
@@ -447,17 +390,6 @@ fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
             stock.block = Some(BoxFile { min_mm: [0.0; 3], max_mm: [edge; 3] });
         }
     }
-}
-
-/// A program that says nothing at all is a file that was not written, not a part that passes.
-fn check_holds_text(program: &Path) -> Result<(), SimError> {
-    let text = ProgramText::open(program)?;
-    let blank = |line: &str| line.chars().all(|c| c.is_whitespace() || c == '%');
-    if text.all().all(blank) {
-        let remedy = "write the program anew: a full disk or a stopped copy leaves such a file";
-        return Err(InputError::file(program, "the program is empty", remedy).into());
-    }
-    Ok(())
 }
 
 /// The tool that the scene puts into the spindle is one of its library.
@@ -487,43 +419,10 @@ fn clamp_out(tools: &mut ToolLibrary, choice: &Choice, path: &Path) -> Result<()
     Ok(())
 }
 
-/// Radii of the library as a control has them in its tool table; offset numbers are those of the tools.
-pub fn tool_radii(tools: &ToolLibrary) -> ToolRadii {
-    let mut radii = ToolRadii { offset_is_tool: true, ..ToolRadii::default() };
-    for tool in &tools.tools {
-        let radius = tool.cutting().map(|body| body.profile.max_radius()).fold(0.0, f64::max);
-        radii.by_tool.insert(ToolName::Number(tool.number), radius);
-        radii.by_tool.insert(ToolName::Name(tool.name.clone()), radius);
-    }
-    radii
-}
-
-/// Whether the length of a new tool counts without a word of the program: G43 controls want theirs. 840D, Klartext and its
-/// DIN/ISO form take the length with the tool, and CL data know nothing but the tip.
-pub(crate) fn length_active_after_change(dialect: Dialect) -> bool {
-    match dialect {
-        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
-        Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
-    }
-}
-
-/// Name of the text of a made program: that of the program, as a plain file name.
-fn made_file(program: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '+') { c } else { '_' };
-    let name: String = program.chars().take(64).map(plain).collect();
-    format!("{}.mpf", name.trim_start_matches('.'))
-}
-
 /// The file with the shapes of a machine, where its `machine.toml` names one.
 fn model_of(machine_file: &Path) -> Option<PathBuf> {
     let table: toml::Table = toml::from_str(&read_input(machine_file).ok()?).ok()?;
     Some(machine_file.with_file_name(table.get("model")?.as_str()?))
-}
-
-/// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
-/// M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming machine-referenced coordinates").
-pub(crate) fn length_in_machine_coordinates(dialect: Dialect) -> bool {
-    !matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso)
 }
 
 fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
@@ -534,182 +433,8 @@ fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
     tools.tools.iter().map(zones).collect()
 }
 
-/// The mesh of the design, and how far it lies from a closed form as measured, mm.
-fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Option<(TriMesh, Option<f64>)>, SimError> {
-    let Some(part) = &scene.file.part else { return Ok(None) };
-    if let Some(path) = &part.mesh {
-        let path = scene.resolve(path);
-        inputs.push(("part".into(), path.clone()));
-        return Ok(Some((read_solid(&path)?, None)));
-    }
-    match &part.blade {
-        Some(blade) => {
-            inputs.extend(shape::sections_file(scene).map(|path| ("sections".to_owned(), path)));
-            Ok(Some(Shape::of_scene(scene, blade, 0.0)?.mesh(scene, blade.chord_error_mm)?))
-        }
-        None => Ok(None),
-    }
-}
-
-fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a ProgramFile>, InputError> {
-    let entry = scene.program(choice.program.as_deref());
-    if let (Some(name), None) = (&choice.program, entry) {
-        let names: Vec<&str> = scene.file.program.iter().map(|p| p.name.as_str()).collect();
-        let message = format!("there is no program {name:?}");
-        return Err(InputError::file(&scene.path, message, format!("programs of the scene: {}", names.join(", "))));
-    }
-    Ok(entry)
-}
-
-fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> Result<(String, PathBuf), InputError> {
-    if let Some(path) = &choice.nc {
-        let stem = path.file_stem().map_or_else(|| "program".to_owned(), |s| s.to_string_lossy().into_owned());
-        return Ok((entry.map_or(stem, |e| e.name.clone()), path.clone()));
-    }
-    let Some(entry) = entry else {
-        return Err(InputError::file(&scene.path, "the scene has no program", "name one with --nc FILE"));
-    };
-    let source = entry.reschedule.as_ref().and_then(|r| scene.program(Some(&r.from))).unwrap_or(entry);
-    match &source.file {
-        Some(file) => Ok((entry.name.clone(), scene.resolve(file))),
-        None => {
-            let message = format!("the text of program {:?} is not part of the scene", entry.name);
-            Err(InputError::file(
-                &scene.path,
-                message,
-                "give it with --nc FILE; the scene's README says where it is published",
-            ))
-        }
-    }
-}
-
 /// Role of a control file among the inputs of a run: its path from the scene, as scenes may name several.
 fn control_role(file: &Path, scene: &Scene) -> String {
     let folder = scene.path.parent().unwrap_or(Path::new(""));
     format!("control {}", file.strip_prefix(folder).unwrap_or(file).display())
-}
-
-fn work_offsets(scene: &Scene, entry: Option<&ProgramFile>) -> BTreeMap<String, WorkOffset> {
-    let offsets = entry.and_then(|e| e.work_offsets.as_ref()).unwrap_or(&scene.file.work_offsets);
-    offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect()
-}
-
-/// The dialect of a program's text; that of a re-scheduled program is the one of the text that it is made from, and that of a
-/// text that is `given` instead is told from the text.
-fn dialect(scene: &Scene, entry: Option<&ProgramFile>, given: bool) -> Result<Dialect, InputError> {
-    if given {
-        return Ok(Dialect::Auto);
-    }
-    let source = entry.and_then(|e| e.reschedule.as_ref()).and_then(|r| scene.program(Some(&r.from)));
-    match [entry, source].into_iter().flatten().find_map(|e| e.dialect.as_deref()) {
-        None => Ok(Dialect::Auto),
-        Some(name) => Dialect::from_name(name).ok_or_else(|| {
-            let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
-            let message = format!("dialect {name:?} is not known");
-            InputError::file(&scene.path, message, format!("write one of {}, or leave it out", names.join(", ")))
-        }),
-    }
-}
-
-pub(crate) fn read_solid(path: &Path) -> Result<TriMesh, SimError> {
-    let mesh = read_mesh(path)?;
-    mesh.check_solid().map_err(|source| SimError::Mesh { path: path.into(), source })?;
-    Ok(mesh)
-}
-
-/// A mesh that may have holes or turned faces: its surface is checked, and the gates name what is not.
-fn read_surface(path: &Path) -> Result<TriMesh, SimError> {
-    let mesh = read_mesh(path)?;
-    match mesh.check_solid() {
-        Ok(()) | Err(MeshError::Open { .. } | MeshError::NotManifold { .. }) => Ok(mesh),
-        Err(source) => Err(SimError::Mesh { path: path.into(), source }),
-    }
-}
-
-fn fixture_meshes(
-    scene: &Scene,
-    table_from_work: &Pose,
-    inputs: &mut Vec<(String, PathBuf)>,
-) -> Result<Vec<(String, TriMesh)>, SimError> {
-    let named = |f: &FixtureFile| Ok((f.name.clone(), fixture_mesh(scene, f, table_from_work, inputs)?));
-    scene.file.fixture.iter().map(named).collect()
-}
-
-fn fixture_mesh(
-    scene: &Scene,
-    fixture: &FixtureFile,
-    table_from_work: &Pose,
-    inputs: &mut Vec<(String, PathBuf)>,
-) -> Result<TriMesh, SimError> {
-    let mesh = match (&fixture.mesh, fixture.block, fixture.cylinder) {
-        (Some(path), None, None) => {
-            let path = scene.resolve(path);
-            inputs.push((format!("fixture {}", fixture.name), path.clone()));
-            read_surface(&path)?
-        }
-        (None, Some(b), None) => box_mesh(&checked_box(scene, fixture, &b)?),
-        (None, None, Some(c)) => round_mesh(&c),
-        _ => {
-            let message = format!("fixture {:?} needs exactly one form", fixture.name);
-            return Err(InputError::file(&scene.path, message, "give one of `mesh`, `box`, `cylinder`").into());
-        }
-    };
-    Ok(match fixture.frame {
-        FixtureFrame::Workpiece => mesh.transformed(table_from_work),
-        FixtureFrame::Table => mesh,
-    })
-}
-
-fn checked_box(scene: &Scene, fixture: &FixtureFile, b: &BoxFile) -> Result<Aabb, InputError> {
-    let aabb = b.aabb();
-    if (0..3).all(|i| aabb.min[i] < aabb.max[i]) {
-        return Ok(aabb);
-    }
-    let message = format!("the box of fixture {:?} holds nothing", fixture.name);
-    Err(InputError::file(&scene.path, message, "min_mm must be below max_mm"))
-}
-
-fn round_mesh(c: &CylinderFile) -> TriMesh {
-    let outer = c.radius_mm / (std::f64::consts::PI / FIXTURE_SECTORS as f64).cos();
-    // What stands along z is turned over a right angle, which is exact.
-    let lying = match c.along {
-        CylinderAxis::X => Pose::from_axis_angle(&Vector::y(), rad(90.0)),
-        CylinderAxis::Y => Pose::from_axis_angle(&Vector::x(), rad(-90.0)),
-        CylinderAxis::Z => Pose::identity(),
-    };
-    cylinder_mesh(outer, 0.0, c.height_mm, FIXTURE_SECTORS)
-        .transformed(&lying)
-        .transformed(&Pose::from_translation(Vector::from(c.base_mm)))
-}
-
-impl From<&OffsetFile> for WorkOffset {
-    fn from(o: &OffsetFile) -> Self {
-        Self { translation: [o.X_mm, o.Y_mm, o.Z_mm], rotary: [rad(o.A_deg), rad(o.B_deg), rad(o.C_deg)] }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proveout_nc::Program;
-
-    use super::*;
-
-    /// The language is told from the text, as in a run without a dialect in the scene.
-    fn dialect_of(name: &str, text: &str) -> Dialect {
-        match Program::from_text(name, text, &NcSettings::default()) {
-            Ok(program) => program.dialect(),
-            Err(e) => panic!("{e}"),
-        }
-    }
-
-    #[test]
-    fn controls_that_want_g43_take_no_length_with_the_tool() {
-        let iso = "%\nO1000\nG21 G90 G17\nT1 M6\nG0 G43 H1 Z50.\nM30\n%\n";
-        assert!(!length_active_after_change(dialect_of("part.nc", iso)));
-        assert!(!length_active_after_change(Dialect::LinuxCnc));
-        let siemens = "N10 G17 G710\nN20 T=\"BALL\"\nN30 M6\nN40 G0 Z=50 D1\nN50 M30\n";
-        assert!(length_active_after_change(dialect_of("part.mpf", siemens)));
-        let heidenhain = "BEGIN PGM P MM\n1 TOOL CALL 1 Z S1000\n2 L Z+50 R0 FMAX\n3 M30\nEND PGM P MM\n";
-        assert!(length_active_after_change(dialect_of("part.h", heidenhain)));
-    }
 }

@@ -14,8 +14,8 @@ use crate::{
     error::SimError,
     manifest::{MANIFEST, Manifest},
     memory::{self, Demand, GROWTH, HISTORY_MEMORY, Memory},
+    part_mesh::read_solid,
     partial,
-    prepare::read_solid,
     scene::{PatchFile, Scene, StockFile},
     shape::Shape,
 };

@@ -28,6 +28,7 @@ use crate::{
     partial::{Partial, Stopped, Watch},
     prepare::Prepared,
     program_survey::known_offset,
+    schedule::Schedule,
     shards::{ShardCuts, ShardFacts},
     show_mesh::show_mesh,
     surface_map::{SurfaceKeeper, SurfaceMap},
@@ -137,12 +138,20 @@ fn run_with(
     let begin = Instant::now();
     let mut stages = Stages { read: prepared.read_time, ..Stages::default() };
     let (stock, patches) = prepared.stock.take()?;
+    let known = prepared.schedule.take();
     let prepared = prepared;
     let mut engine = Engine::new(&prepared, stock, patches, cuts)?;
     engine.prove_clearance();
     let told = Instant::now();
     for observer in observers.iter_mut() {
         observer.begin(&setup(&prepared, engine.stock(), engine.patches()), folder)?;
+    }
+    if observers.iter().any(|o| o.shows_schedule())
+        && let Some(schedule) = known.or_else(|| Schedule::of_prepared(&prepared))
+    {
+        for observer in observers.iter_mut() {
+            observer.schedule(&setup(&prepared, engine.stock(), engine.patches()), &schedule)?;
+        }
     }
     stages.record += told.elapsed().as_secs_f64();
 

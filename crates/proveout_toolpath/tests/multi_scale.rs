@@ -421,6 +421,12 @@ fn options_of_the_published_numbers_act() {
         figures(&method).figure("largest Ra across the feed").expect("a roughness")
     };
     assert!(rough(0.5) < rough(0.05), "a wider margin keeps farther from the limit");
+    // Without a margin contacts lie on their limits, ends that are judged too.
+    for run_in in [0.0, 2.0] {
+        let made = solved(&MultiScale { margin: 0.0, run_in, ..base }, &surface, &runs, 1).expect("a plan");
+        let largest = made.study.figure("largest Ra across the feed").expect("a roughness");
+        assert!(largest > 1.599 && (run_in > 0.0 || largest < 1.6 * (1.0 + 1e-8)), "{run_in}: {largest}");
+    }
     let coarse = figures(&MultiScale { coefficients: 8, ..base }).figure("coefficients of a curve").expect("a count");
     assert!(coarse < own.figure("coefficients of a curve").expect("a count"), "{coarse}");
     for wrong in [

@@ -324,6 +324,82 @@ fn the_control_judges_and_nothing_slower_than_s_theta_is_handed_out() {
     assert!(made.study.figure("times the control was asked").unwrap() >= 1.0);
 }
 
+/// A control that follows every feed.
+struct Follows(Vec<f64>);
+
+impl TimeLaw for Follows {
+    fn block_times(&self, _: &[ToolPose]) -> Option<Vec<f64>> {
+        Some(std::iter::once(0.0).chain(self.0.iter().copied()).collect())
+    }
+}
+
+/// Bands about the normal of a round bar in which the axis stays: from one to the other it swings within half a second.
+struct Bands {
+    swing: [usize; 2],
+    centers: Vec<Point>,
+}
+
+/// Half of a band: three thousandths, and half of what the normal turns in a block.
+const BAND: f64 = 0.003 + PI * 2.0 / 1200.0;
+const SWUNG: f64 = 0.5;
+
+impl FeasibleRegion for Bands {
+    fn clearance(&self, _: &ToolPose) -> f64 {
+        1.0
+    }
+    fn free_turns(&self, turn: &AxisTurn) -> Option<Vec<[f64; 2]>> {
+        let far = |k: usize| (self.centers[k] - turn.center).norm();
+        let k = (0..self.centers.len()).min_by(|a, b| far(*a).total_cmp(&far(*b)))?;
+        let normal = turn.center.z.atan2(turn.center.y);
+        let [from, to] = self.swing;
+        let lean = if k < from {
+            [-SWUNG - BAND, -SWUNG + BAND]
+        } else if k > to {
+            [SWUNG - BAND, SWUNG + BAND]
+        } else {
+            [-SWUNG - BAND, SWUNG + BAND]
+        };
+        Some(vec![lean.map(|l| normal + l)])
+    }
+}
+
+/// Where the control follows the feed with every schedule, nothing is to be gained but smoothness: the program before swings with half the time of acceleration
+/// and half of braking, which needs a higher velocity than the method gives itself, and less acceleration.
+#[test]
+fn at_the_feed_a_smoother_program_before_is_kept() {
+    let cutter = ball();
+    let (count, turns, step) = (1200_usize, 2.0, 0.02);
+    let swing = [590_usize, 616];
+    let centers: Vec<Point> = (0..count)
+        .map(|i| {
+            let (s, c) = (TAU * turns * i as f64 / count as f64).sin_cos();
+            Point::new(2.0 * i as f64 / count as f64, 30.0 * c, 30.0 * s)
+        })
+        .collect();
+    let blocks = (0..count).map(|i| {
+        let part = ((i as f64 - swing[0] as f64) / (swing[1] - swing[0]) as f64).clamp(0.0, 1.0);
+        let swung = if part < 0.5 { 2.0 * part * part } else { 1.0 - 2.0 * (1.0 - part) * (1.0 - part) };
+        let angle = TAU * turns * i as f64 / count as f64 + SWUNG * (2.0 * swung - 1.0);
+        let axis = Vector::new(0.1, angle.cos(), angle.sin()).normalize();
+        // The ends of the path are slow, so that the axis starts and stops softly.
+        let inside = (i.min(count - i) as f64 / 20.0).min(1.0);
+        let time = (i > 0).then(|| step / inside.max(0.05));
+        CuttingBlock { pose: ToolPose { tip: centers[i] - axis * 8.0, axis }, line: i as u32 + 1, time }
+    });
+    let run = CuttingRun { blocks: blocks.collect() };
+    let (law, bands) = (Follows(least(&run)), Bands { swing, centers: centers.clone() });
+    let with = Surroundings { time_law: Some(&law), region: Some(&bands), ..around(&cutter) };
+    let smooth = Smooth { channel: ChannelKind::Tool, ..Smooth::default() };
+    let made = smooth.reschedule(&run, &with).unwrap();
+    let path = SectionPath::new(&run, &around(&cutter)).unwrap();
+    let own = peaks(&path.axis_angle, &least(&run)[path.stretch().start..], [0.0, f64::INFINITY])[1];
+    let peak = made.study.figure("peak acceleration at the programmed feed, ramps too").unwrap();
+    let alone = smooth.reschedule(&run, &Surroundings { time_law: None, ..with }).unwrap();
+    let alone = alone.study.figure("peak acceleration at the programmed feed, ramps too").unwrap();
+    println!("{peak} deg/s2, of the program before {own}, of the method alone {alone}");
+    assert!(peak <= own * (1.0 + 1e-6) && alone > 1.1 * own, "{peak} {own} {alone}");
+}
+
 #[test]
 fn what_cannot_be_done_is_told_with_the_block() {
     let cutter = ball();

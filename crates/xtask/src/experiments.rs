@@ -50,7 +50,9 @@ pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), Failure> {
         // When it was written is not compared: the commit that holds the page comes after it.
         let before = known.as_deref().and_then(|s| s.lines().find(|l| l.starts_with(WRITTEN))).filter(|_| check);
         let written = before.unwrap_or(&now);
-        let text = format!("{head}\n\n{written}\n\n{}\n\n{}\n", origin(root, folder, &comparison)?, rest.trim_end());
+        let shown = drawn(root, folder, check)?;
+        let text =
+            format!("{head}\n\n{written}\n\n{}\n\n{shown}{}\n", origin(root, folder, &comparison)?, rest.trim_end());
         match known {
             Some(known) => *known = text,
             None => sections.push(text),
@@ -114,6 +116,25 @@ fn commit(root: &Path) -> Result<String, Failure> {
     let changed = git(&["status", "--porcelain", "--", "crates", "machines", "scenes", "tools"])?;
     let changed = if changed.is_empty() { "" } else { ", with changes that were not committed yet" };
     Ok(format!("{WRITTEN}{}{changed}.", git(&["log", "-1", "--format=%h of %cs"])?))
+}
+
+/// Drawings that a comparison writes beside its results, and what they show.
+const DRAWINGS: [(&str, &str); 2] = [
+    ("published-ranges.svg", "Published values and ours, with the ranges of ours over choices, draws and twin"),
+    ("gain-over-limit.svg", "Time saved over the velocity limit of a joint, beside what the best schedule would save"),
+];
+
+/// Puts the drawings of a comparison beside the page, and shows them.
+fn drawn(root: &Path, folder: &str, check: bool) -> Result<String, Failure> {
+    let name = Path::new(folder).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let mut shown = String::new();
+    for (file, words) in DRAWINGS {
+        let Ok(text) = fs::read_to_string(Path::new(folder).join(file)) else { continue };
+        let path = format!("pictures/experiments/{name}-{file}");
+        files::put(&root.join("docs").join(&path), &text, check, "cargo xtask figures")?;
+        shown += &format!("![{words}]({path})\n\n");
+    }
+    Ok(shown)
 }
 
 /// What a comparison was made by, and from what.

@@ -198,6 +198,7 @@ where
             length: 0.0,
             programmed_length: 0.0,
             feed: 0.0,
+            programmed_end: None,
             kind,
         });
     }

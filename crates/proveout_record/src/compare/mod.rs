@@ -1,5 +1,6 @@
-//! Files of a comparison: `compare.json` and the page `compare.html`.
+//! Files of a comparison: `compare.json`, the page `compare.html`, drawings for other pages.
 
+mod drawings;
 mod page;
 mod part;
 mod rows;
@@ -80,12 +81,13 @@ impl Observer for TraceObserver {
     }
 }
 
-/// Writes `compare.json` and `compare.html`; `traces` are those of the programs in the order of the scene.
+/// Writes `compare.json`, `compare.html` and the drawings that there is something for; `traces` are those of the programs in the order of the scene.
 ///
 /// # Errors
 /// [`RecordError::Io`] with the path, or [`RecordError::Page`].
 pub fn write_comparison(folder: &Path, compared: &Compared, traces: &[Trace]) -> Result<(), RecordError> {
     write_json(&folder.join("compare.json"), &compared.comparison)?;
+    drawings::write_drawings(folder, &compared.comparison)?;
     let path = folder.join("compare.html");
     fs::write(&path, page::render(compared, traces)?).map_err(RecordError::io(&path))
 }

@@ -4,15 +4,20 @@ use std::collections::BTreeMap;
 
 use proveout_geom::{Aabb, Point, box_mesh};
 use proveout_sim::{
+    certificate::VelocityLimit,
     compare::{
-        ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, JointPicture, Made, PartPicture,
-        Pictures, ProgramFigures, ProgramPicture, Published, Role, Stretch, StretchAxis, Study, StudyCurve,
-        StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
+        ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, GainAtLimit, JointPicture, Made,
+        PartPicture, Pictures, ProgramFigures, ProgramPicture, Published, Reproduced, Role, Stretch, StretchAxis,
+        Study, StudyCurve, StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
     },
     verdict::{self, Axis, Gate, State},
 };
 
-use super::{JointTrace, Trace, page::render};
+use super::{
+    JointTrace, Trace,
+    drawings::{gain_drawing, ranges_drawing},
+    page::render,
+};
 use crate::report::tests::{EVIL, closes_in_order, loads_nothing};
 
 fn figures(text: &str, baseline: bool) -> ProgramFigures {
@@ -261,4 +266,46 @@ fn a_comparison_without_part_and_method_has_a_page() {
     let text = render(&bare, &[]).expect("the template fits its data");
     closes_in_order(&text);
     assert!(!text.contains("part-mesh\"") && text.contains("no design surface"), "no viewer without a part");
+}
+
+/// Drawings tell what is known, at its place, and escape what others wrote.
+#[test]
+fn drawings_show_gains_over_limits_and_ranges_of_published_values() {
+    let mut c = compared(EVIL).comparison;
+    assert!(gain_drawing(&c).is_none(), "no limit binds");
+    let row = |velocity_deg_s, is, saved_percent, saved_at_most_percent| GainAtLimit {
+        joint: "A".into(),
+        velocity_deg_s,
+        is,
+        saved_percent,
+        saved_at_most_percent,
+    };
+    let name = c.order[1].clone();
+    let made = c.programs.get_mut(&name).and_then(|p| p.made.as_mut()).expect("made");
+    made.over_velocity = vec![
+        row(360.0, VelocityLimit::OfMachine, 0.0, 0.0),
+        row(104.0, VelocityLimit::OfOriginal, 0.0, 0.0),
+        row(62.4, VelocityLimit::InForce, 16.4, 16.5),
+        row(52.0, VelocityLimit::Tried, 18.0, 21.2),
+    ];
+    let text = gain_drawing(&c).expect("a drawing");
+    closes_in_order(&text);
+    loads_nothing(&text.replace("http://www.w3.org/2000/svg", ""));
+    assert!(!text.contains("<script") && !text.contains("NaN") && !text.contains("inf"));
+    for words in ["in force: 62.4", "needed by the program before: 104", "the machine's own: 360", "of A, deg/s"] {
+        assert!(text.contains(&crate::chart::escape(words)), "{words}: {text}");
+    }
+    assert_eq!(text.matches("<circle").count(), 3, "the machine's own limit lies beyond the frame");
+    // 41.5 of 38.1 percent, with a range over choices that reaches farther than the frame.
+    let value = &mut c.published[0];
+    (value.over_choices, value.over_twin) = (Some([30.0, 200.0]), Some([40.0, 42.0]));
+    value.reproduced = Some(Reproduced::Reproduced);
+    let text = ranges_drawing(&c).expect("a drawing");
+    closes_in_order(&text);
+    loads_nothing(&text.replace("http://www.w3.org/2000/svg", ""));
+    let dot = format!("cx=\"{:.1}\"", 270.0 + (732.0 - 270.0) * (41.5 / 38.1 + 0.5) / 3.0);
+    assert!(text.contains(&dot) && text.contains("38.1 % published"), "{dot} {text}");
+    assert!(!text.contains("<script") && !text.contains("NaN"));
+    c.published.clear();
+    assert!(ranges_drawing(&c).is_none());
 }

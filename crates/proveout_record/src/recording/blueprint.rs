@@ -19,7 +19,10 @@ use rerun::{
 
 use crate::{
     error::RecordError,
-    recording::sink::{APPLICATION, Sink, TIMELINE},
+    recording::{
+        schedule::ScheduleViews,
+        sink::{APPLICATION, Sink, TIMELINE},
+    },
     units::JointUnit,
 };
 
@@ -42,29 +45,43 @@ impl Eye {
     }
 }
 
-/// Sends the layout: machine and workpiece in three dimensions, plots of the process and of each axis (with those of its
-/// drive where `drives` are simulated), findings as text, time panel on simulated time: it stands at a recording that is complete, and
-/// follows one that is `live`.
+/// What the layout is about.
+pub(crate) struct Layout<'a> {
+    pub(crate) joints: &'a [JointUnit],
+    /// Drives are simulated, and plotted with each axis.
+    pub(crate) drives: bool,
+    /// The viewer follows a run that goes on; it stands at a recording that is complete.
+    pub(crate) live: bool,
+    /// Machine at home, machine frame.
+    pub(crate) machine: Aabb,
+    /// Workpiece, its own frame.
+    pub(crate) work: Aabb,
+    /// A re-scheduled program has a page of its own.
+    pub(crate) schedule: Option<&'a ScheduleViews>,
+}
+
+/// Sends the layout: machine and workpiece in three dimensions, plots of the process and of each axis, findings as text, time panel on simulated time. A
+/// recording of a re-scheduled program opens at its schedule, a viewer that is fed at the run.
 ///
 /// The builder of views has no camera, background and grid; they are logged into the same blueprint store as the
 /// entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks for them.
-pub(crate) fn send(
-    sink: &Sink,
-    joints: &[JointUnit],
-    drives: bool,
-    live: bool,
-    machine: &Aabb,
-    work: &Aabb,
-) -> Result<(), RecordError> {
+pub(crate) fn send(sink: &Sink, layout: &Layout<'_>) -> Result<(), RecordError> {
+    let Layout { joints, drives, live, machine, work, schedule } = layout;
     let machine_view: ContainerLike = Spatial3DView::new("Machine")
         .with_origin("/machine")
-        .with_contents(["$origin/**", "- /machine/table/work/part/**", "- /machine/table/work/path/**"])
+        .with_contents([
+            "$origin/**",
+            "- /machine/table/work/part/**",
+            "- /machine/table/work/path/**",
+            "- /machine/table/work/schedule/**",
+        ])
         .into();
     let work_view: ContainerLike = Spatial3DView::new("Workpiece")
         .with_origin("/machine/table/work")
         .with_contents([
             "$origin/**",
             "- /machine/table/work/part/**",
+            "- /machine/table/work/schedule/**",
             "+ /machine/tool/**",
             "+ /machine/table/fixtures/**",
             "+ /machine/table/loose/**",
@@ -94,38 +111,113 @@ pub(crate) fn send(
         .into(),
     ];
     let mut plain = Vec::new();
-    plots.extend(joints.iter().map(|joint| axis_tab(joint, drives, &mut plain)));
-    let blueprint = Blueprint::new(
-        Horizontal::new([
-            Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
-            Vertical::new([
-                Tabs::new(plots).into(),
-                Tabs::new([
-                    TextLogView::new("Findings and messages").with_origin("/log").into(),
-                    TextDocumentView::new("About").with_origin("/about").into(),
-                ])
-                .into(),
+    plots.extend(joints.iter().map(|joint| axis_tab(joint, *drives, &mut plain)));
+    let run: ContainerLike = Horizontal::new([
+        Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
+        Vertical::new([
+            Tabs::new(plots).into(),
+            Tabs::new([
+                TextLogView::new("Findings and messages").with_origin("/log").into(),
+                TextDocumentView::new("About").with_origin("/about").into(),
             ])
-            .with_row_shares([3.4, 1.0])
             .into(),
         ])
-        .with_column_shares([1.2, 1.0]),
-    )
-    .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
-    .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
-    .with_time_panel(
-        TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(if live {
-            PlayState::Following
-        } else {
-            PlayState::Paused
-        }),
-    );
+        .with_row_shares([3.4, 1.0])
+        .into(),
+    ])
+    .with_column_shares([1.2, 1.0])
+    .with_name("Run")
+    .into();
+    let root: ContainerLike = match schedule {
+        None => run,
+        Some(views) => {
+            let page = schedule_page(views, work, &mut eyes);
+            // A viewer opens at the first.
+            Tabs::new(if *live { [run, page] } else { [page, run] }).into()
+        }
+    };
+    let blueprint = Blueprint::new(root)
+        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
+        .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
+        .with_time_panel(
+            TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(if *live {
+                PlayState::Following
+            } else {
+                PlayState::Paused
+            }),
+        );
     let messages = with_eyes(sink, &blueprint, &eyes, &plain)?;
     if let Some(first) = messages.first() {
         let command = BlueprintActivationCommand::make_active(first.store_id().clone());
         sink.stream.send_blueprint(messages, command);
     }
     Ok(())
+}
+
+/// Tool axes on their sphere and on the part; each joint within its channel, with velocity and acceleration; what the method shows; the numbers.
+fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> ContainerLike {
+    let sphere: ContainerLike =
+        Spatial3DView::new("Tool axes on a unit sphere, workpiece frame").with_origin("/schedule/sphere").into();
+    let part: ContainerLike = Spatial3DView::new("Tool axes on the part: orange before, blue new")
+        .with_origin("/machine/table/work")
+        .with_contents([
+            "+ /machine/table/work/part/**",
+            "+ /machine/table/work/schedule/**",
+            "+ /machine/table/fixtures/**",
+        ])
+        .into();
+    if let ContainerLike::View(view) = &sphere {
+        let [position, target] = [views.eye, views.target].map(|p| p.map(|v| v as f32));
+        eyes.push(Eye { view: view.blueprint_path().to_string(), position, target });
+    }
+    if let ContainerLike::View(view) = &part
+        && !work.is_empty()
+    {
+        eyes.push(Eye::at(view.blueprint_path().to_string(), work));
+    }
+    let joint = |(joint, channel): &(JointUnit, bool)| -> ContainerLike {
+        let symbol = if joint.unit == "deg" { "°" } else { joint.unit };
+        let strips = [
+            ("in_channel", "about the middle of its channel", "", 1.5),
+            ("position", "position", "", 1.0),
+            ("velocity", "velocity at the programmed feed", "/s", 1.0),
+            ("acceleration", "acceleration at the programmed feed", "/s²", 1.0),
+        ];
+        let strips = &strips[usize::from(!channel)..];
+        let views = strips.iter().map(|(what, title, per, _)| -> ContainerLike {
+            TimeSeriesView::new(format!("{} {title}, {symbol}{per}", joint.name))
+                .with_origin("/")
+                .with_contents([format!("+ /schedule/joints/{}/{what}/**", joint.name)])
+                .into()
+        });
+        let shares: Vec<f32> = strips.iter().map(|s| s.3).collect();
+        Vertical::new(views.collect::<Vec<_>>()).with_row_shares(shares).with_name(joint.name.as_str()).into()
+    };
+    let mut tabs: Vec<ContainerLike> = views.joints.iter().map(joint).collect();
+    if !views.quantities.is_empty() {
+        let plots: Vec<ContainerLike> = views
+            .quantities
+            .iter()
+            .map(|[name, title]| {
+                TimeSeriesView::new(title.as_str())
+                    .with_origin("/")
+                    .with_contents([format!("+ /schedule/method/{name}/**")])
+                    .into()
+            })
+            .collect();
+        tabs.push(Vertical::new(plots).with_name("Method").into());
+    }
+    let text: ContainerLike =
+        TextDocumentView::new("What is shown, and what is left to gain").with_origin("/schedule/text").into();
+    let right: Vec<ContainerLike> = if tabs.is_empty() { vec![text] } else { vec![Tabs::new(tabs).into(), text] };
+    let shares: &[f32] = if right.len() > 1 { &[2.0, 1.0] } else { &[1.0] };
+    Horizontal::new([
+        Vertical::new([sphere, part]).into(),
+        Vertical::new(right).with_row_shares(shares.to_vec()).into(),
+    ])
+    .with_column_shares([1.0, 1.5])
+    .with_name("Schedule")
+    .into()
 }
 
 /// The plots of one axis above each other, each with its own unit; the views that get no legend are added to `plain`.
@@ -207,7 +299,8 @@ mod tests {
         let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).enabled(true).memory().expect("memory");
         let sink = Sink::new(stream, "memory".into());
         let bounds = Aabb { min: Point::new(0.0, 0.0, 0.0), max: Point::new(9.0, 9.0, 9.0) };
-        send(&sink, &[], false, live, &bounds, &bounds).expect("sent");
+        let layout = Layout { joints: &[], drives: false, live, machine: bounds, work: bounds, schedule: None };
+        send(&sink, &layout).expect("sent");
         let of = |m: &LogMsg| match m {
             LogMsg::ArrowMsg(_, arrow) => {
                 let schema = arrow.batch.schema();

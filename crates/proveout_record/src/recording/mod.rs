@@ -20,6 +20,19 @@
 //! /log                          findings and messages as text
 //! ```
 //!
+//! A re-scheduled program has its schedule beside the program that it is made from:
+//!
+//! ```text
+//! /schedule                     also on the timeline `path_um`: way of the tool over all runs, micrometers
+//!   /text                       what is shown, times, bound, what is left to gain, numbers of the method
+//!   /sphere/{original,new}      tool axes as ways on the unit sphere of frame W; `..._now` at the time of the viewer
+//!   /joints/<joint>/position/{lowest,highest,original,new}       ends of the channel, where there is one; mm or degrees
+//!   /joints/<joint>/in_channel/{lowest,highest,original,new}     the same less the middle of the channel
+//!   /joints/<joint>/{velocity,acceleration}/{original,new}       at the programmed feed, differences over blocks
+//!   /method/<quantity>/<curve>  what the method shows along the path
+//! /machine/table/work/schedule/{original,new}                    tool axes as arrows, at most 160 each
+//! ```
+//!
 //! Everything lies on the timeline `sim_time`. Thinning: poses at most 50 a second, signals as smallest and largest
 //! sample of stretches of 40 ms; both spacings double after every 15 000 rows. The stock is shown at thirty to
 //! fifty times, closer at the begin, and at tool changes, from every 2ⁿ-th node so that its first picture has about 150 000 triangles. Nothing of it is
@@ -30,6 +43,8 @@ mod axis_caps;
 mod blueprint;
 mod frames;
 mod observer;
+mod read_back;
+mod schedule;
 mod sink;
 mod stock;
 mod thin;
@@ -38,3 +53,4 @@ mod trace;
 mod tracks;
 
 pub use observer::RerunObserver;
+pub use read_back::{RecordedEntity, read_recording};

@@ -9,6 +9,7 @@ use proveout_sim::{
     finding::{Finding, Severity},
     free_axes::FreeAxes,
     observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
+    schedule::Schedule,
 };
 use proveout_stock::{Patch, TriDexel};
 use proveout_tool::Tool;
@@ -24,8 +25,9 @@ use crate::{
     recording::{
         about::{about, boxes},
         axis_caps::caps,
-        blueprint,
+        blueprint::{self, Layout},
         frames::{Frame, Frames},
+        schedule::{self, ScheduleViews},
         sink::{APPLICATION, Level, Sink, path},
         stock::StockTiles,
         thin::MotionThinner,
@@ -116,6 +118,8 @@ struct Open {
     surface: SurfacePicture,
     textures: Vec<ShownTexture>,
     axes: Vec<(f64, Picture, Vec<Rgba>)>,
+    /// The layout is sent; that of a re-scheduled program waits for its schedule.
+    laid_out: bool,
 }
 
 fn start(mode: &RerunMode, name: &str, folder: &Path) -> Result<Option<Sink>, RecordError> {
@@ -154,6 +158,17 @@ impl Observer for RerunObserver {
         let open = Open::begin(sink, self.mode != RerunMode::File, setup)?;
         self.open = Some(open);
         Ok(())
+    }
+
+    fn shows_schedule(&self) -> bool {
+        self.open.is_some()
+    }
+
+    fn schedule(&mut self, setup: &Setup<'_>, schedule: &Schedule) -> Result<(), ObserverError> {
+        match &mut self.open {
+            Some(open) => Ok(open.schedule(setup, schedule)?),
+            None => Ok(()),
+        }
     }
 
     fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
@@ -257,8 +272,6 @@ impl Open {
         }
         let tiles = StockTiles::all(setup.stock, setup.patches);
         sink.document(path(["about"]), about(setup, &tiles))?;
-        let (machine_box, work_box) = boxes(setup);
-        blueprint::send(&sink, &units, servo, live, &machine_box, &work_box)?;
         let mut open = Self {
             sink,
             live,
@@ -279,12 +292,32 @@ impl Open {
             surface: SurfacePicture::new(SURFACE_TRIANGLES),
             textures: Vec::new(),
             axes: Vec::new(),
+            laid_out: false,
         };
+        if setup.made.is_none_or(|made| made.runs.is_empty()) {
+            open.lay_out(setup, None)?;
+        }
         open.stock_frame(0.0, true, setup.stock, setup.patches)?;
         Ok(open)
     }
 
+    fn lay_out(&mut self, setup: &Setup<'_>, schedule: Option<&ScheduleViews>) -> Result<(), RecordError> {
+        let (machine, work) = boxes(setup);
+        let drives = setup.dynamics == Dynamics::Servo;
+        let layout = Layout { joints: &self.units, drives, live: self.live, machine, work, schedule };
+        self.laid_out = true;
+        blueprint::send(&self.sink, &layout)
+    }
+
+    fn schedule(&mut self, setup: &Setup<'_>, schedule: &Schedule) -> Result<(), RecordError> {
+        let views = schedule::send(&self.sink, setup, schedule)?;
+        self.lay_out(setup, Some(&views))
+    }
+
     fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), RecordError> {
+        if !self.laid_out {
+            self.lay_out(setup, None)?;
+        }
         let work_from_table = setup.table_from_work.inverse();
         let mut samples = batch.samples.iter().peekable();
         for piece in batch.pieces {

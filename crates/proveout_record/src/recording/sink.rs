@@ -7,6 +7,8 @@ use crate::{color::Rgba, error::RecordError, picture::Picture};
 
 /// The timeline of every recording: simulated time as a duration.
 pub(crate) const TIMELINE: &str = "sim_time";
+/// The timeline of what lies along a path: its way in micrometers, a whole number.
+pub(crate) const WAY_TIMELINE: &str = "path_um";
 /// Application of every recording; blueprints bind to it.
 pub(crate) const APPLICATION: &str = "proveout";
 
@@ -25,6 +27,30 @@ pub(crate) enum Level {
     Debug,
 }
 
+/// Where something along a path stands: time of the program that runs, s, and way, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    pub(crate) time: f64,
+    pub(crate) way: f64,
+}
+
+/// How a line of a plot looks.
+pub(crate) struct LineStyle {
+    pub(crate) name: String,
+    pub(crate) color: Rgba,
+    pub(crate) width: f32,
+}
+
+/// Arrows of one color: begins and directions, mm.
+pub(crate) struct Arrows {
+    pub(crate) from: Vec<[f32; 3]>,
+    pub(crate) along: Vec<[f32; 3]>,
+    pub(crate) color: Rgba,
+}
+
+/// Strips of one color and width, in points of the screen.
+pub(crate) type Strips = (Vec<Vec<[f32; 3]>>, Rgba, f32);
+
 /// Path of an entity from its parts, whatever characters they have.
 pub(crate) fn path<'a>(parts: impl IntoIterator<Item = &'a str>) -> EntityPath {
     EntityPath::new(parts.into_iter().map(rerun::EntityPathPart::new).collect())
@@ -36,6 +62,15 @@ fn nanoseconds(time: f64) -> i64 {
 
 fn times(list: impl IntoIterator<Item = f64>) -> TimeColumn {
     TimeColumn::new_duration_nanos(TIMELINE, list.into_iter().map(nanoseconds))
+}
+
+fn both_times(places: &[Place]) -> [TimeColumn; 2] {
+    let ways = places.iter().map(|p| (p.way * 1e3).round() as i64);
+    [times(places.iter().map(|p| p.time)), TimeColumn::new_sequence(WAY_TIMELINE, ways)]
+}
+
+fn rgb(color: Rgba) -> rerun::Color {
+    rerun::Color::from_rgb(color[0], color[1], color[2])
 }
 
 impl Sink {
@@ -170,6 +205,95 @@ impl Sink {
             rerun::Scalars::new(rows.iter().map(|r| r.1)).columns_of_unit_batches().map_err(|e| self.fault(e))?;
         let times = times(rows.iter().map(|r| r.0));
         self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
+    }
+
+    /// Name, color and width of a line in plots.
+    pub(crate) fn line_style(&self, path: EntityPath, style: &LineStyle) -> Result<(), RecordError> {
+        let what = rerun::SeriesLines::new()
+            .with_names([style.name.as_str()])
+            .with_widths([style.width])
+            .with_aggregation_policy(rerun::components::AggregationPolicy::MinMax)
+            .with_colors([rgb(style.color)]);
+        self.log(path, None, &what)
+    }
+
+    /// Name and color of points in plots.
+    pub(crate) fn dots_style(&self, path: EntityPath, name: &str, color: Rgba) -> Result<(), RecordError> {
+        let what = rerun::SeriesPoints::new().with_names([name]).with_marker_sizes([3.5_f32]).with_colors([rgb(color)]);
+        self.log(path, None, &what)
+    }
+
+    /// Values along a path.
+    pub(crate) fn values(&self, path: EntityPath, rows: &[(Place, f64)]) -> Result<(), RecordError> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let columns =
+            rerun::Scalars::new(rows.iter().map(|r| r.1)).columns_of_unit_batches().map_err(|e| self.fault(e))?;
+        let places: Vec<Place> = rows.iter().map(|r| r.0).collect();
+        self.stream.send_columns(path, both_times(&places), columns).map_err(|e| self.fault(e))
+    }
+
+    /// A point that moves along a path.
+    pub(crate) fn moving_point(
+        &self,
+        path: EntityPath,
+        rows: &[(Place, [f32; 3])],
+        color: Rgba,
+    ) -> Result<(), RecordError> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let look =
+            rerun::Points3D::update_fields().with_colors([rgb(color)]).with_radii([rerun::Radius::new_ui_points(6.0)]);
+        self.log(path.clone(), None, &look)?;
+        let columns = rerun::Points3D::update_fields()
+            .with_positions(rows.iter().map(|r| r.1))
+            .columns_of_unit_batches()
+            .map_err(|e| self.fault(e))?;
+        let places: Vec<Place> = rows.iter().map(|r| r.0).collect();
+        self.stream.send_columns(path, both_times(&places), columns).map_err(|e| self.fault(e))
+    }
+
+    /// Lines for all times.
+    pub(crate) fn static_lines(&self, path: EntityPath, groups: &[Strips]) -> Result<(), RecordError> {
+        let each = || groups.iter().flat_map(|(strips, color, width)| strips.iter().map(move |s| (s, *color, *width)));
+        let what = rerun::LineStrips3D::new(each().map(|(strip, ..)| strip.iter().copied()))
+            .with_colors(each().map(|(_, color, _)| rgb(color)))
+            .with_radii(each().map(|(.., width)| rerun::Radius::new_ui_points(0.5 * width)));
+        self.log(path, None, &what)
+    }
+
+    /// Places with text, for all times.
+    pub(crate) fn labels(
+        &self,
+        path: EntityPath,
+        points: &[([f64; 3], String)],
+        color: Rgba,
+    ) -> Result<(), RecordError> {
+        let what = rerun::Points3D::new(points.iter().map(|(p, _)| p.map(|v| v as f32)))
+            .with_labels(points.iter().map(|(_, l)| l.as_str()))
+            .with_show_labels(true)
+            .with_colors([rgb(color)])
+            .with_radii([rerun::Radius::new_ui_points(2.5)]);
+        self.log(path, None, &what)
+    }
+
+    /// A solid ball about the origin, for all times.
+    pub(crate) fn ball(&self, path: EntityPath, radius: f32, color: Rgba) -> Result<(), RecordError> {
+        let what = rerun::Ellipsoids3D::from_radii([radius])
+            .with_colors([rgb(color)])
+            .with_fill_mode(rerun::components::FillMode::Solid);
+        self.log(path, None, &what)
+    }
+
+    /// Arrows for all times.
+    pub(crate) fn arrows(&self, path: EntityPath, arrows: &Arrows) -> Result<(), RecordError> {
+        let what = rerun::Arrows3D::from_vectors(arrows.along.iter().copied())
+            .with_origins(arrows.from.iter().copied())
+            .with_colors([rgb(arrows.color)])
+            .with_radii([rerun::Radius::new_ui_points(0.8)]);
+        self.log(path, None, &what)
     }
 
     /// Lines, each with its color.

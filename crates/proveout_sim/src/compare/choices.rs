@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use proveout_controller::{Dynamics, Settings as ControlSettings};
+use proveout_controller::Settings as ControlSettings;
 use proveout_geom::{InputError, Pose, TriMesh, read_input};
 use proveout_machine::Machine;
 use proveout_nc::{Command, Dialect, Program, Settings as NcSettings};
@@ -27,10 +27,11 @@ use super::{
     result::{Choices, Comparison, Made, ProgramFigures, Published, Reproduced, TriedChoice},
 };
 use crate::{
+    control_settings::control_settings,
     error::SimError,
     part_on_table::PartOnTable,
     planning,
-    prepare::{Prepared, control_settings},
+    prepare::Prepared,
     programs,
     scene::{ChoiceValueFile, CompareFile, HELIX, Scene, StrategyFile},
     scene_choice::{limit_machine, with_values},
@@ -374,7 +375,7 @@ fn again(entry: &Entry, scene: &Scene, machine: &Machine, plans: bool) -> Result
     };
     let case = case.with(machine.clone(), settings, source, nc).measured_on(scene);
     let motion = case.run()?;
-    let ideal = if case.settings.dynamics == Dynamics::Ideal { motion.clone() } else { case.ideal().run()? };
+    let ideal = motion.along_program();
     Ok((Cow::Owned(motion), Cow::Owned(ideal), made))
 }
 

@@ -32,7 +32,7 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use proveout_controller::{Dynamics, ReprogrammedRun};
+use proveout_controller::ReprogrammedRun;
 use proveout_geom::InputError;
 use rayon::prelude::*;
 
@@ -57,10 +57,12 @@ use crate::{
     prepare::{Choice, Prepared},
     run::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
+    schedule::{Motions, Schedule},
     shape::Shape,
     surface_map::SurfaceMap,
     verdict::Verdict,
 };
+pub(crate) use pictures::study_of;
 
 /// A variation that changes no time of a cutting stretch by more than this part cannot act on a gain.
 const ACTS: f64 = 1e-9;
@@ -235,7 +237,7 @@ impl Comparing {
         let limited = !self.entries[self.baseline].changed_limits.is_empty();
         twins.extend(limited.then(own_limits));
         let tries = if self.without_choices { Vec::new() } else { choices::tries(&self.file) };
-        let total = self.entries.len() * (twins.len() + 2 + tries.len());
+        let total = self.entries.len() * (twins.len() + 1 + tries.len());
         let done = AtomicUsize::new(0);
         let step = || told(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         self.execute(&step)?;
@@ -244,10 +246,14 @@ impl Comparing {
         let times: Vec<Result<VariedTime, String>> = tasks
             .par_iter()
             .map(|(variation, entry)| {
-                let time = variation.apply(&entry.case).and_then(|case| {
-                    let motion = case.run().map_err(|e| format!("{}: {e}", entry.name))?;
-                    Ok(varied_time(&motion, ends))
-                });
+                let time = if variation.changes_law(&entry.case) {
+                    variation.apply(&entry.case).and_then(|case| {
+                        let motion = case.run().map_err(|e| format!("{}: {e}", entry.name))?;
+                        Ok(varied_time(&motion, ends))
+                    })
+                } else {
+                    Ok(self.nominal_time(entry))
+                };
                 step();
                 time
             })
@@ -267,23 +273,18 @@ impl Comparing {
     /// # Errors
     /// [`SimError`] when a program cannot be executed.
     pub fn execute(&mut self, step: &(dyn Fn() + Sync)) -> Result<(), SimError> {
-        let nominal: Vec<Result<(Motion, Motion), SimError>> = self
+        let nominal: Vec<Result<Motion, SimError>> = self
             .entries
             .par_iter()
             .map(|entry| {
-                let motion = entry.case.run()?;
+                let motion = entry.case.run();
                 step();
-                let ideal = match entry.case.settings.dynamics {
-                    Dynamics::Ideal => motion.clone(),
-                    Dynamics::Planned | Dynamics::Servo => entry.case.ideal().run()?,
-                };
-                step();
-                Ok((motion, ideal))
+                motion
             })
             .collect();
-        for (entry, result) in self.entries.iter_mut().zip(nominal) {
-            let (motion, ideal) = result?;
-            (entry.motion, entry.ideal) = (Some(motion), Some(ideal));
+        for (entry, motion) in self.entries.iter_mut().zip(nominal) {
+            let motion = motion?;
+            (entry.ideal, entry.motion) = (Some(motion.along_program()), Some(motion));
         }
         self.tell_gaps();
         Ok(())
@@ -396,7 +397,21 @@ impl Comparing {
 
     /// Hands out a program to be run; none when it is unknown or was handed out before.
     pub fn take(&mut self, name: &str) -> Option<Prepared> {
-        self.entries.iter_mut().find(|e| e.name == name)?.prepared.take()
+        let place = self.entries.iter().position(|e| e.name == name)?;
+        let mut prepared = self.entries[place].prepared.take()?;
+        prepared.schedule = self.schedule(&self.entries[place], &prepared);
+        Some(prepared)
+    }
+
+    /// A re-scheduled program beside the one before, from the motions that were run.
+    fn schedule(&self, entry: &Entry, prepared: &Prepared) -> Option<Schedule> {
+        let (_, _, from) = entry.made.as_ref()?;
+        let source = self.entries.iter().find(|e| e.name == *from)?;
+        let motions = Motions {
+            planned: [entry.motion.as_ref()?, source.motion.as_ref()?],
+            ideal: [entry.ideal.as_ref()?, source.ideal.as_ref()?],
+        };
+        Some(Schedule::head(prepared)?.with(&entry.runs, &entry.case.machine, motions, &entry.changed_limits))
     }
 
     /// Begin and end of a program's cutting stretch, and of the part of it that is shown closely, s of the program; none
@@ -454,7 +469,7 @@ impl Entry {
             case,
             changed_limits: prepared.changed_limits.clone(),
             made,
-            studies: runs.iter().map(pictures::study_of).collect(),
+            studies: runs.iter().map(study_of).collect(),
             runs: runs.to_vec(),
             digests: prepared.digests.clone(),
             again: choices::Again::new(&prepared),

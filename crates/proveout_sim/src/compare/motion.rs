@@ -32,11 +32,8 @@ use proveout_tool::{Tool, ToolLibrary};
 
 use super::depth::{Deep, DepthGauge};
 use crate::{
-    error::SimError,
-    prepare::{Prepared, control_settings},
-    program_survey::known_offset,
-    run::from_run_error,
-    scene::Scene,
+    control_settings::control_settings, error::SimError, prepare::Prepared, program_survey::known_offset,
+    programs::settings_of_made, run::from_run_error, scene::Scene,
 };
 
 /// Places between two blocks at which the tip is looked at with the joints led straight.
@@ -148,6 +145,8 @@ impl Turning {
 pub(crate) struct Motion {
     pub(crate) summary: Summary,
     pub(crate) blocks: Vec<FeedBlock>,
+    /// The same blocks along the programmed path; their extremes are those of the set points.
+    programmed: Vec<FeedBlock>,
     /// Joints that a block sends past their travel.
     pub(crate) over_travels: Vec<OverTravel>,
     /// Reversals of each joint by block; blocks without one are not there.
@@ -204,6 +203,20 @@ impl MotionCase {
         })
     }
 
+    /// The program that a prepared one is re-scheduled from, on the same machine.
+    pub(crate) fn of_source(prepared: &Prepared) -> Result<Self, SimError> {
+        let planned = prepared.made.as_ref().and_then(|made| made.planned.as_ref());
+        let (source, nc) = match planned {
+            Some(text) => {
+                let nc = settings_of_made(prepared.source_nc_settings.clone());
+                (Source::Text { name: "planned.mpf".into(), text: text.clone() }, nc)
+            }
+            None => (Source::File(prepared.program_path.clone()), prepared.source_nc_settings.clone()),
+        };
+        let settings = prepared.control_settings(source.program(&nc)?.dialect());
+        Ok(Self { settings, source, nc, ..Self::new(prepared)? })
+    }
+
     /// A program on a machine of a scene, by the planned set points.
     pub(crate) fn planned(
         scene: &Scene,
@@ -251,10 +264,10 @@ impl MotionCase {
         &self.tools
     }
 
-    /// The programmed path itself, at the planned times.
-    pub(crate) fn ideal(&self) -> Self {
-        let settings = ControlSettings { dynamics: Dynamics::Ideal, ..self.settings.clone() };
-        Self { settings, ..self.clone() }.unmeasured()
+    /// By the planned set points, without depths.
+    pub(crate) fn as_planned(self) -> Self {
+        let settings = ControlSettings { dynamics: Dynamics::Planned, ..self.settings };
+        Self { settings, gauge: None, ..self }
     }
 
     /// Runs the program.
@@ -283,8 +296,8 @@ impl MotionCase {
         while let Some(chunk) = controller.next_chunk().map_err(from_run_error)? {
             record.take(&chunk);
         }
-        let Record { blocks, over_travels, reversals, .. } = record;
-        Ok(Motion { summary: controller.summary(), blocks, over_travels, reversals })
+        let Record { blocks, programmed, over_travels, reversals, .. } = record;
+        Ok(Motion { summary: controller.summary(), blocks, programmed, over_travels, reversals })
     }
 
     fn scaled(&self, mut command: Command) -> Command {
@@ -315,6 +328,7 @@ struct Record<'a> {
     run: u32,
     in_run: bool,
     blocks: Vec<FeedBlock>,
+    programmed: Vec<FeedBlock>,
     over_travels: Vec<OverTravel>,
     bands: Vec<f64>,
     turning: [Turning; MAX_JOINTS],
@@ -372,9 +386,8 @@ impl Record<'_> {
                 if !self.in_run {
                     (self.in_run, self.run) = (true, self.run + 1);
                 }
-                let Some((end, pose)) = open.end else { return };
                 let ball = self.balls.range(..=block.index).next_back().and_then(|(_, ball)| *ball);
-                self.blocks.push(FeedBlock {
+                let of = |(end, pose): (JointValues, ToolPose), deep: Vec<Deep>| FeedBlock {
                     run: self.run,
                     time: [block.start_time, block.end_time],
                     programmed: if block.feed > 0.0 { block.programmed_length / block.feed } else { 0.0 },
@@ -384,8 +397,10 @@ impl Record<'_> {
                     center: ball.map(|radius| pose.tip + pose.axis * radius),
                     high: open.high,
                     index: block.index,
-                    deep: open.deep,
-                });
+                    deep,
+                };
+                self.programmed.extend(block.programmed_end.map(|end| of(end, Vec::new())));
+                self.blocks.extend(open.end.map(|end| of(end, open.deep)));
             }
             BlockKind::Move(_) | BlockKind::ToolChange => self.in_run = false,
             BlockKind::Dwell | BlockKind::Action => {}
@@ -394,6 +409,12 @@ impl Record<'_> {
 }
 
 impl Motion {
+    /// The programmed path itself, at the planned times: what a control makes of it has no part in what a program asks for.
+    pub(crate) fn along_program(&self) -> Self {
+        let Self { summary, programmed, over_travels, reversals, .. } = self.clone();
+        Self { summary, blocks: programmed, programmed: Vec::new(), over_travels, reversals }
+    }
+
     /// Ranges of blocks that belong to the cutting stretch, one for each run that has any.
     pub(crate) fn stretch(&self, ends: f64) -> Vec<std::ops::Range<usize>> {
         let mut out = Vec::new();
@@ -579,7 +600,13 @@ mod tests {
     }
 
     fn motion(blocks: Vec<FeedBlock>) -> Motion {
-        Motion { summary: Summary::default(), blocks, over_travels: Vec::new(), reversals: BTreeMap::new() }
+        Motion {
+            summary: Summary::default(),
+            blocks,
+            programmed: Vec::new(),
+            over_travels: Vec::new(),
+            reversals: BTreeMap::new(),
+        }
     }
 
     #[test]

@@ -81,6 +81,17 @@ pub(crate) fn variations(nominal: Dynamics) -> Vec<TwinVariation> {
 }
 
 impl TwinVariation {
+    /// Whether the times of the set points can be others. Pieces cut a motion that is planned, and without drives rounded corners are run at the times of
+    /// the programmed ones (`proveout_controller`: one law for both).
+    pub(crate) fn changes_law(&self, case: &MotionCase) -> bool {
+        let planned = case.settings.dynamics != Dynamics::Servo;
+        match self.change {
+            Change::Pieces(_) => !planned,
+            Change::Dynamics(dynamics) => !planned || dynamics == Dynamics::Servo,
+            _ => true,
+        }
+    }
+
     /// The case with this change.
     ///
     /// # Errors

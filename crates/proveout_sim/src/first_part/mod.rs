@@ -43,9 +43,9 @@ use self::tool_choice::tools;
 use self::trace::TraceSetup;
 use self::zeros::{offsets, stated_mount};
 use crate::control_file::{control_of, settings_on};
+use crate::control_settings::{length_active_after_change, length_in_machine_coordinates};
 use crate::error::SimError;
 use crate::machine_data::with_machine;
-use crate::prepare::{length_active_after_change, length_in_machine_coordinates};
 
 /// What the call gives.
 #[derive(Clone, Debug, Default)]

@@ -51,6 +51,8 @@ const ROUNDS: usize = 50;
 /// Bounds of the margin, radian, and of the count of coefficients at the start.
 const MARGINS: [f64; 2] = [0.0, 5.0 * std::f64::consts::PI / 180.0];
 const COUNTS: [usize; 2] = [4, 1000];
+/// What the solution of the fit may be over a limit by rounding, as a part of it: without a margin contacts are fixed on their limits.
+const ROUNDED: f64 = 1e-9;
 /// Largest step of a rotary joint between two contacts, radian: beyond, the axis passes the pole.
 const POLE_STEP: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Blocks whose contacts are nearer than this to each other at the end of a row may be lifted from it, mm.
@@ -491,7 +493,7 @@ impl Work<'_> {
             let mut worst: Option<(f64, usize)> = None;
             let mut new = Vec::new();
             for i in 0..=n {
-                let excess = (i < n && judged[i]).then(|| self.judges[i].excess(&axes[i])).filter(|e| *e > 0.0);
+                let excess = (i < n && judged[i]).then(|| self.judges[i].excess(&axes[i])).filter(|e| *e > ROUNDED);
                 match (excess, worst) {
                     (Some(e), None) => worst = Some((e, i)),
                     (Some(e), Some((most, _))) if e > most => worst = Some((e, i)),

@@ -10,8 +10,9 @@
 //! 2. *Locally*: in that time the spline with the least peak of acceleration, then with the least jerk (`spline_in_corridor.rs`): a convex program.
 //! 3. *With the control*, where one is known ([`TimeLaw`]): it is asked for the times of the blocks, and the program is solved again in those, as long as that gains.
 //!
-//! What is handed out is the fastest for the control of all these, of the program before and of s-theta, as far as they are in the channel. Linear joints
-//! that follow the axes are looked at by the control only. Without a jump of speed at its ends the angle stands still there, as lead-in and lead-out do.
+//! What is handed out is the fastest for the control of all these, of the program before and of s-theta, as far as they are in the channel; where the feed leaves
+//! nothing to gain, the one of these with the least peak of acceleration (the local stage gives its velocity a bound of its own, they may turn faster). Linear
+//! joints that follow the axes are looked at by the control only. Without a jump of speed at its ends the angle stands still there, as lead-in and lead-out do.
 //!
 //! *Between blocks*: limits and angles run straight from block to block, so that what holds at both ends of a block holds between them; the free intervals of
 //! the tool are proved for whole blocks.
@@ -283,6 +284,14 @@ pub(super) fn peaks(angles: &[f64], least: &[f64]) -> [f64; 2] {
     [rate.iter().fold(0.0, |m, v| v.abs().max(m)), change.fold(0.0, |m, a| a.abs().max(m))]
 }
 
+/// Largest acceleration at the programmed feed, from rest and to rest, rad/s2.
+fn effort(angles: &[f64], least: &[f64]) -> f64 {
+    let rate = |i: Option<usize>| i.and_then(|i| Some((angles.get(i + 1)? - angles.get(i)?) / least[i]));
+    let ends = [(rate(Some(0)), least.first()), (rate(least.len().checked_sub(1)), least.last())];
+    let jumps = ends.into_iter().filter_map(|(rate, time)| Some(rate?.abs() / time?));
+    jumps.fold(peaks(angles, least)[1], f64::max)
+}
+
 /// Least peak of the velocity in a channel at the programmed feed, rad/s.
 fn least_velocity(channel: &Channel, least: &[f64]) -> Option<f64> {
     let mut s = 0.0;
@@ -366,11 +375,16 @@ impl Method for Smooth {
             }
         }
         let mut others = false;
-        if best.time.is_finite() && best.time > shortest * (1.0 + GAIN) {
+        if best.time.is_finite() {
+            // Where feed leaves no time to gain, what is smoother gains still.
+            let at_feed = best.time <= shortest * (1.0 + GAIN);
             for angles in self.others(&path, &gates) {
+                if at_feed && effort(&angles, &least) >= effort(&best.angles, &least) {
+                    continue;
+                }
                 let Some(times) = judged(&angles) else { continue };
                 let time: f64 = times.iter().sum();
-                if time < best.time {
+                if time < best.time || at_feed && time <= shortest * (1.0 + GAIN) {
                     best = Tried { angles, time };
                     others = true;
                 }

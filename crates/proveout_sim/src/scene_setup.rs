@@ -1,0 +1,105 @@
+//! How a part is set up: its mounting, fixtures, work offsets, and how the machine stands before the first block.
+
+use std::path::PathBuf;
+
+use proveout_geom::{Pose, Vector, rad};
+use proveout_nc::WorkOffset;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::scene::{BoxFile, CylinderFile};
+
+/// Where the workpiece frame sits in the table frame (which equals the machine frame when all joints are at zero).
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mount {
+    /// Origin of the workpiece frame, mm.
+    #[serde(default)]
+    pub translation_mm: [f64; 3],
+    /// Turns about the fixed x, y and z axes, in this order, degrees.
+    #[serde(default)]
+    pub rotation_deg: [f64; 3],
+    /// Nobody told the place: findings about what stands on the table say so.
+    #[serde(default)]
+    pub chosen: bool,
+}
+
+impl Mount {
+    /// Workpiece frame to table frame.
+    pub fn table_from_work(&self) -> Pose {
+        let [x, y, z] = self.rotation_deg.map(rad);
+        Pose::from_rpy(Vector::from(self.translation_mm), x, y, z)
+    }
+}
+
+/// A body that stands on the table or on the bed.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixtureFile {
+    /// Name in findings.
+    pub name: String,
+    /// Mesh file, mm.
+    pub mesh: Option<PathBuf>,
+    /// Block.
+    #[serde(rename = "box")]
+    pub block: Option<BoxFile>,
+    /// Round body.
+    pub cylinder: Option<CylinderFile>,
+    /// Coordinates are those of the workpiece frame (default) or of the table frame.
+    #[serde(default)]
+    pub frame: FixtureFrame,
+    /// Where the numbers come from.
+    #[serde(default)]
+    pub source: String,
+}
+
+/// Frame of a fixture's coordinates; it moves with the table in both cases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FixtureFrame {
+    /// Workpiece frame.
+    #[default]
+    Workpiece,
+    /// Table frame.
+    Table,
+}
+
+/// A work offset of the control.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case, reason = "axis letters as the machinist writes them")]
+pub struct OffsetFile {
+    /// mm.
+    #[serde(default)]
+    pub X_mm: f64,
+    /// mm.
+    #[serde(default)]
+    pub Y_mm: f64,
+    /// mm.
+    #[serde(default)]
+    pub Z_mm: f64,
+    /// degrees.
+    #[serde(default)]
+    pub A_deg: f64,
+    /// degrees.
+    #[serde(default)]
+    pub B_deg: f64,
+    /// degrees.
+    #[serde(default)]
+    pub C_deg: f64,
+}
+
+impl From<&OffsetFile> for WorkOffset {
+    fn from(o: &OffsetFile) -> Self {
+        Self { translation: [o.X_mm, o.Y_mm, o.Z_mm], rotary: [rad(o.A_deg), rad(o.B_deg), rad(o.C_deg)] }
+    }
+}
+
+/// How the machine stands before the first block of each program.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StartFile {
+    /// Number of the tool in the spindle, for programs that call none before they cut; an empty spindle when left out. Its length is active
+    /// where it is behind a tool change (840D, Klartext, CL data), elsewhere behind G43.
+    pub tool: Option<u32>,
+}
