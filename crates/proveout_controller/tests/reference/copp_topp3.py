@@ -1,4 +1,4 @@
-"""Times of 30 curves by TOPP3-LP of copp (TOPP-THU, MIT), for `tests/against_copp.rs`.
+"""Times of 26 curves by TOPP3-LP of copp (TOPP-THU, MIT), for `tests/against_copp.rs`.
 
     python3 -m venv venv && venv/bin/pip install copp-py==0.2.3 numpy
     venv/bin/python crates/proveout_controller/tests/reference/copp_topp3.py > crates/proveout_controller/tests/reference/copp_topp3.csv
@@ -12,8 +12,8 @@ import numpy as np
 import copp_py as copp
 
 LIMITS = (400.0, 4000.0, 80000.0)
-COUNT = 30
-# The last ten are longer: their search goes by several chunks.
+COUNT = 26
+# The last six are longer: their search goes by several chunks.
 SHORT = 20
 STATIONS = 601
 state = 20
