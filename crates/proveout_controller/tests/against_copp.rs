@@ -14,8 +14,12 @@ use proveout_nc::{Op, SplineMotion};
 /// A feed that no curve reaches: joints bind, mm/s.
 const FEED: f64 = 1000.0;
 
-/// Every curve takes within half a percent of what the other program finds: less, since that keeps its limits at stations alone and begins and
-/// ends with a piece of its own. The last six are long: their search goes by chunks, which must see far enough ahead.
+/// Stations of the other program lie close enough on this many curves; on the longer ones behind them its iteration does not come to its end, and it takes
+/// up to five percent longer.
+const SHORT: usize = 20;
+
+/// No curve takes longer than the other program finds, and none of the shorter ones much less: that keeps its limits at stations alone and begins
+/// and ends with a piece of its own. The search of the long curves goes by chunks, which must see far enough ahead.
 #[test]
 fn curves_take_the_time_that_another_program_finds() {
     let machine = bc_machine();
@@ -44,8 +48,8 @@ fn curves_take_the_time_that_another_program_finds() {
         ratios.push(own / other);
     }
     let took = begin.elapsed().as_secs_f64();
-    ratios.sort_by(f64::total_cmp);
-    let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
-    println!("{least:.4} to {most:.4}, half below {:.4}; {:.0} ms a curve", ratios[ratios.len() / 2], 1e3 * took / ratios.len() as f64);
-    assert!(least > 0.995 && most < 1.005, "{ratios:?}");
+    let least = ratios[..SHORT].iter().copied().fold(f64::INFINITY, f64::min);
+    let most = ratios.iter().copied().fold(0.0, f64::max);
+    println!("{least:.4} to {most:.4}; {:.0} ms a curve", 1e3 * took / ratios.len() as f64);
+    assert!(least > 0.995 && most < 1.003, "{ratios:?}");
 }
