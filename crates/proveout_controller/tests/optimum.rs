@@ -293,8 +293,8 @@ fn plans_are_near_the_optimum() {
         note(format!("{name}, mean of four (highest {high:.4})"), sum);
     }
     for (name, r) in worst {
-        // Three percent are promised; figures of this day lie below 1.022 (a spline at 400 mm/s; all others below 1.018), the mean of four paths below 1.014.
-        assert!(r < 1.03, "{name}: {r}");
+        // Two percent are promised; the highest figure is 1.015, of one path of 12 mm, the mean of four 1.014.
+        assert!(r < 1.02, "{name}: {r}");
         assert!(r > 0.98, "{name}: {r}"); // the plan keeps its limits: nothing can be faster than the optimum
     }
 }
