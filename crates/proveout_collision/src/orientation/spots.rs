@@ -201,6 +201,7 @@ impl<'a> Spots<'a> {
     /// What balls forbid, of those that forbid an axis that is looked at: the same operation for each, so that the compiler makes vector
     /// instructions of it.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "the same step of several arrays at once")]
     fn see<const N: usize>(&self, solid: u32, centers: &[Point; N], radius: &[f64; N]) -> [Option<Spot>; N] {
         let extent = self.extent(solid);
         // Loops and no closures: these would be called one by one, without the instructions of this processor.

@@ -5,7 +5,12 @@ use parry3d_f64::query::details::distance_support_map_support_map;
 use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Aabb, Point, Pose, TriMesh, box_mesh};
 
-use super::super::{distance::Search, form::Form, placed::*, tree::Corners};
+use super::super::{
+    distance::Search,
+    form::Form,
+    placed::{Moved, Places, Side},
+    tree::Corners,
+};
 use super::*;
 
 /// Numbers between -1 and 1, the same at every run.
