@@ -86,4 +86,4 @@ pub use report::{
 };
 pub use solid_pair::SolidPair;
 pub use stock::{JointMotion, StockBreach, StockCheck};
-pub use tool_clearance::ToolClearance;
+pub use tool_clearance::{StandingSolids, ToolClearance};

@@ -1,6 +1,8 @@
 //! Distance of a tool in one pose from solids that stand still: which tool axes are free at a place. All axes of a contact at once,
 //! with proof and with the cutter beside the contact: [`OrientationSpace`](crate::OrientationSpace).
 
+use std::sync::Arc;
+
 use proveout_geom::{Pose, ToolPose, TriMesh, Vector};
 use proveout_tool::{Role, Tool};
 
@@ -9,11 +11,28 @@ use crate::parts::{Wanted, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::{Revolved, Shape};
 
+/// Solids that stand still in one frame, prepared once for any number of tools. A copy shares them.
+#[derive(Clone, Debug)]
+pub struct StandingSolids(Arc<[Shape]>);
+
+impl StandingSolids {
+    /// Named solids, mm.
+    ///
+    /// # Errors
+    /// A mesh that does not bound a solid.
+    pub fn new(solids: &[(String, TriMesh)]) -> Result<Self, CollisionError> {
+        let solid = |(name, mesh): &(String, TriMesh)| {
+            Ok(Shape::Mesh(Box::new(mesh_shape("solid", name, mesh, Wanted::Solid)?)))
+        };
+        Ok(Self(solids.iter().map(solid).collect::<Result<Vec<Shape>, _>>()?.into()))
+    }
+}
+
 /// Neck, shank and holder of a tool among solids; the cutting end, which touches what it cuts, is left out.
 #[derive(Clone, Debug)]
 pub struct ToolClearance {
     tool: Shape,
-    solids: Vec<Shape>,
+    solids: StandingSolids,
 }
 
 impl ToolClearance {
@@ -22,18 +41,20 @@ impl ToolClearance {
     /// # Errors
     /// A mesh that does not bound a solid.
     pub fn new(tool: &Tool, solids: &[(String, TriMesh)]) -> Result<Self, CollisionError> {
+        Ok(Self::among(tool, &StandingSolids::new(solids)?))
+    }
+
+    /// The same among solids that are prepared already.
+    pub fn among(tool: &Tool, solids: &StandingSolids) -> Self {
         let bodies = tool.bodies.iter().filter(|b| b.role != Role::Cutting).map(|b| Revolved::new(&b.profile));
-        let solid = |(name, mesh): &(String, TriMesh)| {
-            Ok(Shape::Mesh(Box::new(mesh_shape("solid", name, mesh, Wanted::Solid)?)))
-        };
-        Ok(Self { tool: Shape::Convex(bodies.collect()), solids: solids.iter().map(solid).collect::<Result<_, _>>()? })
+        Self { tool: Shape::Convex(bodies.collect()), solids: solids.clone() }
     }
 
     /// Smallest distance of the tool from the solids where it is below `limit`, else `limit`, mm; zero where skins meet.
     /// Never larger than the true distance. A tool wholly inside of a solid does not meet its skin: no tool is that short.
     pub fn distance(&self, pose: &ToolPose, limit: f64) -> f64 {
         let solid_from_tip = upright(pose);
-        self.solids.iter().fold(limit, |least, solid| {
+        self.solids.0.iter().fold(limit, |least, solid| {
             match gap(&self.tool, solid, &solid_from_tip, [least; 2], &mut None) {
                 Gap::Beyond(_) | Gap::Between(..) => least,
                 Gap::At(distance, ..) => distance,

@@ -49,7 +49,7 @@ fn the_distance_is_that_of_densely_sampled_points() {
     let mut numbers = Random::new(0x9e37_79b9_7f4a_7c15);
     let mut random = || numbers.part();
     let (mut near, mut touching) = (0, 0);
-    for _ in 0..300 {
+    for _ in 0..400 {
         let axis = Vector::new(random() - 0.5, random() - 0.5, random() - 0.2).normalize();
         let tip = Point::new(80.0 * (random() - 0.5), 60.0 * (random() - 0.5), 20.0 * random());
         let pose = ToolPose { tip, axis };

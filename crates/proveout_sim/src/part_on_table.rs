@@ -1,10 +1,11 @@
 //! What re-scheduling may ask about the part of a scene: where the tool touches the design, and what the rest of the tool must
 //! keep away from.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use proveout_collision::{
-    BallTurn, CollisionError, Obstacle, OrientationError, OrientationSettings, OrientationSpace, ToolClearance,
+    BallTurn, CollisionError, Obstacle, OrientationError, OrientationSettings, OrientationSpace, StandingSolids,
+    ToolClearance,
 };
 use proveout_geom::{InputError, Pose, ToolPose, TriMesh};
 use proveout_tool::Tool;
@@ -17,11 +18,13 @@ use crate::{scene::Scene, shape::Shape};
 /// everything else is.
 const REACH_MM: f64 = 50.0;
 
-/// Design part and fixtures in the frame of the table, which is that of programs under tool center point control.
+/// Design part and fixtures in the frame of the table, which is that of programs under tool center point control. A copy shares the solids.
 #[derive(Clone, Debug, Default)]
 pub struct PartOnTable {
     surface: Option<BladeSurface>,
-    solids: Vec<(String, TriMesh)>,
+    solids: Arc<[(String, TriMesh)]>,
+    /// The solids prepared for tools, once a method asks for them: that takes longer than many a method.
+    standing: Arc<OnceLock<StandingSolids>>,
     /// Number of the solids that the tool cuts: the first ones.
     cut: usize,
 }
@@ -37,14 +40,21 @@ impl PartOnTable {
         part: Option<&TriMesh>,
         fixtures: &[(String, TriMesh)],
     ) -> Result<Self, InputError> {
-        let blade = scene.file.part.as_ref().and_then(|p| p.blade);
-        let surface = blade.map(|b| Ok::<_, InputError>(Shape::of_scene(scene, &b, 0.0)?.surface())).transpose()?;
         let part = part.map(|mesh| ("part".to_owned(), mesh.transformed(table_from_work)));
         Ok(Self {
             cut: usize::from(part.is_some()),
-            surface: surface.map(|s| BladeSurface::of(s, *table_from_work)),
+            surface: surface(scene, table_from_work)?,
             solids: part.into_iter().chain(fixtures.iter().cloned()).collect(),
+            standing: Arc::default(),
         })
+    }
+
+    /// The same solids under the surface of another scene.
+    ///
+    /// # Errors
+    /// Numbers that make no blade.
+    pub(crate) fn under_surface_of(&self, scene: &Scene, table_from_work: &Pose) -> Result<Self, InputError> {
+        Ok(Self { surface: surface(scene, table_from_work)?, ..self.clone() })
     }
 
     /// The airfoil, where the part is a blade.
@@ -60,17 +70,30 @@ impl PartOnTable {
         if self.solids.is_empty() {
             return Ok(None);
         }
-        let clearance = ToolClearance::new(tool, &self.solids)?;
-        let solids = self.solids.clone();
+        let standing = match self.standing.get() {
+            Some(standing) => standing,
+            None => {
+                let made = StandingSolids::new(&self.solids)?;
+                self.standing.get_or_init(|| made)
+            }
+        };
+        let clearance = ToolClearance::among(tool, standing);
+        let solids = Arc::clone(&self.solids);
         Ok(Some(Box::new(Region { clearance, tool: tool.clone(), solids, cut: self.cut, space: OnceLock::new() })))
     }
+}
+
+/// The airfoil of a scene, where its part is a blade.
+fn surface(scene: &Scene, table_from_work: &Pose) -> Result<Option<BladeSurface>, InputError> {
+    let Some(blade) = scene.file.part.as_ref().and_then(|p| p.blade) else { return Ok(None) };
+    Ok(Some(BladeSurface::of(Shape::of_scene(scene, &blade, 0.0)?.surface(), *table_from_work)))
 }
 
 /// Solids of a tool; the search for free turns is made when it is first asked for.
 struct Region {
     clearance: ToolClearance,
     tool: Tool,
-    solids: Vec<(String, TriMesh)>,
+    solids: Arc<[(String, TriMesh)]>,
     cut: usize,
     space: OnceLock<Result<OrientationSpace, OrientationError>>,
 }

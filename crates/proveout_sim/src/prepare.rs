@@ -106,6 +106,8 @@ pub struct Prepared {
     pub program_lines: u32,
     /// The text that runs instead, where the program is re-scheduled from `program_path`.
     pub made: Option<MadeProgram>,
+    /// Part and fixtures as the method has seen them, where the program is made.
+    pub(crate) part_on_table: Option<PartOnTable>,
     /// It beside the program before, where that is known already; a run looks where an observer asks for it.
     pub(crate) schedule: Option<Schedule>,
     /// Settings of the reader.
@@ -259,6 +261,7 @@ impl Prepared {
 
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let planned = set_values::planned_again(&scene, entry, &choice.set, (&machine, &tools), &nc_settings)?;
+        let mut part_on_table = None;
         let made = match (reschedule, planned) {
             (None, None) => None,
             (None, Some(text)) => Some((text, Vec::new(), None)),
@@ -270,6 +273,7 @@ impl Prepared {
                 };
                 let source = text.as_deref().map_or(programs::Original::File(&program_path), programs::Original::Text);
                 let made = programs::rescheduled(&scene, reschedule, source, &settings, &machine, &tools, &part)?;
+                part_on_table = Some(part);
                 Some((programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?, made.runs, text))
             }
         };
@@ -302,6 +306,7 @@ impl Prepared {
             program_path,
             program_lines: u32::try_from(program_lines).unwrap_or(u32::MAX),
             made,
+            part_on_table,
             schedule: None,
             nc_settings,
             source_nc_settings,

@@ -2,16 +2,16 @@
 #![allow(dead_code, reason = "each test uses what it needs")]
 
 /// Small deterministic generator (xorshift, Marsaglia 2003).
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
     /// From a seed that is not zero.
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
     /// From one number up to another.
-    pub fn next(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn next(&mut self, low: f64, high: f64) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -19,17 +19,17 @@ impl Random {
     }
 
     /// Zero up to one.
-    pub fn part(&mut self) -> f64 {
+    pub(crate) fn part(&mut self) -> f64 {
         self.next(0.0, 1.0)
     }
 
     /// One of so many.
-    pub fn pick(&mut self, n: usize) -> usize {
+    pub(crate) fn pick(&mut self, n: usize) -> usize {
         (self.next(0.0, n as f64) as usize).min(n - 1)
     }
 
     /// Heads or tails.
-    pub fn yes(&mut self) -> bool {
+    pub(crate) fn yes(&mut self) -> bool {
         self.part() < 0.5
     }
 }

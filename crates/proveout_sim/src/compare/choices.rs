@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use proveout_controller::Settings as ControlSettings;
-use proveout_geom::{InputError, Pose, TriMesh, read_input};
+use proveout_geom::{InputError, Pose, read_input};
 use proveout_machine::Machine;
 use proveout_nc::{Command, Dialect, Program, Settings as NcSettings};
 use rayon::prelude::*;
@@ -55,8 +55,8 @@ pub(super) struct Again {
     /// As its file describes it.
     machine: Machine,
     table_from_work: Pose,
-    part_mesh: Option<TriMesh>,
-    fixtures: Vec<(String, TriMesh)>,
+    /// Part and fixtures, where the program is made by a method.
+    part: Option<PartOnTable>,
     /// How the text that it is made from is read.
     nc: NcSettings,
     dialect: Dialect,
@@ -70,8 +70,7 @@ impl Again {
             program: prepared.program_path.clone(),
             machine: prepared.own_machine.as_ref().unwrap_or(&prepared.machine).clone(),
             table_from_work: prepared.table_from_work,
-            part_mesh: prepared.part_mesh.clone().filter(|_| open),
-            fixtures: if open { prepared.fixtures.clone() } else { Vec::new() },
+            part: prepared.part_on_table.clone().filter(|_| open),
             nc: prepared.source_nc_settings.clone(),
             dialect: prepared.program().map_or(Dialect::Auto, |p| p.dialect()),
         }
@@ -350,8 +349,8 @@ fn again(entry: &Entry, scene: &Scene, machine: &Machine, plans: bool) -> Result
         None => (source, case.nc().clone(), None),
         Some(reschedule) => {
             let commands = read(&source, &kept.nc)?;
-            let mesh = kept.part_mesh.as_ref();
-            let part = PartOnTable::new(scene, &kept.table_from_work, mesh, &kept.fixtures)?;
+            let solids = kept.part.clone().unwrap_or_default();
+            let part = solids.under_surface_of(scene, &kept.table_from_work)?;
             let tools = case.tools();
             let out = programs::rescheduled_commands(scene, reschedule, commands, &kept.nc, machine, tools, &part)?;
             let text = programs::text(&out.commands, Dialect::Siemens840d, &kept.nc)?;
