@@ -17,6 +17,8 @@ const FLUTES_OVER_POINT: f64 = 1.0;
 const BEHIND_FLUTES_MM: f64 = 15.0;
 /// What stands out of the holder over the deepest cut, where nothing tells how far the tool stands out, mm.
 const ABOVE_CUT_MM: f64 = 5.0;
+/// Lengths that differ by less are one, mm.
+const SAME_MM: f64 = 1e-6;
 /// Gauge length without a holder, mm: a usual projection of tool and holder together.
 const BARE_GAUGE_MM: f64 = 150.0;
 /// Full angle of a drill's point where nothing tells it, degrees: that of a usual twist drill.
@@ -163,7 +165,7 @@ impl ToolDraft {
         let below = self.gauge.map(|gauge| gauge - held);
         if let (Some(gauge), Some(below)) = (self.gauge, below)
             && held > 0.0
-            && below <= end.max(self.flute_length.unwrap_or(0.0))
+            && (below <= SAME_MM || below + SAME_MM < end.max(self.flute_length.unwrap_or(0.0)))
         {
             return Err(format!(
                 "T{} is told to be {} mm long to the gauge line ({}), and its holder {} mm: too little of it stands out",
@@ -399,6 +401,9 @@ mod tests {
         mill.complete(holder).expect("told");
         assert_eq!(mill.flute_length, Some(15.0), "no longer than what stands out");
         assert!(!mill.reach(50.0) && mill.gauge == Some(75.0));
+        // A library whose tools stand out by their flutes and no more.
+        let flush = ToolDraft { gauge: Some(80.0), flute_length: Some(20.0), ..draft("flat", &[("diameter_mm", 8.0)]) };
+        assert!(flush.clone().complete(holder).is_ok());
         let short = ToolDraft { gauge: Some(30.0), ..draft("flat", &[("diameter_mm", 8.0)]) }.complete(holder);
         assert!(
             short.expect_err("too short").contains("30 mm long to the gauge line (a comment), and its holder 60 mm")
