@@ -261,7 +261,7 @@ fn a_retract_of_all_axes_to_home_finds_the_end_at_which_home_lies() {
          10 L Y+48 F1200\n11 L X-60\n12 L Z-1 R0 FMAX M91\n13 M30\n14 END PGM HOME MM\n",
     );
     let told = desk.done("new home.h --machine dmu-50-type --answers answers.toml --output home");
-    assert!(told.contains("zero = \"home\", and the home of Y, X at the other end of its travel"), "{told}");
+    assert!(told.contains("zero = \"home\", and the home of X at the other end of its travel"), "{told}");
     assert!(!desk.done("check home").contains("before the run"));
     believable(&desk.verdict("home"));
 }
