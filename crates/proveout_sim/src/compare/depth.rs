@@ -163,8 +163,13 @@ mod tests {
     fn places_count_by_their_way_and_lines_have_their_own_mean() {
         // Line 1: 0.1 over 3 mm, 0.2 over 1 mm: mean 0.125, deviation sqrt(3/16) / 10. Line 2: 0.3 throughout.
         let blocks = vec![block(1, &[(3.0, 0.1)]), block(1, &[(1.0, 0.2)]), block(2, &[(4.0, 0.3)])];
-        let motion =
-            Motion { summary: Summary::default(), blocks, over_travels: Vec::new(), reversals: BTreeMap::new() };
+        let motion = Motion {
+            summary: Summary::default(),
+            blocks,
+            programmed: Vec::new(),
+            over_travels: Vec::new(),
+            reversals: BTreeMap::new(),
+        };
         let depth = depth_of(&motion, &motion.stretch(0.0)).expect("measured");
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{depth:?}: {a} is not {b}");
         assert_eq!(depth.places, 3);

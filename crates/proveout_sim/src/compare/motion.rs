@@ -146,7 +146,7 @@ pub(crate) struct Motion {
     pub(crate) summary: Summary,
     pub(crate) blocks: Vec<FeedBlock>,
     /// The same blocks along the programmed path; their extremes are those of the set points.
-    programmed: Vec<FeedBlock>,
+    pub(super) programmed: Vec<FeedBlock>,
     /// Joints that a block sends past their travel.
     pub(crate) over_travels: Vec<OverTravel>,
     /// Reversals of each joint by block; blocks without one are not there.
