@@ -136,7 +136,7 @@ impl Schedule {
         let made = prepared.made.as_ref().filter(|made| !made.runs.is_empty())?;
         let head = Self::head(prepared)?;
         let motions = || -> Result<[[Motion; 2]; 2], SimError> {
-            let planned = [MotionCase::new(prepared)?.as_planned(), MotionCase::of_source(prepared)?.as_planned()];
+            let planned = [MotionCase::new(prepared)?.planned_only(), MotionCase::of_source(prepared)?.planned_only()];
             let (new, old) = rayon::join(|| planned[0].run(), || planned[1].run());
             Ok([new?, old?].map(|motion| [motion.along_program(), motion]))
         };

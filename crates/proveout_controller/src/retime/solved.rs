@@ -62,8 +62,7 @@ impl Solved {
         let mut solved = Self { from, to, field, c, forced, begun: false, spots: Vec::new(), dipped: false, levels: 0 };
         let mut begin = 0;
         while begin < n {
-            let end =
-                if begin + CHUNK + CHUNK / 4 >= n { n } else { solved.roomy(begin + CHUNK, CHUNK / 8) };
+            let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { solved.roomy(begin + CHUNK, CHUNK / 8) };
             let good = solved.solve_in_parts(probe, stages, begin, end);
             if begin == 0 {
                 solved.begun = good;
@@ -100,7 +99,9 @@ impl Solved {
             used[k] = used[k].max(part);
         }
         let both = |k: usize| used[k - from].max(used[k + 1 - from]);
-        (from..to).min_by(|a, b| both(*a).total_cmp(&both(*b)).then(a.abs_diff(near).cmp(&b.abs_diff(near)))).unwrap_or(near)
+        (from..to)
+            .min_by(|a, b| both(*a).total_cmp(&both(*b)).then(a.abs_diff(near).cmp(&b.abs_diff(near))))
+            .unwrap_or(near)
     }
 
     /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.

@@ -265,7 +265,7 @@ impl MotionCase {
     }
 
     /// By the planned set points, without depths.
-    pub(crate) fn as_planned(self) -> Self {
+    pub(crate) fn planned_only(self) -> Self {
         let settings = ControlSettings { dynamics: Dynamics::Planned, ..self.settings };
         Self { settings, gauge: None, ..self }
     }

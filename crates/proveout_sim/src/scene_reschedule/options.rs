@@ -143,7 +143,7 @@ fn number(key: &str, text: &str) -> Result<f64, Wrong> {
 }
 
 fn count(key: &str, text: &str) -> Result<usize, Wrong> {
-    text.parse().map_err(|_| (format!("{key}={text} is no count"), "write a whole number".to_owned()))
+    text.parse().ok().ok_or_else(|| (format!("{key}={text} is no count"), "write a whole number".to_owned()))
 }
 
 fn inset(file: &RescheduleFile) -> Option<String> {
@@ -165,10 +165,9 @@ fn set_inset(file: &mut RescheduleFile, text: &str) -> Result<(), Wrong> {
 }
 
 fn set_monotone(file: &mut RescheduleFile, text: &str) -> Result<(), Wrong> {
-    let value = text.parse::<bool>();
-    let value =
-        value.map_err(|_| (format!("monotone={text} is neither true nor false"), "write true or false".to_owned()))?;
-    file.monotone = Some(value);
+    let value = text.parse::<bool>().ok();
+    let wrong = || (format!("monotone={text} is neither true nor false"), "write true or false".to_owned());
+    file.monotone = Some(value.ok_or_else(wrong)?);
     Ok(())
 }
 
