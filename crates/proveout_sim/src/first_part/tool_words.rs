@@ -516,7 +516,7 @@ mod tests {
         let size = |text: &str| size_alone(text, 1.0, 1).and_then(|d| d.diameter());
         assert_eq!(
             (size("0.6 INCH"), size("12MM"), size("D10"), size("D=8.5")),
-            (Some(15.24), Some(12.0), Some(10.0), Some(8.5))
+            (Some(0.6 * 25.4), Some(12.0), Some(10.0), Some(8.5))
         );
         for none in ["12", "ROUGH 12MM", "12 MM DEEP", "D", "OP 10", ""] {
             assert_eq!(size(none), None, "{none}");
