@@ -92,7 +92,13 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
             let reach = |axis: usize| [p[axis] - tool.radius, p[axis] + tool.radius];
             let inside =
                 (0..2).all(|axis| reach(axis)[1] > all.min[axis] + 1e-9 && reach(axis)[0] < all.max[axis] - 1e-9);
-            if !inside {
+            // A drill that came down above its hole goes back into it.
+            let own_hole = tool.sideways.is_empty()
+                && tool
+                    .descents
+                    .iter()
+                    .any(|q| q.z >= top - 1e-6 && (q.x - p.x).abs() < 1e-6 && (q.y - p.y).abs() < 1e-6);
+            if !inside || own_hole {
                 continue;
             }
             // What is lost by moving a side past the tool.
