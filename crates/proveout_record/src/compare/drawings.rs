@@ -81,10 +81,13 @@ fn line(out: &mut String, [x1, y1, x2, y2]: [f64; 4], stroke: &str, more: &str) 
     put(out, format_args!("<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" stroke=\"{stroke}\" fill=\"none\" {more}/>\n"));
 }
 
+/// A program with what it saves at the limits of a joint.
+type Gains<'a> = (&'a String, Vec<&'a GainAtLimit>);
+
 /// Time that programs save over the velocity limit of a joint, by feed and this limit alone; none where no limit binds anything.
 pub(super) fn gain_drawing(c: &Comparison) -> Option<String> {
     // A panel for each joint and program before: only schedules of one program can be held against each other.
-    let mut panels: BTreeMap<(String, String), Vec<(&String, Vec<&GainAtLimit>)>> = BTreeMap::new();
+    let mut panels: BTreeMap<(String, String), Vec<Gains<'_>>> = BTreeMap::new();
     for name in &c.order {
         let Some(made) = c.programs.get(name).and_then(|p| p.made.as_ref()) else { continue };
         let mut joints: BTreeMap<&String, Vec<&GainAtLimit>> = BTreeMap::new();
@@ -114,7 +117,7 @@ pub(super) fn gain_drawing(c: &Comparison) -> Option<String> {
     Some(out)
 }
 
-fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[(&String, Vec<&GainAtLimit>)], top: f64) {
+fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[Gains<'_>], top: f64) {
     let (left, right) = (64.0, WIDTH - 24.0);
     let (high, base) = (top + 44.0, top + 256.0);
     let rows = || programs.iter().flat_map(|(_, rows)| rows.iter().copied());
