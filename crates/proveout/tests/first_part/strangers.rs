@@ -227,6 +227,10 @@ fn a_program_is_no_scene_and_the_answer_says_how_it_becomes_one() {
     fs::create_dir(desk.path("empty")).expect("made");
     desk.refused("run plate.nc", &["no scene", "proveout new PROGRAM --machine NAME"]);
     desk.refused("run empty", &["holds no scene.toml", "proveout new"]);
+    for (name, text) in [("nothing.nc", ""), ("blank.tap", "\n  \n")] {
+        desk.write(name, text);
+        desk.refused(&format!("new {name} --machine three-axis-mill"), &[name, "is empty"]);
+    }
 }
 
 #[test]

@@ -128,14 +128,22 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings
 
 fn unknown(source: &Source) -> Diagnostics {
     let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
+    let (message, help) = if source.text.trim().is_empty() {
+        (format!("the program {} is empty", source.name), "name the file that was posted".to_owned())
+    } else {
+        (
+            format!("the language of {} could not be told from its ending and its text", source.name),
+            format!("name the dialect: {}", names.join(", ")),
+        )
+    };
     Diagnostics::from(Diagnostic {
         code: codes::DIALECT,
-        message: format!("the language of {} could not be told from its ending and its text", source.name),
+        message,
         file: source.name.clone(),
         line: 1,
         column: 1,
         length: 0,
-        help: Some(format!("name the dialect: {}", names.join(", "))),
+        help: Some(help),
         source_line: source.text.lines().next().unwrap_or_default().to_owned(),
     })
 }
