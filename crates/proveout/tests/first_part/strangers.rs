@@ -261,8 +261,8 @@ fn a_retract_of_all_axes_to_home_finds_the_end_at_which_home_lies() {
     desk.write(
         "home.h",
         "0 BEGIN PGM HOME MM\n1 BLK FORM 0.1 Z X-50 Y-40 Z-30\n2 BLK FORM 0.2 X+50 Y+40 Z+1\n3 ; #1 D=12 CR=0 - flat end mill\n\
-         4 TOOL CALL 1 Z S5000\n5 L Z-1 R0 FMAX M91\n6 L X-1 Y-1 R0 FMAX M91\n7 L X+60 Y-48 R0 FMAX M3\n8 L Z+5 FMAX\n9 L Z-5 F400\n\
-         10 L Y+48 F1200\n11 L X-60\n12 L Z-1 R0 FMAX M91\n13 M30\n14 END PGM HOME MM\n",
+         4 TOOL CALL 1 Z S5000\n5 L Z-1 R0 FMAX M91\n6 L X-1 Y-1 R0 FMAX M91\n7 L X+53 Y-48 R0 FMAX M3\n8 L Z+5 FMAX\n9 L Z-5 F400\n\
+         10 L Y+43 F1200\n11 L X-60\n12 L Z-1 R0 FMAX M91\n13 M30\n14 END PGM HOME MM\n",
     );
     let told = desk.done("new home.h --machine dmu-50-type --answers answers.toml --output home");
     assert!(told.contains("zero = \"home\", and the home of X at the other end of its travel"), "{told}");
