@@ -16,7 +16,7 @@ use proveout_record::{
     observers, write_run_json,
 };
 use proveout_sim::{
-    Committed, Manifest, Observer, Prepared, RunFolder, SimError,
+    Committed, Manifest, Observer, Prepared, RunFolder, SimError, SurfaceMap,
     compare::{CompareChoice, Compared, Comparing},
     digest::InputFile,
     planning::{self, PlanReport},
@@ -180,26 +180,40 @@ pub fn compare(
     comparing.vary(told)?;
     let (mut inputs, mut scene_folder) = (Vec::new(), PathBuf::new());
     let mut traces: Vec<(String, Arc<Mutex<Trace>>)> = Vec::new();
-    for name in comparing.order() {
-        let Some(prepared) = comparing.take(&name) else { continue };
-        inputs.extend(prepared.inputs.iter().cloned());
-        let scene = prepared.scene.clone();
-        scene_folder.clone_from(&scene.folder);
-        if comparing.motion_only() {
-            continue;
+    let order_of_runs = comparing.order();
+    // Two programs at once: much of a run waits for itself.
+    for names in order_of_runs.chunks(2) {
+        let mut waiting = Vec::new();
+        for name in names {
+            let Some(prepared) = comparing.take(name) else { continue };
+            inputs.extend(prepared.inputs.iter().cloned());
+            scene_folder.clone_from(&prepared.scene.folder);
+            if comparing.motion_only() {
+                continue;
+            }
+            let place = folder.path().join(comparing.folder(name));
+            fs::create_dir_all(&place).map_err(SimError::Folder)?;
+            let mut all = watchers(&prepared);
+            all.extend(observers(order.rerun).map_err(Failure::new)?);
+            if let Some(windows) = comparing.windows(name) {
+                let (observer, trace) = TraceObserver::new(windows);
+                all.push(Box::new(observer));
+                traces.push((name.clone(), trace));
+            }
+            waiting.push(Waiting { name: name.clone(), prepared, observers: all, place });
         }
-        let place = folder.path().join(comparing.folder(&name));
-        fs::create_dir_all(&place).map_err(SimError::Folder)?;
-        let mut all = watchers(&prepared);
-        all.extend(observers(order.rerun).map_err(Failure::new)?);
-        if let Some(windows) = comparing.windows(&name) {
-            let (observer, trace) = TraceObserver::new(windows);
-            all.push(Box::new(observer));
-            traces.push((name.clone(), trace));
+        let run = |one: Waiting| one.run(order.threads);
+        let mut waiting = waiting.into_iter();
+        let done = match [waiting.next(), waiting.next()] {
+            [Some(first), Some(second)] if fit_together(&first.prepared, &second.prepared) => {
+                let (first, second) = rayon::join(|| run(first), || run(second));
+                vec![first?, second?]
+            }
+            others => others.into_iter().flatten().map(run).collect::<Result<_, _>>()?,
+        };
+        for (name, result, surface) in done {
+            comparing.add(&name, result, &surface);
         }
-        let (result, surface) = run_with_surface(prepared, all, &place)?;
-        write_run_json(&place, &run_info(&result, &scene.path, order.threads, false)).map_err(run_json)?;
-        comparing.add(&name, result, &surface);
     }
     let Some(compared) = comparing.finish() else {
         return Err(Failure::new("a program of the comparison was not run").into());
@@ -212,6 +226,29 @@ pub fn compare(
     write_comparison(folder.path(), &compared, &traces).map_err(Failure::new)?;
     let committed = complete(folder, &inputs, &scene_folder, &mut || ())?;
     Ok((compared, committed))
+}
+
+/// A program of a comparison that is ready to be run.
+struct Waiting {
+    name: String,
+    prepared: Prepared,
+    observers: Vec<Box<dyn Observer>>,
+    place: PathBuf,
+}
+
+impl Waiting {
+    fn run(self, threads: usize) -> Result<(String, RunResult, SurfaceMap), Fault> {
+        let scene = self.prepared.scene.path.clone();
+        let (result, surface) = run_with_surface(self.prepared, self.observers, &self.place)?;
+        write_run_json(&self.place, &run_info(&result, &scene, threads, false)).map_err(run_json)?;
+        Ok((self.name, result, surface))
+    }
+}
+
+/// Whether two runs are within the memory that is allowed for one.
+fn fit_together(first: &Prepared, second: &Prepared) -> bool {
+    let [first, second] = [&first.memory, &second.memory];
+    first.total().saturating_add(second.total()) <= first.limit.min(second.limit)
 }
 
 /// The text of a program for the blade of a scene, and what it asks of the machine; a helix comes without that report.

@@ -1,6 +1,6 @@
 use std::{path::Path, time::Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use proveout_sim::{
     finding::Severity,
     observer::{Batch, Observer, ObserverError, Outcome, Setup},
@@ -14,6 +14,8 @@ const FIRST_FINDINGS: usize = 8;
 /// Tells how far the run is: a bar on a terminal, plain lines elsewhere.
 pub(crate) struct Progress {
     bar: ProgressBar,
+    /// Name of the program before each line, where others run beside it.
+    name: String,
     terminal: bool,
     main_file: String,
     line: u32,
@@ -24,10 +26,19 @@ pub(crate) struct Progress {
 
 impl Progress {
     pub(crate) fn new(main_file: &Path) -> Self {
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        Self::of(ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()), String::new(), main_file)
+    }
+
+    /// Beside others.
+    pub(crate) fn beside(all: &MultiProgress, name: &str, main_file: &Path) -> Self {
+        Self::of(all.add(ProgressBar::new(0)), format!("{name}: "), main_file)
+    }
+
+    fn of(bar: ProgressBar, name: String, main_file: &Path) -> Self {
         let terminal = !bar.is_hidden();
         Self {
             bar,
+            name,
             terminal,
             main_file: main_file.display().to_string(),
             line: 0,
@@ -45,9 +56,10 @@ impl Observer for Progress {
 
     fn begin(&mut self, setup: &Setup<'_>, _: &Path) -> Result<(), ObserverError> {
         self.bar.set_length(setup.program_lines.into());
-        let style = ProgressStyle::with_template("{bar:30} line {pos}/{len}  {msg}  {eta} left")
+        let style = ProgressStyle::with_template("{prefix}{bar:30} line {pos}/{len}  {msg}  {eta} left")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         self.bar.set_style(style);
+        self.bar.set_prefix(self.name.clone());
         let cells = setup.stock.counts();
         tell!(
             "{}: {} lines; stock of {} x {} x {} cells, {:.0} MiB",
@@ -74,17 +86,18 @@ impl Observer for Progress {
             if self.told <= FIRST_FINDINGS {
                 let line = f.line.map_or_else(String::new, |l| format!("line {l}: "));
                 self.bar.suspend(|| {
-                    tell!("finding at {:.1} s: {line}{} [{}]", f.time_s.unwrap_or(batch.time), f.message, f.code)
+                    let (name, time) = (&self.name, f.time_s.unwrap_or(batch.time));
+                    tell!("{name}finding at {time:.1} s: {line}{} [{}]", f.message, f.code);
                 });
             } else if self.told == FIRST_FINDINGS + 1 {
-                self.bar.suspend(|| tell!("further findings are counted; all are in the report"));
+                self.bar.suspend(|| tell!("{}further findings are counted; all are in the report", self.name));
             }
         }
         self.bar.set_position(self.line.into());
         self.bar.set_message(format!("{:.0} s simulated, {} findings", batch.time, self.findings));
         if !self.terminal && self.last_line.elapsed().as_secs_f64() > LINE_EVERY_S {
             self.last_line = Instant::now();
-            tell!("line {}: {:.0} s simulated, {} findings", self.line, batch.time, self.findings);
+            tell!("{}line {}: {:.0} s simulated, {} findings", self.name, self.line, batch.time, self.findings);
         }
         Ok(())
     }

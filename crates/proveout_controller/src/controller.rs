@@ -25,7 +25,7 @@ use crate::{
     motion::{BlockPath, Context, Leaves, Position, Programmed},
     output::{BlockKind, Chunk, Event, MoveKind},
     path::{Frame, Path, PathBlock, Tolerance},
-    retime::Entry,
+    retime::{Entry, Stages},
     rig::Rig,
     servo::stage::ServoStage,
     settings::{Dynamics, Settings},
@@ -105,6 +105,8 @@ pub struct Controller<'m, I> {
     window: usize,
     /// Time of that part at its feeds, and the one at which it is planned next, s.
     window_time: (f64, f64),
+    /// Room of the searches for the tempo.
+    stages: Stages,
     out: Emitter,
     /// The drives, where they are simulated.
     servo: Option<Box<ServoStage<'m>>>,
@@ -170,6 +172,7 @@ where
             },
             window: settings.look_ahead_blocks,
             window_time: (0.0, bounds::WINDOW_SAMPLES * cycle),
+            stages: Stages::default(),
             settings,
             path: Path::default(),
             mapping,

@@ -54,7 +54,8 @@ mod stages;
 mod system;
 
 pub(crate) use self::grid::{Spot, jerk_along};
-use self::{grid::Probe, solved::Solved, stages::Stages};
+pub(crate) use self::stages::Stages;
+use self::{grid::Probe, solved::Solved};
 use crate::{
     path::{Frame, Path},
     profile::Law,
@@ -114,17 +115,21 @@ pub(crate) enum Settled {
 }
 
 /// Results of earlier rounds, and the places where samples passed limits outside of all regions.
-#[derive(Default)]
-pub(crate) struct Rounds {
+pub(crate) struct Rounds<'a> {
     known: Vec<Solved>,
     /// In the order of time.
     spots: Vec<Spot>,
     /// Stretches of time that run as in the first law, rising.
     cuts: Vec<[f64; 2]>,
-    stages: Stages,
+    stages: &'a mut Stages,
 }
 
-impl Rounds {
+impl<'a> Rounds<'a> {
+    /// No round yet; the searches have room from before.
+    pub(crate) fn new(stages: &'a mut Stages) -> Self {
+        Self { known: Vec::new(), spots: Vec::new(), cuts: Vec::new(), stages }
+    }
+
     /// Tightens the rows at these places, to be solved again; with `dips` lowers the tempo there at once, which always
     /// succeeds.
     pub(crate) fn slow_down(&mut self, spots: &[Spot], dips: bool) {
@@ -203,12 +208,12 @@ impl Rounds {
             let at_begin = region.from <= 0.0;
             let same = before.iter().position(|k| k.from == region.from && k.to == region.to);
             let known = match same {
-                Some(i) => before.swap_remove(i).repaired(&mut probe, &mut self.stages),
+                Some(i) => before.swap_remove(i).repaired(&mut probe, self.stages),
                 None => {
                     let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
                     let start = if at_begin { entry.square } else { [1.0, 0.0] };
                     let field = grid::field(&mut probe, &region, fixed, &self.spots);
-                    Solved::new((&mut probe, &mut self.stages), field, [region.from, region.to], start)
+                    Solved::new((&mut probe, self.stages), field, [region.from, region.to], start)
                 }
             };
             if region.from >= kept_until {

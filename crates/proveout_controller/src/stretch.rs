@@ -7,7 +7,7 @@ use crate::{
     path::{Frame, Path, Way},
     plan::{Cell, Node, Plan},
     profile::{Cursor, Law, PathState},
-    retime::{Course, Entry, Rounds, Settled, Spot, jerk_along},
+    retime::{Course, Entry, Rounds, Settled, Spot, Stages, jerk_along},
     watch::{Over, REACH, over_limits},
 };
 
@@ -169,7 +169,7 @@ pub(crate) fn plan(
     frame: &Frame<'_>,
     clock: Clock,
     v_start: f64,
-    entry: &Entry,
+    (entry, stages): (&Entry, &mut Stages),
     finish: bool,
 ) -> Outcome {
     let borders: Vec<f64> = std::iter::once(path.s_begin).chain(path.cells.iter().map(|c| c.s1)).collect();
@@ -194,7 +194,7 @@ pub(crate) fn plan(
             first_law.planned_time_at(borders[node.border], &mut Cursor::default())
         };
         let course = Course { path, frame, law: &first_law, cells: last.border, entry, rest };
-        let mut found = within_limits(&course, clock);
+        let mut found = within_limits(&course, clock, stages);
         if let Err((law, samples, _)) = &mut found
             && slowed == SLOWINGS
             && rest == [true, true]
@@ -248,9 +248,9 @@ fn slowest(law: &Law, borders: &[f64]) -> f64 {
 type Trial = (Law, Vec<Measured>, Vec<Over>);
 
 /// The fastest law that is found whose samples keep the limits; otherwise the last one that was tried.
-fn within_limits(course: &Course<'_>, clock: Clock) -> Result<(Law, Vec<Measured>), Trial> {
+fn within_limits(course: &Course<'_>, clock: Clock, stages: &mut Stages) -> Result<(Law, Vec<Measured>), Trial> {
     let Course { path, frame, rest, .. } = *course;
-    let mut rounds = Rounds::default();
+    let mut rounds = Rounds::new(stages);
     let (mut round, mut all) = (0, 0);
     let mut samples = Vec::new();
     loop {

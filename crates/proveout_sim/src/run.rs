@@ -16,6 +16,7 @@ use proveout_collision::Effort;
 use proveout_controller::{Chunk, Controller, RunError, Summary as PathSummary};
 use proveout_nc::{Command, Diagnostic};
 use proveout_stock::{Patch, TriDexel};
+use rayon::prelude::*;
 
 use crate::{
     cuts::Cuts,
@@ -180,7 +181,7 @@ fn run_with(
         told_of_axes.extend(axes.unchecked.iter().map(|u| format!("not looked at: {u}")));
     }
     show_mesh(&stock, &patches, &surveyed, &mut |part| {
-        tell(observers, &mut stages, |o| o.surface_mesh(&setup, &surveyed.shape, part))
+        tell_at_once(observers, &mut stages, &|o| o.surface_mesh(&setup, &surveyed.shape, part))
     })?;
     stages.surface += judging.elapsed().as_secs_f64() - (stages.record - recorded);
 
@@ -297,6 +298,19 @@ pub fn run_with_surface(
     let result = run(prepared, &mut observers, folder)?;
     let surface = std::mem::take(&mut *surface.lock().unwrap_or_else(PoisonError::into_inner));
     Ok((result, surface))
+}
+
+/// Tells all observers something beside each other, where that takes them long, and books the time; the fault of the first in their order is told.
+fn tell_at_once(
+    observers: &mut [Box<dyn Observer>],
+    stages: &mut Stages,
+    what: &(dyn Fn(&mut dyn Observer) -> Result<(), ObserverError> + Sync),
+) -> Result<(), SimError> {
+    let told = Instant::now();
+    let all: Vec<Result<(), ObserverError>> = observers.par_iter_mut().map(|o| what(o.as_mut())).collect();
+    all.into_iter().collect::<Result<(), ObserverError>>()?;
+    stages.record += told.elapsed().as_secs_f64();
+    Ok(())
 }
 
 /// Tells all observers something, and books the time.

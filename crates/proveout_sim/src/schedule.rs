@@ -11,7 +11,7 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::Machine;
 
 use crate::{
-    certificate::{blocks_of, certify},
+    certificate::{RunCertificate, blocks_of, certify},
     compare::{
         Role, StudyCurve, StudyFigure,
         motion::{FeedBlock, Motion, MotionCase},
@@ -118,6 +118,17 @@ pub struct ScheduleBound {
     pub gap_percent: Option<f64>,
 }
 
+impl ScheduleBound {
+    pub(crate) fn of(found: &RunCertificate) -> Self {
+        Self {
+            time: found.time_s,
+            original_time: found.original_time_s,
+            bound: found.bound_s,
+            gap_percent: found.gap_percent,
+        }
+    }
+}
+
 /// Blocks of each run of a motion.
 type Blocks<'a> = Vec<Option<&'a [FeedBlock]>>;
 
@@ -144,7 +155,8 @@ impl Schedule {
             Err(why) => Self { unknown: Some(why.to_string()), ..head },
             Ok([new, old]) => {
                 let motions = Motions { planned: [&new[1], &old[1]], ideal: [&new[0], &old[0]] };
-                head.with(&made.runs, &prepared.machine, motions, &prepared.changed_limits)
+                let bounds = bounds(&made.runs, motions, &prepared.changed_limits);
+                head.with(&made.runs, &prepared.machine, motions, bounds)
             }
         })
     }
@@ -161,31 +173,39 @@ impl Schedule {
         })
     }
 
-    /// Adds the runs from the motions.
+    /// Adds the runs from the motions, with the time and bound of each.
     pub(crate) fn with<'a>(
         mut self,
         runs: &[ReprogrammedRun],
         machine: &Machine,
         motions: Motions<'a>,
-        changed_limits: &[ChangedLimit],
+        bounds: Vec<Result<ScheduleBound, String>>,
     ) -> Self {
-        let [planned, ideal] =
-            [motions.planned, motions.ideal].map(|of| of.map(|motion| blocks_of(&motion.blocks, runs)));
-        for (k, run) in runs.iter().enumerate() {
+        let [new, old] = motions.ideal.map(|motion| blocks_of(&motion.blocks, runs));
+        let times = blocks_of(&motions.planned[0].blocks, runs);
+        for (k, (run, bound)) in runs.iter().zip(bounds).enumerate() {
             let at = |list: &Blocks<'a>| list.get(k).copied().flatten();
-            let (times, new, old) = (at(&planned[0]), at(&ideal[0]), at(&ideal[1]));
-            let bound = certify(run, |_| 0, times, at(&planned[1]), changed_limits).map(|found| ScheduleBound {
-                time: found.time_s,
-                original_time: found.original_time_s,
-                bound: found.bound_s,
-                gap_percent: found.gap_percent,
-            });
+            let (times, new, old) = (at(&times), at(&new), at(&old));
             if let (Some(times), Some(new), Some(old)) = (times, new, old) {
                 self.runs.push(scheduled(run, machine, times, [old, new], bound));
             }
         }
         self
     }
+}
+
+/// Time and bound of each run.
+fn bounds(
+    runs: &[ReprogrammedRun],
+    motions: Motions<'_>,
+    changed_limits: &[ChangedLimit],
+) -> Vec<Result<ScheduleBound, String>> {
+    let [new, old] = motions.planned.map(|motion| blocks_of(&motion.blocks, runs));
+    let pairs = runs.iter().zip(new.into_iter().zip(old));
+    let bound = |(run, (new, old)): (&ReprogrammedRun, _)| {
+        certify(run, |_| 0, new, old, changed_limits).map(|found| ScheduleBound::of(&found))
+    };
+    pairs.map(bound).collect()
 }
 
 fn scheduled(

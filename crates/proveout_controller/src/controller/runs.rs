@@ -101,7 +101,8 @@ where
     pub(super) fn commit(&mut self, finish: bool, open: bool) -> bool {
         let frame = self.device.frame(self.mapping);
         let grid = self.out.grid();
-        match stretch::plan(&mut self.path, &frame, grid, self.begin.speed, &self.begin.entry, finish) {
+        let begin = (&self.begin.entry, &mut self.stages);
+        match stretch::plan(&mut self.path, &frame, grid, self.begin.speed, begin, finish) {
             Outcome::Planned(stretch) => self.emit(*stretch, open),
             // Tried again when there is more to see, so that the cost stays linear.
             Outcome::NotYet => {

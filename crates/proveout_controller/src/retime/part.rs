@@ -234,7 +234,9 @@ impl Part {
     /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones elsewhere.
     pub(super) fn begin(&self, c: &[f64], mu: f64, before: Option<&Before<'_>>, work: &mut Work) {
         work.single.clear();
+        work.single.reserve(self.speed.len());
         work.pairs.clear();
+        work.pairs.reserve(self.even.len() + self.jerk.len());
         for bundle in &self.bundles {
             let u = bundle.unknowns(c);
             for at in bundle.slots.clone() {

@@ -32,9 +32,9 @@ const BESIDE: usize = 6;
 /// The same, where that does not succeed.
 const FAR_BESIDE: usize = 30;
 
-/// Searches with their room, for one problem after the other.
+/// Searches with their room, for one problem after the other: what a search has grown to is not asked of the system again.
 #[derive(Default)]
-pub(super) struct Stages {
+pub(crate) struct Stages {
     now: Search,
     before: Search,
     local: Search,

@@ -53,7 +53,9 @@ fn zigzag(frame: &Frame<'_>, blocks: u32) -> Path {
 fn first_window(frame: &Frame<'_>) -> (Path, Stretch, Clock) {
     let mut path = zigzag(frame, 60);
     let start = Clock { cycle: 0.002, start: 0.0, before: [JointValues::ZERO; REACH] };
-    let Outcome::Planned(stretch) = plan(&mut path, frame, start, 0.0, &Entry::default(), false) else {
+    let Outcome::Planned(stretch) =
+        plan(&mut path, frame, start, 0.0, (&Entry::default(), &mut Stages::default()), false)
+    else {
         panic!("the first window is planned")
     };
     path.drop_before(stretch.s_end, stretch.cells);
@@ -76,9 +78,15 @@ fn where_a_window_fails_the_reserve_leads_to_rest_within_the_limits() {
         (low.velocity[i], low.rapid[i]) = (0.02 * low.velocity[i], 0.02 * low.rapid[i]);
     }
     let weak = frame(&machine, &low);
-    assert!(matches!(plan(&mut path, &weak, clock, stretch.v_end, &stretch.entry, false), Outcome::Failed));
+    assert!(matches!(
+        plan(&mut path, &weak, clock, stretch.v_end, (&stretch.entry, &mut Stages::default()), false),
+        Outcome::Failed
+    ));
     path.finish(&frame_as_it_was);
-    assert!(matches!(plan(&mut path, &weak, clock, stretch.v_end, &stretch.entry, true), Outcome::Failed));
+    assert!(matches!(
+        plan(&mut path, &weak, clock, stretch.v_end, (&stretch.entry, &mut Stages::default()), true),
+        Outcome::Failed
+    ));
     let reserve = stretch.reserve.expect("a reserve").stretch(&path, &frame_as_it_was, clock);
     let stands = reserve.samples.last().map(|m| m.q);
     assert!(
@@ -101,7 +109,10 @@ fn where_a_window_fails_the_reserve_leads_to_rest_within_the_limits() {
     let before = [n - 2, n - 1, n - 1].map(|k| reserve.samples[k].q);
     path.drop_before(reserve.s_end, reserve.cells);
     let clock = Clock { start: clock.start + reserve.law.duration, before, ..clock };
-    assert!(matches!(plan(&mut path, &frame_as_it_was, clock, 0.0, &Entry::default(), true), Outcome::Planned(_)));
+    assert!(matches!(
+        plan(&mut path, &frame_as_it_was, clock, 0.0, (&Entry::default(), &mut Stages::default()), true),
+        Outcome::Planned(_)
+    ));
 }
 
 #[test]
@@ -135,7 +146,9 @@ fn from_rest_to_rest_a_law_is_always_found() {
             (low.acceleration[i], low.jerk[i]) = (a * low.acceleration[i], j * low.jerk[i]);
         }
         let weak = frame(&machine, &low);
-        let Outcome::Planned(stretch) = plan(&mut path, &weak, start, 0.0, &Entry::default(), true) else {
+        let Outcome::Planned(stretch) =
+            plan(&mut path, &weak, start, 0.0, (&Entry::default(), &mut Stages::default()), true)
+        else {
             panic!("{v} {a} {j}")
         };
         let over = start.over_limits(&path, &weak, &stretch.samples, true, PROMISED);

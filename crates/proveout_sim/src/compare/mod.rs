@@ -57,7 +57,7 @@ use crate::{
     prepare::{Choice, Prepared},
     run::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
-    schedule::{Motions, Schedule},
+    schedule::{Motions, Schedule, ScheduleBound},
     shape::Shape,
     surface_map::SurfaceMap,
     verdict::Verdict,
@@ -118,12 +118,15 @@ struct Entry {
     motion: Option<Motion>,
     ideal: Option<Motion>,
     over_velocity: Vec<GainAtLimit>,
+    /// Time and bound of each of `runs`, once the motion is known.
+    bounds: Vec<Result<ScheduleBound, String>>,
     run: Option<Ran>,
 }
 
 /// How far the stretch of a made program is from the best schedule.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Gap {
+    bound: Result<ScheduleBound, String>,
     figures: Vec<StudyFigure>,
     curves: Vec<StudyCurve>,
     over_velocity: Vec<GainAtLimit>,
@@ -187,7 +190,9 @@ impl Comparing {
             };
             Entry::new(Prepared::read(path, &choice)?, name)
         };
-        let entries = names.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        // Beside each other, since methods take their time; the first fault in the order of the scene is told.
+        let entries: Vec<Result<Entry, SimError>> = names.par_iter().map(read).collect();
+        let entries = entries.into_iter().collect::<Result<Vec<_>, _>>()?;
         let blade = scene.file.part.as_ref().and_then(|p| p.blade);
         let shape = blade.map(|b| Shape::of_scene(&scene, &b, 0.0)).transpose()?;
         let own = scene.file.resolution_mm.get_ref().edges();
@@ -292,10 +297,10 @@ impl Comparing {
 
     /// Adds to what methods tell of their work how far it is from the best schedule.
     fn tell_gaps(&mut self) {
-        for index in 0..self.entries.len() {
-            let mut gaps = self.gaps(&self.entries[index]);
-            let entry = &mut self.entries[index];
+        let all: Vec<Vec<Gap>> = self.entries.par_iter().map(|entry| self.gaps(entry)).collect();
+        for (entry, mut gaps) in self.entries.iter_mut().zip(all) {
             entry.over_velocity = gaps.first_mut().map_or_else(Vec::new, |gap| std::mem::take(&mut gap.over_velocity));
+            entry.bounds = gaps.iter().map(|gap| gap.bound.clone()).collect();
             for (study, Gap { figures, curves, .. }) in entry.studies.iter_mut().zip(gaps) {
                 study.figures.retain(|f| !figures.iter().any(|own| own.name == f.name));
                 study.figures.extend(figures);
@@ -314,8 +319,12 @@ impl Comparing {
         let pairs = blocks_of(&new.blocks, &entry.runs).into_iter().zip(blocks_of(&old.blocks, &entry.runs));
         let figure = |name: &str, unit: &str, value: f64| StudyFigure { name: name.into(), unit: unit.into(), value };
         let runs = entry.runs.iter().zip(pairs).map(|(run, (new, old))| {
-            let Ok(found) = certify(run, |_| 0, new, old, &entry.changed_limits) else {
-                return Gap::default();
+            let found = match certify(run, |_| 0, new, old, &entry.changed_limits) {
+                Ok(found) => found,
+                Err(why) => {
+                    let (figures, curves, over_velocity) = (Vec::new(), Vec::new(), Vec::new());
+                    return Gap { bound: Err(why), figures, curves, over_velocity };
+                }
             };
             // A method of two angles has no channel: its bound is about axes that stray no farther than its own.
             let bound = match &found.cells {
@@ -339,7 +348,8 @@ impl Comparing {
                 })
             });
             let over_velocity = over_velocity.collect();
-            Gap { figures, curves: found.joints.iter().flat_map(gain_curves).collect(), over_velocity }
+            let curves = found.joints.iter().flat_map(gain_curves).collect();
+            Gap { bound: Ok(ScheduleBound::of(&found)), figures, curves, over_velocity }
         });
         runs.collect()
     }
@@ -411,7 +421,7 @@ impl Comparing {
             planned: [entry.motion.as_ref()?, source.motion.as_ref()?],
             ideal: [entry.ideal.as_ref()?, source.ideal.as_ref()?],
         };
-        Some(Schedule::head(prepared)?.with(&entry.runs, &entry.case.machine, motions, &entry.changed_limits))
+        Some(Schedule::head(prepared)?.with(&entry.runs, &entry.case.machine, motions, entry.bounds.clone()))
     }
 
     /// Begin and end of a program's cutting stretch, and of the part of it that is shown closely, s of the program; none
@@ -478,6 +488,7 @@ impl Entry {
             motion: None,
             ideal: None,
             over_velocity: Vec::new(),
+            bounds: Vec::new(),
             run: None,
         })
     }

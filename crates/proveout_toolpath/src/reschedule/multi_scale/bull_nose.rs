@@ -16,9 +16,13 @@
 use proveout_geom::Vector;
 use proveout_tool::{Profile, Segment};
 
+use super::judge::root;
+
 /// Steps in which the rim of a strip is looked for, mm, and how far at most.
 const RIM_STEP: f64 = 0.05;
 const RIM_MOST: f64 = 10.0;
+/// How near to its place a rim is found, mm.
+const RIM_CLOSE: f64 = 1e-12;
 
 /// The cutting end: a circle of corner centers thickened by the corner radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,22 +119,19 @@ impl BullNose {
 
     fn rims(&self, surface: &dyn Fn(f64) -> f64, h: f64, outside: &dyn Fn(Vector) -> f64) -> Option<[f64; 2]> {
         let above = |y: f64| outside(Vector::new(0.0, y, surface(y) + h));
-        if above(0.0) >= 0.0 {
+        let begin = above(0.0);
+        if begin >= 0.0 {
             return None;
         }
         let rim = |side: f64| {
-            let mut inner = 0.0;
+            let (mut inner, mut below) = (0.0, begin);
             while inner < RIM_MOST {
                 let outer = inner + RIM_STEP;
-                if above(side * outer) > 0.0 {
-                    let (mut low, mut high) = (inner, outer);
-                    for _ in 0..40 {
-                        let middle = 0.5 * (low + high);
-                        if above(side * middle) > 0.0 { high = middle } else { low = middle }
-                    }
-                    return Some(low);
+                let next = above(side * outer);
+                if next > 0.0 {
+                    return Some(root([inner, outer], [below, next], RIM_CLOSE, |y| above(side * y)));
                 }
-                inner = outer;
+                (inner, below) = (outer, next);
             }
             None
         };

@@ -15,7 +15,7 @@ const LEAST: f64 = 0.5 * std::f64::consts::PI / 180.0;
 const MOST: f64 = 60.0 * std::f64::consts::PI / 180.0;
 /// A relative curvature below this gouges, 1/mm: rounding.
 const GOUGE: f64 = -1e-9;
-/// How narrow a bracket about a root is, radian.
+/// How narrow a bracket about a root is, radian: a thousandth of a second of arc.
 const ROOT: f64 = 5e-9;
 /// Steps of a bisection over them.
 const STEPS: usize = 30;
@@ -111,10 +111,10 @@ impl Judge {
         let at = [rough(low), rough(high)];
         if at[0] > 0.0 {
             let least = rough(LEAST);
-            let up_to = if least > 0.0 { LEAST } else { root([LEAST, low], [least, at[0]], rough) };
+            let up_to = if least > 0.0 { LEAST } else { root([LEAST, low], [least, at[0]], ROOT, rough) };
             return [low, up_to.min(low - 1e-9)];
         }
-        [low, if at[1] > 0.0 { root([low, high], at, rough) } else { high }]
+        [low, if at[1] > 0.0 { root([low, high], at, ROOT, rough) } else { high }]
     }
 
     fn width(&self, t: &Vector) -> Option<f64> {
@@ -210,16 +210,16 @@ fn crossing([from, to]: [f64; 2], rule: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// Where a function that rises through zero between two places has its root, from below, to a thousandth of a second of arc: the Illinois
+/// Where a function that rises through zero between two places, with its values there, has its root, from below, within `close`: the Illinois
 /// rule.
-fn root([mut a, mut b]: [f64; 2], [mut fa, mut fb]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn root([mut a, mut b]: [f64; 2], [mut fa, mut fb]: [f64; 2], close: f64, f: impl Fn(f64) -> f64) -> f64 {
     let mut kept = 0;
     for _ in 0..60 {
-        if b - a < ROOT {
+        if b - a < close {
             break;
         }
         // Within the bracket, so that a flat function ends as well.
-        let c = ((a * fb - b * fa) / (fb - fa)).clamp(a + 0.25 * ROOT, b - 0.25 * ROOT);
+        let c = ((a * fb - b * fa) / (fb - fa)).clamp(a + 0.25 * close, b - 0.25 * close);
         let fc = f(c);
         if fc > 0.0 {
             (b, fb) = (c, fc);
