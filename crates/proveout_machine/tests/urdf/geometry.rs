@@ -122,7 +122,8 @@ fn meshes_are_scaled_to_millimeters() {
     assert!(lost.message.contains("is not there") && lost.remedy.contains("package") && lost.line == 1, "{lost}");
     let lost = desk.import(&mill("", &of("nowhere.stl", "1 1 1")), &between("c", "table")).expect_err("not there");
     assert!(lost.message.contains("nowhere.stl"), "{lost}");
-    std::fs::write(desk.path("broken.stl"), "solid\nfacet").expect("written");
+    // Five triangles are announced, and none is there.
+    std::fs::write(desk.path("broken.stl"), [&[0; 80][..], &[5, 0, 0, 0]].concat()).expect("written");
     let broken = desk.import(&mill("", &of("broken.stl", "1 1 1")), &between("c", "table")).expect_err("no mesh");
     assert!(broken.message.contains("broken.stl"), "{broken}");
 }
