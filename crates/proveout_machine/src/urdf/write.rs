@@ -107,19 +107,19 @@ pub(super) fn kinematics(
     let table = Point::from(tree.poses[ends.table].translation);
     let [tool_name, table_name] = [ends.tool, ends.table].map(|l| robot.links[l].name.as_str());
     let link = |what: &str, name: &str, frame: &str, stated: bool| {
-        let frame = if stated { String::new() } else { format!(", and the z of its frame {frame} (chosen)") };
+        let frame = if stated { String::new() } else { format!(", and the z of its frame {frame}") };
         format!("{what} is the origin of link {}{frame}", shown(name))
     };
     notes.push(link(
         "the middle of the gauge line",
         tool_name,
-        "points into the spindle: else --tool-direction",
+        "points into the spindle (chosen; else --tool-direction)",
         ends.stated[0],
     ));
     notes.push(link(
         "the middle of the clamping surface",
         table_name,
-        "points out of it: else --table-normal",
+        "points out of it (chosen; else --table-normal)",
         ends.stated[1],
     ));
     let chosen = |stated: bool, key: &str| {

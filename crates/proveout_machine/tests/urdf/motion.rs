@@ -68,11 +68,11 @@ fn compare(
             &root_from_table_at_zero,
             &times(&undone(&root_from_table_at_zero), &root_from_link(all, tool, &BTreeMap::new())),
         );
-        for r in 0..3 {
-            for c in 0..3 {
+        for (r, of_link) in wanted.iter().enumerate().take(3) {
+            for (c, of_link_at_zero) in wanted_at_zero.iter().enumerate().take(3) {
                 // R_KS(q) R_KS(0)^T is the turn of the tool in K on both sides.
                 let of_machine: f64 = (0..3).map(|k| pose.rotation[(r, k)] * at_zero.rotation[(c, k)]).sum();
-                let of_file: f64 = (0..3).map(|k| wanted[r][k] * wanted_at_zero[c][k]).sum();
+                let of_file: f64 = of_link.iter().zip(of_link_at_zero).take(3).map(|(a, b)| a * b).sum();
                 assert!((of_machine - of_file).abs() < 1e-9, "{state:?}");
             }
         }
