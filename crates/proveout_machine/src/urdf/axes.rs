@@ -339,7 +339,7 @@ mod tests {
         ] {
             assert_eq!(letter_of(name), Some(letter), "{name}");
         }
-        for name in ["joint_1", "x_to_y", "X1", "xaxis", "", "_", "Achse", "q", "table"] {
+        for name in ["joint_1", "x_to_y", "X1", "xaxis", "", "_", "axle", "q", "table"] {
             assert_eq!(letter_of(name), None, "{name}");
         }
     }

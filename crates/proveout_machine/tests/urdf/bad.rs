@@ -41,8 +41,8 @@ fn each_fault_is_told_where_it_stands() {
         (changed("<link name=\"beam\">", "<link name=\" \">"), "is no name"),
         (changed("<child link=\"saddle\"/>", ""), "joint \"x_axis\" has no <child>"),
         (
-            changed("<child link=\"saddle\"/>", "<child link=\"sadle\"/>"),
-            "the child \"sadle\" of joint \"x_axis\" is no link",
+            changed("<child link=\"saddle\"/>", "<child link=\"sledge\"/>"),
+            "the child \"sledge\" of joint \"x_axis\" is no link",
         ),
         (
             changed("<parent link=\"bed\"/><child link=\"beam\"/>", "<parent link=\"spindle\"/><child link=\"beam\"/>"),
@@ -141,8 +141,8 @@ fn what_the_caller_leaves_open_is_asked() {
     assert!(one.contains("which link carries the tool;") && !one.contains("--table-link"), "{one}");
     let table = || between("spindle", "table");
     for (options, word) in [
-        (between("spindel", "table"), "--tool-link \"spindel\": the file has no such link"),
-        (between("spindle", "tisch"), "--table-link \"tisch\""),
+        (between("spindle_2", "table"), "--tool-link \"spindle_2\": the file has no such link"),
+        (between("spindle", "plate"), "--table-link \"plate\""),
         (between("table", "table"), "cannot carry tool and workpiece"),
         (between("bearings", "bed"), "no joint moves the tool against the workpiece"),
         (between("cradle", "bearings"), "0 joints slide and 1 turn"),
