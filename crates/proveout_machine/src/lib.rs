@@ -68,6 +68,7 @@ mod structure;
 mod table;
 #[cfg(test)]
 mod testing;
+mod urdf;
 mod zero_at_home;
 
 pub use description::machine_schema;
@@ -86,3 +87,4 @@ pub use mass::BodyMass;
 pub use pairs::{PairCare, PairRule, TOOL_PARTS};
 pub use platform::{Leg, Platform, PlatformError, TurnShift};
 pub use table::{Direction, TableError, kinematics_csv};
+pub use urdf::{UrdfOptions, import_urdf};

@@ -20,6 +20,8 @@ pub struct ImportedMachine {
     pub text: String,
     /// What the file tells and the machine does not hold, and what must be looked at first.
     pub notes: Vec<String>,
+    /// Bytes of the model file that the text names as `model.glb`.
+    pub model: Option<Vec<u8>>,
 }
 
 /// Keys of a section, each with its value and line.
@@ -212,7 +214,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         middle('X'),
         middle('Y'),
     );
-    Ok(ImportedMachine { text, notes })
+    Ok(ImportedMachine { text, notes, model: None })
 }
 
 /// Section of the joint that an axis moves: by its place in the coordinates.

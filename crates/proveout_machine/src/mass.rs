@@ -168,7 +168,7 @@ fn spread((volume, center, over_density): (f64, Point, Matrix3<f64>), mass: f64)
 }
 
 /// True for the tensor of a body: positive, and no principal value above the sum of the others (within rounding).
-fn is_inertia(tensor: &Matrix3<f64>) -> bool {
+pub(crate) fn is_inertia(tensor: &Matrix3<f64>) -> bool {
     if !tensor.iter().all(|v| v.is_finite()) {
         return false;
     }

@@ -27,7 +27,7 @@ pub(crate) enum Command {
     New(NewArgs),
     /// Write the tool library of another program (Fusion 360, LinuxCNC, CAMotics, CSV, G10 offsets) as one of this
     Tools(ToolsArgs),
-    /// Write a machine from the INI file of a LinuxCNC configuration, as a start: what it does not tell is marked as chosen
+    /// Write a machine from the INI file of a LinuxCNC configuration or from a URDF file, as a start: what it does not tell is marked as chosen
     Machine(MachineArgs),
     /// Run a program of a scene on the twin and write the run folder
     Run(RunArgs),

@@ -78,12 +78,34 @@ pub(crate) struct ToolsArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "A URDF file (.urdf, .xml) knows places, axes and limits of joints, and shapes of links; --tool-link and --table-link say which of them are \
+                        the two ends of the machine. Joints between them get the letter that their name tells (X, x_axis, joint_B)."
+)]
 pub(crate) struct MachineArgs {
-    /// INI file of a LinuxCNC configuration
+    /// INI file of a LinuxCNC configuration, or a URDF file
     pub(crate) file: PathBuf,
-    /// Linear axes that carry the table, such as XY (default: none, all carry the tool)
+    /// INI file: linear axes that carry the table, such as XY (default: none, all carry the tool)
     #[arg(long, value_name = "LETTERS")]
     pub(crate) table_axes: Option<String>,
+    /// URDF: link that carries the tool; its origin is the middle of the gauge line
+    #[arg(long, value_name = "NAME")]
+    pub(crate) tool_link: Option<String>,
+    /// URDF: link that carries the workpiece; its origin is the middle of the clamping surface
+    #[arg(long, value_name = "NAME")]
+    pub(crate) table_link: Option<String>,
+    /// URDF: letters of joints whose names tell none, such as joint_1=X,joint_2=C
+    #[arg(long, value_name = "JOINT=LETTER,...")]
+    pub(crate) axis_names: Option<String>,
+    /// URDF: axes that the control counts against the joint of the file, such as X,C
+    #[arg(long, value_name = "LETTERS")]
+    pub(crate) reverse: Option<String>,
+    /// URDF: axis of the tool link that points from the tool into the spindle: x, -x, y, -y, z, -z (default: z)
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub(crate) tool_direction: Option<String>,
+    /// URDF: axis of the table link that points out of the clamping surface, likewise (default: z)
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub(crate) table_normal: Option<String>,
     /// Folder that is made; one that is there is refused
     #[arg(long, value_name = "DIR")]
     pub(crate) output: PathBuf,

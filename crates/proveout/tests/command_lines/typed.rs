@@ -30,6 +30,7 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("machine", "", "FILE", "tests/first-part/bench.ini"),
     ("machine", "--output", "DIR", "made-machine"),
     ("machine", "--table-axes", "XY", "XY"),
+    ("machine", "--reverse", "Y,C", "Y,C"),
     ("nc", "", "PROGRAM", "part/main.mpf"),
     ("nc --dialect", "", "PROGRAM", "part/fanuc.nc"),
     ("nc", "--post", "DIALECT", "fanuc"),

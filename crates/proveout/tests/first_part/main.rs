@@ -4,6 +4,7 @@ mod desk;
 mod foreign;
 mod posts;
 mod strangers;
+mod urdf;
 
 use std::{
     fs,
