@@ -134,9 +134,9 @@ fn a_program_that_sets_its_own_zero_is_mounted_there() {
         believable(&verdict);
         verdict["removal"]["volume_mm3"].as_f64().expect("a volume")
     };
-    // A slot of 16 x 4 x 80 mm.
+    // A slot of 16 x 4 x 80 mm, 50 cells wide.
     let volume = cut("g10");
-    assert!((volume / 5120.0 - 1.0).abs() < 0.02, "{volume}");
+    assert!((volume / 5120.0 - 1.0).abs() < 0.04, "{volume}");
     // By the place where the machine stands.
     desk.write(
         "g92.nc",
@@ -145,12 +145,12 @@ fn a_program_that_sets_its_own_zero_is_mounted_there() {
     let told = desk.done(&format!("new g92.nc {MILL} --output g92"));
     assert!(told.contains("as the program says") && told.contains("G92"), "{told}");
     let volume = cut("g92");
-    assert!((volume / 5120.0 - 1.0).abs() < 0.02, "{volume}");
+    assert!((volume / 5120.0 - 1.0).abs() < 0.04, "{volume}");
     // Without a length the tip hangs below.
     desk.write("bare.nc", &fs::read_to_string(desk.path("g92.nc")).expect("there").replace("G43 H1 ", ""));
     desk.done(&format!("new bare.nc {MILL} --output bare"));
     let volume = cut("bare");
-    assert!((volume / 5120.0 - 1.0).abs() < 0.02, "{volume}");
+    assert!((volume / 5120.0 - 1.0).abs() < 0.04, "{volume}");
 }
 
 #[test]
@@ -183,7 +183,12 @@ fn words_of_other_controls_are_read_or_lead_on() {
                X=VC1\nG0 Z5.\nM2\n";
     desk.write("plate.min", osp);
     assert!(desk.done("check plate.min --control okuma-osp").contains("in order"));
-    desk.refused("check plate.min", &["`DEF WORK` is a word of Okuma OSP", "okuma-osp"]);
+    let other = told(&desk.call("check plate.min"));
+    assert!(other.contains("`DEF WORK` is a word of Okuma OSP") && other.contains("okuma-osp"), "{other}");
+    // A subprogram by its name, in a file of its own.
+    desk.write("side.min", "O0708\nG15 H1\nT1 M6\nS4500 M3\nG0 X-1. Y0.\nG56 H1 Z1.\nCALL OPROF\nM2\n");
+    desk.write("OPROF.SUB", "OPROF\nG1 Z-.2 F20.\nX5.\nG0 Z5.\nRTS\n");
+    assert!(desk.done("check side.min --control okuma-osp").contains("in order"));
     desk.write("end.nc", "O1\nG21 G90\n#1=1\nWHILE [#1 LT 3] DO1\nG1 X#1 F100.\n#1=#1+1\nEND\nM30\n");
     desk.refused("check end.nc", &["write DO 1 and END 1"]);
     desk.write("carbide.nc", "%\nG90\nG21\nM0 ;T201\nM3 S18000\nG0 X20 Y20\nZ0.5\nG1 Z-2 F300\nX80\nM2\n%\n");
@@ -218,6 +223,11 @@ fn files_that_are_no_program_are_told_so() {
     );
     let told = desk.done(&format!("new part.cls {MILL} --output part"));
     assert!(told.contains("read in millimeters") && told.contains("UNITS/INCHES"), "{told}");
+    // What the note says, as it is typed.
+    let text = fs::read_to_string(desk.path("part.cls")).expect("there");
+    desk.write("inch.cls", &format!("UNITS/INCHES\n{text}"));
+    let told = desk.done(&format!("new inch.cls {MILL} --output inch"));
+    assert!(told.contains("unit: inch") && told.contains("T1: flat D19.05"), "{told}");
 }
 
 #[test]

@@ -304,7 +304,7 @@ fn unit_of(text: &ProgramText, dialect: Dialect) -> Option<(LengthUnit, String)>
         Dialect::Siemens840d => &[("G700", Inch), ("G710", Millimeter), ("G70", Inch), ("G71", Millimeter)],
         Dialect::Heidenhain => &[(" INCH", Inch), (" MM", Millimeter)],
         Dialect::HeidenhainIso => &[("G70", Inch), ("G71", Millimeter)],
-        Dialect::Apt => &[("INCH", Inch), ("MM", Millimeter)],
+        Dialect::Apt => &[("INCHES", Inch), ("INCH", Inch), ("MM", Millimeter)],
         _ => &[("G20", Inch), ("G21", Millimeter)],
     };
     let told = first_unit(text, dialect, words);

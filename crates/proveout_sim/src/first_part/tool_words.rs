@@ -153,9 +153,11 @@ const HEADS: [&str; 13] = [
 /// A draft with what words tell: kind, teeth, diameter, corner radius.
 fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolDraft> {
     let kind = tool_kind_of_words(text);
-    let told = behind_word(upper, &["D=", "DIA.", "DIAMETER", "DIAM.", "DIAM", "DIA", "TOOL DIA. -", "\u{d8}", "FI"])
-        .or_else(|| behind_letter(upper, 'D'))
-        .and_then(|rest| length_at(rest, unit));
+    let told = before_dia(upper, unit).or_else(|| {
+        behind_word(upper, &["D=", "DIA.", "DIAMETER", "DIAM.", "DIAM", "DIA", "TOOL DIA. -", "\u{d8}", "FI"])
+            .or_else(|| behind_letter(upper, 'D'))
+            .and_then(|rest| length_at(rest, unit))
+    });
     let threads =
         kind.and_then(|(_, why)| why).is_some_and(|why| why.contains("a tap") || why.contains("a thread mill"));
     let diameter = told.or_else(|| kind.and_then(|(kind, _)| size_in_words(upper, unit, kind, threads)));
@@ -263,6 +265,21 @@ fn size_in_words(upper: &str, unit: f64, kind: &str, threads: bool) -> Option<f6
         return beside.or(Some(by_name));
     }
     lone_size(upper, unit, threads).filter(|d| *d <= largest)
+}
+
+/// `0.375 DIA 4FL`: the number before, mm, where what stands behind is none of the diameter (`DIA. - .25`, `DIA=8`).
+fn before_dia(upper: &str, unit: f64) -> Option<f64> {
+    upper.match_indices("DIA").find_map(|(at, _)| {
+        let rest = upper[at + "DIA".len()..].trim_start_matches("METER");
+        let behind =
+            rest.starts_with(|c: char| c.is_alphanumeric()) || rest.trim_start().starts_with(['.', '=', ':', '-']);
+        let before = upper[..at].trim_end();
+        let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '/');
+        let digits = before.trim_end_matches("MM").trim_end_matches('"').trim_end();
+        let from = digits.trim_end_matches(number).len();
+        let alone = from < digits.len() && !digits[..from].ends_with(|c: char| c.is_alphanumeric() || c == '-');
+        (!behind && alone && upper[..at].ends_with(' ')).then(|| length_at(&before[from..], unit))?
+    })
 }
 
 /// Words of a comment, without what stands between them.
@@ -561,7 +578,7 @@ mod tests {
     #[test]
     fn a_size_is_never_taken_from_what_counts_something_else() {
         type Case<'a> = (&'a str, f64, Option<u32>, Option<&'a str>, f64);
-        let cases: [Case<'_>; 13] = [
+        let cases: [Case<'_>; 15] = [
             ("T2 | NO. 7 DRILL | H2", 25.4, Some(2), Some("drill"), 0.201 * 25.4),
             ("T2 #7 DRILL .201", 25.4, Some(2), Some("drill"), 0.201 * 25.4),
             ("F DRILL", 25.4, None, Some("drill"), 0.257 * 25.4),
@@ -575,6 +592,8 @@ mod tests {
             ("T1 .500 EM", 25.4, Some(1), Some("flat"), 12.7),
             ("1/2 EM CRB 4FL 1 LOC", 25.4, None, Some("flat"), 12.7),
             ("TOOL 12MM ENDMILL", 1.0, None, Some("flat"), 12.0),
+            ("OPER: 1  TOOL: 3  0.375 DIA 4FL END MILL", 25.4, Some(3), Some("flat"), 9.525),
+            ("T3 12MM DIA END MILL", 25.4, Some(3), Some("flat"), 12.0),
         ];
         for (text, unit, number, kind, diameter) in cases {
             let (n, draft) = comment(text, unit);
