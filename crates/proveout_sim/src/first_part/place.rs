@@ -352,13 +352,15 @@ pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
         (true, true) => Fit::Fits,
         _ if like(&scaled) && meets(&scaled) => Fit::InInch,
         // A hole in a large plate: no part is smaller than its cuts, and in inches it holds them.
-        _ if own * SAME_SIZE < other && holds(&scaled) => Fit::InInch,
+        _ if own * 25.4 < LARGEST_TO_CUTS * other && holds(&scaled) => Fit::InInch,
         // No part is larger than what it is cut from, and none that a machine cuts has less than a millimeter.
         (true, false) if own < SAME_SIZE * other && own >= LEAST_PART_MM => Fit::Fits,
         _ => Fit::Off,
     }
 }
 
+/// A part in inches that is so many times larger than its cuts is none: a design in millimeters that is a little smaller than they are.
+const LARGEST_TO_CUTS: f64 = 5.0;
 /// Largest edge below which no design is a part, mm.
 const LEAST_PART_MM: f64 = 1.0;
 /// Units that designs come in by mistake: factor to millimeters, and what its numbers are then.
