@@ -1,6 +1,7 @@
 //! Findings for gouged areas and areas with material left.
 
 use proveout_surface::Area;
+use proveout_tool::ToolLibrary;
 
 use crate::{
     engine::Facts,
@@ -34,6 +35,14 @@ pub(crate) fn judge_areas(
         for area in told {
             let mut f = of_area(code, words[0], area, [limit, floor]);
             f.block = area.made_by.and_then(|p| facts.block_of_piece.get(p as usize)).copied();
+            let round = f.block.and_then(|b| facts.envelopes.get(&b)).and_then(|t| prepared.tools.tools.get(*t));
+            if let Some(tool) = round {
+                f.message += &format!(
+                    "; {} cuts here as the cylinder round it ({ENVELOPE}): where the design has the hole before the thread, the depth of the \
+                     thread is no fault",
+                    tool.name
+                );
+            }
             if let Some((file, line)) = f.block.and_then(|b| facts.places.get(b as usize)).and_then(Option::as_ref) {
                 (f.file, f.line) = (Some(file.to_string()), Some(*line));
             }
@@ -56,6 +65,15 @@ pub(crate) fn judge_areas(
             log.push(f);
         }
     }
+}
+
+/// What a tool is that has a cylinder in place of its teeth.
+const ENVELOPE: &str = "a cylinder of its diameter is its envelope";
+
+/// Whether a tool cuts as the cylinder round it: a tap, a thread mill.
+pub(crate) fn is_envelope(tools: &ToolLibrary, index: usize) -> bool {
+    let threads = |why: &str| why.contains(ENVELOPE) && (why.contains("a tap: ") || why.contains("a thread mill: "));
+    tools.notes.get(index).is_some_and(|n| n.chosen.iter().any(|(_, why)| threads(why)))
 }
 
 fn of_area(code: &Code, word: &str, area: &Area, [limit, floor]: [f64; 2]) -> Finding {

@@ -65,6 +65,8 @@ pub(crate) struct Facts {
     pub(crate) ended: bool,
     /// Block of every piece, by its id in the stock.
     pub(crate) block_of_piece: Vec<u32>,
+    /// Tools that cut as the cylinder round them (a tap), by the block that they cut in.
+    pub(crate) envelopes: BTreeMap<u32, usize>,
     /// File and line of every block.
     pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
     /// Bodies that the machine keeps out of the checks.
@@ -128,6 +130,7 @@ pub(crate) struct Engine<'a> {
     in_spindle_since: f64,
     sums: BTreeMap<u32, BlockSum>,
     block_of_piece: Vec<u32>,
+    envelopes: BTreeMap<u32, usize>,
     motion: Option<KeptMotion>,
     recorder: Option<Recorder<'a>>,
     places: Vec<Option<(Arc<str>, u32)>>,
@@ -172,6 +175,7 @@ impl<'a> Engine<'a> {
             in_spindle_since: 0.0,
             sums: BTreeMap::new(),
             block_of_piece: Vec::new(),
+            envelopes: BTreeMap::new(),
             motion: prepared.keeps_motion().then(KeptMotion::default),
             recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
             places: Vec::new(),
@@ -224,6 +228,9 @@ impl<'a> Engine<'a> {
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
             let id = first_id + i as u32;
             self.block_of_piece.push(piece.block);
+            if let Some(tool) = state.tool.filter(|t| crate::damage::is_envelope(&self.prepared.tools, *t)) {
+                self.envelopes.insert(piece.block, tool);
+            }
             let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));
             if let Some(motion) = &mut self.motion {
                 motion.push(KeptPiece {
@@ -376,6 +383,7 @@ impl<'a> Engine<'a> {
             pieces: self.block_of_piece.len() as u64,
             ended: self.ended,
             block_of_piece: self.block_of_piece,
+            envelopes: self.envelopes,
             motion: self.motion,
             tracks: self.recorder.map(Recorder::finish),
             places: self.places,

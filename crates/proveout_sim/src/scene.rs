@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
 };
 
 use proveout_geom::{Document, InputError, in_millimeters, read_input};
@@ -128,6 +128,22 @@ pub struct Scene {
     pub(crate) values_set: bool,
 }
 
+/// A path without `folder/..`, which a person has to read past. Behind a link `..` leads elsewhere: the shorter path is taken where it is
+/// the same file.
+fn without_detours(path: PathBuf) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        let up = part == Component::ParentDir && matches!(short.components().next_back(), Some(Component::Normal(_)));
+        if !(up && short.pop()) {
+            short.push(part);
+        }
+    }
+    match (path.canonicalize(), short.canonicalize()) {
+        (Ok(a), Ok(b)) if a == b => short,
+        _ => path,
+    }
+}
+
 impl Scene {
     /// Reads a scene; `path` is its folder or its file.
     ///
@@ -159,9 +175,9 @@ impl Scene {
         Ok(Self { file, path, folder, values_set: false })
     }
 
-    /// A path of the scene file as one to open.
+    /// A path of the scene file as one to open, without `folder/..` in it where that is the same file.
     pub fn resolve(&self, path: &Path) -> PathBuf {
-        self.folder.join(path)
+        without_detours(self.folder.join(path))
     }
 
     /// A fault at a byte offset of the scene file.

@@ -210,7 +210,23 @@ impl ToolDraft {
         if held <= 0.0 && self.overall < self.gauge {
             self.overall = None;
         }
+        self.without_short_overall();
         Ok(())
+    }
+
+    /// Takes an overall length back that ends before the holder, where nothing tells how far the tool stands out: one of both is not what it
+    /// is taken for, and only the overall length may be left out.
+    fn without_short_overall(&mut self) {
+        let out = self.gauge.unwrap_or(0.0) - self.holder.iter().map(|s| s.length).sum::<f64>();
+        let chosen = self.chosen.iter().any(|(keys, _)| keys.contains(&"gauge_length_mm"));
+        if let Some(overall) = self.overall.filter(|overall| chosen && *overall < out) {
+            self.overall = None;
+            let reason = format!(
+                "nothing tells how far the tool stands out; the length of {} mm that is told of it ends before the holder and is left out",
+                plain_number(overall)
+            );
+            self.explain("gauge_length_mm", &reason);
+        }
     }
 
     /// Gives a tool without a holder that of the call.
@@ -252,6 +268,7 @@ impl ToolDraft {
             self.explain("gauge_length_mm", &reason);
             changed = true;
         }
+        self.without_short_overall();
         changed
     }
 

@@ -2,6 +2,7 @@
 
 mod desk;
 mod foreign;
+mod newcomers;
 mod posts;
 mod strangers;
 mod urdf;

@@ -133,7 +133,10 @@ fn unknown(source: &Source) -> Diagnostics {
     } else {
         (
             format!("the language of {} could not be told from its ending and its text", source.name),
-            format!("name the dialect: {}", names.join(", ")),
+            format!(
+                "check that it is an NC program: no line of it reads as one; where it is, name the dialect: {}",
+                names.join(", ")
+            ),
         )
     };
     Diagnostics::from(Diagnostic {

@@ -57,7 +57,7 @@ impl Engine<'_> {
             }
             if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
                 let wanted = self.prepared.scene.file.tolerances.near_miss_mm;
-                let mut finding = wording::material(&code, part.what, tool, report, wanted);
+                let mut finding = wording::material(&code, part.what, state, tool, report, wanted);
                 if let Some(index) = state.tool {
                     let part = wording::part_of_tool(part.what);
                     finding.message += &wording::chosen_of_tool(&self.prepared.tools, index, part);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use proveout_collision::{Severity, StockBreach};
 use proveout_controller::{Event, LimitKind, servo::leg_names};
 use proveout_machine::{Joint, JointKind, Machine};
-use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight};
+use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::SweepReport;
 use proveout_tool::{Role, Tool, ToolLibrary};
 
@@ -14,7 +14,7 @@ use crate::{
     bodies::{Hit, HitKind},
     finding::{self, Code, Finding},
     log::FindingLog,
-    process::{self, Swept},
+    process::{self, CuttingState, Swept},
     stock_bodies::{AtRest, is_near_miss},
 };
 
@@ -29,12 +29,29 @@ pub(super) fn part_of_tool(what: Swept) -> &'static str {
     }
 }
 
+/// Why the spindle stands still.
+fn standing(state: &CuttingState) -> &'static str {
+    match state.spindle {
+        SpindleDirection::Off => {
+            " while the spindle stands still (no M3 or M4 is in force: M5 and a tool change stop it)"
+        }
+        _ => " while the spindle stands still (it is on and has no speed: an S word is missing, or is S0)",
+    }
+}
+
 /// A part of the tool in material; `wanted` is the clearance asked for, mm.
-pub(super) fn material(code: &Code, what: Swept, tool: &Tool, report: &SweepReport, wanted: f64) -> Finding {
+pub(super) fn material(
+    code: &Code,
+    what: Swept,
+    state: &CuttingState,
+    tool: &Tool,
+    report: &SweepReport,
+    wanted: f64,
+) -> Finding {
     let part = part_of_tool(what);
     let how = match code.code {
         c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
-        c if c == finding::SPINDLE_OFF.code => " while the spindle stands still",
+        c if c == finding::SPINDLE_OFF.code => standing(state),
         c if c == finding::SPINDLE_WRONG_WAY.code => " while the spindle turns against its hand",
         _ => "",
     };

@@ -6,12 +6,14 @@ use std::collections::BTreeMap;
 use proveout_nc::{Dialect, ProgramText, ToolName};
 use proveout_tool::{LengthUnit, ToolDraft};
 
-use super::tool_words;
+use super::{tool_sizes, tool_words};
 
 /// Lines of a program that are looked at for comments: the head and the calls of the tools.
 const MAX_LINES: usize = 2_000_000;
 /// A comment without a number belongs to the tool that is called within so many lines.
 const BEFORE_CALL: usize = 4;
+/// A comment without a number that stands so many lines behind a change, or fewer, tells the tool that has come.
+const BEHIND_CHANGE: usize = 1;
 
 /// Stock as a program states it, workpiece frame, mm.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +42,8 @@ pub(crate) struct Facts {
     pub(crate) stock: Option<(Stock, usize, &'static str)>,
     /// Tools, by number or by name.
     pub(crate) tools: BTreeMap<ToolName, ToolDraft>,
+    /// A word of the text names a tool: `T5`, `TOOL CALL`.
+    pub(crate) names_tool: bool,
 }
 
 /// Reads a text. `unit`: that of numbers where the text has no word for it.
@@ -52,6 +56,12 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
     let mut waiting: Option<(usize, ToolDraft)> = None;
     // The number of a tool whose description follows in comments of its own, and what they have told so far.
     let mut heading: Option<(u32, String)> = None;
+    let changes = with_changes(text, dialect);
+    // The tool that is named last, and the one that is changed in last, with its line.
+    let mut named: Option<(ToolName, usize)> = None;
+    let mut changed: Option<(ToolName, usize)> = None;
+    // Descriptions without a number, of a text that calls no tool.
+    let mut loose: Vec<ToolDraft> = Vec::new();
     for (n, line) in lines() {
         let upper = line.to_uppercase();
         if facts.stock.is_none() {
@@ -68,8 +78,24 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
         {
             waiting = Some((n, draft));
         }
-        let call = called(line, dialect);
-        for comment in comments(line, dialect) {
+        let per_inch = || upper.contains("FEDRAT") && ["IPM", "IPR"].iter().any(|w| upper.contains(w));
+        if dialect == Dialect::Apt && facts.inch_comment.is_none() && per_inch() {
+            facts.inch_comment = Some(n);
+        }
+        let word = called(line, dialect);
+        if let Some(name) = &word {
+            facts.names_tool = true;
+            named = Some((name.clone(), n));
+        }
+        // Where tools are changed in by M6, a T alone makes one ready: what is told before belongs to the next change.
+        let call = if changes && has_change(line, dialect) {
+            word.or_else(|| named.take().filter(|(_, at)| n - at <= BEFORE_CALL).map(|(name, _)| name))
+        } else {
+            word.filter(|name| !(changes && matches!(name, ToolName::Number(_))))
+        };
+        let all = comments(line, dialect);
+        for comment in all.iter().flat_map(|c| tool_sizes::one_by_one(c)) {
+            let comment = comment.to_owned();
             if let Some(number) = tool_words::number_alone(&comment) {
                 heading = Some((number, String::new()));
                 continue;
@@ -89,7 +115,18 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
                 Some((Some(number), draft)) => {
                     merge(&mut facts.tools, ToolName::Number(number), draft);
                 }
-                Some((None, draft)) => waiting = Some((n, draft)),
+                Some((None, draft)) => {
+                    loose.push(draft.clone());
+                    // Right behind a change it is the tool that has come, and not the next one.
+                    match changed.as_ref().filter(|(_, at)| call.is_none() && n - at <= BEHIND_CHANGE) {
+                        Some((name, _)) if !says_next(&comment) => {
+                            if !facts.tools.contains_key(name) {
+                                facts.tools.insert(name.clone(), with_number(draft, name));
+                            }
+                        }
+                        _ => waiting = Some((n, draft)),
+                    }
+                }
                 None if call.is_some() && waiting.is_none() => {
                     waiting = tool_words::size_alone(&comment, unit, n).map(|draft| (n, draft));
                 }
@@ -100,15 +137,12 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
             }
         }
         if let Some(name) = call {
-            if let Some((at, mut draft)) = waiting.take()
+            changed = (dialect != Dialect::Apt).then(|| (name.clone(), n));
+            if let Some((at, draft)) = waiting.take()
                 && (n - at <= BEFORE_CALL || dialect == Dialect::Apt)
                 && !facts.tools.contains_key(&name)
             {
-                if let ToolName::Number(number) = name {
-                    draft.number = number;
-                    draft.name = format!("T{number}");
-                }
-                facts.tools.insert(name.clone(), draft);
+                facts.tools.insert(name.clone(), with_number(draft, &name));
             }
             // A name may tell the tool itself: "END_D12", "KUGEL_D8".
             if let ToolName::Name(word) = &name
@@ -119,7 +153,47 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
             }
         }
     }
+    // What a text that calls none describes is in the spindle, where all of it is one tool.
+    if !facts.names_tool
+        && facts.tools.is_empty()
+        && let [first, rest @ ..] = &loose[..]
+        && rest.iter().all(|d| d.diameter() == first.diameter() && (d.kind.is_none() || d.kind == first.kind))
+    {
+        facts.tools.insert(ToolName::Number(1), with_number(first.clone(), &ToolName::Number(1)));
+    }
     facts
+}
+
+/// A draft with the number of its tool.
+fn with_number(mut draft: ToolDraft, name: &ToolName) -> ToolDraft {
+    if let ToolName::Number(number) = name {
+        draft.number = *number;
+        draft.name = format!("T{number}");
+    }
+    draft
+}
+
+/// A comment about the tool that is made ready.
+fn says_next(comment: &str) -> bool {
+    comment.split(|c: char| !c.is_alphabetic()).any(|w| w.eq_ignore_ascii_case("NEXT"))
+}
+
+/// Whether tools are changed in by a word of their own, and not by the one that names them.
+fn with_changes(text: &ProgramText, dialect: Dialect) -> bool {
+    text.all().take(MAX_LINES).any(|line| has_change(line, dialect))
+}
+
+/// M6, M06 in a line.
+fn has_change(line: &str, dialect: Dialect) -> bool {
+    if matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt) || !line.contains(['M', 'm']) {
+        return false;
+    }
+    let code = code(line, dialect).to_ascii_uppercase();
+    code.match_indices('M').any(|(at, _)| {
+        let rest = code[at + 1..].trim_start_matches('0');
+        let alone = !code[..at].chars().next_back().is_some_and(char::is_alphabetic);
+        alone && rest.strip_prefix('6').is_some_and(|r| !r.starts_with(|c: char| c.is_ascii_digit() || c == '='))
+    })
 }
 
 /// A comment that tells more of a tool than one before completes it; what is there stays.
@@ -230,7 +304,7 @@ fn unit_of(text: &ProgramText, dialect: Dialect) -> Option<(LengthUnit, String)>
         Dialect::Siemens840d => &[("G700", Inch), ("G710", Millimeter), ("G70", Inch), ("G71", Millimeter)],
         Dialect::Heidenhain => &[(" INCH", Inch), (" MM", Millimeter)],
         Dialect::HeidenhainIso => &[("G70", Inch), ("G71", Millimeter)],
-        Dialect::Apt => &[("INCH", Inch), ("MM", Millimeter)],
+        Dialect::Apt => &[("INCHES", Inch), ("INCH", Inch), ("MM", Millimeter)],
         _ => &[("G20", Inch), ("G21", Millimeter)],
     };
     let told = first_unit(text, dialect, words);

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use proveout_geom::read_input;
 use proveout_machine::Machine;
 
-use super::reading::Reading;
+use super::reading::{MachineMove, OwnZero, Reading};
 use crate::preflight::lines;
 
 /// Folder of the copy in the new scene.
@@ -32,8 +32,10 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
     let mut outside = Vec::new();
     // Joints whose home has to be at the other end of their travel.
     let mut turned: BTreeMap<usize, f64> = BTreeMap::new();
-    let moves = || readings.iter().flat_map(|r| &r.machine_moves);
-    for m in readings.iter().flat_map(|r| &r.machine_moves).filter(|m| "XYZ".contains(m.letter)) {
+    // A zero that G10 writes is a position of the machine as well.
+    let zeros: Vec<MachineMove> = readings.iter().filter_map(|r| r.own_zero.as_ref()).flat_map(of_zero).collect();
+    let moves = || readings.iter().flat_map(|r| &r.machine_moves).chain(&zeros);
+    for m in moves().filter(|m| "XYZ".contains(m.letter)) {
         let index = machine.joint_for_letter(m.letter)?;
         let joint = &machine.joints[index];
         // A reference point is where the machine has it, whatever is counted.
@@ -42,7 +44,14 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
         }
         if joint.travel_violation(joint.home + m.value).is_some() {
             let own = moves().filter(|o| o.letter == m.letter && o.value != joint.home).map(|o| o.value);
-            turned.insert(index, other_end(machine, index, own)?);
+            match other_end(machine, index, own) {
+                Some(home) => {
+                    turned.insert(index, home);
+                }
+                // It fits neither way: that is told, and speaks for none of both.
+                None if joint.travel_violation(m.value).is_some() => {}
+                None => return None,
+            }
             continue;
         }
         if joint.travel_violation(m.value).is_some() {
@@ -72,10 +81,11 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
     }
     let beside = plain.iter().map(|n| folder.join(n)).filter(|p| p.is_file()).collect();
     let reason = format!(
-        "chosen: {} is sent to {} of the machine (G53, SUPA or M91, {}), which {} reaches only where its axes are zero at home; the folder \
+        "chosen: {} is sent to {} of the machine ({}, {}), which {} reaches only where its axes are zero at home; the folder \
          `{FOLDER}` holds a copy of it with zero = \"home\"{}",
         first.letter,
         proveout_tool::plain_number(first.value),
+        if zeros.iter().any(|z| z.at == first.at) { "by a work offset of the program" } else { "G53, SUPA or M91" },
         lines(outside.iter().map(|m| &m.at)),
         machine.name,
         if turned.is_empty() {
@@ -86,6 +96,15 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
         }
     );
     Some((at_home, HomeZero { text, beside, reason }))
+}
+
+/// Positions of the axes at a zero that the program writes; where G92 puts it follows from a position that is known.
+fn of_zero(zero: &OwnZero) -> Vec<MachineMove> {
+    if zero.word == "G92" {
+        return Vec::new();
+    }
+    let at = |(letter, value)| MachineMove { letter, value, at: zero.at.clone() };
+    "XYZ".chars().zip(zero.base).map(at).collect()
 }
 
 /// The other end of a travel, from which positions `own` of the machine fit; none where the home is published or lies at no end.

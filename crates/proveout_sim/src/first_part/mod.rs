@@ -17,6 +17,7 @@ pub(crate) mod reading;
 mod stock_choice;
 mod summary;
 mod tool_choice;
+mod tool_sizes;
 mod tool_words;
 pub(crate) mod trace;
 mod writing;
@@ -41,7 +42,7 @@ use self::stock_choice::{Cuts, check_design, design, resolution, stock, unit_of_
 pub(crate) use self::tool_choice::shown;
 use self::tool_choice::tools;
 use self::trace::TraceSetup;
-use self::zeros::{offsets, stated_mount};
+use self::zeros::{offsets, own_mount, stated_mount};
 use crate::control_file::{control_of, settings_on};
 use crate::control_settings::{length_active_after_change, length_in_machine_coordinates};
 use crate::error::SimError;
@@ -196,7 +197,9 @@ pub fn looks_binary(text: &ProgramText) -> bool {
         all += 1;
         controls += usize::from(c.is_control() && !matches!(c, '\t' | '\r' | '\u{c}'));
     }
-    controls as f64 > CONTROLS * all as f64
+    // An archive may hold plain text.
+    let zip = text.all().next().is_some_and(|line| line.starts_with("PK\u{3}\u{4}"));
+    zip || controls as f64 > CONTROLS * all as f64
 }
 
 /// Makes a scene for programs on a machine; `ask` is asked what the text does not tell and no answer is given for.
@@ -242,7 +245,13 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         let hint = hint(i);
         if let Some(fault) = faults.first_mut() {
             // The words of another control are often the fault.
-            fault.help = [fault.help.take(), hint].into_iter().flatten().reduce(|a, b| format!("{a}; {b}"));
+            let last = texts.get(i).and_then(|t| (1_u32..).zip(t.all()).filter(|(_, l)| !l.trim().is_empty()).last());
+            let cut = last
+                .filter(|(line, text)| {
+                    *line == fault.line && call.programs.get(i).is_some() && !text.trim().starts_with('%')
+                })
+                .map(|_| "the text ends in this line: is the file whole?".to_owned());
+            fault.help = [fault.help.take(), cut, hint].into_iter().flatten().reduce(|a, b| format!("{a}; {b}"));
             return Err(FirstPartError::from(proveout_nc::Diagnostics(faults)));
         }
         // Another control may answer what is asked for.
@@ -259,10 +268,16 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let mut told = told_of_programs(call, &first, &settings, unit.as_ref());
     let speaks = all_facts.iter().find_map(|f| f.inch_comment).filter(|_| unit.is_none());
     if let (Some(line), Some(false)) = (speaks, settings.first().map(|s| start_unit(s) == LengthUnit::Inch)) {
-        let note = format!(
-            "the comment in line {line} speaks of inches, and no G20 stands in the program: lengths are read in millimeters; where the control \
-             begins in inches, a file for --control says so: inherits = \"fanuc-0i\", start.unit = \"inch\""
-        );
+        let note = match dialects.first() {
+            Some(Dialect::Apt) => format!(
+                "the feed in line {line} is one of inches a minute or a revolution, and no UNITS stands in the program: lengths are read in \
+                 millimeters; where they are inches, write UNITS/INCHES as its first line"
+            ),
+            _ => format!(
+                "the comment in line {line} speaks of inches, and no G20 stands in the program: lengths are read in millimeters; where the \
+                 control begins in inches, a file for --control says so: inherits = \"fanuc-0i\", start.unit = \"inch\""
+            ),
+        };
         interview.note.get_or_insert_with(|| note.clone());
         notes.push(note);
     }
@@ -278,7 +293,17 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         .filter(|(_, [low, high])| low.abs().max(high.abs()) > 1e-9)
         .map(|(letter, _)| *letter)
         .collect();
-    let stated_mount = stated_mount(&machine, indexed.as_ref(), &turned, &mut interview)?;
+    let again = |word: &str, base: [f64; 3]| -> Option<Reading> {
+        let work_offsets = BTreeMap::from([(word.to_owned(), WorkOffset { translation: base, rotary: [0.0; 3] })]);
+        let (program, s) = (call.programs.first()?, settings.first()?);
+        Some(Reading::of(program, &Settings { work_offsets, ..s.clone() }, &machine, none(s.dialect)))
+    };
+    let own_mount = own_mount(&machine, &first, &mut interview, &again);
+    let sets_zero = own_mount.is_some();
+    let stated_mount = match own_mount {
+        Some(mount) => Some(mount),
+        None => stated_mount(&machine, indexed.as_ref(), &turned, &mut interview)?,
+    };
     let design = design(call)?;
 
     // The same with tools and zeros: where the cuts are in the workpiece frame.
@@ -359,6 +384,8 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let uses: Vec<&ToolUse> = readings.iter().flat_map(|r| &r.tools).collect();
 
     let mount = match stated_mount {
+        // Without a word for a length the tip hangs below where the program puts its zero.
+        Some(Reasoned { value, reason }) if sets_zero => Reasoned { value: value - Vector::z() * touch_off, reason },
         Some(mount) => mount,
         None => {
             let reaches: Vec<Reach> = uses
@@ -546,6 +573,14 @@ fn start_tool(
         _ => ready.and_then(|(name, _)| number(name)).unwrap_or(1),
     }
     .to_string();
+    // Where no word names a tool, its number changes nothing.
+    if interview.given(key).is_none() && all_facts.iter().all(|f| !f.names_tool) {
+        let number = proposed.parse().unwrap_or(1);
+        return Ok(Some((
+            number,
+            "chosen: no word of the program names a tool, and its number changes nothing".into(),
+        )));
+    }
     let text = format!(
         "Which tool is in the spindle when the program begins? It cuts in line {} of {} before it calls one{made_ready}. A number",
         at.line, at.file

@@ -345,16 +345,22 @@ pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
         (1.0 / SAME_SIZE..=SAME_SIZE).contains(&ratio)
     };
     let meets = |b: &Aabb| b.expanded(1.0).intersects(room);
+    // Above and below the part a tool is in air.
+    let holds = |b: &Aabb| meets(b) && (0..2).all(|i| b.min[i] - 1.0 < room.min[i] && room.max[i] < b.max[i] + 1.0);
     let (own, other) = (design.size().max(), room.size().max());
     match (meets(design), like(design)) {
         (true, true) => Fit::Fits,
         _ if like(&scaled) && meets(&scaled) => Fit::InInch,
+        // A hole in a large plate: no part is smaller than its cuts, and in inches it holds them.
+        _ if own * 25.4 < LARGEST_TO_CUTS * other && holds(&scaled) => Fit::InInch,
         // No part is larger than what it is cut from, and none that a machine cuts has less than a millimeter.
         (true, false) if own < SAME_SIZE * other && own >= LEAST_PART_MM => Fit::Fits,
         _ => Fit::Off,
     }
 }
 
+/// A part in inches that is so many times larger than its cuts is none: a design in millimeters that is a little smaller than they are.
+const LARGEST_TO_CUTS: f64 = 5.0;
 /// Largest edge below which no design is a part, mm.
 const LEAST_PART_MM: f64 = 1.0;
 /// Units that designs come in by mistake: factor to millimeters, and what its numbers are then.
@@ -465,6 +471,10 @@ mod tests {
         assert_eq!(fit(&aabb([0.0, 0.0, -0.75], [4.0, 3.0, 0.0]), &room), Fit::InInch);
         assert_eq!(fit(&aabb([1.0, 1.0, -19.0], [100.0, 75.0, 0.0]), &room), Fit::Fits);
         assert_eq!(fit(&aabb([500.0, 0.0, -19.0], [600.0, 75.0, 0.0]), &room), Fit::Off);
+        // A hole of 16 mm in a plate of 2 x 2 x 0.5 inch.
+        let hole = aabb([17.0, 17.0, -15.0], [34.0, 34.0, 2.5]);
+        assert_eq!(fit(&aabb([0.0, 0.0, -0.5], [2.0, 2.0, 0.0]), &hole), Fit::InInch);
+        assert_eq!(fit(&aabb([0.0, 0.0, -12.7], [50.8, 50.8, 0.0]), &hole), Fit::Fits);
         // Meters, and ten times too large.
         for (factor, word) in [(1e-3, "meters"), (10.0, "ten times too large")] {
             let off = aabb([0.0, 0.0, -20.0 * factor], [100.0 * factor, 75.0 * factor, 0.0]);

@@ -74,6 +74,15 @@ pub(crate) struct TiltedPlace {
     pub(crate) gauge: f64,
 }
 
+/// A zero that the program sets (G10 L2, G92), base coordinates, mm.
+#[derive(Clone, Debug)]
+pub(crate) struct OwnZero {
+    pub(crate) base: [f64; 3],
+    /// The word that counts from there: `G54`, `G92`.
+    pub(crate) word: String,
+    pub(crate) at: Location,
+}
+
 /// What a program does.
 #[derive(Clone, Debug)]
 pub(crate) struct Reading {
@@ -97,6 +106,8 @@ pub(crate) struct Reading {
     /// table.
     pub(crate) indexed: Option<Location>,
     pub(crate) machine_moves: Vec<MachineMove>,
+    /// Where the program itself puts its zero before it cuts.
+    pub(crate) own_zero: Option<OwnZero>,
     /// Ends of motions with the tool off the z axis of the workpiece.
     pub(crate) tilted: Vec<TiltedPlace>,
     /// Lowest and highest position of each joint, where the program is; under tool center point control at the ends of motions.
@@ -126,10 +137,14 @@ impl Reading {
             tcp: false,
             indexed: None,
             machine_moves: Vec::new(),
+            zero: None,
+            own_zero: None,
+            iso: false,
             tilted: Vec::new(),
             joints: BTreeMap::new(),
         };
-        let survey = Survey::of_file(path, settings, &mut |command, _: Dialect| {
+        let survey = Survey::of_file(path, settings, &mut |command, dialect: Dialect| {
+            state.iso = dialect.family() == Dialect::Iso;
             let way = tracer.step(command);
             let joints = match &way {
                 Some(way) if way.joints.is_none() && !way.machine => tracer.joints_under_tip(),
@@ -150,6 +165,7 @@ impl Reading {
             tcp,
             indexed,
             machine_moves,
+            own_zero,
             tilted,
             joints,
             ..
@@ -167,6 +183,7 @@ impl Reading {
             tcp,
             indexed,
             machine_moves,
+            own_zero: own_zero.flatten(),
             tilted,
             joints,
         }
@@ -188,6 +205,12 @@ struct Collecting<'a> {
     tcp: bool,
     indexed: Option<Location>,
     machine_moves: Vec<MachineMove>,
+    /// The zero in force, where the program has set it.
+    zero: Option<OwnZero>,
+    /// That of the first motion in feed; empty before one.
+    own_zero: Option<Option<OwnZero>>,
+    /// Words are those of an ISO control.
+    iso: bool,
     tilted: Vec<TiltedPlace>,
     joints: BTreeMap<usize, [(f64, Location); 2]>,
 }
@@ -210,6 +233,17 @@ impl Collecting<'_> {
                 }
             }
             Op::Tcp(tcp) => self.tcp |= tcp.on,
+            Op::Frame(frame) if self.iso && (frame.word == "G92" || self.offset.as_ref() == Some(&frame.word)) => {
+                // No offset is known to the reader: one away from zero has been written by the program.
+                let set = frame.translation.iter().any(|v| v.abs() > 1e-9);
+                let zero = || OwnZero { base: frame.translation, word: frame.word.clone(), at: at.clone() };
+                let same = |own: &OwnZero| own.word == frame.word && own.base == frame.translation;
+                if !set {
+                    self.zero = None;
+                } else if !self.zero.as_ref().is_some_and(same) {
+                    self.zero = Some(zero());
+                }
+            }
             Op::Rapid(motion) | Op::Linear(motion) => self.axes(motion, at),
             Op::Arc(arc) => self.axes(&arc.motion, at),
             Op::Spline(spline) => self.axes(&spline.motion, at),
@@ -258,6 +292,7 @@ impl Collecting<'_> {
             }
             WayKind::Feed if !way.machine => {
                 tool.feeds += 1;
+                self.own_zero.get_or_insert_with(|| self.zero.clone());
                 if !tracer.length_on && !tracer.tcp {
                     tool.bare.get_or_insert_with(|| at.clone());
                 } else {

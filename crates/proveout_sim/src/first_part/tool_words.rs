@@ -11,11 +11,15 @@
 //! | Klartext | `TOOL DEF 5 L+80 R+5` |
 //! | CL data | `CUTTER/ d, r` or `TLDATA/MILL, d, r, l, 0, 0` before `LOADTL/ n` |
 //! | behind the call | `(12MM)`, `(0.6 INCH)`, `(D10)` |
+//! | Vectric | `2 = V-Bit {90 deg 0.5"}` |
+//! | names of sizes | `NO. 7 DRILL`, `F DRILL`, `10-32 TAP` |
 //!
 //! A diameter is taken where a word says that it is one, or where it is all that the comment of a tool has for a number. TAPER of Fusion is the
 //! half angle of a chamfer mill and the full angle of a drill. A length counts in the unit that stands behind it, else in that of the program.
 
 use proveout_tool::{ToolDraft, tool_kind_of_words, tool_teeth_of_words};
+
+use super::tool_sizes::{Named, drill_by_name, thread_by_number, with_points};
 
 /// Number behind a letter or word with its sign: `X+10`, `D=10.5`, `DIA 8`.
 fn number_at(text: &str) -> Option<f64> {
@@ -92,11 +96,13 @@ fn tool_number(text: &str) -> Option<(u32, usize)> {
         let skip = rest.find(|c: char| !matches!(c, ' ' | '-' | '#' | '=' | ':' | '.')).unwrap_or(rest.len());
         let body = &rest[skip..];
         let end = body.find(|c: char| !c.is_ascii_digit()).unwrap_or(body.len());
-        // `T1.5` and `T1/2` are no tools.
-        let after = body[end..].chars().next();
-        (!matches!(after, Some('/' | '.')) || body[end..].starts_with(". "))
-            .then(|| body[..end].parse().ok())?
-            .map(|n| (n, from + skip + end))
+        // `T1.5`, `T1/2` and `TOOL 12MM` are no tools.
+        let after = &body[end..];
+        let size = after.starts_with(['/', '.', '"']) && !after.starts_with(". ") || {
+            let word: String = after.trim_start().chars().take_while(|c| c.is_alphabetic()).collect();
+            matches!(word.as_str(), "MM" | "INCH") || word == "IN" && after.starts_with("IN")
+        };
+        (!size).then(|| body[..end].parse().ok())?.map(|n| (n, from + skip + end))
     };
     let start = text.len() - text.trim_start().len();
     let head = &text[start..];
@@ -104,25 +110,57 @@ fn tool_number(text: &str) -> Option<(u32, usize)> {
     if head.starts_with('#') && head.contains(" D=") {
         return digits(start + 1);
     }
-    for word in ["TOOL NUMBER", "TOOL NO.", "TOOL NO", "TOOL", "WERKZEUG", "T"] {
+    for word in HEADS {
         if head.starts_with(word)
             && let Some(found) = digits(start + word.len())
         {
             return Some(found);
         }
     }
-    text.find("TOOL - ").and_then(|at| digits(at + "TOOL".len()))
+    // `2 = V-BIT {90 DEG}`.
+    let end = head.find(|c: char| !c.is_ascii_digit()).unwrap_or(head.len());
+    if head[end..].trim_start().starts_with('=')
+        && let Ok(number) = head[..end].parse()
+    {
+        return Some((number, start + end));
+    }
+    // `OPER: 2  TOOL: 4  0.25 DIA`, `1/2 FLAT ENDMILL TOOL - 3`.
+    ["TOOL - ", "TOOL: ", "TOOL #", "TOOL NO"].iter().find_map(|word| {
+        let at = text.find(word)?;
+        let alone = !text[..at].chars().next_back().is_some_and(char::is_alphanumeric);
+        let behind = if *word == "TOOL NO" { word.len() } else { "TOOL".len() };
+        alone.then(|| digits(at + behind))?
+    })
 }
+
+/// Words before the number of a tool at the beginning of a comment, the longer ones first.
+const HEADS: [&str; 13] = [
+    "TOOL NUMBER",
+    "TOOL NO.",
+    "TOOL NO",
+    "TOOL",
+    "WERKZEUG-NR",
+    "WERKZEUG NR",
+    "WERKZEUG",
+    "WKZ",
+    "WZ",
+    "OUTIL",
+    "UTENSILE",
+    "HERRAMIENTA",
+    "T",
+];
 
 /// A draft with what words tell: kind, teeth, diameter, corner radius.
 fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolDraft> {
     let kind = tool_kind_of_words(text);
-    let told = behind_word(upper, &["D=", "DIA.", "DIAMETER", "DIAM.", "DIAM", "DIA", "TOOL DIA. -", "\u{d8}", "FI"])
-        .or_else(|| behind_letter(upper, 'D'))
-        .and_then(|rest| length_at(rest, unit));
+    let told = before_dia(upper, unit).or_else(|| {
+        behind_word(upper, &["D=", "DIA.", "DIAMETER", "DIAM.", "DIAM", "DIA", "TOOL DIA. -", "\u{d8}", "FI"])
+            .or_else(|| behind_letter(upper, 'D'))
+            .and_then(|rest| length_at(rest, unit))
+    });
     let threads =
         kind.and_then(|(_, why)| why).is_some_and(|why| why.contains("a tap") || why.contains("a thread mill"));
-    let diameter = told.or_else(|| kind.and_then(|_| lone_size(upper, unit, threads)));
+    let diameter = told.or_else(|| kind.and_then(|(kind, _)| size_in_words(upper, unit, kind, threads)));
     let diameter = diameter.filter(|d| *d > 0.0)?;
     let mut draft = ToolDraft::new(0, source);
     draft.description = text.trim().to_owned();
@@ -201,9 +239,52 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
     Some(draft)
 }
 
+/// A number that stands alone is a diameter up to this, mm; above it is something else.
+const LARGEST_ALONE: f64 = 100.0;
+/// The same for face mills.
+const LARGEST_FACE: f64 = 400.0;
+/// How far a size beside the name of a drill may be from what the name says.
+const SAME_DRILL: f64 = 0.2;
+
+/// A diameter that no word calls one, mm: a size that stands alone, or the name of a size.
+fn size_in_words(upper: &str, unit: f64, kind: &str, threads: bool) -> Option<f64> {
+    if threads && let Some(d) = thread_by_number(upper) {
+        return Some(d);
+    }
+    let named = match kind {
+        "drill" => drill_by_name(upper, Named::Drill),
+        "chamfer" if upper.contains("CENTER DR") || upper.contains("CENTRE DR") => {
+            drill_by_name(upper, Named::CenterDrill)
+        }
+        _ => None,
+    };
+    let largest = if kind == "face_mill" { LARGEST_FACE } else { LARGEST_ALONE };
+    if let Some((by_name, rest)) = named {
+        // `#7 DRILL .201` says it twice.
+        let beside = lone_size(&rest, unit, false).filter(|d| (d / by_name - 1.0).abs() < SAME_DRILL);
+        return beside.or(Some(by_name));
+    }
+    lone_size(upper, unit, threads).filter(|d| *d <= largest)
+}
+
+/// `0.375 DIA 4FL`: the number before, mm, where what stands behind is none of the diameter (`DIA. - .25`, `DIA=8`).
+fn before_dia(upper: &str, unit: f64) -> Option<f64> {
+    upper.match_indices("DIA").find_map(|(at, _)| {
+        let rest = upper[at + "DIA".len()..].trim_start_matches("METER");
+        let behind =
+            rest.starts_with(|c: char| c.is_alphanumeric()) || rest.trim_start().starts_with(['.', '=', ':', '-']);
+        let before = upper[..at].trim_end();
+        let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '/');
+        let digits = before.trim_end_matches("MM").trim_end_matches('"').trim_end();
+        let from = digits.trim_end_matches(number).len();
+        let alone = from < digits.len() && !digits[..from].ends_with(|c: char| c.is_alphanumeric() || c == '-');
+        (!behind && alone && upper[..at].ends_with(' ')).then(|| length_at(&before[from..], unit))?
+    })
+}
+
 /// Words of a comment, without what stands between them.
 fn words(upper: &str) -> Vec<&str> {
-    let between = |c: char| c.is_whitespace() || matches!(c, '|' | ',' | '-' | '_' | ';' | '(' | ')');
+    let between = |c: char| c.is_whitespace() || matches!(c, '|' | ',' | '-' | '_' | ';' | '(' | ')' | '{' | '}' | '=');
     upper.split(between).filter(|w| !w.is_empty()).collect()
 }
 
@@ -253,7 +334,7 @@ fn lone_size(upper: &str, unit: f64, threads: bool) -> Option<f64> {
 
 /// The tool of a comment, with its number where it has one.
 pub(super) fn of_comment(text: &str, unit: f64, line: usize) -> Option<(Option<u32>, ToolDraft)> {
-    let upper = text.to_uppercase();
+    let upper = with_points(&text.to_uppercase());
     let number = tool_number(&upper);
     // Without a number only what is named a tool by its words.
     if number.is_none() && tool_kind_of_words(text).is_none() {
@@ -345,9 +426,19 @@ pub(super) fn tool_def(upper: &str, unit: f64, line: usize) -> Option<ToolDraft>
     Some(draft)
 }
 
-/// `TLDATA/MILL, d, r, length, taper, tip` of the CL data of NX.
+/// `TLDATA/MILL, d, r, length, taper, tip` and `TLDATA/DRILL, d, angle, length` of the CL data of NX.
 fn tool_data(upper: &str, unit: f64, line: usize) -> Option<ToolDraft> {
     let rest = upper.trim_start().strip_prefix("TLDATA")?.trim_start().strip_prefix('/')?;
+    if let Some(rest) = rest.trim().strip_prefix("DRILL,") {
+        let n: Vec<f64> = rest.split(',').map_while(|t| t.trim().parse().ok()).collect();
+        let mut draft = ToolDraft::new(0, format!("TLDATA in line {line}"));
+        draft.put("diameter_mm", n.first().copied().filter(|d| *d > 0.0)? * unit);
+        draft.kind = Some("drill");
+        if let Some(angle) = n.get(1).copied().filter(|a| (30.0..=180.0).contains(a)) {
+            draft.put("point_angle_deg", angle);
+        }
+        return Some(draft);
+    }
     let n: Vec<f64> = rest.trim().strip_prefix("MILL,")?.split(',').map_while(|t| t.trim().parse().ok()).collect();
     // An inclined flank needs more than this.
     let straight = n.get(3).is_none_or(|a| *a == 0.0) && n.get(4).is_none_or(|a| *a == 0.0);
@@ -485,6 +576,38 @@ mod tests {
     }
 
     #[test]
+    fn a_size_is_never_taken_from_what_counts_something_else() {
+        type Case<'a> = (&'a str, f64, Option<u32>, Option<&'a str>, f64);
+        let cases: [Case<'_>; 15] = [
+            ("T2 | NO. 7 DRILL | H2", 25.4, Some(2), Some("drill"), 0.201 * 25.4),
+            ("T2 #7 DRILL .201", 25.4, Some(2), Some("drill"), 0.201 * 25.4),
+            ("F DRILL", 25.4, None, Some("drill"), 0.257 * 25.4),
+            ("T8 10-32 TAP", 25.4, Some(8), Some("flat"), 0.19 * 25.4),
+            ("OPER: 2  TOOL: 4  0.25 DIA BALL END MILL", 25.4, Some(4), Some("ball"), 6.35),
+            ("WKZ 21 = BOHRER D8,5", 1.0, Some(21), Some("drill"), 8.5),
+            ("WKZ 12 = SCHAFTFRAESER D20", 1.0, Some(12), Some("flat"), 20.0),
+            ("BOHRER 8,5", 1.0, None, Some("drill"), 8.5),
+            ("2 = V-Bit {90 deg 0.5\"}", 25.4, Some(2), Some("chamfer"), 12.7),
+            ("1 = End Mill {1/4 inch}", 25.4, Some(1), Some("flat"), 6.35),
+            ("T1 .500 EM", 25.4, Some(1), Some("flat"), 12.7),
+            ("1/2 EM CRB 4FL 1 LOC", 25.4, None, Some("flat"), 12.7),
+            ("TOOL 12MM ENDMILL", 1.0, None, Some("flat"), 12.0),
+            ("OPER: 1  TOOL: 3  0.375 DIA 4FL END MILL", 25.4, Some(3), Some("flat"), 9.525),
+            ("T3 12MM DIA END MILL", 25.4, Some(3), Some("flat"), 12.0),
+        ];
+        for (text, unit, number, kind, diameter) in cases {
+            let (n, draft) = comment(text, unit);
+            assert_eq!((n, draft.kind), (number, kind), "{text}");
+            assert!((draft.diameter().expect("told") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
+        }
+        // A drill of seven inches is one that nobody has told.
+        for text in ["T2 7 DRILL", "T5 SPOT DRILL 120"] {
+            let unit = if text.contains("SPOT") { 1.0 } else { 25.4 };
+            assert!(of_comment(text, unit, 1).is_none_or(|(_, d)| d.diameter().is_none()), "{text}");
+        }
+    }
+
+    #[test]
     fn comments_of_something_else_tell_none() {
         for text in [
             "USING HIGH FEED G1 F5000.",
@@ -524,6 +647,11 @@ mod tests {
         let mill = cutter_statement("TLDATA/MILL,20.0000,2.0000,75.0000,0.0000,0.0000", 1.0, 5).expect("a cutter");
         assert_eq!((mill.kind, mill.diameter(), mill.overall), (Some("bull_nose"), Some(20.0), Some(75.0)));
         assert!(cutter_statement("TLDATA/MILL,20.0,0.0,75.0,15.0,0.0", 1.0, 5).is_none(), "a cone");
+        let drill = cutter_statement("TLDATA/DRILL,0.2500,118.0000,3.0000,2.0000,0.0000", 25.4, 5).expect("a drill");
+        assert_eq!(
+            (drill.kind, drill.diameter(), drill.get("point_angle_deg")),
+            (Some("drill"), Some(6.35), Some(118.0))
+        );
         let ball = of_name("BALL_4MM", 25.4, 1).expect("told by its name");
         assert_eq!((ball.kind, ball.diameter()), (Some("ball"), Some(4.0)));
         let def = tool_def("4 TOOL DEF 5 L+80 R+5", 1.0, 4).expect("a definition");

@@ -1,6 +1,6 @@
 //! Where the zeros are: work offsets as seen from the first one, and the place of that on the table.
 
-use proveout_geom::Vector;
+use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Location};
 
@@ -107,6 +107,33 @@ pub(super) fn offsets(
         });
     }
     Ok(all)
+}
+
+/// The mounting of a program that sets its zero itself (G10 L2, G92): where it says, and nothing is left to choose. None where it sets none,
+/// where the call states a mounting, or where the place of that zero hangs on a work offset. `again` reads the program with a work offset.
+pub(super) fn own_mount(
+    machine: &Machine,
+    first: &[Reading],
+    interview: &mut Interview<'_, '_>,
+    again: &dyn Fn(&str, [f64; 3]) -> Option<Reading>,
+) -> Option<Reasoned<Vector>> {
+    let [only] = first else { return None };
+    let own = only.own_zero.as_ref().filter(|_| interview.ahead("mount").is_none())?;
+    let word = if own.word == "G92" {
+        only.offsets.first().map_or("G54", |(word, _)| word.as_str())
+    } else {
+        own.word.as_str()
+    };
+    let stays = again(word, own.base)?.own_zero?;
+    if (0..3).any(|i| (stays.base[i] - own.base[i]).abs() > 1e-6) {
+        return None;
+    }
+    let how =
+        if own.word == "G92" { "G92".to_owned() } else { format!("a value of {} that it writes (G10)", own.word) };
+    Some(Reasoned {
+        value: machine.program_zero()? - Point::origin() + Vector::from(own.base),
+        reason: format!("as the program says, line {}: it puts its zero there itself, by {how}", own.at.line),
+    })
 }
 
 /// A work offset as a question names it.

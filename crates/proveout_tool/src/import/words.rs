@@ -3,7 +3,7 @@
 
 /// Kind of the library and the words that mean it, in the order in which they are looked for: `ball nose end mill` is a ball, `spot drill`
 /// no drill. The last member says what the library has no word for, and why the kind stands for it.
-const KINDS: [(&[&str], &str, Option<&str>); 16] = [
+const KINDS: [(&[&str], &str, Option<&str>); 17] = [
     (&["lollipop", "undercut ball"], "lollipop", None),
     (&["taper ball", "tapered ball", "conical ball"], "taper_ball", None),
     (&["ball", "kugel", "sphere", "spherical", "kulist", "spheriq", "hemispher", "sferic", "esferic"], "ball", None),
@@ -39,8 +39,10 @@ const KINDS: [(&[&str], &str, Option<&str>); 16] = [
     ),
     (&["thread mill", "gewindefr"], "flat", Some("a thread mill: a cylinder of its diameter is its envelope")),
     (&["tap drill", "tapping drill"], "drill", None),
+    // What British shops call an end mill that cuts to its center.
+    (&["slot drill", "slotdrill"], "flat", None),
     (
-        &["tap", "gewindeb", "gwintownik", "taraud", "maschio", "macho"],
+        &["tap", "gewindeb", "gewinde m", "gwintownik", "taraud", "maschio", "macho"],
         "flat",
         Some("a tap: a cylinder of its diameter is its envelope"),
     ),
@@ -58,6 +60,7 @@ const KINDS: [(&[&str], &str, Option<&str>); 16] = [
             "flat",
             "end mill",
             "endmill",
+            "em",
             "square",
             "schaftfr",
             "mill",
@@ -79,8 +82,13 @@ pub fn kind_of(text: &str) -> Option<(&'static str, Option<&'static str>)> {
     let has = |word: &&str| {
         text.match_indices(*word).any(|(at, _)| {
             let begins = !text[..at].chars().next_back().is_some_and(char::is_alphabetic) || word.len() > 5;
-            // `TAPER` is no tap.
-            let ends = *word != "tap" || !text[at + word.len()..].starts_with("er");
+            let rest = &text[at + word.len()..];
+            // `TAPER` is no tap, `EMULSION` no end mill.
+            let ends = match *word {
+                "tap" => !rest.starts_with("er"),
+                "em" => !rest.starts_with(char::is_alphabetic),
+                _ => true,
+            };
             begins && ends
         })
     };
@@ -123,6 +131,10 @@ mod tests {
             ("Kugelfraeser", Some("ball")),
             ("FACE MILL 50MM", Some("face_mill")),
             ("M8 TAP", Some("flat")),
+            ("1/2 EM CRB 4FL", Some("flat")),
+            ("EMULSION ON", None),
+            ("8MM SLOT DRILL", Some("flat")),
+            ("GEWINDE_M8", Some("flat")),
             ("5 MM TAP DRILL", Some("drill")),
             ("FREZ TRZPIENIOWY", Some("flat")),
             ("TAPER=118DEG - ZMIN=-0.7 - DRILL", Some("drill")),

@@ -515,6 +515,10 @@ fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
         Class::Known(_) | Class::Note if flavor == Flavor::Fanuc => {
             fault.help(format!("{name} is a word of a Haas: --control haas-ngc reads it; else {help}"))
         }
+        _ if flavor == Flavor::LinuxCnc && code == 500 => fault.help(format!(
+            "a PathPilot takes a scale back with it; a file for --control leaves it out: inherits = \"linuxcnc-2.9\", [words] G50 = {{ ignore = \
+             \"no scale is in force\" }}; else {help}"
+        )),
         _ => fault.help(help),
     }
 }

@@ -363,7 +363,13 @@ impl Interpreter {
             }
         }
         let file = if self.settings.control.osp_words { name.trim_matches(['<', '>']) } else { name };
-        let Some(loaded) = self.load_beside(file, span)? else { return Ok(None) };
+        // The name of an Okuma program has its O in the name of the file as well.
+        let named = file != name;
+        let loaded = match self.load_beside(file, span)? {
+            None if named => self.load_beside(&format!("o{file}"), span)?,
+            found => found,
+        };
+        let Some(loaded) = loaded else { return Ok(None) };
         let section = loaded.index.programs.get(name).copied().or(loaded.index.main);
         Ok(section.map(|section| (loaded, section)))
     }

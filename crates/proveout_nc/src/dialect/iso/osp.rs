@@ -11,6 +11,7 @@
 //!   NEND G0 Z100 ... GOTO NEND a sequence name of letters
 //!   NOEX VC1=3                 a block that is no step of its own
 //!   NCYL X10. Y0.              a point of a cycle where it is only positioned
+//!   DEF WORK ... END   DRAW    blank and picture of the animation: without effect
 //! ```
 //!
 //! After Okuma, *OSP-E100M programming manual* (4292-E), "User task" (common variables `VC1` to `VC200`, which keep their values,
@@ -168,10 +169,29 @@ pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Opti
     Ok(Some(if word == "CALL" { Statement::Call(call) } else { Statement::ModalCall(call) }))
 }
 
+/// A line that describes the blank for the animation of the control, or draws: `DEF WORK`, `PS LC,[0,0,-20],[100,80,20]`, `END`, `DRAW`, `CLEAR`.
+pub(super) fn animation(line: &str) -> Option<&'static str> {
+    let code = line.split('(').next().unwrap_or_default().trim().to_ascii_uppercase();
+    let mut words = code.split([' ', ',', '\t']).filter(|w| !w.is_empty());
+    match (words.next()?, words.next()) {
+        ("DEF", Some("WORK")) => Some("`DEF WORK`"),
+        ("PS", Some(shape)) if shape.len() == 2 && shape.bytes().all(|b| b.is_ascii_uppercase()) => Some("`PS`"),
+        ("DRAW", None) => Some("`DRAW`"),
+        ("CLEAR", None) => Some("`CLEAR`"),
+        ("END", None) => Some("`END` without a number"),
+        _ => None,
+    }
+}
+
 /// The words of this language in a block, where the control does not have them.
 pub(super) fn refused(block: &Block, has_them: bool) -> Option<Fault> {
     let (word, span) = block.osp.filter(|_| !has_them)?;
     let message = format!("{word} is a word of Okuma OSP, which this control has not");
+    if word.starts_with("`END`") {
+        let help =
+            "write DO 1 and END 1 round a loop; where it ends the DEF WORK of an Okuma, --control okuma-osp reads it";
+        return Some(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(help));
+    }
     Some(
         Fault::new(codes::UNSUPPORTED_WORD, span, message)
             .help("this looks like Okuma OSP: name that control (okuma-osp), or post for this control"),

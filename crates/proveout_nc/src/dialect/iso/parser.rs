@@ -129,6 +129,15 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
         block.statement = Some(Statement::Dollar(line[at..].trim().to_ascii_uppercase()));
         return Ok(());
     }
+    if !flavor.is_linuxcnc()
+        && let Some(word) = osp::animation(line)
+    {
+        let at = s.pos();
+        block.span = Span::new(at, line.trim_end().len());
+        block.osp = Some((word, block.span));
+        block.remarks.push(Remark::Note(line.trim().to_owned()));
+        return Ok(());
+    }
     let mut first = true;
     let mut start = None;
     let mut end = s.pos();
@@ -224,6 +233,15 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 first = false;
                 end = s.pos();
             }
+            b',' if !flavor.is_linuxcnc() && taps(&s, line) => {
+                start = start.or(Some(at));
+                s.set_pos(at + 3);
+                block.remarks.push(Remark::Assumed(
+                    "`,R` of a tapping cycle chooses between a rigid tap and a compensating chuck: the path follows the spindle with both",
+                ));
+                first = false;
+                end = s.pos();
+            }
             b',' if !flavor.is_linuxcnc() && matches!(s.peek_at(1).to_ascii_uppercase(), b'C' | b'R') => {
                 start = start.or(Some(at));
                 s.bump();
@@ -297,6 +315,19 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
     }
     block.span = Span::new(start.unwrap_or(0), end);
     Ok(())
+}
+
+/// `,R0` or `,R1` in the block of a tapping cycle, as a Mitsubishi has it; the scanner stands on the comma.
+fn taps(s: &Scanner<'_>, line: &str) -> bool {
+    let digit = matches!(s.peek_at(1), b'R' | b'r') && matches!(s.peek_at(2), b'0' | b'1');
+    let ends = !matches!(s.peek_at(3), b'0'..=b'9' | b'.' | b'[' | b'#');
+    let upper = || line.split(['(', ';']).next().unwrap_or_default().to_ascii_uppercase();
+    digit && ends && {
+        let code = upper();
+        ["G84", "G74"].iter().any(|word| {
+            code.match_indices(word).any(|(at, _)| !code[at + word.len()..].starts_with(|c: char| c.is_ascii_digit()))
+        })
+    }
 }
 
 fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
@@ -467,5 +498,8 @@ fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Re
         return Ok(());
     }
     Err(Fault::new(codes::SYNTAX, Span::new(start, probe.pos()), "words stand behind `;`, which ends the block")
-        .help("write them in a line of their own, or as a comment in ( )"))
+        .help(
+            "write them in a line of their own, or as a comment in ( ); on a LinuxCNC, a Mach3 and a Grbl they are a comment: \
+             --control linuxcnc-2.9, mach3 or grbl-1.1 reads them so",
+        ))
 }
