@@ -94,7 +94,7 @@ pub(crate) struct MachineArgs {
     /// URDF: link that carries the workpiece; its origin is the middle of the clamping surface
     #[arg(long, value_name = "NAME")]
     pub(crate) table_link: Option<String>,
-    /// URDF: letters of joints whose names tell none, such as joint_1=X,joint_2=C
+    /// URDF: letters of joints whose names tell none, such as `joint_1=X,joint_2=C`
     #[arg(long, value_name = "JOINT=LETTER,...")]
     pub(crate) axis_names: Option<String>,
     /// URDF: axes that the control counts against the joint of the file, such as X,C
