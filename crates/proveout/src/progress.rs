@@ -61,19 +61,16 @@ impl Observer for Progress {
         self.bar.set_style(style);
         self.bar.set_prefix(self.name.clone());
         let cells = setup.stock.counts();
-        tell!(
-            "{}: {} lines; stock of {} x {} x {} cells, {:.0} MiB",
-            setup.program,
-            setup.program_lines,
-            cells[0],
-            cells[1],
-            cells[2],
-            setup.stock.memory_bytes() as f64 / f64::from(1 << 20)
-        );
-        for patch in setup.patches {
-            let ([x, y, z], mib) = (patch.stock().counts(), patch.stock().memory_bytes() as f64 / f64::from(1 << 20));
-            tell!("patch {}: {x} x {y} x {z} cells, {mib:.0} MiB", patch.name());
-        }
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        // Bars of programs beside this one stay in their place.
+        self.bar.suspend(|| {
+            let ([x, y, z], lines, mib_of_stock) = (cells, setup.program_lines, mib(setup.stock.memory_bytes()));
+            tell!("{}: {lines} lines; stock of {x} x {y} x {z} cells, {mib_of_stock:.0} MiB", setup.program);
+            for patch in setup.patches {
+                let ([x, y, z], mib) = (patch.stock().counts(), mib(patch.stock().memory_bytes()));
+                tell!("{}patch {}: {x} x {y} x {z} cells, {mib:.0} MiB", self.name, patch.name());
+            }
+        });
         Ok(())
     }
 

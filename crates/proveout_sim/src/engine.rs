@@ -13,6 +13,7 @@ use proveout_tool::Tool;
 use crate::{
     bodies::{BodyCheck, StockNear, Told},
     cuts::Cuts,
+    damage::is_envelope,
     engagement::Engagement,
     error::SimError,
     finding::{self, Finding},
@@ -131,6 +132,8 @@ pub(crate) struct Engine<'a> {
     sums: BTreeMap<u32, BlockSum>,
     block_of_piece: Vec<u32>,
     envelopes: BTreeMap<u32, usize>,
+    /// Whether each tool cuts as the cylinder round it.
+    is_envelope: Vec<bool>,
     motion: Option<KeptMotion>,
     recorder: Option<Recorder<'a>>,
     places: Vec<Option<(Arc<str>, u32)>>,
@@ -176,6 +179,7 @@ impl<'a> Engine<'a> {
             sums: BTreeMap::new(),
             block_of_piece: Vec::new(),
             envelopes: BTreeMap::new(),
+            is_envelope: (0..prepared.tools.tools.len()).map(|t| is_envelope(&prepared.tools, t)).collect(),
             motion: prepared.keeps_motion().then(KeptMotion::default),
             recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
             places: Vec::new(),
@@ -228,7 +232,7 @@ impl<'a> Engine<'a> {
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
             let id = first_id + i as u32;
             self.block_of_piece.push(piece.block);
-            if let Some(tool) = state.tool.filter(|t| crate::damage::is_envelope(&self.prepared.tools, *t)) {
+            if let Some(tool) = state.tool.filter(|t| self.is_envelope.get(*t) == Some(&true)) {
                 self.envelopes.insert(piece.block, tool);
             }
             let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));

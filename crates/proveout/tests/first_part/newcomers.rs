@@ -203,6 +203,26 @@ fn words_of_other_controls_are_read_or_lead_on() {
 }
 
 #[test]
+fn a_gouge_of_a_tap_says_that_its_cylinder_has_cut_it() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-20,-20,-20,20,20,0\"\n");
+    // No hole in the design at all: whatever cuts is a gouge.
+    desk.write("block.stl", &block([-20.0, -20.0, -20.0], [20.0, 20.0, 0.0]));
+    for (name, comment, round) in [("tap", "M8 TAP", true), ("mill", "8MM FLAT ENDMILL", false)] {
+        let cycle = if round { "G84 Z-10. R3. F1250." } else { "G1 Z-10. F200." };
+        desk.write(
+            &format!("{name}.nc"),
+            &format!("O1\nG21 G90 G17 G40 G80\n(T2 {comment})\nT2 M6\nG54 G0 X0 Y0 S1000 M3\nG43 H2 Z20.\nG0 Z3.\n{cycle}\nG80\nG0 Z20.\nM30\n"),
+        );
+        desk.done(&format!("new {name}.nc {MILL} --design block.stl --output {name}"));
+        let verdict = desk.verdict(name);
+        assert_eq!(gate(&verdict, "gouge").0, "fail", "{name}");
+        let told = verdict["findings"].to_string();
+        assert_eq!(told.contains("cuts here as the cylinder round it"), round, "{name}: {told}");
+    }
+}
+
+#[test]
 fn files_that_are_no_program_are_told_so() {
     let desk = Desk::new(&["plate.nc"]);
     desk.write("letter.nc", "Dear Sir or Madam,\n\nplease find enclosed the drawing.\n\nKind regards\n");

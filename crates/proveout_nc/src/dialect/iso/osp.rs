@@ -171,6 +171,12 @@ pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Opti
 
 /// A line that describes the blank for the animation of the control, or draws: `DEF WORK`, `PS LC,[0,0,-20],[100,80,20]`, `END`, `DRAW`, `CLEAR`.
 pub(super) fn animation(line: &str) -> Option<&'static str> {
+    // Every line of every ISO program comes by here: two letters tell nearly all of them apart, and no text is made of those.
+    let starts = line.trim_start().as_bytes();
+    let [first, second, ..] = starts else { return None };
+    if !matches!(first, b'D' | b'd' | b'P' | b'p' | b'C' | b'c' | b'E' | b'e') || !second.is_ascii_alphabetic() {
+        return None;
+    }
     let code = line.split('(').next().unwrap_or_default().trim().to_ascii_uppercase();
     let mut words = code.split([' ', ',', '\t']).filter(|w| !w.is_empty());
     match (words.next()?, words.next()) {
