@@ -1,6 +1,6 @@
 use std::{collections::BTreeSet, time::Instant};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use proveout_sim::{
     Observer, Prepared,
     compare::{CompareChoice, Compared, Comparison},
@@ -12,7 +12,7 @@ use crate::{
     commands::run::{check_viewer, dynamics, pool, recorder, told_kept, word},
     failure::Failure,
     front::{self, CompareOrder},
-    progress::Progress,
+    progress::{Beside, Progress},
 };
 
 /// Compares the programs of a scene; the verdict over all of them and all criteria.
@@ -38,10 +38,10 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
     let rerun = recorder(args.rerun);
     let order =
         CompareOrder { scene: &args.scene, choice: &choice, place: args.out.as_deref(), threads, rerun: &rerun };
-    let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
+    let beside = Beside::new();
     let mut watchers = |prepared: &Prepared| -> Vec<Box<dyn Observer>> {
         bar.finish_and_clear();
-        vec![Box::new(Progress::beside(&bars, &prepared.program_name, &prepared.running_file()))]
+        vec![Box::new(Progress::beside(&beside, &prepared.program_name, &prepared.running_file()))]
     };
     let (compared, committed) = pool.install(|| front::compare(&order, &told, &mut watchers))?;
     bar.finish_and_clear();
