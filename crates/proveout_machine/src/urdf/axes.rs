@@ -300,10 +300,17 @@ impl Axes {
         let moved: Vec<&Axis> = self.all.iter().filter(|a| !a.held()).collect();
         let against: Vec<String> = moved.iter().filter(|a| along(a) < -0.5).map(|a| a.letter.to_string()).collect();
         if !against.is_empty() {
-            let names = against.join(",");
+            // Those that count with their letter: what is reversed without need is not, and the others are.
+            let with: Vec<String> =
+                moved.iter().filter(|a| a.reversed != (along(a) < -0.5)).map(|a| a.letter.to_string()).collect();
+            let remedy = match with.join(",").as_str() {
+                "" => "leave --reverse out".to_owned(),
+                names => format!("--reverse {names}"),
+            };
             notes.push(format!(
-                "a growing value takes the tool past the workpiece against the letter on {names}, while programs count with it (ISO 841): if the \
-                 control counts so, --reverse {names}"
+                "a growing value takes the tool past the workpiece against the letter on {}, while programs count with it (ISO 841): if the \
+                 control counts so, {remedy}",
+                against.join(",")
             ));
         }
         let aside: Vec<String> =
