@@ -206,6 +206,7 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
     }
     // Quaternions do not look at the channel: the bound is not about them.
     let (other, told) = certificate("quaternion", &["clearance_deg=50"], "certified-quaternion");
+    assert!(other["runs"][0]["ramps_apart"].is_null() && !told.contains("without the first and last"), "{told}");
     assert!(other["runs"][0]["new_inside"] == false && other["runs"][0]["gap_percent"].is_null());
     assert!(told.contains("the bound is not about them"), "{told}");
 }
@@ -312,6 +313,12 @@ fn the_smoothest_schedule_of_a_channel_is_near_the_bound_and_keeps_contacts_and_
         assert!(run["new_inside"] == true && number("gap_percent") < 1.5, "{told}");
         assert!(number("time_s") < number("original_time_s"), "{told}");
         times.push(number("time_s"));
+        // Without the half second in which the axes get under way at either end less is left.
+        let middle = &run["ramps_apart"];
+        let inner = |key: &str| middle[key].as_f64().expect("a number");
+        assert!(inner("ramp_s") == 0.5 && inner("time_s") < number("time_s") - 1.0, "{told}");
+        assert!(inner("bound_s") <= inner("time_s") && inner("gap_percent") < number("gap_percent"), "{told}");
+        assert!(told.contains("without the first and last 0.5 s: ") && told.contains("no schedule is below"), "{told}");
         let text = fs::read_to_string(folder().join(format!("{name}.mpf"))).expect("written");
         // Line by line but for places and vectors; ball centers within a micrometer.
         let shape = |text: &str| -> Vec<String> {

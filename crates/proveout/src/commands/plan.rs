@@ -135,6 +135,13 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
         }
         None => out.push_str("  the new axes leave the channel, so that the bound is not about them\n"),
     }
+    if let Some(middle) = &run.ramps_apart {
+        let _ = writeln!(
+            out,
+            "  without the first and last {} s: {:.3} s, no schedule is below {:.3} s there, at most {:.2} percent are left",
+            middle.ramp_s, middle.time_s, middle.bound_s, middle.gap_percent
+        );
+    }
     let _ = writeln!(
         out,
         "  of the {:.3} s of the feed {:.3} are proved: ends of blocks may be {:.4} mm off",

@@ -313,11 +313,12 @@ pub(super) fn print_summary(result: &RunResult, place: &Path) {
         result.checks.stock_queries
     );
     say!("  results: {}", place.display());
-    say!(
-        "           {} in a browser; `proveout view {}` for the recording",
-        place.join("report.html").display(),
-        place.display()
-    );
+    let recording = if place.join(proveout_record::RECORDING_FILE).exists() {
+        format!("; `proveout view {}` for the recording", place.display())
+    } else {
+        String::new()
+    };
+    say!("           {} in a browser{recording}", place.join("report.html").display());
 }
 
 fn print_overhangs(found: &[Overhang]) {

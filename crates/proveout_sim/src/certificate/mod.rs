@@ -14,6 +14,7 @@
 
 mod cells;
 mod constant_feed;
+mod ramps;
 
 use proveout_controller::{Alternatives, ReprogrammedRun};
 use proveout_geom::Point;
@@ -28,6 +29,7 @@ use crate::{
 
 pub use cells::{CellCertificate, CellJoint};
 pub use constant_feed::ConstantFeed;
+pub use ramps::RampsApart;
 
 /// Part by which the control may pass the programmed feed.
 const FEED_PASSED: f64 = 0.0005;
@@ -261,6 +263,8 @@ pub struct RunCertificate {
     pub original_inside: bool,
     /// How much longer the new program takes than the bound, percent of the bound; null where it leaves the channel.
     pub gap_percent: Option<f64>,
+    /// The same without the ramps at both ends; null where the new program leaves the channel, or little but ramps is there.
+    pub ramps_apart: Option<RampsApart>,
 }
 
 impl RunCertificate {
@@ -421,6 +425,7 @@ pub(crate) fn certify(
         feed_bound_s: certificate.feed,
         bound_s: bound,
         gap_percent: new_inside.then(|| 100.0 * (time_s / bound - 1.0)),
+        ramps_apart: new_inside.then(|| RampsApart::new(&counted, &seams, &new_s)).flatten(),
         seams_s: seams,
         least_s: counted.least,
         new_s,

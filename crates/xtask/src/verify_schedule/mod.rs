@@ -143,22 +143,8 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
     }
     same("feed_bound_s", number(value, "feed_bound_s")?, run.feed(0, run.least.len()))?;
     let windows = list(value, "windows")?;
-    let mut at = 0;
-    let mut sum = 0.0;
-    for (k, window) in windows.iter().enumerate() {
-        let (end, time) = run.window(window, at, cells).map_err(|Failure(e)| wrong(format!("window {k}: {e}")))?;
-        let claimed = number(window, "time_s")?;
-        if claimed > time + ROUNDED * time.abs().max(1.0) {
-            return Err(wrong(format!("window {k} claims {claimed} s, and proves {time} s")));
-        }
-        sum += claimed;
-        at = end;
-    }
-    if at != run.least.len() {
-        return Err(wrong(format!("the windows end at gate {at} of {}", run.least.len())));
-    }
     let bound = number(value, "bound_s")?;
-    same("bound_s", bound, sum)?;
+    same("bound_s", bound, run.proved(windows, [0, run.least.len()], cells)?)?;
     match &value["gap_percent"] {
         Value::Null if !inside("new_inside")? => {}
         Value::Number(_) if inside("new_inside")? => {
@@ -169,6 +155,10 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
                 "gap_percent is told where the program leaves the channel, or missing where it does not",
             ));
         }
+    }
+    match &value["ramps_apart"] {
+        Value::Null => {}
+        middle => run.check_middle(middle).map_err(|Failure(e)| wrong(format!("ramps_apart: {e}")))?,
     }
     Ok(windows.len())
 }
@@ -232,6 +222,44 @@ impl Run<'_> {
                 .all(|(q, [low, high])| q - low > rounding - PLACE_DEG && high - q > rounding - PLACE_DEG);
         }
         Ok(keeps)
+    }
+
+    /// What windows claim from one gate to another, s; each of them has to prove its own.
+    fn proved(&self, windows: &[Value], [from, to]: [usize; 2], cells: Option<f64>) -> Result<f64, Failure> {
+        let (mut at, mut sum) = (from, 0.0);
+        for (k, window) in windows.iter().enumerate() {
+            let (end, time) = self.window(window, at, cells).map_err(|Failure(e)| wrong(format!("window {k}: {e}")))?;
+            let claimed = number(window, "time_s")?;
+            if claimed > time + ROUNDED * time.abs().max(1.0) {
+                return Err(wrong(format!("window {k} claims {claimed} s, and proves {time} s")));
+            }
+            sum += claimed;
+            at = end;
+        }
+        if at != to {
+            return Err(wrong(format!("the windows end at gate {at} of {to}")));
+        }
+        Ok(sum)
+    }
+
+    /// Time and bound of the blocks between the ramps.
+    fn check_middle(&self, middle: &Value) -> Result<(), Failure> {
+        let gates: Vec<f64> = numbers(middle, "gates")?;
+        let (from, to) = match gates.as_slice() {
+            [from, to] if *from >= 0.0 && from < to && *to <= self.least.len() as f64 => (*from as usize, *to as usize),
+            _ => return Err(wrong(format!("its gates {gates:?} are no two of the stretch"))),
+        };
+        let own = numbers(self.value, "new_s")?;
+        let (time, bound) = (number(middle, "time_s")?, number(middle, "bound_s")?);
+        same("time_s", time, own[from..to].iter().sum())?;
+        let ramp = number(middle, "ramp_s")?;
+        for (end, left) in [("first", &own[..from]), ("last", &own[to..])] {
+            if left.iter().sum::<f64>() < ramp * (1.0 - ROUNDED) {
+                return Err(wrong(format!("the {end} ramp is shorter than {ramp} s")));
+            }
+        }
+        same("bound_s", bound, self.proved(list(middle, "windows")?, [from, to], None)?)?;
+        same("gap_percent", number(middle, "gap_percent")?, 100.0 * (time / bound - 1.0))
     }
 
     /// Last gate and time of a window that must begin at a gate.

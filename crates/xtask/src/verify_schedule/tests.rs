@@ -29,7 +29,11 @@ fn certificate() -> Value {
                 { "proof": "swings", "joint": "A", "gates": [0, 1, 2, 3], "up": true, "time_s": 0.6 + 0.7 + 0.6 },
                 { "proof": "feed", "joint": null, "gates": [3, 4], "up": null, "time_s": 0.1 }
             ],
-            "bound_s": 2.0, "gap_percent": 15.0
+            "bound_s": 2.0, "gap_percent": 15.0,
+            "ramps_apart": {
+                "ramp_s": 0.1, "gates": [1, 3], "time_s": 1.5, "bound_s": 1.2, "gap_percent": 25.0,
+                "windows": [{ "proof": "swings", "joint": "A", "gates": [1, 2, 3], "up": false, "time_s": 0.6 + 0.6 }]
+            }
         }]
     })
 }
@@ -52,7 +56,7 @@ fn a_certificate_that_holds_is_taken() {
 #[test]
 fn each_forgery_is_refused() {
     type Change = fn(&mut Value);
-    let forgeries: [(Change, &str); 19] = [
+    let forgeries: [(Change, &str); 26] = [
         (|r| r["bound_s"] = json!(2.1), "bound_s is told as"),
         (|r| r["windows"][0]["time_s"] = json!(2.0), "claims 2 s, and proves"),
         (|r| r["windows"][0]["gates"] = json!([0, 1, 3]), "without moving"),
@@ -72,6 +76,13 @@ fn each_forgery_is_refused() {
         (|r| r["time_s"] = json!(2.2), "time_s is told as"),
         (|r| r["gap_percent"] = json!(10.0), "gap_percent is told as"),
         (|r| r["least_s"][0] = json!(0.0), "no least time"),
+        (|r| r["ramps_apart"]["bound_s"] = json!(1.3), "ramps_apart: bound_s is told as"),
+        (|r| r["ramps_apart"]["time_s"] = json!(1.4), "ramps_apart: time_s is told as"),
+        (|r| r["ramps_apart"]["gap_percent"] = json!(24.0), "ramps_apart: gap_percent is told as"),
+        (|r| r["ramps_apart"]["ramp_s"] = json!(0.2), "the last ramp is shorter"),
+        (|r| r["ramps_apart"]["gates"] = json!([1, 9]), "are no two of the stretch"),
+        (|r| r["ramps_apart"]["windows"][0]["time_s"] = json!(1.3), "claims 1.3 s, and proves"),
+        (|r| r["ramps_apart"]["windows"][0]["gates"] = json!([2, 3]), "do not rise from gate 1"),
     ];
     for (forgery, told) in forgeries {
         let text = fault(forgery);
