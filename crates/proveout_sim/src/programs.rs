@@ -317,9 +317,13 @@ pub(crate) fn rescheduled_commands(
     let region = |name: &ToolName| part.region(tool(name)?).ok()?;
     let length = |name: &ToolName| tool(name).map(|t| t.gauge_length);
     let empty = Source::Text { name: "made.mpf".to_owned(), text: String::new() };
-    let case = MotionCase::planned(scene, machine, tools, &settings_of_made(settings), empty)?;
+    let made = settings_of_made(settings.clone());
+    let case = MotionCase::planned(scene, machine, tools, &made, empty)?;
     let times = |commands: Vec<Command>| {
-        let motion = case.of_commands(commands).ok().filter(|motion| motion.over_travels.is_empty())?;
+        // What is asked about is the text that would be written, with its rounding.
+        let text = text(&commands, Dialect::Siemens840d, &settings).ok()?;
+        let read = Program::from_text("made.mpf", &text, &made).ok()?.collect::<Result<Vec<Command>, _>>().ok()?;
+        let motion = case.of_commands(read).ok().filter(|motion| motion.over_travels.is_empty())?;
         let runs = motion.blocks.chunk_by(|a, b| a.run == b.run);
         Some(runs.map(|run| run.iter().map(|b| b.time[1] - b.time[0]).collect()).collect())
     };
