@@ -307,6 +307,7 @@ cases! {
     "scene/RescheduleFile.channel", RemadeSmooth, ["scene", "program.2.reschedule.channel", "\"tool\""];
     "scene/RescheduleFile.lean_max_deg", RemadeSmooth, ["scene", "program.2.reschedule.lean_max_deg", "95"];
     "scene/RescheduleFile.monotone", RemadeSmooth, ["scene", "program.2.reschedule.monotone", "false"];
+    "scene/RescheduleFile.time_given_up_percent", RemadeSmooth, ["scene", "program.2.reschedule.time_given_up_percent", "12"];
     "scene/RescheduleFile.turn_max_deg", RemadeSmooth, ["scene", "program.2.reschedule.turn_max_deg", "5"];
     "scene/RescheduleFile.ends", RemadeSmooth, ["scene", "program.2.reschedule.ends", "\"free\""];
     "scene/RescheduleFile.criterion", RemadeKeys, ["scene", "program.2.reschedule.criterion", "\"true-minimum\""];

@@ -80,6 +80,8 @@ pub struct RescheduleFile {
     pub lean_max_deg: Option<f64>,
     /// `smooth`: the rotary axis does not turn back.
     pub monotone: Option<bool>,
+    /// `smooth`: time of the control that is given up for a lower peak of acceleration, percent; 0.1 when left out.
+    pub time_given_up_percent: Option<f64>,
     /// `smooth` of rows: largest turn of the tool axis from the program's own, degrees.
     pub turn_max_deg: Option<f64>,
     /// `smooth` of rows: whether the axes at both ends of a row stay.
@@ -178,6 +180,7 @@ impl RescheduleFile {
                     clearance,
                     lean_max: self.lean_max_deg.map_or(defaults.lean_max, |d| d * TAU / 360.0),
                     monotone: self.monotone.unwrap_or(defaults.monotone),
+                    given_up: self.time_given_up_percent.map_or(defaults.given_up, |p| 0.01 * p),
                 })
             }
             MethodFile::Singularity => {

@@ -206,8 +206,8 @@ fn strategies() -> PossibleValuesParser {
     singularity has cone_deg, rate_deg_mm and junction (off, free, pinned); min-angular-acceleration has cap_deg, \
     window_mm, criterion (paper, true-minimum) and key_axes (program, search); multi-scale has strip_min_mm, strip_max_mm, strip_height_mm, ra_um, evaluation_length_mm, run_in_mm, \
     margin_deg, coefficients, measured_part and measured_spread; smooth, \
-    which is of this project, has channel (clearance, tool, rows) and lean_max_deg, with the first two clearance_deg and monotone (true, \
-    false), with rows turn_max_deg, ends (kept, free) and for a bull-nose the options of multi-scale but margin_deg and coefficients.\n\n\
+    which is of this project, has channel (clearance, tool, rows) and lean_max_deg, with the first two clearance_deg, monotone (true, \
+    false) and time_given_up_percent (for a lower peak of acceleration), with rows turn_max_deg, ends (kept, free) and for a bull-nose the options of multi-scale but margin_deg and coefficients.\n\n\
     Beside the time of both programs stands a bound: no schedule of axes in the channel, with the limits of the joints that are named, \
     is faster. A program that the control refuses is not written.")]
 pub(crate) struct RescheduleArgs {

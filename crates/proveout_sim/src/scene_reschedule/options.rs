@@ -51,7 +51,7 @@ macro_rules! option {
 const BULL_NOSE: &[MethodFile] = &[MultiScale, Smooth];
 
 /// All options, in the order of the scene file.
-const ALL: [Known; 29] = [
+const ALL: [Known; 30] = [
     option!(&[STheta, Quaternion, Smooth], clearance_deg, number),
     Known { key: "inset_deg", of: &[STheta], get: inset, set: set_inset },
     option!(&[STheta], start_flat_mm, number),
@@ -84,6 +84,7 @@ const ALL: [Known; 29] = [
         get: |file| file.monotone.map(|value| value.to_string()),
         set: set_monotone,
     },
+    option!(&[Smooth], time_given_up_percent, number),
     option!(&[Smooth], turn_max_deg, number),
     option!(&[Smooth], ends, EndsFile, "none of its words"),
 ];
@@ -103,7 +104,7 @@ impl RescheduleFile {
             (_, "measured_part") if self.ra_um == Some(0.0) => false,
             (_, "measured_spread") if self.ra_um == Some(0.0) || self.measured_part.is_none() => false,
             (Smooth, "channel" | "lean_max_deg") => true,
-            (Smooth, "clearance_deg" | "monotone") => !rows,
+            (Smooth, "clearance_deg" | "monotone" | "time_given_up_percent") => !rows,
             (Smooth, _) => rows,
             _ => true,
         };

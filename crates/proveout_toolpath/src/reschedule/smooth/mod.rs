@@ -10,8 +10,9 @@
 //! 2. *Locally*: in that time the spline with the least peak of acceleration, then with the least jerk (`spline_in_corridor.rs`): a convex program.
 //! 3. *With the control*, where one is known ([`TimeLaw`]): it is asked for the times of the blocks, and the program is solved again in those, as long as that gains.
 //!
-//! What is handed out is the fastest for the control of all these, of the program before and of s-theta, as far as they are in the channel; where the feed leaves
-//! nothing to gain, the one of these with the least peak of acceleration (the local stage gives its velocity a bound of its own, they may turn faster). Linear
+//! Between the fastest for the control of these and the one with the least peak of acceleration two more lie in the channel, which is convex. Handed out is, of those that are
+//! within `given_up` of the fastest, the one with the least peak between the ramps; the program before or s-theta, as far as they are in the channel, where they are faster
+//! than that, or, where the feed leaves nothing to gain, have a lower peak (the local stage gives its velocity a bound of its own, they may turn faster). Linear
 //! joints that follow the axes are looked at by the control only. Without a jump of speed at its ends the angle stands still there, as lead-in and lead-out do.
 //!
 //! *Between blocks*: limits and angles run straight from block to block, so that what holds at both ends of a block holds between them; the free intervals of
@@ -20,12 +21,15 @@
 pub(super) mod corridor_program;
 mod rows;
 mod spline_in_corridor;
+mod tries;
 
 use std::f64::consts::TAU;
 
 use proveout_machine::{Carries, Joint, Machine};
 
 use self::spline_in_corridor::Corridor;
+pub(super) use self::tries::peaks;
+use self::tries::{Tried, effort};
 use super::s_theta::{curve, poses, study, turns};
 use super::taut::{Gate, free_taut_string};
 use super::tool_channel::ToolChannel;
@@ -48,6 +52,8 @@ const RAMP_PART: f64 = 0.25;
 const RAMP: f64 = 3.0;
 /// Nothing more is tried where no other schedule can be faster than by this part.
 const GAIN: f64 = 5e-4;
+/// More of the time is not given up for a lower peak of acceleration, part.
+const MOST_GIVEN_UP: f64 = 0.1;
 /// Rounding of sums of angles, radian.
 const ROUNDED: f64 = 1e-9;
 /// Another clearance of the same rule that is shown beside the published one, radian.
@@ -73,16 +79,20 @@ pub struct Smooth {
     pub lean_max: f64,
     /// The axis does not turn back.
     pub monotone: bool,
+    /// Part of the time of the control that is given up for a lower peak of acceleration.
+    pub given_up: f64,
 }
 
 impl Default for Smooth {
-    /// The published clearance of 50 degrees; a lean of 80, beyond which the end of a ball does not cut but its side; no turning back.
+    /// The published clearance of 50 degrees; a lean of 80, beyond which the end of a ball does not cut but its side; no turning back; a tenth
+    /// of a percent of the time.
     fn default() -> Self {
         Self {
             channel: ChannelKind::Clearance,
             clearance: STHETA_DEFAULTS.clearance,
             lean_max: 80.0 * TAU / 360.0,
             monotone: true,
+            given_up: 1e-3,
         }
     }
 }
@@ -123,12 +133,6 @@ impl TurnLimits {
     }
 }
 
-/// A schedule that was tried.
-struct Tried {
-    angles: Vec<f64>,
-    time: f64,
-}
-
 impl Smooth {
     fn check(&self) -> Result<(), RescheduleError> {
         let quarter = 0.25 * TAU;
@@ -136,6 +140,14 @@ impl Smooth {
             ("clearance_deg", self.clearance, (0.0..quarter).contains(&self.clearance)),
             ("lean_max_deg", self.lean_max, self.lean_max > 0.0 && self.lean_max <= quarter),
         ];
+        if !(0.0..=MOST_GIVEN_UP).contains(&self.given_up) {
+            return Err(RescheduleError::new(
+                "reschedule-option",
+                0,
+                format!("time_given_up_percent = {:.6} of smooth is outside of its range", 100.0 * self.given_up),
+                "0 to 10 percent",
+            ));
+        }
         let Some((key, value, _)) = options.into_iter().find(|(.., fits)| !fits) else { return Ok(()) };
         Err(RescheduleError::new(
             "reschedule-option",
@@ -277,21 +289,6 @@ fn at_gates(string: &[[f64; 2]], times: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Largest rate of change over blocks, and of its change, s.
-pub(super) fn peaks(angles: &[f64], least: &[f64]) -> [f64; 2] {
-    let rate: Vec<f64> = angles.windows(2).zip(least).map(|(q, t)| (q[1] - q[0]) / t).collect();
-    let change = rate.windows(2).zip(least.windows(2)).map(|(v, t)| 2.0 * (v[1] - v[0]) / (t[0] + t[1]));
-    [rate.iter().fold(0.0, |m, v| v.abs().max(m)), change.fold(0.0, |m, a| a.abs().max(m))]
-}
-
-/// Largest acceleration at the programmed feed, from rest and to rest, rad/s2.
-fn effort(angles: &[f64], least: &[f64]) -> f64 {
-    let rate = |i: Option<usize>| i.and_then(|i| Some((angles.get(i + 1)? - angles.get(i)?) / least[i]));
-    let ends = [(rate(Some(0)), least.first()), (rate(least.len().checked_sub(1)), least.last())];
-    let jumps = ends.into_iter().filter_map(|(rate, time)| Some(rate?.abs() / time?));
-    jumps.fold(peaks(angles, least)[1], f64::max)
-}
-
 /// Least peak of the velocity in a channel at the programmed feed, rad/s.
 fn least_velocity(channel: &Channel, least: &[f64]) -> Option<f64> {
     let mut s = 0.0;
@@ -348,17 +345,18 @@ impl Method for Smooth {
             let times = around.time_law?.block_times(&poses(run, &path, angles))?;
             times.get(stretch.clone()).map(<[f64]>::to_vec)
         };
-        let SmoothPlan { angles, acceleration: mut asked } =
+        let SmoothPlan { angles, acceleration: asked } =
             self.solve(&path, &gates, &least, limits, VELOCITY_GIVEN[0])?;
+        let mut best = Tried { angles, time: f64::INFINITY, asked };
         let mut rounds = 0;
-        let mut best = Tried { angles, time: f64::INFINITY };
         if let Some(mut times) = judged(&best.angles) {
-            best.time = times.iter().sum();
-            rounds = 1;
+            let mut fastest: f64 = times.iter().sum();
+            best.time = fastest;
+            let mut all = vec![best.clone()];
             // In the time of the control, then with less room for the velocity, in both times.
             let [roomy, tight] = VELOCITY_GIVEN;
             for (given, in_time_of_control) in [(roomy, true), (tight, false), (tight, true)] {
-                if best.time <= shortest * (1.0 + GAIN) {
+                if fastest <= shortest * (1.0 + GAIN) {
                     break;
                 }
                 // No block is planned with less than its own time.
@@ -366,15 +364,22 @@ impl Method for Smooth {
                 let blocks = if in_time_of_control { &slower } else { &least };
                 let SmoothPlan { angles, acceleration } = self.solve(&path, &gates, blocks, limits, given)?;
                 let Some(next) = judged(&angles) else { continue };
-                rounds += 1;
                 let time: f64 = next.iter().sum();
-                // A smoother schedule is not given up for less than that.
-                if time < best.time * (1.0 - GAIN) {
-                    (best, asked, times) = (Tried { angles, time }, acceleration, next);
+                all.push(Tried { angles, time, asked: acceleration });
+                if time < fastest * (1.0 - GAIN) {
+                    (fastest, times) = (time, next);
                 }
             }
+            if fastest > shortest * (1.0 + GAIN) {
+                for angles in tries::between(&all, &least) {
+                    let angles = kept(angles, &gates);
+                    let Some(times) = judged(&angles) else { continue };
+                    all.push(Tried { angles, time: times.iter().sum(), asked: None });
+                }
+            }
+            rounds = all.len();
+            best = tries::chosen(all, &least, self.given_up).unwrap_or(best);
         }
-        let mut others = false;
         if best.time.is_finite() {
             // Where feed leaves no time to gain, what is smoother gains still.
             let at_feed = best.time <= shortest * (1.0 + GAIN);
@@ -385,18 +390,17 @@ impl Method for Smooth {
                 let Some(times) = judged(&angles) else { continue };
                 let time: f64 = times.iter().sum();
                 if time < best.time || at_feed && time <= shortest * (1.0 + GAIN) {
-                    best = Tried { angles, time };
-                    others = true;
+                    best = Tried { angles, time, asked: None };
                 }
             }
         }
-        let angles = best.angles;
+        let Tried { angles, asked, .. } = best;
         let mut study = study(&path, &channel, &angles);
         let mut figure = |name, unit, value: f64| study.figures.push(Figure { name, unit, value });
         let [velocity, acceleration] = peaks(&angles, &least).map(f64::to_degrees);
         figure("peak velocity at the programmed feed", "deg/s", velocity);
         figure("peak acceleration at the programmed feed, ramps too", "deg/s2", acceleration);
-        if let Some(planned) = asked.filter(|_| !others) {
+        if let Some(planned) = asked {
             figure("peak acceleration between the ramps, as planned", "deg/s2", planned.to_degrees());
         }
         figure("times the control was asked", "", rounds as f64);
