@@ -18,7 +18,7 @@ use proveout_machine::MAX_JOINTS;
 use super::{
     lanes::{LANES, Lanes},
     problem::{JointRow, Problem, RELAXED},
-    side::{Side, Sums, even, jerk},
+    side::{AT_FIRST, Going, INSIDE, Side, Sums, even, jerk},
     solver::{Before, Work},
     system::System,
 };
@@ -233,6 +233,7 @@ impl Part {
 
     /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones elsewhere.
     pub(super) fn begin(&self, c: &[f64], mu: f64, before: Option<&Before<'_>>, work: &mut Work) {
+        let new = [mu, if before.is_some() { INSIDE } else { AT_FIRST }];
         work.single.clear();
         work.single.reserve(self.speed.len());
         work.pairs.clear();
@@ -250,15 +251,15 @@ impl Part {
                 }
                 for q in &self.speed[slot.speed.clone()] {
                     let kept = |lane: usize| before?.single(places?[lane]?);
-                    work.single.push(Side::begun(even(q, x) - Lanes::all(1.0), mu, kept));
+                    work.single.push(Side::begun(even(q, x) - Lanes::all(1.0), new, kept));
                 }
                 let mut add = |value: Lanes, limit: Lanes| {
                     let name = names[work.pairs.len() - number];
                     let kept = |lane: usize| before?.pair(places?[lane]?, name);
                     let kept: [Option<[[f64; 2]; 2]>; LANES] = std::array::from_fn(kept);
                     work.pairs.push([
-                        Side::begun(value - limit, mu, |lane| kept[lane].map(|both| both[0])),
-                        Side::begun(-value - limit, mu, |lane| kept[lane].map(|both| both[1])),
+                        Side::begun(value - limit, new, |lane| kept[lane].map(|both| both[0])),
+                        Side::begun(-value - limit, new, |lane| kept[lane].map(|both| both[1])),
                     ]);
                 };
                 for q in &self.even[slot.even.clone()] {
@@ -303,7 +304,7 @@ impl Part {
 
     /// Goes along the step before, and takes matrix and right sides of the next one.
     #[inline(always)]
-    pub(super) fn assemble(&self, c: &[f64], steps: [f64; 2], work: &mut Work) -> Sums {
+    pub(super) fn assemble(&self, c: &[f64], going: Going, work: &mut Work) -> Sums {
         work.matrix.fill([0.0; 4]);
         work.right.fill(0.0);
         work.central.fill(0.0);
@@ -325,7 +326,7 @@ impl Part {
                 let mut m = [slot.weight * tangent * over * 1.5, zero, zero, zero, zero, zero];
                 // Sides have weights w and v, and give f and h along their own rows.
                 for (q, side) in self.speed[slot.speed.clone()].iter().zip(&mut singles) {
-                    let (w, f) = side.advance(even(q, x) - one, steps, &mut sums);
+                    let (w, f) = side.advance(even(q, x) - one, going, &mut sums);
                     g[0] += q[1] * f;
                     g[1] += q[0] * f;
                     central[0] += q[1] * side.over;
@@ -337,8 +338,8 @@ impl Part {
                 }
                 for (q, [up, down]) in self.even[slot.even.clone()].iter().zip(&mut both) {
                     let value = even(q, x);
-                    let (w, f) = up.advance(value - one, steps, &mut sums);
-                    let (v, h) = down.advance(-value - one, steps, &mut sums);
+                    let (w, f) = up.advance(value - one, going, &mut sums);
+                    let (v, h) = down.advance(-value - one, going, &mut sums);
                     let (w, f, o) = (w + v, f - h, up.over - down.over);
                     g[0] += q[1] * f;
                     g[1] += q[0] * f;
@@ -352,8 +353,8 @@ impl Part {
                 // Rows q + t e and t e - q with e along b and the tangent t: (w + v)(q q' + t^2 e e') + (w - v) t (q e' + e q').
                 for (q, [up, down]) in self.jerk[slot.jerk.clone()].iter().zip(&mut both) {
                     let value = jerk(q, x);
-                    let (w, f) = up.advance(value - slow, steps, &mut sums);
-                    let (v, h) = down.advance(-value - slow, steps, &mut sums);
+                    let (w, f) = up.advance(value - slow, going, &mut sums);
+                    let (v, h) = down.advance(-value - slow, going, &mut sums);
                     let (along, o) = (f - h, up.over - down.over);
                     g[0] += tangent * (f + h);
                     central[0] += tangent * (up.over + down.over);

@@ -18,7 +18,7 @@ use super::{
     band::factor_and_solve,
     part::{Names, Part},
     problem::Problem,
-    side::Side,
+    side::{Going, Side, TO_BORDER},
 };
 
 /// Most iterations; 8 to 14 are usual.
@@ -34,8 +34,6 @@ const LEAST: f64 = 0.3;
 const ROOM: f64 = 0.04;
 /// Largest remaining excess over a row, as part of its limit.
 const EXCESS: f64 = 2e-5;
-/// Part of the way to the border of a slack or multiplier that a step may go.
-const TO_BORDER: f64 = 0.99;
 
 /// Vectors that live through the iterations.
 #[derive(Default)]
@@ -143,19 +141,20 @@ impl Part {
         let start = self.time(c);
         let total = self.rows() as f64;
         let mut mu = *mean;
-        let mut steps = [0.0; 2];
+        // Nothing before the first step.
+        let mut going: Option<Going> = None;
         for _ in 0..=ITERATIONS {
-            let sums = self.assemble(c, steps, work);
+            let sums = self.assemble(c, going.unwrap_or_default(), work);
             let (gap, excess) = (sums.gap.sum(), sums.excess.highest());
-            if !gap.is_finite() || gap > 1e3 * start || steps != [0.0; 2] && steps[0] < 1e-7 {
+            if !gap.is_finite() || gap > 1e3 * start || going.is_some_and(|going| going.primal < 1e-7) {
                 return false; // rows that contradict each other
             }
-            if steps != [0.0; 2] {
+            if let Some(Going { primal, dual, .. }) = going {
                 if gap < to * start && excess < EXCESS {
                     *mean = gap / total;
                     return true;
                 }
-                let step = steps[0].min(steps[1]);
+                let step = primal.min(dual);
                 let factor = if step > 0.9 {
                     0.1
                 } else if step > 0.5 {
@@ -173,9 +172,10 @@ impl Part {
             }
             let (within, sums) = self.steps(c, mu, work);
             let full = |part: f64| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
-            steps = [within.min(full(sums.primal.highest())), full(sums.dual.highest())];
+            let primal = within.min(full(sums.primal.highest()));
+            going = Some(Going { primal, dual: full(sums.dual.highest()), aim: mu });
             for (c, d) in c.iter_mut().zip(&work.right) {
-                *c += steps[0] * d;
+                *c += primal * d;
             }
         }
         false
