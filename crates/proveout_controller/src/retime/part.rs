@@ -45,7 +45,7 @@ struct Bundle {
 }
 
 /// A node of each of eight intervals.
-struct Slot {
+pub(super) struct Slot {
     /// b, b', b'' by the unknowns.
     basis: [[Lanes; 4]; 3],
     weight: Lanes,
@@ -86,6 +86,16 @@ impl Slot {
     /// Running number of its first row of both sides: those without the tempo come first.
     fn first(&self) -> usize {
         self.even.start + self.jerk.start
+    }
+
+    /// Running number of its row of speed, and of its row of both sides with a name.
+    pub(super) fn single(&self) -> Option<usize> {
+        self.speed.clone().next()
+    }
+
+    pub(super) fn pair(&self, name: usize) -> Option<usize> {
+        let place = usize::from(self.index[name]);
+        (place > 0).then(|| self.first() + place - 1)
     }
 }
 
@@ -244,23 +254,30 @@ impl Part {
                 let slot = &self.slots[at];
                 let x = slot.state(&u);
                 let slow = x[0].each(|b| 1.0 / b.sqrt());
-                let places = before.map(|b| self.lanes[at].map(|node| b.place(node)));
+                let left: [_; LANES] =
+                    std::array::from_fn(|lane| Some((lane, before?, before?.slot(self.lanes[at][lane])?)));
                 let (number, mut names) = (slot.first(), [0; NAMES]);
                 for (name, place) in slot.index.iter().enumerate().filter(|(_, place)| **place > 0) {
                     names[usize::from(*place) - 1] = name;
                 }
                 for q in &self.speed[slot.speed.clone()] {
-                    let kept = |lane: usize| before?.single(places?[lane]?);
-                    work.single.push(Side::begun(even(q, x) - Lanes::all(1.0), new, kept));
+                    let mut side = Side::begun(even(q, x) - Lanes::all(1.0), new);
+                    for (lane, b, slot) in left.iter().flatten() {
+                        if let Some(own) = b.single(*slot) {
+                            side.go_on(*lane, own);
+                        }
+                    }
+                    work.single.push(side);
                 }
                 let mut add = |value: Lanes, limit: Lanes| {
                     let name = names[work.pairs.len() - number];
-                    let kept = |lane: usize| before?.pair(places?[lane]?, name);
-                    let kept: [Option<[[f64; 2]; 2]>; LANES] = std::array::from_fn(kept);
-                    work.pairs.push([
-                        Side::begun(value - limit, new, |lane| kept[lane].map(|both| both[0])),
-                        Side::begun(-value - limit, new, |lane| kept[lane].map(|both| both[1])),
-                    ]);
+                    let mut sides = [Side::begun(value - limit, new), Side::begun(-value - limit, new)];
+                    for (lane, b, slot) in left.iter().flatten() {
+                        if let Some(own) = b.pair(*slot, name) {
+                            sides.iter_mut().zip(own).for_each(|(side, own)| side.go_on(*lane, own));
+                        }
+                    }
+                    work.pairs.push(sides);
                 };
                 for q in &self.even[slot.even.clone()] {
                     add(even(q, x), Lanes::all(1.0));
@@ -273,19 +290,9 @@ impl Part {
     }
 
     /// Slot and lane of a node.
-    pub(super) fn place(&self, node: usize) -> Option<[usize; 2]> {
-        self.places.get(node).copied()
-    }
-
-    /// Running number of a slot's row of speed, and of its row of both sides with a name.
-    pub(super) fn single(&self, slot: usize) -> Option<usize> {
-        self.slots.get(slot)?.speed.clone().next()
-    }
-
-    pub(super) fn pair(&self, slot: usize, name: usize) -> Option<usize> {
-        let slot = self.slots.get(slot)?;
-        let place = slot.index[name];
-        (place > 0).then(|| slot.first() + usize::from(place) - 1)
+    pub(super) fn place(&self, node: usize) -> Option<(&Slot, usize)> {
+        let [slot, lane] = *self.places.get(node)?;
+        Some((self.slots.get(slot)?, lane))
     }
 
     /// Sum of w / sqrt(b); infinite where b is not above zero.
@@ -308,6 +315,7 @@ impl Part {
         work.matrix.fill([0.0; 4]);
         work.right.fill(0.0);
         work.central.fill(0.0);
+        work.states.clear();
         let mut sums = Sums::ZERO;
         let (mut single, mut pairs) = (std::mem::take(&mut work.single), std::mem::take(&mut work.pairs));
         let (mut singles, mut both) = (single.iter_mut(), pairs.iter_mut());
@@ -318,6 +326,7 @@ impl Part {
             for slot in &self.slots[bundle.slots.clone()] {
                 let x = slot.state(&u);
                 let slow = x[0].each(|b| 1.0 / b.sqrt());
+                work.states.push([x[0], x[1], x[2], slow]);
                 let over = slow * slow;
                 let tangent = slow * over * 0.5;
                 let zero = Lanes::ZERO;
@@ -400,17 +409,17 @@ impl Part {
 
     /// Steps of slacks and multipliers, how far the tempo may fall, and how far both may go.
     #[inline(always)]
-    pub(super) fn steps(&self, c: &[f64], mu: f64, work: &mut Work) -> (f64, Sums) {
+    pub(super) fn steps(&self, mu: f64, work: &mut Work) -> (f64, Sums) {
         let mut sums = Sums::ZERO;
         // Highest part of b that a full step takes.
         let mut taken = Lanes::ZERO;
         let (mut singles, mut pairs) = (work.single.iter_mut(), work.pairs.iter_mut());
         let one = Lanes::all(1.0);
         for bundle in &self.bundles {
-            let (u, du) = (bundle.unknowns(c), bundle.unknowns(&work.right));
-            for slot in &self.slots[bundle.slots.clone()] {
-                let (x, d) = (slot.state(&u), slot.state(&du));
-                let slow = x[0].each(|b| 1.0 / b.sqrt());
+            let du = bundle.unknowns(&work.right);
+            let slots = self.slots[bundle.slots.clone()].iter().zip(&work.states[bundle.slots.clone()]);
+            for (slot, [b, b1, b2, slow]) in slots {
+                let (x, d, slow) = ([*b, *b1, *b2], slot.state(&du), *slow);
                 let over = slow * slow;
                 taken = taken.higher(-d[0] * over);
                 let tangent = slow * over * d[0] * 0.5;

@@ -1,6 +1,6 @@
 //! Slack and multiplier of a row, of eight nodes at once: one side of a limit.
 
-use super::lanes::{LANES, Lanes};
+use super::lanes::Lanes;
 
 /// Part of the way to the border of a slack or multiplier that a step may go: what takes less of them does not shorten it.
 pub(super) const TO_BORDER: f64 = 0.99;
@@ -33,17 +33,15 @@ pub(super) struct Going {
 }
 
 impl Side {
-    /// Begins with slacks and multipliers that were left by an earlier search where there were any, as a new row elsewhere.
-    pub(super) fn begun(value: Lanes, [mu, least]: [f64; 2], kept: impl Fn(usize) -> Option<[f64; 2]>) -> Self {
-        let (mut s, mut l) = (Lanes::ZERO, Lanes::ZERO);
-        for lane in 0..LANES {
-            let [slack, multiplier] = kept(lane).unwrap_or_else(|| {
-                let slack = (-value.0[lane]).max(least);
-                [slack, mu / slack]
-            });
-            (s.0[lane], l.0[lane]) = (slack, multiplier);
-        }
-        Self { slack: s, over: s.inverse(), multiplier: l, slack_step: Lanes::ZERO }
+    /// Begins as a new row, with a mean product of slack and multiplier and no less than some slack.
+    pub(super) fn begun(value: Lanes, [mu, least]: [f64; 2]) -> Self {
+        let slack = (-value).each(|slack| slack.max(least));
+        Self { slack, over: slack.inverse(), multiplier: slack.each(|slack| mu / slack), slack_step: Lanes::ZERO }
+    }
+
+    /// Goes on with slack and multiplier of a node that an earlier search has left.
+    pub(super) fn go_on(&mut self, lane: usize, [slack, multiplier]: [f64; 2]) {
+        (self.slack.0[lane], self.over.0[lane], self.multiplier.0[lane]) = (slack, 1.0 / slack, multiplier);
     }
 
     /// Slack and multiplier of a node.

@@ -16,7 +16,8 @@ use pulp::{Simd, WithSimd};
 
 use super::{
     band::factor_and_solve,
-    part::{Names, Part},
+    lanes::Lanes,
+    part::{Names, Part, Slot},
     problem::Problem,
     side::{Going, Side, TO_BORDER},
 };
@@ -41,6 +42,8 @@ pub(super) struct Work {
     /// Rows of one side and of both, of the first slot, of the second, and so on.
     pub(super) single: Vec<Side>,
     pub(super) pairs: Vec<[Side; 2]>,
+    /// b, b', b'' and 1/sqrt(b) of each slot.
+    pub(super) states: Vec<[Lanes; 4]>,
     /// Diagonal and the three above it.
     pub(super) matrix: Vec<[f64; 4]>,
     pub(super) right: Vec<f64>,
@@ -67,19 +70,19 @@ pub(super) struct Before<'a> {
 
 impl Before<'_> {
     /// Slot and lane of a node there.
-    pub(super) fn place(&self, node: usize) -> Option<[usize; 2]> {
+    pub(super) fn slot(&self, node: usize) -> Option<(&Slot, usize)> {
         self.search.part.place(*self.nodes.get(node)?)
     }
 
     /// Slack and multiplier of the row of speed.
-    pub(super) fn single(&self, [slot, lane]: [usize; 2]) -> Option<[f64; 2]> {
-        let side = self.search.work.single.get(self.search.part.single(slot)?)?;
+    pub(super) fn single(&self, (slot, lane): (&Slot, usize)) -> Option<[f64; 2]> {
+        let side = self.search.work.single.get(slot.single()?)?;
         Some(roomy(side.of_lane(lane)))
     }
 
     /// Those of both sides of another row.
-    pub(super) fn pair(&self, [slot, lane]: [usize; 2], name: usize) -> Option<[[f64; 2]; 2]> {
-        let both = self.search.work.pairs.get(self.search.part.pair(slot, name)?)?;
+    pub(super) fn pair(&self, (slot, lane): (&Slot, usize), name: usize) -> Option<[[f64; 2]; 2]> {
+        let both = self.search.work.pairs.get(slot.pair(name)?)?;
         Some([0, 1].map(|side: usize| roomy(both[side].of_lane(lane))))
     }
 }
@@ -170,7 +173,7 @@ impl Part {
             if !factor_and_solve(&mut work.matrix, &mut work.right) {
                 return false;
             }
-            let (within, sums) = self.steps(c, mu, work);
+            let (within, sums) = self.steps(mu, work);
             let full = |part: f64| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
             let primal = within.min(full(sums.primal.highest()));
             going = Some(Going { primal, dual: full(sums.dual.highest()), aim: mu });
