@@ -144,7 +144,8 @@ impl Emitter {
     fn samples(&mut self, scope: &Scope<'_>, path: &Path, samples: &[Measured]) {
         let (mut at, mut span) = (0, 0);
         let (mut way, mut from) = (self.way, path.s_begin);
-        self.chunk.samples.reserve(samples.len());
+        // With some room for those of standstills behind it, so that all of them need not be moved for one more.
+        self.chunk.samples.reserve(samples.len() + samples.len() / 16 + 8);
         for m in samples {
             let block = &path.blocks[path.block_at(m.state.s, &mut at)];
             if m.state.s > from {

@@ -51,6 +51,7 @@ mod side;
 mod solved;
 mod solver;
 mod stages;
+mod start;
 mod system;
 
 pub(crate) use self::grid::{Spot, jerk_along};

@@ -35,6 +35,16 @@ impl Lanes {
         out
     }
 
+    /// Whether it is so in any lane.
+    #[inline(always)]
+    pub(super) fn any(self, o: Self, is: impl Fn(f64, f64) -> bool) -> bool {
+        let mut any = false;
+        for i in 0..LANES {
+            any |= is(self.0[i], o.0[i]);
+        }
+        any
+    }
+
     /// The higher of two numbers; the first where the second is none.
     #[inline(always)]
     pub(super) fn higher(self, o: Self) -> Self {

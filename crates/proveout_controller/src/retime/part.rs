@@ -18,7 +18,7 @@ use proveout_machine::MAX_JOINTS;
 use super::{
     lanes::{LANES, Lanes},
     problem::{JointRow, Problem, RELAXED},
-    side::{Side, Sums, even, jerk},
+    side::{AT_FIRST, Going, INSIDE, Side, Sums, even, jerk},
     solver::{Before, Work},
     system::System,
 };
@@ -45,7 +45,7 @@ struct Bundle {
 }
 
 /// A node of each of eight intervals.
-struct Slot {
+pub(super) struct Slot {
     /// b, b', b'' by the unknowns.
     basis: [[Lanes; 4]; 3],
     weight: Lanes,
@@ -86,6 +86,16 @@ impl Slot {
     /// Running number of its first row of both sides: those without the tempo come first.
     fn first(&self) -> usize {
         self.even.start + self.jerk.start
+    }
+
+    /// Running number of its row of speed, and of its row of both sides with a name.
+    pub(super) fn single(&self) -> Option<usize> {
+        self.speed.clone().next()
+    }
+
+    pub(super) fn pair(&self, name: usize) -> Option<usize> {
+        let place = usize::from(self.index[name]);
+        (place > 0).then(|| self.first() + place - 1)
     }
 }
 
@@ -233,6 +243,7 @@ impl Part {
 
     /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones elsewhere.
     pub(super) fn begin(&self, c: &[f64], mu: f64, before: Option<&Before<'_>>, work: &mut Work) {
+        let new = [mu, if before.is_some() { INSIDE } else { AT_FIRST }];
         work.single.clear();
         work.single.reserve(self.speed.len());
         work.pairs.clear();
@@ -243,23 +254,30 @@ impl Part {
                 let slot = &self.slots[at];
                 let x = slot.state(&u);
                 let slow = x[0].each(|b| 1.0 / b.sqrt());
-                let places = before.map(|b| self.lanes[at].map(|node| b.place(node)));
+                let left: [_; LANES] =
+                    std::array::from_fn(|lane| Some((lane, before?, before?.slot(self.lanes[at][lane])?)));
                 let (number, mut names) = (slot.first(), [0; NAMES]);
                 for (name, place) in slot.index.iter().enumerate().filter(|(_, place)| **place > 0) {
                     names[usize::from(*place) - 1] = name;
                 }
                 for q in &self.speed[slot.speed.clone()] {
-                    let kept = |lane: usize| before?.single(places?[lane]?);
-                    work.single.push(Side::begun(even(q, x) - Lanes::all(1.0), mu, kept));
+                    let mut side = Side::begun(even(q, x) - Lanes::all(1.0), new);
+                    for (lane, b, slot) in left.iter().flatten() {
+                        if let Some(own) = b.single(*slot) {
+                            side.go_on(*lane, own);
+                        }
+                    }
+                    work.single.push(side);
                 }
                 let mut add = |value: Lanes, limit: Lanes| {
                     let name = names[work.pairs.len() - number];
-                    let kept = |lane: usize| before?.pair(places?[lane]?, name);
-                    let kept: [Option<[[f64; 2]; 2]>; LANES] = std::array::from_fn(kept);
-                    work.pairs.push([
-                        Side::begun(value - limit, mu, |lane| kept[lane].map(|both| both[0])),
-                        Side::begun(-value - limit, mu, |lane| kept[lane].map(|both| both[1])),
-                    ]);
+                    let mut sides = [Side::begun(value - limit, new), Side::begun(-value - limit, new)];
+                    for (lane, b, slot) in left.iter().flatten() {
+                        if let Some(own) = b.pair(*slot, name) {
+                            sides.iter_mut().zip(own).for_each(|(side, own)| side.go_on(*lane, own));
+                        }
+                    }
+                    work.pairs.push(sides);
                 };
                 for q in &self.even[slot.even.clone()] {
                     add(even(q, x), Lanes::all(1.0));
@@ -272,19 +290,9 @@ impl Part {
     }
 
     /// Slot and lane of a node.
-    pub(super) fn place(&self, node: usize) -> Option<[usize; 2]> {
-        self.places.get(node).copied()
-    }
-
-    /// Running number of a slot's row of speed, and of its row of both sides with a name.
-    pub(super) fn single(&self, slot: usize) -> Option<usize> {
-        self.slots.get(slot)?.speed.clone().next()
-    }
-
-    pub(super) fn pair(&self, slot: usize, name: usize) -> Option<usize> {
-        let slot = self.slots.get(slot)?;
-        let place = slot.index[name];
-        (place > 0).then(|| slot.first() + usize::from(place) - 1)
+    pub(super) fn place(&self, node: usize) -> Option<(&Slot, usize)> {
+        let [slot, lane] = *self.places.get(node)?;
+        Some((self.slots.get(slot)?, lane))
     }
 
     /// Sum of w / sqrt(b); infinite where b is not above zero.
@@ -303,10 +311,11 @@ impl Part {
 
     /// Goes along the step before, and takes matrix and right sides of the next one.
     #[inline(always)]
-    pub(super) fn assemble(&self, c: &[f64], steps: [f64; 2], work: &mut Work) -> Sums {
+    pub(super) fn assemble(&self, c: &[f64], going: Going, work: &mut Work) -> Sums {
         work.matrix.fill([0.0; 4]);
         work.right.fill(0.0);
         work.central.fill(0.0);
+        work.states.clear();
         let mut sums = Sums::ZERO;
         let (mut single, mut pairs) = (std::mem::take(&mut work.single), std::mem::take(&mut work.pairs));
         let (mut singles, mut both) = (single.iter_mut(), pairs.iter_mut());
@@ -317,6 +326,7 @@ impl Part {
             for slot in &self.slots[bundle.slots.clone()] {
                 let x = slot.state(&u);
                 let slow = x[0].each(|b| 1.0 / b.sqrt());
+                work.states.push([x[0], x[1], x[2], slow]);
                 let over = slow * slow;
                 let tangent = slow * over * 0.5;
                 let zero = Lanes::ZERO;
@@ -325,7 +335,7 @@ impl Part {
                 let mut m = [slot.weight * tangent * over * 1.5, zero, zero, zero, zero, zero];
                 // Sides have weights w and v, and give f and h along their own rows.
                 for (q, side) in self.speed[slot.speed.clone()].iter().zip(&mut singles) {
-                    let (w, f) = side.advance(even(q, x) - one, steps, &mut sums);
+                    let (w, f) = side.advance(even(q, x) - one, going, &mut sums);
                     g[0] += q[1] * f;
                     g[1] += q[0] * f;
                     central[0] += q[1] * side.over;
@@ -337,8 +347,8 @@ impl Part {
                 }
                 for (q, [up, down]) in self.even[slot.even.clone()].iter().zip(&mut both) {
                     let value = even(q, x);
-                    let (w, f) = up.advance(value - one, steps, &mut sums);
-                    let (v, h) = down.advance(-value - one, steps, &mut sums);
+                    let (w, f) = up.advance(value - one, going, &mut sums);
+                    let (v, h) = down.advance(-value - one, going, &mut sums);
                     let (w, f, o) = (w + v, f - h, up.over - down.over);
                     g[0] += q[1] * f;
                     g[1] += q[0] * f;
@@ -352,8 +362,8 @@ impl Part {
                 // Rows q + t e and t e - q with e along b and the tangent t: (w + v)(q q' + t^2 e e') + (w - v) t (q e' + e q').
                 for (q, [up, down]) in self.jerk[slot.jerk.clone()].iter().zip(&mut both) {
                     let value = jerk(q, x);
-                    let (w, f) = up.advance(value - slow, steps, &mut sums);
-                    let (v, h) = down.advance(-value - slow, steps, &mut sums);
+                    let (w, f) = up.advance(value - slow, going, &mut sums);
+                    let (v, h) = down.advance(-value - slow, going, &mut sums);
                     let (along, o) = (f - h, up.over - down.over);
                     g[0] += tangent * (f + h);
                     central[0] += tangent * (up.over + down.over);
@@ -399,17 +409,17 @@ impl Part {
 
     /// Steps of slacks and multipliers, how far the tempo may fall, and how far both may go.
     #[inline(always)]
-    pub(super) fn steps(&self, c: &[f64], mu: f64, work: &mut Work) -> (f64, Sums) {
+    pub(super) fn steps(&self, mu: f64, work: &mut Work) -> (f64, Sums) {
         let mut sums = Sums::ZERO;
         // Highest part of b that a full step takes.
         let mut taken = Lanes::ZERO;
         let (mut singles, mut pairs) = (work.single.iter_mut(), work.pairs.iter_mut());
         let one = Lanes::all(1.0);
         for bundle in &self.bundles {
-            let (u, du) = (bundle.unknowns(c), bundle.unknowns(&work.right));
-            for slot in &self.slots[bundle.slots.clone()] {
-                let (x, d) = (slot.state(&u), slot.state(&du));
-                let slow = x[0].each(|b| 1.0 / b.sqrt());
+            let du = bundle.unknowns(&work.right);
+            let slots = self.slots[bundle.slots.clone()].iter().zip(&work.states[bundle.slots.clone()]);
+            for (slot, [b, b1, b2, slow]) in slots {
+                let (x, d, slow) = ([*b, *b1, *b2], slot.state(&du), *slow);
                 let over = slow * slow;
                 taken = taken.higher(-d[0] * over);
                 let tangent = slow * over * d[0] * 0.5;

@@ -105,8 +105,6 @@ pub(super) const RELAXED: f64 = 2e-4 + MARGIN;
 /// Part by which rows of acceleration and jerk are tighter than the limits: between the points of the grid and between
 /// samples a law may pass its rows by so much. It costs a thousandth of the time.
 pub(super) const MARGIN: f64 = 0.003;
-/// b where a search begins: of the searches that begin at the law itself more fail (12 against 1 on 20 curves).
-const QUICK: f64 = 2.0;
 /// Nodes do not lie closer than this part of an interval; and what a peak between two must rise above them, as part.
 const CLOSEST: f64 = 0.03;
 const HIGHER: f64 = 0.0005;
@@ -126,16 +124,6 @@ impl Problem {
     /// The unknowns of the law's own tempo.
     pub(super) fn even(&self) -> Vec<f64> {
         (0..2 * (self.lengths.len() + 1)).map(|i| if i % 2 == 0 { 1.0 } else { 0.0 }).collect()
-    }
-
-    /// Begins with a quicker tempo where that of the law was not changed yet; what is given stays.
-    pub(super) fn quicken(&self, c: &mut [f64]) {
-        let inner = usize::from(self.fixed[0])..self.lengths.len() + usize::from(!self.fixed[1]);
-        for k in inner {
-            if c[2 * k..2 * k + 2] == [1.0, 0.0] {
-                c[2 * k] = QUICK;
-            }
-        }
     }
 
     /// b as polynomial of the time since the begin of interval `k`.

@@ -1,9 +1,17 @@
 //! Slack and multiplier of a row, of eight nodes at once: one side of a limit.
 
-use super::lanes::{LANES, Lanes};
+use super::lanes::Lanes;
 
-/// Slack that a row is given at least at the begin.
-const INSIDE: f64 = 0.02;
+/// Part of the way to the border of a slack or multiplier that a step may go: what takes less of them does not shorten it.
+pub(super) const TO_BORDER: f64 = 0.99;
+/// How far below the highest quotient another is no higher, whatever their rounding.
+const BESIDE: f64 = 1.0 - 1e-9;
+
+/// Slack that a row is given at least at the begin of a search that nothing is known of, where rows are passed by a multiple: from small
+/// slacks the first dozen of steps go some percent of their way.
+pub(super) const AT_FIRST: f64 = 0.3;
+/// The same of a row that joins a search that goes on.
+pub(super) const INSIDE: f64 = 0.02;
 
 /// Slacks and multipliers of a row with their steps.
 #[derive(Clone, Copy)]
@@ -13,22 +21,27 @@ pub(super) struct Side {
     pub(super) over: Lanes,
     pub(super) multiplier: Lanes,
     slack_step: Lanes,
-    multiplier_step: Lanes,
+}
+
+/// How far a search goes along its last step: parts of the step of tempo and slacks and of that of the multipliers, and the product of
+/// slack and multiplier that it aimed at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Going {
+    pub(super) primal: f64,
+    pub(super) dual: f64,
+    pub(super) aim: f64,
 }
 
 impl Side {
-    /// Begins with slacks and multipliers that were left by an earlier search where there were any, as a new row elsewhere.
-    pub(super) fn begun(value: Lanes, mu: f64, kept: impl Fn(usize) -> Option<[f64; 2]>) -> Self {
-        let (mut s, mut l) = (Lanes::ZERO, Lanes::ZERO);
-        for lane in 0..LANES {
-            let [slack, multiplier] = kept(lane).unwrap_or_else(|| {
-                let slack = (-value.0[lane]).max(INSIDE);
-                [slack, mu / slack]
-            });
-            (s.0[lane], l.0[lane]) = (slack, multiplier);
-        }
-        let (slack_step, multiplier_step) = (Lanes::ZERO, Lanes::ZERO);
-        Self { slack: s, over: s.inverse(), multiplier: l, slack_step, multiplier_step }
+    /// Begins as a new row, with a mean product of slack and multiplier and no less than some slack.
+    pub(super) fn begun(value: Lanes, [mu, least]: [f64; 2]) -> Self {
+        let slack = (-value).each(|slack| slack.max(least));
+        Self { slack, over: slack.inverse(), multiplier: slack.each(|slack| mu / slack), slack_step: Lanes::ZERO }
+    }
+
+    /// Goes on with slack and multiplier of a node that an earlier search has left.
+    pub(super) fn go_on(&mut self, lane: usize, [slack, multiplier]: [f64; 2]) {
+        (self.slack.0[lane], self.over.0[lane], self.multiplier.0[lane]) = (slack, 1.0 / slack, multiplier);
     }
 
     /// Slack and multiplier of a node.
@@ -36,11 +49,18 @@ impl Side {
         [self.slack.0[lane], self.multiplier.0[lane]]
     }
 
+    /// Step of the multiplier, where the slack changes by this amount. It is taken twice rather than kept: rows are many, and what they
+    /// cost is the way to memory.
+    #[inline(always)]
+    fn multiplier_step(&self, slack_step: Lanes, aim: f64) -> Lanes {
+        (Lanes::all(aim) - self.multiplier * slack_step) * self.over - self.multiplier
+    }
+
     /// Goes along the step; `value` is that of the row behind it. Multiplier over slack, and that times value and slack.
     #[inline(always)]
-    pub(super) fn advance(&mut self, value: Lanes, [primal, dual]: [f64; 2], sums: &mut Sums) -> (Lanes, Lanes) {
-        let s = self.slack + self.slack_step * primal;
-        let l = self.multiplier + self.multiplier_step * dual;
+    pub(super) fn advance(&mut self, value: Lanes, going: Going, sums: &mut Sums) -> (Lanes, Lanes) {
+        let s = self.slack + self.slack_step * going.primal;
+        let l = self.multiplier + self.multiplier_step(self.slack_step, going.aim) * going.dual;
         sums.excess = sums.excess.higher(value + s);
         let s = s.higher(-value);
         sums.gap += s * l;
@@ -52,13 +72,16 @@ impl Side {
 
     /// The step, where the row changes by this amount.
     #[inline(always)]
-    pub(super) fn step(&mut self, value: Lanes, change: Lanes, mu: f64, sums: &mut Sums) {
-        let (s, l, over) = (self.slack, self.multiplier, self.over);
-        let ds = -(value + s) - change;
-        let dl = (Lanes::all(mu) - l * ds) * over - l;
-        sums.primal = sums.primal.higher(-ds * over);
-        sums.dual = sums.dual.higher(-dl.with(l, |step, multiplier| step / multiplier));
-        (self.slack_step, self.multiplier_step) = (ds, dl);
+    pub(super) fn step(&mut self, value: Lanes, change: Lanes, aim: f64, sums: &mut Sums) {
+        let ds = -(value + self.slack) - change;
+        let (dl, l) = (self.multiplier_step(ds, aim), self.multiplier);
+        sums.primal = sums.primal.higher(-ds * self.over);
+        // Most multipliers fall by less than counts, or than one before them: their quotients are not asked for.
+        if dl.any(l, |step, multiplier| -step > sums.bound * multiplier) {
+            sums.dual = sums.dual.higher(-dl.with(l, |step, multiplier| step / multiplier));
+            sums.bound = sums.bound.max(BESIDE * sums.dual.highest());
+        }
+        self.slack_step = ds;
     }
 }
 
@@ -69,11 +92,18 @@ pub(super) struct Sums {
     /// Highest part of a slack and of a multiplier that a full step takes.
     pub(super) primal: Lanes,
     pub(super) dual: Lanes,
+    /// Part of a multiplier up to which quotients are not taken: a little below what counts and below the highest so far.
+    bound: f64,
 }
 
 impl Sums {
-    pub(super) const ZERO: Self =
-        Self { gap: Lanes::ZERO, excess: Lanes::ZERO, primal: Lanes::ZERO, dual: Lanes::ZERO };
+    pub(super) const ZERO: Self = Self {
+        gap: Lanes::ZERO,
+        excess: Lanes::ZERO,
+        primal: Lanes::ZERO,
+        dual: Lanes::ZERO,
+        bound: BESIDE * TO_BORDER,
+    };
 }
 
 /// Value of a row of speed or acceleration.

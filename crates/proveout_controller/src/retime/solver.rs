@@ -16,9 +16,10 @@ use pulp::{Simd, WithSimd};
 
 use super::{
     band::factor_and_solve,
-    part::{Names, Part},
+    lanes::Lanes,
+    part::{Names, Part, Slot},
     problem::Problem,
-    side::Side,
+    side::{Going, Side, TO_BORDER},
 };
 
 /// Most iterations; 8 to 14 are usual.
@@ -34,8 +35,6 @@ const LEAST: f64 = 0.3;
 const ROOM: f64 = 0.04;
 /// Largest remaining excess over a row, as part of its limit.
 const EXCESS: f64 = 2e-5;
-/// Part of the way to the border of a slack or multiplier that a step may go.
-const TO_BORDER: f64 = 0.99;
 
 /// Vectors that live through the iterations.
 #[derive(Default)]
@@ -43,6 +42,8 @@ pub(super) struct Work {
     /// Rows of one side and of both, of the first slot, of the second, and so on.
     pub(super) single: Vec<Side>,
     pub(super) pairs: Vec<[Side; 2]>,
+    /// b, b', b'' and 1/sqrt(b) of each slot.
+    pub(super) states: Vec<[Lanes; 4]>,
     /// Diagonal and the three above it.
     pub(super) matrix: Vec<[f64; 4]>,
     pub(super) right: Vec<f64>,
@@ -69,19 +70,19 @@ pub(super) struct Before<'a> {
 
 impl Before<'_> {
     /// Slot and lane of a node there.
-    pub(super) fn place(&self, node: usize) -> Option<[usize; 2]> {
+    pub(super) fn slot(&self, node: usize) -> Option<(&Slot, usize)> {
         self.search.part.place(*self.nodes.get(node)?)
     }
 
     /// Slack and multiplier of the row of speed.
-    pub(super) fn single(&self, [slot, lane]: [usize; 2]) -> Option<[f64; 2]> {
-        let side = self.search.work.single.get(self.search.part.single(slot)?)?;
+    pub(super) fn single(&self, (slot, lane): (&Slot, usize)) -> Option<[f64; 2]> {
+        let side = self.search.work.single.get(slot.single()?)?;
         Some(roomy(side.of_lane(lane)))
     }
 
     /// Those of both sides of another row.
-    pub(super) fn pair(&self, [slot, lane]: [usize; 2], name: usize) -> Option<[[f64; 2]; 2]> {
-        let both = self.search.work.pairs.get(self.search.part.pair(slot, name)?)?;
+    pub(super) fn pair(&self, (slot, lane): (&Slot, usize), name: usize) -> Option<[[f64; 2]; 2]> {
+        let both = self.search.work.pairs.get(slot.pair(name)?)?;
         Some([0, 1].map(|side: usize| roomy(both[side].of_lane(lane))))
     }
 }
@@ -143,19 +144,20 @@ impl Part {
         let start = self.time(c);
         let total = self.rows() as f64;
         let mut mu = *mean;
-        let mut steps = [0.0; 2];
+        // Nothing before the first step.
+        let mut going: Option<Going> = None;
         for _ in 0..=ITERATIONS {
-            let sums = self.assemble(c, steps, work);
+            let sums = self.assemble(c, going.unwrap_or_default(), work);
             let (gap, excess) = (sums.gap.sum(), sums.excess.highest());
-            if !gap.is_finite() || gap > 1e3 * start || steps != [0.0; 2] && steps[0] < 1e-7 {
+            if !gap.is_finite() || gap > 1e3 * start || going.is_some_and(|going| going.primal < 1e-7) {
                 return false; // rows that contradict each other
             }
-            if steps != [0.0; 2] {
+            if let Some(Going { primal, dual, .. }) = going {
                 if gap < to * start && excess < EXCESS {
                     *mean = gap / total;
                     return true;
                 }
-                let step = steps[0].min(steps[1]);
+                let step = primal.min(dual);
                 let factor = if step > 0.9 {
                     0.1
                 } else if step > 0.5 {
@@ -171,11 +173,12 @@ impl Part {
             if !factor_and_solve(&mut work.matrix, &mut work.right) {
                 return false;
             }
-            let (within, sums) = self.steps(c, mu, work);
+            let (within, sums) = self.steps(mu, work);
             let full = |part: f64| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
-            steps = [within.min(full(sums.primal.highest())), full(sums.dual.highest())];
+            let primal = within.min(full(sums.primal.highest()));
+            going = Some(Going { primal, dual: full(sums.dual.highest()), aim: mu });
             for (c, d) in c.iter_mut().zip(&work.right) {
-                *c += steps[0] * d;
+                *c += primal * d;
             }
         }
         false
