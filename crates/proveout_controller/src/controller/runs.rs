@@ -16,6 +16,9 @@ use crate::{
     stretch::{self, Outcome, Stretch},
 };
 
+/// A rotary joint that goes no farther than this stands, radian: rounding of the inverse kinematics.
+const STANDS: f64 = 1e-9;
+
 /// Time of a block at its feed, s.
 fn time_of(block: &PathBlock) -> f64 {
     let time = block.length / block.feed;
@@ -27,7 +30,7 @@ where
     E: std::error::Error + 'static,
     I: Iterator<Item = Result<Command, E>>,
 {
-    pub(super) fn push_block(&mut self, block: PathBlock, from: JointValues) {
+    pub(super) fn push_block(&mut self, mut block: PathBlock, from: JointValues) {
         if self.cut_short.is_some() {
             return;
         }
@@ -37,12 +40,12 @@ where
             self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
             return;
         }
+        let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints
+            && block.kind != MoveKind::Feed
+            && self.in_joints(&mut block, &from);
         let time = time_of(&block);
         let frame = self.device.frame(self.mapping);
         self.out.meter.tube.block(&frame, &block);
-        let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints
-            && block.kind != MoveKind::Feed
-            && self.mapping.tcp_length.is_none();
         if independent {
             self.stop_run();
             if self.cut_short.is_none() {
@@ -141,6 +144,26 @@ where
         self.window = self.settings.look_ahead_blocks;
         self.window_time = (self.path.blocks.iter().map(time_of).sum(), self.most_time());
         self.ready = true;
+    }
+
+    /// Makes a straight motion one of the joints, where it is or may be: on a tilted plane and under tool center point control while no
+    /// rotary joint turns. Where one does, the joints must keep the tip on its line.
+    fn in_joints(&mut self, block: &mut PathBlock, from: &JointValues) -> bool {
+        if self.mapping.tcp_length.is_none() {
+            return true;
+        }
+        let frame = self.device.frame(self.mapping);
+        let to = frame.kinematics.position(&block.shape.jet(block.length).0[0]);
+        let way = to - *from;
+        if self.device.machine.rotary_joints().iter().any(|&joint| way[joint].abs() > STANDS) || !way.is_finite() {
+            return false;
+        }
+        self.stop_run();
+        let frame = self.device.frame(self.mapping);
+        self.out.meter.tube.remap(&frame);
+        self.mapping = self.mapping_with(None);
+        block.shape = Shape::Line { from: *from, slope: way * (1.0 / block.length) };
+        true
     }
 
     /// A rapid motion with every joint at its own speed.

@@ -75,6 +75,8 @@ pub(crate) enum Remark {
     Note(String),
     /// `(ABORT, text)`
     Abort(String),
+    /// A word that changes nothing of what the twin does, and why.
+    Idle(&'static str),
     /// How the text of the line is taken, where the control may take it in another way.
     Assumed(&'static str),
 }
@@ -236,7 +238,8 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
             b',' if !flavor.is_linuxcnc() && taps(&s, line) => {
                 start = start.or(Some(at));
                 s.set_pos(at + 3);
-                block.remarks.push(Remark::Assumed(
+                // The path is the same with both, so that nothing is taken for granted.
+                block.remarks.push(Remark::Idle(
                     "`,R` of a tapping cycle chooses between a rigid tap and a compensating chuck: the path follows the spindle with both",
                 ));
                 first = false;
