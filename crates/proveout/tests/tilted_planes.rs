@@ -181,6 +181,10 @@ fn what_x_and_y_have_told_holds_behind_the_tool_length() {
         FANUC.replace("@\nG1 Z5. F500.", "G0 X0. Y0.\nG43 H1 Z10.\nG1 Z5. F500.\nG3 X4. Y0. I2. J0.\nG91 G1 X1.\nG90");
     let verdict = Shop::new(&machine(18_000), "fanuc", POST, &text).verdict();
     assert_eq!(gate(&verdict, "collision").0, "pass", "{:?}", gate(&verdict, "collision"));
+    // The tool length may come with G53.6, which turns the table about the tip.
+    let about = FANUC.replace("G53.1\n@", "G53.6 H1\nG0 X150. Y0. Z160.\nG0 X0. Y0.\nG0 Z10.");
+    let verdict = Shop::new(&machine(18_000), "fanuc", POST, &about).verdict();
+    assert_eq!(gate(&verdict, "collision").0, "pass", "{:?}", gate(&verdict, "collision"));
     let ends = "%\nO1\nG17 G21 G90\nT1 M6\nG54\nG68.2 X0. Y0. Z0. I90. J30. K-90.\nG53.1\nG0 X0. Y0.\nM30\n%\n";
     let (code, told) = Shop::new(&machine(18_000), "fanuc", "", ends).call("nc main.nc");
     assert_eq!(code, Some(0), "{told}");
@@ -261,4 +265,38 @@ fn a_fault_of_a_modal_cycle_names_both_lines() {
     let (code, told) = Shop::new(&machine(18_000), "siemens-840d", "", program).call("check main.mpf");
     assert_eq!(code, Some(2), "{told}");
     assert!(told.contains("main.mpf:6:") && told.contains("that of `MCALL CYCLE81` in line 5"), "{told}");
+}
+
+/// What a post writes beside the path is read, told, or refused by its name with a way out.
+#[test]
+fn words_of_posts_are_read_told_or_refused_by_name() {
+    let check = |dialect: &str, program: &str, control: &str| {
+        let file = if dialect == "siemens-840d" { "main.mpf" } else { "main.nc" };
+        Shop::new(&machine(18_000), dialect, "", program).call(&format!("check {file}{control}"))
+    };
+    // Super-NURBS of an Okuma: its F is no feed.
+    let okuma = "O1\nG15 H1\nT1 M6\nG0 X0 Y0 S100 M3\nG56 H1 Z10\nG131 F9000 J1 D0.01\nG1 Z5 F300\nG130\nM2\n";
+    let (code, told) = check("okuma", okuma, " --control okuma-osp");
+    assert_eq!(code, Some(0), "{told}");
+    let (code, told) = check("okuma", &okuma.replace("G130", "VTOFH[1]=100"), " --control okuma-osp");
+    assert!(code == Some(2) && told.contains("`VTOFH` is not supported") && told.contains("main.nc:8:"), "{told}");
+    for (control, word, says) in [
+        ("", "G54.2 P1", "the offset that turns with the table"),
+        ("", "G84.2 X1. Z-1. R1. F100.", "M29 S and G84"),
+        (" --control linuxcnc-2.9", "M428", "[words] M428 = { kinematics = \"tcp-on\" }"),
+        (" --control fagor-8055", "G48 S1", "tool center point here"),
+        (" --control fagor-8055", "G49 X0 Y0 Z0 A0 B30 C0", "inclined plane here"),
+        (" --control fanuc-30i", "#RTCP ON", "--control fagor-8055"),
+        (" --control fanuc-30i", "$ENDIF", "--control fagor-8055"),
+    ] {
+        let (code, told) = check("fanuc", &format!("G21 G90 G54\nG0 X0. Y0. Z10.\n{word}\nM30\n"), control);
+        assert!(code == Some(2) && told.contains(says) && told.contains("main.nc:3:"), "{word}: {told}");
+    }
+    let (code, told) = check("siemens-840d", "G17 G54 G90 G710\nT1 D1 M6\nRTLIOF\nG0 X0 Y0 Z10\nM30\n", "");
+    assert_eq!(code, Some(0), "{told}");
+    let siemens =
+        Shop::new(&machine(18_000), "siemens-840d", "", "G17 G54 G90 G710\nT1 D1 M6\nRTLIOF\nG0 X0 Y0 Z10\nM30\n");
+    let verdict = siemens.verdict();
+    assert_eq!(gate(&verdict, "program").0, "unchecked");
+    assert!(verdict["findings"].to_string().contains("rapid_mode"), "{}", verdict["findings"]);
 }

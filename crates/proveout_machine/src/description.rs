@@ -206,8 +206,8 @@ pub(crate) struct TableFile {
 pub(crate) enum RapidFile {
     /// All joints begin and end together, on a straight line.
     Straight,
-    /// Each joint at its own speed, on a tilted plane too; the tip keeps its line where rotary joints turn under tool center point
-    /// control.
+    /// Each joint at its own speed, on a tilted plane too whose axes are those of the machine. Elsewhere under tool center point control
+    /// the tip keeps its line.
     Independent,
 }
 

@@ -8,7 +8,7 @@ use proveout_nc::Command;
 use super::{Begin, Controller, bounds::WINDOW_SAMPLES, scope};
 use crate::{
     output::{BlockKind, BlockRecord, MoveKind},
-    path::{Path, PathBlock},
+    path::{Frame, Path, PathBlock},
     profile::Law,
     retime::Entry,
     scurve::{Rates, peak_speed},
@@ -18,6 +18,28 @@ use crate::{
 
 /// A rotary joint that goes no farther than this stands, radian: rounding of the inverse kinematics.
 const STANDS: f64 = 1e-9;
+
+/// The axes of the work coordinates as they stand in those of the table.
+const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Part of a way along an axis of the program that another joint than its own may take: rounding.
+const BESIDE: f64 = 1e-6;
+
+/// Each axis of the work coordinates moves one linear joint and no other. With the rotary joints at rest the joints hang on the tip in
+/// proportion, so that a way of 1 mm tells.
+fn axes_are_joints(frame: &Frame<'_>, task: &JointValues, rotation: [[f64; 3]; 3]) -> bool {
+    let Some(rig) = frame.kinematics.rig else { return true };
+    let here = frame.kinematics.position(task);
+    (0..3).all(|axis| {
+        let mut there = *task;
+        for (row, &slot) in rig.slots.iter().enumerate() {
+            there[slot] += rotation[row][axis];
+        }
+        let way = frame.kinematics.position(&there) - here;
+        let most = way.max_abs();
+        rig.slots.iter().filter(|&&slot| way[slot].abs() > BESIDE * most).count() == 1
+    })
+}
 
 /// Time of a block at its feed, s.
 fn time_of(block: &PathBlock) -> f64 {
@@ -146,8 +168,9 @@ where
         self.ready = true;
     }
 
-    /// Makes a straight motion one of the joints, where it is or may be: on a tilted plane and under tool center point control while no
-    /// rotary joint turns. Where one does, the joints must keep the tip on its line.
+    /// Makes a straight motion one of the joints, where it is or may be: without tool center point control, and on a plane whose axes
+    /// are those of the machine while no rotary joint turns. Elsewhere a coordinate of the program takes several joints, which must
+    /// keep the tip on its line.
     fn in_joints(&mut self, block: &mut PathBlock, from: &JointValues) -> bool {
         if self.mapping.tcp_length.is_none() {
             return true;
@@ -155,6 +178,10 @@ where
         let frame = self.device.frame(self.mapping);
         let to = frame.kinematics.position(&block.shape.jet(block.length).0[0]);
         let way = to - *from;
+        let rotation = self.state.frame.map_or(UPRIGHT, |(rotation, _)| rotation);
+        if !axes_are_joints(&frame, &block.shape.jet(0.0).0[0], rotation) {
+            return false;
+        }
         if self.device.machine.rotary_joints().iter().any(|&joint| way[joint].abs() > STANDS) || !way.is_finite() {
             return false;
         }

@@ -12,7 +12,7 @@ const NCI: &str = "an NCI listing of Mastercam (lines of numbers alone)";
 const ISO: &str = "ISO code of a Fanuc or its like";
 
 /// Words at the begin of a line, in upper case, with the control that has them. A blank in a word stands for any number of them.
-const WORDS: [(&str, &str); 33] = [
+const WORDS: [(&str, &str); 35] = [
     ("BEGIN PGM", KLARTEXT),
     ("BLK FORM", KLARTEXT),
     ("CYCL DEF", KLARTEXT),
@@ -34,6 +34,7 @@ const WORDS: [(&str, &str); 33] = [
     ("GOTO/", APT),
     ("LOADTL", APT),
     ("#ACS ", FAGOR_8065),
+    ("#COMMENT", FAGOR_8065),
     ("#CS ", FAGOR_8065),
     ("#HSC ", FAGOR_8065),
     ("#KIN ", FAGOR_8065),
@@ -42,6 +43,7 @@ const WORDS: [(&str, &str); 33] = [
     ("#TLC", FAGOR_8065),
     ("#TOOL", FAGOR_8065),
     ("$ELSE", FAGOR_8065),
+    ("$END", FAGOR_8065),
     ("$FOR", FAGOR_8065),
     ("$GOTO", FAGOR_8065),
     ("$IF", FAGOR_8065),
@@ -51,11 +53,19 @@ const WORDS: [(&str, &str); 33] = [
 /// The fault of a line, with the control that the line looks like where that is another than the one that reads it.
 pub(super) fn told(fault: Fault, line: &str, reader: &str) -> Fault {
     match looks_like(line).or_else(|| looks_iso(line)) {
-        Some(control) if control != reader => {
-            fault.help(format!("this looks like {control}: name that dialect, or post for this control"))
-        }
+        Some(control) if control != reader => fault.help(named(control)),
         _ => fault,
     }
+}
+
+/// What to do with a line of another control.
+pub(super) fn named(control: &str) -> String {
+    if control == FAGOR_8065 {
+        return format!(
+            "this looks like {control}: post the program for a Fagor 8055 (--control fagor-8055) or a Fanuc"
+        );
+    }
+    format!("this looks like {control}: name that dialect, or post for this control")
 }
 
 /// `O1000`, `%`, `#1=`, `(text)` or a G word: what a program of a Fanuc begins with.

@@ -117,11 +117,12 @@ impl Interpreter {
 
     /// H of G53.6, which switches the tool length on where none is in force.
     pub(super) fn length_of_turn(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        if p.any_free(b"H") {
-            let h = self.offset_number(p, b'H', span)?;
-            return self.take_length(h, 1.0, span);
-        }
+        // An H alone has been taken by now where a length is in force; it switches none on.
         if matches!(self.modal.length, Length::Off) {
+            if p.has(b'H') {
+                let h = self.offset_number(p, b'H', span)?;
+                return self.take_length(h, 1.0, span);
+            }
             return Err(Fault::new(codes::MISSING_VALUE, span, "G53.6 has no H, and no tool length is in force")
                 .help("write H1, so that the tip stays, or G53.1"));
         }
