@@ -57,6 +57,8 @@ struct State {
     tool: Option<usize>,
     edge_on: bool,
     tcp: Tcp,
+    /// Point that stays while rotary axes turn under tool center point control: so much ahead of the tip, mm.
+    turn_center: f64,
     path_mode: PathMode,
     feed: Option<Feed>,
     /// What the program asked of the spindle, and the sense in which it turns: a tapping cycle has its own.
@@ -160,6 +162,7 @@ where
                 tool: None,
                 edge_on: false,
                 tcp: Tcp { on: false, interpolation: OrientationInterpolation::Axes },
+                turn_center: 0.0,
                 path_mode: PathMode::Continuous { tolerance: None, orientation_tolerance: None },
                 feed: None,
                 spindle: Spindle { direction: SpindleDirection::Off, speed_rpm: None },
@@ -290,6 +293,7 @@ where
             Op::Plane(_) | Op::Offset(Offset::Work { .. }) => {}
             Op::Tool(ToolAction::Change(name)) => self.tool_change(name, location)?,
             Op::Offset(Offset::ToolEdge { edge }) => self.set_edge(*edge != 0),
+            Op::Offset(Offset::TurnCenter { ahead }) => self.set_turn_center(*ahead),
             Op::Tcp(tcp) => self.switch_tcp(*tcp, location)?,
             Op::PathMode(mode) => self.state.path_mode = *mode,
             Op::Coolant(coolant) => {
@@ -369,7 +373,7 @@ where
         Context {
             machine: self.device.machine,
             rig: self.device.rig.as_ref(),
-            mapping: self.mapping_with(tcp.then(|| self.active_length())),
+            mapping: self.mapping_with(tcp.then(|| self.active_length() + self.state.turn_center)),
             active_length: match machine_coordinates && !self.settings.length_in_machine_coordinates {
                 true => 0.0,
                 false => self.active_length(),

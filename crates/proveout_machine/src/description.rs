@@ -204,9 +204,10 @@ pub(crate) struct TableFile {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum RapidFile {
-    /// All joints begin and end together.
+    /// All joints begin and end together, on a straight line.
     Straight,
-    /// Each joint at its own speed.
+    /// Each joint at its own speed, on a tilted plane too whose axes are those of the machine. Elsewhere under tool center point control
+    /// the tip keeps its line.
     Independent,
 }
 
@@ -233,7 +234,7 @@ pub(crate) struct ControlFile {
     pub(crate) block_time_ms: f64,
     /// Time of a tool change, once in its position.
     pub(crate) tool_change_time_s: f64,
-    /// straight or independent.
+    /// How rapids run: straight or independent.
     pub(crate) rapid_mode: RapidFile,
     /// Kinematics that programs may switch on; an empty list for a control that only moves its axes. A program that switches on
     /// another one is refused. Where the key is missing, it is not known, and every one is taken.

@@ -312,6 +312,12 @@ pub enum Offset {
         /// Corner radius.
         corner_radius: f64,
     },
+    /// With tool center point control, the point that stays on the workpiece while rotary axes turn: ahead of the tip by so much, away
+    /// from the holder, as if the tool were longer (PLANE with MOVE and DIST). 0: the tip.
+    TurnCenter {
+        /// Distance from the tip, mm.
+        ahead: f64,
+    },
     /// Work offset in effect, by the word of the program (`G54`, `G500`).
     Work {
         /// The word.

@@ -129,6 +129,21 @@ impl Position {
         Ok(())
     }
 
+    /// Base coordinates of a motion in a turned frame that leaves a coordinate open, where the axes without a word stay: the motion tells
+    /// none of X, Y and Z, and behind it those are known that hang on no programmed axis.
+    pub(crate) fn base_left_open(&self, work: &AxisValues, programmed: u16) -> (AxisValues, AxisValues) {
+        let mut known = self.base_of(work, programmed & !LINEAR).unwrap_or(self.base);
+        let mut told = known;
+        for row in 0..3 {
+            told.clear(row);
+            let touched = |column: usize| programmed >> column & 1 == 1 && self.frame.linear[row][column] != 0.0;
+            if (0..3).any(touched) {
+                known.clear(row);
+            }
+        }
+        (told, known)
+    }
+
     /// Start of an arc in the plane of the first two axes. Along the third one nothing needs it: where the program has not set it
     /// the value is zero and has no meaning, unless the frame mixes it with the others. None where it is not known.
     pub(crate) fn arc_start(&self, [u, v, w]: [usize; 3]) -> Option<[f64; 3]> {

@@ -276,6 +276,13 @@ const CASES: &[Case] = &[
         "\"feed_mm_min\":500.0",
     ),
     case(
+        "feed.rapid_from_mm_min",
+        "dialect = \"heidenhain\"",
+        "dialect = \"heidenhain\"\nfeed.rapid_from_mm_min = 9999",
+        "0 BEGIN PGM A MM\n1 L X+1 R0 F9999\n2 L X+2\n3 L X+3 F500\n4 END PGM A MM\n",
+        "\"op\":\"rapid\",\"end\":{\"X\":2.0}",
+    ),
+    case(
         "orientation.interpolation",
         "dialect = \"siemens-840d\"",
         "dialect = \"siemens-840d\"\norientation.interpolation = \"axes\"",

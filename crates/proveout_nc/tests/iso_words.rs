@@ -211,7 +211,7 @@ fn euler_angles_of_a_tilted_plane() {
 }
 
 #[test]
-fn a_held_rapid_is_made_with_the_next_one() {
+fn a_rapid_that_leaves_z_open_is_made_at_once_and_kept_for_the_next_one() {
     for angle in [30.0_f64, 90.0] {
         let text = format!(
             "G21\nG68.2 X0. Y0. Z0. I0. J{angle:.1} K0.\nG53.1\nG0 X1. Y2.\nG43 H1 Z3.\nG1 Z0. F100.\nG2 I1.\n"
@@ -222,7 +222,14 @@ fn a_held_rapid_is_made_with_the_next_one() {
         let want = [[1.0, 2.0 * c - 3.0 * s, 2.0 * s + 3.0 * c], [1.0, 2.0 * c, 2.0 * s], [1.0, 2.0 * c, 2.0 * s]];
         let got = ends(&ops);
         assert!(got.len() == 3 && got.iter().zip(want).all(|(a, b)| close(*a, b)), "{got:?}");
-        assert!(ops.iter().any(|op| matches!(op, Op::Note(text) if text.contains("together with the next one"))));
+        // X and Y are sent there at the height where the machine stands, before Z comes.
+        let open: Vec<_> = ops
+            .iter()
+            .filter_map(|op| if let Op::Rapid(m) = op { Some(m) } else { None })
+            .filter(|m| m.programmed != 0 && m.end_base.xyz().is_none())
+            .collect();
+        assert_eq!(open.len(), 1, "{open:?}");
+        assert_eq!((open[0].programmed, open[0].end.get(0), open[0].end.get(1)), (0b011, Some(1.0), Some(2.0)));
     }
 }
 

@@ -46,6 +46,7 @@ fn every_op() -> Vec<Op> {
         Op::Plane('Z'),
         Op::Offset(Offset::ToolEdge { edge: 1 }),
         Op::Offset(Offset::ToolDelta { length: 1.0, radius: 1.0, corner_radius: 1.0 }),
+        Op::Offset(Offset::TurnCenter { ahead: 1.0 }),
         Op::Retract(Retract { distance: None, rapid: true }),
         Op::Offset(Offset::Work { word: "G54".to_owned() }),
         Op::Frame(FrameChange {

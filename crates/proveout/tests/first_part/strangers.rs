@@ -269,3 +269,69 @@ fn a_retract_of_all_axes_to_home_finds_the_end_at_which_home_lies() {
     assert!(!desk.done("check home").contains("before the run"));
     believable(&desk.verdict("home"));
 }
+
+/// Two things that a text says of one tool are told, both with their lines, and which of them is taken.
+#[test]
+fn tools_that_are_told_in_two_ways_are_a_note() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-10,80,60,0\"\n");
+    let program = |head: &str, call: &str| {
+        format!(
+            "{head}G21 G17 G40 G49 G80 G90\nT1 M6{call}\nG54 G0 X10. Y10. S3000 M3\nG43 H1 Z50.\nZ2.\nG1 Z-2. F200\nX50.\nG0 Z50.\nM30\n"
+        )
+    };
+    desk.write("two.nc", &program("(T1 D=10. CR=0. - FLAT END MILL)\n", " (12MM END MILL)"));
+    let told = desk.done(&format!("new two.nc {MILL} --output two"));
+    assert!(told.contains("tool T1: flat D10"), "{told}");
+    for word in ["two things of tool T1", "flat D10 (comment in line 1)", "not flat D12 (comment in line 3)", "tool.T1"]
+    {
+        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+    }
+    // An answer decides; rounding, an offset and a missing corner radius are no second tool.
+    desk.write("decided.toml", "holder = \"40x60\"\nstock = \"0,0,-10,80,60,0\"\ntool.T1 = \"flat D12\"\n");
+    let told = desk.done("new two.nc --machine three-axis-mill --answers decided.toml --output decided");
+    assert!(told.contains("tool T1: flat D12") && !told.contains("two things"), "{told}");
+    desk.write("one.nc", &program("(T1 D=9.525 CR=0.5 - BULL NOSE END MILL)\n(T1 D1 H1)\n", " (9.53MM END MILL)"));
+    let told = desk.done(&format!("new one.nc {MILL} --output one"));
+    assert!(told.contains("tool T1: bull_nose D9.525") && !told.contains("two things"), "{told}");
+    // Lists in lines of their own, and another program.
+    let list = |d: f64| format!("(TOOL NO: 1)\n(TOOL TYPE: ENDMILL)\n(TOOL DIA. {d})\n");
+    desk.write("list.nc", &program(&(list(8.0) + &list(6.0)), ""));
+    let told = desk.done(&format!("new list.nc {MILL} --output list"));
+    assert!(
+        told.contains("taken is flat D8 (comments up to line 3)")
+            && told.contains("not flat D6 (comments up to line 6)"),
+        "{told}"
+    );
+    desk.write("other.nc", &program("(T1 D=16. - DRILL)\n", ""));
+    let told = desk.done(&format!("new two.nc other.nc {MILL} --output both"));
+    assert!(
+        told.contains("flat D12 (comment in line 3 of two.nc), drill D16 (comment in line 1 of other.nc)"),
+        "{told}"
+    );
+}
+
+#[test]
+fn tools_by_name_with_their_diameter_are_told_before_their_call() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-10,80,60,0\"\n");
+    desk.write(
+        "power.tap",
+        "%\nO1\n(Tool: EM12 Type: Endmill Dia: 12.000 Len: 40.0)\nT1 M6\nG21 G90 G54 G0 X10. Y10. S3000 M3\nG43 H1 Z50.\nZ2.\nG1 Z-2. F200\nX50.\n\
+         G0 Z50.\n( Tool : BN6  Type : Ballnosed  Dia : 6.000  Rad : 3.000 )\nT2 M6\nS5000 M3\nG0 X10. Y30.\nG43 H2 Z50.\nG1 Z-1. F200\nX50.\nG0 Z50.\nM30\n%\n",
+    );
+    let told = desk.done(&format!("new power.tap {MILL} --output power"));
+    assert!(told.contains("tool T1: flat D12") && told.contains("tool T2: ball D6"), "{told}");
+}
+
+/// Its statements are not read, and the answer says whose they are.
+#[test]
+fn statements_of_a_fagor_8065_are_named() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\n");
+    desk.write("f8065.nc", "%PIEZA\nT1 D1 M6 (D10 END MILL)\n#RTCP ON\nG90 G0 X0 Y0 Z50\nM30\n");
+    desk.refused(
+        "new f8065.nc --machine bc-trunnion --answers answers.toml --output part",
+        &["f8065.nc:3:", "#RTCPON in line 3 tells of a Fagor 8060 or 8065", "--control fagor-8055"],
+    );
+}

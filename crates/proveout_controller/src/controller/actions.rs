@@ -110,6 +110,15 @@ where
         }
     }
 
+    /// The tool turns about another point: where its tip is in the table frame afterwards, the program has not said.
+    pub(super) fn set_turn_center(&mut self, ahead: f64) {
+        if ahead != self.state.turn_center {
+            self.stop_run();
+            self.state.turn_center = ahead;
+            self.forget_linear();
+        }
+    }
+
     pub(super) fn switch_tcp(&mut self, tcp: Tcp, location: &Location) -> Result<(), Box<ControlError>> {
         if tcp.on && self.device.rig.is_none() {
             let message = format!(

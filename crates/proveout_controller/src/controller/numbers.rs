@@ -73,6 +73,9 @@ pub(super) fn check_numbers(command: &Command) -> Result<(), Box<ControlError>> 
         Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
             v.all("the delta value of the tool", [length, radius, corner_radius]);
         }
+        Op::Offset(Offset::TurnCenter { ahead }) => {
+            v.one("the distance from the tip to the center of the turn", *ahead)
+        }
         Op::Frame(frame) => {
             let numbers = frame.rotation.iter().flatten().chain(&frame.translation).chain(&frame.rotary);
             v.all(&format!("the frame of {}", frame.word), numbers);

@@ -8,13 +8,38 @@ use proveout_nc::Command;
 use super::{Begin, Controller, bounds::WINDOW_SAMPLES, scope};
 use crate::{
     output::{BlockKind, BlockRecord, MoveKind},
-    path::{Path, PathBlock},
+    path::{Frame, Path, PathBlock},
     profile::Law,
     retime::Entry,
     scurve::{Rates, peak_speed},
     shape::{Shape, Timed},
     stretch::{self, Outcome, Stretch},
 };
+
+/// A rotary joint that goes no farther than this stands, radian: rounding of the inverse kinematics.
+const STANDS: f64 = 1e-9;
+
+/// The axes of the work coordinates as they stand in those of the table.
+const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Part of a way along an axis of the program that another joint than its own may take: rounding.
+const BESIDE: f64 = 1e-6;
+
+/// Each axis of the work coordinates moves one linear joint and no other. With the rotary joints at rest the joints hang on the tip in
+/// proportion, so that a way of 1 mm tells.
+fn axes_are_joints(frame: &Frame<'_>, task: &JointValues, rotation: [[f64; 3]; 3]) -> bool {
+    let Some(rig) = frame.kinematics.rig else { return true };
+    let here = frame.kinematics.position(task);
+    (0..3).all(|axis| {
+        let mut there = *task;
+        for (row, &slot) in rig.slots.iter().enumerate() {
+            there[slot] += rotation[row][axis];
+        }
+        let way = frame.kinematics.position(&there) - here;
+        let most = way.max_abs();
+        rig.slots.iter().filter(|&&slot| way[slot].abs() > BESIDE * most).count() == 1
+    })
+}
 
 /// Time of a block at its feed, s.
 fn time_of(block: &PathBlock) -> f64 {
@@ -27,7 +52,7 @@ where
     E: std::error::Error + 'static,
     I: Iterator<Item = Result<Command, E>>,
 {
-    pub(super) fn push_block(&mut self, block: PathBlock, from: JointValues) {
+    pub(super) fn push_block(&mut self, mut block: PathBlock, from: JointValues) {
         if self.cut_short.is_some() {
             return;
         }
@@ -37,12 +62,12 @@ where
             self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
             return;
         }
+        let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints
+            && block.kind != MoveKind::Feed
+            && self.in_joints(&mut block, &from);
         let time = time_of(&block);
         let frame = self.device.frame(self.mapping);
         self.out.meter.tube.block(&frame, &block);
-        let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints
-            && block.kind != MoveKind::Feed
-            && self.mapping.tcp_length.is_none();
         if independent {
             self.stop_run();
             if self.cut_short.is_none() {
@@ -141,6 +166,31 @@ where
         self.window = self.settings.look_ahead_blocks;
         self.window_time = (self.path.blocks.iter().map(time_of).sum(), self.most_time());
         self.ready = true;
+    }
+
+    /// Makes a straight motion one of the joints, where it is or may be: without tool center point control, and on a plane whose axes
+    /// are those of the machine while no rotary joint turns. Elsewhere a coordinate of the program takes several joints, which must
+    /// keep the tip on its line.
+    fn in_joints(&mut self, block: &mut PathBlock, from: &JointValues) -> bool {
+        if self.mapping.tcp_length.is_none() {
+            return true;
+        }
+        let frame = self.device.frame(self.mapping);
+        let to = frame.kinematics.position(&block.shape.jet(block.length).0[0]);
+        let way = to - *from;
+        let rotation = self.state.frame.map_or(UPRIGHT, |(rotation, _)| rotation);
+        if !axes_are_joints(&frame, &block.shape.jet(0.0).0[0], rotation) {
+            return false;
+        }
+        if self.device.machine.rotary_joints().iter().any(|&joint| way[joint].abs() > STANDS) || !way.is_finite() {
+            return false;
+        }
+        self.stop_run();
+        let frame = self.device.frame(self.mapping);
+        self.out.meter.tube.remap(&frame);
+        self.mapping = self.mapping_with(None);
+        block.shape = Shape::Line { from: *from, slope: way * (1.0 / block.length) };
+        true
     }
 
     /// A rapid motion with every joint at its own speed.

@@ -74,6 +74,23 @@ impl<L: Language> Channel<L> {
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
     }
 
+    /// Hands a rapid motion out that leaves a coordinate of a turned frame open: the axes without a word stay where the machine has them,
+    /// which whoever runs the motion fills in.
+    pub(crate) fn go_left_open(&mut self, end: AxisValues, programmed: u16, exact_stop: bool) {
+        let (end_base, known) = self.position.base_left_open(&end, programmed);
+        self.position.move_to(end, known);
+        L::moving(self);
+        self.emit(Op::Rapid(Motion {
+            end,
+            end_base,
+            tool_axis: None,
+            tool_axis_base: None,
+            programmed,
+            machine_coordinates: false,
+            exact_stop,
+        }));
+    }
+
     /// Hands a motion out that follows the spindle. `pitch`: mm, above zero. `direction`: none where the spindle turns as it is.
     pub(crate) fn go_thread(&mut self, motion: Motion, pitch: f64, direction: Option<SpindleDirection>) {
         self.position.move_to(motion.end, motion.end_base);

@@ -40,6 +40,7 @@ impl Family {
             ["orientation", "interpolation"] => self == Siemens,
             ["blocks", "skipped_levels"] | ["subprograms", _] | ["limits", _] => self != Apt,
             ["unlisted", "m"] => self != Apt,
+            ["feed", "rapid_from_mm_min"] => matches!(self, Heidenhain | HeidenhainIso),
             ["program", "words"] => iso,
             ["program", _] => true,
             _ => matches!(self, MacroB | LinuxCnc | Siemens | Heidenhain | HeidenhainIso | Apt),

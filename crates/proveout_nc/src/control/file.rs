@@ -317,6 +317,8 @@ pub(crate) struct FeedFile {
     pub(crate) missing: Option<MissingFeedFile>,
     /// With missing = "value": the feed that is taken, told as an assumption.
     pub(crate) missing_mm_min: Option<f64>,
+    /// F of this number and above is rapid traverse, as on older controls whose programs have F9999 or F15999 for it.
+    pub(crate) rapid_from_mm_min: Option<f64>,
 }
 
 /// A motion in feed before the first F.

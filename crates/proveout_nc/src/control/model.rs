@@ -168,6 +168,8 @@ pub struct Control {
     pub(crate) dwell: [Option<DwellUnit>; 26],
     /// Feed of a motion before the first F, mm/min; none: refused.
     pub(crate) missing_feed_mm_min: Option<f64>,
+    /// F from which on a motion is a rapid one, mm/min.
+    pub(crate) rapid_from_mm_min: Option<f64>,
     pub(crate) orientation: OrientationInterpolation,
     pub(crate) skipped_levels: u16,
     pub(crate) variables: BTreeMap<String, f64>,
@@ -203,6 +205,7 @@ impl Default for Control {
             tool_change: AxisValues::NONE,
             dwell: [None; 26],
             missing_feed_mm_min: None,
+            rapid_from_mm_min: None,
             orientation: OrientationInterpolation::GreatCircle,
             skipped_levels: 0,
             variables: BTreeMap::new(),

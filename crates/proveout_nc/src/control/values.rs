@@ -158,5 +158,8 @@ pub(super) fn feed(control: &mut Control, file: &ControlFile, text: &Text<'_>) -
         }
         (_, Some(value)) => control.missing_feed_mm_min = Some(positive(value, &["feed", "missing_mm_min"], text)?),
     }
+    if let Some(value) = file.feed.rapid_from_mm_min {
+        control.rapid_from_mm_min = Some(positive(value, &["feed", "rapid_from_mm_min"], text)?);
+    }
     Ok(())
 }

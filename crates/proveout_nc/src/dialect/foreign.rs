@@ -7,11 +7,12 @@ pub(super) const KLARTEXT: &str = "Heidenhain Klartext";
 pub(super) const SIEMENS: &str = "Siemens 840D";
 const OSP: &str = "Okuma OSP";
 const APT: &str = "APT CL data";
+const FAGOR_8065: &str = "a Fagor 8060 or 8065, whose statements are not read";
 const NCI: &str = "an NCI listing of Mastercam (lines of numbers alone)";
 const ISO: &str = "ISO code of a Fanuc or its like";
 
 /// Words at the begin of a line, in upper case, with the control that has them. A blank in a word stands for any number of them.
-const WORDS: [(&str, &str); 20] = [
+const WORDS: [(&str, &str); 35] = [
     ("BEGIN PGM", KLARTEXT),
     ("BLK FORM", KLARTEXT),
     ("CYCL DEF", KLARTEXT),
@@ -32,16 +33,39 @@ const WORDS: [(&str, &str); 20] = [
     ("FEDRAT", APT),
     ("GOTO/", APT),
     ("LOADTL", APT),
+    ("#ACS ", FAGOR_8065),
+    ("#COMMENT", FAGOR_8065),
+    ("#CS ", FAGOR_8065),
+    ("#HSC ", FAGOR_8065),
+    ("#KIN ", FAGOR_8065),
+    ("#MSG", FAGOR_8065),
+    ("#RTCP", FAGOR_8065),
+    ("#TLC", FAGOR_8065),
+    ("#TOOL", FAGOR_8065),
+    ("$ELSE", FAGOR_8065),
+    ("$END", FAGOR_8065),
+    ("$FOR", FAGOR_8065),
+    ("$GOTO", FAGOR_8065),
+    ("$IF", FAGOR_8065),
+    ("$WHILE", FAGOR_8065),
 ];
 
 /// The fault of a line, with the control that the line looks like where that is another than the one that reads it.
 pub(super) fn told(fault: Fault, line: &str, reader: &str) -> Fault {
     match looks_like(line).or_else(|| looks_iso(line)) {
-        Some(control) if control != reader => {
-            fault.help(format!("this looks like {control}: name that dialect, or post for this control"))
-        }
+        Some(control) if control != reader => fault.help(named(control)),
         _ => fault,
     }
+}
+
+/// What to do with a line of another control.
+pub(super) fn named(control: &str) -> String {
+    if control == FAGOR_8065 {
+        return format!(
+            "this looks like {control}: post the program for a Fagor 8055 (--control fagor-8055) or a Fanuc"
+        );
+    }
+    format!("this looks like {control}: name that dialect, or post for this control")
 }
 
 /// `O1000`, `%`, `#1=`, `(text)` or a G word: what a program of a Fanuc begins with.
@@ -94,6 +118,9 @@ mod tests {
             ("N5 NCYL G81 Z-5", Some("Okuma OSP")),
             ("N5 TRAORI", Some("Siemens 840D")),
             ("GOTO/1,2,3", Some("APT CL data")),
+            ("N10 #RTCP ON", Some("a Fagor 8060 or 8065, whose statements are not read")),
+            ("$IF P1 > 3", Some("a Fagor 8060 or 8065, whose statements are not read")),
+            ("#100=5", None),
             ("1050", Some(NCI)),
             ("2 0 10.5 0. -3. 250. 0", Some(NCI)),
             ("N10 G1 X5", None),

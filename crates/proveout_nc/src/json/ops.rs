@@ -234,6 +234,7 @@ fn put_offset(text: &mut Text, offset: &Offset) {
             text.put_number("delta_radius_mm", *radius);
             text.put_number("delta_corner_radius_mm", *corner_radius);
         }
+        Offset::TurnCenter { ahead } => text.put_number("turn_center_mm", *ahead),
         Offset::Work { word } => text.put_string("word", word),
     }
 }

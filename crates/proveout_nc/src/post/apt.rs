@@ -131,6 +131,7 @@ impl<W: Write> AptPost<W> {
                 Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
             }
             Op::Retract(_) => Err(Unsaid::new("a retraction along the tool axis", "write the retracted position")),
+            Op::Offset(Offset::TurnCenter { .. }) => Err(super::turns_ahead()),
             Op::Offset(Offset::Work { word }) => self.work_offset(word),
             Op::Frame(change) => {
                 self.frames.change(change);

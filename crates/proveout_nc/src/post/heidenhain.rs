@@ -150,6 +150,7 @@ impl<W: Write> HeidenhainPost<W> {
                 };
                 self.block(&format!("L M140 MB {way}{}", if retract.rapid { " FMAX" } else { "" }))
             }
+            Op::Offset(Offset::TurnCenter { .. }) => Err(super::turns_ahead()),
             Op::Offset(Offset::Work { word }) => self.work_offset(word),
             Op::Frame(change) => self.frame(change),
             Op::Tcp(tcp) => self.tool_center(*tcp),
@@ -198,7 +199,7 @@ impl<W: Write> HeidenhainPost<W> {
     }
 
     fn coordinates(&mut self, motion: &Motion, forced: u16) -> Result<String, Unsaid> {
-        super::must_be_known(motion, self.tilted, |axis| self.value(motion, axis))?;
+        super::must_be_known(motion, |axis| self.value(motion, axis))?;
         let turned = if self.flat && motion.programmed & 0b111 != 0 { 0b111 } else { 0 };
         let wanted = motion.programmed | turned | forced;
         let mut words = String::new();

@@ -42,7 +42,7 @@ impl<W: Write> IsoPost<W> {
 
     /// Coordinates of a motion, `forced` axes also where they have not changed.
     fn coordinates(&mut self, motion: &Motion, forced: u16, words: &mut Vec<String>) -> Result<(), Unsaid> {
-        super::must_be_known(motion, self.tilted, |axis| self.value(motion, axis))?;
+        super::must_be_known(motion, |axis| self.value(motion, axis))?;
         let wanted = self.wanted(motion) | forced;
         let first = words.len();
         let mut kept = None;

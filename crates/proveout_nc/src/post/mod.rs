@@ -75,17 +75,25 @@ fn tell_coolant(
     Ok(())
 }
 
-/// Refuses a motion of which a programmed axis has no value, or whose end in a tilted frame is not known.
-fn must_be_known(motion: &Motion, tilted: bool, value: impl Fn(usize) -> Option<f64>) -> Result<(), Unsaid> {
+/// Refuses a motion of which a programmed axis has no value as it would be written. Axes without a word stay where the machine has
+/// them on every control.
+fn must_be_known(motion: &Motion, value: impl Fn(usize) -> Option<f64>) -> Result<(), Unsaid> {
     let lost = (0..9).any(|axis| motion.programmed >> axis & 1 == 1 && value(axis).is_none());
-    let tilted = tilted && !motion.machine_coordinates && motion.programmed & 0b111 != 0;
-    if lost || tilted && motion.end_base.xyz().is_none() {
+    if lost {
         return Err(Unsaid::new(
             "a point in a turned frame of which not all coordinates are known",
             "program X, Y and Z in the first block behind the frame",
         ));
     }
     Ok(())
+}
+
+/// A turn about a point ahead of the tip, which only the block that asks for it could say.
+fn turns_ahead() -> Unsaid {
+    Unsaid::new(
+        "a turn of the tool about a point ahead of its tip (MOVE with DIST)",
+        "retract, and write DIST0 or TURN",
+    )
 }
 
 /// The post of a control, which takes no motion in feed before a feed: CL data may have one.

@@ -155,6 +155,7 @@ impl<W: Write> SiemensPost<W> {
                 }
                 Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
             }
+            Op::Offset(Offset::TurnCenter { .. }) => Err(super::turns_ahead()),
             Op::Offset(Offset::Work { word }) => {
                 let values = self.out.settings.work_offsets.get(word).copied().unwrap_or_default();
                 self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };

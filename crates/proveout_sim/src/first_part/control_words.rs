@@ -5,12 +5,20 @@ use proveout_nc::{Dialect, ProgramText};
 /// Lines that are looked at.
 const LINES: usize = 400;
 
+const FAGOR_8065: &str = "a Fagor 8060 or 8065";
+
 /// Words of a block, without spaces, with the controls that have them and the builders of those.
-const WORDS: [(&str, &str, &[&str]); 4] = [
+const WORDS: [(&str, &str, &[&str]); 10] = [
     ("G61.1", "a Mazak or a Mitsubishi", &["mazak-eia", "mitsubishi-m800"]),
     ("G15H", "an Okuma", &["okuma-osp"]),
     ("G16H", "an Okuma", &["okuma-osp"]),
     ("VC1=", "an Okuma", &["okuma-osp"]),
+    ("#RTCPON", FAGOR_8065, &[]),
+    ("#CSON", FAGOR_8065, &[]),
+    ("#ACSON", FAGOR_8065, &[]),
+    ("#HSCON", FAGOR_8065, &[]),
+    ("#TOOLORI", FAGOR_8065, &[]),
+    ("#MSG[", FAGOR_8065, &[]),
 ];
 
 /// Names in a comment.
@@ -32,6 +40,12 @@ pub(crate) fn hint(text: &ProgramText, dialect: Dialect) -> Option<String> {
     }
     let lines = || (1_usize..).zip(text.all().take(LINES).map(str::to_ascii_uppercase));
     let told = |n: usize, word: &str, whose: &str, controls: &[&str]| {
+        if controls.is_empty() {
+            return format!(
+                "{word} in line {n} tells of {whose}, whose statements with # and $ are not read: post the program for a Fagor 8055 \
+                 (--control fagor-8055) or a Fanuc"
+            );
+        }
         let options: Vec<String> = controls.iter().map(|c| format!("--control {c}")).collect();
         format!(
             "{word} in line {n} tells of {whose}, and no control is named: {} reads the program so",

@@ -42,8 +42,21 @@ pub(crate) struct Facts {
     pub(crate) stock: Option<(Stock, usize, &'static str)>,
     /// Tools, by number or by name.
     pub(crate) tools: BTreeMap<ToolName, ToolDraft>,
+    /// What else the text says of a tool that is told otherwise before, in the order of the text.
+    pub(crate) otherwise: Vec<(ToolName, ToolDraft)>,
     /// A word of the text names a tool: `T5`, `TOOL CALL`.
     pub(crate) names_tool: bool,
+}
+
+/// A description in lines of its own that is under way.
+struct Heading {
+    number: u32,
+    /// What its lines have told so far.
+    told: String,
+    /// What was told of the tool before it.
+    before: Option<ToolDraft>,
+    /// The last of `otherwise` is this description.
+    contradicts: bool,
 }
 
 /// Reads a text. `unit`: that of numbers where the text has no word for it.
@@ -55,7 +68,7 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
     // A comment without a number, waiting for its tool.
     let mut waiting: Option<(usize, ToolDraft)> = None;
     // The number of a tool whose description follows in comments of its own, and what they have told so far.
-    let mut heading: Option<(u32, String)> = None;
+    let mut heading: Option<Heading> = None;
     let changes = with_changes(text, dialect);
     // The tool that is named last, and the one that is changed in last, with its line.
     let mut named: Option<(ToolName, usize)> = None;
@@ -70,7 +83,13 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
         if dialect.family() == Dialect::Heidenhain
             && let Some(draft) = tool_words::tool_def(&upper, unit, n)
         {
-            facts.tools.insert(ToolName::Number(draft.number), draft);
+            // The control reads this one, and not the comments.
+            let name = ToolName::Number(draft.number);
+            if let Some(before) = facts.tools.insert(name.clone(), draft)
+                && facts.tools.get(&name).is_some_and(|now| contradict(now, &before))
+            {
+                facts.otherwise.push((name, before));
+            }
             continue;
         }
         if dialect == Dialect::Apt
@@ -97,32 +116,46 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
         for comment in all.iter().flat_map(|c| tool_sizes::one_by_one(c)) {
             let comment = comment.to_owned();
             if let Some(number) = tool_words::number_alone(&comment) {
-                heading = Some((number, String::new()));
+                let before = facts.tools.get(&ToolName::Number(number)).cloned();
+                heading = Some(Heading { number, told: String::new(), before, contradicts: false });
                 continue;
             }
-            if let Some((number, told)) = heading.as_mut().filter(|_| tool_words::describes(&comment)) {
+            let described = heading.as_mut().filter(|_| tool_words::describes(&comment));
+            if let Some(Heading { number, told, before, contradicts }) = described {
                 *told += &format!("{} ", comment.trim());
                 if let Some((_, mut draft)) = tool_words::of_comment(told, unit, n) {
                     draft.number = *number;
                     draft.name = format!("T{number}");
                     draft.source = format!("comments up to line {n}");
-                    facts.tools.insert(ToolName::Number(*number), draft);
+                    let name = ToolName::Number(*number);
+                    match before.as_ref().filter(|known| known.diameter().is_some()) {
+                        Some(known) => {
+                            // The lines of one description complete each other.
+                            let from = facts.otherwise.len() - usize::from(*contradicts);
+                            facts.otherwise.truncate(from);
+                            *contradicts = contradict(known, &draft);
+                            if *contradicts {
+                                facts.otherwise.push((name, draft));
+                            }
+                        }
+                        None => {
+                            facts.tools.insert(name, draft);
+                        }
+                    }
                 }
                 continue;
             }
             heading = None;
             match tool_words::of_comment(&comment, unit, n) {
                 Some((Some(number), draft)) => {
-                    merge(&mut facts.tools, ToolName::Number(number), draft);
+                    facts.merge(ToolName::Number(number), draft);
                 }
                 Some((None, draft)) => {
                     loose.push(draft.clone());
                     // Right behind a change it is the tool that has come, and not the next one.
                     match changed.as_ref().filter(|(_, at)| call.is_none() && n - at <= BEHIND_CHANGE) {
                         Some((name, _)) if !says_next(&comment) => {
-                            if !facts.tools.contains_key(name) {
-                                facts.tools.insert(name.clone(), with_number(draft, name));
-                            }
+                            facts.of_call(name.clone(), draft);
                         }
                         _ => waiting = Some((n, draft)),
                     }
@@ -140,9 +173,8 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
             changed = (dialect != Dialect::Apt).then(|| (name.clone(), n));
             if let Some((at, draft)) = waiting.take()
                 && (n - at <= BEFORE_CALL || dialect == Dialect::Apt)
-                && !facts.tools.contains_key(&name)
             {
-                facts.tools.insert(name.clone(), with_number(draft, &name));
+                facts.of_call(name.clone(), draft);
             }
             // A name may tell the tool itself: "END_D12", "KUGEL_D8".
             if let ToolName::Name(word) = &name
@@ -196,18 +228,48 @@ fn has_change(line: &str, dialect: Dialect) -> bool {
     })
 }
 
-/// A comment that tells more of a tool than one before completes it; what is there stays.
-fn merge(tools: &mut BTreeMap<ToolName, ToolDraft>, name: ToolName, draft: ToolDraft) {
-    match tools.get_mut(&name) {
-        None => {
-            tools.insert(name, draft);
-        }
-        Some(known) if known.diameter().is_none() && draft.diameter().is_some() => *known = draft,
-        Some(known) => {
-            known.kind = known.kind.or(draft.kind);
-            known.flutes = known.flutes.or(draft.flutes);
+impl Facts {
+    /// A comment that tells more of a tool than one before completes it; what is there stays.
+    fn merge(&mut self, name: ToolName, draft: ToolDraft) {
+        match self.tools.get_mut(&name) {
+            None => {
+                self.tools.insert(name, draft);
+            }
+            Some(known) if known.diameter().is_none() && draft.diameter().is_some() => *known = draft,
+            Some(known) if contradict(known, &draft) => self.otherwise.push((name, draft)),
+            Some(known) => {
+                known.kind = known.kind.or(draft.kind);
+                known.flutes = known.flutes.or(draft.flutes);
+            }
         }
     }
+
+    /// A comment without a number beside the call of a tool.
+    fn of_call(&mut self, name: ToolName, draft: ToolDraft) {
+        let draft = with_number(draft, &name);
+        match self.tools.get(&name) {
+            None => {
+                self.tools.insert(name, draft);
+            }
+            Some(known) if contradict(known, &draft) => self.otherwise.push((name, draft)),
+            Some(_) => {}
+        }
+    }
+}
+
+/// Diameters that differ by less are rounded ones of the same tool: 9.53 for 3/8 inch.
+const SAME_DIAMETER: f64 = 0.005;
+
+/// Two descriptions that cannot both be of the tool: another diameter, or another kind of end.
+pub(super) fn contradict(a: &ToolDraft, b: &ToolDraft) -> bool {
+    let diameters = a.diameter().zip(b.diameter());
+    // `T5 D5 H5` names offsets.
+    let offset = |d: &ToolDraft| d.kind.is_none() && d.diameter() == Some(f64::from(d.number));
+    let other_size = diameters.is_some_and(|(a, b)| (a - b).abs() > SAME_DIAMETER * a.max(b));
+    // Words often leave the corner radius out, so that these three are not told apart.
+    let family = |kind: &'static str| if matches!(kind, "bull_nose" | "face_mill") { "flat" } else { kind };
+    let other_kind = a.kind.map(family).zip(b.kind.map(family)).is_some_and(|(a, b)| a != b);
+    !offset(a) && !offset(b) && (other_size || other_kind)
 }
 
 /// A comment that speaks of inches.

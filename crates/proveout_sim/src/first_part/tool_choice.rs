@@ -140,6 +140,9 @@ pub(super) fn tools(
             ToolName::Empty => false,
         });
         let of_text = all_facts.iter().find_map(|f| f.tools.get(name));
+        if interview.given(&key_of(name)).is_none() && from_library.is_none() {
+            notes.extend(told_otherwise(name, call, all_facts));
+        }
         let number = match name {
             ToolName::Number(n) => *n,
             _ => from_library.map_or(0, |d| d.number),
@@ -211,6 +214,42 @@ pub(super) fn tools(
     }
     drafts.sort_by_key(|d| d.number);
     Ok(Tools::Drafts(drafts))
+}
+
+/// What the texts say of a tool that cannot both be true, and which of it is taken.
+fn told_otherwise(name: &ToolName, call: &FirstPart, all_facts: &[facts::Facts]) -> Option<String> {
+    let several = all_facts.len() > 1;
+    let mut first: Option<(usize, &ToolDraft)> = None;
+    let mut others: Vec<String> = Vec::new();
+    let shape = |at: usize, draft: &ToolDraft| {
+        let size = draft.diameter().map_or_else(String::new, |d| format!(" D{}", (d * 1e4).round() / 1e4));
+        let file = call.programs.get(at).filter(|_| several).and_then(|path| path.file_name());
+        let file = file.map_or_else(String::new, |name| format!(" of {}", name.to_string_lossy()));
+        format!("{}{size} ({}{file})", draft.kind.unwrap_or("a tool of"), draft.source)
+    };
+    for (at, facts) in all_facts.iter().enumerate() {
+        let own = facts.tools.get(name);
+        match (first, own) {
+            (None, Some(draft)) => first = Some((at, draft)),
+            (Some((_, taken)), Some(draft)) if facts::contradict(taken, draft) => others.push(shape(at, draft)),
+            _ => {}
+        }
+        let also = facts.otherwise.iter().filter(|(other, _)| other == name);
+        let also = also.filter(|(_, draft)| first.is_none_or(|(_, taken)| facts::contradict(taken, draft)));
+        others.extend(also.map(|(_, draft)| shape(at, draft)));
+    }
+    let (at, taken) = first?;
+    others.dedup();
+    if others.is_empty() {
+        return None;
+    }
+    Some(format!(
+        "the text says two things of tool {}: taken is {}, and not {}; the answer {} says another",
+        shown(name),
+        shape(at, taken),
+        others.join(", "),
+        key_of(name)
+    ))
 }
 
 /// Key of the answer for a tool.

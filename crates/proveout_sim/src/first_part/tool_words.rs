@@ -5,6 +5,7 @@
 //! | Fusion 360, HSMWorks | `T1 D=10. CR=0.5 TAPER=45deg - ZMIN=-5. - flat end mill` |
 //! | Fusion 360 for a TNC | `#5 D=8 TAPER=118deg - ZMIN=-24.4 - drill` |
 //! | `PowerMill`, NX | `TOOL NO: 2`, `TOOL TYPE: BALLNOSED`, `TOOL DIA. 8.0` in comments of their own, one after the other |
+//! | `PowerMill` | `Tool: EM12 Type: Endmill Dia: 12.000 Rad: 0.0`, before the call of the tool |
 //! | Mastercam | `T1 \| 1/2 FLAT ENDMILL \| H1 \| D1 \| TOOL DIA. - .5`, `1/2 BALL ENDMILL TOOL - 3 DIA. OFF. - 3 LEN. - 3 DIA. - .5` |
 //! | SolidCAM and others | `T5 - END MILL D12 R1`, `TOOL 5: BALL DIA 8.0` |
 //! | name of a tool | `END_D12`, `BALL_D8`, `BULL_D10_R1` |
@@ -98,7 +99,9 @@ fn tool_number(text: &str) -> Option<(u32, usize)> {
         let end = body.find(|c: char| !c.is_ascii_digit()).unwrap_or(body.len());
         // `T1.5`, `T1/2` and `TOOL 12MM` are no tools.
         let after = &body[end..];
-        let size = after.starts_with(['/', '.', '"']) && !after.starts_with(". ") || {
+        // `TOOL: 10EM` has a name.
+        let named = end > 0 && after.starts_with(char::is_alphabetic) && text.contains("DIA");
+        let size = named || after.starts_with(['/', '.', '"']) && !after.starts_with(". ") || {
             let word: String = after.trim_start().chars().take_while(|c| c.is_alphabetic()).collect();
             matches!(word.as_str(), "MM" | "INCH") || word == "IN" && after.starts_with("IN")
         };
@@ -165,10 +168,25 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
     let mut draft = ToolDraft::new(0, source);
     draft.description = text.trim().to_owned();
     draft.flutes = tool_teeth_of_words(text);
-    let corner = behind_word(upper, &["CR=", "RAD=", "TIP RAD", "CORNER RAD.", "CORNER RADIUS", "CR.", "CR"])
-        .or_else(|| behind_letter(upper, 'R'))
-        .and_then(|rest| length_at(rest, unit))
-        .filter(|r| *r > 0.0 && *r <= 0.5 * diameter + 1e-9);
+    let corner = behind_word(
+        upper,
+        &[
+            "CR=",
+            "RAD=",
+            "TIP RADIUS",
+            "TIP RAD",
+            "TIPRAD",
+            "CORNER RAD.",
+            "CORNER RADIUS",
+            "CR.",
+            "CR",
+            "RAD",
+            "RADIUS",
+        ],
+    )
+    .or_else(|| behind_letter(upper, 'R'))
+    .and_then(|rest| length_at(rest, unit))
+    .filter(|r| *r > 0.0 && *r <= 0.5 * diameter + 1e-9);
     let taper = word(upper, &["TAPER=", "ANGLE=", "POINT ANGLE", "ANGLE"]).filter(|a| *a > 0.0 && *a < 180.0);
     draft.put("diameter_mm", diameter);
     match kind {
@@ -337,7 +355,7 @@ pub(super) fn of_comment(text: &str, unit: f64, line: usize) -> Option<(Option<u
     let upper = with_points(&text.to_uppercase());
     let number = tool_number(&upper);
     // Without a number only what is named a tool by its words.
-    if number.is_none() && tool_kind_of_words(text).is_none() {
+    if number.is_none() && tool_kind_of_words(text).is_none() && !names_with_diameter(&upper) {
         return None;
     }
     let body = number.map_or(upper.as_str(), |(_, end)| &upper[end..]);
@@ -351,6 +369,12 @@ pub(super) fn of_comment(text: &str, unit: f64, line: usize) -> Option<(Option<u
         draft.name = format!("T{n}");
     }
     Some((number.map(|(n, _)| n), draft))
+}
+
+/// `TOOL: B6 ... DIA: 6`: a tool by its name, whose diameter is called so.
+fn names_with_diameter(upper: &str) -> bool {
+    let named = upper.trim_start().strip_prefix("TOOL").map(str::trim_start).is_some_and(|rest| rest.starts_with(':'));
+    named && behind_word(upper, &["DIA", "DIAMETER", "DIAM", "DIA."]).is_some()
 }
 
 /// The number of a comment that gives nothing else: `TOOL NO: 2`.
@@ -489,7 +513,7 @@ mod tests {
     #[test]
     fn what_stands_behind_a_number_says_what_it_counts() {
         type Case<'a> = (&'a str, f64, Option<&'a str>, f64);
-        let cases: [Case<'_>; 16] = [
+        let cases: [Case<'_>; 21] = [
             ("BALL 6MM", 25.4, Some("ball"), 6.0),
             ("T01 = 1/2\"  END MILL  03-0086", 1.0, Some("flat"), 12.7),
             ("T3 1/4 DRILL", 1.0, Some("drill"), 6.35),
@@ -506,6 +530,11 @@ mod tests {
             ("GWINTOWNIK M8X1.25", 1.0, Some("flat"), 8.0),
             ("foret diam 8.5", 1.0, Some("drill"), 8.5),
             ("FRESA SFERICA D6", 1.0, Some("ball"), 6.0),
+            ("Tool: EM12 Dia: 12.000", 1.0, Some("flat"), 12.0),
+            ("Tool : B6  Type : Ballnosed  Dia : 6.000  Rad : 3.000  Len : 40.0", 1.0, Some("ball"), 6.0),
+            ("TOOL: TR12R1 TYPE: TIPRADIUSED DIA: 12. RAD: 1.0 LEN: 60.", 1.0, Some("bull_nose"), 12.0),
+            ("TOOL: 10XX DIA: 10", 1.0, None, 10.0),
+            ("Tool: WKZ-7 Dia: 8 Tip Radius: 4", 1.0, Some("ball"), 8.0),
         ];
         for (text, unit, kind, diameter) in cases {
             let (_, draft) = comment(text, unit);

@@ -14,12 +14,18 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, ArcMotion, Command, Motion, Offset, Op, ToolAction, ToolName};
 
 /// Angle between two points of an arc, radian: the sagitta is then below 0.1 percent of the radius.
 const ARC_STEP: f64 = PI / 36.0;
+
+/// X, Y or Z stands in the block, and the program does not tell where it ends.
+fn left_open(motion: &Motion) -> bool {
+    motion.programmed & 0b111 != 0 && (0..3).all(|axis| motion.end_base.get(axis).is_none())
+}
 
 /// How a motion cuts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +65,10 @@ pub(crate) struct Tracer<'a> {
     /// Tool center point control is on.
     pub(crate) tcp: bool,
     base: [Option<f64>; AXIS_LETTERS.len()],
+    /// Work to base coordinates.
+    frame: (Matrix3<f64>, Vector),
+    /// Rotary axes turn about the point so much ahead of the tip, mm.
+    turn_center: f64,
     q: JointValues,
     /// Tip and axis on the table, where the program has told them since the start.
     tip: Option<ToolPose>,
@@ -94,6 +104,8 @@ impl<'a> Tracer<'a> {
             length_on,
             tcp: false,
             base: [None; AXIS_LETTERS.len()],
+            frame: (Matrix3::identity(), Vector::zeros()),
+            turn_center: 0.0,
             q: machine.home(),
             tip: None,
             joints_known: true,
@@ -142,6 +154,16 @@ impl<'a> Tracer<'a> {
                 }
                 None
             }
+            Op::Offset(Offset::TurnCenter { ahead }) => {
+                self.turn_center = *ahead;
+                self.forget_linear();
+                None
+            }
+            Op::Frame(frame) => {
+                let linear = Matrix3::from_fn(|row, column| frame.rotation[row][column]);
+                self.frame = (linear, Vector::from(frame.translation));
+                None
+            }
             Op::Tcp(tcp) => {
                 if tcp.on != self.tcp {
                     self.tcp = tcp.on;
@@ -185,8 +207,12 @@ impl<'a> Tracer<'a> {
         }
         if tcp {
             let zero = self.zero?;
+            if left_open(motion) {
+                let completed = self.completed(motion, zero)?;
+                self.base[..3].copy_from_slice(&completed);
+            }
             let known = |axis: usize| self.base[axis].or_else(|| Some(self.tip?.tip[axis] - zero[axis]));
-            let tip = zero + Vector::new(known(0)?, known(1)?, known(2)?);
+            let mut tip = zero + Vector::new(known(0)?, known(1)?, known(2)?);
             for letter in 3..6 {
                 self.put_joint(letter, motion.end_base.get(letter));
             }
@@ -194,6 +220,10 @@ impl<'a> Tracer<'a> {
                 Some([i, j, k]) => Vector::new(i, j, k),
                 None => self.machine.forward(&self.q, 0.0).axis,
             };
+            if self.turn_center != 0.0 {
+                let before = self.tip?.axis;
+                tip += (axis - before) * self.turn_center;
+            }
             self.tip = Some(ToolPose { tip, axis });
             self.joints_known = false;
             return Some(None);
@@ -208,6 +238,17 @@ impl<'a> Tracer<'a> {
         let told = (0..3).all(|axis| self.base[axis].is_some()) || self.tip.is_some();
         self.tip = Some(self.machine.forward(&self.q, self.gauge()));
         told.then_some(Some(self.q))
+    }
+
+    /// Base coordinates of the end of a motion that leaves a coordinate of a turned frame open: the tip stays along its axis there.
+    fn completed(&self, motion: &Motion, zero: Point) -> Option<[Option<f64>; 3]> {
+        let (linear, translation) = &self.frame;
+        let mut work = linear.try_inverse()? * (self.tip?.tip - zero - translation);
+        for axis in (0..3).filter(|axis| motion.programmed >> axis & 1 == 1) {
+            work[axis] = motion.end.get(axis)?;
+        }
+        let base = linear * work + translation;
+        Some([0, 1, 2].map(|axis| Some(base[axis])))
     }
 
     /// The joints under the tip, those nearest to where the axes stood, past their travel where that is short; none where no position of the

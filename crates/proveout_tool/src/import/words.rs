@@ -5,7 +5,7 @@
 /// no drill. The last member says what the library has no word for, and why the kind stands for it.
 const KINDS: [(&[&str], &str, Option<&str>); 17] = [
     (&["lollipop", "undercut ball"], "lollipop", None),
-    (&["taper ball", "tapered ball", "conical ball"], "taper_ball", None),
+    (&["taper ball", "tapered ball", "conical ball", "tapered spherical", "tapered ballnosed"], "taper_ball", None),
     (&["ball", "kugel", "sphere", "spherical", "kulist", "spheriq", "hemispher", "sferic", "esferic"], "ball", None),
     (
         &["bull", "torus", "radius end", "toroid", "corner radius", "rundplatten", "tipradius", "tip radius"],

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::interpreter::Interpreter;
-use super::plane::Tilt;
+use super::plane::{Tilt, Way};
 use super::words::{Coordinate, CycleValue, Kind, OldWord, Param, Positioning, Reference, Words};
 use crate::codes;
 use crate::control::Meaning;
@@ -202,11 +202,12 @@ impl Interpreter {
         }
     }
 
-    /// Cycle 19: spatial angles; without angles, or with all zero, the plane ends. F turns the axes.
+    /// Cycle 19: spatial angles; without angles, or with all zero, the plane ends. With F the rotary axes turn, and the linear ones
+    /// follow so that the tip of the tool, made longer by the set-up clearance, stays on the workpiece.
     fn working_plane(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
         let span = cycle.span;
         let mut angles = [0.0; 3];
-        let mut feed = None;
+        let (mut feed, mut ahead) = (None, 0.0);
         for (_, word) in &cycle.words {
             match (word.name.as_str(), word.value) {
                 ("A" | "B" | "C", Some(value)) => {
@@ -215,16 +216,24 @@ impl Interpreter {
                 }
                 ("F", Some(value)) => feed = Some(super::words::FeedWord::Value(value)),
                 ("FMAX", None) => feed = Some(super::words::FeedWord::Max),
-                ("DIST" | "ABST" | "SET" | "UP" | "SETUP" | "S-ABST", _) => {}
+                ("DIST" | "ABST" | "SET" | "UP" | "SETUP" | "SET-UP" | "S-ABST", value) => {
+                    if let Some(value) = value {
+                        ahead = self.variables.value(value, span)? * self.modal.unit();
+                    }
+                }
                 (name, _) => return Err(super::lexer::unknown(name, span)),
             }
         }
-        let positioning = if feed.is_some() { Positioning::Turn } else { Positioning::Stay };
+        // Without a feed the control turns no axis, and the clearance has no use.
+        let way = match feed {
+            Some(_) => Way { positioning: Positioning::Move, ahead, feed },
+            None => Way { positioning: Positioning::Stay, ahead: 0.0, feed },
+        };
         if angles == [0.0; 3] {
-            return self.plane_reset(positioning, feed, "CYCL DEF 19", span);
+            return self.plane_reset(way, "CYCL DEF 19", span);
         }
         let tilt = Tilt { frame: Frame::rpy(angles), relative: false, axes: [None; 3] };
-        self.tilt(tilt, positioning, feed, "CYCL DEF 19", span)
+        self.tilt(tilt, way, "CYCL DEF 19", span)
     }
 
     /// Cycle 26: factors of the axes about a center.

@@ -230,6 +230,7 @@ impl Interpreter {
             if let Some(feed) = self.feed_of(feed, span)? {
                 self.modal.tool_feed = Some(feed);
                 self.set_feed(Some(feed));
+                self.rapid_by_number(Some(feed));
             }
         }
         Ok(())

@@ -13,6 +13,9 @@ pub(crate) const LINEAR: u16 = 0b111;
 /// Bits of A, B and C.
 pub(crate) const ROTARY: u16 = 0b111_000;
 
+/// Highest numbers of F that controls without FMAX took for rapid traverse.
+const RAPID_NUMBERS: [f64; 6] = [9998.0, 9999.0, 15998.0, 15999.0, 29998.0, 29999.0];
+
 /// End of a motion before base coordinates are known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
@@ -125,13 +128,34 @@ impl Interpreter {
     /// Takes the feed of the block; true for FMAX, which holds for this block only.
     pub(crate) fn feed_word(&mut self, w: &Words, span: Span) -> Result<bool, Fault> {
         match w.feed {
-            None => Ok(false),
+            None => Ok(self.modal.rapid_number),
             Some(FeedWord::Max) => Ok(true),
             Some(word) => {
                 let feed = self.feed_of(word, span)?;
                 self.set_feed(feed);
-                Ok(false)
+                self.rapid_by_number(feed);
+                Ok(self.modal.rapid_number)
             }
+        }
+    }
+
+    /// Whether an F is rapid traverse by its number. Controls before FMAX had the highest number of theirs for it.
+    pub(crate) fn rapid_by_number(&mut self, feed: Option<Feed>) {
+        let Some(Feed::PerTime(feed)) = feed else {
+            self.modal.rapid_number = false;
+            return;
+        };
+        let mm_min = feed * 60.0;
+        self.modal.rapid_number =
+            self.settings.control.rapid_from_mm_min.is_some_and(|from| mm_min >= from * (1.0 - 1e-12));
+        let written = mm_min / if self.modal.inch { 2.54 } else { 1.0 };
+        let Some(number) = RAPID_NUMBERS.into_iter().find(|number| (number - written).abs() < 1e-6) else { return };
+        let stated = self.settings.control.rapid_from_mm_min.is_some();
+        if !stated && !std::mem::replace(&mut self.modal.rapid_number_told, true) {
+            self.assume(format!(
+                "F{number} is read as a feed of this number; older controls take it for rapid traverse: write FMAX, or state it as \
+                 feed.rapid_from_mm_min of the control file"
+            ));
         }
     }
 

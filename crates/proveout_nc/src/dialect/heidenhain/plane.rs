@@ -18,7 +18,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::machine_data::KinematicsKind;
-use crate::{Motion, Op, OrientationInterpolation, Tcp};
+use crate::{Motion, Offset, Op, OrientationInterpolation, Tcp};
 
 const PLANE_PARAMS: [u32; 3] = [120, 121, 122];
 
@@ -29,6 +29,15 @@ pub(crate) struct Tilt {
     pub(crate) relative: bool,
     /// Positions of A, B, C that PLANE AXIAL gives, degrees.
     pub(crate) axes: [Option<f64>; 3],
+}
+
+/// How the rotary axes come onto a plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    pub(crate) positioning: Positioning,
+    /// DIST of MOVE: the center of the turn lies so much ahead of the tip, away from the holder, mm.
+    pub(crate) ahead: f64,
+    pub(crate) feed: Option<FeedWord>,
 }
 
 /// Where the rotary axes turn by themselves.
@@ -169,18 +178,17 @@ impl Interpreter {
                 self.retract(distance, None, span)?;
             }
         }
-        if let Some(distance) = plane.distance
-            && positioning == Positioning::Move
-            && self.variables.value(distance, span)? != 0.0
-        {
-            return Err(super::lexer::refused(
-                "PLANE MOVE with DIST",
-                span,
-                "the tool turns about a point beside its tip: retract first and write DIST0, or use TURN",
-            ));
+        let ahead = match plane.distance {
+            Some(distance) => self.variables.value(distance, span)? * self.modal.unit(),
+            None => 0.0,
+        };
+        if ahead != 0.0 && positioning != Positioning::Move {
+            return Err(Fault::new(codes::CONFLICT, span, "DIST stands without MOVE, to which it belongs")
+                .help("write MOVE, or take DIST out"));
         }
+        let way = Way { positioning, ahead, feed: plane.feed };
         if plane.kind == PlaneKind::Reset {
-            return self.plane_reset(positioning, plane.feed, "PLANE RESET", span);
+            return self.plane_reset(way, "PLANE RESET", span);
         }
         let name = match plane.kind {
             PlaneKind::Relative => "PLANE RELATIVE",
@@ -209,24 +217,11 @@ impl Interpreter {
                 *slot = self.angle(plane, name, span)?;
             }
         }
-        self.tilt(
-            Tilt { frame: tilt, relative: plane.kind == PlaneKind::Relative, axes },
-            positioning,
-            plane.feed,
-            name,
-            span,
-        )
+        self.tilt(Tilt { frame: tilt, relative: plane.kind == PlaneKind::Relative, axes }, way, name, span)
     }
 
     /// Takes a plane into force and turns the tool onto it as asked.
-    pub(crate) fn tilt(
-        &mut self,
-        tilt: Tilt,
-        positioning: Positioning,
-        feed: Option<FeedWord>,
-        word: &str,
-        span: Span,
-    ) -> Result<(), Fault> {
+    pub(crate) fn tilt(&mut self, tilt: Tilt, way: Way, word: &str, span: Span) -> Result<(), Fault> {
         self.settings.check_kinematics(KinematicsKind::TiltedPlane, word, span)?;
         if !self.modal.frames.tilt(tilt.frame, tilt.relative) {
             return Err(Fault::new(
@@ -246,16 +241,16 @@ impl Interpreter {
         }
         let target = if tilt.axes == [None; 3] { Target::ToolAxis(self.tool_axis()) } else { Target::Axes(tilt.axes) };
         self.take_frames(word, span)?;
-        match positioning {
+        match way.positioning {
             Positioning::Stay => self.tell_tcp(),
             Positioning::Turn => {
                 self.tell_tcp_as(false);
-                self.turn(target, feed, span)?;
+                self.turn(target, way.feed, span)?;
                 self.tell_tcp();
             }
             Positioning::Move => {
                 self.tell_tcp();
-                self.turn(target, feed, span)?;
+                self.turn_ahead(target, way, span)?;
             }
         }
         Ok(())
@@ -269,13 +264,7 @@ impl Interpreter {
     }
 
     /// Ends the tilted plane.
-    pub(crate) fn plane_reset(
-        &mut self,
-        positioning: Positioning,
-        feed: Option<FeedWord>,
-        word: &str,
-        span: Span,
-    ) -> Result<(), Fault> {
+    pub(crate) fn plane_reset(&mut self, way: Way, word: &str, span: Span) -> Result<(), Fault> {
         let was = self.modal.frames.tilted();
         self.modal.frames.untilt();
         self.modal.plane_angles = false;
@@ -287,20 +276,35 @@ impl Interpreter {
         } else {
             self.note(word);
         }
-        match positioning {
+        match way.positioning {
             Positioning::Stay => self.tell_tcp(),
             Positioning::Turn => {
                 self.tell_tcp_as(self.modal.tcpm);
-                self.turn(Target::Zero, feed, span)?;
+                self.turn(Target::Zero, way.feed, span)?;
                 if !self.modal.tcpm {
                     self.position.forget(LINEAR);
                 }
             }
             Positioning::Move => {
-                self.turn(Target::Zero, feed, span)?;
+                // The linear axes follow, whether a plane was in force or not.
+                self.tell_tcp_as(true);
+                self.turn_ahead(Target::Zero, way, span)?;
                 self.tell_tcp();
             }
         }
+        Ok(())
+    }
+
+    /// MOVE: turns the rotary axes while the linear ones follow, so that the point ahead of the tip stays on the workpiece.
+    fn turn_ahead(&mut self, target: Target, way: Way, span: Span) -> Result<(), Fault> {
+        if way.ahead == 0.0 {
+            return self.turn(target, way.feed, span);
+        }
+        // The tip does not stay, and where it comes to stand hangs on where the rotary axes stand.
+        self.position.forget(LINEAR);
+        self.emit(Op::Offset(Offset::TurnCenter { ahead: way.ahead }));
+        self.turn(target, way.feed, span)?;
+        self.emit(Op::Offset(Offset::TurnCenter { ahead: 0.0 }));
         Ok(())
     }
 

@@ -36,6 +36,10 @@ pub(crate) struct State {
     pub(crate) inclined: bool,
     /// M126
     pub(crate) shortest: bool,
+    /// The last F is a number that the control file takes for rapid traverse.
+    pub(crate) rapid_number: bool,
+    /// An F that older controls take for rapid traverse has been told.
+    pub(crate) rapid_number_told: bool,
     /// Last positioning block had FMAX.
     pub(crate) rapid_before: bool,
     /// The command at the end of the queue is a contour element and waits for its corner.
@@ -87,6 +91,8 @@ impl State {
             told_tcp: None,
             inclined: false,
             shortest: false,
+            rapid_number: false,
+            rapid_number_told: false,
             rapid_before: false,
             held: false,
             line_start: AxisValues::NONE,

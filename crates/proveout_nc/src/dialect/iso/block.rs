@@ -224,7 +224,6 @@ impl Interpreter {
         }
         self.listed_call(p, span)?;
         if p.has_m(2) || p.has_m(30) {
-            self.nothing_held(span)?;
             self.end_of_program();
         }
         if self.modal.feed_mode == FeedMode::InverseTime {
@@ -416,8 +415,16 @@ pub(crate) fn kinematics_switch(word: &str, span: Span) -> Fault {
     let message = format!(
         "`{word}` switches the kinematics of the control, and what it switches to is a matter of the control's set-up: it is not supported"
     );
-    Fault::new(codes::UNSUPPORTED_WORD, span, message)
-        .help("post the program for positions of the axes, or for a control whose words are known (G43.4, G234, TRAORI, M128 of a TNC)")
+    let post = "post the program for positions of the axes";
+    // An output that many things hang on cannot be listed as one switch.
+    let help = if word.contains(' ') {
+        format!("{post}, or for a control whose words are known (G43.4, G234, TRAORI, M128 of a TNC)")
+    } else {
+        format!(
+            "say in a control file what it switches, [words] {word} = {{ kinematics = \"tcp-on\" }} or \"tcp-off\", or {post}"
+        )
+    };
+    Fault::new(codes::UNSUPPORTED_WORD, span, message).help(help)
 }
 
 fn too_many(letter: &str, span: Span) -> Fault {

@@ -69,7 +69,7 @@ pub(crate) struct Iso {
     /// Pole and cycle of a Fagor.
     pub(crate) pole: [f64; 2],
     pub(crate) fagor: super::fagor::FagorCycle,
-    /// Coordinates of a rapid motion on a tilted plane that waits for the rest of its end.
+    /// Coordinates that rapid motions on a tilted plane have told, of which one is still open.
     pub(crate) held: AxisValues,
     /// Chamfers and roundings between the motions.
     pub(crate) corners: Corners,
@@ -300,6 +300,7 @@ impl Interpreter {
                     self.note(format!("({text})"));
                 }
                 Remark::Abort(text) => return Err(alarm(&text, block.span)),
+                Remark::Idle(text) => self.note(text),
                 Remark::Assumed(text) => self.assume(text),
             }
         }

@@ -115,6 +115,20 @@ impl Interpreter {
         Ok(number)
     }
 
+    /// H of G53.6, which switches the tool length on where none is in force.
+    pub(super) fn length_of_turn(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        // An H alone has been taken by now where a length is in force; it switches none on.
+        if matches!(self.modal.length, Length::Off) {
+            if p.has(b'H') {
+                let h = self.offset_number(p, b'H', span)?;
+                return self.take_length(h, 1.0, span);
+            }
+            return Err(Fault::new(codes::MISSING_VALUE, span, "G53.6 has no H, and no tool length is in force")
+                .help("write H1, so that the tip stays, or G53.1"));
+        }
+        Ok(())
+    }
+
     /// Takes the offset with this number: what the program wrote under it, or the tool's own length.
     fn take_length(&mut self, h: u32, sign: f64, span: Span) -> Result<(), Fault> {
         if let Some(&(Some(geometry), wear)) = self.own.lengths.get(&h) {
@@ -147,7 +161,10 @@ impl Interpreter {
             self.position.forget(if self.modal.in_table() { LINEAR } else { 0b100 });
         }
         self.begin();
+        // Along the tool, which stands upright on the plane, the length moves no coordinate of the plane but the third.
+        let kept = self.own.held;
         self.frames_changed("G43");
+        self.own.held = kept;
     }
 
     pub(crate) fn set_tcp(&mut self, on: bool, vectors: bool) {

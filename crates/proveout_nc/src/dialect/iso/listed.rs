@@ -87,7 +87,7 @@ impl Interpreter {
     }
 
     fn listed_tcp(&mut self, word: &str, on: bool, span: Span) -> Result<(), Fault> {
-        self.nothing_held(span)?;
+        self.forget_kept();
         if on {
             self.settings.check_kinematics(KinematicsKind::Tcp, word, span)?;
             if self.has_programmed_length() {

@@ -67,7 +67,7 @@ impl Interpreter {
             }
             520 | 920..=923 => self.shift_word(code, p, span)?,
             530 => self.machine_block(p, span)?,
-            531 => self.turn_to_plane(p, span)?,
+            531 | 536 => self.turn_to_plane(code, p, span)?,
             _ => {}
         }
         Ok(())
@@ -124,7 +124,7 @@ impl Interpreter {
             let value = if rotary { self.rotary_of(p, letter) } else { self.length_of(p, letter) };
             end.put(axis, value.unwrap_or(0.0));
         }
-        self.nothing_held(span)?;
+        self.forget_kept();
         self.begin_motion();
         if !rapid {
             self.need_feed(axes, span)?;
@@ -210,7 +210,7 @@ impl Interpreter {
                 .help("program the point with G53"));
         }
         let named = p.axes();
-        self.nothing_held(span)?;
+        self.forget_kept();
         self.begin_motion();
         if named == 0 && self.own.assumed {
             self.assume(format!(
@@ -259,7 +259,7 @@ impl Interpreter {
                     ));
             }
         };
-        self.nothing_held(span)?;
+        self.forget_kept();
         self.begin_motion();
         self.assume(format!(
             "G30 P{number} goes to the reference points of the machine file, Z first; the home positions of the control and their \

@@ -188,6 +188,13 @@ impl Interpreter {
         if !rapid {
             self.need_feed(if vector.is_some() { LINEAR } else { programmed }, span)?;
         }
+        let (mut end, mut programmed) = (end, programmed);
+        if programmed & LINEAR != 0 {
+            self.with_kept(&mut end, &mut programmed);
+            if end.xyz().is_some() {
+                self.forget_kept();
+            }
+        }
         let mut motion = self.complete(end, programmed, exact_stop, span)?;
         if let Some(axis) = vector {
             motion.tool_axis = Some(axis);
@@ -283,9 +290,9 @@ impl Interpreter {
         Ok(axes | 1 << u | 1 << v)
     }
 
-    /// A rapid motion. On a tilted plane programs position X and Y first, and Z behind the tool length: with Z unknown the
-    /// place in base coordinates is not defined yet. The motion is held back and made together with the one that tells the
-    /// rest.
+    /// A rapid motion. On a tilted plane programs position X and Y first, and Z behind the tool length: with Z unknown to the program
+    /// the axes without a word stay where the machine has them. What such motions have told is kept for the one that tells the
+    /// rest, over a tool length that is switched on between them along the tool.
     pub(crate) fn rapid(
         &mut self,
         mut end: AxisValues,
@@ -293,22 +300,20 @@ impl Interpreter {
         exact_stop: bool,
         span: Span,
     ) -> Result<(), Fault> {
-        for axis in 0..3 {
-            if let Some(value) = self.own.held.get(axis)
-                && programmed >> axis & 1 == 0
-            {
-                end.put(axis, value);
-                programmed |= 1 << axis;
-            }
-        }
+        let words = programmed;
+        self.with_kept(&mut end, &mut programmed);
         let tilted = matches!(self.modal.plane, Plane::Engaged | Plane::Dynamic);
         if tilted && programmed & LINEAR != 0 && end.xyz().is_none() {
-            for axis in 0..3 {
-                if let Some(value) = end.get(axis).filter(|_| programmed >> axis & 1 == 1) {
+            for axis in (0..3).filter(|axis| programmed >> axis & 1 == 1) {
+                if let Some(value) = end.get(axis) {
                     self.own.held.put(axis, value);
                 }
             }
-            self.note("the rapid motion is made together with the next one, which tells the rest of the position on the plane");
+            match self.motion_to(end, words) {
+                // What is open hangs on no word of the block.
+                Ok(motion) => self.go(Motion { exact_stop, ..motion }, true),
+                Err(_) => self.go_left_open(end, words, exact_stop),
+            }
             return Ok(());
         }
         self.own.held = AxisValues::NONE;
@@ -317,17 +322,21 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A rapid motion that was held back has never been made.
-    pub(crate) fn nothing_held(&self, span: Span) -> Result<(), Fault> {
-        if self.own.held.is_empty() {
-            return Ok(());
+    /// Puts what rapid motions on a plane have told into the end of a motion that tells the rest.
+    fn with_kept(&self, end: &mut AxisValues, programmed: &mut u16) {
+        for axis in 0..3 {
+            if let Some(value) = self.own.held.get(axis)
+                && *programmed >> axis & 1 == 0
+            {
+                end.put(axis, value);
+                *programmed |= 1 << axis;
+            }
         }
-        let letters: String = self.own.held.iter().map(|(letter, _)| letter).collect();
-        let message = format!(
-            "the rapid motion of {letters} on the tilted plane has no known end: the other coordinates are not set"
-        );
-        Err(Fault::new(codes::POSITION_UNKNOWN, span, message)
-            .help("program X, Y and Z by rapid motions on the plane first"))
+    }
+
+    /// What rapid motions on a plane have told says nothing of coordinates that count otherwise.
+    pub(crate) fn forget_kept(&mut self) {
+        self.own.held = AxisValues::NONE;
     }
 
     /// Base coordinates of the end of a motion.
@@ -338,7 +347,6 @@ impl Interpreter {
         exact_stop: bool,
         span: Span,
     ) -> Result<Motion, Fault> {
-        self.nothing_held(span)?;
         let mut motion = self.motion_to(end, programmed).map_err(|missing| unknown_axes(&missing, span))?;
         motion.exact_stop = exact_stop;
         Ok(motion)

@@ -31,6 +31,7 @@ impl Interpreter {
             return;
         }
         self.position.set_frame(total);
+        self.forget_kept();
         (self.modal.polar_radius, self.modal.polar_angle) = (None, None);
         if self.has_begun() {
             self.tell_frame(word);

@@ -5,7 +5,7 @@ use super::flavor::Flavor;
 use super::osp;
 use super::statement::{self, Statement};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, refused};
 use crate::scan::Scanner;
 
 /// A block as written. Reused from line to line, so that plain blocks allocate nothing.
@@ -75,6 +75,8 @@ pub(crate) enum Remark {
     Note(String),
     /// `(ABORT, text)`
     Abort(String),
+    /// A word that changes nothing of what the twin does, and why.
+    Idle(&'static str),
     /// How the text of the line is taken, where the control may take it in another way.
     Assumed(&'static str),
 }
@@ -109,7 +111,7 @@ impl Block {
 /// Reads a line into the block.
 pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
     read_line(line, flavor, block).map_err(|fault| match crate::dialect::foreign::looks_like(line) {
-        Some(control) => fault.help(format!("this looks like {control}: name that dialect, or post for this control")),
+        Some(control) => fault.help(crate::dialect::foreign::named(control)),
         None => fault,
     })
 }
@@ -236,7 +238,8 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
             b',' if !flavor.is_linuxcnc() && taps(&s, line) => {
                 start = start.or(Some(at));
                 s.set_pos(at + 3);
-                block.remarks.push(Remark::Assumed(
+                // The path is the same with both, so that nothing is taken for granted.
+                block.remarks.push(Remark::Idle(
                     "`,R` of a tapping cycle chooses between a rigid tap and a compensating chuck: the path follows the spindle with both",
                 ));
                 first = false;
@@ -378,6 +381,18 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
         }
         b'#' | b'[' | b'-' | b'+' => {}
         byte if byte.is_ascii_alphabetic() && flavor.is_linuxcnc() && s.peek_at(1).is_ascii_alphabetic() => {}
+        // Okuma: `VTOFH[1]=100`.
+        byte if letter == b'V' && byte.is_ascii_alphabetic() && !flavor.is_linuxcnc() => {
+            while s.peek().is_ascii_alphanumeric() {
+                s.bump();
+            }
+            let name = s.slice(start).to_ascii_uppercase();
+            return Err(refused(
+                &name,
+                s.span_from(start),
+                "it is a system variable of an Okuma, which the twin does not have: write the value itself, or its offset in the scene",
+            ));
+        }
         _ => {
             let message = format!("`{}` has no value", char::from(letter));
             return Err(

@@ -235,7 +235,7 @@ impl Interpreter {
 
     fn tool_change(&mut self, span: Span) -> Result<(), Fault> {
         let tool = self.selected_tool(span)?;
-        self.nothing_held(span)?;
+        self.forget_kept();
         self.change_to(tool);
         Ok(())
     }

@@ -25,7 +25,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::machine_data::KinematicsKind;
-use crate::{Motion, Op, OrientationInterpolation, Tcp};
+use crate::{Motion, Offset, Op, OrientationInterpolation, Tcp};
 
 /// Scales of G51 on a Haas.
 const SCALES: std::ops::RangeInclusive<f64> = 0.001..=999.999;
@@ -39,7 +39,7 @@ impl Interpreter {
     /// G68 G68.2 G69, G51.1 G50.1 G101 G100, G254 G255.
     pub(crate) fn rotation_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         if p.g(Group::Rotation).is_some() || p.g(Group::DynamicOffset).is_some() {
-            self.nothing_held(span)?;
+            self.forget_kept();
         }
         match p.g(Group::Rotation) {
             Some(680) => self.plane_rotation(p, span)?,
@@ -126,18 +126,34 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G53.1: turns the tool upright on the plane with the linear axes at rest.
-    pub(crate) fn turn_to_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+    /// G53.1: turns the tool upright on the plane with the linear axes at rest. G53.6 H: they follow, so that the tip stays on the
+    /// workpiece, or with R the point so much ahead of it (Fanuc, "Tool center point retention type tool axis direction control",
+    /// from memory).
+    pub(crate) fn turn_to_plane(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let word = super::block::g_name(code);
         if !matches!(self.modal.plane, Plane::Defined | Plane::Engaged) || self.modal.tcp {
-            return Err(Fault::new(codes::CONFLICT, span, "G53.1 needs a plane of G68.2, without G43.4")
+            return Err(Fault::new(codes::CONFLICT, span, format!("{word} needs a plane of G68.2, without G43.4"))
                 .help("write G68.2 before it"));
         }
-        self.nothing_held(span)?;
+        self.forget_kept();
         if let Some(choice) = p.take(b'P').filter(|&choice| choice != 0.0) {
-            self.note(format!("G53.1 P{choice}: of two positions of the rotary axes the machine file chooses"));
+            self.note(format!("{word} P{choice}: of two positions of the rotary axes the machine file chooses"));
         }
-        if self.modal.plane == Plane::Engaged {
+        let follows = code == 536;
+        let ahead = self.length_of(p, b'R').filter(|ahead| follows && *ahead != 0.0);
+        if follows {
+            self.length_of_turn(p, span)?;
+        }
+        if ahead.is_some() {
+            self.assume(
+                "R of G53.6 is the distance from the tip to the point about which the tool turns, away from the holder",
+            );
+        }
+        if !follows && self.modal.plane == Plane::Engaged {
             self.modal.plane = Plane::Off;
+            self.tell_tcp();
+        } else if follows {
+            self.modal.plane = Plane::Engaged;
             self.tell_tcp();
         }
         self.position.forget(LINEAR | 0b111000);
@@ -152,9 +168,17 @@ impl Interpreter {
             exact_stop: true,
         };
         self.begin_motion();
+        if let Some(ahead) = ahead {
+            self.emit(Op::Offset(Offset::TurnCenter { ahead }));
+        }
         self.emit(Op::Rapid(motion));
-        self.modal.plane = Plane::Engaged;
-        self.tell_tcp();
+        if ahead.is_some() {
+            self.emit(Op::Offset(Offset::TurnCenter { ahead: 0.0 }));
+        }
+        if !follows {
+            self.modal.plane = Plane::Engaged;
+            self.tell_tcp();
+        }
         Ok(())
     }
 

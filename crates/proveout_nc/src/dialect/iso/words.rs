@@ -105,7 +105,7 @@ const POST_PLANE: &str = "give the plane with Euler angles (G68.2 X Y Z I J K) o
 fn fanuc(code: u32) -> Class {
     match code {
         90 => Class::Known(Group::ExactStop),
-        50 | 51 | 310 | 531 | 650 | 921 => Class::Known(Group::OneShot),
+        50 | 51 | 310 | 531 | 536 | 650 | 921 => Class::Known(Group::OneShot),
         330 => Class::Known(Group::Motion),
         150 | 160 => Class::Known(Group::Polar),
         434 | 435 | 440 => Class::Known(Group::ToolLength),
@@ -129,6 +129,10 @@ fn fanuc(code: u32) -> Class {
         512 | 544 | 436 => Class::Refused("take the function out for the prove-out"),
         661 => Class::Refused("call the macro with G65"),
         106 | 751 | 753 => Class::Refused("take the function out for the prove-out"),
+        542 => Class::Refused(
+            "the offset that turns with the table is data of the control: use G68.2, or give each position its own offset (G55)",
+        ),
+        842 | 843 => Class::Refused("write M29 S and G84 or G74"),
         880 => Class::Refused(MANUAL_RETRACT),
         _ => Class::Unknown,
     }

@@ -4,6 +4,8 @@
 //! (M3 M4 M6 M7 M8 M19 and machine-builder functions), compensation, motion or dwell, functions behind it (M5 M9 M0 M1),
 //! cycle or subprogram call, end of program.
 
+use std::sync::Arc;
+
 use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::parser::{Block, Call, WordKind};
@@ -43,7 +45,7 @@ impl Interpreter {
             self.second_line(p, span)?;
         }
         if !self.own.held.is_empty() {
-            self.nothing_waits_before(p, span)?;
+            self.forget_kept_before(p);
         }
         if p.machine_axes != 0 && p.fixed_point.is_none() || p.fixed_point_number.is_some() && p.fixed_point.is_none() {
             let message = "an axis named by the machine, such as X1=, or FP= stands without G74 or G75";
@@ -184,7 +186,8 @@ impl Interpreter {
             && let Some(modal) = self.own.modal_call.clone()
             && modal.level == self.depth()
         {
-            self.run_call(&modal.call, 1, block.span)?;
+            let file = Arc::clone(&self.location.file);
+            self.run_call(&modal.call, 1, block.span).map_err(|fault| modal.told(fault, &file))?;
         }
         Ok(())
     }

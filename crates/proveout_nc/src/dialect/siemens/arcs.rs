@@ -14,7 +14,6 @@ use crate::{AxisValues, Motion};
 
 impl Interpreter {
     pub(super) fn arc(&mut self, p: &Pending, mut end: AxisValues, span: Span) -> Result<(), Fault> {
-        self.nothing_waits(span)?;
         let [u, v, w] = self.modal.plane_axes();
         let in_space = self.modal.interpolation == Interpolation::Intermediate;
         let start =

@@ -149,6 +149,10 @@ impl Interpreter {
                 self.note(word_text(span, line));
                 return Ok(());
             }
+            Class::Assumed(text) => {
+                self.assume(text);
+                return Ok(());
+            }
             Class::Refused(remedy) => return Err(refused(name, span, remedy)),
             Class::Unknown => {}
         }

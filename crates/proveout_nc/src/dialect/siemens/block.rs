@@ -351,6 +351,7 @@ impl Interpreter {
             }
             _ => match words::classify_name(name) {
                 Class::Note => self.note(name),
+                Class::Assumed(text) => self.assume(text),
                 Class::Refused(remedy) => return Err(refused(name, span, remedy)),
                 Class::Unknown => self.take_call(p, name, span, at)?,
             },
@@ -379,6 +380,7 @@ impl Interpreter {
             "TRAFOOF" => p.transformation = Some(false),
             name => match words::classify_name(name) {
                 Class::Note => self.note(name),
+                Class::Assumed(text) => self.assume(text),
                 Class::Refused(remedy) => return Err(refused(name, span, remedy)),
                 Class::Unknown => self.take_call(p, name, span, at)?,
             },

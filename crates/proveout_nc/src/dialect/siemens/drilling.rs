@@ -4,6 +4,8 @@
 //! the others in [`super::tapping`] and [`super::boring`]). All lengths run along the normal of the working plane; the drilling direction is from the retraction plane to
 //! the final depth.
 
+use std::sync::Arc;
+
 use super::eval::Val;
 use super::frames::number;
 use super::interpreter::{Interpreter, Siemens};
@@ -203,12 +205,10 @@ impl Interpreter {
         rapid: bool,
         span: Span,
     ) -> Result<(), Fault> {
-        if rapid {
-            if self.rapid_waits(&mut end, &mut programmed) {
-                return Ok(());
-            }
-        } else {
-            self.nothing_waits(span)?;
+        let words = programmed;
+        self.with_kept(&mut end, &mut programmed);
+        if rapid && self.rapid_left_open(end, programmed, words, false) {
+            return Ok(());
         }
         let motion = self.cycle_motion(end, programmed, span)?;
         self.own.tangent = None;
@@ -382,7 +382,8 @@ impl Interpreter {
         self.straight(end, 1 << first | 1 << second, true, span)?;
         let Some(modal) = self.own.modal_call.clone() else { return Ok(()) };
         if DRILLING.contains(&modal.call.name.as_str()) {
-            self.run_cycle(&modal.call, span)?;
+            let file = Arc::clone(&self.location.file);
+            self.run_cycle(&modal.call, span).map_err(|fault| modal.told(fault, &file))?;
             return Ok(());
         }
         Err(Fault::new(

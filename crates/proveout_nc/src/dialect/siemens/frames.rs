@@ -25,6 +25,7 @@ impl Interpreter {
         let total = self.modal.frames.total();
         self.position.set_frame(total);
         self.own.tangent = None;
+        self.forget_kept();
         self.tell_frame(word);
     }
 
@@ -213,7 +214,7 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` stands while TOROT or TOFRAME is in force")
                 .help("write TOROTOF before it"));
         }
-        self.nothing_waits(span)?;
+        self.forget_kept();
         let frames_before = self.modal.frames.total();
         if values.iter().all(Option::is_none) || deselected {
             self.modal.frames.swivel = Frame::IDENTITY;

@@ -56,12 +56,13 @@ impl Interpreter {
         }
         let start = self.position.work.xyz();
         let (mut end, mut programmed) = (end, p.programmed);
-        if interpolation == Interpolation::Rapid && !p.has_orientation() {
-            if self.rapid_waits(&mut end, &mut programmed) {
+        if !p.has_orientation() && !is_thread {
+            self.with_kept(&mut end, &mut programmed);
+            if interpolation == Interpolation::Rapid
+                && self.rapid_left_open(end, programmed, p.programmed, p.exact_stop)
+            {
                 return Ok(());
             }
-        } else {
-            self.nothing_waits(span)?;
         }
         let motion = self.complete(p, end, programmed, span)?;
         if is_thread {

@@ -3,24 +3,25 @@
 //! ```text
 //!   SUPA G0 Z0 D0          the axes of the machine: no coordinate of the tip is known behind it
 //!   CYCLE800(..)           the plane turns
-//!   G0 X10 Y5              where the tip goes depends on a Z that only the machine knows
+//!   G0 X10 Y5              where the tip goes depends on a Z that only the machine knows: there it stays
 //!   G0 Z50                 now all three are known
 //! ```
 //!
-//! Posts write every change of plane like this. The motion is held back and made together with the rapid motion that tells the rest,
-//! as the readers of the other languages do. What comes between and needs the position is refused.
+//! Posts write every change of plane like this. The motion is made as it stands, with the axes without a word where the machine has
+//! them, and what it has told is kept for the motion that tells the rest.
 
 use super::interpreter::Interpreter;
 use super::pending::Pending;
 use crate::AxisValues;
-use crate::codes;
-use crate::diagnostic::{Fault, Span};
 
 use super::block::LINEAR;
 
 impl Interpreter {
-    /// Puts what waits into the end of a rapid motion. True where it cannot be made yet, and waits itself.
-    pub(super) fn rapid_waits(&mut self, end: &mut AxisValues, programmed: &mut u16) -> bool {
+    /// Puts what rapid motions have told into the end of a motion that tells the rest.
+    pub(super) fn with_kept(&mut self, end: &mut AxisValues, programmed: &mut u16) {
+        if *programmed & LINEAR == 0 {
+            return;
+        }
         for axis in 0..3 {
             if let Some(value) = self.own.held.get(axis)
                 && *programmed >> axis & 1 == 0
@@ -29,37 +30,33 @@ impl Interpreter {
                 *programmed |= 1 << axis;
             }
         }
-        let open = *programmed & LINEAR != 0 && end.xyz().is_none() && self.motion_to(*end, *programmed).is_err();
-        if !open {
+        if end.xyz().is_some() {
             self.own.held = AxisValues::NONE;
-            return false;
         }
-        for axis in 0..3 {
-            if let Some(value) = end.get(axis).filter(|_| *programmed >> axis & 1 == 1) {
-                self.own.held.put(axis, value);
+    }
+
+    /// Makes a rapid motion whose end is not known in all coordinates; false where it is. `words`: the axes that its own block names.
+    pub(super) fn rapid_left_open(&mut self, end: AxisValues, programmed: u16, words: u16, exact_stop: bool) -> bool {
+        let open = programmed & LINEAR != 0 && end.xyz().is_none() && self.motion_to(end, programmed).is_err();
+        if open {
+            for axis in (0..3).filter(|axis| programmed >> axis & 1 == 1) {
+                if let Some(value) = end.get(axis) {
+                    self.own.held.put(axis, value);
+                }
             }
+            self.go_left_open(end, words, exact_stop);
+            self.own.tangent = None;
         }
-        self.note("the rapid motion is made together with the next one, which tells the rest of the position on the turned plane");
-        true
+        open
     }
 
-    /// A rapid motion that waits has never been made.
-    pub(super) fn nothing_waits(&self, span: Span) -> Result<(), Fault> {
-        if self.own.held.is_empty() {
-            return Ok(());
-        }
-        let letters: String = self.own.held.iter().map(|(letter, _)| letter).collect();
-        let missing: String =
-            (0..3).filter(|&i| self.own.held.get(i).is_none()).map(|i| crate::AXIS_LETTERS[i]).collect();
-        let message = format!(
-            "in the turned frame the rapid motion of {letters} needs the position of {missing}, which the program has not set"
-        );
-        Err(Fault::new(codes::POSITION_UNKNOWN, span, message)
-            .help("program X, Y and Z by rapid motions before feed, another frame, another tool or the end"))
+    /// What rapid motions have told says nothing of coordinates that count otherwise.
+    pub(super) fn forget_kept(&mut self) {
+        self.own.held = AxisValues::NONE;
     }
 
-    /// Words of a block that would change what the waiting motion means.
-    pub(super) fn nothing_waits_before(&self, p: &Pending, span: Span) -> Result<(), Fault> {
+    /// Forgets it where words of the block change what coordinates mean.
+    pub(super) fn forget_kept_before(&mut self, p: &Pending) {
         let edge = p.edge.is_some_and(|edge| self.own.edge != Some(edge));
         let changes = p.machine
             || edge
@@ -70,6 +67,8 @@ impl Interpreter {
             || p.fixed_point.is_some()
             || p.pole.is_some()
             || p.functions.iter().any(|m| matches!(m, 2 | 6 | 30));
-        if changes { self.nothing_waits(span) } else { Ok(()) }
+        if changes {
+            self.forget_kept();
+        }
     }
 }

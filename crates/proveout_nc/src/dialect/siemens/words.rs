@@ -5,6 +5,8 @@
 pub(crate) enum Class {
     /// Read, named in a note, without effect on the twin.
     Note,
+    /// Read and not done, which another setting of the twin may make up for: told as an assumption.
+    Assumed(&'static str),
     /// Known on the control and not done here.
     Refused(&'static str),
     Unknown,
@@ -21,7 +23,10 @@ pub(crate) fn classify_name(name: &str) -> Class {
         "FNORM" | "FLIN" | "FCUB" | "FFWON" | "FFWOF" | "SOFT" | "BRISK" | "DRIVE" | "SOFTA" | "BRISKA" | "DRIVEA"
         | "COMPOF" | "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "DYNNORM" | "DYNPOS" | "DYNROUGH"
         | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST" | "OSC" | "UPATH"
-        | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "RTLIOF" | "ORISON" | "ORISOF" => Class::Note,
+        | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "ORISON" | "ORISOF" => Class::Note,
+        "RTLIOF" => Class::Assumed(
+            "behind RTLIOF each axis runs its rapids at its own speed; the twin runs them as the machine file says (rapid_mode)",
+        ),
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
         "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "DIAMOF" | "DISPLON" | "DISPLOF"
         | "SBLOF" | "SBLON" | "ACTBLOCNO" | "GROUP_BEGIN" | "GROUP_ADDEND" | "GROUP_END" | "WORKPIECE" | "FGROUP"
@@ -31,6 +36,7 @@ pub(crate) fn classify_name(name: &str) -> Class {
         "INVCW" | "INVCCW" | "POLYPATH" | "CPT" => Class::Refused(PLAIN),
         "ROTS" | "AROTS" | "CROTS" | "TOFRAMEX" | "TOFRAMEY" | "TOROTX" | "TOROTY" | "PAROT" | "MEAFRAME"
         | "PRESETON" | "SETPAL" => Class::Refused(FRAME),
+        "ORIRPY2" => Class::Refused("write ORIRPY or ORIEULER with its angles, or a tool vector A3= B3= C3="),
         "ORIPATH" | "ORIPATHS" | "ORIROTA" | "ORIROTR" | "ORIROTT" | "ORIROTC" | "ORIPLANE_POLY" | "ORICURVE"
         | "ORICONCW" | "ORICONCCW" | "ORICONIO" | "ORICONTO" | "ORIVIRT1" | "ORIVIRT2" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3= and ORIAXES or ORIVECT")

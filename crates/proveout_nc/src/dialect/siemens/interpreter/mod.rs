@@ -57,6 +57,19 @@ pub(crate) struct ModalCall {
     pub(crate) call: Call,
     /// Call level at which it is in force.
     pub(crate) level: usize,
+    /// File and line of its MCALL.
+    pub(crate) place: (Arc<str>, u32),
+}
+
+impl ModalCall {
+    /// A fault of the cycle stands where the position is; what it may lie in stands at the MCALL.
+    pub(crate) fn told(&self, mut fault: Fault, file: &str) -> Fault {
+        let (own, line) = &self.place;
+        let other = if **own == *file { String::new() } else { format!(" of {own}") };
+        fault.message =
+            format!("{}; the cycle is that of `MCALL {}` in line {line}{other}", fault.message, self.call.name);
+        fault
+    }
 }
 
 /// What an 840D keeps besides the modal state, and SAVE does not touch.
@@ -91,7 +104,7 @@ pub(crate) struct Siemens {
     /// Pitch of the last thread block, mm, with its sign.
     pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
-    /// Rapid motion on a turned plane that waits for its third coordinate.
+    /// Coordinates that rapid motions on a turned plane have told, of which one is still open.
     pub(crate) held: AxisValues,
     /// Contours that CYCLE62 has called since the last milling of one.
     pub(crate) contours: Vec<super::contour::Named>,
@@ -248,15 +261,6 @@ impl Lines for Siemens {
     fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
         let waits = channel.own.first_line.is_some();
         let ended = if waits { Err(channel.no_second_line(Span::new(0, 0))) } else { channel.end_curve(None) };
-        if channel.stack.len() <= 1
-            && let Err(fault) = channel.nothing_waits(Span::new(0, 0))
-        {
-            // Told at the last block that was run.
-            let line = channel.location.line;
-            let text = channel.line_of(&loaded.source.name, line).unwrap_or_default();
-            let fault = Fault { span: Span::new(0, text.trim_end().len()), ..fault };
-            return Err(Box::new(fault.at(&loaded.source.name, line, &text)));
-        }
         ended.map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line.saturating_sub(1), "")))?;
         if channel.stack.len() > 1 {
             channel.leave();
@@ -360,7 +364,11 @@ impl Interpreter {
             Statement::ModalCall(call) => {
                 self.own.modal_call = match call {
                     None => None,
-                    Some(call) => Some(ModalCall { call: self.with_values(&call, span)?, level: self.depth() }),
+                    Some(call) => Some(ModalCall {
+                        call: self.with_values(&call, span)?,
+                        level: self.depth(),
+                        place: (Arc::clone(&self.location.file), self.location.line),
+                    }),
                 };
             }
             Statement::CallText(name) => {
