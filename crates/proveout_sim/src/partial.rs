@@ -14,10 +14,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    choice::Choice,
     error::SimError,
     finding::{self, CODES, Code, Finding, Severity},
     gates::Coverage,
-    prepare::{Choice, Prepared},
+    prepare::Prepared,
     scene::Scene,
     verdict,
 };
