@@ -96,6 +96,7 @@ mod surface_gate;
 mod surface_map;
 mod survey;
 mod texture;
+mod thread_strokes;
 mod tools_of_run;
 
 pub use choice::{Choice, StockChoice};

@@ -42,9 +42,11 @@ pub enum StopAt {
 }
 
 /// Codes that are judged when the program is at its end: no run can stop at them.
-const AT_THE_END: [Code; 9] = [
+const AT_THE_END: [Code; 11] = [
     finding::GOUGE,
     finding::EXCESS,
+    finding::FILM,
+    finding::THREAD,
     finding::INSPECTION,
     finding::ROUGHNESS,
     finding::SCALLOP,
