@@ -132,7 +132,8 @@ pub(crate) fn films_in_words(measured: &Measured) -> String {
         n => (format!("{n} sheets"), "stand"),
     };
     format!(
-        "{count} of material no thicker than {:.4} mm, which is what two faces of the twin can tell apart, {stand} up to {:.4} mm above the design, as at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece, {} mm3 in all",
+        "{count} of material no thicker than {:.4} mm, which is what two faces of the twin can tell apart, {stand} up to {:.4} mm above \
+         the design, as at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece, {} mm3 in all",
         measured.film_thickness,
         highest.depth,
         scientific(volume)

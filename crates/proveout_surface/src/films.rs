@@ -12,14 +12,16 @@
 //!
 //! A ray that goes through the sheet has its thickness for its interval: the length square to the face that it meets less aslant, where
 //! both faces look away from each other (the angle between their normals is above 120 degrees, so that the crest of a ridge is none). A
-//! ray that runs *in* the sheet has a long interval and says nothing of the thickness; it is told by the rays that go through beside it:
-//! one of them has a film at this place, and none has more than that there.
+//! ray that runs *in* the sheet has a long interval and says nothing of the thickness. But the rays of the three sets cross each other in
+//! common points: where those of another set have a film, or nothing at all, in the points in which they cross the interval, both sets
+//! can only agree within the error of the faces.
 //!
 //! Known limits: the crest of a wedge below 60 degrees counts as film as far as it is thinner than the bound; nothing thicker of it is left out.
 
-use proveout_geom::Point;
 use proveout_stock::{RayPlace, RaySpan, TriDexel};
 
+/// Crossing rays that are asked from the end of an interval inward.
+const NODES: i32 = 3;
 /// Cosine of the angle between the normals of two faces that look away from each other.
 const AWAY: f64 = -0.5;
 
@@ -49,22 +51,30 @@ impl Films {
         thickness <= self.thickest && n.dot(m) < AWAY
     }
 
-    /// Whether the end of a longer interval at `point` lies in a film, by the rays across that pass there.
-    fn along(&self, stock: &TriDexel, axis: usize, point: &Point) -> bool {
+    /// Whether a longer interval lies in a film at one of its ends: rays of another set cross it there in the very same points, and none of
+    /// them has more than a film where they cross.
+    fn along(&self, stock: &TriDexel, ray: &RayPlace, span: &RaySpan, end: f64) -> bool {
+        let (axis, cell) = (ray.axis, stock.cells_mm()[ray.axis]);
+        let inward = if end == span.lo.at { cell } else { -cell };
         (1..3).map(|k| (axis + k) % 3).any(|across| {
-            let mut met = false;
-            for steps in (0..9).map(|i| [i / 3 - 1, i % 3 - 1]) {
-                let Some(ray) = stock.ray_near(across, point, steps) else { continue };
-                let near =
-                    |s: &RaySpan| s.lo.at - self.thickest <= point[across] && point[across] <= s.hi.at + self.thickest;
-                for span in stock.material(&ray).filter(near) {
-                    if !self.across(&span, across) {
-                        return false;
-                    }
-                    met = true;
+            let mut crossed = false;
+            for step in 0..NODES {
+                let Some(other) = stock.ray_near(across, &ray.point(end + (f64::from(step) + 0.5) * inward), [0, 0])
+                else {
+                    continue;
+                };
+                let node = other.point(0.0)[axis];
+                if node <= span.lo.at + self.thickest || node >= span.hi.at - self.thickest {
+                    continue;
                 }
+                let place = ray.point(node)[across];
+                let here = |s: &RaySpan| s.lo.at - self.thickest <= place && place <= s.hi.at + self.thickest;
+                if stock.material(&other).any(|s| here(&s) && !self.across(&s, across)) {
+                    return false;
+                }
+                crossed = true;
             }
-            met
+            crossed
         })
     }
 
@@ -84,7 +94,7 @@ impl Films {
                 } else if self.across(span, ray.axis) {
                     Some(Film::Across)
                 } else {
-                    self.along(stock, ray.axis, &ray.point(end.at)).then_some(Film::Along)
+                    self.along(stock, ray, span, end.at).then_some(Film::Along)
                 };
                 out.push(film);
             }
@@ -94,7 +104,7 @@ impl Films {
 
 #[cfg(test)]
 mod tests {
-    use proveout_geom::{Aabb, box_mesh};
+    use proveout_geom::{Aabb, Point, box_mesh};
 
     use super::*;
 
@@ -126,6 +136,19 @@ mod tests {
             }
         }
         count
+    }
+
+    /// A pin that rays of all sets meet is no film, however thin it is against the cells.
+    #[test]
+    fn a_pin_between_the_rays_beside_it_is_there() {
+        let mut mesh = box_mesh(&Aabb { min: Point::new(0.0, 0.0, 0.0), max: Point::new(8.0, 6.0, 2.0) });
+        mesh.append(&box_mesh(&Aabb { min: Point::new(4.2, 3.2, 1.5), max: Point::new(4.3, 3.3, 4.0) }));
+        let stock = TriDexel::from_mesh_repaired(&mesh, 0.5, 1 << 30).expect("a solid");
+        let top = Point::new(4.25, 3.25, 4.0);
+        let ray = stock.ray_near(2, &top, [0, 0]).expect("a ray");
+        let span = stock.material(&ray).next().expect("the pin");
+        assert_eq!(span.hi.at, 4.0);
+        assert!(!Films { thickest: 1e-3, above: 0.5 }.along(&stock, &ray, &span, 4.0));
     }
 
     #[test]
