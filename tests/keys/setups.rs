@@ -122,6 +122,8 @@ pub(crate) enum Setup {
     Drill,
     Chamfer,
     FaceMill,
+    /// A tap goes into a design without a hole: a ring of what it cuts is thread.
+    Tap,
     Apt,
     Profile,
     /// Short flutes, so that neck and shank rub, under a long holder.
@@ -379,6 +381,13 @@ impl Setup {
                     "face_mill",
                     "diameter_mm = 6\ncorner_radius_mm = 0.5\nentering_angle_deg = 75\nflute_length_mm = 5",
                 );
+            }
+            Self::Tap => {
+                tools = one_tool("tap", "diameter_mm = 6\npitch_mm = 1\nflute_length_mm = 12");
+                scene += PART;
+                program = PROGRAM
+                    .replace("G0 X-22. Y0.25\nZ4.\nG1 Z-2. F1500\nX0.", "G0 X0. Y0.\nZ4.\nG1 Z-5. F1500\nG0 Z4.");
+                more.push(("part.stl", stl([-14.0, -9.0, -9.5], [14.0, 9.0, -1.0], false)));
             }
             Self::Apt => {
                 tools = one_tool(

@@ -7,7 +7,8 @@
 //! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid, [`TriMesh::check_uncrossed`]
 //!   that it does not cross or overlap itself.
 //! * [`blade`] – blades with closed forms and their meshes.
-//! * [`read_mesh`], [`read_glb_nodes`], [`write_stl`] – STL, OBJ and glTF binary files.
+//! * [`read_mesh`], [`read_glb_nodes`], [`write_stl`] – STL, OBJ and glTF binary files; [`write_glb_container`] – header and
+//!   chunks of the latter.
 //! * [`read_regular_file`] – bytes of an input file, which is no pipe and no device, up to a limit.
 //! * [`Document`] – a TOML file read into a type, and the place of its keys; [`InputError`] is what is wrong with it.
 //! * [`check_quantities`] – ranges of the numbers in input files, by the unit in which a key ends.
@@ -17,6 +18,7 @@
 mod aabb;
 mod angle;
 pub mod blade;
+mod cell_map;
 mod crossing;
 mod document;
 mod inch;
@@ -32,12 +34,13 @@ mod tool_pose;
 
 pub use aabb::Aabb;
 pub use angle::{deg, rad, sin_cos, wrap_near};
+pub use cell_map::{CellHasher, CellMap};
 pub use crossing::Crossing;
 pub use document::{Document, Step, nearest};
 pub use inch::{add_inches_to_schema, in_millimeters};
 pub use input_error::{InputError, InputFault, read_input};
 pub use mesh::{MeshError, TriMesh};
-pub use mesh_file::{GlbNode, MeshFileError, read_glb_nodes, read_mesh, write_stl};
+pub use mesh_file::{GlbNode, MeshFileError, read_glb_nodes, read_mesh, write_glb_container, write_stl};
 pub use overlap::Overlap;
 pub use pose::Pose;
 pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};

@@ -5,6 +5,8 @@
 
 use std::collections::BTreeMap;
 
+use proveout_geom::CellMap;
+
 use crate::color::DeviationMap;
 
 /// Bits of a double that are left out: 52 of the mantissa less 12.
@@ -13,9 +15,9 @@ const DROPPED: u32 = 40;
 /// Counts and weights by value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Classes {
-    /// By sign and leading bits: rising by magnitude, negative values apart.
-    below: BTreeMap<u32, (u64, f64)>,
-    above: BTreeMap<u32, (u64, f64)>,
+    /// By sign and leading bits, negative values apart.
+    below: CellMap<u32, (u64, f64)>,
+    above: CellMap<u32, (u64, f64)>,
     count: u64,
 }
 
@@ -32,10 +34,10 @@ impl Classes {
         self.count += 1;
     }
 
-    /// Values of the classes with the weight in each.
+    /// Values of the classes with the weight in each: those below zero, then those above, each rising by magnitude.
     pub(crate) fn weights(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        let below = self.below.iter().map(|(bits, (_, weight))| (-middle(*bits), *weight));
-        below.chain(self.above.iter().map(|(bits, (_, weight))| (middle(*bits), *weight)))
+        let below = rising(&self.below).into_iter().map(|(bits, (_, weight))| (-middle(bits), weight));
+        below.chain(rising(&self.above).into_iter().map(|(bits, (_, weight))| (middle(bits), weight)))
     }
 
     /// The map that [`DeviationMap::of`] gives for the values; none without values.
@@ -54,6 +56,13 @@ impl Classes {
         let size = wanted.map_or(0.0, |(bits, _)| f64::from_bits(u64::from(*bits) << DROPPED));
         Some(DeviationMap::of(&[size], floor))
     }
+}
+
+/// Classes by magnitude.
+fn rising(classes: &CellMap<u32, (u64, f64)>) -> Vec<(u32, (u64, f64))> {
+    let mut all: Vec<_> = classes.iter().map(|(bits, class)| (*bits, *class)).collect();
+    all.sort_unstable_by_key(|(bits, _)| *bits);
+    all
 }
 
 /// The value in the middle of a class.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use proveout_geom::{Point, Vector};
+use proveout_geom::{CellMap, Point, Vector};
 use proveout_sim::{
     SurfaceMap, SurfaceShape,
     observer::{MeshPart, PointBand, Setup},
@@ -126,6 +126,25 @@ impl ShownSurface {
     }
 }
 
+/// Cells of one place along x.
+#[derive(Debug, Default)]
+struct Slab {
+    /// Number of each in the list, by its place along y and z.
+    at: CellMap<[i32; 2], u32>,
+    /// Vertex of the picture, and what is gathered for it.
+    cells: Vec<(u32, Cluster)>,
+}
+
+/// A vertex of the mesh.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    /// Vertex of the picture; `u32::MAX` for none.
+    index: u32,
+    place: [f32; 3],
+    /// Its cell: place along x, and number in the slab.
+    cell: (i32, u32),
+}
+
 /// One mesh.
 #[derive(Debug)]
 struct Gather {
@@ -134,10 +153,10 @@ struct Gather {
     /// Edge of the cells; none: every vertex stays.
     cell: Option<f64>,
     out: Picture,
-    /// Cells that may still grow, by place, with the number of their vertex.
-    open: BTreeMap<[i32; 3], (u32, Cluster)>,
-    /// Vertex of the picture, and place, for each vertex of the band before and of this one.
-    known: Vec<(u32, [f32; 3])>,
+    /// Cells that may still grow, by their place along x.
+    open: BTreeMap<i32, Slab>,
+    /// The vertices of the band before and of this one.
+    known: Vec<Known>,
     /// Number of the first of them in the mesh, and where this band begins among them.
     first: u32,
     band: usize,
@@ -180,20 +199,25 @@ impl Gather {
 
     fn vertex(&mut self, p: &Point, normal: &Vector, value: Option<f64>, piece: Option<u32>) {
         if !p.iter().all(|v| v.is_finite()) {
-            self.known.push((u32::MAX, [0.0; 3]));
+            self.known.push(Known { index: u32::MAX, place: [0.0; 3], cell: (0, 0) });
             return;
         }
         let place = single(&p.coords);
         let next = self.out.positions.len() as u32;
-        let index = match self.cell {
+        let (index, cell) = match self.cell {
             None => {
                 self.put(place, single(normal), value.map(|v| v as f32), piece);
-                next
+                (next, (0, 0))
             }
             Some(cell) => {
                 let key = place.map(|v| (f64::from(v) / cell).floor() as i32);
-                let (index, cluster) =
-                    self.open.entry(key).or_insert_with(|| (next, Cluster::new(key.map(i64::from), cell)));
+                let slab = self.open.entry(key[0]).or_default();
+                let fresh = slab.cells.len() as u32;
+                let number = *slab.at.entry([key[1], key[2]]).or_insert(fresh);
+                if number == fresh {
+                    slab.cells.push((next, Cluster::new(key.map(i64::from), cell)));
+                }
+                let (index, cluster) = &mut slab.cells[number as usize];
                 cluster.add_vertex(&place, normal, value);
                 let index = *index;
                 if index == next {
@@ -203,10 +227,10 @@ impl Gather {
                 {
                     *made = piece;
                 }
-                index
+                (index, (key[0], number))
             }
         };
-        self.known.push((index, place));
+        self.known.push(Known { index, place, cell });
     }
 
     fn put(&mut self, position: [f32; 3], normal: [f32; 3], value: Option<f32>, piece: Option<u32>) {
@@ -221,21 +245,21 @@ impl Gather {
     fn triangle(&mut self, t: &[u32; 3]) {
         let found = t.map(|i| i.checked_sub(self.first).and_then(|i| self.known.get(i as usize)).copied());
         let [Some(a), Some(b), Some(c)] = found else { return };
-        let ids = [a.0, b.0, c.0];
+        let ids = [a.index, b.index, c.index];
         if ids.contains(&u32::MAX) {
             return;
         }
-        let Some(cell) = self.cell else {
+        if self.cell.is_none() {
             self.out.triangles.push(ids);
             return;
-        };
-        let at = [a, b, c].map(|v| Point::from(v.1.map(f64::from)));
+        }
+        let at = [a, b, c].map(|v| Point::from(v.place.map(f64::from)));
         let area = (at[1] - at[0]).cross(&(at[2] - at[0]));
         if let Some(n) = area.try_normalize(1e-300) {
             for (k, v) in [a, b, c].iter().enumerate() {
-                let key = v.1.map(|x| (f64::from(x) / cell).floor() as i32);
+                let (slab, number) = v.cell;
                 if !ids[..k].contains(&ids[k])
-                    && let Some((_, cluster)) = self.open.get_mut(&key)
+                    && let Some((_, cluster)) = self.open.get_mut(&slab).and_then(|s| s.cells.get_mut(number as usize))
                 {
                     cluster.add_plane(&n, &at[0].coords, area.norm());
                 }
@@ -254,8 +278,13 @@ impl Gather {
         }
         // A hair less: positions are in single precision.
         let first = (x / cell - 0.01).floor().clamp(-1e9, 1e9) as i32;
-        let rest = self.open.split_off(&[first, i32::MIN, i32::MIN]);
-        for (_, (index, cluster)) in std::mem::replace(&mut self.open, rest) {
+        let rest = self.open.split_off(&first);
+        let below = std::mem::replace(&mut self.open, rest);
+        self.place_all(below, cell);
+    }
+
+    fn place_all(&mut self, slabs: BTreeMap<i32, Slab>, cell: f64) {
+        for (index, cluster) in slabs.into_values().flat_map(|slab| slab.cells) {
             self.place(index, &cluster, cell);
         }
     }
@@ -271,9 +300,8 @@ impl Gather {
 
     fn finish(mut self) -> (Picture, Option<f64>) {
         let Some(cell) = self.cell else { return (self.out, None) };
-        for (_, (index, cluster)) in std::mem::take(&mut self.open) {
-            self.place(index, &cluster, cell);
-        }
+        let open = std::mem::take(&mut self.open);
+        self.place_all(open, cell);
         // Two sheets that fall together give the same triangle twice.
         self.out.triangles.sort_unstable();
         self.out.triangles.dedup();

@@ -12,6 +12,8 @@ use gltf_json::{
     validation::{Checked::Valid, USize64},
 };
 
+use proveout_geom::write_glb_container;
+
 use crate::{
     color::{Rgba, linear_from_srgb},
     picture::Picture,
@@ -55,19 +57,8 @@ pub(crate) fn write_glb(
         root.push(Scene { extensions: None, extras: None, name: Some(name.into()), nodes: vec![Index::new(0)] });
     root.scene = Some(scene);
 
-    let mut json = root.to_vec().map_err(io::Error::other)?;
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let bin_part = if bin == 0 { 0 } else { 8 + bin };
-    let length = u32::try_from(12 + 8 + json.len() + bin_part).map_err(|_above| too_large())?;
-    out.write_all(b"glTF")?;
-    out.write_all(&2_u32.to_le_bytes())?;
-    out.write_all(&length.to_le_bytes())?;
-    out.write_all(&(json.len() as u32).to_le_bytes())?;
-    out.write_all(b"JSON")?;
-    out.write_all(&json)?;
-    if bin > 0 {
-        out.write_all(&(bin as u32).to_le_bytes())?;
-        out.write_all(b"BIN\0")?;
+    let json = root.to_vec().map_err(io::Error::other)?;
+    write_glb_container(out, &json, bin, |out| {
         // In the order of the views of `add_mesh`, number by number: no copy of the mesh is made.
         for v in picture.positions.iter().chain(&picture.normals).flatten() {
             out.write_all(&v.to_le_bytes())?;
@@ -79,8 +70,8 @@ pub(crate) fn write_glb(
         for i in picture.triangles.iter().flatten() {
             out.write_all(&i.to_le_bytes())?;
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// From sRGB to linear light.

@@ -11,13 +11,18 @@ impl Prepared {
     pub fn control_settings(&self, dialect: Dialect) -> ControlSettings {
         ControlSettings { dynamics: self.dynamics, plant: self.plant, ..control_settings(&self.scene, dialect) }
     }
+
+    /// How far the edges of a piece of motion may be from where the true motion has them, mm.
+    pub(crate) fn piece_tolerance(&self) -> f64 {
+        piece_tolerance(&self.scene)
+    }
 }
 
 /// How the control of a scene is set up for programs of a language, with the planned set points as motion.
 pub(crate) fn control_settings(scene: &Scene, dialect: Dialect) -> ControlSettings {
     let usual = ControlSettings::default();
     ControlSettings {
-        piece_tolerance: scene.file.control.piece_tolerance_mm.as_ref().map_or(usual.piece_tolerance, |t| *t.get_ref()),
+        piece_tolerance: piece_tolerance(scene),
         default_tolerance: scene.file.control.path_tolerance_mm,
         pole_cone: scene.file.control.pole_cone_deg.map(rad),
         max_time: scene.file.limits.max_time(),
@@ -26,6 +31,11 @@ pub(crate) fn control_settings(scene: &Scene, dialect: Dialect) -> ControlSettin
         length_in_machine_coordinates: length_in_machine_coordinates(dialect),
         ..usual
     }
+}
+
+fn piece_tolerance(scene: &Scene) -> f64 {
+    let told = scene.file.control.piece_tolerance_mm.as_ref();
+    told.map_or_else(|| ControlSettings::default().piece_tolerance, |t| *t.get_ref())
 }
 
 /// Whether the length of a new tool counts without a word of the program: G43 controls want theirs. 840D, Klartext and its

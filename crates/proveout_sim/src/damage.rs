@@ -67,6 +67,84 @@ pub(crate) fn judge_areas(
     }
 }
 
+/// Tells the sheets that no gate counts: one finding for all of them, at the highest one.
+pub(crate) fn tell_films(facts: &Facts, measured: &Measured, log: &mut FindingLog) {
+    let Some(highest) = measured.films.first() else { return };
+    let mut f = FindingLog::of(&finding::FILM, format!("{}: counted for nothing", films_in_words(measured)));
+    put_place(&mut f, facts, highest);
+    (f.value, f.unit) = (Some(highest.depth), Some("mm".into()));
+    f.volume_mm3 = measured.deviation.film_volume_mm3;
+    f.areas = measured.deviation.films;
+    log.push(f);
+}
+
+/// Tells what taps have cut outside of the core holes: one finding for all threads, at the largest.
+pub(crate) fn tell_threads(prepared: &Prepared, facts: &Facts, measured: &Measured, log: &mut FindingLog) {
+    let Some(first) = measured.threads.first() else { return };
+    let mut f = FindingLog::of(&finding::THREAD, threads_in_words(prepared, facts, measured));
+    put_place(&mut f, facts, first);
+    f.volume_mm3 = measured.deviation.thread_volume_mm3;
+    f.areas = measured.deviation.threads;
+    log.push(f);
+}
+
+/// How many threads, their volume, their tools, and where the first of them is.
+pub(crate) fn threads_in_words(prepared: &Prepared, facts: &Facts, measured: &Measured) -> String {
+    let Some(first) = measured.threads.first() else { return String::new() };
+    let mut tools: Vec<String> = Vec::new();
+    let of_area = |a: &Area| a.made_by.and_then(|p| facts.strokes.get(&p)).map(|s| s.tool());
+    for tool in measured.threads.iter().filter_map(of_area).filter_map(|t| prepared.tools.tools.get(t)) {
+        let words = tool.description.trim();
+        let name =
+            if words.is_empty() || words == tool.name { tool.name.clone() } else { format!("{} ({words})", tool.name) };
+        if !tools.contains(&name) {
+            tools.push(name);
+        }
+    }
+    let [x, y, z]: [f64; 3] = first.point.coords.into();
+    let (count, hole) = match measured.threads.len() {
+        1 => ("a thread".to_owned(), "a core hole"),
+        n => (format!("{n} threads"), "core holes"),
+    };
+    format!(
+        "{count} in {hole} of the design: {} mm3 between core and outer diameter, cut by {}, as at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece",
+        figure(measured.threads.iter().map(|a| a.volume).sum()),
+        tools.join(", ")
+    )
+}
+
+/// Place on the part and in the program.
+fn put_place(f: &mut Finding, facts: &Facts, area: &Area) {
+    f.block = area.made_by.and_then(|p| facts.block_of_piece.get(p as usize)).copied();
+    if let Some((file, line)) = f.block.and_then(|b| facts.places.get(b as usize)).and_then(Option::as_ref) {
+        (f.file, f.line) = (Some(file.to_string()), Some(*line));
+    }
+    f.point_mm = Some(area.point.coords.into());
+}
+
+/// How many sheets stand above the design, how thick at most, how high, how much, and where.
+pub(crate) fn films_in_words(measured: &Measured) -> String {
+    let Some(highest) = measured.films.first() else { return String::new() };
+    let [x, y, z]: [f64; 3] = highest.point.coords.into();
+    let volume: f64 = measured.films.iter().map(|a| a.volume).sum();
+    let (count, stand) = match measured.films.len() {
+        1 => ("a sheet".to_owned(), "stands"),
+        n => (format!("{n} sheets"), "stand"),
+    };
+    format!(
+        "{count} of material no thicker than {:.4} mm, which is what two faces of the twin can tell apart, {stand} up to {:.4} mm above \
+         the design, as at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece, {} mm3 in all",
+        measured.film_thickness,
+        highest.depth,
+        scientific(volume)
+    )
+}
+
+/// Three figures of a volume that may be next to nothing.
+fn scientific(value: f64) -> String {
+    if value > 0.0 && value < 1e-3 { format!("{value:.2e}") } else { figure(value) }
+}
+
 /// What a tool is that has a cylinder in place of its teeth.
 const ENVELOPE: &str = "a cylinder of its diameter is its envelope";
 

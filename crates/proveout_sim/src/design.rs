@@ -1,13 +1,9 @@
 //! The design in the form that the cut part is held against, and deviations at places between the measured points.
 
-use std::{
-    collections::HashMap,
-    hash::{BuildHasherDefault, Hasher},
-    sync::Arc,
-};
+use std::sync::Arc;
 
 use proveout_geom::{
-    Point, TriMesh, Vector,
+    CellMap, Point, TriMesh, Vector,
     blade::{Blade, FOOT_ERROR_MM, NEAREST_ERROR_MM},
     rad,
 };
@@ -55,37 +51,18 @@ impl Design<'_> {
     }
 }
 
-/// Mixes the numbers of a cell; the maps here are only asked, never walked through, so that it decides nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct CellHasher(u64);
-
-impl Hasher for CellHasher {
-    fn finish(&self) -> u64 {
-        self.0 ^ self.0 >> 32
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|b| self.write_u64(u64::from(*b)));
-    }
-
-    fn write_u64(&mut self, i: u64) {
-        // Fibonacci hashing (Knuth 1973, 6.4).
-        self.0 = (self.0.rotate_left(21) ^ i).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    }
-}
-
 /// Deviation at places of the surface, such as the vertices of the extracted mesh: mean of the exact points in the
 /// cell of the place and the cells round it; NaN where there is none. The vertices themselves lie up to some hundredths of a cell beside the exact surface and
 /// would color the picture with the error of the extraction.
 pub(crate) struct Neighbors {
     cell: f64,
-    cells: HashMap<u64, (f64, u32), BuildHasherDefault<CellHasher>>,
+    cells: CellMap<u64, (f64, u32)>,
 }
 
 impl Neighbors {
     /// None yet; `cell` is the longest edge of a cell, mm.
     pub(crate) fn new(cell: f64) -> Self {
-        Self { cell, cells: HashMap::default() }
+        Self { cell, cells: CellMap::default() }
     }
 
     fn place(&self, p: &Point) -> [i64; 3] {

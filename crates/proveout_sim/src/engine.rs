@@ -29,6 +29,7 @@ use crate::{
     run::{Checks, Stages, timed},
     stock_bodies::{Cutting, StockBodies},
     texture::{Recorder, Tracks},
+    thread_strokes::{Stroke, Strokes},
     verdict::{Clearance, ToolUse},
 };
 
@@ -68,6 +69,8 @@ pub(crate) struct Facts {
     pub(crate) block_of_piece: Vec<u32>,
     /// Tools that cut as the cylinder round them (a tap), by the block that they cut in.
     pub(crate) envelopes: BTreeMap<u32, usize>,
+    /// Motions of taps along their axis.
+    pub(crate) strokes: Strokes,
     /// File and line of every block.
     pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
     /// Bodies that the machine keeps out of the checks.
@@ -132,6 +135,7 @@ pub(crate) struct Engine<'a> {
     sums: BTreeMap<u32, BlockSum>,
     block_of_piece: Vec<u32>,
     envelopes: BTreeMap<u32, usize>,
+    strokes: Strokes,
     /// Whether each tool cuts as the cylinder round it.
     is_envelope: Vec<bool>,
     motion: Option<KeptMotion>,
@@ -179,6 +183,7 @@ impl<'a> Engine<'a> {
             sums: BTreeMap::new(),
             block_of_piece: Vec::new(),
             envelopes: BTreeMap::new(),
+            strokes: Strokes::new(),
             is_envelope: (0..prepared.tools.tools.len()).map(|t| is_envelope(&prepared.tools, t)).collect(),
             motion: prepared.keeps_motion().then(KeptMotion::default),
             recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
@@ -236,6 +241,10 @@ impl<'a> Engine<'a> {
                 self.envelopes.insert(piece.block, tool);
             }
             let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));
+            let tap = state.tool.and_then(|t| Some((t, self.tool(Some(t))?.thread?)));
+            if let Some(stroke) = tap.and_then(|(t, thread)| Stroke::of(&SweepMotion { from, to }, thread, t)) {
+                self.strokes.insert(id, stroke);
+            }
             if let Some(motion) = &mut self.motion {
                 motion.push(KeptPiece {
                     time: piece.time,
@@ -388,6 +397,7 @@ impl<'a> Engine<'a> {
             ended: self.ended,
             block_of_piece: self.block_of_piece,
             envelopes: self.envelopes,
+            strokes: self.strokes,
             motion: self.motion,
             tracks: self.recorder.map(Recorder::finish),
             places: self.places,

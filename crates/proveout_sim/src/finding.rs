@@ -142,6 +142,8 @@ codes! {
     CONTOUR_TOUCHED = "geometry-contour-touched", Geometry, Warning, "The compensated tool cuts its contour on its way on or off, at an open end, or above it.";
     GOUGE = "geometry-gouge", Geometry, Error, "The cut part is below the design by more than the tolerance.";
     EXCESS = "geometry-excess", Geometry, Error, "Material is left on the design by more than the tolerance.";
+    FILM = "geometry-film", Geometry, Info, "A sheet of material stands above the design that is thinner than its faces are known.";
+    THREAD = "geometry-thread", Geometry, Info, "A tap has cut its thread outside of the core holes of the design.";
     INSPECTION = "geometry-inspection", Geometry, Error, "A feature of the inspection plan is out of tolerance.";
     ROUGHNESS = "surface-roughness", Surface, Error, "Ra or Rz of the surface is above its tolerance.";
     SCALLOP = "surface-scallop", Surface, Error, "The passes leave scallops higher than the tolerance.";

@@ -48,7 +48,7 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
     let hits: Vec<(&Code, u64)> = codes(name).iter().map(|c| (c, count(c))).filter(|(_, n)| *n > 0).collect();
     let left_out = coverage.left_out.join("; ");
     let (state, reason) = if !hits.is_empty() {
-        let counts: Vec<String> = hits.iter().map(|(c, n)| format!("{n} x {}", c.code)).collect();
+        let counts: Vec<String> = hits.iter().map(|(c, n)| format!("{n} x {}{}", c.code, worst(c, log))).collect();
         let more = if left_out.is_empty() { String::new() } else { format!("; not checked: {left_out}") };
         (State::Fail, counts.join(", ") + &more)
     } else if !left_out.is_empty() {
@@ -61,6 +61,19 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
         (State::Unchecked, "nothing was checked".into())
     };
     Gate { name: name.into(), state, reason }
+}
+
+/// The deepest gouge or the highest excess, and the line that made it; of other faults the values are of several kinds.
+fn worst(code: &Code, log: &FindingLog) -> String {
+    if ![finding::GOUGE.code, finding::EXCESS.code].contains(&code.code) {
+        return String::new();
+    }
+    let depths = log.all().iter().filter(|f| f.code == code.code).filter_map(|f| Some((f.value?, f.line)));
+    match depths.reduce(|a, b| if b.0 > a.0 { b } else { a }) {
+        Some((depth, Some(line))) => format!(", up to {depth:.4} mm in line {line}"),
+        Some((depth, None)) => format!(", up to {depth:.4} mm"),
+        None => String::new(),
+    }
 }
 
 /// The verdict of a list of gates.
@@ -101,6 +114,18 @@ mod tests {
             let failed = GATES.iter().filter(|g| judge(g, &covered(), &log).state == State::Fail).count();
             assert_eq!(failed, usize::from(code.severity == Severity::Error), "{}", code.code);
         }
+    }
+
+    #[test]
+    fn a_gate_that_fails_by_depth_says_how_deep_and_where() {
+        let mut log = FindingLog::default();
+        for (depth, line) in [(0.2, Some(9)), (1.2, Some(14)), (0.3, None)] {
+            let mut f = FindingLog::of(&finding::GOUGE, "too deep".into());
+            (f.value, f.line, f.areas) = (Some(depth), line, Some(2));
+            f.point_mm = Some([depth, 0.0, 0.0]);
+            log.push(f);
+        }
+        assert_eq!(judge("gouge", &covered(), &log).reason, "6 x geometry-gouge, up to 1.2000 mm in line 14");
     }
 
     #[test]

@@ -26,10 +26,11 @@ use serde::{Deserialize, Serialize};
 use serde_spanned::Spanned;
 
 use crate::{
+    choice::{Choice, StockChoice},
     error::SimError,
     finding::Severity,
     gates, names,
-    prepare::{Choice, Prepared, StockChoice},
+    prepare::Prepared,
     scene::Scene,
     verdict::{Gate, State, Verdict},
 };

@@ -28,11 +28,7 @@ use proveout_stock::{Measure, SweepItem, SweepLog, SweepReplay, SweepReport};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-use crate::{
-    manifest::relative,
-    prepare::{Choice, Prepared},
-    stock_bodies::Cutting,
-};
+use crate::{choice::Choice, manifest::relative, prepare::Prepared, stock_bodies::Cutting};
 
 /// First line.
 const MAGIC: &str = "PROVEOUT-JOURNAL 1\n";

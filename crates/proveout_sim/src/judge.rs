@@ -7,7 +7,7 @@ use proveout_controller::{Dynamics, Summary};
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
-    damage::judge_areas,
+    damage::{films_in_words, judge_areas, tell_films, tell_threads, threads_in_words},
     engine::Facts,
     error::SimError,
     finding::{self, Finding, Severity},
@@ -57,12 +57,16 @@ pub(crate) fn judge(
         prepared,
         stock,
         patches,
-        survey::Known { swept: swept.as_ref(), ridges: heights.as_ref() },
+        survey::Known { swept: swept.as_ref(), ridges: heights.as_ref(), strokes: &facts.strokes },
         points,
     )?;
     let measured = surveyed.measured.take();
     if let Some(m) = &measured {
         judge_areas(prepared, facts, m, finished, &mut log);
+        tell_threads(prepared, facts, m, &mut log);
+        if finished {
+            tell_films(facts, m, &mut log);
+        }
     }
     let features = if finished { &prepared.scene.file.inspect[..] } else { &[] };
     let inspection = inspect::inspect(features, stock, patches);
@@ -355,6 +359,12 @@ fn judge_gates(
                     m.deviation.samples.unwrap_or(0),
                     m.extent
                 ));
+                if word == "excess" && !m.films.is_empty() {
+                    checked.push(format!("not counted: {}", films_in_words(m)));
+                }
+                if word == "gouge" && !m.threads.is_empty() {
+                    checked.push(format!("not counted: {}", threads_in_words(prepared, facts, m)));
+                }
                 left_out.extend(m.left_out.clone());
                 left_out.extend(m.unseen.clone().filter(|_| word == "gouge"));
             }

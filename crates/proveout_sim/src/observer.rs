@@ -14,7 +14,7 @@ use crate::{
     engagement::Engagement,
     finding::Finding,
     free_axes::FreeAxes,
-    prepare::MadeProgram,
+    made_program::MadeProgram,
     scene::Scene,
     schedule::Schedule,
     surface_map::{MapPoint, SurfaceShape},

@@ -23,10 +23,11 @@ use std::{
 use proveout_controller::Event;
 
 use crate::{
+    choice::Choice,
     error::SimError,
     finding::{self, Family, Finding, Severity},
     observer::{Batch, Observer, ObserverError, Outcome, Setup},
-    prepare::{Choice, Prepared},
+    prepare::Prepared,
     run::rehearse,
 };
 

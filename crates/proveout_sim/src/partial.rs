@@ -14,10 +14,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    choice::Choice,
     error::SimError,
     finding::{self, CODES, Code, Finding, Severity},
     gates::Coverage,
-    prepare::{Choice, Prepared},
+    prepare::Prepared,
     scene::Scene,
     verdict,
 };
@@ -41,9 +42,11 @@ pub enum StopAt {
 }
 
 /// Codes that are judged when the program is at its end: no run can stop at them.
-const AT_THE_END: [Code; 9] = [
+const AT_THE_END: [Code; 11] = [
     finding::GOUGE,
     finding::EXCESS,
+    finding::FILM,
+    finding::THREAD,
     finding::INSPECTION,
     finding::ROUGHNESS,
     finding::SCALLOP,

@@ -7,91 +7,38 @@ use std::{
     time::Instant,
 };
 
-use proveout_controller::{Dynamics, ReprogrammedRun, servo::Plant};
-use proveout_geom::{InputError, Pose, TriMesh, read_input};
+use proveout_controller::{Dynamics, servo::Plant};
+use proveout_geom::{Pose, TriMesh, read_input};
 use proveout_machine::Machine;
-use proveout_nc::{Dialect, Look, Program, ProgramText, Settings as NcSettings, Survey};
-use proveout_tool::{Profile, Role, Tool, ToolLibrary};
+use proveout_nc::{Look, Program, ProgramText, Settings as NcSettings, Survey};
+use proveout_tool::{Profile, ToolLibrary};
 
 use crate::{
+    choice::{Choice, choose_stock},
     control_file::control_of,
     digest,
     error::SimError,
     fixtures::fixture_meshes,
+    made_program::{self, MadeProgram},
     manifest,
-    memory::{Demand, Memory, Recorded},
+    memory::{Demand, Memory},
     part_mesh::part_mesh,
     part_on_table::PartOnTable,
-    partial::{self, StopAt, Wanted},
+    partial::{self, Wanted},
     program_survey,
-    program_text::{check_holds_text, made_file, program_entry, program_text},
+    program_text::{check_holds_text, program_entry, program_text},
     programs,
     raw_stock::{self, RawStock},
-    scene::{BoxFile, DynamicsFile, PlantFile, ProgramFile, Scene},
+    scene::{DynamicsFile, PlantFile, ProgramFile, Scene},
     scene_limits::{ChangedLimit, limit_joints},
     schedule::Schedule,
-    set_values::{self, SetValue},
+    set_values,
     texture::Plan,
+    tools_of_run::{check_start_tool, clamp_out, holder_zones},
 };
 
 /// Memory that a run may take, bytes.
 pub(crate) const MEMORY: u64 = 4 << 30;
-
-/// What a run cuts.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum StockChoice {
-    /// The stock of the scene.
-    #[default]
-    OfScene,
-    /// What the run in this folder left, in the place of the scene's `from_run`.
-    OfRun(PathBuf),
-    /// A cube of a few cells: everything else is read and checked, nothing can be judged.
-    StandIn,
-}
-
-/// What the call chooses.
-#[derive(Clone, Debug, Default)]
-pub struct Choice {
-    /// Program of the scene by name.
-    pub program: Option<String>,
-    /// Program text instead of the one that the scene names.
-    pub nc: Option<PathBuf>,
-    /// Distance of the stock's rays instead of the scene's, mm.
-    pub resolution_mm: Option<f64>,
-    /// Dynamics instead of those of the scene.
-    pub dynamics: Option<DynamicsFile>,
-    /// Plant instead of that of the scene.
-    pub plant: Option<PlantFile>,
-    /// What the observers of the run will hold, for the announcement of its memory.
-    pub recorded: Recorded,
-    /// Tools, by name, that stand further out of their holder than the library says, mm; less far where negative.
-    pub clamped_out_mm: BTreeMap<String, f64>,
-    /// Least overhangs that were searched ([`crate::overhang`]), by name of the tool, mm.
-    pub least_overhang_mm: BTreeMap<String, f64>,
-    /// Places along the motion at which the free tool axes are looked for; zero for none.
-    pub free_axes: usize,
-    /// Coarse cells, and without what takes time besides ([`crate::partial`]).
-    pub preview: bool,
-    /// What is cut.
-    pub stock: StockChoice,
-    /// What ends the run early.
-    pub stop_at: Option<StopAt>,
-    /// Values in the place of those in the files of scene, machine and tools.
-    pub set: Vec<SetValue>,
-}
-
-/// A program that was made from another one.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MadeProgram {
-    /// Name of its text, in findings and in the run folder.
-    pub file: String,
-    /// Its text, for an 840D.
-    pub text: String,
-    /// What was re-scheduled.
-    pub runs: Vec<ReprogrammedRun>,
-    /// The text that it was made from, where the call has it planned anew.
-    pub planned: Option<String>,
-}
 
 /// A program on its scene, ready to run.
 #[derive(Debug)]
@@ -259,26 +206,19 @@ impl Prepared {
             input_files.push(file);
         }
 
-        let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
-        let planned = set_values::planned_again(&scene, entry, &choice.set, (&machine, &tools), &nc_settings)?;
-        let mut part_on_table = None;
-        let made = match (reschedule, planned) {
-            (None, None) => None,
-            (None, Some(text)) => Some((text, Vec::new(), None)),
-            (Some(reschedule), planned) => {
-                let part = PartOnTable::new(&scene, &table_from_work, part_mesh.as_ref(), &fixtures)?;
-                let (text, settings) = match planned {
-                    None => (None, nc_settings.clone()),
-                    Some(text) => (Some(text), programs::settings_of_made(nc_settings.clone())),
-                };
-                let source = text.as_deref().map_or(programs::Original::File(&program_path), programs::Original::Text);
-                let made = programs::rescheduled(&scene, reschedule, source, &settings, &machine, &tools, &part)?;
-                part_on_table = Some(part);
-                Some((programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?, made.runs, text))
-            }
+        let source = made_program::Source {
+            scene: &scene,
+            entry,
+            program: (&program_name, &program_path),
+            settings: &nc_settings,
+            machine: &machine,
+            tools: &tools,
+            part_mesh: part_mesh.as_ref(),
+            fixtures: &fixtures,
+            table_from_work: &table_from_work,
         };
-        let made =
-            made.map(|(text, runs, planned)| MadeProgram { file: made_file(&program_name), text, runs, planned });
+        let (made, part_on_table) = source.make(choice)?.unzip();
+        let part_on_table = part_on_table.flatten();
         if let Some(made) = &made {
             digests.insert("made_program".to_owned(), digest::of_bytes(made.text.as_bytes()));
         }
@@ -382,60 +322,10 @@ impl Prepared {
     }
 }
 
-/// Puts the stock of the call in the place of the scene's.
-fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
-    let stock = scene.file.stock.get_mut();
-    match choice {
-        StockChoice::OfScene => {}
-        StockChoice::OfRun(folder) => stock.from_run = Some(folder.clone()),
-        StockChoice::StandIn => {
-            (stock.from_run, stock.place, stock.at_time_s, stock.history) = (None, None, None, false);
-            stock.patch.clear();
-            let edge = 8.0 * scene.file.resolution_mm.get_ref().edges().into_iter().fold(0.0, f64::max);
-            stock.block = Some(BoxFile { min_mm: [0.0; 3], max_mm: [edge; 3] });
-        }
-    }
-}
-
-/// The tool that the scene puts into the spindle is one of its library.
-fn check_start_tool(scene: &Scene, tools: &ToolLibrary) -> Result<(), InputError> {
-    let Some(number) = scene.file.start.tool else { return Ok(()) };
-    if tools.tools.iter().any(|t| t.number == number) {
-        return Ok(());
-    }
-    let text = read_input(&scene.path)?;
-    let at = text.find("[start]").unwrap_or(0);
-    let message =
-        format!("start.tool = {number}: the tool library has no tool of this number ({} tools)", tools.tools.len());
-    Err(InputError::at(&scene.path, &text, at, message, "add the tool to the library, or correct the number"))
-}
-
-/// Clamps tools as the call chooses.
-fn clamp_out(tools: &mut ToolLibrary, choice: &Choice, path: &Path) -> Result<(), InputError> {
-    for (name, by) in &choice.clamped_out_mm {
-        let refused = |message: String| {
-            InputError::file(path, message, "choose a tool with a holder and an overhang that it grips")
-        };
-        let tool = tools.tools.iter_mut().find(|t| t.name == *name);
-        let tool = tool.ok_or_else(|| refused(format!("there is no tool {name:?} to clamp otherwise")))?;
-        let moved = tool.clamped_out_by(*by);
-        *tool = moved.ok_or_else(|| refused(format!("{name} cannot be clamped {by} mm further out")))?;
-    }
-    Ok(())
-}
-
 /// The file with the shapes of a machine, where its `machine.toml` names one.
 fn model_of(machine_file: &Path) -> Option<PathBuf> {
     let table: toml::Table = toml::from_str(&read_input(machine_file).ok()?).ok()?;
     Some(machine_file.with_file_name(table.get("model")?.as_str()?))
-}
-
-fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
-    let zones = |t: &Tool| {
-        let holder = t.bodies.iter().filter(|b| b.role == Role::Holder);
-        holder.filter_map(|b| b.profile.widened(clearance).ok()).collect()
-    };
-    tools.tools.iter().map(zones).collect()
 }
 
 /// Role of a control file among the inputs of a run: its path from the scene, as scenes may name several.

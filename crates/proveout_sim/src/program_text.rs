@@ -6,8 +6,8 @@ use proveout_geom::InputError;
 use proveout_nc::ProgramText;
 
 use crate::{
+    choice::Choice,
     error::SimError,
-    prepare::Choice,
     scene::{ProgramFile, Scene},
 };
 

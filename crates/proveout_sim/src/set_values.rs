@@ -17,10 +17,9 @@ use proveout_tool::ToolLibrary;
 use toml::{Table, Value};
 
 use crate::{
+    choice::Choice,
     error::SimError,
-    planning,
-    prepare::Choice,
-    programs,
+    planning, programs,
     scene::{ChoiceValueFile, HELIX, ProgramFile, Scene, StrategyFile},
     scene_choice::put,
 };

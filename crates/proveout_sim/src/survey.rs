@@ -5,8 +5,8 @@
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{Patch, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, Band, DeviationSettings, FoundGap, GapEnd, GapSettings, Judged, Refine, Seed, Side, Solid,
-    Starts, Survey, Tally, Unseen, Watcher, refined, unseen,
+    Area, AreaPart, Areas, Band, DeviationSettings, Film, Films, FoundGap, GapEnd, GapSettings, Judged, Refine, Seed,
+    Side, Solid, Starts, Survey, Tally, Unseen, Watcher, refined, unseen,
 };
 use rayon::prelude::*;
 
@@ -18,6 +18,7 @@ use crate::{
     prepare::Prepared,
     scallop::RidgeMap,
     surface_map::{MapPoint, PatchShape, SurfaceShape},
+    thread_strokes::{Strokes, is_thread},
     verdict::Deviation,
 };
 
@@ -32,6 +33,11 @@ pub(crate) struct Measured {
     /// Connected areas beyond the tolerances, the worst first.
     pub(crate) gouges: Vec<Area>,
     pub(crate) excesses: Vec<Area>,
+    /// Sheets above the design that are no thicker than the error of their faces, and how thick that is, mm.
+    pub(crate) films: Vec<Area>,
+    pub(crate) film_thickness: f64,
+    /// What taps have cut outside of the core holes.
+    pub(crate) threads: Vec<Area>,
     /// What was measured, in words.
     pub(crate) extent: String,
     /// Parts of the design that were not measured.
@@ -55,6 +61,8 @@ pub(crate) struct Known<'a> {
     pub(crate) swept: Option<&'a Swept>,
     /// Heights of the ridges between its passes.
     pub(crate) ridges: Option<&'a RidgeMap>,
+    /// Motions of taps.
+    pub(crate) strokes: &'a Strokes,
 }
 
 /// Receives the points.
@@ -66,7 +74,7 @@ pub(crate) fn survey(
     prepared: &Prepared,
     stock: &TriDexel,
     patches: &[Patch],
-    Known { swept, ridges }: Known<'_>,
+    Known { swept, ridges, strokes }: Known<'_>,
     show: &mut ShowPoints<'_>,
 ) -> Result<Surveyed, SimError> {
     let design = design(prepared);
@@ -83,7 +91,10 @@ pub(crate) fn survey(
     let mut sums = Sums {
         limits: [tolerances.gouge_mm + floor, tolerances.excess_mm + floor],
         missing: Areas::new(parts.clone(), tolerances.gouge_mm),
-        left: Areas::new(parts, tolerances.excess_mm),
+        left: Areas::new(parts.clone(), tolerances.excess_mm),
+        films: Areas::new(parts.clone(), tolerances.excess_mm),
+        threads: Areas::new(parts, tolerances.gouge_mm),
+        film_thickness: 0.0,
         deepest: None,
     };
     let mut result: Option<proveout_surface::Deviation> = None;
@@ -103,6 +114,9 @@ pub(crate) fn survey(
             left: tolerances.excess_mm + floor,
             floor: solid_floor,
         };
+        // Both faces of a sheet are known within the error of the sweeps and of the pieces of motion.
+        let thickest = (2.0 * (bound(rays) + prepared.piece_tolerance())).min(tolerances.excess_mm);
+        sums.film_thickness = sums.film_thickness.max(thickest);
         let solid = design.as_ref().and_then(Design::solid);
         let window = patch.map(|k| windows[k]);
         // The first patch has a point on the face between two.
@@ -112,12 +126,14 @@ pub(crate) fn survey(
             design: design.as_ref().map(|d| d.surface.as_ref()),
             solid: solid.map(|(mesh, tree)| Solid { mesh, tree, gaps }),
             settings,
+            films: Films { thickest, above: sums.limits[1] },
             window,
             finer,
         };
         let shown = |p: &Point| window.is_none_or(|w| w.contains(p)) && !finer.iter().any(|w| w.contains(p));
         let mut of_part = OfPart {
             number: patch.map_or(0, |k| k + 1),
+            strokes,
             cells: rays.cells_mm(),
             tally: Tally::new(floor),
             points: 0,
@@ -175,13 +191,19 @@ struct Sums {
     limits: [f64; 2],
     missing: Areas,
     left: Areas,
+    /// What of the material left is a film.
+    films: Areas,
+    film_thickness: f64,
+    /// What of the material missing is thread.
+    threads: Areas,
     /// Deepest gap: depth and place.
     deepest: Option<(f64, Point)>,
 }
 
 /// What is gathered of the stock or of a patch.
-struct OfPart {
+struct OfPart<'a> {
     number: usize,
+    strokes: &'a Strokes,
     cells: [f64; 3],
     tally: Tally,
     points: u64,
@@ -189,13 +211,18 @@ struct OfPart {
     deviations: Vec<f32>,
 }
 
-impl OfPart {
+impl OfPart<'_> {
     /// Books a band; gives the points that are shown.
     fn take(&mut self, band: &Band, shown: &dyn Fn(&Point) -> bool, sums: &mut Sums) -> Vec<MapPoint> {
         let mut points = Vec::with_capacity(band.points.len());
         let none = Judged::Masked;
-        for (sample, judged) in band.points.iter().zip(&band.judged) {
-            let deviation = judged.deviation();
+        for (k, ((sample, judged), film)) in band.points.iter().zip(&band.judged).zip(&band.films).enumerate() {
+            let margin = sums.limits[0];
+            let thread =
+                -judged.deviation() > margin && is_thread(self.strokes, sample.made_by, [&sample.point; 2], margin);
+            // What lies on a film or in a thread counts for nothing else.
+            let apart = film.is_some() || thread;
+            let deviation = if apart { f64::NAN } else { judged.deviation() };
             self.deviations.push(deviation as f32);
             if !shown(&sample.point) {
                 // Points of the stock under a patch are told as left out; those of a patch beyond its window are nobody's.
@@ -204,7 +231,7 @@ impl OfPart {
                 }
                 continue;
             }
-            self.tally.add(sample, judged);
+            self.tally.add(sample, if apart { &none } else { judged });
             let normal = sample.normal.unwrap_or_else(Vector::zeros);
             self.area += self.ray_area(usize::from(sample.axis)) * normal[usize::from(sample.axis)].abs();
             points.push(MapPoint {
@@ -223,10 +250,17 @@ impl OfPart {
                     cut_area: weight,
                     ..Seed::default()
                 };
-                if -deviation > sums.limits[0] {
+                if thread {
+                    sums.threads.add(self.number, &seed(-deviation));
+                } else if -deviation > sums.limits[0] {
                     sums.missing.add(self.number, &seed(-deviation));
                 } else if deviation > sums.limits[1] {
-                    sums.left.add(self.number, &seed(deviation));
+                    match film {
+                        None => sums.left.add(self.number, &seed(deviation)),
+                        Some(film) => {
+                            sums.films.add(self.number, &self.film_seed(*film, band, k, &seed(deviation)));
+                        }
+                    }
                 }
             }
         }
@@ -235,6 +269,16 @@ impl OfPart {
             self.gap(band, found, shown, sums);
         }
         points
+    }
+
+    /// A point of a film: half of its thickness, where its ray goes through. One in the sheet would count it as wide as a cell.
+    fn film_seed(&self, film: Film, band: &Band, point: usize, seed: &Seed) -> Seed {
+        let axis = usize::from(band.points[point].axis);
+        // Both ends of an interval are neighbors.
+        let other = band.points.get(point ^ 1).map_or(seed.point, |p| p.point);
+        let half = 0.5 * (seed.point[axis] - other[axis]).abs();
+        let gap = (film == Film::Across).then_some((axis, half, self.ray_area(axis)));
+        Seed { gap, cut_area: 0.0, ..*seed }
     }
 
     fn ray_area(&self, axis: usize) -> f64 {
@@ -247,11 +291,18 @@ impl OfPart {
         let axis = ray.axis;
         let worst = ray.point(gap.worst);
         let made_by = maker(band, found);
+        if found.film(band).is_some() {
+            return; // its points have told it
+        }
+        let ends = gap.at.map(|at| ray.point(at));
+        let thread =
+            gap.side == Side::Missing && is_thread(self.strokes, made_by, [&ends[0], &ends[1]], sums.limits[0]);
         let areas = match gap.side {
+            Side::Missing if thread => &mut sums.threads,
             Side::Missing => &mut sums.missing,
             Side::Left => &mut sums.left,
         };
-        if gap.side == Side::Missing && !gap.foil && sums.deepest.is_none_or(|d| gap.depth > d.0) {
+        if !thread && gap.side == Side::Missing && !gap.foil && sums.deepest.is_none_or(|d| gap.depth > d.0) {
             sums.deepest = Some((gap.depth, worst));
         }
         let seed = Seed {
@@ -377,6 +428,8 @@ impl Sums {
         let known = |value: f64| (result.samples > 0).then_some(value);
         let gouges = worst_between_rays(self.missing.finish_with_starts(), Side::Missing, refine);
         let excesses = worst_between_rays(self.left.finish_with_starts(), Side::Left, refine);
+        let films = self.films.finish();
+        let threads = self.threads.finish();
         let volume = |areas: &[Area]| areas.iter().map(|a| a.volume).sum::<f64>();
         let count = |areas: &[Area]| Some(areas.len() as u64);
         // Where material is missing deeper than any point of the cut part tells, a wall is gone or cut from one side.
@@ -410,7 +463,14 @@ impl Sums {
             gouge_volume_mm3: Some(volume(&gouges)),
             excesses: count(&excesses),
             excess_volume_mm3: Some(volume(&excesses)),
+            threads: count(&threads),
+            thread_volume_mm3: Some(volume(&threads)),
+            films: count(&films),
+            film_volume_mm3: Some(volume(&films)),
+            film_max_mm: films.iter().map(|a| a.depth).reduce(f64::max),
+            film_thickness_mm: Some(self.film_thickness),
         };
-        Measured { deviation, gouges, excesses, extent, left_out, unseen }
+        let film_thickness = self.film_thickness;
+        Measured { deviation, gouges, excesses, films, film_thickness, threads, extent, left_out, unseen }
     }
 }

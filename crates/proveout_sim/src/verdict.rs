@@ -275,6 +275,25 @@ pub struct Deviation {
     /// Its volume, mm³.
     #[serde(default)]
     pub excess_volume_mm3: Option<f64>,
+    /// Threads that taps have cut outside of the core holes of the design: they count as no gouge.
+    #[serde(default)]
+    pub threads: Option<u64>,
+    /// Their volume between core and outer diameter, mm³.
+    #[serde(default)]
+    pub thread_volume_mm3: Option<f64>,
+    /// Sheets of material above the design by more than allowed that are no thicker than `film_thickness_mm`: they count for nothing else.
+    #[serde(default)]
+    pub films: Option<u64>,
+    /// Their volume, mm³.
+    #[serde(default)]
+    pub film_volume_mm3: Option<f64>,
+    /// The highest of them above the design, mm; null where there is none.
+    #[serde(default)]
+    pub film_max_mm: Option<f64>,
+    /// A sheet that is thinner may not be there, mm: twice what each of its faces is known to (bounds of sweeps and of pieces of motion),
+    /// and at most the excess that is allowed.
+    #[serde(default)]
+    pub film_thickness_mm: Option<f64>,
 }
 
 /// Smallest, mean and largest of a roughness parameter, micrometer.

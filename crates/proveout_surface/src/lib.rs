@@ -7,6 +7,7 @@
 //!   [`ConeFlank`] and blades ([`proveout_geom::blade::Blade`]) in closed form; [`chord_error`] of a mesh against one.
 //! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for points as they come.
 //! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
+//! * [`Films`] – sheets of material as thin as the error of their own faces.
 //! * [`Areas`] – what is too deep or too high, area by area.
 //! * [`refined`] – the worst place of an area on the swept surface itself, between the rays.
 //! * [`unseen`] – parts of the design that no ray tells.
@@ -25,6 +26,7 @@ mod blade;
 mod coverage;
 mod design;
 mod deviation;
+mod films;
 mod gaps;
 mod mesh;
 mod refined;
@@ -41,6 +43,7 @@ pub use design::{DesignSurface, Nearest};
 pub use deviation::{
     Deviation, DeviationSettings, Judged, SurfaceSample, Tally, WorstPoint, judge, measure, measure_where,
 };
+pub use films::{Film, Films};
 pub use gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps};
 pub use mesh::{DesignError, DesignMesh};
 pub use refined::{Refine, Worst, refined};

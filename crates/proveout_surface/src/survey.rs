@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use crate::{
     DesignMesh, DesignSurface,
     deviation::{DeviationSettings, Judged, SurfaceSample, judge},
-    gaps::{Gap, GapSettings, OnRay, gaps},
+    films::{Film, Films},
+    gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps},
 };
 
 /// Rays of a band, about: some ten megabytes.
@@ -26,6 +27,8 @@ pub struct Survey<'a> {
     pub solid: Option<Solid<'a>>,
     /// How points count.
     pub settings: DeviationSettings,
+    /// What of the material above the design is no more than a film.
+    pub films: Films,
     /// Only gaps in this box count; none: in the whole stock.
     pub window: Option<Aabb>,
     /// Gaps in these boxes do not count: finer rays take their place.
@@ -54,10 +57,32 @@ pub struct FoundGap {
     pub first_point: usize,
     /// Length that counts, mm.
     pub length: f64,
+    /// Height above the design from which on ends of material count, mm.
+    pub left: f64,
     /// Numbers of the ends of material next to it, below and above, among the points of the ray.
     pub beside: [Option<usize>; 2],
     /// The last motion that took all material of an interval on this ray.
     pub last_to_empty: Option<u32>,
+}
+
+impl FoundGap {
+    /// How its ray meets a film, where all of its ends that count lie on one; `band` is the one that it was found in.
+    pub fn film(&self, band: &Band) -> Option<Film> {
+        if self.gap.side == Side::Missing {
+            return None;
+        }
+        let counts = |end: usize| {
+            let too_high = |j: &Judged| j.deviation() > self.left;
+            band.judged.get(self.first_point + end).is_some_and(too_high)
+        };
+        let cut = self.gap.ends.iter().filter_map(|end| match end {
+            GapEnd::Cut(k) if counts(*k) => Some(*k),
+            _ => None,
+        });
+        let mut films = cut.map(|k| band.films.get(self.first_point + k).copied().flatten());
+        let first = films.next()??;
+        films.all(|f| f.is_some()).then_some(first)
+    }
 }
 
 /// Points and gaps of some rows of rays, in the order of [`TriDexel::surface_points`].
@@ -67,6 +92,8 @@ pub struct Band {
     pub points: Vec<SurfaceSample>,
     /// What each gives.
     pub judged: Vec<Judged>,
+    /// Whether it lies on a film too high above the design.
+    pub films: Vec<Option<Film>>,
     /// The gaps of its rays.
     pub gaps: Vec<FoundGap>,
 }
@@ -96,6 +123,7 @@ impl Survey<'_> {
                     let before = band.points.len();
                     band.points.extend(part.points);
                     band.judged.extend(part.judged);
+                    band.films.extend(part.films);
                     band.gaps
                         .extend(part.gaps.into_iter().map(|g| FoundGap { first_point: g.first_point + before, ..g }));
                 }
@@ -123,6 +151,9 @@ impl Survey<'_> {
                 band.judged.push(self.design.map_or(Judged::Masked, |d| judge(&sample, d, &self.settings)));
                 band.points.push(sample);
             }
+            deviations.clear();
+            deviations.extend(band.judged[first_point..].iter().map(Judged::deviation));
+            self.films.of_ray(self.stock, &ray, &material, &deviations, &mut band.films);
             let (Some(solid), Some(design)) = (&self.solid, design) else { continue };
             let allowed = self.allowed(&ray);
             if allowed.is_empty() {
@@ -130,8 +161,6 @@ impl Survey<'_> {
             }
             wanted.clear();
             wanted.extend(design.on(&ray));
-            deviations.clear();
-            deviations.extend(band.judged[first_point..].iter().map(Judged::deviation));
             let on_ray = OnRay { place: &ray, material: &material, design: &wanted, deviations: &deviations };
             let counts = |at: f64| allowed.iter().any(|[lo, hi]| *lo <= at && at <= *hi);
             found.clear();
@@ -142,6 +171,7 @@ impl Survey<'_> {
                     gap: *gap,
                     ray,
                     first_point,
+                    left: solid.gaps.left,
                     length: allowed.iter().map(within).sum(),
                     beside: [
                         material.iter().rposition(|m| m.hi.at <= gap.at[0]).map(|k| 2 * k + 1),

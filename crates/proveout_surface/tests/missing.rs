@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use proveout_geom::{Aabb, Point, Pose, ToolPose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, DesignMesh, DesignSurface, DeviationSettings, FoundGap, GapEnd, GapSettings, Judged, Seed,
-    Side, Solid, Survey, Unseen, Watcher, unseen,
+    Area, AreaPart, Areas, DesignMesh, DesignSurface, DeviationSettings, Films, FoundGap, GapEnd, GapSettings, Judged,
+    Seed, Side, Solid, Survey, Unseen, Watcher, unseen,
 };
 
 const GIB: u64 = 1 << 30;
@@ -74,7 +74,15 @@ fn hold(stock: &TriDexel, design: &TriMesh, limit: f64) -> Found {
     };
     let gaps = GapSettings { missing: limit, left: limit, floor: FLOOR };
     let solid = Solid { mesh: design, tree: &tree, gaps };
-    let survey = Survey { stock, design: Some(&tree), solid: Some(solid), settings, window: None, finer: &[] };
+    let survey = Survey {
+        stock,
+        design: Some(&tree),
+        solid: Some(solid),
+        settings,
+        films: Films::default(),
+        window: None,
+        finer: &[],
+    };
     let mut areas =
         Areas::new(vec![AreaPart { corner: stock.bounds().min, cells: stock.cells_mm(), window: None }], limit);
     let mut found = Found { gaps: Vec::new(), areas: Vec::new(), deepest_point: 0.0 };

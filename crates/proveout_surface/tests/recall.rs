@@ -18,8 +18,8 @@ use std::f64::consts::PI;
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, DesignSurface, DeviationSettings, Judged, Nearest, Refine, Seed, Side, Starts, Survey,
-    Worst, refined,
+    Area, AreaPart, Areas, DesignSurface, DeviationSettings, Films, Judged, Nearest, Refine, Seed, Side, Starts,
+    Survey, Worst, refined,
     topography::{PathPiece, SweptPath},
 };
 use proveout_tool::{Cutter, Profile};
@@ -368,7 +368,15 @@ fn look(part: &Part) -> Vec<Seen> {
         [Areas::new(vec![AreaPart { corner: bounds.min, cells: stock.cells_mm(), window: None }], LIMIT), {
             Areas::new(vec![AreaPart { corner: bounds.min, cells: stock.cells_mm(), window: None }], LIMIT)
         }];
-    let survey = Survey { stock: &stock, design: Some(&design), solid: None, settings, window: None, finer: &[] };
+    let survey = Survey {
+        stock: &stock,
+        design: Some(&design),
+        solid: None,
+        settings,
+        films: Films::default(),
+        window: None,
+        finer: &[],
+    };
     let done: Result<(), ()> = survey.run(|band| {
         for (sample, found) in band.points.iter().zip(&band.judged) {
             if let Judged::Counts { deviation, weight } = *found

@@ -1,4 +1,4 @@
-use crate::{CuttingEdges, Profile, Residual, Segment};
+use crate::{CuttingEdges, Profile, Residual, Segment, Thread};
 
 /// What a part of the assembly may do to the stock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -62,6 +62,8 @@ pub struct Tool {
     pub has_holder: bool,
     /// Edges of the teeth, where they are described.
     pub edges: Option<CuttingEdges>,
+    /// The thread that it cuts, where it is a tap: its cutting body is the cylinder round its teeth.
+    pub thread: Option<Thread>,
     /// What it adds to the roughness of its motion, where that is known.
     pub residual: Option<Residual>,
 }

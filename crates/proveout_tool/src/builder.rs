@@ -58,6 +58,7 @@ impl ToolBuilder {
             left_handed: false,
             has_holder: false,
             edges: None,
+            thread: None,
             residual: None,
         };
         Self { tool, cutter, neck: None, transition: None, shank_diameter: None, overall_length: None, holder: vec![] }

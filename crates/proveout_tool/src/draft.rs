@@ -6,7 +6,8 @@
 
 use std::fmt::Write as _;
 
-use crate::HolderSection;
+use crate::import::words::TAP_ENVELOPE;
+use crate::{HolderSection, Thread, ThreadSize, thread_of};
 
 /// Length of the flutes over the diameter where nothing tells it: that of a usual end mill. A cut that is deeper is a finding, so that a
 /// longer tool is never assumed.
@@ -23,6 +24,8 @@ const SAME_MM: f64 = 1e-6;
 const BARE_GAUGE_MM: f64 = 150.0;
 /// Full angle of a drill's point where nothing tells it, degrees: that of a usual twist drill.
 const DRILL_POINT_DEG: f64 = 118.0;
+/// A thread is that of a tool whose diameter differs by no more than this part.
+const SAME_THREAD: f64 = 0.02;
 /// Entering angle of a face mill where nothing tells it, degrees: a square shoulder, the fullest body of its diameter.
 const SQUARE_DEG: f64 = 90.0;
 
@@ -55,6 +58,8 @@ pub struct ToolDraft {
     pub gauge: Option<f64>,
     /// Number of teeth.
     pub flutes: Option<u32>,
+    /// Whether its edges reach the center of its end; none where nothing tells it.
+    pub center_cutting: Option<bool>,
     /// The tool cuts when the spindle turns counter-clockwise.
     pub left_handed: bool,
     /// Name of the holder.
@@ -101,6 +106,29 @@ impl ToolDraft {
         self.get("diameter_mm").or((outline > 0.0).then_some(outline))
     }
 
+    /// Makes a tap of it where the words, or `pitch` (mm), tell its thread; else the cylinder round its teeth stands for it, with the reason
+    /// `why`. A thread of another diameter than the one that is told is none of this tool.
+    pub fn become_tap(&mut self, text: &str, pitch: Option<f64>, why: &str) {
+        let named = thread_of(text);
+        if let (None, Some(size)) = (self.diameter(), named) {
+            self.put("diameter_mm", size.diameter);
+        }
+        let diameter = self.diameter().unwrap_or(0.0);
+        let same = |size: &ThreadSize| (size.diameter - diameter).abs() <= SAME_THREAD * diameter;
+        let named = named.filter(same);
+        let pitch = pitch.or(named.map(|size| size.pitch)).filter(|p| Thread::new(diameter, *p).is_ok());
+        let Some(pitch) = pitch else {
+            self.kind = Some("flat");
+            self.choose(&["kind"], format!("{why}; nothing tells the pitch that `kind = \"tap\"` needs"));
+            return;
+        };
+        self.kind = Some("tap");
+        self.put("pitch_mm", pitch);
+        if named.is_some_and(|size| !size.pitch_told && size.pitch == pitch) {
+            self.choose(&["pitch_mm"], "a size without a pitch is the coarse one of ISO 261");
+        }
+    }
+
     /// Marks keys as chosen.
     pub fn choose(&mut self, keys: &[&'static str], reason: impl Into<String>) {
         self.chosen.push((keys.to_vec(), reason.into()));
@@ -141,6 +169,10 @@ impl ToolDraft {
             self.kind = Some("flat");
             let reason = "nothing tells the shape: a flat end is the fullest body of this diameter";
             self.choose(&["kind"], reason);
+        }
+        if self.kind == Some("tap") && self.get("pitch_mm").is_none() {
+            let words = format!("{} {}", self.name, self.description);
+            self.become_tap(&words, None, TAP_ENVELOPE);
         }
         let lacking = |this: &Self, key| this.get(key).is_none();
         if self.kind == Some("drill") && lacking(self, "point_angle_deg") {
@@ -361,6 +393,9 @@ fn write_tool(out: &mut String, tool: &ToolDraft) {
     if let Some(flutes) = tool.flutes {
         line(format!("flutes = {flutes}"));
     }
+    if let Some(yes) = tool.center_cutting {
+        line(format!("center_cutting = {yes}"));
+    }
     if tool.left_handed {
         line("hand = \"left\"".into());
     }
@@ -437,6 +472,7 @@ mod tests {
             draft("chamfer", &[("diameter_mm", 10.0), ("point_angle_deg", 90.0), ("tip_diameter_mm", 0.0)]),
             draft("taper_ball", &[("tip_diameter_mm", 2.0), ("half_angle_deg", 4.0), ("diameter_mm", 6.0)]),
             draft("face_mill", &[("diameter_mm", 63.0)]),
+            draft("tap", &[("diameter_mm", 8.0), ("pitch_mm", 1.25)]),
             draft("lens", &[("diameter_mm", 10.0), ("lens_radius_mm", 20.0), ("corner_radius_mm", 0.5)]),
             ToolDraft { shape: vec![("diameter_mm", 10.0)], ..ToolDraft::new(7, "") },
         ];

@@ -7,7 +7,7 @@ use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
 use crate::edges::edges_of;
 use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
 use crate::residual::residual_of;
-use crate::{ProfileError, Segment, Tool};
+use crate::{ProfileError, Segment, Thread, Tool};
 
 /// Fastest spindle that is believed, 1/min.
 const FASTEST_RPM: f64 = 1e6;
@@ -38,7 +38,7 @@ fn schema() -> Value {
 }
 
 /// Keys that describe the shape of a cutter; each kind has its own.
-pub(crate) const SHAPE_KEYS: [&str; 15] = [
+pub(crate) const SHAPE_KEYS: [&str; 16] = [
     "diameter_mm",
     "corner_radius_mm",
     "corner_center_radius_mm",
@@ -53,11 +53,12 @@ pub(crate) const SHAPE_KEYS: [&str; 15] = [
     "lens_radius_mm",
     "half_angle_deg",
     "entering_angle_deg",
+    "pitch_mm",
     "segments",
 ];
 
 /// The shape keys that each kind needs; it may have no others.
-const KINDS: [(Kind, &str, &[&str]); 13] = [
+const KINDS: [(Kind, &str, &[&str]); 14] = [
     (Kind::Ball, "ball", &["diameter_mm"]),
     (Kind::Flat, "flat", &["diameter_mm"]),
     (Kind::BullNose, "bull_nose", &["diameter_mm", "corner_radius_mm"]),
@@ -69,6 +70,7 @@ const KINDS: [(Kind, &str, &[&str]); 13] = [
     (Kind::Drill, "drill", &["diameter_mm", "point_angle_deg"]),
     (Kind::Chamfer, "chamfer", &["diameter_mm", "point_angle_deg", "tip_diameter_mm"]),
     (Kind::FaceMill, "face_mill", &["diameter_mm", "corner_radius_mm", "entering_angle_deg"]),
+    (Kind::Tap, "tap", &["diameter_mm", "pitch_mm"]),
     (
         Kind::Apt,
         "apt",
@@ -112,6 +114,7 @@ fn shape_value(e: &ToolEntry, key: &str) -> Option<f64> {
         "lens_radius_mm" => e.lens_radius_mm,
         "half_angle_deg" => e.half_angle_deg,
         "entering_angle_deg" => e.entering_angle_deg,
+        "pitch_mm" => e.pitch_mm,
         // Stands for "is there".
         "segments" => e.segments.as_ref().map(|s| s.len() as f64),
         _ => None,
@@ -143,7 +146,7 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
     let flute = e.flute_length_mm.unwrap_or(f64::NAN);
     let cutter = match e.kind {
         Kind::Ball => Cutter::ball(diameter),
-        Kind::Flat => Cutter::flat(diameter),
+        Kind::Flat | Kind::Tap => Cutter::flat(diameter),
         Kind::BullNose => Cutter::bull_nose(diameter, get("corner_radius_mm")),
         Kind::TaperBall => Cutter::taper_ball(get("tip_diameter_mm"), get("half_angle_deg"), diameter),
         Kind::Barrel => Cutter::barrel(diameter, get("tip_radius_mm"), get("side_radius_mm"), flute),
@@ -191,7 +194,8 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         }
         builder = builder.flutes(flutes);
     }
-    if let Some(yes) = e.center_cutting {
+    let thread = (e.kind == Kind::Tap).then(|| Thread::new(diameter, get("pitch_mm"))).transpose()?;
+    if let Some(yes) = e.center_cutting.or(thread.map(|_| false)) {
         builder = builder.center_cutting(yes);
     }
     if let Some(angle) = e.max_ramp_angle_deg {
@@ -232,6 +236,7 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         }));
     }
     let mut tool = builder.build()?;
+    tool.thread = thread;
     tool.residual = e.residual.as_ref().map(residual_of).transpose()?;
     tool.edges = e.edges.as_ref().map(|edges| edges_of(edges, &tool)).transpose()?;
     Ok(tool)

@@ -16,6 +16,7 @@
 //! A part that is not convex is divided by planes across the axis where its curve turns outward again. The bodies of a
 //! tool follow one another from the tip to the gauge line without gap.
 //!
+//! * [`Thread`] – what a tap cuts outside of its core hole.
 //! * [`CuttingEdges`] – the teeth where they are described: helix, run-out, round inserts, rake.
 //!
 //! Known limits: a cutter is the body that its edges sweep; relief is not described, and teeth stand at equal pitch. Arcs
@@ -34,6 +35,7 @@ mod library_file;
 mod outline;
 mod profile;
 mod residual;
+mod thread;
 
 pub use assembly::{Body, Role, Tool, ToolId};
 pub use builder::{HolderSection, ToolBuilder};
@@ -41,8 +43,11 @@ pub use cutter::{Apt, Cutter, ShapeError};
 pub use draft::{PlainHolder, ToolDraft, library_text, plain_number, quoted};
 pub use edges::{CuttingEdges, RakeAbout, RoundInsert, RunOut};
 pub use entry::library_schema;
-pub use import::words::{flutes_of as tool_teeth_of_words, kind_of as tool_kind_of_words};
+pub use import::words::{
+    center_cutting_of as tool_center_cutting_of_words, flutes_of as tool_teeth_of_words, kind_of as tool_kind_of_words,
+};
 pub use import::{ImportCall, Imported, LengthUnit, import_tools};
 pub use library::{ToolLibrary, ToolNotes};
 pub use profile::{Nearest, Profile, ProfileError, Segment};
 pub use residual::Residual;
+pub use thread::{Thread, ThreadSize, thread_of};

@@ -59,6 +59,8 @@ pub(crate) enum Kind {
     Chamfer,
     /// Cutter head with inserts.
     FaceMill,
+    /// Tap: the cylinder round its teeth, and the pitch of the thread that it cuts.
+    Tap,
     /// Seven parameters of the APT cutter statement: D R E F alpha beta H.
     Apt,
     /// Lines and convex arcs.
@@ -116,6 +118,8 @@ pub(crate) struct ToolEntry {
     pub(crate) half_angle_deg: Option<f64>,
     /// Angle between the face and the side of the inserts of a face mill.
     pub(crate) entering_angle_deg: Option<f64>,
+    /// Pitch of the thread of a tap. What it cuts between the core of that thread and its diameter is told as thread and is no gouge.
+    pub(crate) pitch_mm: Option<f64>,
     /// Curve of a `profile` cutter from the tip `[0, 0]` upward.
     pub(crate) segments: Option<Vec<SegmentEntry>>,
     /// Length of the flutes from the tip.
@@ -135,7 +139,7 @@ pub(crate) struct ToolEntry {
     /// Number of flutes or inserts.
     pub(crate) flutes: Option<u32>,
     /// Whether the cutting edges reach the center, so that the tool may plunge. When left out, they do where the end rises from the
-    /// axis (ball, point), and of a flat end it is not known.
+    /// axis (ball, point), a tap has none there, and of another flat end it is not known.
     pub(crate) center_cutting: Option<bool>,
     /// Steepest ramp or helix into material of a tool with `center_cutting = false`, as its maker states it.
     pub(crate) max_ramp_angle_deg: Option<f64>,

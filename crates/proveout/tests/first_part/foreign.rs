@@ -80,8 +80,7 @@ fn tools_are_told_in_their_own_units_and_languages() {
     desk.write("mixed.nc", text);
     desk.write("answers.toml", "holder = \"none\"\nstock = \"-1,-1,-1,3,1,0 inch\"\n");
     let told = desk.done("new mixed.nc --machine three-axis-mill --answers answers.toml --output mixed");
-    for word in
-        ["tool T1: flat D10,", "tool T2: chamfer D9.525", "tool T3: drill D5,", "tool T4: flat D6,", "2 answers"]
+    for word in ["tool T1: flat D10,", "tool T2: chamfer D9.525", "tool T3: drill D5,", "tool T4: tap D6,", "2 answers"]
     {
         assert!(told.contains(word), "{word:?} is not in:\n{told}");
     }

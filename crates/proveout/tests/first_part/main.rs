@@ -2,6 +2,7 @@
 
 mod desk;
 mod foreign;
+mod left_out;
 mod newcomers;
 mod posts;
 mod strangers;
@@ -406,7 +407,7 @@ fn a_configuration_of_linuxcnc_becomes_a_machine_that_runs() {
     let desk = Desk::new(&["plate.nc", "answers.toml", "bench.ini"]);
     let told = desk.done("machine bench.ini --table-axes XY --output bench");
     assert!(
-        told.contains("X Y table, Z tool; X 508, Y 305, Z 457; travel published")
+        told.contains("X Y table, Z tool; X 508, Y 305, Z 457; travel from LinuxCNC INI file")
             && told.contains("note: the machine has no bodies"),
         "{told}"
     );

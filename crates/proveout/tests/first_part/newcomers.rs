@@ -39,7 +39,7 @@ fn the_size_of_a_tool_is_no_number_of_something_else() {
         // Names of sizes, and not seven inches.
         ("T2 | NO. 7 DRILL | H2", "T2: drill D5.1054"),
         ("T2 F DRILL", "T2: drill D6.5278"),
-        ("T2 - 10-32 TAP", "T2: flat D4.826"),
+        ("T2 - 10-32 TAP", "T2: tap D4.826"),
         // The count of the operation is no diameter.
         ("OPER: 9  TOOL: 2  0.25 DIA DRILL", "T2: drill D6.35"),
         ("T1 = 1/2 EM  T2 = 1/4 DRILL", "T2: drill D6.35"),
@@ -208,7 +208,7 @@ fn a_gouge_of_a_tap_says_that_its_cylinder_has_cut_it() {
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-20,-20,-20,20,20,0\"\n");
     // No hole in the design at all: whatever cuts is a gouge.
     desk.write("block.stl", &block([-20.0, -20.0, -20.0], [20.0, 20.0, 0.0]));
-    for (name, comment, round) in [("tap", "M8 TAP", true), ("mill", "8MM FLAT ENDMILL", false)] {
+    for (name, comment, round) in [("tap", "8MM TAP", true), ("mill", "8MM FLAT ENDMILL", false)] {
         let cycle = if round { "G84 Z-10. R3. F1250." } else { "G1 Z-10. F200." };
         desk.write(
             &format!("{name}.nc"),

@@ -11,7 +11,7 @@ fn a_trunnion_comes_to_its_verdict() {
     let desk = Desk::new(&["plate.nc", "answers.toml", "trunnion.urdf"]);
     let told = desk.done("machine trunnion.urdf --tool-link spindle --table-link table --output trunnion");
     for word in [
-        "trunnion mill: A C table, Y X Z tool; X 620, Y 520, Z 460, A -120 to 30\u{b0}, C endless; travel published",
+        "trunnion mill: A C table, Y X Z tool; X 620, Y 520, Z 460, A -120 to 30\u{b0}, C endless; travel from URDF file",
         "note: axes: X is joint \"x_axis\"",
         "note: chosen: acceleration, jerk and home",
         "the middle of the gauge line is the origin of link \"spindle\", and the z of its frame points into the spindle",

@@ -2,6 +2,7 @@
 //! the bytes that are there before memory is asked for, and what cannot be read is refused by name.
 
 mod glb;
+mod glb_container;
 mod obj;
 mod stl;
 
@@ -14,6 +15,7 @@ use std::{
 use thiserror::Error;
 
 pub use self::glb::{GlbNode, read_glb_nodes};
+pub use self::glb_container::write_glb_container;
 use crate::{MAX_LENGTH_MM, Point, TriMesh, read_regular_file};
 
 /// Largest file: an STL with the most triangles.

@@ -92,7 +92,8 @@ pub(super) fn bodies(
     if spheres > 0 {
         notes.push(format!("spheres are polyhedra of {SECTORS} facets round, nowhere smaller than said: {spheres}"));
     }
-    let model = (!parts.is_empty()).then(|| glb::bytes(&parts));
+    let model = (!parts.is_empty()).then(|| glb::bytes(&parts)).transpose();
+    let model = model.map_err(|e| source.whole(format!("its meshes: {e}"), "give the links fewer triangles"))?;
     Ok(Bodies { text, model })
 }
 

@@ -3,8 +3,9 @@
 //! glTF is in meter with Y up: (x, y, z) mm of the machine become (x, z, -y) / 1000, in 32 bits.
 
 use std::fmt::Write as _;
+use std::io::{self, Write as _};
 
-use proveout_geom::{Point, TriMesh};
+use proveout_geom::{Point, TriMesh, write_glb_container};
 
 fn vertex(p: &Point) -> [f32; 3] {
     [p.x, p.z, -p.y].map(|v| (v * 1e-3) as f32 + 0.0)
@@ -16,7 +17,10 @@ fn json(text: &str) -> String {
 }
 
 /// Bytes of the file.
-pub(super) fn bytes(parts: &[(String, TriMesh)]) -> Vec<u8> {
+///
+/// # Errors
+/// Meshes above 4 GiB, which the format cannot hold.
+pub(super) fn bytes(parts: &[(String, TriMesh)]) -> io::Result<Vec<u8>> {
     let mut bin: Vec<u8> = Vec::new();
     let (mut nodes, mut meshes, mut accessors, mut views) =
         (String::new(), String::new(), String::new(), String::new());
@@ -61,22 +65,7 @@ pub(super) fn bytes(parts: &[(String, TriMesh)]) -> Vec<u8> {
         roots.join(","),
         bin.len()
     );
-    container(text.into_bytes(), &bin)
-}
-
-/// Header and chunks (glTF 2.0, section 4.4).
-fn container(mut text: Vec<u8>, bin: &[u8]) -> Vec<u8> {
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let word = |n: usize| (n as u32).to_le_bytes();
-    let mut file = Vec::with_capacity(28 + text.len() + bin.len());
-    file.extend(b"glTF");
-    file.extend(word(2));
-    file.extend(word(28 + text.len() + bin.len()));
-    file.extend(word(text.len()));
-    file.extend(b"JSON");
-    file.extend(&text);
-    file.extend(word(bin.len()));
-    file.extend(b"BIN\0");
-    file.extend(bin);
-    file
+    let mut file = Vec::with_capacity(32 + text.len() + bin.len());
+    write_glb_container(&mut file, text.as_bytes(), bin.len(), |out| out.write_all(&bin))?;
+    Ok(file)
 }

@@ -83,7 +83,7 @@ fn basis(setup: &Setup<'_>, f: &Finding) -> String {
             let note = trust_note(setup.machine, &j.name, &["travel_mm", "travel_deg", "endless"]);
             match setup.machine.travel_is_chosen(j) {
                 Some(true) => format!("chosen in the machine file{note}"),
-                Some(false) => format!("published{note}"),
+                Some(false) => format!("the machine file has it from a source{note}"),
                 None => "the machine file names no source".into(),
             }
         });

@@ -176,6 +176,8 @@ fn remedy(code: &str) -> &'static str {
         }
         "geometry-gouge" => "Check cutter compensation, tool length and radius, and the path at the marked point.",
         "geometry-excess" => "Finish the marked area with another pass or a smaller tool.",
+        "geometry-film" => "Nothing fails for it; let the passes overlap if they meet edge to edge.",
+        "geometry-thread" => "None is needed: the design has the holes before their threads.",
         "geometry-inspection" => "Compare the block that made the feature with the drawing.",
         _ => "",
     }

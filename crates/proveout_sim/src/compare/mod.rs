@@ -52,9 +52,10 @@ pub use self::{
 };
 use crate::{
     certificate::{blocks_of, certify, gain_curves},
+    choice::Choice,
     design::deviation_on,
     error::SimError,
-    prepare::{Choice, Prepared},
+    prepare::Prepared,
     run::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
     schedule::{Motions, Schedule, ScheduleBound},

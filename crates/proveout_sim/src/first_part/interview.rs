@@ -214,7 +214,8 @@ pub(crate) fn tool(text: &str, number: u32) -> Option<proveout_tool::ToolDraft> 
     let (text, mm) = unit(text);
     let mut words = text.split_whitespace();
     let kind = words.next()?;
-    let kind = ["flat", "ball", "bull_nose", "drill", "chamfer", "face_mill"].into_iter().find(|k| *k == kind)?;
+    let kind =
+        ["flat", "ball", "bull_nose", "drill", "chamfer", "face_mill", "tap"].into_iter().find(|k| *k == kind)?;
     let mut draft = proveout_tool::ToolDraft::new(number, "the answer of the call");
     draft.kind = Some(kind);
     for word in words {
@@ -226,6 +227,7 @@ pub(crate) fn tool(text: &str, number: u32) -> Option<proveout_tool::ToolDraft> 
             'R' if matches!(kind, "bull_nose" | "face_mill") => draft.put("corner_radius_mm", value * mm),
             'A' if matches!(kind, "drill" | "chamfer") => draft.put("point_angle_deg", value),
             'A' if kind == "face_mill" => draft.put("entering_angle_deg", value),
+            'P' if kind == "tap" => draft.put("pitch_mm", value * mm),
             'L' => draft.flute_length = Some(value * mm),
             'G' => draft.gauge = Some(value * mm),
             _ => return None,
@@ -237,6 +239,7 @@ pub(crate) fn tool(text: &str, number: u32) -> Option<proveout_tool::ToolDraft> 
     }
     let whole = draft.diameter().is_some()
         && (kind != "bull_nose" || draft.get("corner_radius_mm").is_some())
+        && (kind != "tap" || draft.get("pitch_mm").is_some())
         && (kind != "chamfer" || draft.get("point_angle_deg").is_some());
     whole.then_some(draft)
 }
@@ -257,7 +260,10 @@ mod tests {
         assert_eq!(holder("2x3 in"), Some(Some(PlainHolder { diameter: 50.8, length: 3.0 * 25.4 })));
         assert_eq!((holder("40"), holder("40x-1")), (None, None));
         assert_eq!(tool("flat D0.5 L1 inch", 3).and_then(|t| t.diameter()), Some(12.7));
-        for wrong in ["", "flat", "flat R2", "cube D3", "bull_nose D10", "flat Dx", "chamfer D10"] {
+        assert_eq!(tool("tap D8 P1.25", 3).and_then(|t| t.get("pitch_mm")), Some(1.25));
+        for wrong in
+            ["", "flat", "flat R2", "cube D3", "bull_nose D10", "flat Dx", "chamfer D10", "tap D8", "flat D8 P1"]
+        {
             assert!(tool(wrong, 1).is_none(), "{wrong}");
         }
     }

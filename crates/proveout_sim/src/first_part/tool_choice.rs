@@ -322,7 +322,7 @@ fn numbered(drafts: Vec<(ToolName, ToolDraft)>, called: &[(ToolName, Option<Loca
 
 fn tool_of_answer(key: &str, answer: &str, number: u32) -> Result<ToolDraft, FirstPartError> {
     interview::tool(answer, number).ok_or_else(|| {
-        let help = "write kind and dimensions: flat D10 L25, ball D8, bull_nose D12 R1, drill D8.5 A118, chamfer D10 A90, face_mill D50";
+        let help = "write kind and dimensions: flat D10 L25, ball D8, bull_nose D12 R1, drill D8.5 A118, chamfer D10 A90, face_mill D50, tap D8 P1.25";
         refused(format!("`{key}` = {answer:?} is no tool"), help)
     })
 }

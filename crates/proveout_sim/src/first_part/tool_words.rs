@@ -18,7 +18,7 @@
 //! A diameter is taken where a word says that it is one, or where it is all that the comment of a tool has for a number. TAPER of Fusion is the
 //! half angle of a chamfer mill and the full angle of a drill. A length counts in the unit that stands behind it, else in that of the program.
 
-use proveout_tool::{ToolDraft, tool_kind_of_words, tool_teeth_of_words};
+use proveout_tool::{ToolDraft, tool_center_cutting_of_words, tool_kind_of_words, tool_teeth_of_words};
 
 use super::tool_sizes::{Named, drill_by_name, thread_by_number, with_points};
 
@@ -168,6 +168,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
     let mut draft = ToolDraft::new(0, source);
     draft.description = text.trim().to_owned();
     draft.flutes = tool_teeth_of_words(text);
+    draft.center_cutting = tool_center_cutting_of_words(text);
     let corner = behind_word(
         upper,
         &[
@@ -236,6 +237,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
                 );
             }
         }
+        Some(("tap", why)) => draft.become_tap(text, None, why.unwrap_or_default()),
         Some((kind @ ("ball" | "flat"), why)) => {
             draft.kind = Some(kind);
             if let Some(why) = why {
@@ -519,15 +521,15 @@ mod tests {
             ("T3 1/4 DRILL", 1.0, Some("drill"), 6.35),
             ("T01 - 90-DEG SPOT DRILL 10", 1.0, Some("chamfer"), 10.0),
             ("T02 - 5 MM TAP DRILL", 25.4, Some("drill"), 5.0),
-            ("T03 - M6X1 TAP", 25.4, Some("flat"), 6.0),
-            ("T4 1/4-20 TAP", 25.4, Some("flat"), 6.35),
+            ("T03 - M6X1 TAP", 25.4, Some("tap"), 6.0),
+            ("T4 1/4-20 TAP", 25.4, Some("tap"), 6.35),
             ("Tool 5: Spot Drill 3 Flutes, Diam = 5mm, Len = 20.00mm", 1.0, Some("chamfer"), 5.0),
             ("T6 END MILL 3 FLUTE DIA 8MM", 25.4, Some("flat"), 8.0),
             ("GLOWICA FI63 5Z", 1.0, Some("face_mill"), 63.0),
             ("FREZ KULISTY FI6", 1.0, Some("ball"), 6.0),
             ("NAWIERTAK FI10 90ST", 1.0, Some("chamfer"), 10.0),
             ("WIERTLO FI6.8", 1.0, Some("drill"), 6.8),
-            ("GWINTOWNIK M8X1.25", 1.0, Some("flat"), 8.0),
+            ("GWINTOWNIK M8X1.25", 1.0, Some("tap"), 8.0),
             ("foret diam 8.5", 1.0, Some("drill"), 8.5),
             ("FRESA SFERICA D6", 1.0, Some("ball"), 6.0),
             ("Tool: EM12 Dia: 12.000", 1.0, Some("flat"), 12.0),
@@ -611,7 +613,7 @@ mod tests {
             ("T2 | NO. 7 DRILL | H2", 25.4, Some(2), Some("drill"), 0.201 * 25.4),
             ("T2 #7 DRILL .201", 25.4, Some(2), Some("drill"), 0.201 * 25.4),
             ("F DRILL", 25.4, None, Some("drill"), 0.257 * 25.4),
-            ("T8 10-32 TAP", 25.4, Some(8), Some("flat"), 0.19 * 25.4),
+            ("T8 10-32 TAP", 25.4, Some(8), Some("tap"), 0.19 * 25.4),
             ("OPER: 2  TOOL: 4  0.25 DIA BALL END MILL", 25.4, Some(4), Some("ball"), 6.35),
             ("WKZ 21 = BOHRER D8,5", 1.0, Some(21), Some("drill"), 8.5),
             ("WKZ 12 = SCHAFTFRAESER D20", 1.0, Some(12), Some("flat"), 20.0),

@@ -11,11 +11,12 @@ use serde::{Deserialize, Serialize};
 
 use super::file::{KeepFile, Sweep};
 use crate::{
+    choice::Choice,
     digest,
     error::SimError,
     manifest::{Listed, relative},
     memory::Recorded,
-    prepare::{Choice, Prepared},
+    prepare::Prepared,
     scene::ChoiceValueFile,
     set_values::SetValue,
     shards::{MOTION, MotionPlan, plan_motion, raw_files},

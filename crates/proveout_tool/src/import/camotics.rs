@@ -6,6 +6,7 @@ use std::path::Path;
 use proveout_geom::InputError;
 use serde::Deserialize;
 
+use super::words::{center_cutting_of, kind_of};
 use super::{ImportCall, Imported, LengthUnit};
 use crate::draft::ToolDraft;
 
@@ -58,7 +59,13 @@ pub(super) fn drafts(
         draft.put("diameter_mm", diameter);
         let shape = entry.shape.unwrap_or_else(|| "Cylindrical".into()).to_ascii_lowercase();
         match shape.as_str() {
-            "cylindrical" => draft.kind = Some("flat"),
+            "cylindrical" => match kind_of(&words) {
+                Some(("tap", why)) => draft.become_tap(&words, None, why.unwrap_or_default()),
+                _ => {
+                    draft.kind = Some("flat");
+                    draft.center_cutting = center_cutting_of(&words);
+                }
+            },
             "ballnose" => draft.kind = Some("ball"),
             // Its length is the height of the cone.
             "conical" | "snubnose" => {

@@ -2,7 +2,7 @@
 //!
 //! What trips readers of it: the holder has a unit of its own; its segments run from the tip side to the spindle, and may go on above the
 //! gauge line; `TA` is the half angle of chamfer mills and countersinks and the full one of center drills; `SIG` is the full angle of a
-//! point; `LB` is the length below the holder; tools of one number occur.
+//! point; `LB` is the length below the holder; `TP` is the pitch of a tap; tools of one number occur.
 //!
 //! Tools that do not turn (turning, laser, waterjet), form mills and corner-rounding mills have no kind in a library: they are left out and
 //! told.
@@ -12,6 +12,7 @@ use std::path::Path;
 use proveout_geom::InputError;
 use serde::Deserialize;
 
+use super::words::{TAP_ENVELOPE, center_cutting_of};
 use super::{ImportCall, Imported, LengthUnit};
 use crate::HolderSection;
 use crate::draft::ToolDraft;
@@ -51,6 +52,7 @@ struct Geometry {
     TA: Option<f64>,
     SIG: Option<f64>,
     HAND: Option<bool>,
+    TP: Option<f64>,
     #[serde(rename = "shoulder-length")]
     shoulder_length: Option<f64>,
     #[serde(rename = "shoulder-diameter")]
@@ -240,9 +242,12 @@ fn draft(
     } else if has("drill") {
         draft.kind = Some("drill");
         draft.shape = vec![("diameter_mm", dc), ("point_angle_deg", angle("SIG", g.SIG)?)];
-    } else if ["flat", "slot", "thread mill", "tap", "reamer", "boring", "counter bore", "counterbore"]
-        .iter()
-        .any(|w| has(w))
+    } else if has("tap") && !has("taper") {
+        draft.shape = vec![("diameter_mm", dc)];
+        let words = draft.description.clone();
+        // Where the library has no pitch, the words may tell it.
+        draft.become_tap(&words, mm(g.TP), TAP_ENVELOPE);
+    } else if ["flat", "slot", "thread mill", "reamer", "boring", "counter bore", "counterbore"].iter().any(|w| has(w))
     {
         draft.kind = Some("flat");
         draft.shape = vec![("diameter_mm", dc)];
@@ -269,6 +274,8 @@ fn draft(
     draft.stick_out = mm(g.LB);
     draft.overall = mm(g.OAL).filter(|all| draft.stick_out.is_none_or(|out| *all >= out));
     draft.flutes = g.NOF.filter(|n| *n >= 1.0 && n.fract() == 0.0).map(|n| n as u32);
+    let mut told = [entry.description.as_deref(), entry.product.as_deref()].into_iter().flatten();
+    draft.center_cutting = told.find_map(center_cutting_of).filter(|_| kind_may_plunge(draft.kind));
     draft.left_handed = g.HAND == Some(false) || has("left hand");
     if let Some(holder) = &entry.holder
         && !holder.segments.is_empty()
@@ -282,6 +289,11 @@ fn draft(
         draft.gauge = Some(gauge);
     }
     Ok((draft, notes))
+}
+
+/// Whether the words about the center of an end say something of this kind: of a point or a ball they go without saying.
+fn kind_may_plunge(kind: Option<&str>) -> bool {
+    matches!(kind, Some("flat" | "bull_nose" | "face_mill" | "profile"))
 }
 
 /// Sections up to the gauge line; those above it are in the spindle.

@@ -79,7 +79,10 @@ pub(super) fn described(draft: &mut ToolDraft, remark: &str) {
     let remark = remark.trim();
     remark.clone_into(&mut draft.description);
     draft.flutes = words::flutes_of(remark);
-    if let Some((kind, why)) =
+    draft.center_cutting = words::center_cutting_of(remark);
+    if let Some(("tap", why)) = words::kind_of(remark) {
+        draft.become_tap(remark, None, why.unwrap_or_default());
+    } else if let Some((kind, why)) =
         words::kind_of(remark).filter(|(kind, _)| matches!(*kind, "flat" | "ball" | "drill" | "face_mill"))
     {
         draft.kind = Some(kind);

@@ -2,20 +2,22 @@
 //!
 //! `number` is needed, all else may be left out or empty: `name`, `description`, `kind`, the keys of the kind (`diameter_mm`,
 //! `corner_radius_mm`, `point_angle_deg`, ...), `flute_length_mm`, `neck_diameter_mm`, `neck_length_mm`, `shank_diameter_mm`,
-//! `overall_length_mm`, `stick_out_mm`, `gauge_length_mm`, `flutes`, `hand`, `holder_name`, `holder_diameter_mm`, `holder_length_mm`. Every
+//! `overall_length_mm`, `stick_out_mm`, `gauge_length_mm`, `flutes`, `center_cutting` (yes or no),
+//! `hand`, `holder_name`, `holder_diameter_mm`, `holder_length_mm`. Every
 //! length may be given in inches instead: `diameter_inch`.
 
 use std::path::Path;
 
 use proveout_geom::{InputError, nearest};
 
+use super::words::center_cutting_of;
 use super::{INCH_MM, ImportCall, Imported};
 use crate::HolderSection;
 use crate::draft::ToolDraft;
 use crate::entry::{KIND_WORDS, SHAPE_KEYS};
 
 /// Columns beside the keys of the shape.
-const OTHERS: [&str; 16] = [
+const OTHERS: [&str; 17] = [
     "number",
     "name",
     "description",
@@ -28,6 +30,7 @@ const OTHERS: [&str; 16] = [
     "stick_out_mm",
     "gauge_length_mm",
     "flutes",
+    "center_cutting",
     "hand",
     "holder_name",
     "holder_diameter_mm",
@@ -123,6 +126,13 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
         draft.stick_out = length("stick_out_mm")?;
         draft.gauge = length("gauge_length_mm")?;
         draft.flutes = whole("flutes")?;
+        draft.center_cutting = match cell("center_cutting").map(|(c, _)| c) {
+            None => center_cutting_of(&draft.description)
+                .filter(|_| matches!(draft.kind, None | Some("flat" | "bull_nose"))),
+            Some("true" | "yes") => Some(true),
+            Some("false" | "no") => Some(false),
+            Some(other) => return Err(refused("center_cutting", other, "yes or no")),
+        };
         draft.left_handed = match cell("hand").map(|(h, _)| h) {
             None | Some("right") => false,
             Some("left") => true,

@@ -1,6 +1,9 @@
 //! What words of the trade say about a tool: remarks of tool tables, comments of posts, in English and German, and the most common ones in Polish, French,
 //! Italian and Spanish.
 
+/// Why a cylinder stands for a tap of which nothing tells the pitch.
+pub const TAP_ENVELOPE: &str = "a tap: a cylinder of its diameter is its envelope";
+
 /// Kind of the library and the words that mean it, in the order in which they are looked for: `ball nose end mill` is a ball, `spot drill`
 /// no drill. The last member says what the library has no word for, and why the kind stands for it.
 const KINDS: [(&[&str], &str, Option<&str>); 17] = [
@@ -41,11 +44,7 @@ const KINDS: [(&[&str], &str, Option<&str>); 17] = [
     (&["tap drill", "tapping drill"], "drill", None),
     // What British shops call an end mill that cuts to its center.
     (&["slot drill", "slotdrill"], "flat", None),
-    (
-        &["tap", "gewindeb", "gewinde m", "gwintownik", "taraud", "maschio", "macho"],
-        "flat",
-        Some("a tap: a cylinder of its diameter is its envelope"),
-    ),
+    (&["tap", "gewindeb", "gewinde m", "gwintownik", "taraud", "maschio", "macho"], "tap", Some(TAP_ENVELOPE)),
     (
         &["ream", "reib", "rozwiertak", "alesoir", "al\u{e9}soir", "alesatore", "escariador"],
         "flat",
@@ -95,6 +94,20 @@ pub fn kind_of(text: &str) -> Option<(&'static str, Option<&'static str>)> {
     KINDS.iter().find(|(words, ..)| words.iter().any(&has)).map(|&(_, kind, why)| (kind, why))
 }
 
+/// Words of tools whose edges do not reach their center, and of those whose edges do; a slot drill is an end mill that cuts to its center.
+const NOT_TO_CENTER: [&str; 5] =
+    ["non center cut", "non centre cut", "noncenter cut", "not center cut", "ohne zentrumschnitt"];
+const TO_CENTER: [&str; 7] =
+    ["center cut", "centre cut", "centercut", "slot drill", "slotdrill", "zentrumschnitt", "zentrumsschneid"];
+
+/// Whether the edges of a tool reach the center of its end, where the words say it.
+pub fn center_cutting_of(text: &str) -> Option<bool> {
+    let text = text.to_lowercase().replace(['-', '_'], " ");
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let has = |words: &[&str]| words.iter().any(|w| text.contains(w));
+    if has(&NOT_TO_CENTER) { Some(false) } else { has(&TO_CENTER).then_some(true) }
+}
+
 /// Teeth: `4FL`, `3 FLUTES`, `4Z`.
 pub fn flutes_of(text: &str) -> Option<u32> {
     let upper = text.to_uppercase();
@@ -130,11 +143,11 @@ mod tests {
             ("Schaftfraeser D12", Some("flat")),
             ("Kugelfraeser", Some("ball")),
             ("FACE MILL 50MM", Some("face_mill")),
-            ("M8 TAP", Some("flat")),
+            ("M8 TAP", Some("tap")),
             ("1/2 EM CRB 4FL", Some("flat")),
             ("EMULSION ON", None),
             ("8MM SLOT DRILL", Some("flat")),
-            ("GEWINDE_M8", Some("flat")),
+            ("GEWINDE_M8", Some("tap")),
             ("5 MM TAP DRILL", Some("drill")),
             ("FREZ TRZPIENIOWY", Some("flat")),
             ("TAPER=118DEG - ZMIN=-0.7 - DRILL", Some("drill")),
@@ -144,6 +157,24 @@ mod tests {
             assert_eq!(kind_of(text).map(|(kind, _)| kind), kind, "{text}");
         }
         assert!(kind_of("tap right hand").and_then(|(_, why)| why).is_some());
+    }
+
+    #[test]
+    fn edges_at_the_center_are_told_or_not_known() {
+        for (text, wanted) in [
+            ("8MM SLOT DRILL", Some(true)),
+            ("end mill, center-cutting", Some(true)),
+            ("Square end mill CENTRE CUTTING 4FL", Some(true)),
+            ("VHM-Fraeser mit Zentrumschnitt", Some(true)),
+            ("non-center cutting", Some(false)),
+            ("Non Centre-Cutting roughing head", Some(false)),
+            ("Fraeser ohne Zentrumschnitt", Some(false)),
+            ("CENTER DRILL", None),
+            ("slot mill 20x3", None),
+            ("flat end mill", None),
+        ] {
+            assert_eq!(center_cutting_of(text), wanted, "{text}");
+        }
     }
 
     #[test]

@@ -4,9 +4,13 @@
 //! its axis, so that a viewer can turn it; no normals are written, which glTF 2.0 (section 3.7.2.1) defines as flat
 //! facets. Coordinates are rounded to a micrometer first, so that the bytes do not depend on the last digit of a sine.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    io::{self, Write as _},
+};
 
-use serde_json::{Value, json};
+use proveout_geom::write_glb_container;
+use serde_json::json;
 
 use crate::machine_models::{numbers::Numbers, part::Part, solid::V3};
 
@@ -24,7 +28,10 @@ fn linear(byte: u8) -> f64 {
 }
 
 /// The bytes of `model.glb`.
-pub(crate) fn bytes(numbers: &Numbers, parts: &[Part]) -> Vec<u8> {
+///
+/// # Errors
+/// Parts above 4 GiB, which the format cannot hold.
+pub(crate) fn bytes(numbers: &Numbers, parts: &[Part]) -> io::Result<Vec<u8>> {
     let mut bin: Vec<u8> = Vec::new();
     let (mut nodes, mut meshes, mut accessors, mut views, mut materials) = (vec![], vec![], vec![], vec![], vec![]);
     let mut material_of: BTreeMap<[u8; 3], usize> = BTreeMap::new();
@@ -96,7 +103,9 @@ pub(crate) fn bytes(numbers: &Numbers, parts: &[Part]) -> Vec<u8> {
         "scene": 0, "scenes": [{"name": numbers.name, "nodes": [0]}], "nodes": nodes, "meshes": meshes,
         "materials": materials, "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": bin.len()}]
     });
-    container(&document, &bin)
+    let mut file = Vec::new();
+    write_glb_container(&mut file, document.to_string().as_bytes(), bin.len(), |out| out.write_all(&bin))?;
+    Ok(file)
 }
 
 /// Equal vertices joined, as seen by readers in single precision; triangles that lost a corner by it are left out.
@@ -117,22 +126,4 @@ fn merged(part: &Part, origin: V3) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         }
     }
     (points, triangles)
-}
-
-/// Header and chunks (glTF 2.0, section 4.4).
-fn container(document: &Value, bin: &[u8]) -> Vec<u8> {
-    let mut text = document.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let word = |n: usize| (n as u32).to_le_bytes();
-    let mut file = Vec::with_capacity(28 + text.len() + bin.len());
-    file.extend(b"glTF");
-    file.extend(word(2));
-    file.extend(word(28 + text.len() + bin.len()));
-    file.extend(word(text.len()));
-    file.extend(b"JSON");
-    file.extend(&text);
-    file.extend(word(bin.len()));
-    file.extend(b"BIN\0");
-    file.extend(bin);
-    file
 }

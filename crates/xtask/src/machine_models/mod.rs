@@ -40,7 +40,8 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
         })?;
         let numbers = numbers::Numbers::read(&path, head)?;
         let parts = build(&numbers)?;
-        let model = glb::bytes(&numbers, &parts);
+        let model = glb::bytes(&numbers, &parts)
+            .map_err(|e| Failure(format!("{}: {e}", path.with_file_name("model.glb").display())))?;
         let triangles: usize = parts.iter().map(|p| p.solid.triangles.len()).sum();
         println!("{folder}: {} parts, {triangles} triangles, {} kB", parts.len(), model.len() / 1000);
         total += model.len();

@@ -1,0 +1,211 @@
+//! What the gates of the shape leave out and tell: threads round core holes, and sheets of material that are thinner than their faces are known.
+
+use std::{f64::consts::TAU, fs};
+
+use serde_json::Value;
+
+use super::desk::{Desk, gate};
+
+const MILL: &str = "--machine three-axis-mill --answers answers.toml";
+
+/// Triangles as STL text.
+fn stl(triangles: &[[[f64; 3]; 3]]) -> String {
+    let mut text = String::from("solid part\n");
+    for triangle in triangles {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for [x, y, z] in triangle {
+            text += &format!("vertex {x} {y} {z}\n");
+        }
+        text += "endloop\nendfacet\n";
+    }
+    text + "endsolid part\n"
+}
+
+/// A block of 40 x 40 x 20 mm with its top at zero and drilled holes of this diameter at these places along X: straight down to `straight`, then a
+/// point down to `deep`.
+fn drilled(diameter: f64, at: f64, [straight, deep]: [f64; 2]) -> String {
+    const N: usize = 96;
+    let ring = |r: f64, z: f64, k: usize| {
+        let a = TAU * (k % N) as f64 / N as f64;
+        [at + r * a.cos(), r * a.sin(), z]
+    };
+    // The border of the top as seen from the hole, corners included.
+    let border = |k: usize| {
+        let a = TAU * (k % N) as f64 / N as f64;
+        let (c, s) = (a.cos(), a.sin());
+        let way = 20.0 / c.abs().max(s.abs());
+        [way * c, way * s, 0.0]
+    };
+    let low = |p: [f64; 3]| [p[0], p[1], -20.0];
+    let mut all = Vec::new();
+    for k in 0..N {
+        let (r, next) = (0.5 * diameter, k + 1);
+        let (a, b) = (ring(r, 0.0, k), ring(r, 0.0, next));
+        let (c, d) = (ring(r, straight, k), ring(r, straight, next));
+        let (p, q) = (border(k), border(next));
+        all.extend([[a, p, q], [a, q, b]]); // the top
+        all.extend([[a, b, d], [a, d, c]]); // the wall of the hole
+        all.push([c, d, [at, 0.0, deep]]); // its point
+        all.extend([[p, low(p), low(q)], [p, low(q), q]]); // the sides
+        all.push([low(p), [0.0, 0.0, -20.0], low(q)]); // the bottom
+    }
+    stl(&all)
+}
+
+/// Drills 6.8 mm to a depth of 16 mm and taps M8 at X`x`, to Z`z`.
+fn tapped(comment: &str, x: &str, z: &str) -> String {
+    format!(
+        "O1\nG21 G90 G17 G40 G80\n(T1 6.8MM DRILL)\n(T2 {comment})\nT1 M6\nG54 G0 X0. Y0. S1200 M3\nG43 H1 Z20.\nG81 G98 Z-16. R3. F150.\nG80\nG0 Z20.\n\
+         T2 M6\nG0 X{x} Y0. S500 M3\nG43 H2 Z20.\nG84 G98 Z{z} R5. F625.\nG80\nG0 Z20.\nM30\n"
+    )
+}
+
+fn findings<'a>(verdict: &'a Value, code: &str) -> Vec<&'a Value> {
+    verdict["findings"].as_array().expect("findings").iter().filter(|f| f["code"] == code).collect()
+}
+
+#[test]
+fn a_thread_in_its_core_hole_is_told_and_is_no_gouge() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-20,-20,-20,20,20,0\"\n");
+    let point = 3.4 / 59_f64.to_radians().tan();
+    desk.write("plate.stl", &drilled(6.8, 0.0, [-16.0 + point, -16.0]));
+    let run = |name: &str, comment: &str, x: &str, z: &str| {
+        desk.write(&format!("{name}.nc"), &tapped(comment, x, z));
+        desk.done(&format!("new {name}.nc {MILL} --design plate.stl --output {name}"));
+        desk.verdict(name)
+    };
+    let good = run("good", "M8 TAP", "0.", "-10.");
+    let tools = fs::read_to_string(desk.path("good/tools.toml")).expect("written");
+    assert!(
+        tools.contains("kind = \"tap\"") && tools.contains("pitch_mm = 1.25") && tools.contains("ISO 261"),
+        "{tools}"
+    );
+    let (state, reason) = gate(&good, "gouge");
+    assert_eq!(state, "pass", "{reason}");
+    assert!(reason.contains("not counted: a thread in a core hole of the design"), "{reason}");
+    assert_eq!(
+        gate(&good, "process").0,
+        "pass",
+        "a tap has no edges at its center, and needs none: {:?}",
+        gate(&good, "process")
+    );
+    let told = findings(&good, "geometry-thread");
+    assert_eq!((told.len(), told[0]["severity"].as_str()), (1, Some("info")), "{told:?}");
+    assert!(told[0]["line"].is_u64() && told[0]["point_mm"].is_array(), "{told:?}");
+    // A ring of 3.4 to 4 mm, 10 mm deep.
+    let ring = 0.5 * TAU * (4.0 * 4.0 - 3.4 * 3.4) * 10.0;
+    let volume = good["deviation"]["thread_volume_mm3"].as_f64().expect("told");
+    assert!((volume / ring - 1.0).abs() < 0.1, "{volume} {ring}");
+    let deep = good["deviation"]["gouge_max_mm"].as_f64().expect("measured");
+    assert!(deep < 0.06, "the thread is no depth of a gouge: {deep}");
+    // Beside its hole, and deeper than it: what is not the ring is a gouge.
+    for (name, x, z) in [("beside", "0.6", "-10."), ("deep", "0.", "-15.5")] {
+        let verdict = run(name, "M8 TAP", x, z);
+        assert_eq!(gate(&verdict, "gouge").0, "fail", "{name}: {:?}", gate(&verdict, "gouge"));
+    }
+    // Larger than the thread that the hole is for: the ring of M10 begins at 8.376 mm.
+    assert_eq!(gate(&run("large", "M10 TAP", "0.", "-10."), "gouge").0, "fail");
+    // Without a pitch it is a cylinder, as the finding says.
+    let round = run("round", "TAP 8MM", "0.", "-10.");
+    assert_eq!(gate(&round, "gouge").0, "fail");
+    assert!(round["findings"].to_string().contains("cuts here as the cylinder round it"), "{}", round["findings"]);
+    // Where the design has the outer diameter there is nothing to tell.
+    desk.write("plate.stl", &drilled(8.0, 0.0, [-10.0, -16.0]));
+    let outer = run("outer", "M8 TAP", "0.", "-10.");
+    assert_eq!((outer["deviation"]["threads"].as_u64(), findings(&outer, "geometry-thread").len()), (Some(0), 0));
+}
+
+/// Two passes of 10 mm that meet edge to edge at y = 10, the second one moved aside by `gap` mm.
+fn side_by_side(gap: f64) -> String {
+    format!(
+        "O1\nG21 G90 G17 G40\n(T1 10MM FLAT ENDMILL CENTER CUTTING)\nT1 M6\nG54 G0 X-10. Y5. S3000 M3\nG43 H1 Z20.\nZ2.\nG1 Z-1. F500.\nX50.\nG0 Z2.\n\
+         X-10. Y{:.6}\nG1 Z-1.\nX50.\nG0 Z20.\nM30\n",
+        15.0 + gap
+    )
+}
+
+#[test]
+fn a_sheet_thinner_than_its_faces_are_known_is_told_and_fails_nothing() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-10,40,20,0\"\n");
+    desk.write("lower.stl", &super::block([0.0, 0.0, -10.0], [40.0, 20.0, -1.0]));
+    let run = |name: &str, gap: f64| {
+        desk.write(&format!("{name}.nc"), &side_by_side(gap));
+        desk.done(&format!("new {name}.nc {MILL} --design lower.stl --output {name}"));
+        desk.verdict(name)
+    };
+    let film = run("film", 2e-5);
+    let (state, reason) = gate(&film, "excess");
+    assert_eq!(state, "pass", "{reason}");
+    assert!(reason.contains("not counted: a sheet of material no thicker than 0.001"), "{reason}");
+    let d = &film["deviation"];
+    assert_eq!(d["films"].as_u64(), Some(1), "{d}");
+    assert!((d["film_max_mm"].as_f64().expect("told") - 1.0).abs() < 0.5, "{d}");
+    let volume = d["film_volume_mm3"].as_f64().expect("told");
+    assert!((volume / (2e-5 * 40.0) - 1.0).abs() < 0.4, "{volume}");
+    assert!(d["excess_max_mm"].as_f64().is_some_and(|e| e < 0.06), "{d}");
+    let told = findings(&film, "geometry-film");
+    assert_eq!((told.len(), told[0]["severity"].as_str()), (1, Some("info")));
+    assert!(told[0]["line"].is_u64(), "{told:?}");
+    // A fin that is there.
+    let fin = run("fin", 0.01);
+    assert_eq!(gate(&fin, "excess").0, "fail", "{:?}", gate(&fin, "excess"));
+    assert!(findings(&fin, "geometry-film").is_empty());
+    assert!(fin["deviation"]["excess_max_mm"].as_f64().is_some_and(|e| e > 0.5), "{}", fin["deviation"]);
+    // Both walls in one plane, in which rays run: those say the sheet is there, and the ones that cross them see nothing.
+    let exact = run("exact", 0.0);
+    assert_eq!(
+        (gate(&exact, "excess").0.as_str(), exact["deviation"]["films"].as_u64()),
+        ("pass", Some(1)),
+        "{}",
+        exact["deviation"]
+    );
+}
+
+#[test]
+fn imports_tell_taps_and_edges_at_the_center() {
+    let desk = Desk::new(&[]);
+    let entry = |number: u32, kind: &str, words: &str, more: &str| {
+        format!(
+            "{{\"type\":\"{kind}\",\"unit\":\"millimeters\",\"description\":\"{words}\",\"geometry\":{{\"DC\":8,\"LCF\":20,\"LB\":50,\"OAL\":80,\"SFDM\":8{more}}},\
+             \"post-process\":{{\"number\":{number}}}}}"
+        )
+    };
+    let all = [
+        entry(1, "tap right hand", "Tap M8", ",\"TP\":1"),
+        entry(2, "tap right hand", "M8x1.25 tap", ""),
+        entry(3, "tap left hand", "some tap", ""),
+        entry(4, "flat end mill", "Slot drill", ""),
+        entry(5, "flat end mill", "rougher, non-center cutting", ""),
+        entry(6, "flat end mill", "end mill", ""),
+    ];
+    desk.write("shop.json", &format!("{{\"data\":[{}],\"version\":1}}", all.join(",")));
+    desk.done("tools shop.json --holder 40x60 --output tools.toml");
+    let text = fs::read_to_string(desk.path("tools.toml")).expect("written");
+    let tools: Vec<&str> = text.split("[[tool]]").skip(1).collect();
+    let has = |k: usize, words: &[&str]| words.iter().for_each(|w| assert!(tools[k].contains(w), "{w}: {}", tools[k]));
+    has(0, &["kind = \"tap\"", "pitch_mm = 1\n"]);
+    has(1, &["kind = \"tap\"", "pitch_mm = 1.25\n"]);
+    has(2, &["kind = \"flat\"", "nothing tells the pitch", "hand = \"left\""]);
+    has(3, &["center_cutting = true"]);
+    has(4, &["center_cutting = false"]);
+    assert!(!tools[5].contains("center_cutting"), "{}", tools[5]);
+    desk.write(
+        "shop.csv",
+        "number,kind,diameter_mm,pitch_mm,center_cutting,description\n1,tap,8,1.25,,\n2,tap,6,,,M6 tap\n3,flat,10,,yes,\n4,flat,10,,,centre cutting\n",
+    );
+    desk.done("tools shop.csv --holder 40x60 --output table.toml");
+    let text = fs::read_to_string(desk.path("table.toml")).expect("written");
+    let tools: Vec<&str> = text.split("[[tool]]").skip(1).collect();
+    for (tool, word) in
+        tools.iter().zip(["pitch_mm = 1.25", "pitch_mm = 1\n", "center_cutting = true", "center_cutting = true"])
+    {
+        assert!(tool.contains(word), "{word}: {tool}");
+    }
+    desk.write("odd.csv", "number,kind,diameter_mm,center_cutting\n1,flat,8,perhaps\n");
+    desk.refused("tools odd.csv --output odd.toml", &["`center_cutting` = \"perhaps\" is not yes or no"]);
+    desk.write("odd.csv", "number,kind,diameter_mm,pitch_mm\n1,flat,8,1\n");
+    let told = desk.refused("tools odd.csv --output odd.toml", &["pitch_mm"]);
+    assert!(told.contains("is no dimension of kind \"flat\""), "{told}");
+}

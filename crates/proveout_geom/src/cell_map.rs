@@ -1,0 +1,63 @@
+//! Hash maps over the cells of a grid.
+//!
+//! Keys are whole numbers of the twin's own making, so that nobody can choose them to collide; the hash is one rotation and one
+//! multiplication a number. Order never depends on it: such a map is asked, and never walked through where the order counts.
+
+use std::{
+    collections::HashMap,
+    hash::{BuildHasherDefault, Hasher},
+};
+
+/// A hash map by cells of a grid.
+pub type CellMap<K, V> = HashMap<K, V, BuildHasherDefault<CellHasher>>;
+
+/// Mixes the whole numbers of a cell by Fibonacci hashing (Knuth 1973, 6.4).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CellHasher(u64);
+
+impl Hasher for CellHasher {
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 32
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|b| self.write_u64(u64::from(*b)));
+    }
+
+    fn write_u32(&mut self, i: u32) {
+        self.write_u64(u64::from(i));
+    }
+
+    fn write_i32(&mut self, i: i32) {
+        self.write_u64(i as u64);
+    }
+
+    fn write_usize(&mut self, i: usize) {
+        self.write_u64(i as u64);
+    }
+
+    fn write_u64(&mut self, i: u64) {
+        self.0 = (self.0.rotate_left(21) ^ i).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::hash::{BuildHasher, Hash};
+
+    use super::*;
+
+    #[test]
+    fn cells_side_by_side_are_told_apart() {
+        let mut map: CellMap<[i32; 3], usize> = CellMap::default();
+        let mut low_bits = std::collections::BTreeSet::new();
+        for (n, [i, j, k]) in (0..8000_i32).map(|n| [n % 20 - 10, n / 20 % 20 - 10, n / 400 - 10]).enumerate() {
+            assert_eq!(map.insert([i, j, k], n), None);
+            let mut hasher = map.hasher().build_hasher();
+            [i, j, k].hash(&mut hasher);
+            low_bits.insert(hasher.finish() & 0xffff);
+        }
+        assert_eq!(map.len(), 8000);
+        assert!(low_bits.len() > 6500, "{} of 8000 places of 65536", low_bits.len());
+    }
+}
