@@ -2,7 +2,7 @@
 //! Italian and Spanish.
 
 /// Why a cylinder stands for a tap of which nothing tells the pitch.
-pub const TAP_ENVELOPE: &str = "a tap: a cylinder of its diameter is its envelope";
+pub(crate) const TAP_ENVELOPE: &str = "a tap: a cylinder of its diameter is its envelope";
 
 /// Kind of the library and the words that mean it, in the order in which they are looked for: `ball nose end mill` is a ball, `spot drill`
 /// no drill. The last member says what the library has no word for, and why the kind stands for it.
