@@ -43,7 +43,7 @@ impl Hasher for CellHasher {
 
 #[cfg(test)]
 mod tests {
-    use std::hash::{BuildHasher, Hash};
+    use std::hash::BuildHasher;
 
     use super::*;
 
@@ -53,9 +53,7 @@ mod tests {
         let mut low_bits = std::collections::BTreeSet::new();
         for (n, [i, j, k]) in (0..8000_i32).map(|n| [n % 20 - 10, n / 20 % 20 - 10, n / 400 - 10]).enumerate() {
             assert_eq!(map.insert([i, j, k], n), None);
-            let mut hasher = map.hasher().build_hasher();
-            [i, j, k].hash(&mut hasher);
-            low_bits.insert(hasher.finish() & 0xffff);
+            low_bits.insert(map.hasher().hash_one([i, j, k]) & 0xffff);
         }
         assert_eq!(map.len(), 8000);
         assert!(low_bits.len() > 6500, "{} of 8000 places of 65536", low_bits.len());

@@ -430,7 +430,8 @@ impl Sums {
         let excesses = worst_between_rays(self.left.finish_with_starts(), Side::Left, refine);
         let films = self.films.finish();
         let threads = self.threads.finish();
-        let volume = |areas: &[Area]| areas.iter().map(|a| a.volume).sum::<f64>();
+        // An empty sum is -0.0.
+        let volume = |areas: &[Area]| areas.iter().map(|a| a.volume).fold(0.0, |sum, v| sum + v);
         let count = |areas: &[Area]| Some(areas.len() as u64);
         // Where material is missing deeper than any point of the cut part tells, a wall is gone or cut from one side.
         let deeper = self.deepest.filter(|d| d.0 > result.gouge_max);

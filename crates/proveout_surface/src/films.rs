@@ -89,7 +89,7 @@ impl Films {
     ) {
         for (span, of_ends) in material.iter().zip(deviations.chunks(2)) {
             for (end, deviation) in [span.lo, span.hi].iter().zip(of_ends) {
-                let film = if self.thickest <= 0.0 || !(*deviation > self.above) {
+                let film = if self.thickest <= 0.0 || deviation.is_nan() || *deviation <= self.above {
                     None
                 } else if self.across(span, ray.axis) {
                     Some(Film::Across)

@@ -116,9 +116,9 @@ fn metric(word: &str, next: &[&str]) -> Option<ThreadSize> {
         (!rest.starts_with(['H', 'G'])).then_some(pitch)
     };
     let named = match (rest.strip_prefix(['X', '-']), next) {
-        (Some(""), [pitch, ..]) => behind(*pitch),
+        (Some(""), [pitch, ..]) => behind(pitch),
         (Some(pitch), _) => behind(pitch),
-        (None, ["X", pitch, ..]) if rest.is_empty() => behind(*pitch),
+        (None, ["X", pitch, ..]) if rest.is_empty() => behind(pitch),
         (None, [pitch, ..]) if rest.is_empty() => pitch.strip_prefix('X').and_then(behind),
         (None, _) if !rest.is_empty() => return None,
         (None, _) => None,

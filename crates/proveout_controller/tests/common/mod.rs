@@ -63,6 +63,7 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         overall_length: None,
         has_holder: false,
         edges: None,
+        thread: None,
         residual: None,
     }
 }

@@ -3,7 +3,7 @@
 //! glTF is in meter with Y up: (x, y, z) mm of the machine become (x, z, -y) / 1000, in 32 bits.
 
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
+use std::io;
 
 use proveout_geom::{Point, TriMesh, write_glb_container};
 

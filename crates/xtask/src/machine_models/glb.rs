@@ -4,10 +4,7 @@
 //! its axis, so that a viewer can turn it; no normals are written, which glTF 2.0 (section 3.7.2.1) defines as flat
 //! facets. Coordinates are rounded to a micrometer first, so that the bytes do not depend on the last digit of a sine.
 
-use std::{
-    collections::BTreeMap,
-    io::{self, Write as _},
-};
+use std::{collections::BTreeMap, io};
 
 use proveout_geom::write_glb_container;
 use serde_json::json;
