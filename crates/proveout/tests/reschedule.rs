@@ -407,7 +407,7 @@ fn the_published_channel_is_run_within_half_a_percent_of_the_best_and_time_can_b
     let one_way = peaks.iter().find(|p| p["order"] == 2 && p["velocity_deg_s"][0] == 0.0).expect("a least peak");
     let proved = one_way["proved_deg"].as_f64().expect("a number");
     let (peak, quick) = (peak_between_ramps(&even), peak_between_ramps(&fast));
-    assert!(peak >= proved && peak < 1.1 * proved && peak < quick && quick < 1.6 * proved, "{peak} {quick} {proved}");
+    assert!(peak >= proved && peak < 1.1 * proved && peak < 60.0 && peak < quick, "{peak} {quick} {proved}");
     let time = |run: &serde_json::Value| run["time_s"].as_f64().expect("a time");
     assert!(time(&even) > time(&fast) && time(&even) < 1.01 * time(&fast), "{} {}", time(&even), time(&fast));
 }

@@ -192,6 +192,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
     draft.put("diameter_mm", diameter);
     match kind {
         Some(("bull_nose", _)) => match corner {
+            Some(r) if r > 0.5 * diameter - 1e-6 => draft.kind = Some("ball"),
             Some(r) => {
                 draft.kind = Some("bull_nose");
                 draft.put("corner_radius_mm", r);
