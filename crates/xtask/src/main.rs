@@ -14,7 +14,7 @@ mod files;
 #[cfg(any(test, feature = "certificates"))]
 mod jobs;
 mod machine_models;
-#[cfg(feature = "schemas")]
+#[cfg(any(test, feature = "schemas"))]
 mod schemas;
 mod tools;
 #[cfg(any(test, feature = "certificates"))]

@@ -40,3 +40,26 @@ fn text(schema: &schemars::Schema) -> Result<String, Failure> {
     let json = serde_json::to_string_pretty(schema).map_err(|e| Failure(format!("a schema is no JSON: {e}")))?;
     Ok(json + "\n")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In the tests and not in a step of `ci`: a build of its own for the types of the product takes minutes.
+    #[test]
+    fn schemas_are_those_of_the_types() {
+        run(&crate::workspace_root(), true).expect("the schemas of docs/schemas");
+    }
+
+    #[test]
+    fn another_schema_is_refused() {
+        let root = tempfile::tempdir().expect("a folder");
+        let folder = root.path().join("docs/schemas");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        run(root.path(), false).expect("written");
+        run(root.path(), true).expect("the same");
+        std::fs::write(folder.join("scene.schema.json"), "{}\n").expect("written");
+        let told = run(root.path(), true).expect_err("another schema").0;
+        assert!(told.contains("scene.schema.json") && told.contains("cargo xtask schemas"), "{told}");
+    }
+}
