@@ -32,7 +32,7 @@ const WIDE: f64 = 0.9;
 const LEAST: f64 = 0.3;
 /// Least slack of a row in a search that goes on with new rows beside it, for the same reason: with slacks as they were left, steps of
 /// some percent are usual, and twice as many of them.
-const ROOM: f64 = 0.04;
+const ROOM: f32 = 0.04;
 /// Largest remaining excess over a row, as part of its limit.
 const EXCESS: f64 = 2e-5;
 
@@ -75,20 +75,20 @@ impl Before<'_> {
     }
 
     /// Slack and multiplier of the row of speed.
-    pub(super) fn single(&self, (slot, lane): (&Slot, usize)) -> Option<[f64; 2]> {
+    pub(super) fn single(&self, (slot, lane): (&Slot, usize)) -> Option<[f32; 2]> {
         let side = self.search.work.single.get(slot.single()?)?;
         Some(roomy(side.of_lane(lane)))
     }
 
     /// Those of both sides of another row.
-    pub(super) fn pair(&self, (slot, lane): (&Slot, usize), name: usize) -> Option<[[f64; 2]; 2]> {
+    pub(super) fn pair(&self, (slot, lane): (&Slot, usize), name: usize) -> Option<[[f32; 2]; 2]> {
         let both = self.search.work.pairs.get(slot.pair(name)?)?;
         Some([0, 1].map(|side: usize| roomy(both[side].of_lane(lane))))
     }
 }
 
 /// With some room at the limit.
-fn roomy([slack, multiplier]: [f64; 2]) -> [f64; 2] {
+fn roomy([slack, multiplier]: [f32; 2]) -> [f32; 2] {
     [slack.max(ROOM), multiplier]
 }
 
@@ -129,7 +129,7 @@ impl Search {
         }
         self.mean = before.map_or(WIDE * start / self.part.rows() as f64, |b| b.search.mean);
         let (mean, work) = (self.mean, &mut self.work);
-        self.part.begin(c, mean, before, work);
+        self.part.begin(c, mean as f32, before, work);
         let n = self.part.unknowns;
         work.matrix.resize(n, [0.0; 4]);
         work.right.resize(n, 0.0);
@@ -148,7 +148,7 @@ impl Part {
         let mut going: Option<Going> = None;
         for _ in 0..=ITERATIONS {
             let sums = self.assemble(c, going.unwrap_or_default(), work);
-            let (gap, excess) = (sums.gap.sum(), sums.excess.highest());
+            let (gap, excess) = (sums.gap.wide().sum(), f64::from(sums.excess.highest()));
             if !gap.is_finite() || gap > 1e3 * start || going.is_some_and(|going| going.primal < 1e-7) {
                 return false; // rows that contradict each other
             }
@@ -173,12 +173,13 @@ impl Part {
             if !factor_and_solve(&mut work.matrix, &mut work.right) {
                 return false;
             }
-            let (within, sums) = self.steps(mu, work);
-            let full = |part: f64| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
+            let aim = mu as f32;
+            let (within, sums) = self.steps(aim, work);
+            let full = |part: f32| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
             let primal = within.min(full(sums.primal.highest()));
-            going = Some(Going { primal, dual: full(sums.dual.highest()), aim: mu });
+            going = Some(Going { primal, dual: full(sums.dual.highest()), aim });
             for (c, d) in c.iter_mut().zip(&work.right) {
-                *c += primal * d;
+                *c += f64::from(primal) * d;
             }
         }
         false
