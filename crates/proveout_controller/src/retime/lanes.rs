@@ -9,8 +9,9 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 /// How many.
 pub(super) const LANES: usize = 8;
 
-/// Eight numbers of a kind.
+/// Eight numbers of a kind; of single precision they are a vector of most processors, and lie as those like to.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
 pub(super) struct Eight<T>(pub(super) [T; LANES]);
 
 /// In single precision.

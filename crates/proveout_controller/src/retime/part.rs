@@ -18,7 +18,7 @@ use proveout_machine::MAX_JOINTS;
 use super::{
     lanes::{Eight, LANES, Lanes, Wide},
     problem::{JointRow, Problem, RELAXED},
-    side::{AT_FIRST, Going, INSIDE, Side, Sums, even, jerk},
+    side::{Going, Side, Sums, even, jerk},
     solver::{Before, Work},
     system::{System, polynomial, state},
 };
@@ -232,49 +232,49 @@ impl Part {
         self.lanes.push(lanes);
     }
 
-    /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones elsewhere.
-    pub(super) fn begin(&self, c: &[f64], mu: f32, before: Option<&Before<'_>>, work: &mut Work) {
-        let new = [mu, if before.is_some() { INSIDE } else { AT_FIRST }];
+    /// Slacks and multipliers of new rows, with a mean product of both and no less than some slack.
+    #[inline(always)]
+    pub(super) fn begin(&self, c: &[f64], new: [f32; 2], work: &mut Work) {
         work.single.clear();
         work.single.reserve(self.speed.len());
         work.pairs.clear();
         work.pairs.reserve(self.even.len() + self.jerk.len());
+        let one = Lanes::all(1.0);
         for bundle in &self.bundles {
             let p = bundle.polynomial(c);
-            for at in bundle.slots.clone() {
-                let slot = &self.slots[at];
+            for slot in &self.slots[bundle.slots.clone()] {
                 let x = state(slot.tau, &p);
                 let slow = x[0].each(|b| 1.0 / b.sqrt());
-                let left: [_; LANES] =
-                    std::array::from_fn(|lane| Some((lane, before?, before?.slot(self.lanes[at][lane])?)));
-                let (number, mut names) = (slot.first(), [0; NAMES]);
-                for (name, place) in slot.index.iter().enumerate().filter(|(_, place)| **place > 0) {
-                    names[usize::from(*place) - 1] = name;
-                }
                 for q in &self.speed[slot.speed.clone()] {
-                    let mut side = Side::begun(even(q, x) - Lanes::all(1.0), new);
-                    for (lane, b, slot) in left.iter().flatten() {
-                        if let Some(own) = b.single(*slot) {
-                            side.go_on(*lane, own);
-                        }
-                    }
-                    work.single.push(side);
+                    work.single.push(Side::begun(even(q, x) - one, new));
                 }
-                let mut add = |value: Lanes, limit: Lanes| {
-                    let name = names[work.pairs.len() - number];
-                    let mut sides = [Side::begun(value - limit, new), Side::begun(-value - limit, new)];
-                    for (lane, b, slot) in left.iter().flatten() {
-                        if let Some(own) = b.pair(*slot, name) {
-                            sides.iter_mut().zip(own).for_each(|(side, own)| side.go_on(*lane, own));
-                        }
-                    }
-                    work.pairs.push(sides);
-                };
                 for q in &self.even[slot.even.clone()] {
-                    add(even(q, x), Lanes::all(1.0));
+                    let value = even(q, x);
+                    work.pairs.push([Side::begun(value - one, new), Side::begun(-value - one, new)]);
                 }
                 for q in &self.jerk[slot.jerk.clone()] {
-                    add(jerk(q, x), slow);
+                    let value = jerk(q, x);
+                    work.pairs.push([Side::begun(value - slow, new), Side::begun(-value - slow, new)]);
+                }
+            }
+        }
+    }
+
+    /// Takes over slacks and multipliers that a search before has left.
+    pub(super) fn take_over(&self, before: &Before<'_>, work: &mut Work) {
+        for (slot, lanes) in self.slots.iter().zip(&self.lanes) {
+            for (lane, node) in lanes.iter().enumerate() {
+                let Some(place) = before.slot(*node) else { continue };
+                for side in &mut work.single[slot.speed.clone()] {
+                    if let Some(own) = before.single(place) {
+                        side.go_on(lane, own);
+                    }
+                }
+                for (name, own) in slot.index.iter().enumerate().filter(|(_, own)| **own > 0) {
+                    if let Some(left) = before.pair(place, name) {
+                        let sides = &mut work.pairs[slot.first() + usize::from(*own) - 1];
+                        sides.iter_mut().zip(left).for_each(|(side, left)| side.go_on(lane, left));
+                    }
                 }
             }
         }

@@ -34,6 +34,7 @@ pub(super) struct Going {
 
 impl Side {
     /// Begins as a new row, with a mean product of slack and multiplier and no less than some slack.
+    #[inline(always)]
     pub(super) fn begun(value: Lanes, [mu, least]: [f32; 2]) -> Self {
         let slack = (-value).each(|slack| slack.max(least));
         Self { slack, over: slack.inverse(), multiplier: slack.each(|slack| mu / slack), slack_step: Lanes::ZERO }

@@ -3,7 +3,7 @@
 //! All rows but those of jerk are linear. 1/sqrt(b) on their right side is replaced by its tangent in b at the present point: 1/sqrt(b) is convex, its tangent
 //! lies below it, so that the linear row allows no more than the true one, and a point that keeps all rows keeps them after every
 //! full step. Every iteration solves one system of Newton's method for the conditions of Karush, Kuhn and Tucker with slacks s
-//! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls to a tenth after a
+//! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls to a fifth after a
 //! long step. The start need not keep the rows.
 //!
 //! *Cost.* About 12 iterations up to the first look between the points, 9 to 10 after it and 4 to 8 around each place that needs a point later
@@ -19,7 +19,7 @@ use super::{
     lanes::Lanes,
     part::{Names, Part, Slot},
     problem::Problem,
-    side::{Going, Side, TO_BORDER},
+    side::{AT_FIRST, Going, INSIDE, Side, TO_BORDER},
 };
 
 /// Most iterations; 8 to 14 are usual.
@@ -98,6 +98,7 @@ struct Fastest<'a> {
     work: &'a mut Work,
     c: &'a mut [f64],
     mean: &'a mut f64,
+    before: Option<&'a Before<'a>>,
     /// The gap up to which is searched.
     to: f64,
 }
@@ -107,6 +108,11 @@ impl WithSimd for Fastest<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
+        let least = if self.before.is_some() { INSIDE } else { AT_FIRST };
+        self.part.begin(self.c, [*self.mean as f32, least], self.work);
+        if let Some(before) = self.before {
+            self.part.take_over(before, self.work);
+        }
         self.part.search(self.c, self.to, self.work, self.mean)
     }
 }
@@ -128,13 +134,12 @@ impl Search {
             return false;
         }
         self.mean = before.map_or(WIDE * start / self.part.rows() as f64, |b| b.search.mean);
-        let (mean, work) = (self.mean, &mut self.work);
-        self.part.begin(c, mean as f32, before, work);
+        let work = &mut self.work;
         let n = self.part.unknowns;
         work.matrix.resize(n, [0.0; 4]);
         work.right.resize(n, 0.0);
         work.central.resize(n, 0.0);
-        pulp::Arch::new().dispatch(Fastest { part: &self.part, work, c, mean: &mut self.mean, to })
+        pulp::Arch::new().dispatch(Fastest { part: &self.part, work, c, mean: &mut self.mean, before, to })
     }
 }
 
@@ -159,11 +164,11 @@ impl Part {
                 }
                 let step = primal.min(dual);
                 let factor = if step > 0.9 {
-                    0.1
+                    0.2
                 } else if step > 0.5 {
-                    0.3
+                    0.5
                 } else {
-                    0.9
+                    0.8
                 };
                 mu = (gap / total * factor).max(LEAST * to * start / total);
             }

@@ -1,9 +1,9 @@
 //! The system of Newton's method for the unknowns of eight intervals, summed lane by lane before it goes into that of all.
 //!
-//! An interval is a cubic in the part t of it, `b = p_0 + p_1 t + p_2 t^2 + p_3 t^3`, and its nodes give to the system of these four. Near to all of it
-//! is b itself: a change of the p by as much acts on it by as much, and what single precision loses stays as small as it is. In
-//! the values and slopes at the ends of short intervals, which the unknowns are, it would not: there b'' is a difference of large numbers.
-//! From the one to the others it goes in double precision, once for all nodes of an interval:
+//! An interval is a cubic in the part t of it, `b = p_0 + p_1 t + p_2 t^2 + p_3 t^3`, and its nodes give to the system of these four in single
+//! precision: what rounding takes from an entry is small beside it, and b as a whole is `p_0` alone. Along the unknowns, values and slopes at
+//! both ends, b as a whole is a sum in which the far larger entries of b'' cancel, and single precision would leave nothing of it. From
+//! the one to the others it goes in double precision, once for all nodes of an interval:
 //!
 //! ```text
 //!   p_0   |  1   .   .   . | b_0
@@ -45,7 +45,7 @@ fn turned_wide(w: Wide, p: [Wide; 4]) -> [Wide; 4] {
     [p[0] - p[2] * 3.0 + p[3] * 2.0, w * (p[1] - p[2] * 2.0 + p[3]), p[2] * 3.0 - p[3] * 2.0, w * (p[3] - p[2])]
 }
 
-/// b, b' and b'' at a part t of the interval by p_2 and p_3; by p_0 they are 1, 0 and 0, by p_1 t, 1 and 0.
+/// b, b' and b'' at a part t of the interval by `p_2` and `p_3`; by `p_0` they are 1, 0 and 0, by `p_1` t, 1 and 0.
 struct Powers {
     t: Lanes,
     two: [Lanes; 2],
@@ -116,15 +116,116 @@ impl System {
         for j in 0..4 {
             matrix[j] = turned_wide(w, [rows[0][j], rows[1][j], rows[2][j], rows[3][j]]);
         }
-        for lane in 0..LANES {
+        for (lane, first) in first.iter().enumerate() {
+            // Four rows of the diagonal and the three above it; what they have behind the four unknowns is zero here.
+            let own = [&mut work.right, &mut work.central].map(|all| all[*first..].first_chunk_mut::<4>());
+            let [Some(own_right), Some(own_central)] = own else { continue };
+            let Some(own) = work.matrix[*first..].first_chunk_mut::<4>() else { continue };
             for i in 0..4 {
-                let at = first[lane] + i;
-                work.right[at] -= right[i].0[lane];
-                work.central[at] -= central[i].0[lane];
-                for (own, value) in work.matrix[at].iter_mut().zip(&matrix[i][i..]) {
-                    *own += value.0[lane];
+                own_right[i] -= right[i].0[lane];
+                own_central[i] -= central[i].0[lane];
+                let mut row = [0.0; 4];
+                for j in i..4 {
+                    row[j - i] = matrix[i][j].0[lane];
+                }
+                for k in 0..4 {
+                    own[i][k] += row[k];
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::lanes::Eight, *};
+
+    /// b, b' and b'' by the unknowns, Hermite's way.
+    fn basis(w: f64, t: f64) -> [[f64; 4]; 3] {
+        let r = 1.0 - t;
+        [
+            [r * r * (1.0 + 2.0 * t), w * t * r * r, t * t * (3.0 - 2.0 * t), -w * t * t * r],
+            [-6.0 * t * r, w * r * (r - 2.0 * t), 6.0 * t * r, w * t * (t - 2.0 * r)],
+            [12.0 * t - 6.0, w * (6.0 * t - 4.0), 6.0 - 12.0 * t, w * (6.0 * t - 2.0)],
+        ]
+    }
+
+    /// Numbers between -0.5 and 0.5.
+    fn random() -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        }
+    }
+
+    #[test]
+    fn places_of_an_interval_are_those_of_its_unknowns() {
+        let mut random = random();
+        for w in [0.02, 0.4, 1.0] {
+            let u: [f64; 4] = std::array::from_fn(|_| 10.0 * random());
+            let p = polynomial(Wide::all(w), &u.map(Wide::all));
+            for k in 0..=8 {
+                let t = 0.125 * k as f64;
+                for (found, row) in state(Lanes::all(t as f32), &p).iter().zip(basis(w, t)) {
+                    let known: f64 = row.iter().zip(u).map(|(e, u)| e * u).sum();
+                    assert!((f64::from(found.0[5]) - known).abs() < 2e-5, "{w} {t}: {found:?} {known}");
+                }
+            }
+        }
+    }
+
+    /// The nodes of eight intervals give to the system what they do in double precision. A change of b as a whole keeps what it is
+    /// worth to six digits, though b'' is worth a million times as much and is a difference of the unknowns.
+    #[test]
+    fn nodes_give_what_they_do_in_double_precision() {
+        let mut random = random();
+        let lengths = Eight(std::array::from_fn(|lane| 0.02 + 0.14 * lane as f64));
+        let first: [usize; LANES] = std::array::from_fn(|lane| 2 * lane);
+        let mut work = Work::default();
+        work.matrix.resize(2 * LANES + 2, [0.0; 4]);
+        work.right.resize(2 * LANES + 2, 0.0);
+        work.central.resize(2 * LANES + 2, 0.0);
+        let mut known = [[0.0; 18]; 18];
+        let (mut right, mut central) = ([0.0; 18], [0.0; 18]);
+        let mut system = System::ZERO;
+        let mut worth = 0.0;
+        for t in [0.0, 0.3, 0.7, 1.0] {
+            let g: [f64; 3] = std::array::from_fn(|_| random());
+            let h: [f64; 3] = std::array::from_fn(|_| random());
+            // A row along each of b, b' and b''.
+            let weights = [1.0 + random(), 30.0 * (1.0 + random()), 1e6 * (1.0 + random())];
+            let m = [weights[0], 0.0, 0.0, weights[1], 0.0, weights[2]];
+            let narrow = |x: f64| Lanes::all(x as f32);
+            system.add(narrow(t), &g.map(narrow), &h.map(narrow), &m.map(narrow));
+            worth += weights[0] * LANES as f64;
+            for lane in 0..LANES {
+                let e = basis(lengths.0[lane], f64::from(t as f32));
+                for i in 0..4 {
+                    for (k, row) in e.iter().enumerate() {
+                        right[2 * lane + i] -= g[k] * row[i];
+                        central[2 * lane + i] -= h[k] * row[i];
+                        for j in 0..4 {
+                            known[2 * lane + i][2 * lane + j] += weights[k] * row[i] * row[j];
+                        }
+                    }
+                }
+            }
+        }
+        system.put(lengths, &first, &mut work);
+        let mut whole = 0.0;
+        for i in 0..18 {
+            assert!((work.right[i] - right[i]).abs() < 2e-5, "{i}: {} {}", work.right[i], right[i]);
+            assert!((work.central[i] - central[i]).abs() < 2e-5, "{i}: {} {}", work.central[i], central[i]);
+            for k in 0..4.min(18 - i) {
+                let (found, own) = (work.matrix[i][k], known[i][i + k]);
+                let scale = (known[i][i] * known[i + k][i + k]).sqrt();
+                assert!((found - own).abs() <= 1e-6 * scale, "{i} {k}: {found} {own}");
+                if i % 2 == 0 && k % 2 == 0 {
+                    whole += found * if k == 0 { 1.0 } else { 2.0 };
+                }
+            }
+        }
+        assert!((whole / worth - 1.0).abs() < 1e-5, "{whole} {worth}");
     }
 }
