@@ -7,6 +7,7 @@ use crate::Interference;
 use crate::approach::{Outlook, outlook};
 use crate::distance::{Gap, Warm, gap, inside, penetration, skins};
 use crate::kept::{Kept, dot};
+use crate::least::{FINE_MM, STRAIGHT_MM};
 use crate::neighbors::Neighbors;
 use crate::parts::chain_to;
 use crate::report::{Breach, Nearest, Severity};
@@ -31,6 +32,8 @@ const LAST_REACH_MM: f64 = 3200.0;
 pub(crate) const MOST_PROVED_MM: f64 = 1e6;
 /// What is left of a step is asked for at once where a part may still move by more than this, mm.
 const LEAST_WAY_MM: f64 = 1e-3;
+/// A pair that has come no nearer than this many times what is watched holds not the least distance of all: the proof will ask little of it.
+const LEAST_OF_ALL: f64 = 2.0;
 /// Way ahead for which the distance of two neighbors is asked, mm.
 const AHEAD_MM: f64 = 50.0;
 
@@ -62,6 +65,8 @@ pub(crate) struct Pair {
     pub(crate) tight: bool,
     /// The distance did not reach to the end of a step; what lies between two places is asked for at once now.
     pub(crate) slides: bool,
+    /// Least distance that was found of it, mm: as far as that the proof of the least clearance will ask.
+    pub(crate) least_found: f64,
     pub(crate) state: State,
     pub(crate) reach: f64,
     /// What was nearest at the last query.
@@ -85,6 +90,8 @@ pub(crate) struct Step {
     pub(crate) slack: f64,
     /// Absolute motion of each joint.
     pub(crate) motion: [f64; MAX_JOINTS],
+    /// It is all of a piece.
+    pub(crate) whole: bool,
 }
 
 impl Step {
@@ -172,6 +179,7 @@ impl Interference {
                             self.open(i, severity, step, t, d, &middle, false);
                         }
                         ahead => {
+                            self.pairs[i].least_found = self.pairs[i].least_found.min(d);
                             self.keep(i, d, step, t);
                             self.leave_near(i, d, step, t);
                             let Outlook::Until(next) = ahead else {
@@ -200,11 +208,27 @@ impl Interference {
         let carries = chain_to(&self.machine, b.attached);
         let of_b = std::array::from_fn(|j| carries.contains(&j));
         let ends = part.map(|t| step.joints(t));
+        // Of a whole piece the proof of the least clearance would ask the same once more, for as much as is told here.
         let wanted = floor + TOLERANCE_MM;
-        let [bent, _] = bent(&p.weights, &turns, &of_b, &(ends[1] - ends[0]), wanted);
-        let places = Places::between(ends.map(|q| self.b_from_a(i, &q).0));
-        let found = least_distance(&a.shape, &b.shape, &places, (wanted + bent) * (1.0 + 1e-12));
+        let is_least = p.least_found <= LEAST_OF_ALL * wanted;
+        let noted = is_least && step.whole && part == [0.0, 1.0] && self.proof.is_some();
+        let told = if noted { wanted.max(p.least_found + FINE_MM) } else { wanted };
+        let [chord, parabola] = bent(&p.weights, &turns, &of_b, &(ends[1] - ends[0]), told);
+        let curved = noted && chord - parabola > STRAIGHT_MM;
+        let bent = if curved { parabola } else { chord };
+        let [from, to] = ends.map(|q| self.b_from_a(i, &q).0);
+        let places = if curved {
+            Places::along([from, self.b_from_a(i, &ends[0].interpolated(ends[1], 0.5)).0, to])
+        } else {
+            Places::between([from, to])
+        };
+        let limit = (told + bent) * (1.0 + 1e-12);
+        let found = least_distance(&a.shape, &b.shape, &places, limit);
         self.effort.misses += 1;
+        if noted && found > bent {
+            self.pairs[i].least_found = self.pairs[i].least_found.min(found);
+            self.note_piece(i, found.min(limit), curved);
+        }
         if found < wanted + bent {
             return false;
         }

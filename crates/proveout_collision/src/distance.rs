@@ -307,8 +307,7 @@ fn separation(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, alon
 
 /// Largest component of the points of a body along a direction of the frame of the mesh, mm.
 fn highest(body: &Revolved, mesh_from_body: &Pose, along: &Vector) -> f64 {
-    let back = mesh_from_body.rotation.tr_mul(along);
-    mesh_from_body.point(&support(body, &back)).coords.dot(along)
+    body.height(&mesh_from_body.rotation.tr_mul(along)) + mesh_from_body.translation.dot(along)
 }
 
 /// Both trees at once, starting with the triangles that were nearest last time; limits as in [`gap`].
@@ -584,6 +583,7 @@ mod tests {
             let w = (0.011 * f64::from(k) * 1.7).sin();
             let d = ParryVector::new(a.cos() * (1.0 - w * w).sqrt(), a.sin() * (1.0 - w * w).sqrt(), w);
             let exact = body.local_support_point(d).dot(d);
+            assert!((body.height(&from_parry(d * 3.0).coords) - 3.0 * exact).abs() < 1e-12, "{w}");
             let sampled =
                 curve.iter().map(|p| p[0] * (1.0 - w * w).sqrt() + p[1] * w).fold(f64::NEG_INFINITY, f64::max);
             assert!(exact >= sampled - 1e-12 && exact <= sampled + 1e-4, "{w}: {exact} {sampled}");

@@ -194,6 +194,7 @@ impl Interference {
                 ring,
                 tight: false,
                 slides: false,
+                least_found: f64::INFINITY,
                 neighbors,
                 near: None,
                 contact: None,
@@ -390,6 +391,7 @@ impl Interference {
                 time: [time[0] + (time[1] - time[0]) * at(k), time[0] + (time[1] - time[0]) * at(k + 1)],
                 slack,
                 motion: motion.map(|m| m / steps as f64),
+                whole: steps == 1,
             };
             for i in 0..self.pairs.len() {
                 let p = &self.pairs[i];

@@ -65,6 +65,26 @@ impl Revolved {
         (self.ball().map_or(low, |(center, _)| center), high, radius)
     }
 
+    /// Largest component of its points along a direction of any length: that of the support point, without the point.
+    pub(crate) fn height(&self, along: &Vector) -> f64 {
+        let (across, up) = ((along.x * along.x + along.y * along.y).sqrt(), along.z);
+        let corners = self.corners.iter().map(|p| p[0] * across + p[1] * up).fold(f64::NEG_INFINITY, f64::max);
+        let of_arc = |a: &Arc| {
+            // The normal lies between both ends; its length does not count for that.
+            let beside = |p: [f64; 2]| (p[0] - a.center[0]) * up - (p[1] - a.center[1]) * across;
+            if beside(a.from) < 0.0 || beside(a.to) > 0.0 {
+                return f64::NEG_INFINITY;
+            }
+            let length = (across * across + up * up).sqrt();
+            let off_axis = a.center[0] * length + a.radius * across;
+            if off_axis < 0.0 || length <= 0.0 {
+                return f64::NEG_INFINITY;
+            }
+            a.center[0] * across + a.center[1] * up + a.radius * length
+        };
+        self.arcs.iter().map(of_arc).fold(corners, f64::max)
+    }
+
     /// A point inside, on the axis.
     pub(crate) fn middle(&self) -> Point {
         Point::new(0.0, 0.0, 0.5 * (self.profile.z_min() + self.profile.z_max()))

@@ -198,7 +198,11 @@ impl SupportMap for Body<'_> {
 impl Body<'_> {
     /// Largest component along a direction, mm.
     fn highest(&self, along: &Vector) -> f64 {
-        from_parry(self.local_support_point(to_parry(&Point::from(*along)))).coords.dot(along)
+        let of = |pose: &Pose| self.body.height(&pose.rotation.tr_mul(along)) + pose.translation.dot(along);
+        let [first, second] = self.places.poses.each_ref().map(of);
+        let third = |image: &Image| self.body.height(&image.linear.tr_mul(along)) + image.shift.dot(along);
+        let most = self.places.control.as_ref().map_or(f64::NEG_INFINITY, third).max(first).max(second);
+        self.places.shifts.iter().fold(most, |sum, g| sum + g.dot(along).abs())
     }
 }
 
@@ -282,10 +286,10 @@ pub(crate) fn least_of_skins(a: &TriangleTree, b: &TriangleTree, places: &Places
     distance(near_leaves_grown((a, b), b_from_a, ([in_a, in_b], &mut effort), limits, None, of))
 }
 
-/// Proved distance of a triangle from a body with a ball end on its way, where it is above the limit or the ball is
+/// Proved distance of a still triangle from a body with a ball end on its way, where it is above the limit or the ball is
 /// what is nearest: the ball in all its places is the hull of two or three balls, and the planes across the way from the segment or triangle of their centers to
 /// the triangle prove a distance.
-fn ball_end(placed: &Body<'_>, triangle: &Triangle<'_>, limit: f64) -> Option<f64> {
+fn ball_end(placed: &Body<'_>, corners: &[Point; 3], limit: f64) -> Option<f64> {
     let (center, radius) = placed.body.ball()?;
     if !placed.places.shifts.is_empty() {
         return None;
@@ -293,17 +297,16 @@ fn ball_end(placed: &Body<'_>, triangle: &Triangle<'_>, limit: f64) -> Option<f6
     let [from, to, control] = placed.places.images(&center);
     let across = |way: Vector| {
         let along = way.try_normalize(0.0)?;
-        let high = placed.local_support_point(to_parry(&Point::from(along)));
-        let low = triangle.local_support_point(to_parry(&Point::from(-along)));
-        Some((from_parry(low) - from_parry(high)).dot(&along))
+        let low = corners.iter().map(|p| p.coords.dot(&along)).fold(f64::INFINITY, f64::min);
+        Some(low - placed.highest(&along))
     };
     // Mostly one of the ends is nearest, or tells enough.
-    let ends = [from, to].map(|p| triangle::point_triangle(p, &triangle.corners[0]).on_second - p);
+    let ends = [from, to].map(|p| triangle::point_triangle(p, corners).on_second - p);
     let nearer = if ends[0].norm_squared() <= ends[1].norm_squared() { ends[0] } else { ends[1] };
     if let Some(proved) = across(nearer).filter(|proved| *proved >= limit) {
         return Some(proved);
     }
-    let near = triangle::nearest_within(&[from, to, control], &triangle.corners[0], f64::INFINITY);
+    let near = triangle::nearest_within(&[from, to, control], corners, f64::INFINITY);
     let far = near.square.sqrt();
     if far <= radius {
         return None;
@@ -344,9 +347,9 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, (limit
             if of_box >= bound { of_box } else { of_box.max(skin.beside(node, amid, highest)) }
         };
         let of = |item: u32, bound: f64| {
-            let triangle = Triangle::still(skin.corners(item));
-            let by_ball = ball_end(&placed, &triangle, bound);
-            (by_ball.unwrap_or_else(|| proved(&placed, &triangle, bound)), ())
+            let corners = skin.corners(item);
+            let by_ball = ball_end(&placed, corners, bound);
+            (by_ball.unwrap_or_else(|| proved(&placed, &Triangle::still(corners), bound)), ())
         };
         least = least.min(distance(nearest_leaf(skin, apart, (limit.min(least), &mut *effort), None, of)));
     }

@@ -11,9 +11,12 @@
 //! counted in pairs of boxes that are looked at, since one look at two meshes that turn about each other may cost as much as a thousand at
 //! others. Neighbors are left to the check: they are near each other all the time.
 //!
+//! What the check has found of whole pieces is not asked again (`noted.rs`): a tool that slides along a wall is asked about in every piece of its way.
+//!
 //! Pieces are kept up to [`MOST_PIECES`] and then looked at, so that memory is bounded for a program of any length. Two bodies that are met
 //! or lie one within the other have the distance zero in that part of the motion.
 
+mod noted;
 mod search;
 #[cfg(test)]
 mod tests;
@@ -34,6 +37,7 @@ use crate::report::Severity;
 use crate::ring::Ring;
 use crate::shape::Shape;
 use crate::swept::{Places, bent, least_distance_with};
+use noted::{Noted, NotedPiece};
 use search::{Ask, Bound, Measured, Search, Tolerance, turned};
 pub(crate) use way::KeptPiece;
 use way::{Range, Stretch, Way};
@@ -41,7 +45,7 @@ use way::{Range, Stretch, Way};
 /// Pieces that are kept at most: 7 MB.
 const MOST_PIECES: usize = 1 << 15;
 /// The least distance of a pair is searched to this, mm,
-const FINE_MM: f64 = 1e-3;
+pub(crate) const FINE_MM: f64 = 1e-3;
 /// where it is below this, mm, or may be the smallest of all;
 const NEAR_MM: f64 = 20.0;
 /// elsewhere first to this part of it: who keeps half a meter away does not care for micrometers.
@@ -62,7 +66,7 @@ const WORTH_MM: f64 = 0.1;
 /// After so many stretches that the hulls of all turns did not prove they are asked for one in so many only.
 const IN_VAIN: u32 = 16;
 /// Points that leave the straight line by no more than this, mm, need no parabola: a tenth of what the least distance is told to.
-const STRAIGHT_MM: f64 = 1e-4;
+pub(crate) const STRAIGHT_MM: f64 = 1e-4;
 /// Joints that differ by less stand still, mm and radian: rounding.
 const STANDS: f64 = 1e-8;
 
@@ -131,6 +135,8 @@ impl ProvedSpan {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Proof {
     kept: Vec<KeptPiece>,
+    /// What the check has found of whole pieces among them, in their order.
+    noted: Vec<NotedPiece>,
     least: Vec<PairClearance>,
     joints: Vec<Option<JointValues>>,
     spans: Vec<ProvedSpan>,
@@ -199,13 +205,20 @@ impl Interference {
     /// Looks at what is kept; before a tool is changed, and when there is much of it.
     pub(crate) fn prove_kept(&mut self) {
         let Some(mut proof) = self.proof.take() else { return };
+        let noted = std::mem::take(&mut proof.noted);
         if let Some(way) = Way::new(std::mem::take(&mut proof.kept)) {
-            self.prove_way(&way, &mut proof);
+            self.prove_way(&way, &noted, &mut proof);
         }
         self.proof = Some(proof);
     }
 
-    fn prove_way(&self, way: &Way, proof: &mut Proof) {
+    /// Notes the distance of a pair on the straight way of the joints, or on the parabolas of the points, through the piece that is checked now.
+    pub(crate) fn note_piece(&mut self, pair: usize, distance: f64, curved: bool) {
+        let Some(proof) = &mut self.proof else { return };
+        proof.noted.push(NotedPiece { pair, piece: proof.kept.len(), distance, curved });
+    }
+
+    fn prove_way(&self, way: &Way, noted: &[NotedPiece], proof: &mut Proof) {
         let whole = way.time(Stretch::Node(1));
         let begin = whole[0];
         let met = |pair: usize| {
@@ -213,14 +226,16 @@ impl Interference {
             self.breaches.iter().filter(meets).any(|b| b.end_time.is_none_or(|t| t >= begin))
         };
         let mut searches: Vec<(&Pair, PairAsk<'_>, Search)> = Vec::new();
-        for pair in self.pairs.iter().filter(|p| p.neighbors.is_none()) {
+        for (k, pair) in self.pairs.iter().enumerate().filter(|(_, p)| p.neighbors.is_none()) {
             let known = proof.least.iter().position(|l| l.pair == pair.info);
             let known = known.and_then(|k| {
                 let (least, joints) = (&proof.least[k], proof.joints[k]?);
                 Some(Measured { distance: least.measured?, time: least.time?, joints })
             });
             let (known, enough) = if met(pair.info) { (None, 0.0) } else { (known, ENOUGH_MM) };
-            searches.push((pair, PairAsk::new(self, pair, proof.efforts.look), Search::new(way, known, enough)));
+            let ask = PairAsk::new(self, pair, proof.efforts.look);
+            let noted = Noted::new(way, noted.iter().filter(|n| n.pair == k).map(|n| (n.piece, ask.noted(way, n))));
+            searches.push((pair, ask, Search::new(way, known, enough, noted)));
         }
         let coarse = Tolerance { absolute: FINE_MM, relative: COARSE };
         for (_, ask, search) in &mut searches {
@@ -479,6 +494,23 @@ impl<'a> PairAsk<'a> {
         let aside = self.sum(|j| way.range(stretch).off[j]);
         let better = bent < turning || bent <= 1.01 * aside;
         if better { (bent, Some((ends, curved))) } else { (turning, None) }
+    }
+
+    /// What the check has found of a piece.
+    fn noted(&self, way: &Way, noted: &NotedPiece) -> Bound {
+        let (ends, range) = way.piece(noted.piece);
+        let [chord, parabola] = bent(&self.weights, &self.turns, &self.of_b, &(ends[1] - ends[0]), noted.distance);
+        let aside = self.sum(|j| range.off[j]);
+        let turning = if noted.curved { parabola } else { chord } + aside;
+        Bound {
+            distance: noted.distance,
+            turning,
+            slack: range.slack,
+            aside,
+            chord: Some(ends),
+            curved: noted.curved,
+            turns: None,
+        }
     }
 
     fn least(&mut self, places: &Places, limit: f64) -> f64 {

@@ -39,6 +39,7 @@ use std::collections::BinaryHeap;
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use super::ENOUGH_MM;
+use super::noted::Noted;
 use super::way::{Stretch, Way};
 
 /// A stretch whose motion is more than this part of the least distance that was measured is long.
@@ -147,6 +148,8 @@ pub(crate) struct Search {
     /// Stretches that are good enough, by their place in `looked`.
     done: Vec<usize>,
     pub(crate) measured: Option<Measured>,
+    /// What is known of single pieces beforehand.
+    noted: Noted,
     /// Distance at the last place that was measured, mm.
     seen: f64,
     /// Beyond this nobody asks how far, mm.
@@ -154,8 +157,8 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// `known` is the least distance that was measured of the pair before; beyond `enough` (mm) it is not asked how far.
-    pub(crate) fn new(way: &Way, known: Option<Measured>, enough: f64) -> Self {
+    /// `known` is the least distance that was measured of the pair before; beyond `enough` (mm) it is not asked how far. `noted` is known of pieces.
+    pub(crate) fn new(way: &Way, known: Option<Measured>, enough: f64, noted: Noted) -> Self {
         let whole = Stretch::Node(1);
         let open = Open { least: f64::NEG_INFINITY, stretch: whole, begin: way.begin(whole), parent: None };
         Self {
@@ -163,6 +166,7 @@ impl Search {
             looked: Vec::new(),
             done: Vec::new(),
             measured: known,
+            noted,
             seen: f64::INFINITY,
             enough,
         }
@@ -193,13 +197,21 @@ impl Search {
     /// Goes on until the bound of what is open is within `tolerance` of the least distance measured, or `most` effort was made.
     pub(crate) fn refine(&mut self, way: &Way, ask: &mut impl Ask, tolerance: Tolerance, most: u64) {
         let begin = ask.effort();
+        if let Some(worst) = self.noted.worst().filter(|_| self.looked.is_empty() && self.enough > 0.0) {
+            // Where least is known is most likely the least of all.
+            self.measure(way, ask, Stretch::Node(worst), self.wanted(tolerance));
+        }
         while let Some(next) = self.open.pop() {
             let wanted = self.wanted(tolerance);
             if next.least >= wanted || wanted <= 0.0 || ask.effort() - begin >= most {
                 self.open.push(next);
                 break;
             }
-            let bound = if self.is_place_first(way, ask, next.stretch, tolerance) {
+            let Some(next) = self.by_pieces(way, next, wanted) else { continue };
+            let known = self.noted_of(next.stretch);
+            let bound = if let Some(known) = known {
+                self.measure(way, ask, next.stretch, wanted).or(known)
+            } else if self.is_place_first(way, ask, next.stretch, tolerance) {
                 let place = self.measure(way, ask, next.stretch, wanted);
                 let wanted = self.wanted(tolerance);
                 if wanted <= 0.0 || place.reached() >= wanted {
@@ -221,6 +233,38 @@ impl Search {
             let k = self.looked.len() - 1;
             if bound.reached() >= wanted { self.done.push(k) } else { self.part(way, k) }
         }
+    }
+
+    fn noted_of(&self, stretch: Stretch) -> Option<Bound> {
+        match stretch {
+            Stretch::Node(n) => self.noted.bound(n),
+            Stretch::Part(..) => None,
+        }
+    }
+
+    /// Takes a stretch by what is known of its pieces: where that is enough of all of them they are done, and where it is known of most of them the stretch is
+    /// parted without a look. Gives the stretch back where neither is so.
+    fn by_pieces(&mut self, way: &Way, next: Open, wanted: f64) -> Option<Open> {
+        let Stretch::Node(node) = next.stretch else { return Some(next) };
+        let (known, least) = self.noted.below(node);
+        let leaves = way.leaves_of(node);
+        if known == leaves.len() && least >= wanted {
+            for leaf in leaves {
+                if let Some(bound) = self.noted.bound(leaf) {
+                    self.looked.push(Looked { stretch: Stretch::Node(leaf), bound, parent: next.parent });
+                    self.done.push(self.looked.len() - 1);
+                }
+            }
+            return None;
+        }
+        if leaves.len() > 1 && 2 * known >= leaves.len() {
+            // Its halves have the parent of the whole, of which nothing is claimed.
+            if let Some(parent) = next.parent {
+                self.open_halves(way, next.stretch, next.least, Some(parent));
+                return None;
+            }
+        }
+        Some(next)
     }
 
     /// Whether to measure at a place of the stretch before all of it is asked for: while nothing is known, where a rough bound will do, and where the stretch is
@@ -249,10 +293,12 @@ impl Search {
 
     fn part(&mut self, way: &Way, k: usize) {
         let of = &self.looked[k];
-        let halves = way.halves(of.stretch).into_iter().flatten();
-        let least = of.bound.reached();
-        let open = halves.map(|stretch| Open { least, stretch, begin: way.begin(stretch), parent: Some(k) });
-        self.open.extend(open);
+        self.open_halves(way, of.stretch, of.bound.reached(), Some(k));
+    }
+
+    fn open_halves(&mut self, way: &Way, stretch: Stretch, least: f64, parent: Option<usize>) {
+        let halves = way.halves(stretch).into_iter().flatten();
+        self.open.extend(halves.map(|stretch| Open { least, stretch, begin: way.begin(stretch), parent }));
     }
 
     /// Beyond this it is asked no longer how far, mm.

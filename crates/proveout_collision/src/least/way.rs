@@ -149,6 +149,27 @@ impl Way {
         }
     }
 
+    /// The node of a piece.
+    pub(crate) fn leaf(&self, piece: usize) -> usize {
+        self.leaves + piece
+    }
+
+    /// Nodes of the single pieces of a node, in their order.
+    pub(crate) fn leaves_of(&self, node: usize) -> std::ops::Range<usize> {
+        let [first, last] = self.held(node);
+        self.leaf(first)..self.leaf(last)
+    }
+
+    /// Nodes of the tree, less than this.
+    pub(crate) fn nodes(&self) -> usize {
+        2 * self.leaves
+    }
+
+    /// Ends of a piece, and where its joints may be.
+    pub(crate) fn piece(&self, piece: usize) -> ([JointValues; 2], Range) {
+        (self.pieces[piece].joints, self.ranges[self.leaves + piece])
+    }
+
     /// Ends of the straight motion of the joints in a stretch of one piece.
     pub(crate) fn line(&self, stretch: Stretch) -> Option<[JointValues; 2]> {
         let (piece, part) = self.within(stretch)?;
