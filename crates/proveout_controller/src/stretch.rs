@@ -28,10 +28,8 @@ const SLOWINGS: usize = 2;
 const TIGHTER: f64 = 1.2;
 /// Half width of a dip over the time sqrt(v/J), see `retime.rs`.
 const DIP: f64 = 3.5;
-/// Part of the known cells that do not count yet: what comes next may act on them; of few cells a higher part, up to a number.
-const UNKNOWN: usize = 32;
-const OF_FEW: usize = 8;
-const AT_LEAST: usize = 8;
+/// Part of the known cells that do not count yet: what comes next may act on them.
+const UNKNOWN: usize = 8;
 /// Trials to run a law slower as a whole, and the least change of a trial.
 const SLOWER: usize = 200;
 const SLOWER_BY: f64 = 1.001;
@@ -176,14 +174,13 @@ pub(crate) fn plan(
 ) -> Outcome {
     let borders: Vec<f64> = std::iter::once(path.s_begin).chain(path.cells.iter().map(|c| c.s1)).collect();
     let n = path.cells.len();
-    let unknown = (n / UNKNOWN).max(AT_LEAST.min(n / OF_FEW));
     let rest = [v_start == 0.0, finish];
     let mut slowed = 0;
     loop {
         let cells: Vec<Cell> = path.cells.iter().map(|c| c.limits.cell).collect();
         let plan = Plan::new(&cells, &borders, [v_start, 0.0]);
         // What lies behind the last node does not act on the first law before it.
-        let last = if finish { Some(Node::end(n)) } else { plan.split_before(n - unknown) };
+        let last = if finish { Some(Node::end(n)) } else { plan.split_before(n - n / UNKNOWN) };
         let Some(last) = last else { return Outcome::NotYet };
         let first_law = plan.law(&borders, last.border);
         let node = if finish { Some(last) } else { committed(&plan, &first_law, &borders, last) };

@@ -217,16 +217,15 @@ impl Part {
                 (row[0].0[lane], row[1].0[lane]) = ((node.speed * node.lead * over) as f32, node.speed as f32);
             }
             let own: &[JointRow] = &problem.joints[at * problem.count..(at + 1) * problem.count];
-            // What the coefficients of b' and b, and those of b'', b' and b are multiplied with.
-            let slope = [over * decided, decided].map(|x| x as f32);
-            let bend = [over * over * factor, over * factor, factor].map(|x| x as f32);
             for (row, joint) in self.even[slot.even.clone()].iter_mut().zip(&joints[0]) {
-                let q = &own[*joint];
-                (row[0].0[lane], row[1].0[lane]) = (q[0] * slope[0], q[1] * slope[1]);
+                for (q, by) in [over * decided, decided].into_iter().enumerate() {
+                    row[q].0[lane] = (f64::from(own[*joint][q]) * by) as f32;
+                }
             }
             for (row, joint) in self.jerk[slot.jerk.clone()].iter_mut().zip(&joints[1]) {
-                let q = &own[*joint];
-                (row[0].0[lane], row[1].0[lane], row[2].0[lane]) = (q[2] * bend[0], q[3] * bend[1], q[4] * bend[2]);
+                for (q, by) in [over * over * factor, over * factor, factor].into_iter().enumerate() {
+                    row[q].0[lane] = (f64::from(own[*joint][2 + q]) * by) as f32;
+                }
             }
         }
         self.slots.push(slot);
