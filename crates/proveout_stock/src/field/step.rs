@@ -84,7 +84,7 @@ impl Step {
     /// Whether the body stays away from a box, by the half space that its function has at the middle of the box at mid-time.
     ///
     /// F is convex with a unit gradient: F at the middle less the extent of the box along the normal bounds F in the box at mid-time.
-    /// At other times it is less by half of F_tau at most, and by what turning adds: see (1) of `ray_turn`, whose second and third
+    /// At other times it is less by half of `F_tau` at most, and by what turning adds: see (1) of `ray_turn`, whose second and third
     /// derivatives grow with the distance of the point from the tip.
     #[inline]
     pub(crate) fn clears(&self, body: &Meridian, s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> bool {
