@@ -43,6 +43,11 @@ pub(crate) struct Step {
     middle: [V; 2],
     heights: [f64; 2],
     round: f64,
+    /// What the turn takes at most, at any time, from a half space of mid-time: for each millimeter from where it was taken, for each
+    /// from the tip, and everywhere, mm.
+    sway: f64,
+    bow: f64,
+    drift: f64,
 }
 
 impl Step {
@@ -50,7 +55,13 @@ impl Step {
         let middle = [piece.tip_at(0.5), piece.axis_at(0.5)];
         // A micrometer more than the chord of the turn: its arc is longer by less.
         let half_way = 0.5 * (norm(piece.travel) + piece.angle2.sqrt() * body.reach) + 1e-3;
-        Self { piece, ball, low, high, item, middle, heights: body.z, round: body.radius + half_way }
+        // (1) of `ray_turn` half of the motion away from the sample, with room for the uneven pace of the turn.
+        let (angle, way) = (piece.angle2.sqrt(), norm(piece.travel));
+        let sway = 0.505 * angle;
+        let bow = angle * angle * (0.13 + 0.2 * angle);
+        let drift = angle * way * (0.26 + 0.07 * angle);
+        let round = body.radius + half_way;
+        Self { piece, ball, low, high, item, middle, heights: body.z, round, sway, bow, drift }
     }
 
     /// Part `k` of `n` of the motion.
@@ -68,6 +79,22 @@ impl Step {
         let away = along(from_tip, axis, -z);
         let near = self.round + norm(half);
         dot(away, away) > near * near
+    }
+
+    /// Whether the body stays away from a box, by the half space that its function has at the middle of the box at mid-time.
+    ///
+    /// F is convex with a unit gradient: F at the middle less the extent of the box along the normal bounds F in the box at mid-time.
+    /// At other times it is less by half of `F_tau` at most, and by what turning adds: see (1) of `ray_turn`, whose second and third
+    /// derivatives grow with the distance of the point from the tip.
+    #[inline]
+    pub(crate) fn clears(&self, body: &Meridian, s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> bool {
+        let half = [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0])];
+        let x = [s[0] + half[0], u[0] + half[1], v[0] + half[2]];
+        let at = self.piece.sample(body, x, 0.5);
+        let across = dot(at.normal.map(f64::abs), half);
+        let (far, from_tip) = (norm(half), sub(x, self.middle[0]).map(f64::abs));
+        let turned = self.sway * far + self.bow * (from_tip[0] + from_tip[1] + from_tip[2] + far) + self.drift;
+        at.f - across - 0.5 * at.ft.abs() - turned > 0.0
     }
 }
 

@@ -95,7 +95,11 @@ impl Batch<'_> {
                     || step.high[2] < v[0]
                     || match &step.ball {
                         Some(path) => path.passes([low, high], u, v),
-                        None => step.passes([low, high], u, v),
+                        None => {
+                            // Without a turn blocks take less than this does.
+                            step.passes([low, high], u, v)
+                                || step.piece.turns() && step.clears(&self.bodies[ready.body], [low, high], u, v)
+                        }
                     };
                 if apart {
                     continue;

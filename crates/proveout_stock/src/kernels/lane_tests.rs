@@ -305,6 +305,49 @@ fn blocks_and_rows_that_are_cleared_are_not_met() {
     assert!(cleared > 20_000 && met > 10_000, "{cleared} {met}");
 }
 
+/// A box that is cleared holds no point of the body at any time; most boxes half a millimeter away or more are cleared.
+#[test]
+fn boxes_that_are_cleared_are_not_met_at_any_time() {
+    let everywhere = Aabb { min: Point::new(-1e3, -1e3, -1e3), max: Point::new(1e3, 1e3, 1e3) };
+    let (mut cleared, mut close, mut kept, mut far) = (0, 0, 0, 0);
+    for (profile, is_ball) in [(bull(5.0, 3.0), false), (flat(5.0), false), (ball(), true)] {
+        let body = if is_ball { Meridian::split(&profile) } else { Meridian::whole(&profile) };
+        for k in 0..3000 {
+            let n = |salt: f64| number(k, salt);
+            let turn = [0.0, 0.011, 0.05, 0.3][(k / 3 % 4) as usize];
+            let items = [item(&profile, motion(k, turn))];
+            let split = Split::of(&items[0], &body, &everywhere);
+            let batch = Batch::new(&items, &[0], &[split], std::slice::from_ref(&body), &everywhere);
+            let middle = [6.0 * n(31.0), 6.0 * n(32.0), 4.0 * n(33.0) - 1.0];
+            let half = [34.0, 35.0, 36.0].map(|salt| 0.02 + 0.4 * n(salt).abs());
+            let a = (k % 3) as usize;
+            let side = |i: usize| {
+                let i = (a + i) % 3;
+                [middle[i] - half[i], middle[i] + half[i]]
+            };
+            let [s, u, v] = [side(0), side(1), side(2)];
+            for step in batch.steps[a].iter().filter(|step| step.ball.is_none()) {
+                let mut least = f64::INFINITY;
+                for place in 0..27 {
+                    let at = |x: [f64; 2], i: usize| 0.5 * (x[0] * (2 - i) as f64 + x[1] * i as f64);
+                    let x = [at(s, place % 3), at(u, place / 3 % 3), at(v, place / 9)];
+                    for t in 0..=24 {
+                        least = least.min(step.piece.sample(&body, x, f64::from(t) / 24.0).f);
+                    }
+                }
+                if step.clears(&body, s, u, v) {
+                    assert!(least > 0.0, "{step:?} {s:?} {u:?} {v:?}: {least}");
+                    (cleared, close) = (cleared + 1, close + usize::from(least < 0.05));
+                } else {
+                    (kept, far) = (kept + 1, far + usize::from(least > 0.5));
+                }
+            }
+        }
+    }
+    println!("{cleared} boxes cleared, {close} of them nearly met, {kept} kept, {far} of them far away");
+    assert!(cleared > 3000 && close > 50 && far * 5 < cleared, "{cleared} {close} {kept} {far}");
+}
+
 fn item(body: &Profile, motion: SweepMotion) -> SweepItem<'_> {
     SweepItem { id: 0, body, action: Action::Remove, motion }
 }
