@@ -39,7 +39,7 @@ fn write(path: &Path, joints: &[JointUnit], proof: &ClearanceProof) -> Result<()
     for span in order.into_iter().map(|k| &proof.spans[k]) {
         let mut row = table.row()?;
         for body in &proof.bodies[span.pair] {
-            row.text(body.clone());
+            row.text(Some(body));
         }
         row.reals([span.time[0], span.time[1], span.distance, span.motion]);
         for values in [Some(span.low), Some(span.high), span.straight.map(|s| s[0]), span.straight.map(|s| s[1])] {

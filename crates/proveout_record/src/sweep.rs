@@ -242,12 +242,12 @@ fn write_tables(folder: &Path, plan: &Plan, seen: &Seen, (parquet, csv): (&Path,
             if *number {
                 row.real(value.as_f64());
             } else {
-                row.text(std::sync::Arc::<str>::from(words(value)));
+                row.text(Some(&words(value)));
             }
             cells.push(words(value));
         }
         for text in [result.state.word(), &result.refused, &result.digest] {
-            row.text(std::sync::Arc::<str>::from(text));
+            row.text(Some(text));
             cells.push(text.to_owned());
         }
         for name in &seen.figures {

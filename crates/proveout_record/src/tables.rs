@@ -2,7 +2,7 @@
 //!
 //! Positions of tip and surface are in the workpiece frame W, mm. Joints are in mm or degrees as their columns say.
 
-use std::{path::Path, sync::Arc};
+use std::path::Path;
 
 use proveout_controller::{MoveKind, Sample};
 use proveout_geom::Pose;
@@ -18,13 +18,12 @@ use crate::{
     units::{JointUnit, PER_MINUTE},
 };
 
-fn kind_name(kind: MoveKind) -> Arc<str> {
+fn kind_name(kind: MoveKind) -> &'static str {
     match kind {
         MoveKind::Rapid => "rapid",
         MoveKind::Feed => "feed",
         MoveKind::Handling => "handling",
     }
-    .into()
 }
 
 /// Columns of `signals.parquet` for the joints of a machine, in their order.
@@ -70,7 +69,7 @@ fn signal_row(
     tool: Option<u32>,
 ) -> Result<(), RecordError> {
     let mut row = table.row()?;
-    row.real(sample.time).index(sample.block).text(kind_name(sample.kind)).real(sample.path_length);
+    row.real(sample.time).index(sample.block).text(Some(kind_name(sample.kind))).real(sample.path_length);
     for (i, j) in joints.iter().enumerate() {
         let (commanded, actual) = (sample.commanded[i], sample.actual[i]);
         row.reals(
@@ -123,11 +122,11 @@ fn block_row(table: &mut Table, b: &BlockRow, tool: Option<&Tool>) -> Result<(),
     table
         .row()?
         .index(b.block)
-        .text(Arc::clone(&b.file))
+        .text(Some(&b.file))
         .index(b.line)
-        .text(kind_name(b.kind))
+        .text(Some(kind_name(b.kind)))
         .index(tool.map(|t| t.number))
-        .text(tool.map(|t| Arc::from(t.name.as_str())))
+        .text(tool.map(|t| t.name.as_str()))
         .reals([b.start_time, b.end_time, time, b.length])
         .real(b.feed.map(|f| f * PER_MINUTE))
         .real(mean)
@@ -164,12 +163,12 @@ pub(crate) fn surface_columns() -> Vec<Column> {
 /// The table of surface points, band by band.
 struct SurfaceTable {
     table: Table,
-    names: Vec<Arc<str>>,
+    names: Vec<String>,
 }
 
 impl SurfaceTable {
     /// `names` are those of the patches.
-    fn create(path: &Path, names: Vec<Arc<str>>) -> Result<Self, RecordError> {
+    fn create(path: &Path, names: Vec<String>) -> Result<Self, RecordError> {
         let notes = [
             ("frame", "workpiece W, mm".to_owned()),
             ("deviation", "positive: material left; negative: gouge".into()),
@@ -180,13 +179,13 @@ impl SurfaceTable {
     }
 
     fn add(&mut self, band: &PointBand<'_>) -> Result<(), RecordError> {
-        let name = band.patch.and_then(|k| self.names.get(k));
+        let name = band.patch.and_then(|k| self.names.get(k)).map(String::as_str);
         for p in band.points {
             let mut row = self.table.row()?;
             let difference = p.scallop.zip(p.scallop_geometric).map(|(measured, geometric)| measured - geometric);
             row.reals(p.position).reals(p.normal).real(p.deviation);
             row.real(p.scallop).real(p.scallop_geometric).real(difference).index(p.made_by);
-            row.text(name.map(Arc::clone));
+            row.text(name);
             row.text(None).index(None).index(None).real(None).index(None).index(None);
         }
         Ok(())
@@ -195,12 +194,11 @@ impl SurfaceTable {
     /// Rows of a roughness map: the node on the design with its normal, and its height.
     fn add_map(&mut self, texture: &SurfaceTexture) -> Result<(), RecordError> {
         let Some(map) = &texture.map else { return Ok(()) };
-        let name: Arc<str> = texture.name.as_str().into();
         for (i, (point, normal)) in map.points.iter().zip(&map.normals).enumerate() {
             let (height, maker) = (map.heights.get(i).filter(|h| h.is_finite()), map.makers.get(i).copied().flatten());
             let mut row = self.table.row()?;
             row.reals([point.x, point.y, point.z, normal.x, normal.y, normal.z]);
-            row.real(None).real(None).real(None).real(None).index(None).text(None).text(Arc::clone(&name));
+            row.real(None).real(None).real(None).real(None).index(None).text(None).text(Some(&texture.name));
             row.index((i / map.columns) as u32).index((i % map.columns) as u32).real(height.map(|h| 1e3 * h));
             row.index(maker.map(|m| m.block)).index(maker.and_then(|m| m.tooth));
         }
@@ -213,7 +211,7 @@ impl SurfaceTable {
 /// # Errors
 /// [`RecordError`] with the path.
 pub fn write_surface_table(path: &Path, surface: &SurfaceMap) -> Result<(), RecordError> {
-    let mut open = SurfaceTable::create(path, surface.patches.iter().map(|p| p.name.as_str().into()).collect())?;
+    let mut open = SurfaceTable::create(path, surface.patches.iter().map(|p| p.name.clone()).collect())?;
     for band in surface.point_bands() {
         open.add(&band)?;
     }
