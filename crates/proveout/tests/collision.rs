@@ -305,6 +305,112 @@ fn bodies_without_a_size_are_refused_by_name() {
     assert!(code == 2 && said.contains("machine.toml:") && said.contains("is empty"), "{said}");
 }
 
+/// No finding could tell which of two fixtures it means, and of a cylinder without an inside nothing can be told.
+#[test]
+fn fixtures_that_a_finding_could_not_tell_apart_are_refused_with_their_place() {
+    let one = |name: &str, form: &str| format!("[[fixture]]\nname = \"{name}\"\n{form}\n");
+    let block = "box = { min_mm = [0, 0, 0], max_mm = [9, 9, 9] }";
+    let round = |radius: f64, height: f64| {
+        format!("cylinder = {{ base_mm = [0, 0, 0], radius_mm = {radius}, height_mm = {height} }}")
+    };
+    for (fixtures, words) in [
+        (one("jaw", block) + &one("jaw", block), "two fixtures have the name \"jaw\""),
+        (one("stock", block), "a fixture is called \"stock\""),
+        (one(" ", block), "a fixture has no name"),
+        (one("head", block), "fixture \"head\" has the name of a body of the machine"),
+        (one("pin", &round(0.0, 9.0)), "the cylinder of fixture \"pin\" holds nothing"),
+        (one("pin", &round(-3.0, 9.0)), "the cylinder of fixture \"pin\" holds nothing"),
+        (one("pin", &round(3.0, 0.0)), "the cylinder of fixture \"pin\" holds nothing"),
+    ] {
+        let (code, said) = Shop::new(&machine(""), &fixtures, TO_THE_COVER).run();
+        assert!(code == 2 && said.contains(words) && said.contains("scene.toml"), "{words}: {said}");
+        let line = if words.contains("two fixtures") { 12 } else { 9 };
+        assert!(words.contains("of a body") || said.contains(&format!("scene.toml:{line}:1")), "{line}: {said}");
+    }
+}
+
+/// A machine that is described without a body is not checked, whatever stands beside it.
+#[test]
+fn a_machine_without_bodies_is_not_passed_for_its_fixtures() {
+    let bare = machine("").split("\n[[body]]").next().expect("the joints").to_owned();
+    let jaw = "[[fixture]]\nname = \"jaw\"\nbox = { min_mm = [20, 20, 0], max_mm = [30, 30, 20] }\n";
+    let verdict = Shop::new(&bare, jaw, TO_THE_COVER).verdict();
+    for name in ["collision", "near_miss"] {
+        let (state, reason) = gate(&verdict, name);
+        assert_eq!(state, "unchecked", "{name}: {reason}");
+        assert!(reason.contains("its file has no bodies"), "{name}: {reason}");
+    }
+}
+
+/// A bar of 10 mm turns on its table into the cheeks of the cradle, which rise by 8 mm over the face and 110 mm from the axis: the layer of 11.9 mm that
+/// counts for nothing against the flush face does not hide them.
+#[test]
+fn a_flat_bar_that_swings_into_the_cheeks_of_its_cradle_is_found() {
+    let slides =
+        machine("").split("\n[[joint]]\nname = \"B\"").next().expect("the slides").replace("on = \"B\"", "on = \"C\"");
+    let cradle = |rise: f64| {
+        format!(
+            "{slides}\n[[joint]]\nname = \"C\"\nkind = \"rotary\"\ncarries = \"workpiece\"\nparent = \"base\"\ndirection = [0, 0, 1]\n\
+             point_mm = [0, 0, 0]\nsense = -1\ntravel_deg = [-360, 360]\nmax_velocity_deg_s = 90\nmax_acceleration_deg_s2 = 900\n\
+             max_jerk_deg_s3 = 20_000\n[[body]]\nname = \"table\"\nrole = \"table\"\nattached_to = \"C\"\ncheck = true\n\
+             cylinder = [{{ from_mm = [0, 0, -40], to_mm = [0, 0, 0], radius_mm = 60 }}]\n[[body]]\nname = \"cradle\"\nrole = \"cradle\"\n\
+             attached_to = \"base\"\ncheck = true\nbox = [{{ min_mm = [-200, -100, -60], max_mm = [200, 100, -0.05] }}, \
+             {{ min_mm = [-200, 110, -60], max_mm = [200, 150, {rise}] }}]\n"
+        )
+    };
+    let program = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nG54\nG0 X0. Y0. Z300.\nC90.\nC0.\nM30\n%\n";
+    for (rise, hits) in [(8.0, true), (-2.0, false)] {
+        let shop = Shop::new(&cradle(rise), "", program);
+        let scene = fs::read_to_string(shop.path().join("scene.toml")).expect("written");
+        let bar = scene.replace(
+            "min_mm = [-50, -50, 0], max_mm = [-40, -40, 10]",
+            "min_mm = [-140, -20, 0], max_mm = [140, 20, 10]",
+        );
+        shop.write("scene.toml", &(bar + "[tolerances]\nnear_miss_mm = 10\n"));
+        let verdict = shop.verdict();
+        let found = found(&verdict, "collision-stock-body");
+        assert_eq!(found.len(), usize::from(hits), "{rise}: {:?}", verdict["findings"]);
+        assert!(!hits || found[0]["line"] == 6, "{found:?}");
+        assert!(
+            gate(&verdict, "collision").1.contains(if hits {
+                "1 x collision-stock-body"
+            } else {
+                "cradle lies against"
+            }),
+            "{verdict}"
+        );
+    }
+}
+
+/// The second tool is 40 mm longer: it comes into the spindle with 20 mm of its flutes in the block, and goes up out of it in feed.
+#[test]
+fn a_tool_that_comes_into_the_spindle_in_material_is_found() {
+    let program = |height: f64| {
+        format!(
+            "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X-45. Y-45. Z{height}.\nM5\nT2 M6\nG43 H2\nS3000 M3\n\
+             G1 Z{}. F1000.\nG0 Z200.\nM30\n%\n",
+            height + 10.0
+        )
+    };
+    for (height, depth) in [(45.0, Some(5.0)), (51.0, None)] {
+        let shop = Shop::new(&machine(""), "", &program(height));
+        let second = TOOLS.replace("number = 1", "number = 2").replace("T1", "T2").replace("_mm = 80", "_mm = 120");
+        shop.write("tools.toml", &format!("{TOOLS}\n{second}"));
+        let verdict = shop.verdict();
+        let found = found(&verdict, "process-rapid-in-material");
+        assert_eq!(found.len(), usize::from(depth.is_some()), "{:?}", verdict["findings"]);
+        if let Some(depth) = depth {
+            assert!((found[0]["penetration_mm"].as_f64().expect("told") - depth).abs() < 0.1, "{found:?}");
+            let message = found[0]["message"].as_str().expect("told");
+            assert!(
+                message.starts_with("cutter of T2 meets material where it stands as the tool comes into the spindle"),
+                "{message}"
+            );
+            assert_eq!(found[0]["line"], 12, "{found:?}");
+        }
+    }
+}
+
 #[test]
 fn a_start_in_collision_is_found_at_the_start() {
     // Wholly inside of the head at home, which is at Z 300.

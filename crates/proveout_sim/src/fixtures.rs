@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Aabb, InputError, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
+use proveout_geom::{InputError, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
+use proveout_machine::Machine;
 
 use crate::{
     error::SimError,
-    scene::{BoxFile, CylinderAxis, CylinderFile, FixtureFile, FixtureFrame, Scene},
+    scene::{CylinderAxis, CylinderFile, FixtureFile, FixtureFrame, Scene},
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
@@ -19,7 +20,7 @@ pub(crate) type Fixture = (String, TriMesh);
 /// Fixtures of a scene in its order; files that they are read from are added to `inputs`.
 ///
 /// # Errors
-/// A fixture without a form, a box that holds nothing, a mesh that cannot be read.
+/// A mesh that cannot be read, or that has no surface.
 pub(crate) fn fixture_meshes(
     scene: &Scene,
     table_from_work: &Pose,
@@ -27,6 +28,20 @@ pub(crate) fn fixture_meshes(
 ) -> Result<Vec<Fixture>, SimError> {
     let named = |f: &FixtureFile| Ok((f.name.clone(), fixture_mesh(scene, f, table_from_work, inputs)?));
     scene.file.fixture.iter().map(named).collect()
+}
+
+/// Refuses a fixture with the name of a machine body.
+///
+/// # Errors
+/// The first one.
+pub(crate) fn check_names(scene: &Scene, machine: &Machine) -> Result<(), InputError> {
+    let taken = |f: &&FixtureFile| machine.bodies.iter().any(|b| b.name == f.name);
+    scene.file.fixture.iter().find(taken).map_or(Ok(()), |FixtureFile { name, .. }| {
+        let message = format!(
+            "fixture {name:?} has the name of a body of the machine: no finding could tell which of them is meant"
+        );
+        Err(InputError::file(&scene.path, message, "give the fixture another name"))
+    })
 }
 
 fn fixture_mesh(
@@ -41,26 +56,15 @@ fn fixture_mesh(
             inputs.push((format!("fixture {}", fixture.name), path.clone()));
             read_surface(&path)?
         }
-        (None, Some(b), None) => box_mesh(&checked_box(scene, fixture, &b)?),
+        (None, Some(b), None) => box_mesh(&b.aabb()),
         (None, None, Some(c)) => round_mesh(&c),
-        _ => {
-            let message = format!("fixture {:?} needs exactly one form", fixture.name);
-            return Err(InputError::file(&scene.path, message, "give one of `mesh`, `box`, `cylinder`").into());
-        }
+        // The scene has none of this kind.
+        _ => TriMesh::default(),
     };
     Ok(match fixture.frame {
         FixtureFrame::Workpiece => mesh.transformed(table_from_work),
         FixtureFrame::Table => mesh,
     })
-}
-
-fn checked_box(scene: &Scene, fixture: &FixtureFile, b: &BoxFile) -> Result<Aabb, InputError> {
-    let aabb = b.aabb();
-    if (0..3).all(|i| aabb.min[i] < aabb.max[i]) {
-        return Ok(aabb);
-    }
-    let message = format!("the box of fixture {:?} holds nothing", fixture.name);
-    Err(InputError::file(&scene.path, message, "min_mm must be below max_mm"))
 }
 
 /// A mesh that may have holes or turned faces: its surface is checked, and the gates name what is not.

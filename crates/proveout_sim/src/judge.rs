@@ -197,9 +197,10 @@ fn against_stock(facts: &Facts, near_mm: f64) -> String {
     let near = &facts.stock_near;
     let mut text = String::new();
     if near.clear > 0 {
+        let keep = if near.clear == 1 { "1 body keeps".to_owned() } else { format!("{} bodies keep", near.clear) };
         text += &format!(
-            "; {} bodies keep {near_mm} mm from the in-process stock all the way, with {:.3} mm beside its rays counted as material",
-            near.clear, near.unseen_mm
+            "; {keep} {near_mm} mm from the in-process stock all the way, with {:.3} mm beside its rays counted as material",
+            near.unseen_mm
         );
     }
     if near.followed > near.clear {
@@ -210,8 +211,9 @@ fn against_stock(facts: &Facts, near_mm: f64) -> String {
         text += &format!("; {n} {come} nearer to it");
     }
     if !near.flush.is_empty() {
+        let lie = if near.flush.len() == 1 { "lies" } else { "lie" };
         text += &format!(
-            "; {} lie against the table's face: the lowest {:.3} mm of the stock on it count for nothing there",
+            "; {} {lie} against the table's face: there, and not against what stands above it, the lowest {:.3} mm of the stock count for nothing",
             near.flush.join(", "),
             near.layer_mm
         );
@@ -345,9 +347,13 @@ fn judge_gates(
         kept += &format!("; as the machine file wants, {}", facts.told.own_near_miss.join(", "));
     }
     let mut near = Coverage { checked: Some(kept), left_out: collision.left_out.clone() };
-    if facts.checked_pairs == 0 {
-        collision.left_out.push("the machine has no bodies to check".into());
-        near.left_out.push("the machine has no bodies to check".into());
+    let missing = if prepared.machine.bodies.is_empty() {
+        Some("the machine: its file has no bodies (`[[body]]`)")
+    } else {
+        (facts.checked_pairs == 0).then_some("bodies against bodies: no two that move against each other are described")
+    };
+    for coverage in [&mut collision, &mut near] {
+        coverage.left_out.extend(missing.map(str::to_owned));
     }
     let shape = |word: &str, limit: f64| {
         let mut left_out = Vec::new();

@@ -18,7 +18,7 @@ use crate::{
     control_file::control_of,
     digest,
     error::SimError,
-    fixtures::fixture_meshes,
+    fixtures::{self, fixture_meshes},
     made_program::{self, MadeProgram},
     manifest,
     memory::{Demand, Memory},
@@ -178,6 +178,7 @@ impl Prepared {
         let table_from_work = mount.table_from_work();
         let (part_mesh, part_mesh_error) = part_mesh(&scene, &mut inputs)?.unzip();
         let part_mesh_error = part_mesh_error.flatten();
+        fixtures::check_names(&scene, &machine)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
         let texture = Plan::new(&scene, part_mesh.as_ref(), &tools)?;
         let lines = ProgramText::open(&program_path)?.lines() as u64;

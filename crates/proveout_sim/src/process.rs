@@ -32,6 +32,8 @@ pub(crate) enum Swept {
     Zone,
     /// The core round the axis of a tool that does not cut there, before its cutter comes.
     Core,
+    /// The cutter as it stands when its tool has come into the spindle.
+    Entry,
 }
 
 /// What one sweep stands for.
@@ -62,13 +64,20 @@ pub(crate) struct PieceCut {
     pub(crate) since: Option<u32>,
     /// In feed, and down along the axis.
     pub(crate) goes_down: bool,
+    /// The first with this tool since it came into the spindle.
+    pub(crate) entered: bool,
     /// In the frame of the stock.
     pub(crate) motion: SweepMotion,
 }
 
-/// Follows in which run of pieces the cutter must not meet material: the first of it, the tool, and why.
+/// Follows in which run of pieces the cutter must not meet material.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Barring(Option<(u32, usize, &'static str)>);
+pub(crate) struct Barring {
+    /// The first of it, the tool, and why.
+    run: Option<(u32, usize, &'static str)>,
+    /// Tool of the piece before.
+    tool: Option<usize>,
+}
 
 impl Barring {
     /// What the next piece asks of the stock; nothing without a tool.
@@ -81,15 +90,16 @@ impl Barring {
         motion: SweepMotion,
     ) -> Option<PieceCut> {
         let Some((index, tool)) = state.tool.and_then(|t| Some((t, tools.get(t)?))) else {
-            self.0 = None;
+            *self = Self::default();
             return None;
         };
-        self.0 = fault(piece.kind, state, tool).map(|code| match self.0 {
+        let entered = self.tool.replace(index) != Some(index);
+        self.run = fault(piece.kind, state, tool).map(|code| match self.run {
             Some((since, of, why)) if (of, why) == (index, code.code) => (since, of, why),
             _ => (id, index, code.code),
         });
         let goes_down = piece.kind == MoveKind::Feed && plunge::way_down(&piece.pose).0 > 0.0;
-        Some(PieceCut { id, tool: index, since: self.0.map(|(since, ..)| since), goes_down, motion })
+        Some(PieceCut { id, tool: index, since: self.run.map(|(since, ..)| since), goes_down, entered, motion })
     }
 }
 
@@ -134,10 +144,15 @@ impl Cutters {
     pub(crate) fn add<'s>(&'s self, sweeps: &mut Sweeps<'s>, index: usize, cut: &PieceCut) {
         let Some(tool) = self.0.get(cut.tool) else { return };
         let mut put = |body: &'s Profile, action: Action, measure: Measure, what: Swept| {
-            sweeps.items.push(SweepItem { id: cut.id, body, action, motion: cut.motion });
+            let from = cut.motion.from;
+            let motion = if what == Swept::Entry { SweepMotion { from, to: from } } else { cut.motion };
+            sweeps.items.push(SweepItem { id: cut.id, body, action, motion });
             sweeps.measures.push(measure);
             sweeps.parts.push(SweepPart { piece: index, what });
         };
+        for (_, body) in tool.cutting.iter().filter(|_| cut.entered) {
+            put(body, Action::Probe, Measure::Alone, Swept::Entry);
+        }
         for body in tool.core.iter().filter(|_| cut.goes_down) {
             put(body, Action::Probe, Measure::No, Swept::Core);
         }
@@ -226,6 +241,8 @@ pub(crate) fn judge_sweep(
     }
     match part.what {
         Swept::Core => None,
+        // Nothing has cut its way in.
+        Swept::Entry => Some(RAPID_IN_MATERIAL),
         Swept::Zone => Some(NEAR_MISS),
         Swept::Body(Role::Neck) => Some(NECK_RUBS),
         Swept::Body(Role::Shank) => Some(SHANK_RUBS),

@@ -221,6 +221,9 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
     if let Some((at, message, help)) = scene_numbers::fault(text, file) {
         return fault(at, message, help);
     }
+    if let Some((at, message, help)) = crate::scene_setup::fixture_fault(text, &file.fixture) {
+        return fault(at, message, help);
+    }
     scene_stock::check(path, text, file)?;
     if let Some(part) = &file.part {
         scene_part::check(path, text, part)?;

@@ -53,6 +53,36 @@ pub struct FixtureFile {
     pub source: String,
 }
 
+/// What is wrong with the fixtures of a scene: offset in its text, message and help.
+pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usize, String, &'static str)> {
+    let place = |k: usize| text.match_indices("[[fixture]]").nth(k).map_or(0, |(at, _)| at);
+    fixtures.iter().enumerate().find_map(|(k, fixture)| {
+        let name = &fixture.name;
+        let (message, help) = if name.trim().is_empty() {
+            ("a fixture has no name".to_owned(), "name it: findings tell of it by its name")
+        } else if name == "stock" {
+            ("a fixture is called \"stock\", as the stock is in findings".to_owned(), "give it another name")
+        } else if fixtures[..k].iter().any(|f| f.name == *name) {
+            (
+                format!("two fixtures have the name {name:?}: no finding could tell which of them is meant"),
+                "give each fixture its own name",
+            )
+        } else {
+            let forms = [fixture.mesh.is_some(), fixture.block.is_some(), fixture.cylinder.is_some()];
+            if forms.iter().filter(|f| **f).count() != 1 {
+                (format!("fixture {name:?} needs exactly one form"), "give one of `mesh`, `box`, `cylinder`")
+            } else if fixture.block.is_some_and(|b| (0..3).any(|i| b.min_mm[i] >= b.max_mm[i])) {
+                (format!("the box of fixture {name:?} holds nothing"), "min_mm must be below max_mm")
+            } else if fixture.cylinder.is_some_and(|c| c.radius_mm <= 0.0 || c.height_mm <= 0.0) {
+                (format!("the cylinder of fixture {name:?} holds nothing"), "radius_mm and height_mm must be above 0")
+            } else {
+                return None;
+            }
+        };
+        Some((place(k), message, help))
+    })
+}
+
 /// Frame of a fixture's coordinates; it moves with the table in both cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -16,6 +16,24 @@ pub(crate) struct HalfSpace {
     pub(crate) offset: f64,
 }
 
+impl HalfSpace {
+    /// The part of a triangle that counts, in triangles: none, one or two.
+    pub(crate) fn part_of(&self, triangle: &[Point; 3]) -> Vec<[Point; 3]> {
+        let mut outline: Vec<Point> = Vec::with_capacity(4);
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            let [of_a, of_b] = [a, b].map(|p| self.normal.dot(&p.coords) - self.offset);
+            if of_a >= 0.0 {
+                outline.push(a);
+            }
+            if (of_a >= 0.0) != (of_b >= 0.0) {
+                outline.push(a + (b - a) * (of_a / (of_a - of_b)));
+            }
+        }
+        (2..outline.len()).map(|k| [outline[0], outline[k - 1], outline[k]]).collect()
+    }
+}
+
 /// The stock as it is asked. Frame of the stock, W.
 #[derive(Clone, Copy)]
 pub(crate) struct Rays<'a> {
@@ -234,4 +252,23 @@ pub(crate) fn penetration(mesh: &MeshShape, work_from_body: &Pose, rays: &Rays<'
         if !mesh.tree.local_aabb().contains_local_point(local) { 0.0 } else { mesh.depth(local) }
     };
     points.iter().step_by(stride).map(depth).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The part above a plane has the area that a closed form gives it, whichever corner lies above.
+    #[test]
+    fn a_triangle_is_cut_at_the_plane() {
+        let [low, high, aside] = [[0.0, 0.0, 0.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]].map(Point::from);
+        let area = |ts: &[[Point; 3]]| -> f64 { ts.iter().map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum() };
+        for turned in [[low, high, aside], [high, aside, low], [aside, low, high]] {
+            for (offset, left) in [(1.0, 4.5), (3.0, 0.5), (-1.0, 8.0), (5.0, 0.0)] {
+                let parts = HalfSpace { normal: Vector::z(), offset }.part_of(&turned);
+                assert!((area(&parts) - left).abs() < 1e-12, "{offset}: {parts:?}");
+                assert!(parts.iter().flatten().all(|p| p.z >= offset - 1e-12), "{offset}: {parts:?}");
+            }
+        }
+    }
 }

@@ -41,7 +41,8 @@
 //!
 //! Bodies that move as one with the stock do not move against it. A body that carries the table and lies against its face (a rotary table flush in
 //! its cradle) touches the lowest material all the time without a collision: for such a body, which is found with all joints at zero, the layer of
-//! material on the face counts for nothing ([`StockCheck::flush`]), and all above it does.
+//! material on the face counts for nothing ([`StockCheck::flush`]) against what of it is no higher than the face, and all above it does. What of
+//! it stands above the face, such as the cheeks of the cradle, is held against all material: however thin a plate is, it must not swing into them.
 
 mod distance;
 mod motion;
@@ -60,6 +61,7 @@ use crate::parts::{Envelope, Part, Wanted, mesh_shape, relation, table_of};
 use crate::report::{CollisionError, PartKind, Severity, Unchecked};
 use crate::ring::{ring_of, turning_joint};
 use crate::shape::{MeshShape, Shape, to_parry};
+use crate::triangle_tree::TriangleTree;
 use distance::HalfSpace;
 use motion::Follow;
 
@@ -275,8 +277,21 @@ impl StockCheck {
             if self.gap(i, stock, &zero, wanted).is_some() {
                 self.bodies[i].flush = true;
                 self.bodies[i].flush = self.gap(i, stock, &zero, wanted).is_none();
+                self.bodies[i].raised = self.raised(i);
             }
         }
+    }
+
+    /// What of a flush body stands above the face of the table, with all joints at zero.
+    fn raised(&self, i: usize) -> Option<TriangleTree> {
+        let body = &self.bodies[i];
+        let table = &self.machine.table;
+        let local_from_machine = body.part.pose(&self.machine, &JointValues::ZERO).inverse();
+        let (normal, face) = (local_from_machine.vector(&table.normal), local_from_machine.point(&table.point));
+        let above = HalfSpace { normal, offset: normal.dot(&face.coords) + PROUD_MM };
+        let skin = body.mesh().filter(|_| body.flush)?.boxes.triangles();
+        let skin: Vec<[Point; 3]> = skin.iter().flat_map(|t| above.part_of(t)).collect();
+        (!skin.is_empty()).then(|| TriangleTree::of_triangles(skin))
     }
 }
 

@@ -12,6 +12,7 @@ use crate::kept::{Kept, Turns, dot};
 use crate::parts::{Part, motion_weights};
 use crate::report::Severity;
 use crate::shape::{MeshShape, Shape};
+use crate::triangle_tree::TriangleTree;
 
 /// Slack for the distance of the box of the raw stock, which is iterated, mm.
 const SLACK_MM: f64 = 2e-4;
@@ -57,8 +58,10 @@ struct Known {
 #[derive(Clone, Debug)]
 pub(super) struct Follow {
     pub(super) part: Part,
-    /// The layer of material on the table's face counts for nothing.
+    /// The layer of material on the table's face counts for nothing against what of it is no higher than the face.
     pub(super) flush: bool,
+    /// What of such a body stands above the face: all material counts against it.
+    pub(super) raised: Option<TriangleTree>,
     known: Known,
 }
 
@@ -80,10 +83,10 @@ impl Follow {
             proved: f64::INFINITY,
             seen: f64::INFINITY,
         };
-        Some(Self { part, flush: false, known })
+        Some(Self { part, flush: false, raised: None, known })
     }
 
-    fn mesh(&self) -> Option<&MeshShape> {
+    pub(super) fn mesh(&self) -> Option<&MeshShape> {
         match &*self.part.shape {
             Shape::Mesh(mesh) => Some(mesh),
             Shape::Convex(_) => None,
@@ -495,7 +498,15 @@ impl StockCheck {
             let near = NearRay { distance: from_box, on_body: middle, on_ray: middle };
             return (from_box < limit).then_some(StockGap { lower: from_box, near, on_ray: false });
         }
-        let near = nearest(&body.mesh()?.boxes, &pose, &self.rays(i, stock), limit + self.unseen)?;
+        let limit_of_rays = limit + self.unseen;
+        let near = nearest(&body.mesh()?.boxes, &pose, &self.rays(i, stock), limit_of_rays);
+        let near = match &body.raised {
+            None => near,
+            Some(skin) => {
+                let within = near.map_or(limit_of_rays, |n| n.distance);
+                nearest(skin, &pose, &Rays { counts: None, ..self.rays(i, stock) }, within).or(near)
+            }
+        }?;
         let lower = (near.distance - self.unseen).max(from_box).max(0.0);
         (lower < limit).then_some(StockGap { lower, near, on_ray: true })
     }

@@ -21,7 +21,7 @@ use crate::{
 /// The part of the tool that a sweep belongs to.
 pub(super) fn part_of_tool(what: Swept) -> &'static str {
     match what {
-        Swept::Body(Role::Cutting) => "cutter",
+        Swept::Body(Role::Cutting) | Swept::Entry => "cutter",
         Swept::Core => "core",
         Swept::Body(Role::Neck) => "neck",
         Swept::Body(Role::Shank) => "shank",
@@ -50,6 +50,7 @@ pub(super) fn material(
 ) -> Finding {
     let part = part_of_tool(what);
     let how = match code.code {
+        _ if what == Swept::Entry => " where it stands as the tool comes into the spindle",
         c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
         c if c == finding::SPINDLE_OFF.code => standing(state),
         c if c == finding::SPINDLE_WRONG_WAY.code => " while the spindle turns against its hand",

@@ -24,7 +24,8 @@ pub(super) fn came_off(k: usize, part: &StockPart, mass: f64, end: &End, table_f
         }
         End::Left => "they fall away and are no longer stock".to_owned(),
         End::Lies { within } => {
-            let p = table_from_work.inverse().point(&within.center());
+            // No "-0".
+            let p = table_from_work.inverse().point(&within.center()).coords.map(|x| x.round() + 0.0);
             format!("they fall, come to rest about X {:.0} Y {:.0} Z {:.0} and are no longer stock", p.x, p.y, p.z)
         }
         End::Unknown(why) => {

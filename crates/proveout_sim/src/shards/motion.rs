@@ -148,7 +148,7 @@ fn write_stretch(out: &mut impl Write, cuts: &[PieceCut]) -> std::io::Result<()>
         out.write_all(&cut.id.to_le_bytes())?;
         out.write_all(&(cut.tool as u32).to_le_bytes())?;
         out.write_all(&cut.since.unwrap_or(u32::MAX).to_le_bytes())?;
-        out.write_all(&[u8::from(cut.goes_down)])?;
+        out.write_all(&[u8::from(cut.goes_down) | u8::from(cut.entered) << 1])?;
         for pose in [&cut.motion.from, &cut.motion.to] {
             for x in [pose.tip.x, pose.tip.y, pose.tip.z, pose.axis.x, pose.axis.y, pose.axis.z] {
                 out.write_all(&x.to_bits().to_le_bytes())?;
@@ -272,7 +272,8 @@ impl<'p> MotionReader<'p> {
                 id: u32_at(b, 0),
                 tool,
                 since: Some(u32_at(b, 8)).filter(|s| *s != u32::MAX),
-                goes_down: b[12] != 0,
+                goes_down: b[12] & 1 != 0,
+                entered: b[12] & 2 != 0,
                 motion: SweepMotion { from: pose(13), to: pose(61) },
             })
         });
