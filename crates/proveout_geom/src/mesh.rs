@@ -256,16 +256,16 @@ impl DirectedEdges {
         }
     }
 
-    fn from(&self, vertex: usize) -> &[(u32, u32)] {
+    fn leaving(&self, vertex: usize) -> &[(u32, u32)] {
         &self.ends[self.first[vertex] as usize..self.first[vertex + 1] as usize]
     }
 
     /// The first edge, by its vertices, that no triangle runs along the other way.
     fn first_open(&self, mesh: &TriMesh) -> Option<MeshError> {
         let closed =
-            |from: usize, to: u32| self.from(to as usize).binary_search_by_key(&(from as u32), |e| e.0).is_ok();
+            |from: usize, to: u32| self.leaving(to as usize).binary_search_by_key(&(from as u32), |e| e.0).is_ok();
         let open = (0..mesh.positions.len())
-            .flat_map(|v| self.from(v).iter().filter(move |e| !closed(v, e.0)).map(move |e| (v, *e)));
+            .flat_map(|v| self.leaving(v).iter().filter(move |e| !closed(v, e.0)).map(move |e| (v, *e)));
         let mut open = open.peekable();
         let (from, (to, place)) = *open.peek()?;
         let [from, to] = [from, to as usize].map(|v| mesh.positions[v]);
