@@ -18,7 +18,7 @@ use super::{
 };
 
 /// Part of the highest load of all above which a joint's rows take part from the begin.
-const FAR: f64 = 0.9;
+const FAR: f64 = 0.75;
 /// Gap at which nodes are added for the first time.
 const COARSE: f64 = 0.03;
 /// Part of its limit above which a row takes part from then on.
