@@ -172,13 +172,14 @@ fn convex_mesh(
     let (spine, _, _) = body.spine();
     let spine = mesh_from_body.point(&spine);
     let highest = |along: &Vector| highest(body, mesh_from_body, along);
+    let round = body.ball().map_or(0.0, |(_, radius)| radius);
     let amid = |p: &Point| on_segment(p, [&spine, &high]);
     let apart = |node: u32, bound: f64| {
         let (middle, half) = mesh.boxes.bounds(node);
         let outside = ((middle - box_middle).abs() - box_half - half).map(|x| x.max(0.0)).norm();
         let from_axis = from_segment(&middle, [&spine, &high]) - half.norm() - radius;
         let of_box = from_axis.max(outside);
-        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.beside(node, amid, highest)) }
+        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.beside(node, amid, highest, (round, bound))) }
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
     let start = warm.filter(|i| (*i as usize) < mesh.boxes.triangles().len()).map(|i| of(i, limit));

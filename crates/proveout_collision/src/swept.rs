@@ -340,11 +340,12 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, (limit
             on_segment(p, [&ends[0], &ends[1]])
         };
         let highest = |along: &Vector| placed.highest(along);
+        let round = body.ball().map_or(0.0, |(_, radius)| radius);
         let apart = |node: u32, bound: f64| {
             let (m, h) = skin.bounds(node);
             let outside = ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
             let of_box = outside.max(from_segment(&m, [&from[0], &to[0]]) - h.norm() - reach);
-            if of_box >= bound { of_box } else { of_box.max(skin.beside(node, amid, highest)) }
+            if of_box >= bound { of_box } else { of_box.max(skin.beside(node, amid, highest, (round, bound))) }
         };
         let of = |item: u32, bound: f64| {
             let corners = skin.corners(item);

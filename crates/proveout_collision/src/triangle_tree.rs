@@ -151,14 +151,24 @@ impl TriangleTree {
 
     /// Lower bound of the distance of a convex body from the triangles of a node, mm, below zero where none is proved, by planes across the way between their box
     /// and the middle of the body. `amid` gives the point amid the body that is nearest to a point, `support` the largest component of the body's points along a
-    /// unit vector.
-    pub(crate) fn beside(&self, node: u32, amid: impl Fn(&Point) -> Point, support: impl Fn(&Vector) -> f64) -> f64 {
+    /// unit vector. The body reaches at least `round` about its middle: where no more than `wanted` can be proved by that, it is not asked for its support.
+    pub(crate) fn beside(
+        &self,
+        node: u32,
+        amid: impl Fn(&Point) -> Point,
+        support: impl Fn(&Vector) -> f64,
+        (round, wanted): (f64, f64),
+    ) -> f64 {
         let lean = &self.leans[node as usize];
         let first = lean.nearest(&amid(&lean.middle));
         let p = amid(&first);
         let q = lean.nearest(&p);
         // No point of the box lies farther along the way out than the nearest one.
-        let Some(out) = (p - q).try_normalize(0.0) else { return 0.0 };
+        let way = p - q;
+        if way.norm_squared() < (wanted + round).powi(2) {
+            return f64::NEG_INFINITY;
+        }
+        let Some(out) = way.try_normalize(0.0) else { return 0.0 };
         let box_high = lean.middle.coords.dot(&out) + lean.axes.tr_mul(&out).abs().dot(&lean.half);
         -support(&-out) - box_high
     }
