@@ -342,7 +342,7 @@ fn a_machine_without_bodies_is_not_passed_for_its_fixtures() {
     }
 }
 
-/// A bar of 10 mm turns on its table into the cheeks of the cradle, which rise by 8 mm over the face and 110 mm from the axis: the layer of 11.9 mm that
+/// A bar of 10 mm turns on its table into the cheeks of the cradle, which rise by 8 mm over the face and 110 mm from the axis: the layer of 17 mm that
 /// counts for nothing against the flush face does not hide them.
 #[test]
 fn a_flat_bar_that_swings_into_the_cheeks_of_its_cradle_is_found() {
@@ -362,6 +362,7 @@ fn a_flat_bar_that_swings_into_the_cheeks_of_its_cradle_is_found() {
     for (rise, hits) in [(8.0, true), (-2.0, false)] {
         let shop = Shop::new(&cradle(rise), "", program);
         let scene = fs::read_to_string(shop.path().join("scene.toml")).expect("written");
+        let scene = scene.replace("resolution_mm = 1", "resolution_mm = 4");
         let bar = scene.replace(
             "min_mm = [-50, -50, 0], max_mm = [-40, -40, 10]",
             "min_mm = [-140, -20, 0], max_mm = [140, 20, 10]",
