@@ -342,6 +342,24 @@ fn a_machine_without_bodies_is_not_passed_for_its_fixtures() {
     }
 }
 
+/// A tool below the table's face is a finding only where the table is described: a machine file with bodies, but none that moves with the table or
+/// with the spindle, is not passed, and the gate names which.
+#[test]
+fn a_machine_without_its_table_or_its_spindle_is_not_passed() {
+    let jaw = "[[fixture]]\nname = \"jaw\"\nbox = { min_mm = [20, 20, 0], max_mm = [30, 30, 20] }\n";
+    let away = TO_THE_COVER.replace("X95.", "X60.");
+    for (moved, end) in [("\"B\"", "table"), ("\"Z\"", "spindle")] {
+        let away_from = machine("").replace(&format!("attached_to = {moved}"), "attached_to = \"X\"");
+        let verdict = Shop::new(&away_from, jaw, &away).verdict();
+        for name in ["collision", "near_miss"] {
+            let (state, reason) = gate(&verdict, name);
+            assert_ne!(state, "pass", "{name}: {reason}");
+            let told = format!("the {end}: no body of the machine file moves with it (`attached_to = {moved}`)");
+            assert!(reason.contains(&told), "{name}: {reason}");
+        }
+    }
+}
+
 /// A bar of 10 mm turns on its table into the cheeks of the cradle, which rise by 8 mm over the face and 110 mm from the axis: the layer of 17 mm that
 /// counts for nothing against the flush face does not hide them.
 #[test]

@@ -4,6 +4,7 @@ use proveout_collision::{BEARING_ROLES, Unchecked};
 use std::collections::BTreeMap;
 
 use proveout_controller::{Dynamics, Summary};
+use proveout_machine::{Attachment, Machine};
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
@@ -192,6 +193,24 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
         .collect()
 }
 
+/// What the machine file does not describe of the machine, so that nothing could be held against it.
+fn missing_bodies(machine: &Machine, checked_pairs: usize) -> Vec<String> {
+    if machine.bodies.is_empty() {
+        return vec!["the machine: its file has no bodies (`[[body]]`)".to_owned()];
+    }
+    let ends = [("table", &machine.work_chain), ("spindle", &machine.tool_chain)].map(|(name, chain)| {
+        let end = chain.last().map_or(Attachment::Base, |j| Attachment::Joint(*j));
+        let on = chain.last().map_or("base", |j| machine.joints[*j].name.as_str());
+        let missing = machine.bodies.iter().all(|b| b.attached_to != end);
+        missing.then(|| format!("the {name}: no body of the machine file moves with it (`attached_to = \"{on}\"`)"))
+    });
+    let mut missing: Vec<String> = ends.into_iter().flatten().collect();
+    if checked_pairs == 0 && missing.is_empty() {
+        missing.push("bodies against bodies: no two that move against each other are described".to_owned());
+    }
+    missing
+}
+
 /// What is said of the bodies that nothing sweeps through the stock.
 fn against_stock(facts: &Facts, near_mm: f64) -> String {
     let near = &facts.stock_near;
@@ -347,13 +366,9 @@ fn judge_gates(
         kept += &format!("; as the machine file wants, {}", facts.told.own_near_miss.join(", "));
     }
     let mut near = Coverage { checked: Some(kept), left_out: collision.left_out.clone() };
-    let missing = if prepared.machine.bodies.is_empty() {
-        Some("the machine: its file has no bodies (`[[body]]`)")
-    } else {
-        (facts.checked_pairs == 0).then_some("bodies against bodies: no two that move against each other are described")
-    };
+    let missing = missing_bodies(&prepared.machine, facts.checked_pairs);
     for coverage in [&mut collision, &mut near] {
-        coverage.left_out.extend(missing.map(str::to_owned));
+        coverage.left_out.extend(missing.clone());
     }
     let shape = |word: &str, limit: f64| {
         let mut left_out = Vec::new();
