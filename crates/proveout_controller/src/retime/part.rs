@@ -16,11 +16,11 @@ use std::ops::Range;
 use proveout_machine::MAX_JOINTS;
 
 use super::{
-    lanes::{Eight, LANES, Lanes, Wide},
+    lanes::{LANES, Lanes},
     problem::{JointRow, Problem, RELAXED},
-    side::{Going, Side, Sums, even, jerk},
+    side::{AT_FIRST, Going, INSIDE, Side, Sums, even, jerk},
     solver::{Before, Work},
-    system::{System, polynomial, state},
+    system::System,
 };
 
 /// Names of a node's rows as bits: the speed, and of each joint acceleration and jerk, both sides of each.
@@ -41,15 +41,13 @@ pub(super) const fn names(joint: usize) -> [usize; 2] {
 struct Bundle {
     /// First of the four unknowns of each.
     first: [usize; LANES],
-    /// Their lengths over the mean one.
-    lengths: Wide,
     slots: Range<usize>,
 }
 
 /// A node of each of eight intervals.
 pub(super) struct Slot {
-    /// Part of the interval, by which all derivatives are taken.
-    tau: Lanes,
+    /// b, b', b'' by the unknowns.
+    basis: [[Lanes; 4]; 3],
     weight: Lanes,
     /// The row of speed, where there is one.
     speed: Range<usize>,
@@ -61,21 +59,30 @@ pub(super) struct Slot {
 }
 
 impl Bundle {
-    /// b in the eight intervals, where these are the unknowns.
+    /// The unknowns of the eight intervals.
     #[inline(always)]
-    fn polynomial(&self, c: &[f64]) -> [Lanes; 4] {
-        let mut u = [Wide::ZERO; 4];
+    fn unknowns(&self, c: &[f64]) -> [Lanes; 4] {
+        let mut u = [Lanes::ZERO; 4];
         for lane in 0..LANES {
             let own = &c[self.first[lane]..self.first[lane] + 4];
             for i in 0..4 {
                 u[i].0[lane] = own[i];
             }
         }
-        polynomial(self.lengths, &u)
+        u
     }
 }
 
 impl Slot {
+    #[inline(always)]
+    fn state(&self, u: &[Lanes; 4]) -> [Lanes; 3] {
+        let mut x = [Lanes::ZERO; 3];
+        for (x, row) in x.iter_mut().zip(&self.basis) {
+            *x = row[0] * u[0] + row[1] * u[1] + row[2] * u[2] + row[3] * u[3];
+        }
+        x
+    }
+
     /// Running number of its first row of both sides: those without the tempo come first.
     fn first(&self) -> usize {
         self.even.start + self.jerk.start
@@ -148,9 +155,8 @@ impl Part {
             for number in 0..most {
                 self.add(problem, rows, eight, number);
             }
-            let first: [usize; LANES] = std::array::from_fn(|lane| 2 * eight[lane.min(eight.len() - 1)][0]);
-            let lengths = first.map(|first| problem.lengths[first / 2] / problem.scale);
-            self.bundles.push(Bundle { first, lengths: Eight(lengths), slots: slots..self.slots.len() });
+            let first = std::array::from_fn(|lane| 2 * eight[lane.min(eight.len() - 1)][0]);
+            self.bundles.push(Bundle { first, slots: slots..self.slots.len() });
         }
     }
 
@@ -185,7 +191,7 @@ impl Part {
         self.even.resize(even + count[0], [zero; 2]);
         self.jerk.resize(jerk + count[1], [zero; 3]);
         let mut slot = Slot {
-            tau: zero,
+            basis: [[zero; 4]; 3],
             weight: zero,
             speed: speed..self.speed.len(),
             even: even..self.even.len(),
@@ -198,14 +204,17 @@ impl Part {
             let there = lane < eight.len() && number < nodes;
             let at = if there { begin + number } else { begin };
             let node = &problem.nodes[at];
-            slot.tau.0[lane] = node.tau as f32;
+            for (own, row) in slot.basis.iter_mut().zip(problem.basis(k, node.tau)) {
+                for (own, value) in own.iter_mut().zip(row) {
+                    own.0[lane] = value;
+                }
+            }
             if !there {
                 continue;
             }
             lanes[lane] = at;
             self.places[at] = [self.slots.len(), lane];
-            slot.weight.0[lane] = node.weight as f32;
-            let over = 1.0 / problem.lengths[k];
+            slot.weight.0[lane] = node.weight;
             let near = [self.fixed[0] && k == 0, self.fixed[1] && k + 1 == problem.lengths.len()];
             // What was found with an excess within the tolerance must stay possible, and what both given unknowns decide
             // is no longer a question.
@@ -214,17 +223,17 @@ impl Part {
             let decided = if given { 0.0 } else { factor };
             let out = near[0] && node.lead > 0.0 || near[1] && node.lead < 0.0;
             if let Some(row) = self.speed[slot.speed.clone()].first_mut().filter(|_| !out) {
-                (row[0].0[lane], row[1].0[lane]) = ((node.speed * node.lead * over) as f32, node.speed as f32);
+                (row[0].0[lane], row[1].0[lane]) = (node.speed * node.lead, node.speed);
             }
             let own: &[JointRow] = &problem.joints[at * problem.count..(at + 1) * problem.count];
             for (row, joint) in self.even[slot.even.clone()].iter_mut().zip(&joints[0]) {
-                for (q, by) in [over * decided, decided].into_iter().enumerate() {
-                    row[q].0[lane] = (f64::from(own[*joint][q]) * by) as f32;
+                for q in 0..2 {
+                    row[q].0[lane] = f64::from(own[*joint][q]) * decided;
                 }
             }
             for (row, joint) in self.jerk[slot.jerk.clone()].iter_mut().zip(&joints[1]) {
-                for (q, by) in [over * over * factor, over * factor, factor].into_iter().enumerate() {
-                    row[q].0[lane] = (f64::from(own[*joint][2 + q]) * by) as f32;
+                for q in 0..3 {
+                    row[q].0[lane] = f64::from(own[*joint][2 + q]) * factor;
                 }
             }
         }
@@ -232,49 +241,49 @@ impl Part {
         self.lanes.push(lanes);
     }
 
-    /// Slacks and multipliers of new rows, with a mean product of both and no less than some slack.
-    #[inline(always)]
-    pub(super) fn begin(&self, c: &[f64], new: [f32; 2], work: &mut Work) {
+    /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones elsewhere.
+    pub(super) fn begin(&self, c: &[f64], mu: f64, before: Option<&Before<'_>>, work: &mut Work) {
+        let new = [mu, if before.is_some() { INSIDE } else { AT_FIRST }];
         work.single.clear();
         work.single.reserve(self.speed.len());
         work.pairs.clear();
         work.pairs.reserve(self.even.len() + self.jerk.len());
-        let one = Lanes::all(1.0);
         for bundle in &self.bundles {
-            let p = bundle.polynomial(c);
-            for slot in &self.slots[bundle.slots.clone()] {
-                let x = state(slot.tau, &p);
+            let u = bundle.unknowns(c);
+            for at in bundle.slots.clone() {
+                let slot = &self.slots[at];
+                let x = slot.state(&u);
                 let slow = x[0].each(|b| 1.0 / b.sqrt());
-                for q in &self.speed[slot.speed.clone()] {
-                    work.single.push(Side::begun(even(q, x) - one, new));
+                let left: [_; LANES] =
+                    std::array::from_fn(|lane| Some((lane, before?, before?.slot(self.lanes[at][lane])?)));
+                let (number, mut names) = (slot.first(), [0; NAMES]);
+                for (name, place) in slot.index.iter().enumerate().filter(|(_, place)| **place > 0) {
+                    names[usize::from(*place) - 1] = name;
                 }
+                for q in &self.speed[slot.speed.clone()] {
+                    let mut side = Side::begun(even(q, x) - Lanes::all(1.0), new);
+                    for (lane, b, slot) in left.iter().flatten() {
+                        if let Some(own) = b.single(*slot) {
+                            side.go_on(*lane, own);
+                        }
+                    }
+                    work.single.push(side);
+                }
+                let mut add = |value: Lanes, limit: Lanes| {
+                    let name = names[work.pairs.len() - number];
+                    let mut sides = [Side::begun(value - limit, new), Side::begun(-value - limit, new)];
+                    for (lane, b, slot) in left.iter().flatten() {
+                        if let Some(own) = b.pair(*slot, name) {
+                            sides.iter_mut().zip(own).for_each(|(side, own)| side.go_on(*lane, own));
+                        }
+                    }
+                    work.pairs.push(sides);
+                };
                 for q in &self.even[slot.even.clone()] {
-                    let value = even(q, x);
-                    work.pairs.push([Side::begun(value - one, new), Side::begun(-value - one, new)]);
+                    add(even(q, x), Lanes::all(1.0));
                 }
                 for q in &self.jerk[slot.jerk.clone()] {
-                    let value = jerk(q, x);
-                    work.pairs.push([Side::begun(value - slow, new), Side::begun(-value - slow, new)]);
-                }
-            }
-        }
-    }
-
-    /// Takes over slacks and multipliers that a search before has left.
-    pub(super) fn take_over(&self, before: &Before<'_>, work: &mut Work) {
-        for (slot, lanes) in self.slots.iter().zip(&self.lanes) {
-            for (lane, node) in lanes.iter().enumerate() {
-                let Some(place) = before.slot(*node) else { continue };
-                for side in &mut work.single[slot.speed.clone()] {
-                    if let Some(own) = before.single(place) {
-                        side.go_on(lane, own);
-                    }
-                }
-                for (name, own) in slot.index.iter().enumerate().filter(|(_, own)| **own > 0) {
-                    if let Some(left) = before.pair(place, name) {
-                        let sides = &mut work.pairs[slot.first() + usize::from(*own) - 1];
-                        sides.iter_mut().zip(left).for_each(|(side, left)| side.go_on(lane, left));
-                    }
+                    add(jerk(q, x), slow);
                 }
             }
         }
@@ -289,12 +298,12 @@ impl Part {
     /// Sum of w / sqrt(b); infinite where b is not above zero.
     #[inline(always)]
     pub(super) fn time(&self, c: &[f64]) -> f64 {
-        let mut sum = Wide::ZERO;
+        let mut sum = Lanes::ZERO;
         for bundle in &self.bundles {
-            let p = bundle.polynomial(c);
+            let u = bundle.unknowns(c);
             for slot in &self.slots[bundle.slots.clone()] {
-                let b = state(slot.tau, &p)[0];
-                sum += slot.weight.with(b, |w, b| if b > 0.0 { w / b.sqrt() } else { f32::INFINITY }).wide();
+                let b = slot.state(&u)[0];
+                sum += slot.weight.with(b, |w, b| if b > 0.0 { w / b.sqrt() } else { f64::INFINITY });
             }
         }
         sum.sum()
@@ -312,10 +321,10 @@ impl Part {
         let (mut singles, mut both) = (single.iter_mut(), pairs.iter_mut());
         let one = Lanes::all(1.0);
         for bundle in &self.bundles {
-            let p = bundle.polynomial(c);
+            let u = bundle.unknowns(c);
             let mut system = System::ZERO;
             for slot in &self.slots[bundle.slots.clone()] {
-                let x = state(slot.tau, &p);
+                let x = slot.state(&u);
                 let slow = x[0].each(|b| 1.0 / b.sqrt());
                 work.states.push([x[0], x[1], x[2], slow]);
                 let over = slow * slow;
@@ -372,9 +381,9 @@ impl Part {
                     m[4] += w1 * a[2];
                     m[5] += w * a[2] * a[2];
                 }
-                system.add(slot.tau, &g, &central, &m);
+                system.add(&slot.basis, &g, &central, &m);
             }
-            system.put(bundle.lengths, &bundle.first, work);
+            system.put(&bundle.first, work);
         }
         (work.single, work.pairs) = (single, pairs);
         self.give(work);
@@ -400,17 +409,17 @@ impl Part {
 
     /// Steps of slacks and multipliers, how far the tempo may fall, and how far both may go.
     #[inline(always)]
-    pub(super) fn steps(&self, mu: f32, work: &mut Work) -> (f32, Sums) {
+    pub(super) fn steps(&self, mu: f64, work: &mut Work) -> (f64, Sums) {
         let mut sums = Sums::ZERO;
         // Highest part of b that a full step takes.
         let mut taken = Lanes::ZERO;
         let (mut singles, mut pairs) = (work.single.iter_mut(), work.pairs.iter_mut());
         let one = Lanes::all(1.0);
         for bundle in &self.bundles {
-            let dp = bundle.polynomial(&work.right);
+            let du = bundle.unknowns(&work.right);
             let slots = self.slots[bundle.slots.clone()].iter().zip(&work.states[bundle.slots.clone()]);
             for (slot, [b, b1, b2, slow]) in slots {
-                let (x, d, slow) = ([*b, *b1, *b2], state(slot.tau, &dp), *slow);
+                let (x, d, slow) = ([*b, *b1, *b2], slot.state(&du), *slow);
                 let over = slow * slow;
                 taken = taken.higher(-d[0] * over);
                 let tangent = slow * over * d[0] * 0.5;

@@ -110,6 +110,17 @@ const CLOSEST: f64 = 0.03;
 const HIGHER: f64 = 0.0005;
 
 impl Problem {
+    /// Basis of b, b', b'' in interval `k` at part `tau` of it.
+    pub(super) fn basis(&self, k: usize, tau: f64) -> [[f64; 4]; 3] {
+        let h = self.lengths[k];
+        let (t, r, w) = (tau, 1.0 - tau, h / self.scale);
+        let value = [r * r * (1.0 + 2.0 * t), w * t * r * r, t * t * (3.0 - 2.0 * t), -w * t * t * r];
+        let slope = [-6.0 * t * r, w * r * (r - 2.0 * t), 6.0 * t * r, w * t * (t - 2.0 * r)];
+        let bend = [12.0 * t - 6.0, w * (6.0 * t - 4.0), 6.0 - 12.0 * t, w * (6.0 * t - 2.0)];
+        let over = 1.0 / h;
+        [value, slope.map(|x| x * over), bend.map(|x| x * (over * over))]
+    }
+
     /// The unknowns of the law's own tempo.
     pub(super) fn even(&self) -> Vec<f64> {
         (0..2 * (self.lengths.len() + 1)).map(|i| if i % 2 == 0 { 1.0 } else { 0.0 }).collect()

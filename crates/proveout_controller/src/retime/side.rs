@@ -3,15 +3,15 @@
 use super::lanes::Lanes;
 
 /// Part of the way to the border of a slack or multiplier that a step may go: what takes less of them does not shorten it.
-pub(super) const TO_BORDER: f32 = 0.99;
+pub(super) const TO_BORDER: f64 = 0.99;
 /// How far below the highest quotient another is no higher, whatever their rounding.
-const BESIDE: f32 = 1.0 - 1e-6;
+const BESIDE: f64 = 1.0 - 1e-9;
 
 /// Slack that a row is given at least at the begin of a search that nothing is known of, where rows are passed by a multiple: from small
 /// slacks the first dozen of steps go some percent of their way.
-pub(super) const AT_FIRST: f32 = 0.3;
+pub(super) const AT_FIRST: f64 = 0.3;
 /// The same of a row that joins a search that goes on.
-pub(super) const INSIDE: f32 = 0.02;
+pub(super) const INSIDE: f64 = 0.02;
 
 /// Slacks and multipliers of a row with their steps.
 #[derive(Clone, Copy)]
@@ -27,33 +27,32 @@ pub(super) struct Side {
 /// slack and multiplier that it aimed at.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Going {
-    pub(super) primal: f32,
-    pub(super) dual: f32,
-    pub(super) aim: f32,
+    pub(super) primal: f64,
+    pub(super) dual: f64,
+    pub(super) aim: f64,
 }
 
 impl Side {
     /// Begins as a new row, with a mean product of slack and multiplier and no less than some slack.
-    #[inline(always)]
-    pub(super) fn begun(value: Lanes, [mu, least]: [f32; 2]) -> Self {
+    pub(super) fn begun(value: Lanes, [mu, least]: [f64; 2]) -> Self {
         let slack = (-value).each(|slack| slack.max(least));
         Self { slack, over: slack.inverse(), multiplier: slack.each(|slack| mu / slack), slack_step: Lanes::ZERO }
     }
 
     /// Goes on with slack and multiplier of a node that an earlier search has left.
-    pub(super) fn go_on(&mut self, lane: usize, [slack, multiplier]: [f32; 2]) {
+    pub(super) fn go_on(&mut self, lane: usize, [slack, multiplier]: [f64; 2]) {
         (self.slack.0[lane], self.over.0[lane], self.multiplier.0[lane]) = (slack, 1.0 / slack, multiplier);
     }
 
     /// Slack and multiplier of a node.
-    pub(super) fn of_lane(&self, lane: usize) -> [f32; 2] {
+    pub(super) fn of_lane(&self, lane: usize) -> [f64; 2] {
         [self.slack.0[lane], self.multiplier.0[lane]]
     }
 
     /// Step of the multiplier, where the slack changes by this amount. It is taken twice rather than kept: rows are many, and what they
     /// cost is the way to memory.
     #[inline(always)]
-    fn multiplier_step(&self, slack_step: Lanes, aim: f32) -> Lanes {
+    fn multiplier_step(&self, slack_step: Lanes, aim: f64) -> Lanes {
         (Lanes::all(aim) - self.multiplier * slack_step) * self.over - self.multiplier
     }
 
@@ -73,7 +72,7 @@ impl Side {
 
     /// The step, where the row changes by this amount.
     #[inline(always)]
-    pub(super) fn step(&mut self, value: Lanes, change: Lanes, aim: f32, sums: &mut Sums) {
+    pub(super) fn step(&mut self, value: Lanes, change: Lanes, aim: f64, sums: &mut Sums) {
         let ds = -(value + self.slack) - change;
         let (dl, l) = (self.multiplier_step(ds, aim), self.multiplier);
         sums.primal = sums.primal.higher(-ds * self.over);
@@ -94,7 +93,7 @@ pub(super) struct Sums {
     pub(super) primal: Lanes,
     pub(super) dual: Lanes,
     /// Part of a multiplier up to which quotients are not taken: a little below what counts and below the highest so far.
-    bound: f32,
+    bound: f64,
 }
 
 impl Sums {

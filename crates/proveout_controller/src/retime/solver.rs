@@ -6,9 +6,6 @@
 //! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls to a tenth after a
 //! long step. The start need not keep the rows.
 //!
-//! *Precision.* Rows, slacks and multipliers are in single precision: at the end slacks are some 1e-4 of a limit, and a row is known to some 1e-6 of it. The
-//! unknowns, the system for their steps and what is asked of the result are in double precision.
-//!
 //! *Cost.* About 12 iterations up to the first look between the points, 9 to 10 after it and 4 to 8 around each place that needs a point later
 //! (`stages.rs`), of linear cost; both passes of one treat eight intervals at once (`part.rs`). *Limits.* The rows of jerk make the problem
 //! not convex: the result is a local optimum, and the gap at the end, a thousandth, is that of the problem with the last tangents. From other starts
@@ -22,7 +19,7 @@ use super::{
     lanes::Lanes,
     part::{Names, Part, Slot},
     problem::Problem,
-    side::{AT_FIRST, Going, INSIDE, Side, TO_BORDER},
+    side::{Going, Side, TO_BORDER},
 };
 
 /// Most iterations; 8 to 14 are usual.
@@ -35,7 +32,7 @@ const WIDE: f64 = 0.9;
 const LEAST: f64 = 0.3;
 /// Least slack of a row in a search that goes on with new rows beside it, for the same reason: with slacks as they were left, steps of
 /// some percent are usual, and twice as many of them.
-const ROOM: f32 = 0.04;
+const ROOM: f64 = 0.04;
 /// Largest remaining excess over a row, as part of its limit.
 const EXCESS: f64 = 2e-5;
 
@@ -78,20 +75,20 @@ impl Before<'_> {
     }
 
     /// Slack and multiplier of the row of speed.
-    pub(super) fn single(&self, (slot, lane): (&Slot, usize)) -> Option<[f32; 2]> {
+    pub(super) fn single(&self, (slot, lane): (&Slot, usize)) -> Option<[f64; 2]> {
         let side = self.search.work.single.get(slot.single()?)?;
         Some(roomy(side.of_lane(lane)))
     }
 
     /// Those of both sides of another row.
-    pub(super) fn pair(&self, (slot, lane): (&Slot, usize), name: usize) -> Option<[[f32; 2]; 2]> {
+    pub(super) fn pair(&self, (slot, lane): (&Slot, usize), name: usize) -> Option<[[f64; 2]; 2]> {
         let both = self.search.work.pairs.get(slot.pair(name)?)?;
         Some([0, 1].map(|side: usize| roomy(both[side].of_lane(lane))))
     }
 }
 
 /// With some room at the limit.
-fn roomy([slack, multiplier]: [f32; 2]) -> [f32; 2] {
+fn roomy([slack, multiplier]: [f64; 2]) -> [f64; 2] {
     [slack.max(ROOM), multiplier]
 }
 
@@ -101,7 +98,6 @@ struct Fastest<'a> {
     work: &'a mut Work,
     c: &'a mut [f64],
     mean: &'a mut f64,
-    before: Option<&'a Before<'a>>,
     /// The gap up to which is searched.
     to: f64,
 }
@@ -111,11 +107,6 @@ impl WithSimd for Fastest<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
-        let least = if self.before.is_some() { INSIDE } else { AT_FIRST };
-        self.part.begin(self.c, [*self.mean as f32, least], self.work);
-        if let Some(before) = self.before {
-            self.part.take_over(before, self.work);
-        }
         self.part.search(self.c, self.to, self.work, self.mean)
     }
 }
@@ -137,12 +128,13 @@ impl Search {
             return false;
         }
         self.mean = before.map_or(WIDE * start / self.part.rows() as f64, |b| b.search.mean);
-        let work = &mut self.work;
+        let (mean, work) = (self.mean, &mut self.work);
+        self.part.begin(c, mean, before, work);
         let n = self.part.unknowns;
         work.matrix.resize(n, [0.0; 4]);
         work.right.resize(n, 0.0);
         work.central.resize(n, 0.0);
-        pulp::Arch::new().dispatch(Fastest { part: &self.part, work, c, mean: &mut self.mean, before, to })
+        pulp::Arch::new().dispatch(Fastest { part: &self.part, work, c, mean: &mut self.mean, to })
     }
 }
 
@@ -156,7 +148,7 @@ impl Part {
         let mut going: Option<Going> = None;
         for _ in 0..=ITERATIONS {
             let sums = self.assemble(c, going.unwrap_or_default(), work);
-            let (gap, excess) = (sums.gap.wide().sum(), f64::from(sums.excess.highest()));
+            let (gap, excess) = (sums.gap.sum(), sums.excess.highest());
             if !gap.is_finite() || gap > 1e3 * start || going.is_some_and(|going| going.primal < 1e-7) {
                 return false; // rows that contradict each other
             }
@@ -181,13 +173,12 @@ impl Part {
             if !factor_and_solve(&mut work.matrix, &mut work.right) {
                 return false;
             }
-            let aim = mu as f32;
-            let (within, sums) = self.steps(aim, work);
-            let full = |part: f32| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
+            let (within, sums) = self.steps(mu, work);
+            let full = |part: f64| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
             let primal = within.min(full(sums.primal.highest()));
-            going = Some(Going { primal, dual: full(sums.dual.highest()), aim });
+            going = Some(Going { primal, dual: full(sums.dual.highest()), aim: mu });
             for (c, d) in c.iter_mut().zip(&work.right) {
-                *c += f64::from(primal) * d;
+                *c += primal * d;
             }
         }
         false
