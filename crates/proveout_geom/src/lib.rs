@@ -40,7 +40,10 @@ pub use document::{Document, Step, nearest};
 pub use inch::{add_inches_to_schema, in_millimeters};
 pub use input_error::{InputError, InputFault, read_input};
 pub use mesh::{MeshError, TriMesh};
-pub use mesh_file::{GlbNode, MeshFileError, read_glb_nodes, read_mesh, write_glb_container, write_stl};
+pub use mesh_file::{
+    FlatTriangles, GlbNode, MeshFileError, read_glb_nodes, read_mesh, read_mesh_and_flat, write_glb_container,
+    write_stl,
+};
 pub use overlap::Overlap;
 pub use pose::Pose;
 pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};

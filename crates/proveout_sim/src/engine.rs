@@ -17,6 +17,7 @@ use crate::{
     engagement::Engagement,
     error::SimError,
     finding::{self, Finding},
+    inputs::FlatMesh,
     kept_motion::{KeptMotion, KeptPiece},
     legs,
     log::{self, FindingLog},
@@ -125,6 +126,8 @@ pub(crate) struct Engine<'a> {
     plunge: PlungeWatch,
     unknown_plunges: BTreeMap<usize, UnknownPlunge>,
     log: FindingLog,
+    /// What is told of mesh files before all else.
+    of_meshes: Vec<Finding>,
     /// Breach of the bodies, and the finding that tells of it.
     breaches: Vec<(usize, usize)>,
     /// The same for a body and the stock.
@@ -175,6 +178,7 @@ impl<'a> Engine<'a> {
             stock,
             patches,
             log: FindingLog::default(),
+            of_meshes: prepared.flat_meshes.iter().map(FlatMesh::finding).collect(),
             breaches: Vec::new(),
             stock_breaches: Vec::new(),
             state: CuttingState::IDLE,

@@ -1,12 +1,13 @@
 //! Fixtures and platforms of a scene as meshes in the table frame.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use proveout_geom::{InputError, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
+use proveout_geom::{InputError, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad};
 use proveout_machine::Machine;
 
 use crate::{
     error::SimError,
+    inputs::Inputs,
     scene::{CylinderAxis, CylinderFile, FixtureFile, FixtureFrame, Scene},
 };
 
@@ -24,7 +25,7 @@ pub(crate) type Fixture = (String, TriMesh);
 pub(crate) fn fixture_meshes(
     scene: &Scene,
     table_from_work: &Pose,
-    inputs: &mut Vec<(String, PathBuf)>,
+    inputs: &mut Inputs,
 ) -> Result<Vec<Fixture>, SimError> {
     let named = |f: &FixtureFile| Ok((f.name.clone(), fixture_mesh(scene, f, table_from_work, inputs)?));
     scene.file.fixture.iter().map(named).collect()
@@ -48,13 +49,12 @@ fn fixture_mesh(
     scene: &Scene,
     fixture: &FixtureFile,
     table_from_work: &Pose,
-    inputs: &mut Vec<(String, PathBuf)>,
+    inputs: &mut Inputs,
 ) -> Result<TriMesh, SimError> {
     let mesh = match (&fixture.mesh, fixture.block, fixture.cylinder) {
         (Some(path), None, None) => {
-            let path = scene.resolve(path);
-            inputs.push((format!("fixture {}", fixture.name), path.clone()));
-            read_surface(&path)?
+            let (mesh, path) = inputs.mesh(scene, format!("fixture {}", fixture.name), path)?;
+            surface(mesh, path)?
         }
         (None, Some(b), None) => box_mesh(&b.aabb()),
         (None, None, Some(c)) => round_mesh(&c),
@@ -68,11 +68,10 @@ fn fixture_mesh(
 }
 
 /// A mesh that may have holes or turned faces: its surface is checked, and the gates name what is not.
-fn read_surface(path: &Path) -> Result<TriMesh, SimError> {
-    let mesh = read_mesh(path)?;
+fn surface(mesh: TriMesh, path: PathBuf) -> Result<TriMesh, SimError> {
     match mesh.check_solid() {
         Ok(()) | Err(MeshError::Open { .. } | MeshError::NotManifold { .. }) => Ok(mesh),
-        Err(source) => Err(SimError::Mesh { path: path.into(), source }),
+        Err(source) => Err(SimError::Mesh { path, source }),
     }
 }
 

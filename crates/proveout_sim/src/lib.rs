@@ -61,6 +61,7 @@ mod engagement;
 mod engine;
 mod error;
 pub mod free_axes;
+mod inputs;
 mod inspect;
 pub mod journal;
 mod judge;

@@ -1,25 +1,22 @@
 //! The mesh of a design: from its file, or made of its closed form.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use proveout_geom::{TriMesh, read_mesh};
+use proveout_geom::TriMesh;
 
 use crate::{
     error::SimError,
+    inputs::Inputs,
     scene::Scene,
     shape::{self, Shape},
 };
 
 /// The mesh of the design, and how far it lies from a closed form as measured, mm.
-pub(crate) fn part_mesh(
-    scene: &Scene,
-    inputs: &mut Vec<(String, PathBuf)>,
-) -> Result<Option<(TriMesh, Option<f64>)>, SimError> {
+pub(crate) fn part_mesh(scene: &Scene, inputs: &mut Inputs) -> Result<Option<(TriMesh, Option<f64>)>, SimError> {
     let Some(part) = &scene.file.part else { return Ok(None) };
     if let Some(path) = &part.mesh {
-        let path = scene.resolve(path);
-        inputs.push(("part".into(), path.clone()));
-        return Ok(Some((read_solid(&path)?, None)));
+        let (mesh, path) = inputs.mesh(scene, "part".into(), path)?;
+        return Ok(Some((solid(mesh, path)?, None)));
     }
     match &part.blade {
         Some(blade) => {
@@ -30,8 +27,8 @@ pub(crate) fn part_mesh(
     }
 }
 
-pub(crate) fn read_solid(path: &Path) -> Result<TriMesh, SimError> {
-    let mesh = read_mesh(path)?;
-    mesh.check_solid().map_err(|source| SimError::Mesh { path: path.into(), source })?;
+/// The mesh of a file, proved to bound a solid.
+pub(crate) fn solid(mesh: TriMesh, path: PathBuf) -> Result<TriMesh, SimError> {
+    mesh.check_solid().map_err(|source| SimError::Mesh { path, source })?;
     Ok(mesh)
 }

@@ -19,6 +19,7 @@ use crate::{
     digest,
     error::SimError,
     fixtures::{self, fixture_meshes},
+    inputs::{FlatMesh, Inputs},
     made_program::{self, MadeProgram},
     manifest,
     memory::{Demand, Memory},
@@ -105,6 +106,8 @@ pub struct Prepared {
     pub digests: BTreeMap<String, String>,
     /// The input files themselves.
     pub inputs: Vec<digest::InputFile>,
+    /// Meshes of which some triangles have no area.
+    pub(crate) flat_meshes: Vec<FlatMesh>,
     /// Program files as findings and tables name them, from the folder of the scene, by the names under which they were opened: a
     /// verdict does not depend on where the run was started.
     pub shown: BTreeMap<String, Arc<str>>,
@@ -155,12 +158,13 @@ impl Prepared {
         check_start_tool(&scene, &tools)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
         let mut digests = BTreeMap::new();
-        let mut inputs = vec![
+        let mut inputs = Inputs::default();
+        inputs.extend([
             ("scene".to_owned(), scene.path.clone()),
             ("machine".to_owned(), machine_file.clone()),
             ("tools".to_owned(), tools_path),
             ("program".to_owned(), program_path.clone()),
-        ];
+        ]);
         inputs.extend(model_of(&machine_file).map(|model| ("machine model".to_owned(), model)));
 
         let control = control_of(Some(&scene), &machine)?;
@@ -193,7 +197,7 @@ impl Prepared {
         let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         // The survey has run the program: called texts are inputs as the main program is.
         for file in survey.files.iter().map(|name| PathBuf::from(&**name)).filter(|file| *file != program_path) {
-            inputs.push((format!("subprogram {}", manifest::relative(&scene.folder, &file)), file));
+            inputs.push(format!("subprogram {}", manifest::relative(&scene.folder, &file)), file);
         }
         let shown = survey.files.iter().map(|n| n.to_string()).chain([program_path.display().to_string()]);
         let shown = shown
@@ -201,6 +205,7 @@ impl Prepared {
             .map(|(to, n)| (n, Arc::from(to)))
             .collect();
         let mut input_files = Vec::new();
+        let (inputs, flat_meshes) = inputs.into_parts();
         for (role, path) in inputs {
             let file = digest::of_input(&role, &path)?;
             digests.insert(role, file.sha256.clone());
@@ -280,6 +285,7 @@ impl Prepared {
             },
             digests,
             inputs: input_files,
+            flat_meshes,
             shown,
             scene,
             survey,
@@ -306,8 +312,8 @@ impl Prepared {
     /// A mesh that cannot be read or bounds no solid, numbers that make no blade.
     pub fn part_on_table(scene: &Scene, entry: Option<&ProgramFile>) -> Result<PartOnTable, SimError> {
         let table_from_work = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount).table_from_work();
-        let part = part_mesh(scene, &mut Vec::new())?.map(|(mesh, _)| mesh);
-        let fixtures = fixture_meshes(scene, &table_from_work, &mut Vec::new())?;
+        let part = part_mesh(scene, &mut Inputs::default())?.map(|(mesh, _)| mesh);
+        let fixtures = fixture_meshes(scene, &table_from_work, &mut Inputs::default())?;
         Ok(PartOnTable::new(scene, &table_from_work, part.as_ref(), &fixtures)?)
     }
 

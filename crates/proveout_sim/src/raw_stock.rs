@@ -1,20 +1,18 @@
 //! The stock before the first cut, as the scene says.
 
-use std::{
-    io::BufReader,
-    path::{Path, PathBuf},
-};
+use std::{io::BufReader, path::Path};
 
-use proveout_geom::{Aabb, InputError, Point, TriMesh, open_regular_file, read_mesh};
+use proveout_geom::{Aabb, InputError, Point, TriMesh, open_regular_file};
 use proveout_stock::{Patch, PatchError, PatchPlan, RawBody, StockError, TriDexel};
 use serde_spanned::Spanned;
 
 use crate::{
     digest,
     error::SimError,
+    inputs::Inputs,
     manifest::{MANIFEST, Manifest},
     memory::{self, Demand, GROWTH, HISTORY_MEMORY, Memory},
-    part_mesh::read_solid,
+    part_mesh::solid,
     partial,
     scene::{PatchFile, Scene, StockFile},
     shape::Shape,
@@ -85,7 +83,7 @@ pub(crate) fn make(
     cells: [f64; 3],
     limit_bytes: u64,
     demand: &Demand<'_>,
-    inputs: &mut Vec<(String, PathBuf)>,
+    inputs: &mut Inputs,
     announce: &mut dyn FnMut(&Memory),
 ) -> Result<(RawStock, Memory), SimError> {
     let file = scene.file.stock.get_ref();
@@ -197,12 +195,7 @@ fn too_large(
     scene.fault(first.span().start, message, help).into()
 }
 
-fn formed(
-    scene: &Scene,
-    file: &StockFile,
-    limit_bytes: u64,
-    inputs: &mut Vec<(String, PathBuf)>,
-) -> Result<RawBody, SimError> {
+fn formed(scene: &Scene, file: &StockFile, limit_bytes: u64, inputs: &mut Inputs) -> Result<RawBody, SimError> {
     if let Some(b) = &file.block {
         return Ok(RawBody::block(&b.aabb()));
     }
@@ -216,16 +209,15 @@ fn formed(
     if let (Some(allowance), Some(blade)) = (file.blade_allowance_mm, blade) {
         return Ok(RawBody::mesh(Shape::of_scene(scene, blade, allowance)?.mesh(scene, blade.chord_error_mm)?.0)?);
     }
-    let path = scene.resolve(file.mesh.as_deref().unwrap_or(Path::new("")));
-    inputs.push(("stock".into(), path.clone()));
+    let Some(named) = &file.mesh else { return Err(StockError::Degenerate { what: "it has no form".into() }.into()) };
+    let (mesh, path) = inputs.mesh(scene, "stock".into(), named)?;
     if file.repair {
-        let mesh: TriMesh = read_mesh(&path)?;
         return RawBody::repaired_mesh(&mesh).map_err(|e| match e {
             StockError::Mesh(source) => SimError::Mesh { path, source },
             other => other.into(),
         });
     }
-    Ok(RawBody::mesh(read_solid(&path)?)?)
+    Ok(RawBody::mesh(solid(mesh, path)?)?)
 }
 
 /// Refuses a stock that is not the one in the manifest beside it: the setup would go on from a part that nobody has cut. A file
@@ -249,12 +241,7 @@ fn as_the_run_left_it(path: &Path) -> Result<(), InputError> {
 }
 
 /// What an earlier run has left, with those of its patches that this scene has too, by name.
-fn of_a_run(
-    file: &StockFile,
-    run: &Path,
-    limit_bytes: u64,
-    inputs: &mut Vec<(String, PathBuf)>,
-) -> Result<RawBody, SimError> {
+fn of_a_run(file: &StockFile, run: &Path, limit_bytes: u64, inputs: &mut Inputs) -> Result<RawBody, SimError> {
     let path = if run.is_dir() { run.join(STOCK_FILE) } else { run.to_owned() };
     let mut load = |role: String, path: &Path| -> Result<TriDexel, SimError> {
         let opened = open_regular_file(path).map_err(|e| {
@@ -266,7 +253,7 @@ fn of_a_run(
             let help = "run the earlier setup to its end, without --preview and --stop-at";
             return Err(InputError::file(path, what, help).into());
         }
-        inputs.push((role, path.to_owned()));
+        inputs.push(role, path.to_owned());
         let refuse = |message: String, help: &str| SimError::from(InputError::file(path, message, help));
         let mut left = TriDexel::load(&mut BufReader::new(opened), limit_bytes)
             .map_err(|e| refuse(e.to_string(), "run the earlier setup again to write it anew"))?;

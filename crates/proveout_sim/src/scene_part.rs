@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use proveout_geom::{InputError, Vector};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_spanned::Spanned;
 
 use crate::scene::{BladeFile, BoxFile};
 
@@ -13,7 +14,8 @@ use crate::scene::{BladeFile, BoxFile};
 #[serde(deny_unknown_fields)]
 pub struct PartFile {
     /// Watertight mesh file in the workpiece frame, mm.
-    pub mesh: Option<PathBuf>,
+    #[schemars(with = "Option<PathBuf>")]
+    pub mesh: Option<Spanned<PathBuf>>,
     /// Largest distance of the mesh from the true design, mm: deviations below it are not judged.
     #[serde(default)]
     pub chord_error_mm: f64,

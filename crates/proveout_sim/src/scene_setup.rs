@@ -6,6 +6,7 @@ use proveout_geom::{Pose, Vector, rad};
 use proveout_nc::WorkOffset;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_spanned::Spanned;
 
 use crate::scene::{BoxFile, CylinderFile};
 
@@ -39,7 +40,8 @@ pub struct FixtureFile {
     /// Name in findings.
     pub name: String,
     /// Mesh file, mm.
-    pub mesh: Option<PathBuf>,
+    #[schemars(with = "Option<PathBuf>")]
+    pub mesh: Option<Spanned<PathBuf>>,
     /// Block.
     #[serde(rename = "box")]
     pub block: Option<BoxFile>,

@@ -42,7 +42,8 @@ pub struct StockFile {
     /// Round bar.
     pub cylinder: Option<CylinderFile>,
     /// Watertight mesh file, mm.
-    pub mesh: Option<PathBuf>,
+    #[schemars(with = "Option<PathBuf>")]
+    pub mesh: Option<Spanned<PathBuf>>,
     /// The blade of `[part.blade]` with so much more material on its sides, mm.
     pub blade_allowance_mm: Option<f64>,
     /// What an earlier run left: its folder, or the `stock.dexel` in it. Taken over exactly where the cells stay and `place`

@@ -78,10 +78,43 @@ fn stl_and_obj_say_what_is_wrong() {
     stl.extend([0; 50]);
     refused("short.stl", &stl, "announces 4294967295 facets, and 1 are there");
     refused("text.stl", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "line 4");
-    refused("nan.stl", b"solid a\nfacet\nouter loop\nvertex nan 0 0\n", "line 4");
+    refused("nan.stl", b"solid a\nfacet\nouter loop\nvertex 1 nan 0\n", "line 4: `nan` is no finite number");
     refused("far.obj", b"v 1e30 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the limit is 100000 mm");
     refused("none.obj", b"v 0 0 0\nf 1 2 3\n", "line 2");
     refused("back.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9223372036854775808 2 3\n", "line 4");
+}
+
+/// A tetrahedron beside the stock, as OBJ.
+const CLAMP: &str = "v 60 60 10\nv 70 60 10\nv 60 70 10\nv 60 60 20\nv 65 60 10\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+
+#[test]
+fn triangles_without_area_are_named_and_change_nothing() {
+    let shop = Workshop::new();
+    let of_run = |obj: &str| {
+        shop.scene("[[fixture]]\nname = \"clamp\"\nmesh = \"clamp.obj\"");
+        shop.write("clamp.obj", obj);
+        let told = shop.run();
+        assert!(matches!(told.code(), Some(0 | 1)), "{}", told.text);
+        let verdict: serde_json::Value = serde_json::from_str(&shop.read("result/verdict.json")).expect("JSON");
+        let findings = verdict["findings"].as_array().expect("findings").clone();
+        let (flat, rest): (Vec<_>, Vec<_>) = findings.into_iter().partition(|f| f["code"] == "setup-mesh-flat");
+        (flat, rest, verdict["gates"].clone(), verdict["clearance"].clone())
+    };
+    let (flat, findings, gates, clearance) = of_run(CLAMP);
+    assert!(flat.is_empty(), "{flat:?}");
+    let (flat, rest, same_gates, same_clearance) = of_run(&format!("{CLAMP}f 2 2 3\nf 1 2 1\n"));
+    assert_eq!((rest, same_gates, same_clearance), (findings, gates, clearance));
+    let [told] = &flat[..] else { panic!("{flat:?}") };
+    let words = "fixture clamp: 2 of the 6 triangles of clamp.obj have no area, the first is number 5 at (70.0000, 60.0000, 10.0000)";
+    assert!(told["message"].as_str().is_some_and(|m| m.starts_with(words)), "{told}");
+    assert_eq!((&told["severity"], &told["bodies"]), (&"info".into(), &serde_json::json!(["clamp"])));
+}
+
+#[test]
+fn a_mesh_that_is_not_there_is_told_with_its_line() {
+    let shop = Workshop::new();
+    shop.scene("[[fixture]]\nname = \"clamp\"\nmesh = \"clamp.obj\"");
+    shop.refused(&["scene.toml:19", "fixture clamp: cannot open", "clamp.obj", "put the file there"]);
 }
 
 #[cfg(unix)]

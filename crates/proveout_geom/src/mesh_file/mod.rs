@@ -56,6 +56,14 @@ pub enum MeshFileError {
 /// # Errors
 /// [`MeshFileError`] with the path; the mesh itself is not checked, see [`TriMesh::check_solid`].
 pub fn read_mesh(path: &Path) -> Result<TriMesh, MeshFileError> {
+    read_mesh_and_flat(path).map(|(mesh, _)| mesh)
+}
+
+/// The same, and what of the file has no area: such triangles bound nothing, and those with two equal corners are not in the mesh.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn read_mesh_and_flat(path: &Path) -> Result<(TriMesh, Option<FlatTriangles>), MeshFileError> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let read: fn(&Path, &[u8]) -> Result<TriMesh, MeshFileError> = match ending.as_deref() {
         Some("stl") => stl::read,
@@ -69,7 +77,38 @@ pub fn read_mesh(path: &Path) -> Result<TriMesh, MeshFileError> {
     };
     let mesh = read(path, &bytes_of(path)?)?;
     checked(path, &mesh)?;
-    Ok(mesh.merge_equal_vertices())
+    Ok((mesh.merge_equal_vertices(), FlatTriangles::of(&mesh)))
+}
+
+/// Triangles of a mesh without area: two corners at one place, or all three on a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlatTriangles {
+    /// How many.
+    pub count: usize,
+    /// Of how many in all.
+    pub all: usize,
+    /// The first one's place in the file, from 1.
+    pub first: usize,
+    /// One of its corners, mm.
+    pub at: Point,
+}
+
+/// Height of a triangle over its longest edge, as a part of that edge, below which it is flat. Coordinates of 32 bits that are not on a line
+/// are off it by 1e-7 of their size and more.
+const FLAT: f64 = 1e-9;
+
+impl FlatTriangles {
+    /// Those of a mesh, where it has any.
+    pub fn of(mesh: &TriMesh) -> Option<Self> {
+        let is_flat = |t: &usize| {
+            let [a, b, c] = mesh.corners(*t);
+            let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
+            mesh.area_normal(*t).norm() <= FLAT * longest
+        };
+        let mut flat = (0..mesh.triangles.len()).filter(is_flat);
+        let first = flat.next()?;
+        Some(Self { count: 1 + flat.count(), all: mesh.triangles.len(), first: first + 1, at: mesh.corners(first)[0] })
+    }
 }
 
 /// Bytes of a mesh file.
@@ -152,6 +191,22 @@ mod tests {
         let mesh = read_mesh(&path).expect("read");
         mesh.check_solid().expect("closed");
         assert!((mesh.volume() - 1.0 / 6.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn triangles_without_area_are_counted_and_needles_are_not() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("tetra.obj");
+        let solid = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0.5 0 0\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+        std::fs::write(&path, solid).expect("written");
+        assert_eq!(read_mesh_and_flat(&path).expect("read").1, None);
+        std::fs::write(&path, format!("{solid}f 1 1 2\nf 1 5 2\nf 4 4 4\n")).expect("written");
+        let (mesh, flat) = read_mesh_and_flat(&path).expect("read");
+        assert_eq!(flat, Some(FlatTriangles { count: 3, all: 7, first: 5, at: Point::origin() }));
+        assert_eq!(mesh.triangles.len(), 5, "what keeps its corners stays");
+        // A needle of 100 mm and the last bit of its coordinates is a triangle.
+        std::fs::write(&path, "v 0 0 64\nv 100 0 64\nv 50 0 64.00001\nf 1 2 3\n").expect("written");
+        assert_eq!(read_mesh_and_flat(&path).expect("read").1, None);
     }
 
     #[test]

@@ -51,7 +51,8 @@ fn ascii(path: &Path, text: &str) -> Result<TriMesh, MeshFileError> {
             "vertex" if begun => {
                 let mut xyz = [0.0; 3];
                 for x in &mut xyz {
-                    *x = number(words.next()).ok_or_else(|| place("a corner has three numbers".into()))?;
+                    let word = words.next().ok_or_else(|| place("a corner has three numbers".into()))?;
+                    *x = number(Some(word)).ok_or_else(|| place(format!("`{}` is no finite number", short(word))))?;
                 }
                 corners.push(Point::from(xyz));
             }

@@ -142,6 +142,9 @@ impl Engine<'_> {
 
     /// Bodies that stand in the stock from the begin.
     pub(super) fn tell_at_rest(&mut self) {
+        for finding in std::mem::take(&mut self.of_meshes) {
+            self.log.push(finding);
+        }
         for standing in self.stock_bodies.take_at_rest() {
             let mut told = wording::at_rest(&standing);
             if self.prepared.mount_chosen {
