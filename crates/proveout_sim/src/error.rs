@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use proveout_collision::CollisionError;
 use proveout_controller::ControlError;
-use proveout_geom::{InputError, MeshError};
+use proveout_geom::{InputError, MeshError, MeshFileError};
 use proveout_nc::post::PostError;
 use proveout_nc::{ControlFileError, Diagnostic, Diagnostics};
 use proveout_stock::StockError;
@@ -24,6 +24,9 @@ pub enum SimError {
     /// NC program: everything that was found wrong with its text, or the fault that stopped it.
     #[error(transparent)]
     Program(#[from] Diagnostics),
+    /// Mesh file that is given to a command and cannot be read.
+    #[error(transparent)]
+    MeshFile(#[from] MeshFileError),
     /// Mesh that bounds no solid.
     #[error("{}: {source}", path.display())]
     Mesh {

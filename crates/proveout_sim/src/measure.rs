@@ -5,11 +5,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{InputError, Point, Vector, open_regular_file};
+use proveout_geom::{InputError, Point, Vector, open_regular_file, read_mesh};
 use proveout_stock::{Outline, Probe, TriDexel};
 use serde::Serialize;
 
-use crate::{error::SimError, part_mesh::read_solid, prepare::MEMORY, raw_stock::STOCK_FILE};
+use crate::{error::SimError, part_mesh::solid, prepare::MEMORY, raw_stock::STOCK_FILE};
 
 /// Cells of the search grid along the longest edge of a design.
 const DESIGN_CELLS: f64 = 100.0;
@@ -176,7 +176,7 @@ fn load(path: &Path) -> Result<TriDexel, SimError> {
 }
 
 fn design_probe(path: &Path) -> Result<Probe, SimError> {
-    let mesh = read_solid(path)?;
+    let mesh = solid(read_mesh(path)?, path.to_owned())?;
     let cell = mesh.aabb().size().max() / DESIGN_CELLS;
     Ok(Probe::of_mesh(mesh, cell))
 }
