@@ -94,7 +94,7 @@ fn triangles_without_area_are_named_and_change_nothing() {
         shop.scene("[[fixture]]\nname = \"clamp\"\nmesh = \"clamp.obj\"");
         shop.write("clamp.obj", obj);
         let told = shop.run();
-        assert!(matches!(told.code(), Some(0 | 1)), "{}", told.text);
+        assert_ne!(told.code(), Some(2), "{}", told.text);
         let verdict: serde_json::Value = serde_json::from_str(&shop.read("result/verdict.json")).expect("JSON");
         let findings = verdict["findings"].as_array().expect("findings").clone();
         let (flat, rest): (Vec<_>, Vec<_>) = findings.into_iter().partition(|f| f["code"] == "setup-mesh-flat");
@@ -114,7 +114,7 @@ fn triangles_without_area_are_named_and_change_nothing() {
 fn a_mesh_that_is_not_there_is_told_with_its_line() {
     let shop = Workshop::new();
     shop.scene("[[fixture]]\nname = \"clamp\"\nmesh = \"clamp.obj\"");
-    shop.refused(&["scene.toml:19", "fixture clamp: cannot open", "clamp.obj", "put the file there"]);
+    shop.refused(&["scene.toml:21:8", "fixture clamp: cannot open", "clamp.obj", "put the file there"]);
 }
 
 #[cfg(unix)]
