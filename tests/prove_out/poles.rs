@@ -94,14 +94,6 @@ fn a_block_past_the_pole_stays_on_its_circle() {
                 };
                 let error = path.max_axis_error_deg.expect("measured");
                 println!("{machine} {closest} {dynamics:?}: {error:.6} degrees, {:?}", codes(&run));
-                if std::env::var("DBG").is_ok() {
-                    println!(
-                        "{:?} {:?}",
-                        run.verdict.path,
-                        run.verdict.findings.iter().map(|f| &f.message).collect::<Vec<_>>()
-                    );
-                    continue;
-                }
                 assert!(error < allowed, "{machine} {closest} {dynamics:?}: {error} degrees");
                 assert!(dynamics != DynamicsFile::Servo || error > 1e-5, "{closest}: drives without any lag");
                 // From one end to the other C goes round the pole on one side of it: by twice the angle, and no less.

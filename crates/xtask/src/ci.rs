@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeSet,
-    io::{BufRead, BufReader},
     path::{Path, PathBuf},
     process::{Command, Stdio},
     time::{Duration, Instant},
@@ -11,7 +10,7 @@ use std::{
 use crate::{
     Failure,
     checks::{architecture, book, findings, layers, test_command},
-    cone_frustum, figures, files, machine_models,
+    cone_frustum, figures, files, machine_models, test_programs,
     tools::{self, DENY, TYPOS},
     workspace::{Workspace, cargo},
 };
@@ -163,7 +162,11 @@ fn quick_build(context: &Context) -> Result<String, Failure> {
 }
 
 fn docs(context: &Context) -> Result<String, Failure> {
-    cargo_call(context, &["doc", "--workspace", "--no-deps", "--locked"], &[("RUSTDOCFLAGS", "-D warnings")])?;
+    cargo_call(
+        context,
+        &["doc", "--workspace", "--no-deps", "--all-features", "--locked"],
+        &[("RUSTDOCFLAGS", "-D warnings")],
+    )?;
     Ok("no warning".into())
 }
 
@@ -173,28 +176,27 @@ fn generated(context: &Context) -> Result<String, Failure> {
     Ok("cone frustum programs, machine models".into())
 }
 
-/// Tests, with their output in view and their closing lines counted.
+/// Tests, with their output in view and their closing lines counted; those in texts of the documentation come last.
 fn tests(context: &Context) -> Result<String, Failure> {
-    let arguments = ["test", "--workspace", "--locked"];
-    let shown = shown(Path::new("cargo"), &arguments, &[]);
-    println!("{shown}");
-    let mut child = Command::new(cargo())
-        .args(arguments)
-        .current_dir(&context.root)
-        .stdout(Stdio::piped())
-        .spawn()
-        .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
     let (mut total, mut left_out) = (Total::default(), BTreeSet::new());
-    if let Some(output) = child.stdout.take() {
-        for line in BufReader::new(output).lines() {
-            let line = line.map_err(|e| Failure(format!("cannot read the output of the tests: {e}")))?;
-            println!("{line}");
-            total.add(&line);
-            left_out.extend(line.trim().strip_prefix(LEFT_OUT).map(str::to_owned));
-        }
+    let mut line = |line: &str| {
+        println!("{line}");
+        total.add(line);
+        left_out.extend(line.trim().strip_prefix(LEFT_OUT).map(str::to_owned));
+    };
+    let mut result = test_programs::run(&context.root, &mut line);
+    let documented = Command::new(cargo())
+        .args(["test", "--workspace", "--locked", "--doc"])
+        .current_dir(&context.root)
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
+    String::from_utf8_lossy(&documented.stdout).lines().for_each(&mut line);
+    if !documented.status.success() {
+        let before = result.err().map_or_else(String::new, |Failure(text)| text + "\n");
+        result = Err(Failure(format!("{before}failed: examples in the documentation")));
     }
-    let status = child.wait().map_err(|e| Failure(format!("cannot wait for the tests: {e}")))?;
-    if status.success() { Ok(account(&total, &left_out)) } else { Err(Failure(format!("{total}\nfailed: {shown}"))) }
+    result.map(|()| account(&total, &left_out)).map_err(|Failure(text)| Failure(format!("{total}\n{text}")))
 }
 
 /// Begin of the line by which a test tells that it passed without looking, for lack of data; past the capture of the harness.

@@ -16,6 +16,7 @@ mod jobs;
 mod machine_models;
 #[cfg(any(test, feature = "schemas"))]
 mod schemas;
+mod test_programs;
 mod tools;
 #[cfg(any(test, feature = "certificates"))]
 mod verify_clearance;
