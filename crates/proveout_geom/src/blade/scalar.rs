@@ -22,6 +22,7 @@ pub trait Scalar: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = 
 }
 
 impl Scalar for f64 {
+    #[inline]
     fn of(value: f64) -> Self {
         value
     }
@@ -60,6 +61,7 @@ impl Interval {
 impl Add for Interval {
     type Output = Self;
 
+    #[inline]
     fn add(self, o: Self) -> Self {
         Self { low: self.low + o.low, high: self.high + o.high }
     }
@@ -68,6 +70,7 @@ impl Add for Interval {
 impl Sub for Interval {
     type Output = Self;
 
+    #[inline]
     fn sub(self, o: Self) -> Self {
         Self { low: self.low - o.high, high: self.high - o.low }
     }
@@ -76,6 +79,7 @@ impl Sub for Interval {
 impl Neg for Interval {
     type Output = Self;
 
+    #[inline]
     fn neg(self) -> Self {
         Self { low: -self.high, high: -self.low }
     }
@@ -84,13 +88,22 @@ impl Neg for Interval {
 impl Mul for Interval {
     type Output = Self;
 
+    #[inline]
     fn mul(self, o: Self) -> Self {
-        let ends = [self.low * o.low, self.low * o.high, self.high * o.low, self.high * o.high];
-        Self {
-            low: ends.into_iter().fold(f64::INFINITY, f64::min),
-            high: ends.into_iter().fold(f64::NEG_INFINITY, f64::max),
-        }
+        let [a, b, c, d] = [self.low * o.low, self.low * o.high, self.high * o.low, self.high * o.high];
+        Self { low: lower(lower(a, b), lower(c, d)), high: higher(higher(a, b), higher(c, d)) }
     }
+}
+
+/// One comparison each, where those of the library also look for what is no number.
+#[inline]
+fn lower(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline]
+fn higher(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// Range of the sine over an interval.
@@ -105,12 +118,19 @@ fn sine(x: Interval) -> Interval {
 }
 
 impl Scalar for Interval {
+    #[inline]
     fn of(value: f64) -> Self {
         Self { low: value, high: value }
     }
 
     fn sin_cos(self) -> (Self, Self) {
         (sine(self), sine(self + Self::of(FRAC_PI_2)))
+    }
+
+    #[inline]
+    fn times(self, factor: f64) -> Self {
+        let (a, b) = (self.low * factor, self.high * factor);
+        if factor < 0.0 { Self { low: b, high: a } } else { Self { low: a, high: b } }
     }
 }
 
@@ -139,11 +159,13 @@ impl<T: Scalar> Jet<T> {
         Self { first: [T::of(0.0), T::of(1.0)], ..Self::constant(value) }
     }
 
+    #[inline]
     fn constant(value: T) -> Self {
         Self { value, first: [T::of(0.0); 2], second: [T::of(0.0); 3] }
     }
 
     /// f(self) from f, f' and f'' at its value.
+    #[inline]
     fn chain(self, f: T, slope: T, bend: T) -> Self {
         let second = |k: usize| slope * self.second[k] + bend * self.first[PAIRS[k].0] * self.first[PAIRS[k].1];
         Self { value: f, first: self.first.map(|d| slope * d), second: [second(0), second(1), second(2)] }
@@ -153,11 +175,12 @@ impl<T: Scalar> Jet<T> {
 impl<T: Scalar> Add for Jet<T> {
     type Output = Self;
 
+    #[inline]
     fn add(self, o: Self) -> Self {
         Self {
             value: self.value + o.value,
-            first: std::array::from_fn(|k| self.first[k] + o.first[k]),
-            second: std::array::from_fn(|k| self.second[k] + o.second[k]),
+            first: [self.first[0] + o.first[0], self.first[1] + o.first[1]],
+            second: [self.second[0] + o.second[0], self.second[1] + o.second[1], self.second[2] + o.second[2]],
         }
     }
 }
@@ -165,6 +188,7 @@ impl<T: Scalar> Add for Jet<T> {
 impl<T: Scalar> Neg for Jet<T> {
     type Output = Self;
 
+    #[inline]
     fn neg(self) -> Self {
         Self { value: -self.value, first: self.first.map(|d| -d), second: self.second.map(|d| -d) }
     }
@@ -173,6 +197,7 @@ impl<T: Scalar> Neg for Jet<T> {
 impl<T: Scalar> Sub for Jet<T> {
     type Output = Self;
 
+    #[inline]
     fn sub(self, o: Self) -> Self {
         self + -o
     }
@@ -182,21 +207,20 @@ impl<T: Scalar> Sub for Jet<T> {
 impl<T: Scalar> Mul for Jet<T> {
     type Output = Self;
 
+    #[inline]
     fn mul(self, o: Self) -> Self {
         let second = |k: usize| {
             let (i, j) = PAIRS[k];
             let mixed = self.first[i] * o.first[j] + self.first[j] * o.first[i];
             self.second[k] * o.value + mixed + self.value * o.second[k]
         };
-        Self {
-            value: self.value * o.value,
-            first: std::array::from_fn(|k| self.first[k] * o.value + self.value * o.first[k]),
-            second: [second(0), second(1), second(2)],
-        }
+        let first = |k: usize| self.first[k] * o.value + self.value * o.first[k];
+        Self { value: self.value * o.value, first: [first(0), first(1)], second: [second(0), second(1), second(2)] }
     }
 }
 
 impl<T: Scalar> Scalar for Jet<T> {
+    #[inline]
     fn of(value: f64) -> Self {
         Self::constant(T::of(value))
     }
@@ -204,6 +228,20 @@ impl<T: Scalar> Scalar for Jet<T> {
     fn sin_cos(self) -> (Self, Self) {
         let (s, c) = self.value.sin_cos();
         (self.chain(s, c, -s), self.chain(c, -s, -c))
+    }
+
+    #[inline]
+    fn times(self, factor: f64) -> Self {
+        Self {
+            value: self.value.times(factor),
+            first: self.first.map(|d| d.times(factor)),
+            second: self.second.map(|d| d.times(factor)),
+        }
+    }
+
+    #[inline]
+    fn plus(self, value: f64) -> Self {
+        Self { value: self.value.plus(value), ..self }
     }
 }
 
