@@ -15,7 +15,7 @@ pub(crate) type Files = BTreeMap<String, Vec<u8>>;
 const ENDED_BLADE_PART: &str = r#"
 [part.blade]
 kind = "lu"
-chord_error_mm = 0.2
+chord_error_mm = 0.5
 root = { x_mm = 2, platform = { fillet_radius_mm = 3, thickness_mm = 6, y_mm = [-30, 30], z_mm = [-30, 30] } }
 tip = { x_mm = 97 }
 "#;
@@ -333,6 +333,7 @@ impl Setup {
                 scene = paper[..paper.find("# Eleven of the 51 rows").unwrap_or_default()]
                     .replace("../../machines/jdgr200t", "machine")
                     .replace("../../tools/dong-2023.toml", "tools.toml")
+                    .replace("chord_error_mm = 0.0001", "chord_error_mm = 0.002")
                     .replace("resolution_mm = 0.2", "resolution_mm = 4");
                 scene += "\n[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n\n[[program]]\nname = \"second\"\nfile = \"main.mpf\"\n\
                           \n[[program]]\nname = \"made\"\nreschedule = { method = \"multi-scale\", from = \"main\", measured_part = 0.66, measured_spread = 0.12 }\n";
