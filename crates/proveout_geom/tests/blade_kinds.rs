@@ -1,8 +1,11 @@
 //! Every kind of blade against differences and against brute force.
 
+use std::sync::Arc;
+
 use proveout_geom::blade::{
-    Blade, BladeSpec, CamberSection, CamberSide, ClosedForm, ClosedSurface, Cui, Domain, Dong, FOOT_ERROR_MM, Foot, Lu,
-    ParametricSurface, PointedSection, SectionPart, Sine, SkinnedBlade, scalar::Scalar,
+    Blade, BladeEnd, BladeSolid, BladeSpec, CamberSection, CamberSide, ClosedForm, ClosedSurface, Cui, Domain, Dong,
+    FOOT_ERROR_MM, Foot, Local, Lu, ParametricSurface, Plate, PointedSection, SectionPart, Sine, SkinnedBlade,
+    scalar::Scalar,
 };
 use proveout_geom::{Point, Vector};
 
@@ -226,5 +229,69 @@ fn a_blade_through_sections_is_the_one_they_were_taken_from() {
         for p in &section.points {
             assert!(skinned.foot(p).distance < FOOT_ERROR_MM, "section {j}");
         }
+    }
+}
+
+/// A surface of which nothing is known without a search.
+#[derive(Debug)]
+struct Searched(Arc<dyn ParametricSurface>);
+
+impl ParametricSurface for Searched {
+    fn domain(&self) -> Domain {
+        self.0.domain()
+    }
+
+    fn local(&self, u: f64, v: f64) -> Local {
+        self.0.local(u, v)
+    }
+
+    fn nearest(&self, p: &Point) -> [f64; 2] {
+        self.0.nearest(p)
+    }
+
+    fn breaks(&self) -> Vec<f64> {
+        self.0.breaks()
+    }
+}
+
+/// Platforms and ends that are nearer than all of the airfoil are told without its foot, and as they are told with it.
+#[test]
+fn what_is_told_without_a_foot_is_what_is_told_with_it() {
+    let plate = Plate { fillet_radius: 3.0, thickness: 6.0, y: [-30.0, 30.0], z: [-30.0, 30.0] };
+    let ends = [BladeEnd { x: 2.0, plate: Some(plate) }, BladeEnd { x: 97.0, plate: None }];
+    let surfaces: [Arc<dyn ParametricSurface>; 2] =
+        [Arc::new(ClosedSurface::new(Lu::stand_in())), Arc::new(SkinnedBlade::new(&sections()).expect("a blade"))];
+    let mut draw = Draw(97);
+    for surface in surfaces {
+        for allowance in [0.0, 0.5] {
+            let blade = BladeSolid::new(Arc::clone(&surface), ends, allowance).expect("a blade");
+            let searched = BladeSolid::new(Arc::new(Searched(Arc::clone(&surface))), ends, allowance).expect("a blade");
+            for k in 0..40 {
+                // On and beside the platform's faces, in the fillet, beyond the tip, anywhere.
+                let x = match k % 4 {
+                    0 => draw.within([1.5, 3.0]),
+                    1 => draw.within([-6.0, 8.0]),
+                    2 => draw.within([94.0, 103.0]),
+                    _ => draw.within([-20.0, 120.0]),
+                };
+                let p = Point::new(x, draw.within([-32.0, 32.0]), draw.within([-32.0, 32.0]));
+                assert_eq!(blade.nearest(&p), searched.nearest(&p), "at {p}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_surface_is_beyond_what_is_nearer_than_its_foot_and_never_beyond_its_foot() {
+    let mut draw = Draw(12);
+    for (name, surface) in kinds() {
+        let mut told = 0;
+        for _ in 0..20 {
+            let p = Point::new(draw.within([-30.0, 130.0]), draw.within([-60.0, 60.0]), draw.within([-60.0, 60.0]));
+            let distance = surface.foot(&p).distance;
+            assert!(!surface.is_beyond(&p, distance + 1e-5), "{name}: {p} is {distance} from it");
+            told += usize::from(surface.is_beyond(&p, 0.5 * distance));
+        }
+        assert!(told > 18 || name.contains("camber"), "{name}: half of the way is told of {told} points in 20");
     }
 }

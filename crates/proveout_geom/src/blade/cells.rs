@@ -38,6 +38,8 @@ const POLISHING: usize = 3;
 const POLISHED_MM: f64 = 1e-3;
 /// Starts of Newton's method: the nearest centers.
 const STARTS: usize = 3;
+/// Cells that are halved to prove that a surface is farther than something.
+const LOOKS: usize = 64;
 /// Cells that one search looks at: beyond this a whole patch is equally near, as to the center of a sphere. The search ends there and says how
 /// much nearer the cells that are left might come ([`Foot::error`]).
 const MOST_CELLS: usize = 100_000;
@@ -194,6 +196,23 @@ impl Cells {
         }
         let tree = BallTree::new(cells.iter().map(|c| (c.center, c.radius())));
         Self { cells, tree }
+    }
+
+    /// Whether no point is nearer than `reach`, as far as [`LOOKS`] halvings tell.
+    pub(super) fn is_beyond<S: ParametricSurface + Bent>(&self, surface: &S, p: &Point, reach: f64) -> bool {
+        let mut open: Vec<Cell> = Vec::new();
+        self.tree.within(p, reach, |k| {
+            open.extend(self.cells.get(k as usize).filter(|cell| cell.least(p) < reach));
+        });
+        let mut looks = 0;
+        while let Some(cell) = open.pop() {
+            if looks == LOOKS || (cell.center - p).norm() < reach {
+                return false;
+            }
+            looks += 1;
+            open.extend(cell.halves(surface).into_iter().filter(|half| half.least(p) < reach));
+        }
+        true
     }
 
     /// The nearest point.

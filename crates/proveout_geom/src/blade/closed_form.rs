@@ -69,4 +69,8 @@ impl<F: ClosedForm> ParametricSurface for ClosedSurface<F> {
     fn foot(&self, p: &Point) -> Foot {
         self.cells.foot(self, p)
     }
+
+    fn is_beyond(&self, p: &Point, reach: f64) -> bool {
+        self.cells.is_beyond(self, p, reach)
+    }
 }

@@ -440,6 +440,10 @@ impl ParametricSurface for SkinnedBlade {
         self.cells.foot(self, p)
     }
 
+    fn is_beyond(&self, p: &Point, reach: f64) -> bool {
+        self.cells.is_beyond(self, p, reach)
+    }
+
     fn breaks(&self) -> Vec<f64> {
         self.breaks.clone()
     }

@@ -9,7 +9,7 @@
 //! * plane faces: the point below, if it is in the face and not in the foot of the blade; else the rim.
 
 use super::{
-    flat,
+    FOOT_ERROR_MM, flat,
     solid::{BladeSolid, Plate},
 };
 use crate::{Point, Vector};
@@ -45,19 +45,31 @@ impl BladeSolid {
     /// The nearest of all faces; the distance to the closed form, within [`super::FOOT_ERROR_MM`]. Deep inside of the material, where the nearest
     /// face of the blade without ends is cut off, the depth is that of the nearest foot that a search from a net of places finds.
     pub fn nearest(&self, p: &Point) -> NearestOnSolid {
-        let mut best = NearestOnSolid { distance: f64::INFINITY, normal: Vector::x() };
-        let [u, v] = self.surface().nearest(p);
-        let left = self.leaves(u, v);
-        if left {
-            best = self.beside(p, [u, v]);
-        }
-        for end in 0..2 {
-            // The faces of an end lie between its plane and the top of the fillet, or behind it.
-            let beyond = (p.x - self.ends()[end].x) * Self::sense(end) - 2.0 * self.fillet(end) - self.allowance();
-            if beyond <= best.distance.abs() {
-                best = best.nearer(self.on_end(end, p));
+        let nothing = NearestOnSolid { distance: f64::INFINITY, normal: Vector::x() };
+        // The faces of an end lie between its plane and the top of the fillet, or behind it.
+        let beyond =
+            [0, 1].map(|end| (p.x - self.ends()[end].x) * Self::sense(end) - 2.0 * self.fillet(end) - self.allowance());
+        // Beside a platform or behind an end its faces are mostly nearer than all of the airfoil, which is told by a few of its cells; the foot on it
+        // would lie on its rim, where it takes longest to prove.
+        let mut known = [0, 1].map(|end| (beyond[end] <= 0.0).then(|| self.on_end(end, p)));
+        let mut with_ends = |mut best: NearestOnSolid| {
+            for end in 0..2 {
+                if beyond[end] <= best.distance.abs() {
+                    best = best.nearer(*known[end].get_or_insert_with(|| self.on_end(end, p)));
+                }
+            }
+            best
+        };
+        if beyond.iter().any(|b| *b <= 0.0) {
+            let ends = with_ends(nothing);
+            let reach = ends.distance.abs() + self.allowance().abs() + FOOT_ERROR_MM;
+            if reach.is_finite() && self.surface().is_beyond(p, reach) {
+                return ends;
             }
         }
+        let [u, v] = self.surface().nearest(p);
+        let left = self.leaves(u, v);
+        let mut best = with_ends(if left { self.beside(p, [u, v]) } else { nothing });
         // No part of the airfoil is nearer than the nearest point of the whole surface.
         let whole = (p - self.surface().local(u, v).point).norm() - self.allowance();
         if !left && best.distance.abs() > whole.max(0.0) {

@@ -85,6 +85,10 @@ pub trait ParametricSurface: Debug + Send + Sync {
         let distance = (self.local(parameters[0], parameters[1]).point - p).norm();
         Foot { parameters, distance, error: f64::INFINITY }
     }
+    /// Whether no point of the surface is nearer to p than `reach`, mm, where a few looks prove it: much less than a foot costs. False says nothing.
+    fn is_beyond(&self, _p: &Point, _reach: f64) -> bool {
+        false
+    }
     /// Lines u = constant on which the curvature jumps, in ascending order: ends of edge arcs, knots.
     fn breaks(&self) -> Vec<f64> {
         Vec::new()
