@@ -51,6 +51,11 @@ impl Inputs {
             };
             scene.fault(named.span().start, format!("{role}: {e}"), help)
         })?;
+        if let Some(FlatTriangles { all, .. }) = flat.filter(|_| mesh.triangles.is_empty()) {
+            let message = format!("{role}: none of the {all} triangles of {} has an area", path.display());
+            let help = "export it anew: corners that became one point mean a unit or a tolerance that is too coarse";
+            return Err(scene.fault(named.span().start, message, help));
+        }
         self.flat.extend(flat.map(|flat| FlatMesh { role: role.clone(), path: named.get_ref().clone(), flat }));
         self.files.push((role, path.clone()));
         Ok((mesh, path))
