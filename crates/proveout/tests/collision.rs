@@ -289,7 +289,11 @@ fn bodies_without_a_size_are_refused_by_name() {
     let point = [[1.0, 2.0, 3.0]; 3];
     let flat =
         [[[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 9.0, 0.0], [9.0, 0.0, 0.0]]];
-    for (mesh, words) in [(post(0..12, &[point]), "no triangles"), (post(0..12, &flat), "volume is 0.000 mm3")] {
+    for (mesh, words) in [
+        (post(0..12, &[point]), "the only triangle of ./post.stl has no area"),
+        (post(0..12, &[point, point]), "each of the 2 triangles of ./post.stl has no area"),
+        (post(0..12, &flat), "volume is 0.000 mm3"),
+    ] {
         let shop = Shop::new(&machine(""), POST, TO_THE_COVER);
         shop.write("post.stl", &mesh);
         let (code, said) = shop.run();

@@ -52,7 +52,8 @@ impl Inputs {
             scene.fault(named.span().start, format!("{role}: {e}"), help)
         })?;
         if let Some(FlatTriangles { all, .. }) = flat.filter(|_| mesh.triangles.is_empty()) {
-            let message = format!("{role}: none of the {all} triangles of {} has an area", path.display());
+            let which = if all == 1 { "the only triangle" } else { &format!("each of the {all} triangles") };
+            let message = format!("{role}: {which} of {} has no area", path.display());
             let help = "export it anew: corners that became one point mean a unit or a tolerance that is too coarse";
             return Err(scene.fault(named.span().start, message, help));
         }

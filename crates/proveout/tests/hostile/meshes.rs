@@ -108,7 +108,7 @@ fn triangles_without_area_are_named_and_change_nothing() {
     let words = "fixture clamp: 2 of the 6 triangles of clamp.obj have no area, the first is number 5 at (70.0000, 60.0000, 10.0000)";
     assert!(told["message"].as_str().is_some_and(|m| m.starts_with(words)), "{told}");
     shop.write("clamp.obj", "v 0 0 0\nv 1 0 0\nf 1 1 2\nf 2 2 1\n");
-    shop.refused(&["scene.toml:21:8", "fixture clamp: none of the 2 triangles", "has an area"]);
+    shop.refused(&["scene.toml:21:8", "fixture clamp: each of the 2 triangles", "has no area"]);
     assert_eq!((&told["severity"], &told["bodies"]), (&"info".into(), &serde_json::json!(["clamp"])));
 }
 
