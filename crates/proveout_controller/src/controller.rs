@@ -29,6 +29,7 @@ use crate::{
     rig::Rig,
     servo::stage::ServoStage,
     settings::{Dynamics, Settings},
+    standing::Standing,
     stretch::Reserve,
     summary::Summary,
 };
@@ -113,6 +114,7 @@ pub struct Controller<'m, I> {
     /// The drives, where they are simulated.
     servo: Option<Box<ServoStage<'m>>>,
     servo_wall: f64,
+    standing: Standing,
     next_block: u32,
     ready: bool,
     ended: bool,
@@ -183,6 +185,7 @@ where
             out: Emitter::new(cycle, &home, JointLimits::new(machine)),
             servo,
             servo_wall: 0.0,
+            standing: Standing::at(home),
             next_block: 0,
             ready: false,
             ended: false,
@@ -204,18 +207,18 @@ where
     /// What the source of commands reports, and commands that the control refuses. After an error there is no further
     /// chunk.
     pub fn next_chunk(&mut self) -> Result<Option<Chunk>, RunError<E>> {
-        let Some(chunk) = self.next_planned()? else { return Ok(None) };
-        let Some(servo) = &mut self.servo else { return Ok(Some(chunk)) };
-        let begin = Instant::now();
-        let followed = servo.follow(chunk, self.finished);
-        self.servo_wall += begin.elapsed().as_secs_f64();
-        match followed {
-            Ok(chunk) => Ok(Some(chunk)),
-            Err(e) => {
+        let Some(mut chunk) = self.next_planned()? else { return Ok(None) };
+        if let Some(servo) = &mut self.servo {
+            let begin = Instant::now();
+            let followed = servo.follow(chunk, self.finished);
+            self.servo_wall += begin.elapsed().as_secs_f64();
+            chunk = followed.map_err(|e| {
                 self.finished = true;
-                Err(RunError::Control(e))
-            }
+                RunError::Control(e)
+            })?;
         }
+        self.standing.complete(self.device.machine, self.tools, &mut chunk, self.finished);
+        Ok(Some(chunk))
     }
 
     /// The next stretch of the plan.
@@ -504,6 +507,7 @@ where
                 kind: if part.turn { MoveKind::Handling } else { kind },
                 feed: if part.turn { f64::INFINITY } else { feed },
                 feed_programmed: if part.turn { 0.0 } else { feed_programmed },
+                coupled: !part.turn && matches!(pace, Pace::Thread { .. }),
                 corner,
                 loose,
                 stands: whole && (stops || self.state.path_mode == PathMode::ExactStop),

@@ -373,6 +373,7 @@ impl Emitter {
             length,
             programmed_length: block.length,
             feed: block.feed_programmed,
+            coupled: block.coupled,
             programmed_end: Some((programmed, scope.kinematics.pose(&programmed))),
             kind: BlockKind::Move(block.kind),
         });

@@ -95,6 +95,7 @@ mod scurve;
 pub mod servo;
 mod settings;
 mod shape;
+mod standing;
 mod straightness;
 mod stretch;
 mod summary;

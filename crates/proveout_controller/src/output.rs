@@ -337,6 +337,8 @@ pub struct BlockRecord {
     pub programmed_length: f64,
     /// Programmed feed, mm/s; zero for rapid motion and without motion.
     pub feed: f64,
+    /// The path runs in proportion to the angle of the spindle (rigid tapping, thread cutting).
+    pub coupled: bool,
     /// Where the programmed path ends, without rounding of corners: joints, and the tool in the table frame; none without motion.
     pub programmed_end: Option<(JointValues, ToolPose)>,
     /// What it does.

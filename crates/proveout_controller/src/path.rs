@@ -88,6 +88,8 @@ pub(crate) struct PathBlock {
     pub(crate) feed: f64,
     /// Feed for the record, mm/s; zero for rapid motion.
     pub(crate) feed_programmed: f64,
+    /// The path follows the angle of the spindle.
+    pub(crate) coupled: bool,
     /// Rounding at its end; none: exact stop.
     pub(crate) corner: Option<Tolerance>,
     /// Rounding at its end that the program allows, whatever this control does there; none: it must be reached.

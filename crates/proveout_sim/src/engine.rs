@@ -29,6 +29,7 @@ use crate::{
     process::{Barring, Cutters, CuttingState, Sweeps, states_of_pieces},
     run::{Checks, Stages, timed},
     stock_bodies::{Cutting, StockBodies},
+    tap_pitch,
     texture::{Recorder, Tracks},
     thread_strokes::{Stroke, Strokes},
     verdict::{Clearance, ToolUse},
@@ -108,6 +109,8 @@ struct BlockSum {
     overlap: f64,
     engagement: Option<Engagement>,
     tool: Option<usize>,
+    /// Speed of the spindle at its last cut, 1/min.
+    cut_rpm: f64,
 }
 
 pub(crate) struct Engine<'a> {
@@ -483,6 +486,10 @@ impl<'a> Engine<'a> {
     fn finish_block(&mut self, block: &BlockRecord) -> Option<BlockRow> {
         let sum = self.sums.remove(&block.index).unwrap_or_default();
         let BlockKind::Move(kind) = block.kind else { return None };
+        let tap = sum.tool.and_then(|t| self.prepared.tools.tools.get(t));
+        if let Some(finding) = tap.and_then(|tap| tap_pitch::finding(tap, block, sum.cut_rpm)) {
+            self.log.push(finding);
+        }
         if let Some((_, used)) = sum.tool.and_then(|t| self.uses.get_mut(&t)) {
             used.volume_mm3 += sum.volume;
             if kind == MoveKind::Feed {

@@ -127,6 +127,7 @@ codes! {
     SPINDLE_OFF = "process-spindle-off", Process, Error, "The cutter meets material while the spindle stands still.";
     SPINDLE_WRONG_WAY = "process-spindle-wrong-way", Process, Error, "The spindle turns against the hand of the tool.";
     PLUNGE = "process-plunge", Process, Error, "A tool without edges at its center goes down into material.";
+    TAP_PITCH = "process-tap-pitch", Process, Error, "A tap goes forward in a revolution by another way than its pitch.";
     NO_TOOL = "process-no-tool", Process, Error, "Feed motion without a tool in the spindle.";
     PROBED = "process-probed", Process, Warning, "A probing motion runs to its end: what the probe finds is not known.";
     NECK_RUBS = "process-neck-rubs", Process, Error, "The neck above the flutes meets material.";

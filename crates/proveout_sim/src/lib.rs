@@ -96,6 +96,7 @@ mod stock_bodies;
 mod surface_gate;
 mod surface_map;
 mod survey;
+mod tap_pitch;
 mod texture;
 mod thread_strokes;
 mod tools_of_run;

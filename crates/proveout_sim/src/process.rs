@@ -186,6 +186,15 @@ impl CuttingState {
     }
 }
 
+/// Whether an event comes before a piece of motion: those of earlier blocks, and of its own what the control does before it moves. A tool
+/// change has a block of its own, in which drives may still settle with the tool before: there its time tells.
+fn comes_before(event: &Event, piece: &Piece) -> bool {
+    match event {
+        Event::ToolChange { time, block, .. } if *block == piece.block => *time <= piece.time[0],
+        _ => event.block() <= piece.block,
+    }
+}
+
 /// Tool and spindle at each piece; events of earlier blocks come first. `apply` is told every event.
 pub(crate) fn states_of_pieces(
     chunk: &Chunk,
@@ -199,7 +208,7 @@ pub(crate) fn states_of_pieces(
         state.apply(event);
     };
     for piece in &chunk.pieces {
-        while let Some(event) = events.next_if(|e| e.block() < piece.block) {
+        while let Some(event) = events.next_if(|e| comes_before(e, piece)) {
             take(event, state);
         }
         states.push(*state);

@@ -116,6 +116,48 @@ fn a_thread_in_its_core_hole_is_told_and_is_no_gouge() {
     assert_eq!((outer["deviation"]["threads"].as_u64(), findings(&outer, "geometry-thread").len()), (Some(0), 0));
 }
 
+/// The same holes tapped with another way in a revolution than the pitch of M8, 1.25 mm: coupled to the spindle as `G84` is, in a feed by time, and in one
+/// by the revolution.
+#[test]
+fn a_tap_that_is_led_by_another_pitch_than_its_own_is_an_error() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-20,-20,-20,20,20,0\"\n");
+    let cycle = "G84 G98 Z-10. R5. F625.\nG80\n";
+    let cases = [
+        (cycle.to_owned(), None),
+        // Rounded to whole millimeters a minute.
+        (cycle.replace("F625.", "F630."), None),
+        (cycle.replace("F625.", "F750."), Some((1.5, 1))),
+        (cycle.replace("F625.", "F500."), Some((1.0, 1))),
+        (cycle.replace("G84", "S600 G84"), Some((625.0 / 600.0, 1))),
+        ("G0 Z5.\nG1 Z-10. F590.\nM4\nG1 Z5.\n".to_owned(), None),
+        ("G0 Z5.\nG1 Z-10. F450.\nM4\nG1 Z5.\n".to_owned(), Some((0.9, 10))),
+        ("G0 Z5.\nG95 G1 Z-10. F1.25\nG94 M4\nG1 Z5. F625.\n".to_owned(), None),
+        ("G0 Z5.\nG95 G1 Z-10. F1.\nG94 M4\nG1 Z5. F625.\n".to_owned(), Some((1.0, 10))),
+    ];
+    for (k, (words, wrong)) in cases.into_iter().enumerate() {
+        let (name, program) = (format!("case{k}"), tapped("M8 TAP", "0.", "-10.").replace(cycle, &words));
+        assert!(program.contains(&words));
+        desk.write(&format!("{name}.nc"), &program);
+        desk.done(&format!("new {name}.nc {MILL} --output {name}"));
+        let verdict = desk.verdict(&name);
+        let told = findings(&verdict, "process-tap-pitch");
+        let Some((way, percent)) = wrong else {
+            assert!(told.is_empty(), "{words}: {told:?}");
+            assert_eq!(gate(&verdict, "process").0, "pass", "{words}: {:?}", gate(&verdict, "process"));
+            continue;
+        };
+        assert_eq!(told.len(), 1, "{words}: {:?}", verdict["findings"]);
+        assert_eq!(gate(&verdict, "process").0, "fail", "{words}");
+        let value = told[0]["value"].as_f64().expect("the way");
+        assert!((value - way).abs() < 1e-9 && told[0]["limit"] == 1.25, "{words}: {told:?}");
+        let message = told[0]["message"].as_str().expect("words");
+        assert!(message.ends_with(&format!("where {percent} are allowed")), "{message}");
+        let line = program.lines().position(|l| l.contains("Z-10.")).expect("the stroke") as u64 + 1;
+        assert_eq!(told[0]["line"], line, "{words}: {told:?}");
+    }
+}
+
 /// Two passes of 10 mm that meet edge to edge at y = 10, the second one moved aside by `gap` mm.
 fn side_by_side(gap: f64) -> String {
     format!(

@@ -221,6 +221,7 @@ where
                 kind: MoveKind::Handling,
                 feed: f64::INFINITY,
                 feed_programmed: 0.0,
+                coupled: false,
                 corner: None,
                 loose: None,
                 stands: true,

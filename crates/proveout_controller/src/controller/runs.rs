@@ -249,6 +249,7 @@ where
             length: 0.0,
             programmed_length: 0.0,
             feed: 0.0,
+            coupled: false,
             programmed_end: None,
             kind,
         });

@@ -34,6 +34,7 @@ fn zigzag(frame: &Frame<'_>, blocks: u32) -> Path {
             kind: MoveKind::Feed,
             feed: 150.0,
             feed_programmed: 150.0,
+            coupled: false,
             chord: None,
             loose: Some(Tolerance { tip: 0.05, angle: 0.01 }),
             stands: false,

@@ -43,6 +43,9 @@ impl Engine<'_> {
                 let sum = self.sums.entry(piece.block).or_default();
                 sum.volume += report.volume_mm3;
                 sum.overlap = sum.overlap.max(report.overlap_mm);
+                if piece.kind == MoveKind::Feed && report.overlap_mm > contact {
+                    sum.cut_rpm = state.speed_rpm;
+                }
                 if let Some(contact) = report.contact.filter(|_| report.overlap_mm > contact) {
                     let engaged = Engagement::of_piece(&contact, piece, state, tool);
                     sum.engagement = Some(sum.engagement.map_or(engaged, |e| e.union(&engaged)));

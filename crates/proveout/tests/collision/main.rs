@@ -10,6 +10,9 @@
 //!      [post]  on the table, top at z = 60, x and y within 15 mm
 //! ```
 
+mod in_the_spindle;
+mod meshes;
+
 use std::{fs, path::Path, process::Command};
 
 use serde_json::Value;
@@ -139,6 +142,31 @@ fn found<'v>(verdict: &'v Value, code: &str) -> Vec<&'v Value> {
     verdict["findings"].as_array().expect("findings").iter().filter(|f| f["code"] == code).collect()
 }
 
+const POST: &str = "[[fixture]]\nname = \"post\"\nmesh = \"post.stl\"\nframe = \"table\"\n";
+
+/// A block of 30 x 30 x 60 mm as text of an STL file, without some of its triangles and with more.
+fn post(without: std::ops::Range<usize>, more: &[[[f64; 3]; 3]]) -> String {
+    let corner = |k: usize| [[-15.0, 15.0][k & 1], [-15.0, 15.0][k >> 1 & 1], [0.0, 60.0][k >> 2 & 1]];
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let of = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]].map(|t| t.map(corner));
+    let sides = faces.into_iter().flat_map(of).enumerate().filter(|(k, _)| !without.contains(k)).map(|(_, t)| t);
+    let all = sides.chain(more.iter().copied());
+    let facet = |t: [[f64; 3]; 3]| {
+        let corners = t.map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
+        format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+    };
+    format!("solid post\n{}endsolid post\n", all.map(facet).collect::<String>())
+}
+
+/// The tool comes down beside the post, 2 mm from its side, until the holder is over its top by a height, in line 8; its lower face is 50 mm over the
+/// tip.
+fn over_the_post(height: f64) -> String {
+    format!(
+        "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X-20. Y0.\nG0 Z{}\nX-22.\nZ200.\nM5\nM30\n%\n",
+        60.0 + height - 50.0
+    )
+}
+
 #[test]
 fn a_body_that_is_not_checked_is_named_by_both_gates() {
     let into = TO_THE_COVER.replace("X95.", "X103.");
@@ -210,160 +238,6 @@ fn a_pair_that_the_machine_file_excludes_is_named_with_its_reason() {
     assert!(said.contains("machine.toml:") && said.contains("there is no body \"lid\""), "{said}");
 }
 
-const POST: &str = "[[fixture]]\nname = \"post\"\nmesh = \"post.stl\"\nframe = \"table\"\n";
-
-/// A block of 30 x 30 x 60 mm as text of an STL file, without some of its triangles and with more.
-fn post(without: std::ops::Range<usize>, more: &[[[f64; 3]; 3]]) -> String {
-    let corner = |k: usize| [[-15.0, 15.0][k & 1], [-15.0, 15.0][k >> 1 & 1], [0.0, 60.0][k >> 2 & 1]];
-    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let of = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]].map(|t| t.map(corner));
-    let sides = faces.into_iter().flat_map(of).enumerate().filter(|(k, _)| !without.contains(k)).map(|(_, t)| t);
-    let all = sides.chain(more.iter().copied());
-    let facet = |t: [[f64; 3]; 3]| {
-        let corners = t.map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
-        format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
-    };
-    format!("solid post\n{}endsolid post\n", all.map(facet).collect::<String>())
-}
-
-/// The tool comes down beside the post, 2 mm from its side, until the holder is over its top by a height, in line 8; its lower face is 50 mm over the
-/// tip.
-fn over_the_post(height: f64) -> String {
-    format!(
-        "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X-20. Y0.\nG0 Z{}\nX-22.\nZ200.\nM5\nM30\n%\n",
-        60.0 + height - 50.0
-    )
-}
-
-#[test]
-fn the_surface_of_an_open_mesh_is_checked_and_its_inside_is_named() {
-    for (holes, height, state) in [(0, 1.2, "pass"), (2, 1.2, "unchecked"), (2, 0.8, "unchecked"), (2, -0.02, "fail")] {
-        let shop = Shop::new(&machine(""), POST, &over_the_post(height));
-        // Its lower face is missing.
-        shop.write("post.stl", &post(0..holes, &[]));
-        let verdict = shop.verdict();
-        let (is, reason) = gate(&verdict, "collision");
-        assert_eq!(is, state, "{holes} {height}: {reason}");
-        let named = "what is inside of post: the mesh has a hole";
-        assert_eq!(reason.contains(named), holes > 0, "{reason}");
-        assert_eq!(gate(&verdict, "near_miss").1.contains(named), holes > 0);
-        let hits = found(&verdict, if height < 0.0 { "collision-bodies" } else { "collision-near-miss" });
-        if height < 1.0 {
-            assert_eq!(hits[0]["line"], 8, "{hits:?}");
-            assert_eq!(gate(&verdict, "near_miss").0, "fail");
-        } else {
-            assert!(hits.is_empty(), "{hits:?}");
-        }
-    }
-}
-
-#[test]
-fn a_triangle_without_area_counts_as_the_line_that_it_is() {
-    // A line that stands up from the top by 5 mm: the holder, 3 mm over it, meets the line and nothing else.
-    let line = [[-12.0, 0.0, 60.0], [-12.0, 0.0, 62.0], [-12.0, 0.0, 65.0]];
-    for (more, state) in [(vec![], "pass"), (vec![line], "fail")] {
-        let shop = Shop::new(&machine(""), POST, &over_the_post(3.0));
-        shop.write("post.stl", &post(0..0, &more));
-        let verdict = shop.verdict();
-        let (is, reason) = gate(&verdict, "collision");
-        assert_eq!(is, state, "{reason}");
-        if state == "fail" {
-            assert_eq!(found(&verdict, "collision-bodies")[0]["line"], 8, "{verdict}");
-            assert!(reason.contains("what is inside of post"), "a line closes nothing: {reason}");
-        } else {
-            assert!(!reason.contains("no area"), "{reason}");
-        }
-    }
-    // A vertex on an edge, joined by a triangle that is a line, as repaired meshes have them: still a solid.
-    let [a, b, foot] = [[-15.0, -15.0, 60.0], [15.0, -15.0, 60.0], [-15.0, -15.0, 0.0]];
-    let m = [0.0, -15.0, 60.0];
-    let shop = Shop::new(&machine(""), POST, &over_the_post(3.0));
-    shop.write("post.stl", &post(5..6, &[[foot, b, m], [foot, m, a], [a, m, b]]));
-    let verdict = shop.verdict();
-    let (is, reason) = gate(&verdict, "collision");
-    assert!(is == "pass" && reason.contains("1 triangle of post has no area and counts as a line"), "{reason}");
-}
-
-#[test]
-fn bodies_without_a_size_are_refused_by_name() {
-    let point = [[1.0, 2.0, 3.0]; 3];
-    let flat =
-        [[[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 9.0, 0.0], [9.0, 0.0, 0.0]]];
-    for (mesh, words) in [
-        (post(0..12, &[point]), "the only triangle of ./post.stl has no area"),
-        (post(0..12, &[point, point]), "each of the 2 triangles of ./post.stl has no area"),
-        (post(0..12, &flat), "volume is 0.000 mm3"),
-    ] {
-        let shop = Shop::new(&machine(""), POST, TO_THE_COVER);
-        shop.write("post.stl", &mesh);
-        let (code, said) = shop.run();
-        assert_eq!(code, 2, "{said}");
-        assert!(said.contains("post") && said.contains(words), "{said}");
-        assert!(!shop.path().join("result").exists());
-    }
-    let empty = "[[fixture]]\nname = \"post\"\nbox = { min_mm = [0, 0, 0], max_mm = [0, 5, 5] }\n";
-    let (code, said) = Shop::new(&machine(""), empty, TO_THE_COVER).run();
-    assert!(code == 2 && said.contains("scene.toml") && said.contains("fixture \"post\" holds nothing"), "{said}");
-    let none = machine("").replace("max_mm = [160, 100, 600]", "max_mm = [150, 100, 600]");
-    let (code, said) = Shop::new(&none, "", TO_THE_COVER).run();
-    assert!(code == 2 && said.contains("machine.toml:") && said.contains("is empty"), "{said}");
-}
-
-/// No finding could tell which of two fixtures it means, and of a cylinder without an inside nothing can be told.
-#[test]
-fn fixtures_that_a_finding_could_not_tell_apart_are_refused_with_their_place() {
-    let one = |name: &str, form: &str| format!("[[fixture]]\nname = \"{name}\"\n{form}\n");
-    let block = "box = { min_mm = [0, 0, 0], max_mm = [9, 9, 9] }";
-    let round = |radius: f64, height: f64| {
-        format!("cylinder = {{ base_mm = [0, 0, 0], radius_mm = {radius}, height_mm = {height} }}")
-    };
-    for (fixtures, words) in [
-        (one("jaw", block) + &one("jaw", block), "two fixtures have the name \"jaw\""),
-        (one("stock", block), "a fixture is called \"stock\""),
-        (one(" ", block), "a fixture has no name"),
-        (one("head", block), "fixture \"head\" has the name of a body of the machine"),
-        (one("pin", &round(0.0, 9.0)), "the cylinder of fixture \"pin\" holds nothing"),
-        (one("pin", &round(-3.0, 9.0)), "the cylinder of fixture \"pin\" holds nothing"),
-        (one("pin", &round(3.0, 0.0)), "the cylinder of fixture \"pin\" holds nothing"),
-    ] {
-        let (code, said) = Shop::new(&machine(""), &fixtures, TO_THE_COVER).run();
-        assert!(code == 2 && said.contains(words) && said.contains("scene.toml"), "{words}: {said}");
-        let line = if words.contains("two fixtures") { 12 } else { 9 };
-        assert!(words.contains("of a body") || said.contains(&format!("scene.toml:{line}:1")), "{line}: {said}");
-    }
-}
-
-/// A machine that is described without a body is not checked, whatever stands beside it.
-#[test]
-fn a_machine_without_bodies_is_not_passed_for_its_fixtures() {
-    let bare = machine("").split("\n[[body]]").next().expect("the joints").to_owned();
-    let jaw = "[[fixture]]\nname = \"jaw\"\nbox = { min_mm = [20, 20, 0], max_mm = [30, 30, 20] }\n";
-    let verdict = Shop::new(&bare, jaw, TO_THE_COVER).verdict();
-    for name in ["collision", "near_miss"] {
-        let (state, reason) = gate(&verdict, name);
-        assert_eq!(state, "unchecked", "{name}: {reason}");
-        assert!(reason.contains("its file has no bodies"), "{name}: {reason}");
-    }
-}
-
-/// A tool below the table's face is a finding only where the table is described: a machine file with bodies, but none that moves with the table or
-/// with the spindle, is not passed, and the gate names which.
-#[test]
-fn a_machine_without_its_table_or_its_spindle_is_not_passed() {
-    let jaw = "[[fixture]]\nname = \"jaw\"\nbox = { min_mm = [20, 20, 0], max_mm = [30, 30, 20] }\n";
-    let away = TO_THE_COVER.replace("X95.", "X60.");
-    for (moved, end) in [("\"B\"", "table"), ("\"Z\"", "spindle")] {
-        let away_from = machine("").replace(&format!("attached_to = {moved}"), "attached_to = \"X\"");
-        let verdict = Shop::new(&away_from, jaw, &away).verdict();
-        for name in ["collision", "near_miss"] {
-            let (state, reason) = gate(&verdict, name);
-            assert_ne!(state, "pass", "{name}: {reason}");
-            let told = format!("the {end}: no body of the machine file moves with it (`attached_to = {moved}`)");
-            assert!(reason.contains(&told), "{name}: {reason}");
-        }
-    }
-}
-
 /// A bar of 10 mm turns on its table into the cheeks of the cradle, which rise by 8 mm over the face and 110 mm from the axis: the layer of 17 mm that
 /// counts for nothing against the flush face does not hide them.
 #[test]
@@ -403,49 +277,6 @@ fn a_flat_bar_that_swings_into_the_cheeks_of_its_cradle_is_found() {
             "{verdict}"
         );
     }
-}
-
-/// The second tool is 40 mm longer: it comes into the spindle with 20 mm of its flutes in the block, and goes up out of it in feed.
-#[test]
-fn a_tool_that_comes_into_the_spindle_in_material_is_found() {
-    let program = |height: f64| {
-        format!(
-            "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X-45. Y-45. Z{height}.\nM5\nT2 M6\nG43 H2\nS3000 M3\n\
-             G1 Z{}. F1000.\nG0 Z200.\nM30\n%\n",
-            height + 10.0
-        )
-    };
-    for (height, depth) in [(45.0, Some(5.0)), (51.0, None)] {
-        let shop = Shop::new(&machine(""), "", &program(height));
-        let second = TOOLS.replace("number = 1", "number = 2").replace("T1", "T2").replace("_mm = 80", "_mm = 120");
-        shop.write("tools.toml", &format!("{TOOLS}\n{second}"));
-        let verdict = shop.verdict();
-        let found = found(&verdict, "process-rapid-in-material");
-        assert_eq!(found.len(), usize::from(depth.is_some()), "{:?}", verdict["findings"]);
-        if let Some(depth) = depth {
-            assert!((found[0]["penetration_mm"].as_f64().expect("told") - depth).abs() < 0.1, "{found:?}");
-            let message = found[0]["message"].as_str().expect("told");
-            assert!(
-                message.starts_with("cutter of T2 meets material where it stands as the tool comes into the spindle"),
-                "{message}"
-            );
-            assert_eq!(found[0]["line"], 12, "{found:?}");
-        }
-    }
-}
-
-#[test]
-fn a_start_in_collision_is_found_at_the_start() {
-    // Wholly inside of the head at home, which is at Z 300.
-    let lamp = "\n[[body]]\nname = \"lamp\"\nrole = \"lamp\"\nattached_to = \"base\"\ncheck = true\n\
-                box = [{ min_mm = [-5, -5, 350], max_mm = [5, 5, 360] }]\n";
-    let verdict = Shop::new(&machine(lamp), "", TO_THE_COVER).verdict();
-    assert_eq!(gate(&verdict, "collision").0, "fail");
-    let hits = found(&verdict, "collision-bodies");
-    assert_eq!(hits.len(), 1, "{hits:?}");
-    assert!(hits[0]["message"].as_str().expect("words").contains("one inside of the other"), "{hits:?}");
-    let motion = verdict["clearance"]["pairs"].to_string();
-    assert!(hits[0]["time_s"].as_f64().expect("a time") <= 6.0, "before the first block has moved: {hits:?} {motion}");
 }
 
 #[test]
