@@ -16,7 +16,18 @@ fn codes(gate: &str) -> &'static [Code] {
         "program" => &[STOPPED, TEXT_LOST],
         "limits" => &[OVERTRAVEL, UNREACHABLE, OFF_CIRCLE, SPINDLE_SPEED, DRIVE_SATURATED, PLANNED_MOTION],
         "process" => {
-            &[RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY, PLUNGE, NO_TOOL, NECK_RUBS, SHANK_RUBS, LOOSE_PART_CUT]
+            const OF_PROCESS: &[Code] = &[
+                RAPID_IN_MATERIAL,
+                SPINDLE_OFF,
+                SPINDLE_WRONG_WAY,
+                PLUNGE,
+                TAP_PITCH,
+                NO_TOOL,
+                NECK_RUBS,
+                SHANK_RUBS,
+                LOOSE_PART_CUT,
+            ];
+            OF_PROCESS
         }
         "collision" => &[HOLDER_IN_STOCK, STOCK_HIT, STOCK_AT_REST, COLLISION],
         "near_miss" => &[NEAR_MISS],

@@ -303,11 +303,11 @@ fn judge_gates(
     let probes: usize =
         log.all().iter().filter(|f| f.code == finding::PROBED.code).map(|f| 1 + f.repeats as usize).sum();
     let process = Coverage {
-        checked: Some(
-            "rapid in material, spindle, going down without edges at the center, and rubbing of neck and shank, on every \
-             piece of motion"
-                .into(),
-        ),
+        checked: Some(format!(
+            "rapid in material, spindle, going down without edges at the center, {}and rubbing of neck and shank, on every \
+             piece of motion",
+            if facts.strokes.is_empty() { "" } else { "pitch of taps, " }
+        )),
         left_out: {
             let motions = if probes == 1 { "motion" } else { "motions" };
             let probes = (probes > 0).then(|| format!("{probes} probing {motions}: what the probe finds is not known"));

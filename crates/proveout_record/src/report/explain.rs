@@ -103,7 +103,7 @@ fn basis(setup: &Setup<'_>, f: &Finding) -> String {
     if code == finding::SPINDLE_SPEED.code {
         return "of the spindle in the machine file or of the tool in its library".into();
     }
-    if code == finding::PLUNGE.code {
+    if [finding::PLUNGE.code, finding::TAP_PITCH.code].contains(&code) {
         return "of the tool in its library".into();
     }
     if f.limit.is_none() && f.penetration_mm.is_some() {
