@@ -57,6 +57,8 @@ struct State {
     position: Position,
     tool: Option<usize>,
     edge_on: bool,
+    /// What the program adds to the length of the tool: by so much the control takes it for longer than it is, mm.
+    delta_length: f64,
     tcp: Tcp,
     /// Point that stays while rotary axes turn under tool center point control: so much ahead of the tip, mm.
     turn_center: f64,
@@ -163,6 +165,7 @@ where
                 position: Position { q: home, base: [None; AXIS_LETTERS.len()], told: None },
                 tool: None,
                 edge_on: false,
+                delta_length: 0.0,
                 tcp: Tcp { on: false, interpolation: OrientationInterpolation::Axes },
                 turn_center: 0.0,
                 path_mode: PathMode::Continuous { tolerance: None, orientation_tolerance: None },
@@ -286,7 +289,7 @@ where
             Op::Thread(thread) => self.thread(thread, location)?,
             Op::Retract(retract) => self.retract(*retract, location)?,
             Op::Override(change) => self.feed_override(*change, location)?,
-            Op::CutterComp(_) | Op::Offset(Offset::ToolDelta { .. }) => actions::special(&command.op, location)?,
+            Op::CutterComp(_) => actions::special(&command.op, location)?,
             Op::Feed(feed) => self.state.feed = Some(*feed),
             Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(ToolAction::Select(name)) => {
@@ -296,6 +299,8 @@ where
             Op::Plane(_) | Op::Offset(Offset::Work { .. }) => {}
             Op::Tool(ToolAction::Change(name)) => self.tool_change(name, location)?,
             Op::Offset(Offset::ToolEdge { edge }) => self.set_edge(*edge != 0),
+            // The radius counts in the reader, whose path is that of the tool center.
+            Op::Offset(Offset::ToolDelta { length, .. }) => self.set_delta_length(*length),
             Op::Offset(Offset::TurnCenter { ahead }) => self.set_turn_center(*ahead),
             Op::Tcp(tcp) => self.switch_tcp(*tcp, location)?,
             Op::PathMode(mode) => self.state.path_mode = *mode,
@@ -346,7 +351,7 @@ where
     }
 
     fn active_length(&self) -> f64 {
-        if self.state.edge_on { self.tool_length() } else { 0.0 }
+        if self.state.edge_on { self.tool_length() + self.state.delta_length } else { 0.0 }
     }
 
     fn straight(&mut self, motion: &Motion, pace: Pace, location: &Location) -> Result<(), Box<ControlError>> {

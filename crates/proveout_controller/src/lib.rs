@@ -63,9 +63,9 @@
 //!
 //! Curved blocks that are not short (arcs, splines, long great circles) are rounded corner by corner, not fitted together.
 //! Against an independent optimum with jerk limits (`tests/optimum.rs`)
-//! plans lose below 0.1 percent at feed and 1 to 2 percent at corners and in curves; of 20 single curves from rest to rest that joints alone bind, 13 take within 2 percent of what
-//! another program finds, seven 3 to 12 percent longer (`tests/against_copp.rs`). Not executed and refused by name:
-//! a contour that is not yet the path of the tool center, delta values of the tool length. A machine without
+//! plans lose below 0.1 percent at feed and 1 to 2 percent at corners and in curves; 20 single curves from rest to rest that joints alone bind take no longer than what another
+//! program finds (`tests/against_copp.rs`). Not executed and refused by name:
+//! a contour that is not yet the path of the tool center. A machine without
 //! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
 //! has only its first and last sample. M0 and M1 take no time. Loads of
 //! the drives are those of the machine alone: no workpiece, fixture, tool or cutting force.

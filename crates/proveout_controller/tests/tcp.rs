@@ -6,7 +6,7 @@ use common::{Program, Random, axes, bc_machine, motion, run, run_with, tool};
 use proveout_controller::{Dynamics, Event, LimitKind, Piece, RunError, Settings};
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
-use proveout_nc::Op;
+use proveout_nc::{Offset, Op};
 
 const LENGTH: f64 = 120.0;
 
@@ -55,6 +55,37 @@ fn without_tcp_the_length_is_added_along_the_spindle() {
     assert_eq!([end[0], end[1], end[2]], [10.0, 20.0, 150.0]);
     let pose = machine.forward(&end, LENGTH);
     assert!((pose.tip - Point::new(10.0, 20.0, 30.0)).norm() < 1e-12);
+}
+
+/// The control takes the tool for longer than it is: its tip stays behind by so much along its own axis, with tool center point control and without.
+#[test]
+fn a_delta_value_of_the_length_keeps_the_tip_off_by_as_much() {
+    let machine = bc_machine();
+    let delta = |length| Op::Offset(Offset::ToolDelta { length, radius: 0.3, corner_radius: 0.0 });
+    let program = Program::default().change(1).op(delta(0.25)).g0(&[('X', 10.0), ('Y', 20.0), ('Z', 30.0)]);
+    let end = run(&program, &machine).summary.end_position;
+    assert_eq!([end[0], end[1], end[2]], [10.0, 20.0, 150.25]);
+    // Alone it moves nothing; the next motion of Z counts it, and the length switched off takes it along.
+    let end = run(&program.clone().op(delta(-0.5)).g0(&[('X', 5.0)]), &machine).summary.end_position;
+    assert_eq!([end[0], end[2]], [5.0, 150.25]);
+    let end = run(&program.clone().op(delta(-0.5)).g0(&[('Z', 30.0)]), &machine).summary.end_position;
+    assert_eq!(end[2], 149.5);
+    assert_eq!(run(&program.edge(0).g0(&[('Z', 30.0)]), &machine).summary.end_position[2], 30.0);
+    let tilted = [('X', -40.0), ('Y', 35.0), ('Z', 140.0), ('B', 0.9), ('C', 2.0)];
+    for length in [0.0, 0.4, -0.4] {
+        let program = Program::default()
+            .change(1)
+            .op(delta(length))
+            .g0(&[('X', 20.0), ('Y', -10.0), ('Z', 180.0)])
+            .tcp(true)
+            .feed(40.0)
+            .g1(&tilted);
+        let out = run_with(&program, &machine, &[tool(1, LENGTH)], &ideal());
+        let pose = machine.forward(&out.summary.end_position, LENGTH);
+        let told = Point::new(-40.0, 35.0, 140.0) + pose.axis * length;
+        assert!((pose.tip - told).norm() < 1e-9, "{length}: {:?}", pose.tip - told);
+        assert!(out.summary.max_contour_error_mm < 0.011, "{}", out.summary.max_contour_error_mm);
+    }
 }
 
 #[test]

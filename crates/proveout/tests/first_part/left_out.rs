@@ -205,6 +205,42 @@ fn a_sheet_thinner_than_its_faces_are_known_is_told_and_fails_nothing() {
     );
 }
 
+/// `DL` of a tool call: the control takes the tool for longer than it is, and what is left stands on the part; for shorter, it gouges.
+#[test]
+fn a_delta_value_of_the_length_is_left_on_the_part_or_taken_from_it() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-10,40,20,0\"\ntool.T1 = \"flat D24 L25\"\n");
+    desk.write("lower.stl", &super::block([0.0, 0.0, -10.0], [40.0, 20.0, -1.0]));
+    let cases = [
+        ("", 0.0, 0.0),
+        ("DL+0.1", 0.1, 0.0),
+        ("DL-0.2 DR+0.5", 0.0, 0.2),
+        // Without a tool the word is for the one that is in.
+        ("DL-0.3\nTOOL CALL S3000 DL+0.1", 0.1, 0.0),
+        ("DL+0.1\nTOOL CALL S3000", 0.1, 0.0),
+        ("DL+0.1\nTOOL CALL 1 Z S3000", 0.0, 0.0),
+    ];
+    for (k, (words, excess, gouge)) in cases.into_iter().enumerate() {
+        let name = format!("delta{k}");
+        let program = format!(
+            "0 BEGIN PGM 1 MM\n1 TOOL CALL 1 Z S4000 F800 {words}\n2 L X-20 Y+10 R0 FMAX M3\n3 L Z-1 R0 FMAX\n4 L X+60 R0 F800\n\
+             5 L Z+50 R0 FMAX M30\n6 END PGM 1 MM\n"
+        );
+        desk.write(&format!("{name}.h"), &program);
+        desk.done(&format!("new {name}.h {MILL} --design lower.stl --output {name}"));
+        let verdict = desk.verdict(&name);
+        let assumed = words.contains("S3000 DL");
+        let program = if assumed { "unchecked" } else { "pass" };
+        assert_eq!(gate(&verdict, "program").0, program, "{words}: {:?}", gate(&verdict, "program"));
+        assert_eq!(findings(&verdict, "program-assumed").len(), usize::from(assumed), "{words}");
+        let d = &verdict["deviation"];
+        for (key, told) in [("excess_max_mm", excess), ("gouge_max_mm", gouge)] {
+            let value = d[key].as_f64().expect("measured");
+            assert!((value - told).abs() < 1e-3, "{words}: {key} {value}, {told}: {d}");
+        }
+    }
+}
+
 #[test]
 fn imports_tell_taps_and_edges_at_the_center() {
     let desk = Desk::new(&[]);

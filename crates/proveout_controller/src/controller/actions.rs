@@ -17,7 +17,6 @@ use crate::{
 /// Commands that this control does not execute are refused by name.
 pub(super) fn special(op: &Op, location: &Location) -> Result<(), Box<ControlError>> {
     let what = match op {
-        Op::Offset(Offset::ToolDelta { length, .. }) if *length != 0.0 => "a delta value of the tool length",
         Op::CutterComp(comp) if comp.side != CompSide::Off => "a contour that is not yet the path of the tool center",
         _ => return Ok(()),
     };
@@ -107,6 +106,14 @@ where
             self.out.meter.summary.dwell_s += wait;
             let block = self.action(location, BlockKind::Action, wait);
             self.out.chunk.events.push(Event::Dwell { time, block, duration: wait });
+        }
+    }
+
+    pub(super) fn set_delta_length(&mut self, length: f64) {
+        if length != self.state.delta_length {
+            self.stop_run();
+            self.state.delta_length = length;
+            self.forget_linear();
         }
     }
 

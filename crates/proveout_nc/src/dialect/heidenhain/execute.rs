@@ -191,11 +191,22 @@ impl Interpreter {
                 self.emit(Op::Offset(Offset::ToolEdge { edge }));
                 self.technology.in_spindle = Some(name);
             }
-            // The change moves the machine; the tip is another point.
+        }
+        let told = [call.length, call.radius, call.corner];
+        let alone = call.tool.is_none() && told.iter().any(Option::is_some);
+        if alone {
+            self.assume(
+                "delta values of a TOOL CALL without a tool hold for the tool in the spindle; those that it does not \
+                 name stay"
+                    .to_owned(),
+            );
+        }
+        if call.tool.is_some() || alone {
+            // A change moves the machine, and with another length the tip is another point.
             self.position.forget(super::motion::LINEAR);
             self.modal.tangent = None;
-            let mut delta = [0.0; 3];
-            for (slot, value) in delta.iter_mut().zip([call.length, call.radius, call.corner]) {
+            let mut delta = if alone { self.modal.delta } else { [0.0; 3] };
+            for (slot, value) in delta.iter_mut().zip(told) {
                 if let Some(value) = value {
                     *slot = self.variables.value(value, span)? * unit;
                 }
@@ -205,8 +216,6 @@ impl Interpreter {
                 let [length, radius, corner_radius] = delta;
                 self.emit(Op::Offset(Offset::ToolDelta { length, radius, corner_radius }));
             }
-        }
-        if call.tool.is_some() {
             self.take_tool_radius(span)?;
         }
         if let Some(axis) = call.axis {
