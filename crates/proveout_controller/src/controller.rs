@@ -292,9 +292,7 @@ where
             Op::CutterComp(_) => actions::special(&command.op, location)?,
             Op::Feed(feed) => self.state.feed = Some(*feed),
             Op::Spindle(spindle) => self.spindle(*spindle),
-            Op::Tool(ToolAction::Select(name)) => {
-                self.find_tool(name, location)?; // told at the T word, not only at the change
-            }
+            Op::Tool(ToolAction::Select(name)) => self.select(name, location),
             Op::Frame(frame) => self.state.frame = Some((frame.rotation, frame.translation)),
             Op::Plane(_) | Op::Offset(Offset::Work { .. }) => {}
             Op::Tool(ToolAction::Change(name)) => self.tool_change(name, location)?,

@@ -96,7 +96,6 @@ impl Names<'_> {
                 let fault = unknown_offset(at, word, self.settings, self.scene)?;
                 self.once(format!("offset {word}")).then_some(fault)
             }
-            Op::Tool(ToolAction::Select(name)) => self.tool(name, at),
             Op::Tool(ToolAction::Change(name)) => {
                 self.in_spindle = name.clone();
                 self.tool(name, at)

@@ -287,3 +287,22 @@ fn imports_tell_taps_and_edges_at_the_center() {
     let told = desk.refused("tools odd.csv --output odd.toml", &["pitch_mm"]);
     assert!(told.contains("is no dimension of kind \"flat\""), "{told}");
 }
+
+/// The control fetches the tool of the next operation while this one cuts; that one need not be known. Where it comes into the spindle, it must be.
+#[test]
+fn a_tool_that_is_made_ready_and_never_changed_in_need_not_be_known() {
+    let desk = Desk::new(&[]);
+    desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-10,40,20,0\"\n");
+    let program = "O1\nG21 G90 G17 G40\n(T1 10MM FLAT ENDMILL CENTER CUTTING)\nT1 M6\nT7\nG54 G0 X-10. Y5. S3000 M3\nG43 H1 Z20.\nZ-1.\nG1 X50. F500.\nG0 Z20.\nM30\n";
+    desk.write("ready.nc", program);
+    desk.done(&format!("new ready.nc {MILL} --output ready"));
+    let verdict = desk.verdict("ready");
+    assert_eq!(gate(&verdict, "program").0, "pass", "{verdict}");
+    let notes = findings(&verdict, "program-note");
+    assert!(
+        notes.iter().any(|n| n["message"].as_str().is_some_and(|m| m.contains("T7 is not in the tool library"))),
+        "{notes:?}"
+    );
+    desk.write("ready.nc", &program.replace("G0 Z20.\nM30", "G0 Z20.\nM6\nM30"));
+    desk.refused("run ready --rerun off", &["tool T7 is not in the tool library", "ready.nc:11:"]);
+}

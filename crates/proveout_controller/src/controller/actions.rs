@@ -163,6 +163,14 @@ where
         Ok(tool.flatten())
     }
 
+    /// A tool that is made ready and never comes into the spindle need not be known.
+    pub(super) fn select(&mut self, name: &ToolName, location: &Location) {
+        if let Err(unknown) = self.find_tool(name, location) {
+            let text = format!("{}: it is made ready, and may not come into the spindle", unknown.message);
+            self.announce(Event::Note { time: 0.0, block: self.next_block, text });
+        }
+    }
+
     pub(super) fn tool_change(&mut self, name: &ToolName, location: &Location) -> Result<(), Box<ControlError>> {
         let tool = self.find_tool(name, location)?;
         self.stop_run();
