@@ -183,7 +183,7 @@ fn convex_mesh(
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
     let start = warm.filter(|i| (*i as usize) < mesh.boxes.triangles().len()).map(|i| of(i, limit));
-    match nearest_leaf(&mesh.boxes, apart, (limit, effort), start, of) {
+    match nearest_leaf(&*mesh.boxes, apart, (limit, effort), start, of) {
         NearestLeaves::Beyond(proved) => (Gap::Beyond(proved), 0),
         NearestLeaves::At(_, Touch { meeting: true, p, item, .. }) => (Gap::Meeting(p), item),
         NearestLeaves::At(d, Touch { p, q, item, .. }) => (Gap::At(d, q, p), item),

@@ -22,7 +22,7 @@
 //! A pair of neighbors has one freedom. Where it was found clear it stays clear whatever the other joints do: the range of the joint that is
 //! proved is kept, and most pieces need no more than a look at it.
 
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, sync::Arc};
 
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Joint, JointValues, Machine};
@@ -56,7 +56,7 @@ pub(crate) struct Neighbors {
     /// The joint between them.
     pub(crate) joint: usize,
     /// The rests of both, in their own frames.
-    pub(crate) rests: std::sync::Arc<Rests>,
+    pub(crate) rests: Arc<Rests>,
     /// Range of the joint in which they keep the clearance, with `slack`; empty at first.
     pub(crate) proved: [f64; 2],
     /// For which the range was proved, mm.
@@ -70,13 +70,13 @@ pub(crate) struct Neighbors {
 /// What is left of two bodies.
 #[derive(Debug)]
 pub(crate) struct Rests {
-    pub(crate) skins: [TriangleTree; 2],
+    pub(crate) skins: [Arc<TriangleTree>; 2],
     /// Part of the skin of each that was left out, 0 to 1.
     pub(crate) left_out: [f64; 2],
 }
 
 impl Neighbors {
-    pub(crate) fn new(machine: &Machine, joint: usize, rests: std::sync::Arc<Rests>) -> Self {
+    pub(crate) fn new(machine: &Machine, joint: usize, rests: Arc<Rests>) -> Self {
         let j = &machine.joints[joint];
         // Where two points are nearest, one of them moves against the other's body by its distance from the axis; either may be taken.
         let radius = |k: usize| farthest(&rests.skins[k], &j.point, &j.direction);
@@ -221,10 +221,14 @@ pub(crate) fn rests(
     let mut zone = Zone::round(bodies, &invariant);
     bearing(bodies[0], bodies[1], b_from_a, near, &invariant, &mut zone);
     bearing(bodies[1], bodies[0], &b_from_a.inverse(), near, &invariant, &mut zone);
+    if !zone.any {
+        // They stand apart and are whole, as most pairs of a machine: what is built of the bodies is theirs.
+        return Rests { skins: bodies.map(|body| body.boxes.clone()), left_out: [0.0; 2] };
+    }
     let rest = bodies.map(|body| outside(body.boxes.triangles(), &invariant, &zone));
     let area = |t: &[[Point; 3]]| -> f64 { t.iter().map(|[a, b, c]| (b - a).cross(&(c - a)).norm()).sum() };
     let left_out = [0, 1].map(|k| 1.0 - area(&rest[k]) / area(bodies[k].boxes.triangles()).max(f64::MIN_POSITIVE));
-    Rests { skins: rest.map(TriangleTree::of_triangles), left_out }
+    Rests { skins: rest.map(|triangles| Arc::new(TriangleTree::of_triangles(triangles))), left_out }
 }
 
 /// Where the joint stands at rest: at zero, or as near to it as its travel allows.
@@ -245,13 +249,22 @@ fn bearing(
     invariant: &Invariant,
     zone: &mut Zone,
 ) {
+    let Some((middle, half)) = other.boxes.root().map(|root| other.boxes.bounds(root)) else { return };
     let mut open: Vec<[Point; 3]> = body.boxes.triangles().to_vec();
     while let Some(t) = open.pop() {
+        let moved = t.map(|p| other_from_body.point(&p));
+        // Beside the box round all of the other body it is neither near to it nor inside.
+        let beside = |k: usize| {
+            let [a, b, c] = moved.map(|p| p[k] - middle[k]);
+            a.min(b).min(c) > half[k] + near || a.max(b).max(c) < -half[k] - near
+        };
+        if (0..3).any(beside) {
+            continue;
+        }
         let patch = invariant.patch(&t);
         if zone.holds(&patch, GROWN) {
             continue;
         }
-        let moved = t.map(|p| other_from_body.point(&p));
         if skin_within(&other.boxes, &moved, near) {
             if is_small(&patch) {
                 zone.mark(&patch);
@@ -311,9 +324,6 @@ fn skin_within(skin: &TriangleTree, t: &[Point; 3], near: f64) -> bool {
 
 /// The part of a skin outside of the zone, with pieces at its border that reach in by less than two cells, where nothing bears.
 fn outside(triangles: &[[Point; 3]], invariant: &Invariant, zone: &Zone) -> Vec<[Point; 3]> {
-    if !zone.any {
-        return triangles.to_vec();
-    }
     let mut kept = Vec::with_capacity(triangles.len());
     let mut open = triangles.to_vec();
     while let Some(t) = open.pop() {

@@ -144,7 +144,7 @@ impl SupportMap for Revolved {
 pub(crate) struct MeshShape {
     pub(crate) tree: ParryMesh,
     /// The triangles once more, in the tree of the distance queries.
-    pub(crate) boxes: TriangleTree,
+    pub(crate) boxes: std::sync::Arc<TriangleTree>,
     /// One vertex of each shell, to find a shell that lies wholly inside of another body.
     pub(crate) shells: Vec<Point>,
     /// What it lacks.
@@ -189,7 +189,7 @@ impl MeshShape {
         let tree = ParryMesh::with_flags(vertices, solid.triangles.clone(), flags)
             .map_err(|e| ShapeFault::Tree(format!("{e:?}")))?;
         // Joining vertices drops triangles that are lines or points: they count as what they are.
-        let boxes = TriangleTree::new(if flat > 0 { mesh } else { &solid });
+        let boxes = std::sync::Arc::new(TriangleTree::new(if flat > 0 { mesh } else { &solid }));
         Ok(Self { tree, boxes, shells: shells(&solid), faults: MeshFaults { open, flat } })
     }
 

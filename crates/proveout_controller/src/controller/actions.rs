@@ -2,9 +2,7 @@
 //! point control.
 
 use proveout_machine::MAX_JOINTS;
-use proveout_nc::{
-    Command, CompSide, Dwell, Location, Offset, Op, OrientationInterpolation, SpindleDirection, Tcp, ToolName,
-};
+use proveout_nc::{Command, CompSide, Dwell, Location, Op, OrientationInterpolation, SpindleDirection, Tcp, ToolName};
 
 use super::{Controller, scope};
 use crate::{
