@@ -197,8 +197,7 @@ impl Interpreter {
         if alone {
             self.assume(
                 "delta values of a TOOL CALL without a tool hold for the tool in the spindle; those that it does not \
-                 name stay"
-                    .to_owned(),
+                 name stay",
             );
         }
         if call.tool.is_some() || alone {
