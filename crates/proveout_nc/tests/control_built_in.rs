@@ -55,6 +55,9 @@ fn words_with_another_meaning_are_refused_by_name() {
         ("okuma-osp", "G21 G0 Z50.\nG81 X1. Y1. Z-5. R2. F100. M53\nM2\n", "level of G71"),
         ("okuma-osp", "G21 G54 G0 X1.\nM2\n", "`G54` is refused"),
         ("okuma-osp", "G43 H1\nM2\n", "`G43` is refused"),
+        ("okuma-osp", "T5 M6\nG56 HB Z50.\nM2\n", "`HB` is a further offset of the tool"),
+        ("okuma-osp", "G56 HA Z50.\nM2\n", "`HA` is an offset of the tool in the spindle, and none is"),
+        ("fanuc-30i", "T5 M6\nG43 HA Z50.\nM2\n", "a letter behind `H` or `D` is a word of Okuma OSP"),
         ("fagor-8055", "G21 G0 X1.\nM30\n", "`G21` is refused"),
         ("fagor-8055", "G0 Z50\nG83 G99 X0 Y0 Z2 I-10 F100\nM30\n", "the number of infeeds J"),
         ("fagor-8055", "G0 Z50\nG83 G99 X0 Y0 Z2 I10 J2 F100\nM30\n", "the infeed I10"),
@@ -139,6 +142,11 @@ fn what_a_control_states_is_taken() {
     let through = |op: &Op| matches!(op, Op::PathMode(proveout_nc::PathMode::Continuous { .. }));
     assert!(commands("mitsubishi-m800", "G21 G61.1\nG0 X1.\nM30\n").iter().any(through));
     assert_eq!(check_text("part", "G15 G50 G69 G21 G0 X1.\nM30\n", &settings("mach3")), []);
+    // The first set of offsets is that of the tool in the spindle.
+    let okuma = |offset: &str| {
+        format!("G21 G90\nT5 M6\nG0 X0. Y0.\nG56 H{offset} Z50.\nG1 G41 X5. D{offset} F100.\nX9.\nG40 X12.\nM2\n")
+    };
+    assert_eq!(commands("okuma-osp", &okuma("A")), commands("okuma-osp", &okuma("5")));
     // Grbl begins with G0.
     assert!(commands("grbl-1.1", "X1 Y1\nM2\n").iter().any(|op| matches!(op, Op::Rapid(_))));
     assert!(commands("hurco-isnc", "G21 G43 H1\nM128\nM30\n").iter().any(|op| matches!(op, Op::Tcp(tcp) if tcp.on)));

@@ -157,6 +157,9 @@ impl Interpreter {
             return Err(Fault::new(codes::UNKNOWN_WORD, span, message)
                 .help("see the coverage table for the functions that are read"));
         }
+        if let Some(own) = self.own_offset(name, span).filter(|_| self.variables.named(name).is_none()) {
+            return own;
+        }
         if self.settings.control.osp_words && self.variables.named(name).is_none() {
             let message = format!("the local variable {name} has no value in this program");
             return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message)

@@ -23,6 +23,7 @@ use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::parser::Block;
 use super::statement::Statement;
+use crate::ToolName;
 use crate::channel::expression::Indexed;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -189,6 +190,19 @@ pub(super) fn animation(line: &str) -> Option<&'static str> {
     }
 }
 
+/// Offsets of the tool in the spindle by a letter, `HA` and `DA`: the first set of them, B and C the others.
+const SETS: [&str; 6] = ["HA", "HB", "HC", "DA", "DB", "DC"];
+
+/// What a letter behind H or D stands for.
+pub(super) fn set_of_offsets(letter: u8, set: u8) -> Expr {
+    Expr::Name(String::from_iter([letter, set.to_ascii_uppercase()].map(char::from)))
+}
+
+/// Whether a value is such a set.
+pub(super) fn is_set_of_offsets(value: &Expr) -> bool {
+    matches!(value, Expr::Name(name) if SETS.contains(&name.as_str()))
+}
+
 /// The words of this language in a block, where the control does not have them.
 pub(super) fn refused(block: &Block, has_them: bool) -> Option<Fault> {
     let (word, span) = block.osp.filter(|_| !has_them)?;
@@ -205,6 +219,28 @@ pub(super) fn refused(block: &Block, has_them: bool) -> Option<Fault> {
 }
 
 impl Interpreter {
+    /// Number of the offset that a set of the tool in the spindle stands for: the library gives a tool one length and one radius, by its number.
+    pub(super) fn own_offset(&self, name: &str, span: Span) -> Option<Result<f64, Fault>> {
+        if !SETS.contains(&name) {
+            return None;
+        }
+        Some(match self.technology.in_spindle {
+            Some(ToolName::Number(number)) if name.ends_with('A') => Ok(f64::from(number)),
+            Some(ToolName::Number(_)) => {
+                let message =
+                    format!("`{name}` is a further offset of the tool in the spindle, and the library gives it one");
+                Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                    .help("write A for the first one, or give the other offset as a tool of its own"))
+            }
+            _ => Err(Fault::new(
+                codes::NO_TOOL,
+                span,
+                format!("`{name}` is an offset of the tool in the spindle, and none is"),
+            )
+            .help("write it behind the tool change")),
+        })
+    }
+
     /// CALL and MODIN: nothing else stands in their block.
     pub(super) fn call_program(
         &mut self,

@@ -301,6 +301,9 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                     if matches!(word.value, Value::Expr(_)) && s.slice(at).contains('=') {
                         block.osp = Some(("`=` behind a letter", word.span));
                     }
+                    if matches!(&word.value, Value::Expr(e) if osp::is_set_of_offsets(e)) {
+                        block.osp = Some(("a letter behind `H` or `D`", word.span));
+                    }
                     block.words.push(word);
                 }
                 first = false;
@@ -380,6 +383,14 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
             return Ok(Word { letter, value, span: s.span_from(start) });
         }
         b'#' | b'[' | b'-' | b'+' => {}
+        // Okuma: `G56 HA`.
+        set @ (b'A'..=b'C' | b'a'..=b'c')
+            if matches!(letter, b'H' | b'D') && !flavor.is_linuxcnc() && !s.peek_at(1).is_ascii_alphanumeric() =>
+        {
+            s.bump();
+            let value = Value::Expr(Box::new(osp::set_of_offsets(letter, set)));
+            return Ok(Word { letter, value, span: s.span_from(start) });
+        }
         byte if byte.is_ascii_alphabetic() && flavor.is_linuxcnc() && s.peek_at(1).is_ascii_alphabetic() => {}
         // Okuma: `VTOFH[1]=100`.
         byte if letter == b'V' && byte.is_ascii_alphabetic() && !flavor.is_linuxcnc() => {
