@@ -310,7 +310,7 @@ fn all_that_a_program_names_is_looked_up_before_it_moves() {
     let shop = Shop::new("part.nc", text.as_bytes());
     shop.refused(6, &["offset G58", "[work_offsets.G58]", "tool T7", "tool T9", "O4000", "#501", "part.nc:410:"]);
     let names = [
-        ("part.mpf", "G17 G54 T=\"END_D20\" M6 D1\nG0 X0 Y0 Z50 S1000 M3\nG57\nT=\"NONE\"\nL77\nM30\n", 3),
+        ("part.mpf", "G17 G54 T=\"END_D20\" M6 D1\nG0 X0 Y0 Z50 S1000 M3\nG57\nT=\"NONE\"\nM6\nL77\nM30\n", 3),
         (
             "part.h",
             "BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+50 FMAX\nTOOL CALL \"NONE\" Z\nCALL PGM OTHER\nEND PGM A MM\n",

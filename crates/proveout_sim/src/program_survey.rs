@@ -32,6 +32,8 @@ struct Names<'a> {
     scene: &'a str,
     told: BTreeSet<String>,
     in_spindle: ToolName,
+    /// The tool that was made ready last, and where.
+    selected: Option<(ToolName, Location)>,
     /// Where the tool length was switched off last: machine coordinates switch it off and on again in one block.
     length_off_at: Option<Location>,
 }
@@ -78,6 +80,7 @@ pub(crate) fn survey(
         scene,
         told: BTreeSet::new(),
         in_spindle: start_tool.map_or(ToolName::Empty, ToolName::Number),
+        selected: None,
         length_off_at: None,
     };
     let survey = read(&mut |command, dialect| {
@@ -96,9 +99,15 @@ impl Names<'_> {
                 let fault = unknown_offset(at, word, self.settings, self.scene)?;
                 self.once(format!("offset {word}")).then_some(fault)
             }
+            Op::Tool(ToolAction::Select(name)) => {
+                self.selected = Some((name.clone(), at.clone()));
+                None
+            }
             Op::Tool(ToolAction::Change(name)) => {
                 self.in_spindle = name.clone();
-                self.tool(name, at)
+                // Told where its name stands.
+                let selected = self.selected.take().filter(|(selected, _)| selected == name);
+                self.tool(name, selected.as_ref().map_or(at, |(_, at)| at))
             }
             Op::Offset(Offset::ToolEdge { edge }) => self.tool_offset(*edge, dialect, at),
             Op::Rapid(motion) | Op::Linear(motion) => self.axes(motion, at),

@@ -304,5 +304,5 @@ fn a_tool_that_is_made_ready_and_never_changed_in_need_not_be_known() {
         "{notes:?}"
     );
     desk.write("ready.nc", &program.replace("G0 Z20.\nM30", "G0 Z20.\nM6\nM30"));
-    desk.refused("run ready --rerun off", &["tool T7 is not in the tool library", "ready.nc:11:"]);
+    desk.refused("run ready --rerun off", &["tool T7 is not in the tool library", "ready.nc:5:"]);
 }
