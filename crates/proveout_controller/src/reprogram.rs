@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
-use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Location, Op, ToolName};
+use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Location, Offset, Op, ToolName};
 use proveout_tool::Profile;
 use proveout_toolpath::reschedule::{
     ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, RescheduleError, Study, Surroundings, TimeLaw,
@@ -156,6 +156,13 @@ impl Reprogramming<'_> {
     /// The program has no run, the method refuses one, or a new axis is out of the machine's range; with the first block
     /// concerned.
     pub fn apply(&self, commands: Vec<Command>) -> Result<Reprogrammed, Box<ControlError>> {
+        let delta = |c: &&Command| matches!(c.op, Op::Offset(Offset::ToolDelta { length, .. }) if length != 0.0);
+        if let Some(delta) = commands.iter().find(delta) {
+            let message =
+                "a delta value of the tool length is in force: the tip is not where the program says".to_owned();
+            let help = "write the path for the tool itself, without DL";
+            return Err(fail(&delta.location, "reschedule-path", message, help));
+        }
         let found = find_runs(self.machine, &commands, Some(self.length))?;
         let long = |run: &Found| run.blocks.len() >= SHORTEST_RUN && turns(run);
         let found: Vec<(usize, &Found)> = found.iter().enumerate().filter(|(_, run)| long(run)).collect();

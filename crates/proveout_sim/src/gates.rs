@@ -15,20 +15,17 @@ fn codes(gate: &str) -> &'static [Code] {
     match gate {
         "program" => &[STOPPED, TEXT_LOST],
         "limits" => &[OVERTRAVEL, UNREACHABLE, OFF_CIRCLE, SPINDLE_SPEED, DRIVE_SATURATED, PLANNED_MOTION],
-        "process" => {
-            const OF_PROCESS: &[Code] = &[
-                RAPID_IN_MATERIAL,
-                SPINDLE_OFF,
-                SPINDLE_WRONG_WAY,
-                PLUNGE,
-                TAP_PITCH,
-                NO_TOOL,
-                NECK_RUBS,
-                SHANK_RUBS,
-                LOOSE_PART_CUT,
-            ];
-            OF_PROCESS
-        }
+        "process" => &[
+            RAPID_IN_MATERIAL,
+            SPINDLE_OFF,
+            SPINDLE_WRONG_WAY,
+            PLUNGE,
+            TAP_PITCH,
+            NO_TOOL,
+            NECK_RUBS,
+            SHANK_RUBS,
+            LOOSE_PART_CUT,
+        ],
         "collision" => &[HOLDER_IN_STOCK, STOCK_HIT, STOCK_AT_REST, COLLISION],
         "near_miss" => &[NEAR_MISS],
         "gouge" => &[GOUGE, OVERCUT],

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use proveout_controller::Reprogramming;
 use proveout_geom::ToolPose;
 use proveout_machine::{KinematicsError, Machine};
-use proveout_nc::{Command, Program, ToolName};
+use proveout_nc::{Command, Offset, Op, Program, ToolName};
 use proveout_sim::Prepared;
 use proveout_sim::scene::Scene;
 use proveout_tool::{ToolId, ToolLibrary};
@@ -93,6 +93,14 @@ fn a_method_is_told_of_contacts_curvatures_free_poses_times_and_the_machine() {
     };
     let commands: Vec<Command> =
         Program::open(folder.join("original.mpf"), &settings).unwrap().collect::<Result<_, _>>().unwrap();
+    // A tool that is called as longer than it is has its tip elsewhere.
+    let mut longer = commands.clone();
+    let delta = Op::Offset(Offset::ToolDelta { length: 0.1, radius: 0.0, corner_radius: 0.0 });
+    longer.insert(1, Command { op: delta, ..commands[1].clone() });
+    let refused = work.apply(longer).unwrap_err();
+    assert!(refused.code == "reschedule-path" && refused.message.contains("delta value"), "{refused}");
+    assert_eq!(refused.location.unwrap().line, commands[1].location.line);
+
     let made = work.apply(commands).unwrap();
     let seen = method.seen.lock().unwrap();
     let run = &made.runs[0];
