@@ -322,6 +322,11 @@ impl LooseParts {
         told
     }
 
+    /// Boxes of the parts that are no longer there.
+    pub(crate) fn gone_bounds(&self) -> Vec<Aabb> {
+        self.loose.iter().filter(|l| matches!(l.state, State::Gone)).map(|l| l.part.bounds).collect()
+    }
+
     fn gone(&self) -> usize {
         self.loose.iter().filter(|l| matches!(l.state, State::Gone)).count()
     }

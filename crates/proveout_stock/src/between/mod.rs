@@ -210,6 +210,11 @@ impl BetweenRays {
         self.gone.push(*bounds);
     }
 
+    /// Whether the form of the raw stock is known between its rays.
+    pub fn is_raw_known(&self) -> bool {
+        self.raw.is_known()
+    }
+
     /// Work so far: distances that were searched.
     pub fn work(&self) -> u64 {
         self.work
