@@ -7,6 +7,8 @@ use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
 use crate::keeping::regrid::to_triangle;
 
+/// Triangles near a place that are looked at for half spaces.
+const MOST_NEAR: usize = 48;
 /// Triangles of a leaf.
 const LEAF: usize = 4;
 /// Directions of lines, along no face that anybody draws.
@@ -78,6 +80,51 @@ impl MeshSide {
         }
         let range = n.first as usize..(n.first + n.count) as usize;
         self.triangles[range].iter().any(|[x, y, z]| to_triangle(c, [x, y, z]) < radius)
+    }
+
+    fn collect_near(&self, node: usize, c: &Point, radius: f64, out: &mut Vec<[Point; 3]>) {
+        let Some(n) = self.nodes.get(node) else { return };
+        let beyond = (n.bounds.min - c).sup(&(c - n.bounds.max)).map(|x| x.max(0.0));
+        if beyond.norm_squared() > radius * radius || out.len() > MOST_NEAR || self.triangles.is_empty() {
+            return;
+        }
+        if n.count == 0 {
+            self.collect_near(node + 1, c, radius, out);
+            self.collect_near(n.first as usize, c, radius, out);
+            return;
+        }
+        let range = n.first as usize..(n.first + n.count) as usize;
+        out.extend(self.triangles[range].iter().filter(|[x, y, z]| to_triangle(c, [x, y, z]) <= radius));
+    }
+
+    /// Half spaces that hold all material within a ball: distance of its center beyond each, and the normal.
+    ///
+    /// They are the planes of triangles in the ball behind which all other triangles of the ball lie: the skin does not come into the part of the ball
+    /// beyond such a plane; there it is all outside, or all inside of another shell, which one point tells.
+    pub fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
+        let mut near = Vec::new();
+        self.collect_near(0, c, radius, &mut near);
+        let mut out: Vec<(f64, Vector)> = Vec::new();
+        if near.len() > MOST_NEAR {
+            return out;
+        }
+        for [x, y, z] in &near {
+            let area = (y - x).cross(&(z - x));
+            let size = area.norm();
+            if size < 1e-12 {
+                continue;
+            }
+            let normal = area / size;
+            let off = normal.dot(&(c - x));
+            let behind = |p: &Point| normal.dot(&(p - x)) <= 1e-6;
+            let known = out.iter().any(|(d, n)| (d - off).abs() < 1e-9 && (n - normal).norm() < 1e-9);
+            // Another shell may hold the far side.
+            let far = c + normal * (0.999 * radius);
+            if !known && near.iter().flatten().all(behind) && off > -0.99 * radius && !self.is_wound(&far) {
+                out.push((off, normal));
+            }
+        }
+        out
     }
 
     /// Crossings of a line from a point by their sense; none where one lies on an edge.

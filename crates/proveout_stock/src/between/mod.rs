@@ -128,6 +128,8 @@ pub struct BetweenRays {
     gone: Vec<Aabb>,
     lost: bool,
     work: u64,
+    /// The cut that has decided last: mostly it decides the next cube as well.
+    last: u32,
 }
 
 impl BetweenRays {
@@ -153,6 +155,7 @@ impl BetweenRays {
             gone: Vec::new(),
             lost: false,
             work: 0,
+            last: 0,
         }
     }
 
@@ -180,7 +183,7 @@ impl BetweenRays {
             return;
         }
         for b in &set {
-            self.widest = self.widest.max(self.bodies[*b as usize].1.reach);
+            self.widest = self.widest.max(self.bodies[*b as usize].1.radius);
         }
         let set = self.sets.iter().position(|s| *s == set).unwrap_or_else(|| {
             self.sets.push(set);
@@ -295,13 +298,17 @@ impl BetweenRays {
         if inside == Some(false) {
             return Some(false);
         }
-        let mut near = Vec::new();
-        self.tree.near(&Aabb { min: *p, max: *p }, 0, &mut near);
-        let uncut = self.is_uncut(p, &near);
-        if !uncut {
+        if !self.is_uncut(p, &self.near(p)) {
             return Some(false);
         }
         inside.filter(|_| !self.lost && !self.is_gone(p))
+    }
+
+    /// Cuts whose boxes hold a point.
+    fn near(&self, p: &Point) -> Vec<u32> {
+        let mut near = Vec::new();
+        self.tree.near(&Aabb { min: *p, max: *p }, 0, &mut near);
+        near
     }
 
     /// True where none of some cuts has come to a point.

@@ -29,7 +29,7 @@ impl Raw {
     /// True where no material is nearer to a point than `radius`.
     pub fn is_outside(&self, c: &Point, radius: f64) -> bool {
         match self {
-            Self::Block(_) | Self::Bar(_) => self.faces(c).any(|(d, _)| d >= radius),
+            Self::Block(_) | Self::Bar(_) => self.convex_faces(c).any(|(d, _)| d >= radius),
             Self::Mesh(mesh) => mesh.is_outside(c, radius),
             Self::Rays(cells) => cells.is_outside(c, radius),
         }
@@ -38,7 +38,7 @@ impl Raw {
     /// Whether a point lies at least `depth` below the skin; none where that is not known.
     pub fn is_inside(&self, p: &Point, depth: f64) -> Option<bool> {
         match self {
-            Self::Block(_) | Self::Bar(_) => Some(self.faces(p).all(|(d, _)| d <= -depth)),
+            Self::Block(_) | Self::Bar(_) => Some(self.convex_faces(p).all(|(d, _)| d <= -depth)),
             Self::Mesh(mesh) => Some(mesh.is_inside(p, depth)),
             Self::Rays(cells) => cells.is_outside(p, 0.0).then_some(false),
         }
@@ -49,8 +49,16 @@ impl Raw {
         !matches!(self, Self::Rays(_))
     }
 
-    /// Faces of a convex raw stock: distance of a point beyond each, and its normal. A face is a bound: what lies beyond it is outside.
-    pub fn faces(&self, p: &Point) -> impl Iterator<Item = (f64, Vector)> + use<> {
+    /// Half spaces that hold all material within a ball: distance of its center beyond each, and the normal.
+    pub fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
+        match self {
+            Self::Mesh(mesh) => mesh.faces(c, radius),
+            _ => self.convex_faces(c).collect(),
+        }
+    }
+
+    /// Faces of a convex raw stock.
+    fn convex_faces(&self, p: &Point) -> impl Iterator<Item = (f64, Vector)> + use<> {
         let mut out = [(f64::NEG_INFINITY, Vector::zeros()); 6];
         let count = match self {
             Self::Block(b) => {

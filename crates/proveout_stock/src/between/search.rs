@@ -157,12 +157,12 @@ impl Search<'_, '_> {
                 }
             }
             self.store.set_tried(key);
-            self.look_at_center(cube, &movers, near);
+            self.look_at_center(cube, &movers, Some(near));
             if radius <= BY_PLANES && movers.iter().all(|m| self.is_cleared(*m, cube, near)) {
                 return false;
             }
-        } else if self.store.cuts.is_empty() {
-            self.look_at_center(cube, &movers, &[]);
+        } else {
+            self.look_at_center(cube, &movers, None);
         }
         if let Some(coarsest) = self.coarsest.filter(|c| cube.edge <= *c) {
             debug_assert!(coarsest > 0.0);
@@ -206,35 +206,40 @@ impl Search<'_, '_> {
         })
     }
 
-    /// Material at the center of a cube, within a mover.
-    fn look_at_center(&mut self, cube: &Cube, movers: &[u32], cuts: &[u32]) {
+    /// Material at the center of a cube, within a mover. `cuts` are those near the cube, where they are known.
+    fn look_at_center(&mut self, cube: &Cube, movers: &[u32], cuts: Option<&[u32]>) {
         let p = cube.center;
         let all = self.movers;
         let depth = self.depth();
-        let mut deepest: Option<f64> = None;
         let mut met = Vec::new();
         for &m in movers {
             let mover = &all[m as usize];
-            let least = self.least(mover.body, &mover.moving, Part::Whole, &p, f64::NEG_INFINITY);
-            if least.seen <= -depth {
-                deepest = Some(deepest.unwrap_or(0.0).max(-least.seen));
+            if self.least(mover.body, &mover.moving, Part::Whole, &p, -depth).met.is_some() {
                 met.push(m);
             }
         }
-        let Some(deepest) = deepest else { return };
-        if self.store.raw.is_inside(&p, FILM) != Some(true) || !self.store.is_uncut(&p, cuts) {
+        if met.is_empty() || self.store.raw.is_inside(&p, FILM) != Some(true) {
+            return;
+        }
+        let uncut = match cuts {
+            Some(cuts) => self.store.is_uncut(&p, cuts),
+            None => self.store.is_uncut(&p, &self.store.near(&p)),
+        };
+        if !uncut {
             return;
         }
         if self.store.is_gone(&p) {
             self.leave_open(cube, &met);
-            return;
-        }
-        if self.coarsest.is_some() {
+        } else if self.coarsest.is_some() {
             met.iter().for_each(|m| self.doubtful[*m as usize] = true);
-        }
-        self.found = Some((p, deepest));
-        if self.coarsest.is_some() {
-            self.found = None;
+        } else {
+            let mut deepest = depth;
+            for m in met {
+                let mover = &all[m as usize];
+                let least = self.least(mover.body, &mover.moving, Part::Whole, &p, f64::NEG_INFINITY);
+                deepest = deepest.max(-least.seen);
+            }
+            self.found = Some((p, deepest));
         }
     }
 
@@ -258,10 +263,16 @@ impl Search<'_, '_> {
         let beyond = |(d, n): (f64, Vector)| {
             of_mover.iter().any(|(value, slope)| value + d + FILM + shrink > (slope + n).norm() * radius)
         };
-        if self.store.raw.faces(&c).any(beyond) {
+        if self.store.raw.faces(&c, radius).into_iter().any(beyond) {
             return true;
         }
-        cuts.iter().any(|k| self.holds(*k, cube, &of_mover))
+        let last = self.store.last;
+        if cuts.contains(&last) && self.holds(last, cube, &of_mover) {
+            return true;
+        }
+        let found = cuts.iter().copied().find(|k| self.holds(*k, cube, &of_mover));
+        self.store.last = found.unwrap_or(last);
+        found.is_some()
     }
 
     /// Whether a cut takes up, at one time, all of a cube that some half spaces hold.
