@@ -133,8 +133,8 @@ impl BetweenWatch {
             let piece = sweeps.parts[first].piece;
             let next = first + sweeps.parts[first..].iter().take_while(|p| p.piece == piece).count();
             let at = (piece, pieces[piece].block, states[piece].tool.unwrap_or_default());
-            let mut range = Range { items: &sweeps.items[first..next], parts: &sweeps.parts[first..next], at };
-            self.look_at_piece(&mut range, first, reports, (&doubtful, &barred), [contact, cell], &mut found);
+            let range = Range { items: &sweeps.items[first..next], parts: &sweeps.parts[first..next], at };
+            self.look_at_piece(&range, first, reports, (&doubtful, &barred), [contact, cell], &mut found);
             first = next;
         }
         found
@@ -142,7 +142,7 @@ impl BetweenWatch {
 
     fn look_at_piece(
         &mut self,
-        range: &mut Range<'_, '_>,
+        range: &Range<'_, '_>,
         first: usize,
         reports: &mut [SweepReport],
         (doubtful, barred): (&[bool], &dyn Fn(usize) -> bool),

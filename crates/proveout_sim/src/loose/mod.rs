@@ -36,7 +36,7 @@ mod wording;
 mod world;
 
 use proveout_controller::Chunk;
-use proveout_geom::Vector;
+use proveout_geom::{Aabb, Vector};
 use proveout_machine::JointValues;
 use proveout_stock::{Coherence, Patch, StockPart, SweepReport, TriDexel};
 
