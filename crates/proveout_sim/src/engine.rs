@@ -11,6 +11,7 @@ use proveout_stock::{Depths, Patch, SweepMotion, TileId, TriDexel};
 use proveout_tool::Tool;
 
 use crate::{
+    between::{BetweenFacts, BetweenWatch},
     bodies::{BodyCheck, StockNear, Told},
     cuts::Cuts,
     damage::is_envelope,
@@ -87,6 +88,8 @@ pub(crate) struct Facts {
     pub(crate) checked_pairs: usize,
     /// Bodies that are followed against the stock, and those that are not.
     pub(crate) stock_near: StockNear,
+    /// What lies between the rays.
+    pub(crate) between: BetweenFacts,
     /// Ways down into material of which nobody says whether the tool may make them, by tool.
     pub(crate) unknown_plunges: Vec<String>,
     /// All motion, where somebody asks for the surface that it swept.
@@ -126,6 +129,7 @@ pub(crate) struct Engine<'a> {
     cuts: Option<Cuts>,
     barring: Barring,
     cutters: Cutters,
+    between: BetweenWatch,
     plunge: PlungeWatch,
     unknown_plunges: BTreeMap<usize, UnknownPlunge>,
     log: FindingLog,
@@ -174,6 +178,7 @@ impl<'a> Engine<'a> {
             cuts,
             barring: Barring::default(),
             cutters: Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm()),
+            between: BetweenWatch::new(prepared.stock.between().clone()),
             plunge: PlungeWatch::default(),
             unknown_plunges: BTreeMap::new(),
             bodies,
@@ -269,17 +274,21 @@ impl<'a> Engine<'a> {
         let (bodies, stock_bodies) = (&mut self.bodies, &mut self.stock_bodies);
         let cutting = Cutting { stock: &mut self.stock, patches: &mut self.patches, depths: &mut self.depths };
         let cuts = self.cuts.as_mut();
-        let (cut, (hits, collision)) = rayon::join(
+        let (mut cut, (hits, collision)) = rayon::join(
             || stock_bodies.cut(cutting, cuts, &sweeps, &chunk.pieces),
             || timed(|| bodies.check(&chunk.pieces, &states)),
         );
         stages.removal += cut.removal;
         stages.collision += collision + cut.collision;
+        let sizes = [self.prepared.scene.file.tolerances.contact_mm, self.stock.cell_mm()];
+        let (between, took) =
+            timed(|| self.between.look(&sweeps, &mut cut.reports, &chunk.pieces, &states, sizes));
+        stages.removal += took;
         let parts = sweeps.parts;
 
         self.keep_history(chunk, first_id);
         self.tell_at_rest();
-        let volumes = self.judge_reports(chunk, &states, &parts, &cut.reports);
+        let volumes = self.judge_reports(chunk, &states, &parts, (&cut.reports, &between));
         let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
         for (piece, checked) in chunk.pieces.iter().zip(hits) {
             for hit in checked.hits {
@@ -303,6 +312,7 @@ impl<'a> Engine<'a> {
             self.looked_at = self.removed;
             let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
             self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
+            self.between.parts_are_gone(&self.loose.gone_bounds());
             if self.loose.has_taken()
                 && let Some(cuts) = &mut self.cuts
             {
@@ -390,7 +400,9 @@ impl<'a> Engine<'a> {
         let (bodies, looks) = self.bodies.effort();
         let (stock_queries, stock_motions) = self.stock_bodies.effort();
         let effort = Checks { bodies, looks, stock_motions, stock_queries };
+        let between = self.between.facts(library, &self.places);
         let facts = Facts {
+            between,
             log: self.log.placed(&self.places),
             tools,
             tools_without_holder,

@@ -8,6 +8,7 @@ use proveout_machine::{Attachment, Machine};
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
+    between::GateOf,
     damage::{films_in_words, judge_areas, tell_films, tell_threads, threads_in_words},
     engine::Facts,
     error::SimError,
@@ -29,6 +30,9 @@ use crate::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
     },
 };
+
+/// How what no ray goes through was decided.
+const BETWEEN: &str = "edges and pins between the rays decided on the form of the raw stock and the cuts themselves";
 
 /// What is shown to the observers on the way.
 pub(crate) enum Shown<'a> {
@@ -305,24 +309,25 @@ fn judge_gates(
     let process = Coverage {
         checked: Some(format!(
             "rapid in material, spindle, going down without edges at the center, {}and rubbing of neck and shank, on every \
-             piece of motion",
+             piece of motion; {BETWEEN}",
             if facts.strokes.is_empty() { "" } else { "pitch of taps, " }
         )),
         left_out: {
             let motions = if probes == 1 { "motion" } else { "motions" };
             let probes = (probes > 0).then(|| format!("{probes} probing {motions}: what the probe finds is not known"));
-            probes.into_iter().chain(facts.unknown_plunges.iter().cloned()).collect()
+            let between = facts.between.left_out.get(&GateOf::Process).into_iter().flatten();
+            probes.into_iter().chain(facts.unknown_plunges.iter().chain(between).cloned()).collect()
         },
     };
     let holders = facts.tools_without_holder.iter().map(|name| format!("{name} has no holder in the library"));
     let mut collision = Coverage {
         checked: Some(format!(
-            "holder against the in-process stock, on rays every {} mm; {} pairs of bodies over {} pieces of motion",
+            "holder against the in-process stock, on rays every {} mm; {BETWEEN}; {} pairs of bodies over {} pieces of motion",
             prepared.stock.cell_mm(),
             facts.checked_pairs,
             facts.clearance.checks
         )),
-        left_out: holders.collect(),
+        left_out: holders.chain(facts.between.left_out.get(&GateOf::Collision).into_iter().flatten().cloned()).collect(),
     };
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");
@@ -366,6 +371,7 @@ fn judge_gates(
         kept += &format!("; as the machine file wants, {}", facts.told.own_near_miss.join(", "));
     }
     let mut near = Coverage { checked: Some(kept), left_out: collision.left_out.clone() };
+    near.left_out.extend(facts.between.left_out.get(&GateOf::NearMiss).into_iter().flatten().cloned());
     let missing = missing_bodies(&prepared.machine, facts.checked_pairs);
     for coverage in [&mut collision, &mut near] {
         coverage.left_out.extend(missing.clone());

@@ -52,6 +52,7 @@ pub mod shards;
 pub mod sweep;
 pub mod verdict;
 
+mod between;
 mod bodies;
 mod choice;
 mod damage;

@@ -45,6 +45,21 @@ pub(crate) fn core(tool: &Tool, cell: f64) -> Option<Profile> {
     disc(radius).ok()
 }
 
+/// Whether rays of a stock of these cells (mm) go through a core of some radius, mm.
+pub(crate) fn is_seen(radius: f64, cell: f64) -> bool {
+    radius >= 0.999 * CORE_CELLS * cell
+}
+
+/// What a core meets, by the measure of the rays, where it goes a way down in material and another across, mm.
+pub(crate) fn volume(radius: f64, aside: f64, down: f64) -> f64 {
+    area(radius, aside) * down / SETS
+}
+
+/// What a core goes over.
+fn area(radius: f64, aside: f64) -> f64 {
+    2.0 * radius * aside + std::f64::consts::PI * radius * radius
+}
+
 fn disc(r: f64) -> Result<Profile, ProfileError> {
     // As thin as it is wide, so that rays across meet it as well.
     let line = |from, to| Segment::Line { from, to };
@@ -148,7 +163,7 @@ impl PlungeWatch {
             return None;
         };
         let r = core.max_radius();
-        let area = 2.0 * r * aside + std::f64::consts::PI * r * r;
+        let area = area(r, aside);
         // A layer that is thinner than a cell is seen by the rays along the axis alone, and volumes are means over three sets of rays.
         let in_material = (SETS * met.volume_mm3 / area).min(down);
         let parts = (aside / (STEP * radius)).ceil().clamp(1.0, 1e4);

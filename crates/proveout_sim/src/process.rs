@@ -230,6 +230,17 @@ pub(crate) fn fault(kind: MoveKind, state: &CuttingState, tool: &Tool) -> Option
     }
 }
 
+/// The part of the tool that a sweep belongs to.
+pub(crate) fn part_of_tool(what: Swept) -> &'static str {
+    match what {
+        Swept::Body(Role::Cutting) | Swept::Entry => "cutter",
+        Swept::Core => "core",
+        Swept::Body(Role::Neck) => "neck",
+        Swept::Body(Role::Shank) => "shank",
+        Swept::Body(Role::Holder) | Swept::Zone => "holder",
+    }
+}
+
 /// How deep a sweep was in material, mm: measured where it is, else the longest overlap.
 pub(crate) fn depth(report: &SweepReport) -> f64 {
     report.depth_mm.unwrap_or(report.overlap_mm)

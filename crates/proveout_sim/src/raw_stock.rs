@@ -3,7 +3,7 @@
 use std::{io::BufReader, path::Path};
 
 use proveout_geom::{Aabb, InputError, Point, TriMesh, open_regular_file};
-use proveout_stock::{Patch, PatchError, PatchPlan, RawBody, StockError, TriDexel};
+use proveout_stock::{BetweenRays, Patch, PatchError, PatchPlan, RawBody, StockError, TriDexel};
 use serde_spanned::Spanned;
 
 use crate::{
@@ -32,12 +32,18 @@ pub struct RawStock {
     bounds: Aabb,
     cells: [f64; 3],
     rays: Option<(TriDexel, Vec<Patch>)>,
+    between: BetweenRays,
 }
 
 impl RawStock {
     /// Its box, workpiece frame.
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// What lies between its rays.
+    pub(crate) fn between(&self) -> &BetweenRays {
+        &self.between
     }
 
     /// Edges of its cells along x, y and z, mm.
@@ -136,7 +142,8 @@ pub(crate) fn make(
         stock.keep_history();
         patches.iter_mut().for_each(|p| p.stock_mut().keep_history());
     }
-    let raw = RawStock { bounds: stock.bounds(), cells: stock.cells_mm(), rays: Some((stock, patches)) };
+    let between = BetweenRays::new(&body, &stock);
+    let raw = RawStock { bounds: stock.bounds(), cells: stock.cells_mm(), rays: Some((stock, patches)), between };
     Ok((raw, announced))
 }
 

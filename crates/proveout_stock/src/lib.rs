@@ -22,6 +22,7 @@
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
 //! * [`TileTree`] – boxes round the material, so that what is near is found without looking at every ray.
+//! * [`BetweenRays`] – whether a body meets material that no ray sees.
 //! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
 //! # Folders
@@ -30,6 +31,7 @@
 //! |---|---|
 //! | `field` | rays in tiles, cells, raw bodies, sweeps and what they take away |
 //! | `kernels` | how a moving body meets one ray, or several at once |
+//! | `between` | what lies between the rays: raw body and cuts themselves |
 //! | `looking` | surface, rows, sections, distances, parts, depths, engagement |
 //! | `keeping` | files, earlier moments, other poses and cells, patches |
 //!
@@ -79,12 +81,14 @@
 //! for. Re-gridding and [`Probe`] see the mesh. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
+mod between;
 mod error;
 mod field;
 mod keeping;
 mod kernels;
 mod looking;
 
+pub use between::{BetweenFound, BetweenRays};
 pub use error::StockError;
 pub use field::dexel::{Interval, SurfacePoint, TriDexel};
 pub use field::raw::Cells;

@@ -25,7 +25,7 @@ impl Engine<'_> {
         chunk: &Chunk,
         states: &[CuttingState],
         parts: &[SweepPart],
-        reports: &[SweepReport],
+        (reports, between): (&[SweepReport], &[usize]),
     ) -> Vec<f64> {
         let mut volumes = vec![0.0; chunk.pieces.len()];
         let contact = self.prepared.scene.file.tolerances.contact_mm;
@@ -35,7 +35,7 @@ impl Engine<'_> {
             let met = cores.next_if(|(part, _)| part.piece == i).map(|(_, report)| report);
             self.judge_descent(piece, state, met);
         }
-        for (part, report) in parts.iter().zip(reports) {
+        for (k, (part, report)) in parts.iter().zip(reports).enumerate() {
             let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
             let Some(tool) = self.tool(state.tool) else { continue };
             if part.what == Swept::Body(Role::Cutting) {
@@ -61,8 +61,11 @@ impl Engine<'_> {
             if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
                 let wanted = self.prepared.scene.file.tolerances.near_miss_mm;
                 let mut finding = wording::material(&code, part.what, state, tool, report, wanted);
+                if between.binary_search(&k).is_ok() {
+                    finding.message += wording::BETWEEN;
+                }
                 if let Some(index) = state.tool {
-                    let part = wording::part_of_tool(part.what);
+                    let part = process::part_of_tool(part.what);
                     finding.message += &wording::chosen_of_tool(&self.prepared.tools, index, part);
                 }
                 let finding = self.at_piece(finding, piece, piece.time[0]);

@@ -7,7 +7,7 @@ use proveout_controller::{Event, LimitKind, servo::leg_names};
 use proveout_machine::{Joint, JointKind, Machine};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::SweepReport;
-use proveout_tool::{Role, Tool, ToolLibrary};
+use proveout_tool::{Tool, ToolLibrary};
 
 use super::UnknownPlunge;
 use crate::{
@@ -17,17 +17,6 @@ use crate::{
     process::{self, CuttingState, Swept},
     stock_bodies::{AtRest, is_near_miss},
 };
-
-/// The part of the tool that a sweep belongs to.
-pub(super) fn part_of_tool(what: Swept) -> &'static str {
-    match what {
-        Swept::Body(Role::Cutting) | Swept::Entry => "cutter",
-        Swept::Core => "core",
-        Swept::Body(Role::Neck) => "neck",
-        Swept::Body(Role::Shank) => "shank",
-        Swept::Body(Role::Holder) | Swept::Zone => "holder",
-    }
-}
 
 /// Why the spindle stands still.
 fn standing(state: &CuttingState) -> &'static str {
@@ -48,7 +37,7 @@ pub(super) fn material(
     report: &SweepReport,
     wanted: f64,
 ) -> Finding {
-    let part = part_of_tool(what);
+    let part = process::part_of_tool(what);
     let how = match code.code {
         _ if what == Swept::Entry => " where it stands as the tool comes into the spindle",
         c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
@@ -96,6 +85,9 @@ pub(super) fn chosen_of_tool(tools: &ToolLibrary, index: usize, part: &str) -> S
 
 /// What is to be known of a finding where the place of the workpiece on the table is chosen.
 pub(super) const CHOSEN_MOUNT: &str = "; the place of the part on the table is chosen: write your own `translation_mm` under [mount] of the scene, with the work offsets";
+
+/// What is to be known of material that no ray has met.
+pub(super) const BETWEEN: &str = "; no ray of the stock goes through it: the form of the raw stock and the cuts say so";
 
 /// Two bodies too near.
 pub(super) fn hit(hit: &Hit) -> Finding {

@@ -36,7 +36,7 @@ mod wording;
 mod world;
 
 use proveout_controller::Chunk;
-use proveout_geom::Vector;
+use proveout_geom::{Aabb, Vector};
 use proveout_machine::JointValues;
 use proveout_stock::{Coherence, Patch, StockPart, SweepReport, TriDexel};
 
@@ -320,6 +320,11 @@ impl LooseParts {
             }
         }
         told
+    }
+
+    /// Boxes of the parts that are no longer there.
+    pub(crate) fn gone_bounds(&self) -> Vec<Aabb> {
+        self.loose.iter().filter(|l| matches!(l.state, State::Gone)).map(|l| l.part.bounds).collect()
     }
 
     fn gone(&self) -> usize {

@@ -212,11 +212,11 @@ pub(crate) fn mended(mesh: &TriMesh) -> Result<TriMesh, StockError> {
 /// A round bar.
 #[derive(Clone, Debug)]
 pub(crate) struct Bar {
-    base: Point,
+    pub base: Point,
     /// Unit vector from the base.
-    axis: Vector,
-    radius: f64,
-    length: f64,
+    pub axis: Vector,
+    pub radius: f64,
+    pub length: f64,
     pub bounds: Aabb,
 }
 

@@ -39,7 +39,25 @@ struct Earlier {
     fine: Vec<TriDexel>,
 }
 
+/// The form of a raw stock, where it is known between the rays.
+#[derive(Debug)]
+pub(crate) enum Known<'r> {
+    Block(Aabb),
+    Bar(&'r Bar),
+    Mesh(&'r TriMesh),
+}
+
 impl RawBody {
+    /// Its form; none of what an earlier run left.
+    pub(crate) fn known(&self) -> Option<Known<'_>> {
+        match &self.0 {
+            Form::Block(b) => Some(Known::Block(*b)),
+            Form::Bar(bar) => Some(Known::Bar(bar)),
+            Form::Mesh(mesh, _) => Some(Known::Mesh(mesh)),
+            Form::Earlier(_) => None,
+        }
+    }
+
     /// A block.
     pub fn block(bounds: &Aabb) -> Self {
         Self(Form::Block(*bounds))

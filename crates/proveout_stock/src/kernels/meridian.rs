@@ -55,7 +55,7 @@ impl Piece {
 
     /// Value and gradient (d/dr, d/dz).
     #[inline]
-    fn eval(&self, r: f64, z: f64) -> (f64, f64, f64) {
+    pub(crate) fn eval(&self, r: f64, z: f64) -> (f64, f64, f64) {
         match *self {
             Self::Line { nr, nz, c } => (nr * r + nz * z - c, nr, nz),
             Self::Arc { center, radius, first, last } => {
