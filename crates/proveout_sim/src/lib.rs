@@ -52,6 +52,7 @@ pub mod shards;
 pub mod sweep;
 pub mod verdict;
 
+mod between_rays;
 mod bodies;
 mod choice;
 mod damage;
@@ -82,6 +83,7 @@ mod prepare;
 mod process;
 mod program_survey;
 mod program_text;
+mod raw_shape;
 mod raw_stock;
 mod reader_settings;
 mod run_folder;
