@@ -62,7 +62,13 @@ pub(crate) fn judge(
         prepared,
         stock,
         patches,
-        survey::Known { swept: swept.as_ref(), ridges: heights.as_ref(), strokes: &facts.strokes },
+        survey::Known {
+            swept: swept.as_ref(),
+            ridges: heights.as_ref(),
+            strokes: &facts.strokes,
+            fallen: facts.fallen > 0.0,
+            finished,
+        },
         points,
     )?;
     let measured = surveyed.measured.take();
@@ -247,6 +253,24 @@ fn against_stock(facts: &Facts, near_mm: f64) -> String {
     text
 }
 
+/// The limit that was used, and what it is made of.
+fn limit_in_words(word: &str, tolerance: f64, used: f64) -> String {
+    if used <= tolerance {
+        return format!("{word} at most {tolerance} mm");
+    }
+    let more = used - tolerance;
+    format!("{word} at most {used:.4} mm: {tolerance} mm allowed, {more:.4} mm that design and cells cannot tell")
+}
+
+/// A design that is known less well than the tolerance asks.
+fn too_coarse(word: &str, tolerance: f64, deviation: &Deviation) -> Option<String> {
+    let error = deviation.design_error_mm.filter(|e| *e > tolerance)?;
+    Some(format!(
+        "the design is known to {error} mm (`chord_error_mm`), and the tolerance of {word} is {tolerance} mm: state the \
+         largest distance of the mesh from the drawing as it is, or export a finer mesh"
+    ))
+}
+
 /// What no judgement of the surface has seen.
 fn surface_coverage(prepared: &Prepared) -> Coverage {
     let ideal = prepared.dynamics == Dynamics::Ideal;
@@ -381,11 +405,16 @@ fn judge_gates(
         let mut checked = Vec::new();
         match measured {
             Some(m) => {
+                let side = usize::from(word == "excess");
                 checked.push(format!(
-                    "{} surface points, {word} at most {limit} mm; {}",
+                    "{} surface points, {}; {}",
                     m.deviation.samples.unwrap_or(0),
+                    limit_in_words(word, limit, m.limits[side]),
                     m.extent
                 ));
+                checked.extend(m.between[side].checked.clone());
+                left_out.extend(m.between[side].left_out.clone());
+                left_out.extend(too_coarse(word, limit, &m.deviation));
                 if word == "excess" && !m.films.is_empty() {
                     checked.push(format!("not counted: {}", films_in_words(m)));
                 }

@@ -53,6 +53,7 @@ pub mod sweep;
 pub mod verdict;
 
 mod between;
+mod between_rays;
 mod bodies;
 mod choice;
 mod damage;
@@ -83,6 +84,7 @@ mod prepare;
 mod process;
 mod program_survey;
 mod program_text;
+mod raw_shape;
 mod raw_stock;
 mod reader_settings;
 mod run_folder;

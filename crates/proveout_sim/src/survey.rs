@@ -11,11 +11,13 @@ use proveout_surface::{
 use rayon::prelude::*;
 
 use crate::{
+    between_rays::{Between, Places, Told},
     design::{Design, MESH, design},
     error::SimError,
     kept_motion::Swept,
     observer::PointBand,
     prepare::Prepared,
+    raw_shape::RawShape,
     scallop::RidgeMap,
     surface_map::{MapPoint, PatchShape, SurfaceShape},
     thread_strokes::{Strokes, is_thread},
@@ -44,6 +46,10 @@ pub(crate) struct Measured {
     pub(crate) left_out: Vec<String>,
     /// Parts of the design of which the rays cannot tell whether they stand.
     pub(crate) unseen: Option<String>,
+    /// Depth and height from which on a fault counts, mm.
+    pub(crate) limits: [f64; 2],
+    /// Gouges and excesses between the rays: what was decided, and what was not.
+    pub(crate) between: [Told; 2],
 }
 
 /// What is left of a survey.
@@ -63,6 +69,10 @@ pub(crate) struct Known<'a> {
     pub(crate) ridges: Option<&'a RidgeMap>,
     /// Motions of taps.
     pub(crate) strokes: &'a Strokes,
+    /// Whether parts of the stock have come off.
+    pub(crate) fallen: bool,
+    /// Whether the program went to its end.
+    pub(crate) finished: bool,
 }
 
 /// Receives the points.
@@ -74,7 +84,7 @@ pub(crate) fn survey(
     prepared: &Prepared,
     stock: &TriDexel,
     patches: &[Patch],
-    Known { swept, ridges, strokes }: Known<'_>,
+    Known { swept, ridges, strokes, fallen, finished }: Known<'_>,
     show: &mut ShowPoints<'_>,
 ) -> Result<Surveyed, SimError> {
     let design = design(prepared);
@@ -96,6 +106,7 @@ pub(crate) fn survey(
         threads: Areas::new(parts, tolerances.gouge_mm),
         film_thickness: 0.0,
         deepest: None,
+        places: [Places::new(stock.cell_mm()), Places::new(stock.cell_mm())],
     };
     let mut result: Option<proveout_surface::Deviation> = None;
     let mut shape = SurfaceShape { cells_mm: stock.cells_mm(), judged: design.is_some(), ..SurfaceShape::default() };
@@ -172,7 +183,25 @@ pub(crate) fn survey(
         });
     }
     let measured = design.zip(result).map(|(design, result)| {
-        let seen = sees(&design, stock, patches, region.as_ref());
+        let raw = RawShape::of(prepared);
+        let places = std::mem::take(&mut sums.places);
+        let between = Between {
+            design: &design,
+            stock,
+            swept,
+            strokes,
+            region,
+            limits: [tolerances.gouge_mm + solid_floor, sums.limits[1]],
+            known: &places,
+            finished,
+        };
+        let of_patches = patches.iter().map(|p| Watcher { stock: p.stock(), window: Some(*p.window()) });
+        let watchers: Vec<Watcher<'_>> = std::iter::once(Watcher { stock, window: None }).chain(of_patches).collect();
+        let between = [
+            between.gouges(raw.as_ref(), &mut sums.missing),
+            between.excesses(raw.as_ref(), &watchers, fallen, sums.film_thickness, [&mut sums.missing, &mut sums.left]),
+        ];
+        let seen = sees(&design, stock, &watchers, region.as_ref());
         let refine = swept.map(|s| Refine {
             path: &s.path,
             design: design.surface.as_ref(),
@@ -180,7 +209,9 @@ pub(crate) fn survey(
             region,
             cell: stock.cell_mm(),
         });
-        sums.measured(&design, &result, floor, &shape, seen, refine.as_ref())
+        let measured = sums.measured(&design, &result, floor, &shape, seen, refine.as_ref());
+        let limits = [tolerances.gouge_mm + floor.max(solid_floor), measured.limits[1]];
+        Measured { between, limits, ..measured }
     });
     Ok(Surveyed { shape, measured, deviations })
 }
@@ -198,6 +229,8 @@ struct Sums {
     threads: Areas,
     /// Deepest gap: depth and place.
     deepest: Option<(f64, Point)>,
+    /// Where material is missing, and where it is left.
+    places: [Places; 2],
 }
 
 /// What is gathered of the stock or of a patch.
@@ -253,10 +286,14 @@ impl OfPart<'_> {
                 if thread {
                     sums.threads.add(self.number, &seed(-deviation));
                 } else if -deviation > sums.limits[0] {
+                    sums.places[0].add(&sample.point);
                     sums.missing.add(self.number, &seed(-deviation));
                 } else if deviation > sums.limits[1] {
                     match film {
-                        None => sums.left.add(self.number, &seed(deviation)),
+                        None => {
+                            sums.places[1].add(&sample.point);
+                            sums.left.add(self.number, &seed(deviation));
+                        }
                         Some(film) => {
                             sums.films.add(self.number, &self.film_seed(*film, band, k, &seed(deviation)));
                         }
@@ -297,6 +334,9 @@ impl OfPart<'_> {
         let ends = gap.at.map(|at| ray.point(at));
         let thread =
             gap.side == Side::Missing && is_thread(self.strokes, made_by, [&ends[0], &ends[1]], sums.limits[0]);
+        if !thread && !gap.foil {
+            sums.places[usize::from(gap.side == Side::Left)].add(&worst);
+        }
         let areas = match gap.side {
             Side::Missing if thread => &mut sums.threads,
             Side::Missing => &mut sums.missing,
@@ -349,11 +389,14 @@ fn maker(band: &Band, found: &FoundGap) -> Option<u32> {
 }
 
 /// What of the design no ray tells, in words.
-fn sees(design: &Design<'_>, stock: &TriDexel, patches: &[Patch], region: Option<&Aabb>) -> Option<String> {
+fn sees(
+    design: &Design<'_>,
+    stock: &TriDexel,
+    watchers: &[Watcher<'_>],
+    region: Option<&Aabb>,
+) -> Option<String> {
     let (mesh, tree) = design.solid()?;
-    let of_patches = patches.iter().map(|p| Watcher { stock: p.stock(), window: Some(*p.window()) });
-    let watchers: Vec<Watcher<'_>> = std::iter::once(Watcher { stock, window: None }).chain(of_patches).collect();
-    let Unseen { area, point, thickness } = unseen(mesh, tree, &watchers, region)?;
+    let Unseen { area, point, thickness } = unseen(mesh, tree, watchers, region)?;
     let [x, y, z]: [f64; 3] = point.coords.into();
     let reach = stock.bounds();
     Some(if reach.contains(&point) {
@@ -471,7 +514,19 @@ impl Sums {
             film_max_mm: films.iter().map(|a| a.depth).reduce(f64::max),
             film_thickness_mm: Some(self.film_thickness),
         };
-        let film_thickness = self.film_thickness;
-        Measured { deviation, gouges, excesses, films, film_thickness, threads, extent, left_out, unseen }
+        let (film_thickness, limits, between) = (self.film_thickness, self.limits, Default::default());
+        Measured {
+            deviation,
+            gouges,
+            excesses,
+            films,
+            film_thickness,
+            threads,
+            extent,
+            left_out,
+            unseen,
+            limits,
+            between,
+        }
     }
 }

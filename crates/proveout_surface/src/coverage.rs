@@ -92,13 +92,13 @@ fn add(sum: &mut Option<Unseen>, new: Unseen) {
 }
 
 /// The watcher of a place.
-fn watcher<'a, 'b>(watchers: &'b [Watcher<'a>], p: &Point) -> Option<&'b Watcher<'a>> {
+pub(crate) fn watcher<'a, 'b>(watchers: &'b [Watcher<'a>], p: &Point) -> Option<&'b Watcher<'a>> {
     let patch = watchers.iter().find(|w| w.window.is_some_and(|b| b.contains(p)));
     patch.or_else(|| watchers.iter().find(|w| w.window.is_none()))
 }
 
 /// Calls with samples of a triangle: place, outward normal, area that it stands for.
-fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], see: &mut dyn FnMut(&Point, &Vector, f64)) {
+pub(crate) fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], see: &mut dyn FnMut(&Point, &Vector, f64)) {
     let corners = mesh.corners(t);
     let area_normal = mesh.area_normal(t);
     let Some(normal) = area_normal.try_normalize(0.0) else { return };

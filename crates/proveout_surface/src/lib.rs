@@ -11,6 +11,8 @@
 //! * [`Areas`] – what is too deep or too high, area by area.
 //! * [`refined`] – the worst place of an area on the swept surface itself, between the rays.
 //! * [`unseen`] – parts of the design that no ray tells.
+//! * [`overcuts`] – gouges between the rays, decided on the swept pieces.
+//! * [`uncut`] – places beside the design that no piece has cleared.
 //!
 //! Nearest points of a mesh are found by branch and bound over a bounding volume hierarchy; their sign by angle-weighted
 //! pseudo-normals (Baerentzen and Aanaes 2005).
@@ -28,10 +30,12 @@ mod design;
 mod deviation;
 mod films;
 mod gaps;
+mod gouge_proof;
 mod mesh;
 mod refined;
 pub mod scallop;
 mod survey;
+mod uncut;
 pub mod texture;
 pub mod topography;
 
@@ -45,6 +49,8 @@ pub use deviation::{
 };
 pub use films::{Film, Films};
 pub use gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps};
+pub use gouge_proof::{Overcut, Overcuts, overcuts};
 pub use mesh::{DesignError, DesignMesh};
 pub use refined::{Refine, Worst, refined};
 pub use survey::{Band, FoundGap, Solid, Survey};
+pub use uncut::{Left, Uncut, UncutFound, uncut};

@@ -45,6 +45,7 @@
 
 mod block;
 mod contact;
+mod depth_in_sweep;
 mod edge;
 mod envelope;
 mod lattice;
@@ -56,6 +57,7 @@ mod teeth;
 mod tests;
 
 pub use block::{Cut, Settings, Topography, heights_by_edges, heights_by_envelope};
+pub use depth_in_sweep::{InSweep, SweepItem, SweptBodies};
 pub use edge::{Corner, Edge};
 pub use lattice::Lattice;
 pub use motion::CutterPiece;

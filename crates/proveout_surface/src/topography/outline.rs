@@ -130,6 +130,24 @@ impl Outline {
         }
         if outside { if best.0 > 0.0 && best.0 <= corner.0 { best } else { corner } } else { best }
     }
+
+    /// Largest `r across + z along` over the body: how far it reaches along a unit direction with these parts.
+    #[inline]
+    pub(crate) fn support(&self, across: f64, along: f64) -> f64 {
+        let toward = |p: [f64; 2]| p[0] * across + p[1] * along;
+        self.parts.iter().fold(f64::NEG_INFINITY, |most, part| match *part {
+            Part::Line { from, along: way, length, .. } => {
+                let to = [from[0] + length * way[0], from[1] + length * way[1]];
+                most.max(toward(from)).max(toward(to))
+            }
+            Part::Arc { center, radius, first, last, from, to } => {
+                let n = [across, along];
+                let within = cross(first, n) >= 0.0 && cross(n, last) >= 0.0;
+                let own = if within { toward(center) + radius } else { f64::NEG_INFINITY };
+                most.max(own).max(toward(from)).max(toward(to))
+            }
+        })
+    }
 }
 
 /// A signed distance and its gradient.

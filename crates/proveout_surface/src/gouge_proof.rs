@@ -1,0 +1,455 @@
+//! Gouges between the rays, decided on the swept pieces themselves.
+//!
+//! Rays meet a convex edge of the design nowhere, and a groove narrower than the cells may run between them. Whether a piece of motion
+//! went deeper into the design than allowed is decided without rays. The depth of a place is its distance from the surface of the design, as on the
+//! rays (`gaps`): a place p of a swept piece S that lies deeper than t in the design D is a gouge.
+//!
+//! **Moved out.** In a box B, let a shift d of length |d| <= t move S so that no face of the design crosses it:
+//!
+//! ```text
+//!        S     .-------.                 p in S and B. If p + d lies outside of D, the straight way from p to p + d
+//!              |   S   |                 leaves D, so that p is no deeper than |d| <= t.
+//!     --.......|.......|......  -t
+//!       |  D   '-------'      |          S is convex, and so is the box: S and B, moved, lies as a whole inside or outside
+//!       |                     |          of D when no face crosses it. One point tells which.
+//! ```
+//!
+//! S lies in the half space `n . x >= least(n)` for any n. Moved by `d = t n` it keeps clear of every face in the box (widened by t) that lies
+//! below `least(n) + t`: one direction n does for flat and bent faces and for convex edges, since a gouge there must pass all of the faces
+//! that meet. In a concave edge or corner the faces fall into groups with normals n_k, and the shortest d with
+//! `n_k . d >= top_k - least(n_k)` for all k is asked.
+//!
+//! **Boxes.** A box in which some piece cannot be moved out is halved, down to a small part of t. Boxes whose points are all less deep than t,
+//! pieces that do not reach into a box, and boxes outside of the design drop out. Where the middle of a box lies inside of a piece and
+//! deeper than t, the gouge is found; its deepest place is searched by raising t to the depth that is known and going on.
+//! A face mill on a flat face is decided in one box, a ball in a fillet in boxes of `sqrt(8 R t)`.
+//!
+//! **Result.** Gouges deeper than the allowed depth by more than [`Overcut::grain`] are found; what is less deep than the allowed depth is none.
+//! Boxes that stay undecided (the search took too long) are told with place and size.
+
+use std::cell::Cell;
+
+use proveout_geom::{Aabb, Point, TriMesh, Vector};
+use rayon::prelude::*;
+
+use crate::{
+    DesignMesh, DesignSurface,
+    refined::Worst,
+    topography::{SweepItem, SweptBodies},
+};
+
+/// Faces of a box up to which pieces are held against it; with more it is halved first.
+const MOST_FACES: usize = 256;
+/// Directions that are tried.
+const ASPECTS: usize = 6;
+/// Cosine of the angle within which the normals of faces count as one direction.
+const ALIKE: f64 = 0.9;
+/// The deepest place of a gouge is known to this part of its depth, and mm.
+const DEEPEST: [f64; 2] = [0.01, 1e-4];
+/// Blocks that are decided at once, and boxes in a block.
+const AT_ONCE: usize = 256;
+const MOST_BOXES: usize = 20_000;
+/// Halvings in parallel: 2^12 boxes.
+const PARALLEL: u32 = 12;
+
+/// What is decided.
+pub struct Overcut<'a> {
+    /// The design, and its tree.
+    pub mesh: &'a TriMesh,
+    /// The same with its tree.
+    pub tree: &'a DesignMesh,
+    /// What was swept.
+    pub sweeps: &'a SweptBodies,
+    /// Only in this box.
+    pub bounds: Aabb,
+    /// Depth that is allowed, mm.
+    pub allowed: f64,
+    /// A gouge that is deeper than allowed by so much is found, mm.
+    pub grain: f64,
+    /// Edge of the blocks of which each has one worst place, mm.
+    pub block: f64,
+    /// Whether the rays have found a gouge at a place: nothing is searched there.
+    pub known: &'a (dyn Fn(&Point) -> bool + Sync),
+    /// Boxes that are looked at in all before the search is given up.
+    pub most_boxes: usize,
+}
+
+/// What came out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overcuts {
+    /// The worst place of each block with a gouge, in the order of the blocks.
+    pub found: Vec<Worst>,
+    /// Blocks that stayed undecided.
+    pub undecided: usize,
+    /// One of them: its middle.
+    pub at: Option<Point>,
+    /// Boxes that were looked at.
+    pub boxes: usize,
+}
+
+/// A triangle made ready.
+struct Face {
+    corners: [Point; 3],
+    normal: Vector,
+}
+
+/// A box with what is near.
+struct Place {
+    bounds: Aabb,
+    faces: Vec<u32>,
+    items: Vec<SweepItem>,
+}
+
+/// A direction in which pieces may be moved out of a box.
+struct Aspect {
+    normal: Vector,
+    /// Highest point of all faces in the widened box along it, and of those that look this way.
+    top: f64,
+    own: f64,
+    /// Corner of the widened box that lies highest, and whether it lies outside of the design.
+    corner: Point,
+    outside: Cell<Option<bool>>,
+}
+
+/// Decides it.
+pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
+    let mut out = Overcuts::default();
+    let Some(root) = on.sweeps.root() else { return out };
+    if on.bounds.is_empty() {
+        return out;
+    }
+    let count = on.mesh.triangles.len();
+    let faces: Vec<Face> = (0..count)
+        .map(|t| Face {
+            corners: on.mesh.corners(t),
+            normal: on.mesh.area_normal(t).try_normalize(0.0).unwrap_or_default(),
+        })
+        .collect();
+    let search = Search { on, faces: &faces, limit: on.allowed + on.grain };
+    let whole = Place { bounds: on.bounds, faces: (0..count as u32).collect(), items: vec![root] };
+    let blocks = search.blocks(whole, PARALLEL);
+    out.boxes = blocks.len();
+    for some in blocks.chunks(AT_ONCE) {
+        if out.boxes > on.most_boxes {
+            out.undecided += some.len();
+            out.at = out.at.or(some.first().map(|b| b.bounds.center()));
+            continue;
+        }
+        let of_blocks: Vec<OfBlock> = some.par_iter().map(|b| search.block(b)).collect();
+        for block in of_blocks {
+            out.boxes += block.boxes;
+            out.found.extend(block.best);
+            out.undecided += usize::from(block.open.is_some() && block.best.is_none());
+            out.at = out.at.or(block.open.filter(|_| block.best.is_none()));
+        }
+    }
+    out
+}
+
+/// What one block gives.
+#[derive(Default)]
+struct OfBlock {
+    best: Option<Worst>,
+    open: Option<Point>,
+    boxes: usize,
+}
+
+struct Search<'a> {
+    on: &'a Overcut<'a>,
+    faces: &'a [Face],
+    /// What is deeper counts, mm.
+    limit: f64,
+}
+
+fn longest(bounds: &Aabb) -> usize {
+    let size = bounds.size();
+    (0..3).fold(0, |best, k| if size[k] > size[best] { k } else { best })
+}
+
+fn halves(bounds: &Aabb) -> [Aabb; 2] {
+    let k = longest(bounds);
+    let (mut low, mut high) = (*bounds, *bounds);
+    let middle = 0.5 * (bounds.min[k] + bounds.max[k]);
+    (low.max[k], high.min[k]) = (middle, middle);
+    [low, high]
+}
+
+/// Highest corner of a box along a direction.
+fn corner(bounds: &Aabb, n: &Vector) -> Point {
+    let at = |k: usize| if n[k] > 0.0 { bounds.max[k] } else { bounds.min[k] };
+    Point::new(at(0), at(1), at(2))
+}
+
+impl Search<'_> {
+    /// The blocks in which some piece is not moved out, in order.
+    fn blocks(&self, mut place: Place, parallel: u32) -> Vec<Place> {
+        self.settle(&mut place, self.limit);
+        if place.items.is_empty() || self.is_shallow(&place.bounds, self.limit) {
+            return Vec::new();
+        }
+        if place.bounds.size().max() <= self.on.block {
+            return vec![place];
+        }
+        let of_half = |bounds: Aabb| Place { bounds, faces: place.faces.clone(), items: place.items.clone() };
+        let [low, high] = halves(&place.bounds).map(of_half);
+        drop(place);
+        let (mut blocks, more) = if parallel > 0 {
+            rayon::join(|| self.blocks(low, parallel - 1), || self.blocks(high, parallel - 1))
+        } else {
+            (self.blocks(low, 0), self.blocks(high, 0))
+        };
+        blocks.extend(more);
+        blocks
+    }
+
+    /// The worst place of a block.
+    fn block(&self, place: &Place) -> OfBlock {
+        let mut out = OfBlock::default();
+        if !(self.on.known)(&place.bounds.center()) {
+            let copy = Place { bounds: place.bounds, faces: place.faces.clone(), items: place.items.clone() };
+            self.search(copy, &mut out);
+        }
+        out
+    }
+
+    fn search(&self, mut place: Place, out: &mut OfBlock) {
+        out.boxes += 1;
+        let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + DEEPEST[0]) + DEEPEST[1]).max(self.limit));
+        self.settle(&mut place, limit);
+        if place.items.is_empty() {
+            return;
+        }
+        let (center, half) = (place.bounds.center(), 0.5 * place.bounds.size().norm());
+        let Some(depth) = self.on.tree.signed_distance(&center).map(|d| -d) else { return };
+        if depth + half < limit {
+            return;
+        }
+        let mut deep = depth > self.on.allowed.max(out.best.map_or(0.0, |b| b.depth));
+        let (sweeps, widened) = (self.on.sweeps, place.bounds.expanded(limit));
+        let corners = std::cell::OnceCell::new();
+        let faces = &place.faces;
+        let kept = place.items.iter().copied().filter(|item| {
+            let Some(near) = sweeps.distance(*item, &center) else { return true };
+            let error = sweeps.distance_error(*item);
+            if near.distance > half + error {
+                return false;
+            }
+            if deep && near.distance < -error {
+                let made_by = sweeps.piece(*item).unwrap_or(u32::MAX);
+                out.best = Some(Worst { depth, point: center, made_by });
+                deep = false;
+            }
+            // Along the normal of the cutter where it is nearest.
+            let n = -near.normal;
+            let corners: &Vec<Point> = corners.get_or_init(|| self.corners(faces, &widened));
+            let top = corners.iter().map(|p| p.coords.dot(&n)).fold(f64::NEG_INFINITY, f64::max);
+            let level = sweeps.least(*item, &n) + limit;
+            !(top <= level && (corner(&widened, &n).coords.dot(&n) <= level || self.is_outside(&corner(&widened, &n))))
+        });
+        place.items = kept.collect();
+        if place.items.is_empty() {
+            return;
+        }
+        if half < 0.2 * self.on.grain || out.boxes > MOST_BOXES {
+            out.open = out.open.or(Some(center));
+            return;
+        }
+        let [low, high] = halves(&place.bounds);
+        self.search(Place { bounds: low, faces: place.faces.clone(), items: place.items.clone() }, out);
+        self.search(Place { bounds: high, ..place }, out);
+    }
+
+    fn is_outside(&self, p: &Point) -> bool {
+        self.on.tree.signed_distance(p).is_some_and(|d| d >= 0.0)
+    }
+
+    /// Whether no point of a box is deeper than the limit.
+    fn is_shallow(&self, bounds: &Aabb, limit: f64) -> bool {
+        let depth = self.on.tree.signed_distance(&bounds.center()).map_or(f64::NEG_INFINITY, |d| -d);
+        depth + 0.5 * bounds.size().norm() < limit
+    }
+
+    /// Leaves in a box what is near and is not moved out by `limit`.
+    fn settle(&self, place: &mut Place, limit: f64) {
+        let (sweeps, bounds) = (self.on.sweeps, place.bounds);
+        place.items.retain(|i| sweeps.bounds(*i).intersects(&bounds));
+        if place.items.is_empty() {
+            return;
+        }
+        let widened = bounds.expanded(limit);
+        place.faces.retain(|f| touches(&self.faces[*f as usize], &widened));
+        let few = place.faces.len() <= MOST_FACES;
+        let aspects = if few { self.aspects(&place.faces, &widened) } else { Vec::new() };
+        let size = bounds.size().max();
+        let mut left = Vec::new();
+        let mut asked: Vec<SweepItem> = std::mem::take(&mut place.items);
+        asked.reverse();
+        while let Some(item) = asked.pop() {
+            if !sweeps.bounds(item).intersects(&bounds) || self.moves_out(item, &bounds, &aspects, limit) {
+                continue;
+            }
+            // A group goes on as long as it is smaller than the box.
+            if item.is_single() || sweeps.bounds(item).size().max() < size {
+                left.push(item);
+            } else {
+                asked.extend(sweeps.members(item).rev());
+            }
+        }
+        place.items = left;
+    }
+
+    /// Corners of the faces as far as they lie in a box.
+    fn corners(&self, faces: &[u32], bounds: &Aabb) -> Vec<Point> {
+        let mut out = Vec::new();
+        faces.iter().for_each(|f| out.extend(clipped(&self.faces[*f as usize].corners, bounds)));
+        out
+    }
+
+    /// The directions of the faces in a box.
+    fn aspects(&self, faces: &[u32], widened: &Aabb) -> Vec<Aspect> {
+        let mut sums: Vec<(Vector, Vector)> = Vec::new();
+        let mut parts: Vec<(usize, Vec<Point>)> = Vec::with_capacity(faces.len());
+        for f in faces {
+            let face = &self.faces[*f as usize];
+            let polygon = clipped(&face.corners, widened);
+            if polygon.is_empty() || face.normal == Vector::zeros() {
+                continue;
+            }
+            let alike = sums.iter().position(|(n, _)| n.dot(&face.normal) > ALIKE);
+            let index = alike.unwrap_or(sums.len());
+            if index == sums.len() {
+                sums.push((face.normal, Vector::zeros()));
+            }
+            let from = polygon[0];
+            let area: f64 = polygon.windows(2).map(|w| (w[0] - from).cross(&(w[1] - from)).norm()).sum();
+            sums[index].1 += face.normal * (area + 1e-12);
+            parts.push((index, polygon));
+        }
+        let mean: Vector = sums.iter().map(|s| s.1).sum();
+        let mut normals: Vec<Vector> =
+            sums.iter().map(|(first, sum)| sum.try_normalize(0.0).unwrap_or(*first)).collect();
+        if normals.len() > 1 && normals.len() < ASPECTS {
+            normals.extend(mean.try_normalize(1e-12));
+        }
+        let top = |n: &Vector, only: Option<usize>| {
+            let of = parts.iter().filter(|(k, _)| only.is_none_or(|o| o == *k)).flat_map(|(_, p)| p);
+            of.map(|p| p.coords.dot(n)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let groups = sums.len();
+        let aspect = |(k, normal): (usize, Vector)| Aspect {
+            normal,
+            top: top(&normal, None),
+            own: if k < groups { top(&normal, Some(k)) } else { f64::NEG_INFINITY },
+            corner: corner(widened, &normal),
+            outside: Cell::new(None),
+        };
+        normals.into_iter().take(4 * ASPECTS).enumerate().map(aspect).collect()
+    }
+
+    fn is_above(&self, aspect: &Aspect) -> bool {
+        let known = aspect.outside.get().unwrap_or_else(|| self.is_outside(&aspect.corner));
+        aspect.outside.set(Some(known));
+        known
+    }
+
+    /// Whether a shift of `limit` or less proves that a piece is nowhere deeper in the box.
+    fn moves_out(&self, item: SweepItem, bounds: &Aabb, aspects: &[Aspect], limit: f64) -> bool {
+        let mut least = [0.0; 4 * ASPECTS];
+        for (aspect, least) in aspects.iter().zip(&mut least) {
+            let n = &aspect.normal;
+            *least = self.on.sweeps.least(item, n);
+            let level = *least + limit;
+            // It does not reach into the box at all, or all faces lie below it.
+            if corner(bounds, n).coords.dot(n) < *least || aspect.top <= level && self.is_above(aspect) {
+                return true;
+            }
+        }
+        // Every group of faces has a direction of its own, and lies below the piece along that one.
+        let groups = aspects.iter().take_while(|a| a.own > f64::NEG_INFINITY).count();
+        if !(2..=4).contains(&groups) {
+            return false;
+        }
+        let asked: Vec<(Vector, f64)> = (0..groups).map(|k| (aspects[k].normal, aspects[k].own - least[k])).collect();
+        let Some(shift) = least_shift(&asked).filter(|d| d.norm() <= limit) else { return false };
+        let toward: Vector = asked.iter().map(|a| a.0).sum();
+        let top = corner(&bounds.expanded(limit), &toward);
+        asked.iter().zip(least).all(|((n, _), least)| n.dot(&top.coords) > least + n.dot(&shift))
+            && self.is_outside(&top)
+    }
+}
+
+/// The shortest shift d with `n . d >= g` for all pairs of a unit direction n and a length g: the one that is bound by the fewest of them, by
+/// the normal equations of these.
+fn least_shift(asked: &[(Vector, f64)]) -> Option<Vector> {
+    let does = |d: &Vector| asked.iter().all(|(n, g)| n.dot(d) >= g - 1e-9);
+    if does(&Vector::zeros()) {
+        return Some(Vector::zeros());
+    }
+    let mut best: Option<Vector> = None;
+    let mut take = |d: Vector| {
+        if does(&d) && best.is_none_or(|b| d.norm_squared() < b.norm_squared()) {
+            best = Some(d);
+        }
+    };
+    for (i, (n, g)) in asked.iter().enumerate() {
+        take(n * *g);
+        for (j, (m, h)) in asked.iter().enumerate().skip(i + 1) {
+            let (c, cross) = (n.dot(m), n.cross(m));
+            let sine = 1.0 - c * c;
+            if sine > 1e-6 {
+                take(n * ((g - c * h) / sine) + m * ((h - c * g) / sine));
+            }
+            for (o, k) in asked.iter().skip(j + 1) {
+                let volume = cross.dot(o);
+                if volume.abs() > 1e-3 {
+                    take((m.cross(o) * *g + o.cross(n) * *h + cross * *k) / volume);
+                }
+            }
+        }
+    }
+    best
+}
+
+/// Whether a triangle may reach into a box: their boxes meet, and its plane cuts the box.
+fn touches(face: &Face, bounds: &Aabb) -> bool {
+    let [a, b, c] = &face.corners;
+    let outside = |k: usize| {
+        let (low, high) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
+        low > bounds.max[k] || high < bounds.min[k]
+    };
+    if (0..3).any(outside) {
+        return false;
+    }
+    let (middle, half) = (bounds.center(), bounds.size() * 0.5);
+    let reach: f64 = (0..3).map(|k| face.normal[k].abs() * half[k]).sum();
+    (middle - a).dot(&face.normal).abs() <= reach + 1e-9
+}
+
+/// The part of a triangle in a box, cut by its six planes one by one (Sutherland and Hodgman 1974).
+fn clipped(corners: &[Point; 3], bounds: &Aabb) -> Vec<Point> {
+    let mut polygon: Vec<Point> = corners.to_vec();
+    for k in 0..3 {
+        for (at, sign) in [(bounds.min[k], 1.0), (bounds.max[k], -1.0)] {
+            let above = |p: &Point| sign * (p[k] - at);
+            if polygon.iter().all(|p| above(p) >= 0.0) {
+                continue;
+            }
+            let mut next = Vec::with_capacity(polygon.len() + 1);
+            for (i, p) in polygon.iter().enumerate() {
+                let q = &polygon[(i + 1) % polygon.len()];
+                let (hp, hq) = (above(p), above(q));
+                if hp >= 0.0 {
+                    next.push(*p);
+                }
+                if (hp < 0.0) != (hq < 0.0) {
+                    next.push(p + (q - p) * (hp / (hp - hq)));
+                }
+            }
+            polygon = next;
+            if polygon.is_empty() {
+                return polygon;
+            }
+        }
+    }
+    polygon
+}

@@ -1,0 +1,330 @@
+//! How deep a point lies in what a cutter has swept, and which half space holds all of it.
+//!
+//! Two questions about a moving convex body, both answered from its closed form:
+//!
+//! ```text
+//!   distance(p):  least over time of the signed distance of p to the cutter        p inside of the swept piece: below 0
+//!   least(n):     least of n . x over all x of the swept piece                     {x: n . x >= least(n)} holds it
+//! ```
+//!
+//! **Distance.** The signed distance to a convex body is a convex function of the point. While the axis stands still, the point moves straight
+//! in the frame of the tool, so that the distance is a convex function of time, and the bisection of its derivative finds the least. A piece
+//! that turns is cut into parts that turn so little that no point of the tool leaves its chord by more than [`BULGE`].
+//!
+//! **Half space.** A body of revolution with the unit axis a reaches `h(n) = max (r sqrt(1 - (n.a)^2) + z n.a)` along n over its generating
+//! curve: at an end of a line or an arc, or where the arc's normal is n. Of a straight motion one of the ends reaches farthest. A point of
+//! a part that turns by the angle w leaves its chord by `reach w^2 / 8` at most, which is taken off.
+//!
+//! Pieces lie in a tree of groups of eight that follow each other in time, so that whole passes are told apart at once: the tips of a
+//! group lie in a box, and its axes within an angle u of their mean, which moves no point by more than `reach u`.
+
+use proveout_geom::{Aabb, Point, ToolPose, Vector};
+use proveout_tool::Profile;
+
+use super::{PathPiece, outline::Outline};
+
+/// A part of a piece that turns may leave its chord by so much, mm.
+const BULGE: f64 = 2e-4;
+/// Most parts of a piece.
+const MOST_PARTS: f64 = 512.0;
+/// Members of a group.
+const GROUP: usize = 8;
+/// Steps of the bisection: 2^-28 of the way of a piece.
+const HALVINGS: usize = 28;
+/// Axes that differ by less are one.
+const SAME_AXIS: f64 = 1e-12;
+
+/// A convex body of a cutter on one part of a piece of motion.
+#[derive(Clone, Copy, Debug)]
+struct Move {
+    piece: u32,
+    body: u32,
+    from: ToolPose,
+    to: ToolPose,
+    /// No point leaves the chord between its ends by more, mm.
+    bulge: f64,
+    bounds: Aabb,
+}
+
+/// Moves that follow each other.
+#[derive(Clone, Copy, Debug)]
+struct Group {
+    /// The body, where all have the same.
+    body: Option<u32>,
+    axis: Vector,
+    tips: Aabb,
+    /// How far a point may lie beside the group's axis held still, mm.
+    spread: f64,
+    bounds: Aabb,
+}
+
+/// A move or a group of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SweepItem {
+    /// 0 for a move.
+    level: u8,
+    index: u32,
+}
+
+impl SweepItem {
+    /// Whether it is a single convex body on a single piece.
+    pub fn is_single(self) -> bool {
+        self.level == 0
+    }
+}
+
+/// How near a point comes to a move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InSweep {
+    /// Signed distance at the best time, mm; negative inside.
+    pub distance: f64,
+    /// Outward unit normal of the cutter there.
+    pub normal: Vector,
+}
+
+/// The swept pieces of a run, ready for both questions.
+#[derive(Debug)]
+pub struct SweptBodies {
+    bodies: Vec<(Outline, f64)>,
+    moves: Vec<Move>,
+    /// Groups of moves, groups of these, and so on up to one.
+    levels: Vec<Vec<Group>>,
+}
+
+impl SweptBodies {
+    /// The pieces that reach into a box; `cutters` holds the convex bodies of each cutter. Pieces that `without` names are left out.
+    pub fn new(
+        pieces: &[PathPiece],
+        cutters: &[Vec<Profile>],
+        within: &Aabb,
+        without: &(dyn Fn(u32) -> bool + Sync),
+    ) -> Self {
+        let reach = |p: &Profile| p.max_radius().hypot(p.z_max().abs().max(p.z_min().abs()));
+        let mut bodies = Vec::new();
+        let mut of_cutter = Vec::new();
+        for profiles in cutters {
+            of_cutter.push(bodies.len() as u32..(bodies.len() + profiles.len()) as u32);
+            bodies.extend(profiles.iter().map(|p| (Outline::new(p), reach(p))));
+        }
+        let mut out = Self { bodies, moves: Vec::new(), levels: Vec::new() };
+        for (number, piece) in pieces.iter().enumerate() {
+            let number = number as u32;
+            let Some(own) = piece.cutter.and_then(|c| of_cutter.get(c as usize)).filter(|_| !without(number)) else {
+                continue;
+            };
+            let finite = |p: &ToolPose| p.tip.iter().chain(p.axis.iter()).all(|v| v.is_finite());
+            if finite(&piece.from) && finite(&piece.to) {
+                own.clone().for_each(|body| out.add(number, body, piece, within));
+            }
+        }
+        out.group();
+        out
+    }
+
+    fn add(&mut self, number: u32, body: u32, piece: &PathPiece, within: &Aabb) {
+        let reach = self.bodies[body as usize].1;
+        let angle = piece.from.angle_to(&piece.to);
+        let parts = (angle / (8.0 * BULGE / reach.max(1e-6)).sqrt()).ceil().clamp(1.0, MOST_PARTS);
+        let mut from = piece.from;
+        for k in 1..=parts as usize {
+            let last = k == parts as usize;
+            let to = if last { piece.to } else { piece.from.interpolated(&piece.to, k as f64 / parts) };
+            let turn = angle / parts;
+            let mut part =
+                Move { piece: number, body, from, to, bulge: reach * turn * turn / 8.0, bounds: Aabb::empty() };
+            part.bounds = self.box_of(&part);
+            if part.bounds.intersects(within) {
+                self.moves.push(part);
+            }
+            from = to;
+        }
+    }
+
+    fn box_of(&self, part: &Move) -> Aabb {
+        let mut bounds = Aabb::empty();
+        for k in 0..3 {
+            let mut n = Vector::zeros();
+            n[k] = 1.0;
+            (bounds.min[k], bounds.max[k]) = (self.least_of(part, &n), -self.least_of(part, &-n));
+        }
+        bounds
+    }
+
+    fn group(&mut self) {
+        let mut level: Vec<Group> = self
+            .moves
+            .chunks(GROUP)
+            .map(|of| {
+                let sum: Vector = of.iter().map(|m| m.from.axis + m.to.axis).sum();
+                let axis = sum.try_normalize(1e-6).unwrap_or(of[0].from.axis);
+                let apart =
+                    of.iter().flat_map(|m| [m.from.axis, m.to.axis]).map(|a| (a - axis).norm()).fold(0.0, f64::max);
+                let reach = of.iter().map(|m| self.bodies[m.body as usize].1).fold(0.0, f64::max);
+                // The chord of an angle, at most a right one, is nine tenths of it or more.
+                let spread = if apart > SAME_AXIS { 1.2 * apart * reach } else { 0.0 };
+                Group {
+                    body: of.iter().all(|m| m.body == of[0].body).then_some(of[0].body),
+                    axis,
+                    tips: Aabb::of_points(of.iter().flat_map(|m| [&m.from.tip, &m.to.tip])),
+                    spread: spread + of.iter().map(|m| m.bulge).fold(0.0, f64::max),
+                    bounds: of.iter().fold(Aabb::empty(), |all, m| all.union(&m.bounds)),
+                }
+            })
+            .collect();
+        while !level.is_empty() {
+            let done = level.len() == 1;
+            let above = level
+                .chunks(GROUP)
+                .map(|of| {
+                    let first = of[0];
+                    let body = first.body.filter(|_| of.iter().all(|g| g.body == first.body));
+                    let reach = body.map_or(0.0, |b| self.bodies[b as usize].1);
+                    let lean = of.iter().map(|g| (g.axis - first.axis).norm()).fold(0.0, f64::max);
+                    let lean = if lean > SAME_AXIS { 1.2 * lean * reach } else { 0.0 };
+                    Group {
+                        body,
+                        axis: first.axis,
+                        tips: of.iter().fold(Aabb::empty(), |all, g| all.union(&g.tips)),
+                        spread: lean + of.iter().map(|g| g.spread).fold(0.0, f64::max),
+                        bounds: of.iter().fold(Aabb::empty(), |all, g| all.union(&g.bounds)),
+                    }
+                })
+                .collect();
+            self.levels.push(std::mem::replace(&mut level, above));
+            if done {
+                break;
+            }
+        }
+    }
+
+    /// All of them; none where no piece reaches into the box.
+    pub fn root(&self) -> Option<SweepItem> {
+        (!self.levels.is_empty()).then_some(SweepItem { level: self.levels.len() as u8, index: 0 })
+    }
+
+    /// The members of a group, in the order of time.
+    pub fn members(&self, item: SweepItem) -> impl DoubleEndedIterator<Item = SweepItem> + use<> {
+        let below = match item.level {
+            0 => 0,
+            1 => self.moves.len(),
+            level => self.levels[usize::from(level) - 2].len(),
+        };
+        let first = item.index as usize * GROUP;
+        let level = item.level.saturating_sub(1);
+        (first..below.min(first + GROUP)).map(move |k| SweepItem { level, index: k as u32 })
+    }
+
+    /// A box that holds it.
+    pub fn bounds(&self, item: SweepItem) -> &Aabb {
+        match item.level {
+            0 => &self.moves[item.index as usize].bounds,
+            level => &self.levels[usize::from(level) - 1][item.index as usize].bounds,
+        }
+    }
+
+    /// Number of the piece of a move; of a group that of its first.
+    pub fn piece(&self, item: SweepItem) -> Option<u32> {
+        let first = item.index as usize * GROUP.pow(u32::from(item.level));
+        self.moves.get(first).map(|m| m.piece)
+    }
+
+    /// A lower bound of `n . x` over all that it sweeps, sharp for a move whose axis stands still; n is a unit vector.
+    pub fn least(&self, item: SweepItem, n: &Vector) -> f64 {
+        if item.level == 0 {
+            return self.least_of(&self.moves[item.index as usize], n);
+        }
+        let group = &self.levels[usize::from(item.level) - 1][item.index as usize];
+        let lowest = |b: &Aabb| (0..3).map(|k| n[k] * if n[k] > 0.0 { b.min[k] } else { b.max[k] }).sum::<f64>();
+        match group.body {
+            Some(body) => lowest(&group.tips) - self.reach(body, &group.axis, n) - group.spread,
+            None => lowest(&group.bounds),
+        }
+    }
+
+    fn least_of(&self, part: &Move, n: &Vector) -> f64 {
+        let at = |pose: &ToolPose| pose.tip.coords.dot(n) - self.reach(part.body, &pose.axis, n);
+        at(&part.from).min(at(&part.to)) - part.bulge
+    }
+
+    /// How far a body reaches from its tip against n.
+    fn reach(&self, body: u32, axis: &Vector, n: &Vector) -> f64 {
+        let along = -n.dot(axis);
+        self.bodies[body as usize].0.support((1.0 - along * along).max(0.0).sqrt(), along)
+    }
+
+    /// The signed distance of a point to a move; none for a group.
+    pub fn distance(&self, item: SweepItem, p: &Point) -> Option<InSweep> {
+        let part = self.moves.get(item.index as usize).filter(|_| item.level == 0)?;
+        Some(self.nearest(part, p, f64::NEG_INFINITY))
+    }
+
+    /// The largest error of [`Self::distance`], mm.
+    pub fn distance_error(&self, item: SweepItem) -> f64 {
+        1e-7 + self.moves.get(item.index as usize).map_or(0.0, |m| 2.0 * m.bulge)
+    }
+
+    /// Least distance over time; the search ends once it is `enough` or less.
+    fn nearest(&self, part: &Move, p: &Point, enough: f64) -> InSweep {
+        let outline = &self.bodies[part.body as usize].0;
+        let turns = (part.to.axis - part.from.axis).norm() > SAME_AXIS;
+        let way = part.to.tip - part.from.tip;
+        let at = |time: f64| {
+            let axis = if turns {
+                (part.from.axis * (1.0 - time) + part.to.axis * time).normalize()
+            } else {
+                part.from.axis
+            };
+            let tip = part.from.tip + way * time;
+            let q = p - tip;
+            let z = q.dot(&axis);
+            let out = q - axis * z;
+            let r = out.norm();
+            let (distance, gradient) = outline.distance(r, z);
+            let radial = if r > 1e-12 { out / r } else { Vector::zeros() };
+            InSweep { distance, normal: radial * gradient[0] + axis * gradient[1] }
+        };
+        let (mut lo, mut hi) = (0.0, 1.0);
+        let (first, last) = (at(0.0), at(1.0));
+        let mut best = if last.distance < first.distance { last } else { first };
+        // A turn of the axis moves the point in the frame of the tool as well.
+        let rate = |time: f64, here: &InSweep| {
+            if turns {
+                let step = 1e-4;
+                (at(time + step).distance - at(time - step).distance) / (2.0 * step)
+            } else {
+                -here.normal.dot(&way)
+            }
+        };
+        if !turns && way.norm_squared() == 0.0 {
+            return best;
+        }
+        for _ in 0..HALVINGS {
+            if best.distance <= enough {
+                break;
+            }
+            let time = 0.5 * (lo + hi);
+            let here = at(time);
+            if here.distance < best.distance {
+                best = here;
+            }
+            if rate(time, &here) > 0.0 { hi = time } else { lo = time }
+        }
+        best
+    }
+
+    /// The last piece that came within `margin` (mm) of a point; a negative margin asks for points inside.
+    pub fn last_to_reach(&self, p: &Point, margin: f64) -> Option<u32> {
+        self.last_of(self.root()?, p, margin)
+    }
+
+    fn last_of(&self, item: SweepItem, p: &Point, margin: f64) -> Option<u32> {
+        if !self.bounds(item).expanded(margin.max(0.0)).contains(p) {
+            return None;
+        }
+        if item.level == 0 {
+            let part = &self.moves[item.index as usize];
+            return (self.nearest(part, p, margin).distance <= margin).then_some(part.piece);
+        }
+        self.members(item).rev().find_map(|member| self.last_of(member, p, margin))
+    }
+}

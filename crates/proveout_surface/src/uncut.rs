@@ -1,0 +1,291 @@
+//! Material left beside the design, decided on the swept pieces themselves.
+//!
+//! A slot, a hole, a chamfer or a cavity of the design that was left full has no point of the cut part near its faces when it is narrower than
+//! the cells. So every face of the design asks whether the room in front of it was cleared:
+//!
+//! ```text
+//!      p = q + (t + e) n             q: sample of the design's surface with its normal n; t: height that is allowed
+//!      |                             p lies in the raw stock, p is higher than t above the design, and no piece of motion
+//!      q                             ever came to p: material is left there.
+//!   ===+===== design                 It is exact: nothing is searched between rays.
+//! ```
+//!
+//! Samples lie a cell apart, at least one on every face. In a concave edge of the design most is left where a round cutter cannot go; there
+//! the place that is just higher than t above both faces is asked as well, a cell apart along the edge.
+//!
+//! **Height.** From a place that is left the way goes on along n while nothing was cleared; the largest distance from the design on it is told.
+//!
+//! **Missing from the start.** The same places on the other side, `q - (t + e) n` and deeper than t below both faces of an edge that is bent
+//! outward, tell whether the raw stock held the design: a bar may leave out the edges of a block by less than a cell.
+//!
+//! **When the motion does not tell.** What an earlier run left, or material that fell away without being cut, is known on rays alone. Then a
+//! point of a ray beside p, outside of the design and in plain sight of p, tells whether material is there; where there is none in reach, the
+//! place stays unknown, and its area counts.
+
+use std::collections::HashMap;
+
+use proveout_geom::{Aabb, Point, TriMesh, Vector};
+use proveout_stock::TriDexel;
+use rayon::prelude::*;
+
+use crate::{
+    DesignMesh, DesignSurface, Watcher,
+    coverage::{each_sample, watcher},
+    topography::SweptBodies,
+};
+
+/// A place lies higher than allowed by so much, mm.
+const BEYOND: f64 = 1e-6;
+/// Steps along the normal, each longer than the one before by this factor.
+const STEPS: usize = 24;
+const LONGER: f64 = 1.3;
+/// An edge is bent when the sine between the normals of its faces is this or more.
+const BENT: f64 = 0.1;
+/// Faces that fold back on each other, so that their normals sum up to less, have nothing between them.
+const FOLDED: f64 = 0.2;
+/// Reach of a ray's sight, in cells.
+const REACH: f64 = 2.0;
+/// Triangles and edges that are worked on at once by a thread.
+const AT_ONCE: usize = 64;
+
+/// What is decided.
+pub struct Uncut<'a> {
+    /// The design, and its tree.
+    pub mesh: &'a TriMesh,
+    /// The same with its tree.
+    pub tree: &'a DesignMesh,
+    /// What was swept; none where the motion is not known.
+    pub sweeps: Option<&'a SweptBodies>,
+    /// Whether a place lay in the raw stock; none where that is known on rays alone.
+    pub raw: Option<&'a (dyn Fn(&Point) -> bool + Sync)>,
+    /// The rays.
+    pub watchers: &'a [Watcher<'a>],
+    /// Whether material may be gone that nothing has swept.
+    pub fallen: bool,
+    /// Only in this box.
+    pub region: Option<Aabb>,
+    /// Height that is allowed, mm.
+    pub allowed: f64,
+    /// Depth below the design at which the raw stock may end, mm.
+    pub missing: f64,
+    /// Material nearer to what was swept may be a sheet that the twin cannot tell from none, mm.
+    pub film: f64,
+    /// Whether the rays have found material left at a place: nothing is asked there.
+    pub known: &'a (dyn Fn(&Point) -> bool + Sync),
+}
+
+/// Material that is left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Left {
+    /// Where it is highest above the design, as far as was looked.
+    pub point: Point,
+    /// Height there, mm.
+    pub depth: f64,
+    /// Area of the design that it lies on, mm²; none for an edge.
+    pub area: f64,
+}
+
+/// What came out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UncutFound {
+    /// In the order of the design's faces.
+    pub left: Vec<Left>,
+    /// Where the raw stock left the design out, with the depth that is missing at least.
+    pub missing: Vec<Left>,
+    /// Area of the design in front of which nothing tells whether material is left, mm².
+    pub unknown: f64,
+    /// A place of it.
+    pub at: Option<Point>,
+}
+
+/// What a place tells.
+enum Told {
+    Free,
+    Full,
+    Unknown,
+}
+
+/// Decides it.
+pub fn uncut(on: &Uncut<'_>) -> UncutFound {
+    let count = on.mesh.triangles.len();
+    let of_faces: Vec<UncutFound> = (0..count.div_ceil(AT_ONCE))
+        .into_par_iter()
+        .map(|k| {
+            let mut found = UncutFound::default();
+            for t in k * AT_ONCE..count.min((k + 1) * AT_ONCE) {
+                each_sample(on.mesh, t, on.watchers, &mut |q, n, area| {
+                    on.ask(q, n, 1.0, area, &mut found);
+                    on.ask_raw(q, n, 1.0, area, &mut found);
+                });
+            }
+            found
+        })
+        .collect();
+    let edges = edges(on.mesh);
+    let of_edges: Vec<UncutFound> = edges
+        .par_chunks(AT_ONCE)
+        .map(|some| {
+            let mut found = UncutFound::default();
+            for edge in some {
+                let [a, b] = edge.ends;
+                let steps = ((b - a).norm() / on.finest()).ceil().clamp(1.0, 1e5) as usize;
+                for i in 0..steps {
+                    let q = a + (b - a) * ((i as f64 + 0.5) / steps as f64);
+                    if edge.inward {
+                        on.ask(&q, &edge.outward, edge.stretch, 0.0, &mut found);
+                    } else {
+                        on.ask_raw(&q, &edge.outward, edge.stretch, 0.0, &mut found);
+                    }
+                }
+            }
+            found
+        })
+        .collect();
+    let mut out = UncutFound::default();
+    for part in of_faces.into_iter().chain(of_edges) {
+        out.left.extend(part.left);
+        out.missing.extend(part.missing);
+        out.unknown += part.unknown;
+        out.at = out.at.or(part.at);
+    }
+    out
+}
+
+impl Uncut<'_> {
+    fn finest(&self) -> f64 {
+        self.watchers.iter().flat_map(|w| w.stock.cells_mm()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Asks in front of a place of the design; `stretch` is the way along n for each millimeter of height.
+    fn ask(&self, q: &Point, n: &Vector, stretch: f64, area: f64, found: &mut UncutFound) {
+        let p = q + n * ((self.allowed + BEYOND) * stretch);
+        if self.region.is_some_and(|r| !r.contains(&p)) || (self.known)(&p) {
+            return;
+        }
+        match self.told(&p) {
+            Told::Free => {}
+            // In a gap of the design that is no wider than twice the height, or beside another face, nothing is too high.
+            _ if self.height(&p) < self.allowed => {}
+            Told::Unknown => {
+                found.unknown += area;
+                found.at = found.at.or(Some(p).filter(|_| area > 0.0));
+            }
+            Told::Full => {
+                let mut best = Left { point: p, depth: self.height(&p), area };
+                let mut step = self.allowed.max(0.02);
+                let mut at = p;
+                for _ in 0..STEPS {
+                    at += n * step;
+                    step *= LONGER;
+                    let within = self.region.is_none_or(|r| r.contains(&at));
+                    if !within || !matches!(self.told(&at), Told::Full) {
+                        break;
+                    }
+                    let height = self.height(&at);
+                    if height <= best.depth {
+                        break;
+                    }
+                    best = Left { point: at, depth: height, area };
+                }
+                found.left.push(best);
+            }
+        }
+    }
+
+    /// Asks below a place of the design whether the raw stock held it.
+    fn ask_raw(&self, q: &Point, n: &Vector, stretch: f64, area: f64, found: &mut UncutFound) {
+        let Some(raw) = self.raw else { return };
+        let p = q - n * ((self.missing + BEYOND) * stretch);
+        let looked_at = self.region.is_none_or(|r| r.contains(&p))
+            && self.watchers.iter().any(|w| w.stock.bounds().contains(&p));
+        if looked_at && !raw(&p) && -self.height(&p) > self.missing {
+            found.missing.push(Left { point: p, depth: -self.height(&p), area });
+        }
+    }
+
+    fn height(&self, p: &Point) -> f64 {
+        self.tree.signed_distance(p).unwrap_or(f64::NEG_INFINITY)
+    }
+
+    fn told(&self, p: &Point) -> Told {
+        if self.raw.is_some_and(|raw| !raw(p)) || !self.watchers.iter().any(|w| w.stock.bounds().contains(p)) {
+            return Told::Free;
+        }
+        if self.sweeps.is_some_and(|s| s.last_to_reach(p, self.film).is_some()) {
+            return Told::Free;
+        }
+        if self.sweeps.is_some() && self.raw.is_some() && !self.fallen { Told::Full } else { self.by_rays(p) }
+    }
+
+    /// The nearest point of a ray that lies outside of the design in sight of a place.
+    fn by_rays(&self, p: &Point) -> Told {
+        let Some(watcher) = watcher(self.watchers, p) else { return Told::Unknown };
+        let stock = watcher.stock;
+        let mut nearest: Option<(f64, bool)> = None;
+        for axis in 0..3 {
+            for (di, dj) in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (i, j))) {
+                let Some(ray) = stock.ray_near(axis, p, [di, dj]) else { continue };
+                let at = ray.point(p[axis]);
+                let apart = (at - p).norm();
+                let nearer = apart <= REACH * stock.cell_mm() && nearest.is_none_or(|(d, _)| apart < d);
+                if nearer && self.height(&at) > self.allowed && self.tree.is_free(p, &at) {
+                    nearest = Some((apart, has_material(stock, axis, &at)));
+                }
+            }
+        }
+        match nearest {
+            None => Told::Unknown,
+            Some((_, true)) => Told::Full,
+            Some((_, false)) => Told::Free,
+        }
+    }
+}
+
+fn has_material(stock: &TriDexel, axis: usize, at: &Point) -> bool {
+    let Some(ray) = stock.ray_near(axis, at, [0, 0]) else { return false };
+    let height = at[axis];
+    stock.material(&ray).any(|m| m.lo.at < height && height < m.hi.at)
+}
+
+/// An edge at which the design is bent.
+struct Edge {
+    ends: [Point; 2],
+    /// Inward, as in the corner of a pocket; else outward.
+    inward: bool,
+    /// Unit vector between the normals of its faces.
+    outward: Vector,
+    /// Way along it for each millimeter of distance from both faces.
+    stretch: f64,
+}
+
+fn edges(mesh: &TriMesh) -> Vec<Edge> {
+    let mesh = mesh.merge_equal_vertices();
+    let mut of_edge: HashMap<(u32, u32), usize> = HashMap::with_capacity(3 * mesh.triangles.len());
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        for k in 0..3 {
+            of_edge.insert((triangle[k], triangle[(k + 1) % 3]), t);
+        }
+    }
+    let normal = |t: usize| mesh.area_normal(t).try_normalize(0.0);
+    let mut out = Vec::new();
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let corners = mesh.corners(t);
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            let Some(&other) = of_edge.get(&(b, a)).filter(|_| a < b) else { continue };
+            let (Some(n), Some(m)) = (normal(t), normal(other)) else { continue };
+            if n.cross(&m).norm() < BENT && n.dot(&m) > 0.0 {
+                continue;
+            }
+            let Some(outward) = (n + m).try_normalize(FOLDED) else { continue };
+            let above = mesh.corners(other).iter().map(|p| (p - corners[k]).dot(&n)).fold(0.0, f64::max);
+            out.push(Edge {
+                ends: [corners[k], corners[(k + 1) % 3]],
+                inward: above > 1e-9,
+                outward,
+                stretch: 1.0 / outward.dot(&n),
+            });
+        }
+    }
+    out
+}
