@@ -16,6 +16,7 @@ use crate::{
     partial,
     scene::{PatchFile, Scene, StockFile},
     shape::Shape,
+    stock_on_rays,
 };
 
 /// File of a run folder that holds the stock that is left.
@@ -31,6 +32,8 @@ pub fn patch_file(name: &str) -> String {
 pub struct RawStock {
     bounds: Aabb,
     cells: [f64; 3],
+    /// Volume of its shape, mm³.
+    own_volume: Option<f64>,
     rays: Option<(TriDexel, Vec<Patch>)>,
 }
 
@@ -43,6 +46,11 @@ impl RawStock {
     /// Edges of its cells along x, y and z, mm.
     pub fn cells_mm(&self) -> [f64; 3] {
         self.cells
+    }
+
+    /// Volume of its shape, mm³; none of a mesh that was mended.
+    pub fn own_volume(&self) -> Option<f64> {
+        self.own_volume
     }
 
     /// Longest edge of a cell, mm.
@@ -127,6 +135,7 @@ pub(crate) fn make(
     }
     announce(&announced);
     let mut stock = body.stock(cells, u64::MAX)?;
+    stock_on_rays::check(scene, &body, &stock)?;
     stock.watch_engagement(scene.file.engagement);
     let mut patches = Vec::new();
     for (patch, plan) in file.patch.iter().zip(plans) {
@@ -136,7 +145,8 @@ pub(crate) fn make(
         stock.keep_history();
         patches.iter_mut().for_each(|p| p.stock_mut().keep_history());
     }
-    let raw = RawStock { bounds: stock.bounds(), cells: stock.cells_mm(), rays: Some((stock, patches)) };
+    let own_volume = body.own_volume();
+    let raw = RawStock { bounds: stock.bounds(), cells: stock.cells_mm(), own_volume, rays: Some((stock, patches)) };
     Ok((raw, announced))
 }
 
@@ -210,7 +220,7 @@ fn formed(scene: &Scene, file: &StockFile, limit_bytes: u64, inputs: &mut Inputs
         return Ok(RawBody::mesh(Shape::of_scene(scene, blade, allowance)?.mesh(scene, blade.chord_error_mm)?.0)?);
     }
     let Some(named) = &file.mesh else { return Err(StockError::Degenerate { what: "it has no form".into() }.into()) };
-    let (mesh, path) = inputs.mesh(scene, "stock".into(), named)?;
+    let (mesh, path) = inputs.mesh(scene, "stock".into(), named, file.mesh_unit)?;
     if file.repair {
         return RawBody::repaired_mesh(&mesh).map_err(|e| match e {
             StockError::Mesh(source) => SimError::Mesh { path, source },
