@@ -29,7 +29,7 @@ impl Engine<'_> {
     ) -> Vec<f64> {
         let mut volumes = vec![0.0; chunk.pieces.len()];
         let cuts = |part: &SweepPart| part.what == Swept::Body(Role::Cutting);
-        let reported = parts.iter().zip(reports).filter(|(part, _)| cuts(part)).map(|(_, r)| r.volume_mm3).sum();
+        let reported: f64 = parts.iter().zip(reports).filter(|(part, _)| cuts(part)).map(|(_, r)| r.volume_mm3).sum();
         self.reported += reported;
         let share = self.ledger.book_cuts(&self.stock, reported);
         let contact = self.prepared.scene.file.tolerances.contact_mm;
