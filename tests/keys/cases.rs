@@ -133,6 +133,7 @@ cases! {
     "scene/StockFile.cylinder", Cone, ["scene", "stock.cylinder", "{ base_mm = [0, 0, -10], radius_mm = 13, height_mm = 10 }"];
     "scene/StockFile.mesh", Mesh, ["scene", "stock.mesh", "\"other.stl\""];
     "scene/StockFile.repair", Mesh, ["scene", "stock.repair", "false"];
+    "scene/StockFile.mesh_unit", Mesh, ["scene", "stock.mesh_unit", "\"cm\""];
     "scene/StockFile.blade_allowance_mm", Blade, ["scene", "stock.blade_allowance_mm", "0.7"];
     "scene/StockFile.from_run", Next, ["scene", "stock.from_run", "\"nowhere\""];
     "scene/StockFile.place", Next, ["scene", "stock.place.translation_mm", "[0, 0, -0.5]"];
@@ -155,6 +156,7 @@ cases! {
     "scene/PatchFile.cell_mm", Part, ["scene", "stock.patch.0.cell_mm", "0.125"];
     "scene/PartFile.mesh", Part, ["scene", "part.mesh", "\"other.stl\""];
     "scene/PartFile.chord_error_mm", Part, ["scene", "part.chord_error_mm", "0.02"];
+    "scene/PartFile.mesh_unit", Part, ["scene", "part.mesh_unit", "\"inch\""];
     "scene/PartFile.judged", Part, ["scene", "part.judged", ""];
     "scene/PartFile.cone_frustum", Cone, ["scene", "part", ""];
     "scene/PartFile.blade", Blade, ["scene", "part", ""];
@@ -189,6 +191,7 @@ cases! {
     "scene/PlatformFile.thickness_mm", Blade, ["scene", "part.blade.platform.thickness_mm", "14"];
     "scene/FixtureFile.name", Mill, ["scene", "fixture.0.name", "\"jaw\""];
     "scene/FixtureFile.mesh", Part, ["scene", "fixture.2.mesh", "\"jaw2.stl\""];
+    "scene/FixtureFile.mesh_unit", Part, ["scene", "fixture.2.mesh_unit", "\"inch\""];
     "scene/FixtureFile.box", Mill, ["scene", "fixture.0.box.max_mm", "[25, 10, 5]"];
     "scene/FixtureFile.cylinder", Part, ["scene", "fixture.1.cylinder.radius_mm", "3.5"];
     "scene/FixtureFile.frame", Mill, ["scene", "fixture.0.frame", "\"table\""];

@@ -6,6 +6,7 @@ use proveout_machine::{JointValues, MAX_JOINTS};
 use crate::Interference;
 use crate::approach::{Outlook, outlook};
 use crate::distance::{Gap, Warm, gap, inside, penetration, skins};
+use crate::interference::FinerPiece;
 use crate::kept::{Kept, dot};
 use crate::least::{FINE_MM, STRAIGHT_MM};
 use crate::neighbors::Neighbors;
@@ -46,6 +47,15 @@ pub(crate) enum State {
     Near,
     /// Touching or in each other.
     Contact,
+}
+
+/// What becomes of a place where two parts are too near.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Found {
+    /// It is a breach.
+    Noted,
+    /// The question was whether there is one.
+    Asked,
 }
 
 /// State of one checked pair.
@@ -128,8 +138,41 @@ impl Interference {
         Step { slack: step.slack + dot(&self.pairs[i].weights, &off.0), ..*step }
     }
 
-    /// Conservative advancement (after Mirtich 1996) of one pair through one step.
+    /// One pair through one step, and through its quarters where the whole does not tell that they keep apart.
+    pub(crate) fn examine_closely(&mut self, i: usize, step: &Step, off: &JointValues, finer: Option<&FinerPiece>) {
+        let wide = self.widened(i, step, off);
+        let Some(finer) = finer.filter(|_| step.whole) else { return self.examine_pair(i, &wide) };
+        if self.pairs[i].state == State::Clear {
+            let before = (self.nearest.clone(), self.lower_bound);
+            if self.advance(i, &wide, Found::Asked) {
+                return;
+            }
+            // What was measured on the straight way is no place of the motion.
+            (self.nearest, self.lower_bound) = before;
+        }
+        let [a, b, c] = finer.joints;
+        let places = [step.from, a, b, c, step.to];
+        for (k, ends) in places.windows(2).enumerate() {
+            let part = Step {
+                from: ends[0],
+                to: ends[1],
+                time: [step.time(0.25 * k as f64), step.time(0.25 * (k + 1) as f64)],
+                slack: finer.slack,
+                motion: std::array::from_fn(|j| (ends[1][j] - ends[0][j]).abs()),
+                whole: false,
+            };
+            self.examine_pair(i, &self.widened(i, &part, &finer.off));
+        }
+    }
+
+    /// One pair through one step; what is found is noted.
     pub(crate) fn examine_pair(&mut self, i: usize, step: &Step) {
+        self.advance(i, step, Found::Noted);
+    }
+
+    /// Conservative advancement (after Mirtich 1996) of one pair through one step. Whether the two keep apart by what is wanted; where they do not, this is
+    /// noted, or left to who asked.
+    fn advance(&mut self, i: usize, step: &Step, found: Found) -> bool {
         let mu = dot(&self.pairs[i].weights, &step.motion);
         if self.pairs[i].fresh {
             self.pairs[i].fresh = false;
@@ -145,7 +188,7 @@ impl Interference {
             if self.pairs[i].slides && self.pairs[i].state == State::Clear && mu * (1.0 - t) > LEAST_WAY_MM {
                 let ends = [1.0, 0.5 * (1.0 + t)];
                 match ends.into_iter().find(|&end| self.slides_clear(i, step, [t, end], floor.max(watched))) {
-                    Some(end) if end >= 1.0 => return,
+                    Some(end) if end >= 1.0 => return true,
                     Some(end) => {
                         t = end;
                         continue;
@@ -163,8 +206,9 @@ impl Interference {
                     self.pairs[i].reach = (2.0 * self.pairs[i].reach).min(LAST_REACH_MM);
                     self.leave_near(i, proved, step, t);
                     self.prove(i, proved - mu * (1.0 - t) - step.slack);
-                    return;
+                    return true;
                 }
+                Gap::Meeting(_) if found == Found::Asked => return false,
                 Gap::Meeting(point) => self.open(i, Severity::Collision, step, t, 0.0, &point, false),
                 Gap::At(d, p, q) => {
                     let middle = nalgebra::center(&p, &q);
@@ -173,6 +217,7 @@ impl Interference {
                     let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
                     match outlook(t, d, mu, [floor, safe], TOLERANCE_MM) {
                         _ if !d.is_finite() => self.open(i, Severity::QueryFailed, step, t, 0.0, &middle, false),
+                        Outlook::Reached if found == Found::Asked => return false,
                         Outlook::Reached => {
                             let touching = d <= SLACK_MM + step.slack + TOLERANCE_MM;
                             let severity = if touching { Severity::Collision } else { Severity::NearMiss };
@@ -184,7 +229,7 @@ impl Interference {
                             self.leave_near(i, d, step, t);
                             let Outlook::Until(next) = ahead else {
                                 self.prove(i, d - mu * (1.0 - t) - step.slack);
-                                return;
+                                return true;
                             };
                             self.prove(i, safe - step.slack);
                             self.pairs[i].slides = true;
@@ -195,6 +240,7 @@ impl Interference {
             }
         }
         self.follow_contact(i, step);
+        false
     }
 
     /// Whether a part of the tool keeps away from a mesh on a part of a step, by the hull of both ends: for each triangle along its own normal (Tang, Kim
@@ -350,7 +396,11 @@ impl Interference {
         let (b_from_a, machine_from_b) = self.b_from_a(i, &q);
         let pair = &mut self.pairs[i];
         let found = match &pair.neighbors {
-            Some(n) => skins(&n.rests.skins[0], &n.rests.skins[1], &b_from_a, limits, &mut pair.warm),
+            Some(n) => {
+                let rest = skins(&n.rests.skins[0], &n.rests.skins[1], &b_from_a, limits, &mut pair.warm);
+                let idle = n.rests.idle.iter().map(|[a, b]| skins(a, b, &b_from_a, limits, &mut None));
+                idle.fold(rest, Gap::nearer)
+            }
             None => gap(&self.parts[pair.a].shape, &self.parts[pair.b].shape, &b_from_a, limits, &mut pair.warm),
         };
         let (counts, clearance) = (pair.neighbors.is_none(), pair.clearance);

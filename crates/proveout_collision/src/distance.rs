@@ -8,14 +8,15 @@ use parry3d_f64::shape::{SupportMap, Triangle};
 use proveout_geom::{Point, Pose, Vector};
 
 use crate::boxes::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
+use crate::certain;
 use crate::shape::{MeshShape, Revolved, Shape, from_parry, pose_to_parry, to_parry};
 use crate::triangle;
 use crate::triangle_tree::TriangleTree;
 
 /// By how much less than the distance of a tool may be proved, mm, and as a part of it.
 pub(crate) const PROVED_WITHIN_MM: f64 = 1e-7;
-/// Rounds of nearest points in turn: a few are enough where GJK came near; one that never agrees is left with what is proved.
-const MOST_PROJECTIONS: usize = 60;
+/// Rounds of nearest points in turn: a few are enough where GJK came near. Where the two points creep, the search of `certain.rs` goes on from them.
+const MOST_PROJECTIONS: usize = 12;
 
 /// Answer to "how far apart, as far as nearer than a limit".
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +29,29 @@ pub(crate) enum Gap {
     Between([f64; 2], Point, Point),
     /// The skins meet; a point near there, in the frame of the second shape.
     Meeting(Point),
+}
+
+impl Gap {
+    /// What both say together of two pairs of shapes: the distance of the nearer one.
+    pub(crate) fn nearer(self, other: Self) -> Self {
+        let most = |gap: &Self| match *gap {
+            Self::Beyond(_) => f64::INFINITY,
+            Self::At(d, ..) | Self::Between([_, d], ..) => d,
+            Self::Meeting(_) => -1.0,
+        };
+        let least = |gap: &Self| match *gap {
+            Self::Beyond(d) | Self::At(d, ..) | Self::Between([d, _], ..) => d,
+            Self::Meeting(_) => -1.0,
+        };
+        let (near, far) = if most(&other) < most(&self) { (other, self) } else { (self, other) };
+        match near {
+            Self::Meeting(_) => near,
+            Self::Beyond(d) => Self::Beyond(d.min(least(&far))),
+            Self::At(d, p, q) if least(&far) < d => Self::Between([least(&far), d], p, q),
+            Self::At(..) => near,
+            Self::Between([low, high], p, q) => Self::Between([low.min(least(&far)), high], p, q),
+        }
+    }
 }
 
 /// What was nearest at the last look: triangle or convex body of the first shape, and of the second.
@@ -77,25 +101,24 @@ fn convex_convex(x: &[Revolved], y: &[Revolved], b_from_a: &Pose, limit: f64) ->
     let mut bound = limit;
     for p in x {
         for q in y {
-            let found = closest_points_support_map_support_map_with_params(
-                &pose,
-                p,
-                q,
-                bound,
-                &mut VoronoiSimplex::new(),
-                None,
-            );
-            if let GJKResult::ClosestPoints(u, v, _) = found {
-                let (u, v) = (b_from_a.point(&from_parry(u)), b_from_a.point(&from_parry(v)));
-                let along = (v - u).try_normalize(0.0).unwrap_or_else(Vector::z);
-                // Two planes between them prove a distance, as between a body and a triangle.
-                let high = b_from_a.point(&support(p, &b_from_a.rotation.tr_mul(&along))).coords.dot(&along);
-                let d = (support(q, &-along).coords.dot(&along) - high).max(0.0);
-                if d < bound {
-                    (best, bound) = (Gap::At(d, u, v), d);
-                }
-            } else if found == GJKResult::Intersection {
+            let mut simplex = VoronoiSimplex::new();
+            let found = closest_points_support_map_support_map_with_params(&pose, p, q, bound, &mut simplex, None);
+            let start = match found {
+                GJKResult::ClosestPoints(u, v, _) => b_from_a.point(&from_parry(u)) - from_parry(v),
+                // It says so of bodies that are apart by micrometers as well.
+                GJKResult::Intersection => b_from_a.point(&p.middle()) - q.middle(),
+                GJKResult::NoIntersection(_) | GJKResult::Proximity(_) => continue,
+            };
+            let supports = |along: &Vector| {
+                let high = b_from_a.point(&support(p, &b_from_a.rotation.tr_mul(along)));
+                [high, support(q, &-along)]
+            };
+            let found = certain::nearest(supports, &-start, [PROVED_WITHIN_MM, bound]);
+            if found.meet || found.proved <= 0.0 {
                 return Gap::Meeting(q.middle());
+            }
+            if found.proved < bound {
+                (best, bound) = (Gap::At(found.proved, found.on_first, found.on_second), found.proved);
             }
         }
     }
@@ -261,11 +284,30 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
         p = triangle::point_triangle(q, corners).on_second;
     }
     // A side along the axis and a face or edge almost parallel to it: the two points creep along. The planes that lie on the face, or on an
-    // edge and the axis, prove what is to be proved there.
+    // edge and the axis, prove what is to be proved there; else the search that ends where proof and points agree.
     for along in parallel_planes(corners, &pose.mesh_from_body.vector(&Vector::z())) {
         proved = proved.max(separation(body, corners, &pose.mesh_from_body, &along));
     }
-    (proved.max(0.0), touch(proved <= 0.0, p, q))
+    let apart = (q - p).norm();
+    if apart - proved <= PROVED_WITHIN_MM * (1.0 + apart) || proved >= bound {
+        return (proved.max(0.0), touch(proved <= 0.0, p, q));
+    }
+    let supports = |along: &Vector| {
+        let local = pose.mesh_from_body.rotation.tr_mul(&-along);
+        [highest_corner(corners, along), pose.mesh_from_body.point(&support(body, &local))]
+    };
+    let found = certain::nearest(supports, &(q - p), [PROVED_WITHIN_MM, bound]);
+    if found.apart < apart {
+        (p, q) = (found.on_first, found.on_second);
+    }
+    proved = proved.max(found.proved);
+    (proved.max(0.0), touch(found.meet || proved <= 0.0, p, q))
+}
+
+/// The corner of a triangle that is farthest along a direction.
+fn highest_corner(corners: &[Point; 3], along: &Vector) -> Point {
+    let height = |p: &Point| p.coords.dot(along);
+    corners.iter().fold(corners[0], |best, p| if height(p) > height(&best) { *p } else { best })
 }
 
 /// The distance of a triangle from a body whose ball end is what is nearest, or one above the bound, and the points: the planes across the way from the

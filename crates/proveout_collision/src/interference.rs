@@ -28,6 +28,17 @@ const TIGHT: usize = 12;
 /// Largest turn of a rotary joint in one step of the check, radian (10 degrees).
 const STEP_RAD: f64 = std::f64::consts::PI / 18.0;
 
+/// Where the joints are at the quarters of a piece, with the bounds for the ways between these.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinerPiece {
+    /// At one, two and three quarters, mm and radian.
+    pub joints: [JointValues; 3],
+    /// Bound of the deviation of each joint from the straight ways between them.
+    pub off: JointValues,
+    /// As for the whole piece: what any point may be off beside that, mm.
+    pub slack: f64,
+}
+
 /// Interference of the parts of a machine, the tool and the fixtures while the joints move.
 ///
 /// See the crate's text for the method. The check is sequential: pieces must come in the order of the motion.
@@ -319,6 +330,19 @@ impl Interference {
         slack: f64,
         off: &JointValues,
     ) -> std::ops::Range<usize> {
+        self.check_curved_piece([from, to], time, slack, off, None)
+    }
+
+    /// The same where more is known of the motion than its ends. It is asked for where the bound for the whole piece does not tell whether two parts
+    /// keep apart: a joint that bends by micrometers would else be called a contact of parts that are micrometers apart.
+    pub fn check_curved_piece(
+        &mut self,
+        [from, to]: [&JointValues; 2],
+        time: [f64; 2],
+        slack: f64,
+        off: &JointValues,
+        finer: Option<&FinerPiece>,
+    ) -> std::ops::Range<usize> {
         let before = self.breaches.len();
         self.effort.pieces += 1;
         if !(from.is_finite() && to.is_finite() && slack.is_finite() && off.is_finite()) {
@@ -342,7 +366,7 @@ impl Interference {
             self.effort.pieces_by_allowance += 1;
             self.now = (self.groups[0].closest - needs[0]).min(self.groups[1].closest - needs[1]);
         } else {
-            self.examine([from, to], time, slack, off, !others);
+            self.examine([from, to], time, (slack, off, finer), !others);
             let far = if others { self.groups[1].closest - needs[1] } else { self.groups[1].closest };
             self.now = self.groups[0].closest.min(far);
         }
@@ -375,7 +399,13 @@ impl Interference {
     }
 
     /// Looks at pairs one by one: at all, or only at the nearest ones.
-    fn examine(&mut self, [from, to]: [&JointValues; 2], time: [f64; 2], slack: f64, off: &JointValues, all: bool) {
+    fn examine(
+        &mut self,
+        [from, to]: [&JointValues; 2],
+        time: [f64; 2],
+        (slack, off, finer): (f64, &JointValues, Option<&FinerPiece>),
+        all: bool,
+    ) {
         let settled = if all { 2 } else { 1 };
         for group in &mut self.groups[..settled] {
             self.lower_bound = self.lower_bound.min((group.closest - group.roamed).max(0.0));
@@ -413,7 +443,7 @@ impl Interference {
                     self.effort.pairs_by_allowance += 1;
                     self.prove(i, left);
                 } else if !self.ring_keeps(i, &self.widened(i, &step, off)) {
-                    self.examine_pair(i, &self.widened(i, &step, off));
+                    self.examine_closely(i, &step, off, finer);
                 }
             }
         }

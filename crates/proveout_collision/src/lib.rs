@@ -54,12 +54,14 @@
 mod advance;
 mod approach;
 mod boxes;
+mod certain;
 mod distance;
 #[cfg(test)]
 mod effort_tests;
 mod interference;
 mod kept;
 mod least;
+mod neighbor_shells;
 mod neighbors;
 mod orientation;
 mod parts;
@@ -74,8 +76,9 @@ mod triangle;
 mod triangle_tree;
 
 pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
-pub use interference::Interference;
+pub use interference::{FinerPiece, Interference};
 pub use least::{PairClearance, ProvedSpan};
+pub use neighbors::ZONE_MM;
 pub use orientation::{
     AxisState, BallTurn, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings,
     OrientationSpace, OrientationWalk, Refusal, SurfaceContact,

@@ -19,6 +19,8 @@
 //! zone stays outside, on both bodies, and never meets what was left out: an overlap outside of the zone is one of the two rests, and
 //! begins where their skins meet. Nothing else is assumed of the bodies; drawn ones may overlap at rest as they like.
 //!
+//! What is left out so is told with its width ([`ZONE_MM`]). Parts that lie in the zone and bear nothing are checked as wholes (`neighbor_shells.rs`).
+//!
 //! A pair of neighbors has one freedom. Where it was found clear it stays clear whatever the other joints do: the range of the joint that is
 //! proved is kept, and most pieces need no more than a look at it.
 
@@ -28,6 +30,7 @@ use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Joint, JointValues, Machine};
 
 use crate::boxes::{BoxTree, Effort, NearestLeaves, nearest_leaf};
+use crate::neighbor_shells;
 use crate::shape::MeshShape;
 use crate::triangle;
 use crate::triangle_tree::TriangleTree;
@@ -39,6 +42,8 @@ const CELL_MM: f64 = 4.0;
 const GROWN: usize = 2;
 /// What is nearer than the clearance and this, mm, bears.
 const BEARING_MM: f64 = 2.0;
+/// Most by which the zone reaches beyond what bears, mm: the cells that it is grown by, and the one that they begin in.
+pub const ZONE_MM: f64 = (GROWN + 1) as f64 * CELL_MM;
 /// Most triangles that a body may be parted into at the border of its zone; beyond it pieces are kept whole, which only checks more.
 const MOST_PIECES: usize = 400_000;
 /// Rounding of corners, mm.
@@ -73,14 +78,18 @@ pub(crate) struct Rests {
     pub(crate) skins: [Arc<TriangleTree>; 2],
     /// Part of the skin of each that was left out, 0 to 1.
     pub(crate) left_out: [f64; 2],
+    /// Parts of one that lie in the zone and bear nothing, each with all of the other.
+    pub(crate) idle: Vec<neighbor_shells::Pair>,
 }
 
 impl Neighbors {
     pub(crate) fn new(machine: &Machine, joint: usize, rests: Arc<Rests>) -> Self {
         let j = &machine.joints[joint];
         // Where two points are nearest, one of them moves against the other's body by its distance from the axis; either may be taken.
-        let radius = |k: usize| farthest(&rests.skins[k], &j.point, &j.direction);
-        let weight = if j.is_rotary() { radius(0).min(radius(1)) } else { 1.0 };
+        let radius = |skin: &TriangleTree| farthest(skin, &j.point, &j.direction);
+        let of_pair = |[a, b]: &neighbor_shells::Pair| radius(a).min(radius(b));
+        let widest = std::iter::once(&rests.skins).chain(&rests.idle).map(of_pair).fold(0.0, f64::max);
+        let weight = if j.is_rotary() { widest } else { 1.0 };
         Self { joint, rests, proved: EMPTY, slack: 0.0, weight, turns: j.is_rotary() }
     }
 
@@ -223,12 +232,42 @@ pub(crate) fn rests(
     bearing(bodies[1], bodies[0], &b_from_a.inverse(), near, &invariant, &mut zone);
     if !zone.any {
         // They stand apart and are whole, as most pairs of a machine: what is built of the bodies is theirs.
-        return Rests { skins: bodies.map(|body| body.boxes.clone()), left_out: [0.0; 2] };
+        return Rests { skins: bodies.map(|body| body.boxes.clone()), left_out: [0.0; 2], idle: Vec::new() };
     }
     let rest = bodies.map(|body| outside(body.boxes.triangles(), &invariant, &zone));
     let area = |t: &[[Point; 3]]| -> f64 { t.iter().map(|[a, b, c]| (b - a).cross(&(c - a)).norm()).sum() };
     let left_out = [0, 1].map(|k| 1.0 - area(&rest[k]) / area(bodies[k].boxes.triangles()).max(f64::MIN_POSITIVE));
-    Rests { skins: rest.map(|triangles| Arc::new(TriangleTree::of_triangles(triangles))), left_out }
+    let at_rest = AtRest { bodies, b_from_a, near, invariant: &invariant, zone: &zone };
+    let idle = neighbor_shells::pairs(&at_rest, bodies.map(|body| &body.boxes));
+    Rests { skins: rest.map(|triangles| Arc::new(TriangleTree::of_triangles(triangles))), left_out, idle }
+}
+
+/// Two bodies at rest, with the zone in which they bear on each other.
+struct AtRest<'a> {
+    bodies: [&'a MeshShape; 2],
+    b_from_a: &'a Pose,
+    near: f64,
+    invariant: &'a Invariant,
+    zone: &'a Zone,
+}
+
+impl neighbor_shells::Bodies for AtRest<'_> {
+    fn in_zone(&self, triangles: &[[Point; 3]]) -> bool {
+        triangles.iter().all(|t| self.zone.meets(&self.invariant.patch(t)))
+            && outside(triangles, self.invariant, self.zone).is_empty()
+    }
+
+    fn bears(&self, body: usize, triangles: &[[Point; 3]]) -> bool {
+        let other = self.bodies[1 - body];
+        let other_from_body = if body == 0 { *self.b_from_a } else { self.b_from_a.inverse() };
+        let moved = |t: &[Point; 3]| t.map(|p| other_from_body.point(&p));
+        triangles.iter().any(|t| skin_within(&other.boxes, &moved(t), self.near))
+            || triangles.first().is_some_and(|t| is_inside(other, &moved(t)[0]))
+    }
+
+    fn outline(&self, triangle: &[Point; 3]) -> Patch {
+        self.invariant.patch(triangle)
+    }
 }
 
 /// Where the joint stands at rest: at zero, or as near to it as its travel allows.
@@ -363,5 +402,5 @@ pub(crate) fn is_round(body: &MeshShape, joint: &Joint) -> bool {
 
 /// Whether anything is left to check.
 pub(crate) fn is_left(rests: &Rests) -> bool {
-    rests.skins.iter().all(|s| s.root().is_some())
+    rests.skins.iter().all(|s| s.root().is_some()) || !rests.idle.is_empty()
 }

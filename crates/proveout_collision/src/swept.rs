@@ -33,7 +33,8 @@ use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::boxes::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
-use crate::distance::{along_segment, from_segment, on_segment};
+use crate::certain;
+use crate::distance::{PROVED_WITHIN_MM, along_segment, from_segment, on_segment};
 use crate::shape::{Revolved, Shape, from_parry, to_parry};
 use crate::triangle;
 use crate::triangle_tree::TriangleTree;
@@ -43,6 +44,9 @@ const SHIFT_MM: f64 = 1e-9;
 
 /// By how much less than the distance of a ball its planes may prove, mm: rounding.
 const BALL_WITHIN_MM: f64 = 1e-7;
+
+/// What two points and the planes that prove may differ by, mm, before a better proof is looked for.
+const AGREE_MM: f64 = 1e-5;
 
 /// The same on a curve: below what the least distance is told to.
 const CURVE_WITHIN_MM: f64 = 2e-4;
@@ -234,18 +238,32 @@ fn proved(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> f64 {
     };
     let identity = ParryPose::IDENTITY;
     let mut simplex = VoronoiSimplex::new();
-    match closest_points_support_map_support_map_with_params(&identity, a, b, limit, &mut simplex, None) {
-        GJKResult::ClosestPoints(p, q, along) => {
-            let between = from_parry(q) - from_parry(p);
-            let by_points = between.try_normalize(0.0).map_or(0.0, |n| across(&n));
-            let along = from_parry(along).coords.try_normalize(0.0).map_or(0.0, |n| across(&n));
-            by_points.max(along).max(0.0)
-        }
-        GJKResult::NoIntersection(along) | GJKResult::Proximity(along) => {
-            from_parry(along).coords.try_normalize(0.0).map_or(0.0, |n| across(&n)).max(0.0)
-        }
-        GJKResult::Intersection => 0.0,
-    }
+    let (proved, start) =
+        match closest_points_support_map_support_map_with_params(&identity, a, b, limit, &mut simplex, None) {
+            GJKResult::ClosestPoints(p, q, along) => {
+                let between = from_parry(q) - from_parry(p);
+                let by_points = between.try_normalize(0.0).map_or(0.0, |n| across(&n));
+                let along = from_parry(along).coords.try_normalize(0.0).map_or(0.0, |n| across(&n));
+                let proved = by_points.max(along).max(0.0);
+                if proved >= limit || between.norm() - proved <= AGREE_MM {
+                    return proved;
+                }
+                (proved, between)
+            }
+            GJKResult::NoIntersection(along) | GJKResult::Proximity(along) => {
+                return from_parry(along).coords.try_normalize(0.0).map_or(0.0, |n| across(&n)).max(0.0);
+            }
+            GJKResult::Intersection => (0.0, Vector::z()),
+        };
+    // It has ended too early, or takes bodies for met that are apart by micrometers.
+    let supports = |along: &Vector| {
+        [
+            from_parry(a.local_support_point(to_parry(&Point::from(*along)))),
+            from_parry(b.local_support_point(to_parry(&Point::from(-along)))),
+        ]
+    };
+    let found = certain::nearest(supports, &start, [PROVED_WITHIN_MM, limit]);
+    if found.meet { 0.0 } else { proved.max(found.proved) }
 }
 
 /// Lower bound of the distance of shape `a` in all its places from shape `b`, mm; exact but for rounding below `limit`, and at least the limit

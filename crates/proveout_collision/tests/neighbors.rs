@@ -173,3 +173,70 @@ fn a_carriage_that_runs_against_its_stop_is_found_at_its_place() {
     check.check_piece(&JointValues::ZERO, &far, [0.0, 600.0], 0.0);
     assert!(check.breaches().is_empty(), "{:?}", check.breaches());
 }
+
+/// A stop of any height on the rail of a slide, screwed on from above or from a side: it is met at its place, however low it is. The zone that is left out round
+/// what bears would swallow it.
+#[test]
+fn a_stop_on_the_rail_is_found_at_its_place() {
+    for (k, height) in [2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 25.0].into_iter().enumerate() {
+        for (side, far) in [(false, 150.0), (true, 90.0), (false, 300.0)] {
+            let machine = machine(|m| {
+                let rail = block([-10.0, -400.0, -300.0], [10.0, 400.0, -200.0]);
+                let stop = if side {
+                    block([10.0, far, -206.0 - height], [10.0 + height, far + 20.0, -206.0])
+                } else {
+                    block([-10.0, far, -200.0], [10.0, far + 20.0, -200.0 + height])
+                };
+                // It runs on the rail and grips it from both sides.
+                let carriage = [
+                    block([-40.0, -50.0, -200.0], [40.0, 50.0, -120.0]),
+                    block([10.0, -50.0, -260.0], [40.0, 50.0, -200.0]),
+                    block([-40.0, -50.0, -260.0], [-10.0, 50.0, -200.0]),
+                ];
+                vec![body(m, "bed", None, together(&[rail, stop])), body(m, "carriage", Some("Y"), together(&carriage))]
+            });
+            let mut to = JointValues::ZERO;
+            to[1] = far + 10.0;
+            let mut check = Interference::new(&machine, &[], 0.0).expect("solids");
+            check.check_piece(&JointValues::ZERO, &to, [0.0, to[1]], 0.0);
+            let hit = check.breaches().first().unwrap_or_else(|| panic!("{k}: {height} {side} {far} is hit"));
+            let exact = far - 50.0;
+            assert!((0.0..=3e-4).contains(&(exact - hit.time)), "{height} {side} {far}: {} of {exact}", hit.time);
+            // Up to a micrometer before it.
+            to[1] = exact - 1e-3;
+            let mut check = Interference::new(&machine, &[], 0.0).expect("solids");
+            check.check_piece(&JointValues::ZERO, &to, [0.0, to[1]], 0.0);
+            assert!(check.breaches().is_empty(), "{height} {side} {far}: {:?}", check.breaches());
+        }
+    }
+}
+
+/// A rail in pieces of its own, and screws that are sunk in it: the slide runs over all of them.
+#[test]
+fn a_rail_in_pieces_is_no_stop() {
+    let machine = machine(|m| {
+        let pieces = (-4..4).map(|k| {
+            let y = 100.0 * f64::from(k);
+            block([-10.0, y, -212.0], [10.0, y + 99.5, -200.0])
+        });
+        let screws = (-4..4).map(|k| {
+            let y = 100.0 * f64::from(k) + 50.0;
+            cylinder_mesh(4.0, -208.0, -201.0, 16).transformed(&Pose::from_translation(Vector::new(0.0, y, 0.0)))
+        });
+        let bed: Vec<TriMesh> =
+            pieces.chain(screws).chain([block([-60.0, -450.0, -300.0], [60.0, 450.0, -212.0])]).collect();
+        // Drawn into the rail by half a millimeter, as bodies of slides often are.
+        let carriage = block([-40.0, -50.0, -200.5], [40.0, 50.0, -120.0]);
+        vec![body(m, "bed", None, together(&bed)), body(m, "carriage", Some("Y"), carriage)]
+    });
+    let mut check = Interference::new(&machine, &[], 0.0).expect("solids");
+    let at = |y: f64| {
+        let mut q = JointValues::ZERO;
+        q[1] = y;
+        q
+    };
+    for (k, w) in [0.0, 340.0, -340.0, 0.0].windows(2).enumerate() {
+        check.check_piece(&at(w[0]), &at(w[1]), [k as f64, k as f64 + 1.0], 0.0);
+    }
+    assert!(check.breaches().is_empty(), "{:?}", check.breaches());
+}

@@ -14,7 +14,7 @@ use crate::{
     pieces::{Cutter, Stance},
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
-    straightness::Straightness,
+    straightness::{self, Straightness},
     stretch::{Clock, Measured, Stretch, grid_number},
     watch::{Parts, REACH, broken},
 };
@@ -256,9 +256,18 @@ impl Emitter {
             begun = true;
             let mut straightness = Straightness::new(scope.machine, &from.q, &to.q);
             [&middle, &first, &last].into_iter().for_each(|x| straightness.look(&x.q));
+            let mut turns = false;
             for s in places.iter().copied().filter(|s| from.s < *s && *s < to.s) {
                 straightness.look(&(cutter.stance)(s).q);
+                turns = true;
             }
+            let bound = straightness.bound();
+            let finer = (!turns)
+                .then(|| {
+                    let quarters = [&first.q, &middle.q, &last.q];
+                    straightness::finer(scope.machine, [&from.q, &to.q], quarters, &bound, |part| at(part).q)
+                })
+                .flatten();
             meter.position(&to.q);
             meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(off.edges);
             watch_travel(scope, over, &from.q, time);
@@ -271,7 +280,8 @@ impl Emitter {
                 pose: [from.pose, to.pose],
                 deviation: off.tool,
                 edge_deviation: off.edges,
-                joint_deviation: straightness.bound(),
+                joint_deviation: bound,
+                finer,
             });
             time = end;
         });
@@ -335,6 +345,7 @@ impl Emitter {
             deviation: 0.0,
             edge_deviation: 0.0,
             joint_deviation: JointValues::ZERO,
+            finer: None,
         });
         times[1]
     }

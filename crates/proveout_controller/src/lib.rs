@@ -106,7 +106,7 @@ mod watch;
 pub use alternatives::{Alternatives, TwoAngles};
 pub use controller::Controller;
 pub use error::{ControlError, RunError};
-pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};
+pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, FinerMotion, LimitKind, MoveKind, Piece, Sample};
 pub use program_runs::{ProgramBlock, ProgramRun, program_runs};
 pub use reprogram::{BlockTimes, Reprogrammed, ReprogrammedRun, Reprogramming};
 pub use settings::{Dynamics, Settings};

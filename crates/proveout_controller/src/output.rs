@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use proveout_geom::ToolPose;
-use proveout_machine::JointValues;
+use proveout_machine::{JointValues, MAX_JOINTS};
 use proveout_nc::{Coolant, Location, Overcut, SpindleDirection};
 
 /// What a motion is for.
@@ -39,6 +39,31 @@ pub struct Piece {
     /// Bound of the deviation of each joint from the straight motion between the positions at both ends, mm and radian: at every moment
     /// the joints are so near to one and the same place of it. A joint that turns back within the piece is held by it, too.
     pub joint_deviation: JointValues,
+    /// Places of the joints within the piece; none where they go straight, or turn a corner in it.
+    pub finer: Option<FinerMotion>,
+}
+
+/// Where the joints are at the quarters of a piece, and how far they leave the straight ways between these: a sixteenth of what they leave the piece by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinerMotion {
+    /// At one, two and three quarters of the straight way of the piece: what the joints are beside it, mm and radian.
+    pub beside: [[f32; MAX_JOINTS]; 3],
+    /// As [`Piece::joint_deviation`], of the ways between.
+    pub joint_deviation: [f32; MAX_JOINTS],
+}
+
+impl FinerMotion {
+    /// Joint positions at the quarters of a piece with these ends, and the bound of the deviation from the ways between.
+    pub fn places(&self, [from, to]: &[JointValues; 2]) -> ([JointValues; 3], JointValues) {
+        let of = |k: usize| {
+            let mut q = from.interpolated(*to, 0.25 * (k + 1) as f64);
+            (0..MAX_JOINTS).for_each(|j| q[j] += f64::from(self.beside[k][j]));
+            q
+        };
+        let mut off = JointValues::ZERO;
+        (0..MAX_JOINTS).for_each(|j| off[j] = f64::from(self.joint_deviation[j]));
+        ([of(0), of(1), of(2)], off)
+    }
 }
 
 /// The state at one cycle of the control.

@@ -83,6 +83,7 @@ impl Standing {
             deviation: 0.0,
             edge_deviation: 0.0,
             joint_deviation: JointValues::ZERO,
+            finer: None,
         })
     }
 }

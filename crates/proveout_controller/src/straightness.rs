@@ -14,11 +14,46 @@
 
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
+use crate::output::FinerMotion;
+
 /// Length at which a radian counts as a way, mm: about the reach of a table or head.
 const RADIAN_MM: f64 = 200.0;
 /// Surcharge on a deviation measured at the quarters. A cubic error passes them by 3 percent; joints at a corner that is rounded within the
 /// piece bend more at one end. Chosen, not derived.
 const BETWEEN: f64 = 1.2;
+
+/// Of what the joints leave a piece by, so much may be a bend at one end of it that the middles of its quarters do not show.
+const AT_ONE_END: f64 = 1.0 / 32.0;
+/// A straighter motion than this needs no places within, mm; radians count at [`RADIAN_MM`].
+const STRAIGHT_MM: f64 = 2e-4;
+
+/// The places of a piece at its quarters, where its joints leave the straight way; `at` gives the joints at a part of it.
+pub(crate) fn finer(
+    machine: &Machine,
+    [from, to]: [&JointValues; 2],
+    quarters: [&JointValues; 3],
+    whole: &JointValues,
+    at: impl Fn(f64) -> JointValues,
+) -> Option<FinerMotion> {
+    let length = |j: usize| if machine.joints[j].is_rotary() { RADIAN_MM } else { 1.0 };
+    if (0..machine.joints.len().min(MAX_JOINTS)).all(|j| whole[j] * length(j) <= STRAIGHT_MM) {
+        return None;
+    }
+    let places = [from, quarters[0], quarters[1], quarters[2], to];
+    let mut worst = *whole * AT_ONE_END;
+    for (k, ends) in places.windows(2).enumerate() {
+        let mut part = Straightness::new(machine, ends[0], ends[1]);
+        part.look(&at((k as f64 + 0.5) / 4.0));
+        worst = worst.zip_map(part.bound() + *whole * AT_ONE_END, f64::max);
+    }
+    // Rounding of what is kept in single precision.
+    let told = |x: f64| x as f32;
+    let beside = [0, 1, 2].map(|k| {
+        let straight = from.interpolated(*to, 0.25 * (k + 1) as f64);
+        std::array::from_fn(|j| told(quarters[k][j] - straight[j]))
+    });
+    Some(FinerMotion { beside, joint_deviation: std::array::from_fn(|j| told(worst[j] * (1.0 + 1e-5) + 1e-10)) })
+}
 
 /// The largest deviation so far, joint by joint.
 pub(crate) struct Straightness {

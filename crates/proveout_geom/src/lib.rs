@@ -47,7 +47,9 @@ pub use mesh_file::{
 pub use overlap::Overlap;
 pub use pose::Pose;
 pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};
-pub use quantities::{MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, range_of, table_of_ranges};
+pub use quantities::{
+    MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, check_quantity, range_of, table_of_ranges,
+};
 pub use regular_file::{open_regular_file, read_regular_file, read_regular_text};
 pub use tool_pose::ToolPose;
 

@@ -86,6 +86,20 @@ pub fn range_of(key: &str) -> Option<(f64, f64, bool)> {
     RANGES.iter().find(|(known, ..)| fits(known)).map(|&(_, least, most, zero)| (least, most, zero))
 }
 
+/// Checks a value that a call or another program gives for a key, by the range that the key has in a file.
+///
+/// # Errors
+/// A value outside of the range, or that is no number.
+pub fn check_quantity(key: &str, value: f64) -> Result<(), OutOfRange> {
+    let (least, most, zero) = range_of(key).unwrap_or((-PLAIN, PLAIN, true));
+    if (least..=most).contains(&value) || zero && value == 0.0 {
+        return Ok(());
+    }
+    let plain = value == 0.0 || (1e-7..1e9).contains(&value.abs());
+    let value = if plain { value.to_string() } else { format!("{value:e}") };
+    Err(OutOfRange { span: 0..0, key: key.to_owned(), value, least, most })
+}
+
 /// Holds every number of a TOML text against the range of its key. A text that is no TOML is left to its reader.
 ///
 /// # Errors

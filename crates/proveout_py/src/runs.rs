@@ -13,6 +13,7 @@ use proveout_sim::{
     Choice, Prepared, Recorded,
     compare::CompareChoice,
     partial::StopAt,
+    resolution_fault,
     scene::{DynamicsFile, PlantFile},
 };
 use pyo3::prelude::*;
@@ -106,10 +107,8 @@ impl Chosen {
         dynamics: Option<&str>,
         rerun: bool,
     ) -> PyResult<Self> {
-        if let Some(x) = resolution_mm
-            && !(x > 0.0 && x.is_finite())
-        {
-            return Err(wrong(py, format!("resolution_mm = {x} is not a positive length"), "give a length in mm"));
+        if let Some(fault) = resolution_mm.and_then(resolution_fault) {
+            return Err(wrong(py, fault, "give a length in mm"));
         }
         let threads = match threads {
             None => std::thread::available_parallelism().map_or(1, usize::from),

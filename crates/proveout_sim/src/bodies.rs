@@ -1,6 +1,8 @@
 //! Bodies against bodies along the pieces of motion.
 
-use proveout_collision::{CollisionError, Effort, Fixture, Interference, PairInfo, Severity, Unchecked};
+use proveout_collision::{
+    CollisionError, Effort, FinerPiece, Fixture, Interference, PairInfo, Severity, Unchecked, ZONE_MM,
+};
 use proveout_controller::Piece;
 use proveout_geom::{Point, TriMesh, box_mesh};
 use proveout_machine::Machine;
@@ -117,7 +119,12 @@ impl<'a> BodyCheck<'a> {
         let [from, to] = &piece.joints;
         // The bodies follow the joints straight, and leave that by the deviation of the joints; that of the tool is held as well.
         let (slack, off) = (piece.deviation + self.errors, &piece.joint_deviation);
-        let begun = self.world.check_bent_piece([from, to], piece.time, slack, off);
+        // Between its quarters the joints bound all bodies, the tool among them.
+        let finer = piece.finer.map(|finer| {
+            let (joints, off) = finer.places(&piece.joints);
+            FinerPiece { joints, off, slack: self.errors }
+        });
+        let begun = self.world.check_curved_piece([from, to], piece.time, slack, off, finer.as_ref());
         let hits = begun.map(|i| self.hit(i)).collect();
         let proved = self.world.proved_now();
         Checked { hits, clearance: proved.is_finite().then_some(proved) }
@@ -228,6 +235,14 @@ impl<'a> BodyCheck<'a> {
         }
         if !excluded.is_empty() {
             told.left_out.push(format!("pairs that the machine file excludes: {}", excluded.join(", ")));
+        }
+        let bearing = self.world.pairs().iter().filter(|p| p.bearing > 0.0 && p.unchecked.is_none());
+        let bearing: Vec<String> = bearing.map(named).collect();
+        if !bearing.is_empty() {
+            told.remarks.push(format!(
+                "neighbors without the zone in which they bear on each other, up to {ZONE_MM} mm round what bears at rest: {}",
+                bearing.join(", ")
+            ));
         }
         for (name, faults) in self.world.mesh_faults() {
             if let Some(fault) = &faults.open {

@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
+use proveout_geom::check_quantity;
+
 use crate::{
     memory::Recorded,
     partial::StopAt,
@@ -50,6 +52,11 @@ pub struct Choice {
     pub stop_at: Option<StopAt>,
     /// Values in the place of those in the files of scene, machine and tools.
     pub set: Vec<SetValue>,
+}
+
+/// What is wrong with a cell size that a call gives, by the range that `resolution_mm` has in a scene.
+pub fn resolution_fault(cell_mm: f64) -> Option<String> {
+    check_quantity("resolution_mm", cell_mm).err().map(|e| e.to_string())
 }
 
 /// Puts the stock of the call in the place of the scene's.

@@ -1,7 +1,10 @@
 //! One stretch of motion through stock and bodies.
 
 mod judging;
+mod ledger;
 mod wording;
+
+use ledger::Ledger;
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -59,6 +62,8 @@ pub(crate) struct Facts {
     pub(crate) clearance: Clearance,
     pub(crate) proof: ClearanceProof,
     pub(crate) removed: f64,
+    /// Volume of the stock at the end, mm³: the raw stock less what was removed and what fell off.
+    pub(crate) left: f64,
     /// What is not known since parts came off the stock.
     pub(crate) loose: Vec<String>,
     /// What is known of those parts.
@@ -151,9 +156,11 @@ pub(crate) struct Engine<'a> {
     motion: Option<KeptMotion>,
     recorder: Option<Recorder<'a>>,
     places: Vec<Option<(Arc<str>, u32)>>,
-    removed: f64,
+    ledger: Ledger,
+    /// Volume that cuts have reported, mm³: it grows with each of them.
+    reported: f64,
     loose: LooseParts,
-    /// Volume that was removed when the parts were looked at last, mm³.
+    /// The same when the parts were looked at last.
     looked_at: f64,
     time: f64,
     ended: bool,
@@ -172,6 +179,7 @@ impl<'a> Engine<'a> {
         Ok(Self {
             prepared,
             work_from_table: prepared.table_from_work.inverse(),
+            ledger: Ledger::new(&stock, prepared.stock.own_volume()),
             loose: LooseParts::new(&stock),
             looked_at: 0.0,
             depths: Depths::new(prepared.scene.file.tolerances.contact_mm),
@@ -200,7 +208,7 @@ impl<'a> Engine<'a> {
             motion: prepared.keeps_motion().then(KeptMotion::default),
             recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
             places: Vec::new(),
-            removed: 0.0,
+            reported: 0.0,
             time: 0.0,
             ended: false,
             last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
@@ -306,10 +314,10 @@ impl<'a> Engine<'a> {
         self.loose.watch(self.prepared, chunk, &states, &cut.reports);
         let settled =
             chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
-        if self.removed == self.looked_at || !(settled || self.loose.is_due(&self.stock)) {
+        if self.reported == self.looked_at || !(settled || self.loose.is_due(&self.stock)) {
             self.loose.moved(self.prepared, chunk);
         } else {
-            self.looked_at = self.removed;
+            self.looked_at = self.reported;
             let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
             self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
             self.between.parts_are_gone(&self.loose.gone_bounds());
@@ -408,10 +416,11 @@ impl<'a> Engine<'a> {
             tools_without_holder,
             clearance,
             proof,
-            removed: self.removed,
+            removed: self.ledger.removed(),
+            left: self.ledger.left(&self.stock),
             loose: self.loose.left_out(),
             loose_known: self.loose.checked(),
-            fallen: self.loose.fallen(),
+            fallen: self.ledger.fallen(),
             pieces: self.block_of_piece.len() as u64,
             ended: self.ended,
             block_of_piece: self.block_of_piece,

@@ -53,7 +53,7 @@ fn fixture_mesh(
 ) -> Result<TriMesh, SimError> {
     let mesh = match (&fixture.mesh, fixture.block, fixture.cylinder) {
         (Some(path), None, None) => {
-            let (mesh, path) = inputs.mesh(scene, format!("fixture {}", fixture.name), path)?;
+            let (mesh, path) = inputs.mesh(scene, format!("fixture {}", fixture.name), path, fixture.mesh_unit)?;
             surface(mesh, path)?
         }
         (None, Some(b), None) => box_mesh(&b.aabb()),

@@ -8,6 +8,7 @@ use serde_spanned::Spanned;
 use crate::{
     finding::{FLAT_TRIANGLES, Finding},
     log::FindingLog,
+    mesh_unit::MeshUnitFile,
     scene::Scene,
 };
 
@@ -32,7 +33,7 @@ impl Inputs {
         self.files.push((role.into(), path));
     }
 
-    /// Reads the mesh that a key of the scene names, unchecked; gives its path as well.
+    /// Reads the mesh that a key of the scene names, unchecked, in millimeters; gives its path as well.
     ///
     /// # Errors
     /// What keeps the file from being read, with the line of the key.
@@ -41,9 +42,10 @@ impl Inputs {
         scene: &Scene,
         role: String,
         named: &Spanned<PathBuf>,
+        unit: Option<MeshUnitFile>,
     ) -> Result<(TriMesh, PathBuf), InputError> {
         let path = scene.resolve(named.get_ref());
-        let (mesh, flat) = read_mesh_and_flat(&path).map_err(|e| {
+        let (mut mesh, flat) = read_mesh_and_flat(&path).map_err(|e| {
             let help = match &e {
                 MeshFileError::Open { .. } => "correct the path of `mesh`, or put the file there",
                 MeshFileError::UnknownFormat { .. } => "export it as STL, OBJ or glTF",
@@ -56,6 +58,9 @@ impl Inputs {
             let message = format!("{role}: {which} of {} has no area", path.display());
             let help = "export it anew: corners that became one point mean a unit or a tolerance that is too coarse";
             return Err(scene.fault(named.span().start, message, help));
+        }
+        if let Some(unit) = unit {
+            unit.convert(&mut mesh);
         }
         self.flat.extend(flat.map(|flat| FlatMesh { role: role.clone(), path: named.get_ref().clone(), flat }));
         self.files.push((role, path.clone()));

@@ -138,7 +138,7 @@ pub(crate) fn judge(
         removal: Removal {
             moves: facts.pieces,
             volume_mm3: facts.removed,
-            stock_left_mm3: stock.volume(),
+            stock_left_mm3: facts.left,
             fallen_mm3: facts.fallen,
             sweep_bound_mm: stock.sweep_bound_mm(),
             cell_mm: stock.cell_mm(),

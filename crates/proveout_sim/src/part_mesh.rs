@@ -15,7 +15,7 @@ use crate::{
 pub(crate) fn part_mesh(scene: &Scene, inputs: &mut Inputs) -> Result<Option<(TriMesh, Option<f64>)>, SimError> {
     let Some(part) = &scene.file.part else { return Ok(None) };
     if let Some(path) = &part.mesh {
-        let (mesh, path) = inputs.mesh(scene, "part".into(), path)?;
+        let (mesh, path) = inputs.mesh(scene, "part".into(), path, part.mesh_unit)?;
         return Ok(Some((solid(mesh, path)?, None)));
     }
     match &part.blade {

@@ -227,6 +227,7 @@ mod tests {
                 deviation: 0.0,
                 edge_deviation: 0.0,
                 joint_deviation: JointValues::ZERO,
+                finer: None,
             };
             let (down, aside) = way_down(&piece.pose);
             let r = core.max_radius();
@@ -320,6 +321,7 @@ mod tests {
             deviation: 0.0,
             edge_deviation: 0.0,
             joint_deviation: JointValues::ZERO,
+            finer: None,
         };
         let mut watch = PlungeWatch::default();
         assert_eq!(watch.follow((0, &head), &piece, None, &core, CONTACT), None);

@@ -124,20 +124,37 @@ pub(crate) fn never_changed(reading: &Reading, in_spindle: &ToolName) -> Option<
     ))
 }
 
+/// The tool in the spindle before the first block.
+fn at_start(prepared: &Prepared) -> ToolName {
+    prepared.scene.file.start.tool.map_or(ToolName::Empty, ToolName::Number)
+}
+
+/// The way of the tool, from one pass over the text.
+fn reading(prepared: &Prepared) -> Reading {
+    let lengths = prepared
+        .tools
+        .tools
+        .iter()
+        .flat_map(|t| [(ToolName::Number(t.number), t.gauge_length), (ToolName::Name(t.name.clone()), t.gauge_length)])
+        .collect();
+    let tracing = setup(&prepared.table_from_work, lengths, prepared.survey.dialect, at_start(prepared));
+    Reading::of(&prepared.program_path, &prepared.nc_settings, &prepared.machine, tracing)
+}
+
+/// Box of the motion in feed, workpiece frame; empty where the program is made, or has none.
+pub(crate) fn cuts_in_feed(prepared: &Prepared) -> Aabb {
+    if prepared.made.is_some() { Aabb::empty() } else { reading(prepared).feed() }
+}
+
 /// Everything that can be known before a run.
 pub fn preflight(prepared: &Prepared) -> Vec<Cause> {
     if prepared.made.is_some() {
         return Vec::new();
     }
     let dialect = prepared.survey.dialect;
-    let start = prepared.scene.file.start.tool.map_or(ToolName::Empty, ToolName::Number);
+    let in_spindle = at_start(prepared);
+    let reading = reading(prepared);
     let tools = || prepared.tools.tools.iter();
-    let lengths = tools()
-        .flat_map(|t| [(ToolName::Number(t.number), t.gauge_length), (ToolName::Name(t.name.clone()), t.gauge_length)])
-        .collect();
-    let in_spindle = start.clone();
-    let tracing = setup(&prepared.table_from_work, lengths, dialect, start);
-    let reading = Reading::of(&prepared.program_path, &prepared.nc_settings, &prepared.machine, tracing);
     let cutting: Vec<&ToolUse> = reading.tools.iter().filter(|t| t.feeds > 0).collect();
     let stock = prepared.stock.bounds();
     let mut all = Vec::new();

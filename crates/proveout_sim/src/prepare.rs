@@ -8,13 +8,13 @@ use std::{
 };
 
 use proveout_controller::{Dynamics, servo::Plant};
-use proveout_geom::{Pose, TriMesh, read_input};
+use proveout_geom::{InputError, Pose, TriMesh, read_input};
 use proveout_machine::Machine;
 use proveout_nc::{Look, Program, ProgramText, Settings as NcSettings, Survey};
 use proveout_tool::{Profile, ToolLibrary};
 
 use crate::{
-    choice::{Choice, choose_stock},
+    choice::{Choice, StockChoice, choose_stock, resolution_fault},
     control_file::control_of,
     digest,
     error::SimError,
@@ -23,10 +23,11 @@ use crate::{
     made_program::{self, MadeProgram},
     manifest,
     memory::{Demand, Memory},
+    mesh_unit,
     part_mesh::part_mesh,
     part_on_table::PartOnTable,
     partial::{self, Wanted},
-    program_survey,
+    preflight, program_survey,
     program_text::{check_holds_text, program_entry, program_text},
     programs,
     raw_stock::{self, RawStock},
@@ -143,6 +144,9 @@ impl Prepared {
         let start = Instant::now();
         let mut scene = set_values::scene(scene_path, &choice.set)?;
         choose_stock(&mut scene, &choice.stock);
+        if let Some(fault) = choice.resolution_mm.and_then(resolution_fault) {
+            return Err(InputError::file(&scene.path, format!("the call's {fault}"), "give a length in mm").into());
+        }
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
         let (wanted, cells) = Wanted::of(choice, &mut scene, cells);
         let entry = program_entry(&scene, choice)?;
@@ -165,7 +169,11 @@ impl Prepared {
             ("tools".to_owned(), tools_path),
             ("program".to_owned(), program_path.clone()),
         ]);
-        inputs.extend(model_of(&machine_file).map(|model| ("machine model".to_owned(), model)));
+        let model = model_of(&machine_file);
+        if model.is_some() {
+            mesh_unit::check_machine(&machine, &machine_file)?;
+        }
+        inputs.extend(model.map(|model| ("machine model".to_owned(), model)));
 
         let control = control_of(Some(&scene), &machine)?;
         inputs.extend(control.iter().flat_map(|c| c.files()).map(|file| (control_role(file, &scene), file.clone())));
@@ -195,6 +203,10 @@ impl Prepared {
             textures: texture.as_ref().map_or(0, |t| t.memory(lines)),
         };
         let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
+        if choice.stock != StockChoice::StandIn {
+            mesh_unit::check_design(&scene, part_mesh.as_ref(), &stock.bounds())?;
+            mesh_unit::check_fixtures(&scene, &fixtures, &stock.bounds(), &table_from_work)?;
+        }
         // The survey has run the program: called texts are inputs as the main program is.
         for file in survey.files.iter().map(|name| PathBuf::from(&**name)).filter(|file| *file != program_path) {
             inputs.push(format!("subprogram {}", manifest::relative(&scene.folder, &file)), file);
@@ -292,6 +304,9 @@ impl Prepared {
             read_time: start.elapsed().as_secs_f64(),
         };
         partial::check_line(&prepared)?;
+        if choice.stock == StockChoice::OfScene && mesh_unit::is_stock_in_doubt(&prepared.scene) {
+            mesh_unit::check_stock(&prepared.scene, &prepared.stock.bounds(), &preflight::cuts_in_feed(&prepared))?;
+        }
         Ok(prepared)
     }
 

@@ -16,6 +16,7 @@ use crate::{
     partial,
     scene::{PatchFile, Scene, StockFile},
     shape::Shape,
+    stock_on_rays,
 };
 
 /// File of a run folder that holds the stock that is left.
@@ -31,6 +32,8 @@ pub fn patch_file(name: &str) -> String {
 pub struct RawStock {
     bounds: Aabb,
     cells: [f64; 3],
+    /// Volume of its shape, mm³.
+    own_volume: Option<f64>,
     rays: Option<(TriDexel, Vec<Patch>)>,
     between: BetweenRays,
 }
@@ -49,6 +52,11 @@ impl RawStock {
     /// Edges of its cells along x, y and z, mm.
     pub fn cells_mm(&self) -> [f64; 3] {
         self.cells
+    }
+
+    /// Volume of its shape, mm³; none of a mesh that was mended.
+    pub fn own_volume(&self) -> Option<f64> {
+        self.own_volume
     }
 
     /// Longest edge of a cell, mm.
@@ -133,6 +141,7 @@ pub(crate) fn make(
     }
     announce(&announced);
     let mut stock = body.stock(cells, u64::MAX)?;
+    stock_on_rays::check(scene, &body, &stock)?;
     stock.watch_engagement(scene.file.engagement);
     let mut patches = Vec::new();
     for (patch, plan) in file.patch.iter().zip(plans) {
@@ -143,7 +152,9 @@ pub(crate) fn make(
         patches.iter_mut().for_each(|p| p.stock_mut().keep_history());
     }
     let between = BetweenRays::new(&body, &stock);
-    let raw = RawStock { bounds: stock.bounds(), cells: stock.cells_mm(), rays: Some((stock, patches)), between };
+    let own_volume = body.own_volume();
+    let (bounds, cells) = (stock.bounds(), stock.cells_mm());
+    let raw = RawStock { bounds, cells, own_volume, rays: Some((stock, patches)), between };
     Ok((raw, announced))
 }
 
@@ -217,7 +228,7 @@ fn formed(scene: &Scene, file: &StockFile, limit_bytes: u64, inputs: &mut Inputs
         return Ok(RawBody::mesh(Shape::of_scene(scene, blade, allowance)?.mesh(scene, blade.chord_error_mm)?.0)?);
     }
     let Some(named) = &file.mesh else { return Err(StockError::Degenerate { what: "it has no form".into() }.into()) };
-    let (mesh, path) = inputs.mesh(scene, "stock".into(), named)?;
+    let (mesh, path) = inputs.mesh(scene, "stock".into(), named, file.mesh_unit)?;
     if file.repair {
         return RawBody::repaired_mesh(&mesh).map_err(|e| match e {
             StockError::Mesh(source) => SimError::Mesh { path, source },

@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
+pub use crate::mesh_unit::MeshUnitFile;
 pub use crate::scene_blade::{BladeFile, BladeKindFile, EndFile, EndPlatformFile, PlatformFile};
 pub use crate::scene_choice::{ChoiceFile, ChoiceSourceFile, ChoiceValueFile};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
@@ -36,8 +37,8 @@ pub use crate::scene_surface::{
 };
 pub use crate::scene_tolerance::{ToleranceRegionFile, Tolerances};
 use crate::{
-    names, scene_compare, scene_inspect, scene_numbers, scene_part, scene_patch, scene_program, scene_stock,
-    scene_surface,
+    choice::resolution_fault, names, scene_compare, scene_inspect, scene_numbers, scene_part, scene_patch,
+    scene_program, scene_stock, scene_surface,
 };
 
 /// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
@@ -200,9 +201,8 @@ impl Scene {
 fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
     let fault = |offset: usize, message: String, help: &str| Err(InputError::at(path, text, offset, message, help));
     let cells = file.resolution_mm.get_ref().edges();
-    if let Some(cell) = cells.iter().find(|c| !(**c > 0.0 && c.is_finite())) {
-        let at = file.resolution_mm.span().start;
-        return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
+    if let Some(message) = cells.iter().find_map(|cell| resolution_fault(*cell)) {
+        return fault(file.resolution_mm.span().start, message, "write for example 0.2");
     }
     if file.limits.blocks == Some(0) {
         let at = text.find("blocks").unwrap_or(0);

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
+use crate::mesh_unit::MeshUnitFile;
 use crate::scene::{BladeFile, BoxFile};
 
 /// Design part: a mesh, or a surface with a closed form.
@@ -16,6 +17,10 @@ pub struct PartFile {
     /// Watertight mesh file in the workpiece frame, mm.
     #[schemars(with = "Option<PathBuf>")]
     pub mesh: Option<Spanned<PathBuf>>,
+    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`. Millimeters when left out; a design
+    /// that cannot be cut from the stock is refused then.
+    /// Say `mm` where the size is meant.
+    pub mesh_unit: Option<MeshUnitFile>,
     /// Largest distance of the mesh from the true design, mm: deviations below it are not judged.
     #[serde(default)]
     pub chord_error_mm: f64,
@@ -57,6 +62,9 @@ pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), Inpu
     let forms = [part.mesh.is_some(), part.cone_frustum.is_some(), part.blade.is_some()];
     if forms.into_iter().filter(|given| *given).count() != 1 {
         return fault("the part needs exactly one form", "give one of `mesh`, `cone_frustum`, `blade`");
+    }
+    if part.mesh_unit.is_some() && part.mesh.is_none() {
+        return fault("`mesh_unit` belongs to `mesh`", "leave it out, or give `mesh`");
     }
     if let Some(b) = part.judged
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])

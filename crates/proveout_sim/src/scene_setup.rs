@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
+use crate::mesh_unit::MeshUnitFile;
 use crate::scene::{BoxFile, CylinderFile};
 
 /// Where the workpiece frame sits in the table frame (which equals the machine frame when all joints are at zero).
@@ -42,6 +43,10 @@ pub struct FixtureFile {
     /// Mesh file, mm.
     #[schemars(with = "Option<PathBuf>")]
     pub mesh: Option<Spanned<PathBuf>>,
+    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`. Millimeters when left out; a mesh
+    /// that cannot be a fixture of the stock is refused then.
+    /// Say `mm` where the size is meant.
+    pub mesh_unit: Option<MeshUnitFile>,
     /// Block.
     #[serde(rename = "box")]
     pub block: Option<BoxFile>,
@@ -73,6 +78,8 @@ pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usi
             let forms = [fixture.mesh.is_some(), fixture.block.is_some(), fixture.cylinder.is_some()];
             if forms.iter().filter(|f| **f).count() != 1 {
                 (format!("fixture {name:?} needs exactly one form"), "give one of `mesh`, `box`, `cylinder`")
+            } else if fixture.mesh_unit.is_some() && fixture.mesh.is_none() {
+                (format!("`mesh_unit` of fixture {name:?} has no mesh to convert"), "leave it out, or give `mesh`")
             } else if fixture.block.is_some_and(|b| (0..3).any(|i| b.min_mm[i] >= b.max_mm[i])) {
                 (format!("the box of fixture {name:?} holds nothing"), "min_mm must be below max_mm")
             } else if fixture.cylinder.is_some_and(|c| c.radius_mm <= 0.0 || c.height_mm <= 0.0) {

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 
 use crate::{
+    mesh_unit::MeshUnitFile,
     scene::{Mount, SceneFile},
     scene_patch::PatchFile,
 };
@@ -44,6 +45,10 @@ pub struct StockFile {
     /// Watertight mesh file, mm.
     #[schemars(with = "Option<PathBuf>")]
     pub mesh: Option<Spanned<PathBuf>>,
+    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`. Millimeters when left out; a mesh far
+    /// smaller than the cuts is refused then.
+    /// Say `mm` where the size is meant.
+    pub mesh_unit: Option<MeshUnitFile>,
     /// The blade of `[part.blade]` with so much more material on its sides, mm.
     pub blade_allowance_mm: Option<f64>,
     /// What an earlier run left: its folder, or the `stock.dexel` in it. Taken over exactly where the cells stay and `place`
@@ -173,6 +178,9 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         );
     }
     let of_a_run = stock.place.is_some() || stock.at_time_s.is_some();
+    if stock.mesh_unit.is_some() && stock.mesh.is_none() {
+        return fault("`mesh_unit` belongs to `mesh`", "leave it out, or give `mesh`");
+    }
     if of_a_run && stock.from_run.is_none() || stock.repair && stock.mesh.is_none() {
         let key = if of_a_run { "`place` and `at_time_s` belong to `from_run`" } else { "`repair` belongs to `mesh`" };
         return fault(file.stock.span().start, key.into(), "leave it out, or give the stock in that form");

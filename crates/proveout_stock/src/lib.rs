@@ -23,6 +23,7 @@
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
 //! * [`TileTree`] – boxes round the material, so that what is near is found without looking at every ray.
 //! * [`BetweenRays`] – whether a body meets material that no ray sees.
+//! * [`Volume`] – how much material there is and how much has gone, so that both add up.
 //! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
 //! # Folders
@@ -112,3 +113,4 @@ pub use looking::parts::StockPart;
 pub use looking::rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
 pub use looking::surface::{SurfaceMesh, TileId};
 pub use looking::tile_tree::{RaySegment, TileNode, TileTree};
+pub use looking::volume::Volume;

@@ -34,6 +34,8 @@ const BALL_DEPTH: f64 = 0.75;
 const UNDER: f64 = 1e-4;
 /// Part of the normal along a ray from which on its crossing with a surface is looked at; the largest is 0.577 or more.
 const FLAT: f64 = 0.3;
+/// A triangle whose longest edge is this many times that of the stock is taken in parts.
+const LARGE: f64 = 4.0;
 /// Triangles that are worked on at once by a thread.
 const TRIANGLES: usize = 64;
 
@@ -65,8 +67,8 @@ pub fn unseen(mesh: &TriMesh, design: &DesignMesh, watchers: &[Watcher<'_>], reg
         .map(|k| {
             let mut sum: Option<Unseen> = None;
             for t in k * TRIANGLES..count.min((k + 1) * TRIANGLES) {
-                each_sample(mesh, t, watchers, &mut |p, n, area| {
-                    if region.is_some_and(|r| !r.contains(p)) || is_seen(design, watchers, p, n) {
+                each_sample(mesh, t, watchers, &mut |p, n, area, beyond| {
+                    if region.is_some_and(|r| !r.contains(p)) || !beyond && is_seen(design, watchers, p, n) {
                         return;
                     }
                     let thickness = design.thickness(p, n);
@@ -97,15 +99,52 @@ pub(crate) fn watcher<'a, 'b>(watchers: &'b [Watcher<'a>], p: &Point) -> Option<
     patch.or_else(|| watchers.iter().find(|w| w.window.is_none()))
 }
 
-/// Calls with samples of a triangle: place, outward normal, area that it stands for.
-pub(crate) fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], see: &mut dyn FnMut(&Point, &Vector, f64)) {
+/// Takes samples: place, outward normal, area that it stands for, and whether no ray can be near.
+pub(crate) type See<'a> = dyn FnMut(&Point, &Vector, f64, bool) + 'a;
+
+/// Calls with samples of a triangle. One that is far larger than the stock is halved, and halves that no ray comes near are one sample each: a design in
+/// another unit costs no more than one that fits.
+pub(crate) fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], see: &mut See<'_>) {
     let corners = mesh.corners(t);
-    let area_normal = mesh.area_normal(t);
+    let Some(stock) = watchers.first().map(|w| w.stock) else { return };
+    let longest = |t: &[Point; 3]| (0..3).map(|k| (t[(k + 1) % 3] - t[k]).norm()).fold(0.0, f64::max);
+    let most = LARGE * stock.bounds().size().max();
+    let near = stock.bounds().expanded((REACH + 1.0) * stock.cell_mm());
+    let mut open = vec![corners];
+    while let Some(t) = open.pop() {
+        if longest(&t) <= most {
+            samples(&t, watchers, see);
+            continue;
+        }
+        // A ray is near a place that lies beside the stock along one axis at most: along that of the ray.
+        let own = Aabb::of_points(&t);
+        let beside = (0..3).filter(|&i| own.max[i] < near.min[i] || near.max[i] < own.min[i]).count();
+        if beside >= 2 {
+            let across = (t[1] - t[0]).cross(&(t[2] - t[0]));
+            if let Some(normal) = across.try_normalize(0.0) {
+                let middle = Point::from((t[0].coords + t[1].coords + t[2].coords) / 3.0);
+                see(&middle, &normal, 0.5 * across.norm(), true);
+            }
+            continue;
+        }
+        let k = (0..3).fold(0, |best, k| {
+            let length = |k: usize| (t[(k + 1) % 3] - t[k]).norm_squared();
+            if length(k) > length(best) { k } else { best }
+        });
+        let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+        let middle = nalgebra::center(&a, &b);
+        open.extend([[a, middle, c], [middle, b, c]]);
+    }
+}
+
+/// Samples of a triangle that is no larger than the stock by much.
+fn samples(corners: &[Point; 3], watchers: &[Watcher<'_>], see: &mut See<'_>) {
+    let area_normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
     let Some(normal) = area_normal.try_normalize(0.0) else { return };
     let middle = Point::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
     let finest = watchers
         .iter()
-        .filter(|w| w.window.is_none_or(|b| b.intersects(&Aabb::of_points(&corners))))
+        .filter(|w| w.window.is_none_or(|b| b.intersects(&Aabb::of_points(corners))))
         .flat_map(|w| w.stock.cells_mm())
         .fold(f64::INFINITY, f64::min);
     if !finest.is_finite() {
@@ -123,7 +162,7 @@ pub(crate) fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], se
     let height = area_normal.norm() / length; // the normal is as long as twice the area
     let strips = (length / finest).ceil().max(1.0);
     if strips <= 1.0 && height <= finest {
-        return see(&middle, &normal, 0.5 * area_normal.norm());
+        return see(&middle, &normal, 0.5 * area_normal.norm(), false);
     }
     let up = c - (a + along * foot);
     for i in 0..strips as usize {
@@ -134,7 +173,7 @@ pub(crate) fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], se
         let area = length / strips * height * part / rows;
         for j in 0..rows as usize {
             let y = (j as f64 + 0.5) / rows * part;
-            see(&(a + along * x + up * y), &normal, area);
+            see(&(a + along * x + up * y), &normal, area, false);
         }
     }
 }

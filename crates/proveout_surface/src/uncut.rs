@@ -113,7 +113,7 @@ pub fn uncut(on: &Uncut<'_>) -> UncutFound {
         .map(|k| {
             let mut found = UncutFound::default();
             for t in k * AT_ONCE..count.min((k + 1) * AT_ONCE) {
-                each_sample(on.mesh, t, on.watchers, &mut |q, n, area| {
+                each_sample(on.mesh, t, on.watchers, &mut |q, n, area, _| {
                     on.ask(q, n, 1.0, area, &mut found);
                     on.ask_raw(q, n, 1.0, area, &mut found);
                 });

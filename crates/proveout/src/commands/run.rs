@@ -7,6 +7,7 @@ use proveout_sim::{
     journal::{Begun, Journal},
     overhang::{Overhang, STEP_MM, by_tool, least_overhangs},
     preflight::preflight,
+    resolution_fault,
     run::{RunResult, run_journaled as prove},
     scene::{DynamicsFile, PlantFile},
     verdict::{Partial, State, Verdict},
@@ -206,10 +207,8 @@ fn announce(memory: &Memory) {
 
 /// Checks the cell and starts the workers.
 pub(super) fn pool(cell: Option<f64>, threads: Option<usize>) -> Result<(usize, rayon::ThreadPool), Failure> {
-    if let Some(x) = cell
-        && !(x > 0.0 && x.is_finite())
-    {
-        return Err(Failure::new(format!("--resolution-mm {x} is not a positive length")));
+    if let Some(fault) = cell.and_then(resolution_fault) {
+        return Err(Failure::new(format!("--resolution-mm: {fault}")).with_help("check the value and its unit, mm"));
     }
     let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     if threads == 0 {

@@ -13,4 +13,5 @@ mod meshes;
 mod mutation;
 mod one_reader;
 mod same_bytes;
+mod sizes;
 mod workshop;

@@ -224,6 +224,7 @@ impl Trail {
             deviation,
             edge_deviation: deviation,
             joint_deviation,
+            finer: None,
         });
     }
 

@@ -281,6 +281,7 @@ fn step(
             deviation: 1e-3,
             edge_deviation: 0.0,
             joint_deviation: JointValues::ZERO,
+            finer: None,
         });
         (last, last_q) = (to, state.q);
     }

@@ -28,6 +28,10 @@ impl Engine<'_> {
         (reports, between): (&[SweepReport], &[usize]),
     ) -> Vec<f64> {
         let mut volumes = vec![0.0; chunk.pieces.len()];
+        let cuts = |part: &SweepPart| part.what == Swept::Body(Role::Cutting);
+        let reported: f64 = parts.iter().zip(reports).filter(|(part, _)| cuts(part)).map(|(_, r)| r.volume_mm3).sum();
+        self.reported += reported;
+        let share = self.ledger.book_cuts(&self.stock, reported);
         let contact = self.prepared.scene.file.tolerances.contact_mm;
         let mut touched = None;
         let mut cores = parts.iter().zip(reports).filter(|(part, _)| part.what == Swept::Core).peekable();
@@ -39,9 +43,10 @@ impl Engine<'_> {
             let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
             let Some(tool) = self.tool(state.tool) else { continue };
             if part.what == Swept::Body(Role::Cutting) {
-                volumes[part.piece] += report.volume_mm3;
+                let volume = share * report.volume_mm3;
+                volumes[part.piece] += volume;
                 let sum = self.sums.entry(piece.block).or_default();
-                sum.volume += report.volume_mm3;
+                sum.volume += volume;
                 sum.overlap = sum.overlap.max(report.overlap_mm);
                 if piece.kind == MoveKind::Feed && report.overlap_mm > contact {
                     sum.cut_rpm = state.speed_rpm;
@@ -50,7 +55,6 @@ impl Engine<'_> {
                     let engaged = Engagement::of_piece(&contact, piece, state, tool);
                     sum.engagement = Some(sum.engagement.map_or(engaged, |e| e.union(&engaged)));
                 }
-                self.removed += report.volume_mm3;
             }
             if part.what == Swept::Body(Role::Holder) && process::depth(report) > contact {
                 touched = Some(part.piece);
@@ -186,6 +190,7 @@ impl Engine<'_> {
         let Some(last_piece) = (self.block_of_piece.len() as u32).checked_sub(1) else { return };
         let (prepared, stock, patches) = (self.prepared, &mut self.stock, &mut self.patches[..]);
         let told = what(&mut self.loose, &mut Shop { prepared, stock, patches, last_piece });
+        self.ledger.book_fallen(&self.stock);
         for Told { mut finding, at } in told {
             finding.block = at.piece.and_then(|id| self.block_of_piece.get(id as usize).copied());
             (finding.time_s, finding.axes) = (Some(at.time), self.axes(&at.joints));

@@ -120,8 +120,6 @@ pub(crate) struct LooseParts {
     lying: Option<Lying>,
     /// What is not known of them, for the gates.
     unknown: Vec<String>,
-    /// Volume that is no longer stock, mm³.
-    fallen: f64,
     /// A part was taken out of the stock, if only to be looked at.
     has_taken: bool,
     motions: Vec<LooseMotion>,
@@ -140,7 +138,6 @@ impl LooseParts {
             loose: Vec::new(),
             lying: None,
             unknown: Vec::new(),
-            fallen: 0.0,
             has_taken: false,
             motions: Vec::new(),
             met: 0,
@@ -351,7 +348,6 @@ impl LooseParts {
             for patch in shop.patches.iter_mut() {
                 take_from_patch(patch.stock_mut(), taken.stock(), &part, [shop.last_piece, cut_by]);
             }
-            self.fallen += taken.stock().volume();
             let near = part.bounds.expanded(2.0 * shop.stock.cell_mm());
             self.known.retain(|p| !within(p, &part));
             for other in &mut self.loose {
@@ -424,11 +420,6 @@ impl LooseParts {
     pub(crate) fn checked(&self) -> Option<String> {
         let rests = self.loose.iter().filter(|l| matches!(l.state, State::Rests { .. })).count();
         wording::checked(rests, self.gone())
-    }
-
-    /// Volume of the parts that are no longer stock, mm³.
-    pub(crate) fn fallen(&self) -> f64 {
-        self.fallen
     }
 }
 

@@ -236,6 +236,10 @@ impl Bar {
         }
         Ok(Self { base: *base, axis: w, radius, length, bounds })
     }
+
+    pub(crate) fn volume(&self) -> f64 {
+        std::f64::consts::PI * self.radius * self.radius * self.length
+    }
 }
 
 /// The part of a line along axis `a` through `p` inside a cylinder.

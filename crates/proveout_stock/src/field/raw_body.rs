@@ -139,6 +139,17 @@ impl RawBody {
         few.map_or(1.0, |few| few.intervals_per_ray())
     }
 
+    /// Volume of the shape itself, mm³; none of a mesh that was mended, whose shells may cross. That of an earlier stock is that of its rays.
+    pub fn own_volume(&self) -> Option<f64> {
+        match &self.0 {
+            Form::Block(b) => Some(b.size().product()),
+            Form::Bar(bar) => Some(bar.volume()),
+            Form::Mesh(mesh, Shells::Apart) => Some(mesh.volume()),
+            Form::Mesh(_, Shells::Union) => None,
+            Form::Earlier(e) => Some(e.stock.exact_volume()),
+        }
+    }
+
     /// The whole stock.
     ///
     /// # Errors

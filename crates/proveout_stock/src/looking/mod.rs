@@ -14,4 +14,5 @@ pub(crate) mod section;
 pub(crate) mod sheets;
 pub(crate) mod surface;
 pub(crate) mod tile_tree;
+pub(crate) mod volume;
 pub(crate) mod watch;

@@ -107,7 +107,7 @@ along = [0.31, 0.69]
     );
     if with_program {
         text.push_str(
-            "\n[[fixture]]\nname = \"design\"\nmesh = \"design.stl\"\n\n[[program]]\nname = \"finish\"\nfile = \"finish.mpf\"\ndialect = \"siemens-840d\"\n",
+            "\n[[fixture]]\nname = \"design\"\nmesh = \"design.stl\"\nmesh_unit = \"mm\"\n\n[[program]]\nname = \"finish\"\nfile = \"finish.mpf\"\ndialect = \"siemens-840d\"\n",
         );
     }
     text
