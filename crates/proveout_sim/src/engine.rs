@@ -11,6 +11,7 @@ use proveout_stock::{Depths, Patch, SweepMotion, TileId, TriDexel};
 use proveout_tool::Tool;
 
 use crate::{
+    block_slope::BlockEnds,
     bodies::{BodyCheck, StockNear, Told},
     cuts::Cuts,
     damage::is_envelope,
@@ -127,6 +128,7 @@ pub(crate) struct Engine<'a> {
     barring: Barring,
     cutters: Cutters,
     plunge: PlungeWatch,
+    block_ends: BlockEnds,
     unknown_plunges: BTreeMap<usize, UnknownPlunge>,
     log: FindingLog,
     /// What is told of mesh files before all else.
@@ -175,6 +177,7 @@ impl<'a> Engine<'a> {
             barring: Barring::default(),
             cutters: Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm()),
             plunge: PlungeWatch::default(),
+            block_ends: BlockEnds::default(),
             unknown_plunges: BTreeMap::new(),
             bodies,
             stock_bodies,
@@ -309,6 +312,7 @@ impl<'a> Engine<'a> {
                 cuts.stock_was_changed();
             }
         }
+        self.block_ends.keep(chunk);
         let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
         self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
         self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));

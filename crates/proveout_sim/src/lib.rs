@@ -52,6 +52,7 @@ pub mod shards;
 pub mod sweep;
 pub mod verdict;
 
+mod block_slope;
 mod bodies;
 mod choice;
 mod damage;
