@@ -127,14 +127,14 @@ const CASES: &[Case] = &[
         "parameters.mixed_feed",
         FANUC,
         "dialect = \"fanuc\"\nparameters.mixed_feed = \"linear\"",
-        "G21 G91 G1 X20. C40. F300.\nM30\n",
+        "G21 G0 X0. C0.\nG91 G1 X20. C40. F300.\nM30\n",
         "\"radius_mm\":[0.0,0.0,0.0]",
     ),
     case(
         "parameters.reference_radius_mm",
         "dialect = \"fanuc\"\nparameters.mixed_feed = \"vector\"",
         "dialect = \"fanuc\"\nparameters = { mixed_feed = \"vector\", reference_radius_mm = { C = 50 } }",
-        "G21 G91 G1 X20. C40. F300.\nM30\n",
+        "G21 G0 X0. C0.\nG91 G1 X20. C40. F300.\nM30\n",
         ",50.0]",
     ),
     case(
@@ -170,14 +170,14 @@ const CASES: &[Case] = &[
         FANUC,
         "dialect = \"fanuc\"\nparameters.return_level = \"r-plane\"",
         "G21 G0 X0. Y0. Z50.\nG81 X10. Y0. Z-10. R2. F50\nX20.\nG80\nM30\n",
-        "\"X\":20.0,\"Y\":0.0,\"Z\":2.0",
+        "\"op\":\"rapid\",\"end\":{\"X\":20.0,\"Y\":0.0,\"Z\":2.0},\"end_base\":{\"X\":20.0,\"Y\":0.0,\"Z\":2.0}}\n{\"file\":\"program\",\"line\":5",
     ),
     case(
         "parameters.orientation_angles",
         "dialect = \"siemens-840d\"",
         "dialect = \"siemens-840d\"\nparameters.orientation_angles = \"rpy\"",
         "TRAORI\nG0 X0 Y0 Z0 A2=30 B2=45 C2=90\nM30\n",
-        "0.612372436",
+        "[0.5,0.612372436",
     ),
     case(
         "parameters.tilt_reference",

@@ -131,9 +131,9 @@ fn counted(commands: &[Command]) -> Option<FeedCounts> {
 #[test]
 fn each_control_counts_linear_and_rotary_axes_in_its_own_way() {
     let vector = FeedCounts { radius: [FeedCounts::DEGREE_IS_MM; 3], ..FeedCounts::LINEAR };
-    let iso = "G21 G91 G94 G1 X20. C40. F300.\nM30\n";
-    let klartext = "0 BEGIN PGM A MM\n1 L IX+20 IC+40 F300\n2 END PGM A MM\n";
-    let linuxcnc = "G21 G91 G94 G1 X20 C40 F300\nM2\n";
+    let iso = "G21 G90 G0 X0. C0.\nG91 G94 G1 X20. C40. F300.\nM30\n";
+    let klartext = "0 BEGIN PGM A MM\n1 L X+0 C+0 FMAX\n2 L IX+20 IC+40 F300\n3 END PGM A MM\n";
+    let linuxcnc = "G21 G90 G0 X0 C0\nG91 G94 G1 X20 C40 F300\nM2\n";
     let at = "parameters = { mixed_feed = \"vector\", reference_radius_mm = { C = 50 } }";
     let radius = FeedCounts { radius: [FeedCounts::DEGREE_IS_MM, FeedCounts::DEGREE_IS_MM, 50.0], ..vector };
     for (control, text, counts, told) in [
@@ -145,10 +145,15 @@ fn each_control_counts_linear_and_rotary_axes_in_its_own_way() {
         (format!("inherits = \"haas-ngc\"\n{at}"), iso, radius, false),
         ("inherits = \"linuxcnc-2.9\"".to_owned(), linuxcnc, FeedCounts::LINEAR, false),
         ("inherits = \"heidenhain-tnc-640\"".to_owned(), klartext, vector, true),
-        ("inherits = \"siemens-840d-sl\"".to_owned(), "G91 G94 G1 X20 C40 F300\nM30\n", FeedCounts::LINEAR, true),
+        (
+            "inherits = \"siemens-840d-sl\"".to_owned(),
+            "G0 X0 C0\nG91 G94 G1 X20 C40 F300\nM30\n",
+            FeedCounts::LINEAR,
+            true,
+        ),
         (
             "inherits = \"siemens-840d-sl\"\nparameters.mixed_feed = \"vector\"".to_owned(),
-            "G91 G94 G1 X20 C40 F300\nM30\n",
+            "G0 X0 C0\nG91 G94 G1 X20 C40 F300\nM30\n",
             vector,
             false,
         ),
@@ -168,7 +173,7 @@ fn each_control_counts_linear_and_rotary_axes_in_its_own_way() {
 
 #[test]
 fn fgroup_and_fgref_say_what_the_feed_counts() {
-    let text = |words: &str| format!("{words}\nG91 G94 G1 X20 C40 F300\nM30\n");
+    let text = |words: &str| format!("{words}\nG0 X0 C0\nG91 G94 G1 X20 C40 F300\nM30\n");
     let counts = |words: &str| counted(&read("dialect = \"siemens-840d\"", &text(words)).unwrap());
     let one = FeedCounts::DEGREE_IS_MM;
     assert_eq!(counts("FGROUP(X,C)"), Some(FeedCounts { linear: [1.0, 0.0, 0.0], radius: [0.0, 0.0, one] }));
