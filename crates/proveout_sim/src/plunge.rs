@@ -20,7 +20,7 @@
 //!   tool's own center goes farther, and leaves a pillar however slowly it goes down.
 //!
 //! The radius of the region is a key of the tool (`dead_center_diameter_mm`). With it the way down while the region covers one place is
-//! held to what the angle gives over 4 of its radii: in to a turn and back. Without it the region is taken for as wide as half of the
+//! held to what the angle gives over 4.5 of its radii: in to a turn and back. Without it the region is taken for as wide as half of the
 //! cutter's radius: a helix that keeps it over one place and goes down farther is not known to be allowed.
 //!
 //! A flatter way of a tool without a stated angle, and any way down of a flat end of which nobody says whether it cuts at its
@@ -77,8 +77,8 @@ pub(crate) fn way_down([from, to]: &[ToolPose; 2]) -> (f64, f64) {
     (-along, (way - axis * along).norm())
 }
 
-/// Radii of the region without edges that a ramp goes while it covers a place: in to a turn and back.
-const IN_AND_BACK: f64 = 4.0;
+/// Radii of the region without edges that a ramp goes while it covers a place: in to a turn and back, and the steps of the watch.
+const IN_AND_BACK: f64 = 4.5;
 /// Part of the cutter's radius that the region without edges is taken for, where no key says it.
 const USUAL_DEAD_CENTER: f64 = 0.5;
 /// Most of a way down that the rounding of a corner of the path adds to a block, mm.
@@ -218,7 +218,7 @@ impl PlungeWatch {
             let off = p - q;
             (off - at.axis * off.dot(&at.axis)).norm()
         };
-        if self.covered.iter().rposition(|(p, _)| across(p, &at.tip) < NEAR * radius).is_none() {
+        if !self.covered.iter().any(|(p, _)| across(p, &at.tip) < NEAR * radius) {
             self.covered.push_back((at.tip, self.sunk));
         }
         while self.covered.len() > 1 && farthest_from_middle(&self.covered, across) > radius {
