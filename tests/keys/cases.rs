@@ -603,6 +603,7 @@ cases! {
     "tools/ToolEntry.gauge_length_mm", Mill, ["tools", "tool.0.gauge_length_mm", "85"];
     "tools/ToolEntry.flutes", Mill, ["tools", "tool.0.flutes", "4"];
     "tools/ToolEntry.center_cutting", HollowUnstated, ["tools", "tool.0.center_cutting", "true"];
+    "tools/ToolEntry.dead_center_diameter_mm", Hollow, ["tools", "tool.0.dead_center_diameter_mm", "0.2"];
     "tools/ToolEntry.max_ramp_angle_deg", Hollow, ["tools", "tool.0.max_ramp_angle_deg", "10"];
     "tools/ToolEntry.max_speed_rpm", Mill, ["tools", "tool.0.max_speed_rpm", "3000"];
     "tools/ToolEntry.hand", Mill, ["tools", "tool.0.hand", "\"left\""];

@@ -452,6 +452,11 @@ impl Setup {
                 tools = one_tool("flat", &shape);
                 // A ramp of 22 degrees into the block.
                 program = PROGRAM.replace("G1 Z-2. F1500\nX0.", "G1 Z0.5 F1500\nX-12.\nX-5. Z-2.");
+                if self == Self::Hollow {
+                    // Behind it a narrow helix of two turns, whose middle the center of the tool may cover.
+                    let helix = "X-5. Z-2.\nG3 X-5. Y0.25 Z-2.5 I-1. J0.\nG3 X-5. Y0.25 Z-3. I-1. J0.\nG1 X-5. Z-2.";
+                    program = program.replace("X-5. Z-2.", helix);
+                }
             }
         }
         let mut files = Files::new();

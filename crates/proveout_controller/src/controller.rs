@@ -3,6 +3,7 @@
 mod actions;
 mod bounds;
 mod check;
+mod counted;
 mod coupled;
 mod numbers;
 mod runs;
@@ -11,14 +12,14 @@ use std::{sync::Arc, time::Instant};
 
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::{
-    AXIS_LETTERS, ArcMotion, Command, Feed, Location, Motion, Offset, Op, OrientationInterpolation, PathMode, Spindle,
-    SpindleDirection, Tcp, ToolAction,
+    AXIS_LETTERS, ArcMotion, Command, Feed, FeedCounts, Location, Motion, Offset, Op, OrientationInterpolation,
+    PathMode, Spindle, SpindleDirection, Tcp, ToolAction,
 };
 use proveout_tool::Tool;
 
 use self::coupled::Pace;
 use crate::{
-    emit::{Emitter, Scope, Waiting},
+    emit::{Awaited, Emitter, Scope, Waiting},
     error::{ControlError, RunError},
     limits::JointLimits,
     mapping::{Kinematics, Mapping},
@@ -64,6 +65,8 @@ struct State {
     turn_center: f64,
     path_mode: PathMode,
     feed: Option<Feed>,
+    /// What the feed counts where rotary axes turn; none: the way of the tip, else the turn.
+    feed_counts: Option<FeedCounts>,
     /// What the program asked of the spindle, and the sense in which it turns: a tapping cycle has its own.
     spindle: Spindle,
     turning: SpindleDirection,
@@ -170,6 +173,7 @@ where
                 turn_center: 0.0,
                 path_mode: PathMode::Continuous { tolerance: None, orientation_tolerance: None },
                 feed: None,
+                feed_counts: None,
                 spindle: Spindle { direction: SpindleDirection::Off, speed_rpm: None },
                 turning: SpindleDirection::Off,
                 threading: false,
@@ -291,6 +295,7 @@ where
             Op::Override(change) => self.feed_override(*change, location)?,
             Op::CutterComp(_) => actions::special(&command.op, location)?,
             Op::Feed(feed) => self.state.feed = Some(*feed),
+            Op::FeedCounts(counts) => self.state.feed_counts = Some(*counts),
             Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(ToolAction::Select(name)) => self.select(name, location),
             Op::Frame(frame) => self.state.frame = Some((frame.rotation, frame.translation)),
@@ -337,7 +342,7 @@ where
     /// An event at the start of the next block of motion, or at the next standstill.
     fn announce(&mut self, event: Event) {
         let before = self.path.first_block + self.path.blocks.len() as u64;
-        self.out.waiting.push_back(Waiting { before, event });
+        self.out.waiting.push_back(Waiting { before, what: Awaited::Event(event) });
     }
 
     fn tool_length(&self) -> f64 {
@@ -450,7 +455,7 @@ where
             let help = "check the programmed values and the machine description";
             return Err(Box::new(ControlError::at(location, "control-not-a-number", message, help)));
         }
-        let (feed, feed_programmed) = self.feed(pace, &path, location)?;
+        let (feed, feed_programmed) = self.feed(pace, &path, mapping, location)?;
         if self.ends_before(&path, pace, feed, location) {
             return Ok(());
         }
@@ -469,6 +474,9 @@ where
         }
         if pace == Pace::Probe {
             self.announce(Event::Probe { time: 0.0, block: index });
+        }
+        if let Some(text) = &path.other_position {
+            self.announce(Event::Note { time: 0.0, block: index, text: text.clone() });
         }
         if let Some(Leaves { angle, in_cone, reason }) = path.leaves {
             let at_flank = angle * self.reach();
@@ -528,7 +536,13 @@ where
     }
 
     /// Speed along the path parameter, and the programmed feed in mm/s.
-    fn feed(&self, pace: Pace, path: &BlockPath, location: &Location) -> Result<(f64, f64), Box<ControlError>> {
+    fn feed(
+        &self,
+        pace: Pace,
+        path: &BlockPath,
+        mapping: Mapping,
+        location: &Location,
+    ) -> Result<(f64, f64), Box<ControlError>> {
         let fail = |message: String, help: &str| Box::new(ControlError::at(location, "control-feed", message, help));
         let block_time = self.device.machine.control.block_time;
         let fastest = if block_time > 0.0 { path.length / block_time } else { f64::INFINITY };
@@ -542,14 +556,14 @@ where
             None => {
                 return Err(fail("a motion in feed, but no feed is programmed".into(), "program F before this block"));
             }
-            Some(Feed::PerTime(f)) => f,
+            Some(Feed::PerTime(f)) => f * self.feed_share(path, mapping),
             Some(Feed::PerRevolution(f)) => {
                 let rpm = self.state.spindle.speed_rpm.unwrap_or(0.0);
                 if self.state.spindle.direction == SpindleDirection::Off || rpm <= 0.0 {
                     let message = "feed per revolution, but the spindle does not turn".to_owned();
                     return Err(fail(message, "start the spindle or program the feed per minute (G94)"));
                 }
-                f * rpm / 60.0
+                f * rpm / 60.0 * self.feed_share(path, mapping)
             }
             Some(Feed::InverseTime(seconds)) => path.length / seconds,
         } * self.state.feed_override;

@@ -19,11 +19,17 @@ use crate::{
     watch::{Parts, REACH, broken},
 };
 
-/// Events that wait for the block before which they stand.
+/// What waits for the block before which it stands.
 pub(crate) struct Waiting {
     /// Running number of the path block.
     pub(crate) before: u64,
-    pub(crate) event: Event,
+    pub(crate) what: Awaited,
+}
+
+/// An event, or the record of a block without a way.
+pub(crate) enum Awaited {
+    Event(Event),
+    Record(Box<BlockRecord>),
 }
 
 /// Worst over-travel of a joint in the block under way.
@@ -392,11 +398,16 @@ impl Emitter {
         self.steady = None;
     }
 
-    /// Emits the events that wait for this path block or an earlier one.
+    /// Emits what waits for this path block or an earlier one.
     pub(crate) fn release(&mut self, number: u64, time: f64) {
         while self.waiting.front().is_some_and(|w| w.before <= number) {
-            if let Some(w) = self.waiting.pop_front() {
-                self.chunk.events.push(at_time(w.event, time));
+            match self.waiting.pop_front().map(|w| w.what) {
+                Some(Awaited::Event(event)) => self.chunk.events.push(at_time(event, time)),
+                Some(Awaited::Record(record)) => {
+                    self.meter.summary.blocks += 1;
+                    self.chunk.blocks.push(BlockRecord { start_time: time, end_time: time, ..*record });
+                }
+                None => {}
             }
         }
     }

@@ -8,7 +8,7 @@ mod spline;
 use nalgebra::Matrix3;
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{AXIS_TOLERANCE, JointKind, JointValues, KinematicsError, Machine};
-use proveout_nc::{AXIS_LETTERS, ArcMotion, Location, Motion, OrientationInterpolation};
+use proveout_nc::{ASSUMED, AXIS_LETTERS, ArcMotion, Location, Motion, OrientationInterpolation, RotarySolution};
 
 use self::great_circle::{Turning, Wanted};
 pub(crate) use self::programmed::Programmed;
@@ -84,13 +84,25 @@ pub(crate) struct BlockPath {
     pub(crate) apart: bool,
     /// What the program says of the way.
     pub(crate) programmed: Option<Box<Programmed>>,
+    /// The position of the rotary axes that the program chose is out of travel, and the other one is taken: what is said of it.
+    pub(crate) other_position: Option<String>,
 }
 
 impl BlockPath {
     /// A block in one part.
     pub(crate) fn whole(shape: Shape, length: f64, tip_moves: bool, end: JointValues) -> Self {
         let parts = vec![Part { shape, length, turn: false, tip_moves, t: [0.0, 1.0] }];
-        Self { parts, length, tip_moves, end, unreachable: None, leaves: None, apart: false, programmed: None }
+        Self {
+            parts,
+            length,
+            tip_moves,
+            end,
+            unreachable: None,
+            leaves: None,
+            apart: false,
+            programmed: None,
+            other_position: None,
+        }
     }
 
     /// The same block with what is made of its great circle.
@@ -100,6 +112,15 @@ impl BlockPath {
             Turning::Parts { parts, length, end, leaves, apart } => Self { parts, length, end, leaves, apart, ..self },
         }
     }
+}
+
+/// What came of turning the rotary joints to a tool axis.
+#[derive(Default)]
+struct Turned {
+    /// A tool axis that no joint positions reach, with the reason.
+    unreachable: Option<(ToolPose, String)>,
+    /// See [`BlockPath::other_position`].
+    other_position: Option<String>,
 }
 
 /// What a motion needs to know.
@@ -229,48 +250,75 @@ impl Context<'_> {
 
     /// End of a motion in joints (no tool center point control, or machine coordinates). A tool axis turns the rotary
     /// joints while the linear joints stay or go where the block says (swiveling).
-    #[expect(clippy::type_complexity, reason = "the same pair as with tool center point control")]
-    fn end_in_joints(
-        &self,
-        motion: &Motion,
-        position: &Position,
-    ) -> Result<(JointValues, Option<(ToolPose, String)>), Box<ControlError>> {
+    fn end_in_joints(&self, motion: &Motion, position: &Position) -> Result<(JointValues, Turned), Box<ControlError>> {
         let offset = self.length_offset();
         let mut q = position.q;
         for (letter, joint, value) in self.targets(motion, position)? {
             q[joint] = self.unless_held(joint, value + if letter < 3 { offset[letter] } else { 0.0 })?;
         }
-        let mut unreachable = None;
+        let mut turned = Turned::default();
         if let Some(axis) = motion.tool_axis_base {
             let tip = self.machine.forward(&q, self.active_length).tip;
-            unreachable = self.turn_to(axis, tip, self.active_length, position, &mut q)?;
+            turned = self.turn_to((axis, motion.solution), tip, self.active_length, position, &mut q)?;
         }
-        Ok((q, unreachable))
+        Ok((q, turned))
     }
 
-    /// Turns the rotary joints of `q` to a tool axis, next to where they stand; what cannot be reached is handed back and
-    /// leaves them.
+    /// Turns the rotary joints of `q` to a tool axis, next to where they stand or as the program chooses; what cannot be reached is handed
+    /// back and leaves them.
     fn turn_to(
         &self,
-        axis: [f64; 3],
+        (axis, solution): ([f64; 3], RotarySolution),
         tip: Point,
         length: f64,
         position: &Position,
         q: &mut JointValues,
-    ) -> Result<Option<(ToolPose, String)>, Box<ControlError>> {
+    ) -> Result<Turned, Box<ControlError>> {
         let axis = Vector::from(axis);
         // Within rounding of a pole its azimuth says nothing.
         let axis = axis.try_normalize(0.0).and_then(|u| self.pole_at(&u, &position.q)).unwrap_or(axis);
         let pose = ToolPose { tip, axis };
-        match self.machine.inverse_nearest(&pose, length, &position.q) {
+        let mut other_position = None;
+        let found = match self.choice(solution) {
+            None => self.machine.inverse_nearest(&pose, length, &position.q),
+            Some((joint, higher, or_other)) => {
+                self.machine.inverse_chosen(&pose, length, &position.q, (joint, higher)).map(|(solution, other)| {
+                    if other {
+                        other_position = Some(self.told_other(joint, higher, or_other));
+                    }
+                    solution
+                })
+            }
+        };
+        match found {
             Ok(solution) => self.take_rotary(q, &solution.q),
             Err(KinematicsError::OverTravel { solution, .. }) => self.take_rotary(q, &solution.q),
             Err(e @ KinematicsError::NotFinite { .. }) => {
                 return Err(self.fail("control-not-a-number", e.to_string(), "check the tool axis of this block"));
             }
-            Err(e) => return Ok(Some((pose, e.to_string()))),
+            Err(e) => return Ok(Turned { unreachable: Some((pose, e.to_string())), other_position }),
         }
-        Ok(None)
+        Ok(Turned { unreachable: None, other_position })
+    }
+
+    /// The joint whose angle chooses between two positions of the rotary axes, whether the higher one is wanted, and whether the control
+    /// takes the other one instead.
+    fn choice(&self, solution: RotarySolution) -> Option<(usize, bool, bool)> {
+        let RotarySolution::Angle { higher, reference, or_other } = solution else { return None };
+        let named = reference.and_then(|letter| self.machine.joint_for_letter(letter));
+        let joint = named.or_else(|| self.machine.rotary_joints().last().copied())?;
+        Some((joint, higher, or_other))
+    }
+
+    fn told_other(&self, joint: usize, higher: bool, or_other: bool) -> String {
+        let name = self.machine.joints.get(joint).map_or("", |j| j.name.as_str());
+        let wanted = if higher { "higher" } else { "lower" };
+        let out = format!("the position of the rotary axes with the {wanted} angle of {name} is out of travel");
+        if or_other {
+            format!("{out}: the axes take the other one")
+        } else {
+            format!("{ASSUMED}{out}: the axes take the other one here, and the control may refuse the block")
+        }
     }
 
     /// The pole that a tool axis stands in, but for rounding.
@@ -281,15 +329,15 @@ impl Context<'_> {
     /// Path of a rapid or straight motion.
     pub(crate) fn straight(&self, motion: &Motion, position: &Position) -> Result<BlockPath, Box<ControlError>> {
         let Some((length, rig)) = self.mapping.tcp_length.zip(self.rig) else {
-            let (end, unreachable) = self.end_in_joints(motion, position)?;
+            let (end, turned) = self.end_in_joints(motion, position)?;
             let mut path = self.line(position.q, end, end);
-            path.unreachable = unreachable;
+            (path.unreachable, path.other_position) = (turned.unreachable, turned.other_position);
             path.programmed = Some(Box::new(Programmed::joints(position.q, end, None)));
             return Ok(path);
         };
-        let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
+        let (from, to, turned) = self.end_with_tcp(motion, position, rig, length)?;
         let mut path = self.line(from, to, self.joints(rig, &to, length));
-        path.unreachable = unreachable;
+        (path.unreachable, path.other_position) = (turned.unreachable, turned.other_position);
         if path.length > 0.0 {
             let tip = |t: f64| lerp_tip(rig, &from, &to, t);
             let tip_length = path.tip_moves.then_some(path.length);
@@ -345,14 +393,13 @@ impl Context<'_> {
     }
 
     /// Start and end in task coordinates with tool center point control.
-    #[expect(clippy::type_complexity, reason = "used twice, in this file")]
     fn end_with_tcp(
         &self,
         motion: &Motion,
         position: &Position,
         rig: &Rig,
         length: f64,
-    ) -> Result<(JointValues, JointValues, Option<(ToolPose, String)>), Box<ControlError>> {
+    ) -> Result<(JointValues, JointValues, Turned), Box<ControlError>> {
         let from = rig.task(self.machine, &position.q, length);
         let mut to = from;
         let mut tip = Vector::new(from[rig.slots[0]], from[rig.slots[1]], from[rig.slots[2]]);
@@ -363,14 +410,14 @@ impl Context<'_> {
                 to[joint] = self.unless_held(joint, value)?;
             }
         }
-        let mut unreachable = None;
+        let mut turned = Turned::default();
         if let Some(axis) = motion.tool_axis_base {
-            unreachable = self.turn_to(axis, Point::from(tip), length, position, &mut to)?;
+            turned = self.turn_to((axis, motion.solution), Point::from(tip), length, position, &mut to)?;
         }
         for (k, &slot) in rig.slots.iter().enumerate() {
             to[slot] = tip[k];
         }
-        Ok((from, to, unreachable))
+        Ok((from, to, turned))
     }
 
     /// The joints X, Y and Z.
@@ -435,16 +482,16 @@ impl Context<'_> {
         }
         let normal = normal / normal.norm();
         let tcp = self.mapping.tcp_length.zip(self.rig);
-        let (from, to, slots, shift, end, unreachable) = match tcp {
+        let (from, to, slots, shift, end, turned) = match tcp {
             Some((length, rig)) => {
-                let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
+                let (from, to, turned) = self.end_with_tcp(motion, position, rig, length)?;
                 let end = self.joints(rig, &to, length);
-                (from, to, rig.slots, rig.zero, end, unreachable)
+                (from, to, rig.slots, rig.zero, end, turned)
             }
             None => {
-                let (end, unreachable) = self.end_in_joints(motion, position)?;
+                let (end, turned) = self.end_in_joints(motion, position)?;
                 let slots = self.letter_slots("an arc")?;
-                (position.q, end, slots, self.length_offset(), end, unreachable)
+                (position.q, end, slots, self.length_offset(), end, turned)
             }
         };
         let at = |q: &JointValues| Vector::new(q[slots[0]], q[slots[1]], q[slots[2]]);
@@ -499,7 +546,7 @@ impl Context<'_> {
         let start = position.told.filter(|_| tcp.is_some()).map_or_else(|| at(&from), |pose| pose.tip.coords);
         let way = TipWay::arc(start, at(&to), center, normal, arc.sweep);
         let mut path = BlockPath::whole(shape.clone(), length, true, end);
-        path.unreachable = unreachable;
+        (path.unreachable, path.other_position) = (turned.unreachable, turned.other_position);
         let Some((tool, rig)) = tcp else {
             path.programmed = Some(Box::new(Programmed::joints(from, to, Some((slots, way)))));
             return Ok(path);

@@ -188,6 +188,31 @@ impl Machine {
         tool_length: f64,
         previous: &JointValues,
     ) -> Result<Solution, KinematicsError> {
+        self.inverse_by(pose_in_table, tool_length, previous, None).map(|(solution, _)| solution)
+    }
+
+    /// As [`Machine::inverse_nearest`], but of two branches the one with the lower (or higher) angle of a rotary joint; where its rotary
+    /// joints pass their travel, the other one, which is told. An endless joint is compared within a turn, from -180 to 180 degrees.
+    ///
+    /// # Errors
+    /// As [`Machine::inverse_nearest`].
+    pub fn inverse_chosen(
+        &self,
+        pose_in_table: &ToolPose,
+        tool_length: f64,
+        previous: &JointValues,
+        (joint, higher): (usize, bool),
+    ) -> Result<(Solution, bool), KinematicsError> {
+        self.inverse_by(pose_in_table, tool_length, previous, Some((joint, higher)))
+    }
+
+    fn inverse_by(
+        &self,
+        pose_in_table: &ToolPose,
+        tool_length: f64,
+        previous: &JointValues,
+        wanted: Option<(usize, bool)>,
+    ) -> Result<(Solution, bool), KinematicsError> {
         let branches = self.branches(pose_in_table, tool_length, previous);
         if branches.axis_error == f64::INFINITY {
             let ToolPose { tip, axis } = pose_in_table;
@@ -196,7 +221,9 @@ impl Machine {
         if branches.axis_error > AXIS_TOLERANCE {
             return Err(KinematicsError::AxisUnreachable { angle: branches.axis_error });
         }
-        let mut best: Option<(bool, f64, Solution)> = None;
+        let mut best: Option<(bool, f64, f64, Solution)> = None;
+        // The rank of the branch that the choice alone would take.
+        let mut first = f64::INFINITY;
         for branch in branches.iter() {
             let mut q = branch.q;
             let mut inside = true;
@@ -209,11 +236,20 @@ impl Machine {
                 distance += (placed - previous[j]).abs();
                 q[j] = placed;
             }
-            let better = best
-                .is_none_or(|(was_inside, was, _)| (inside && !was_inside) || (inside == was_inside && distance < was));
+            let rank = wanted.map_or(0.0, |(joint, higher)| {
+                let angle = if self.joints[joint].travel.is_some() { q[joint] } else { branch.q[joint] };
+                if higher { -angle } else { angle }
+            });
+            first = first.min(rank);
+            let better = best.is_none_or(|(was_inside, was_rank, was, _)| {
+                let same = (rank - was_rank).abs() <= TRAVEL_TOLERANCE;
+                (inside && !was_inside)
+                    || (inside == was_inside && ((!same && rank < was_rank) || (same && distance < was)))
+            });
             if better {
                 best = Some((
                     inside,
+                    rank,
                     distance,
                     Solution {
                         q,
@@ -225,7 +261,7 @@ impl Machine {
                 ));
             }
         }
-        let Some((_, _, mut solution)) = best else {
+        let Some((_, rank, _, mut solution)) = best else {
             return Err(KinematicsError::AxisUnreachable { angle: branches.axis_error });
         };
         let distance = self.solver.place_tip(&self.chain, &mut solution.q, &pose_in_table.tip, tool_length);
@@ -234,7 +270,7 @@ impl Machine {
             return Err(KinematicsError::TipUnreachable { distance });
         }
         match self.first_over_travel(&solution.q) {
-            None => Ok(solution),
+            None => Ok((solution, rank > first + TRAVEL_TOLERANCE)),
             Some((joint, limit)) => Err(KinematicsError::OverTravel {
                 joint,
                 name: self.joints[joint].name.clone(),

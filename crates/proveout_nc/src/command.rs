@@ -113,6 +113,8 @@ pub enum Op {
     Dwell(Dwell),
     /// Feed value in force from here.
     Feed(Feed),
+    /// What the feed counts from here where rotary axes turn in feed.
+    FeedCounts(FeedCounts),
     /// Spindle rotation.
     Spindle(Spindle),
     /// Tool selection or change.
@@ -170,6 +172,43 @@ pub struct Motion {
     pub machine_coordinates: bool,
     /// Exact stop at the end of this block only (G9).
     pub exact_stop: bool,
+    /// Which of two positions of the rotary axes reaches a tool axis; without a tool axis it has no meaning.
+    pub solution: RotarySolution,
+}
+
+/// Which of the two positions of the rotary axes a tool axis takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RotarySolution {
+    /// The one with the least turn of the rotary axes from where they stand.
+    #[default]
+    Nearest,
+    /// The one with the lower (true: the higher) angle of the reference axis.
+    Angle {
+        /// The higher angle.
+        higher: bool,
+        /// Letter of the reference axis; none: the rotary axis nearest to the tool.
+        reference: Option<char>,
+        /// Where it is out of travel, the control takes the other one; false: it refuses the block.
+        or_other: bool,
+    },
+}
+
+/// What F counts without tool center point control in a block that turns rotary axes: the speed along the vector of the axes, each
+/// with its factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeedCounts {
+    /// X, Y, Z: 1 where the axis counts, 0 where it only arrives at the same time.
+    pub linear: [f64; 3],
+    /// A, B, C: the radius at which the angle counts, mm; 0 where the axis only arrives at the same time.
+    pub radius: [f64; 3],
+}
+
+impl FeedCounts {
+    /// Radius at which one degree counts as one millimeter, mm.
+    pub const DEGREE_IS_MM: f64 = 180.0 / std::f64::consts::PI;
+
+    /// Linear axes alone.
+    pub const LINEAR: Self = Self { linear: [1.0; 3], radius: [0.0; 3] };
 }
 
 /// Circular motion; end and orientation as in [`Motion`].

@@ -12,6 +12,8 @@ pub struct ReferencePoints {
     pub machine: String,
     /// Bit i is set where the machine has axis i of [`crate::AXIS_LETTERS`].
     pub axes: u16,
+    /// Bit i is set where axis i of [`crate::AXIS_LETTERS`] is a rotary axis without limits of travel.
+    pub endless: u16,
     /// First reference point, that of G28; mm and radian. An axis without a value has none.
     pub first: AxisValues,
     /// Second reference point, that of G30 and G30 P2.

@@ -60,6 +60,8 @@ impl Program {
 
     /// The program with whatever is wrong with its structure.
     fn lenient(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Result<Self, Diagnostics> {
+        let with_offsets = settings.with_radius_offsets();
+        let settings = with_offsets.as_ref().unwrap_or(settings);
         let dialect = match settings.dialect {
             Dialect::Auto => detect(&source.name, &source.text),
             dialect => dialect,

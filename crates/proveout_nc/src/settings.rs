@@ -189,6 +189,21 @@ impl Settings {
         self.arc_tolerance.unwrap_or(ArcTolerance::absolute(0.01))
     }
 
+    /// The same with the radius offsets that stand in the memory of the control; none where there is nothing to add.
+    pub(crate) fn with_radius_offsets(&self) -> Option<Self> {
+        let offsets = &self.control.parameters.radius_offsets;
+        if offsets.is_empty() || !matches!(self.compensation, Compensation::ToolCenter(_)) {
+            return None;
+        }
+        let mut settings = self.clone();
+        if let Compensation::ToolCenter(radii) = &mut settings.compensation {
+            for (&offset, &radius) in offsets {
+                radii.by_offset.entry(offset).or_insert(radius);
+            }
+        }
+        Some(settings)
+    }
+
     /// Settings as a control states them, without work offsets, tools and machine.
     pub fn of_control(control: Arc<Control>) -> Self {
         Self {

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use proveout_nc::{Control, JsonWriter, Kinematics, Program, Settings, control_schema};
+use proveout_nc::{Compensation, Control, JsonWriter, Kinematics, Program, Settings, ToolRadii, control_schema};
 
 /// Commands as JSON lines, the fault that ends them, and what is not run.
 fn outcome(control: &str, program: &str) -> String {
@@ -16,6 +16,9 @@ fn outcome(control: &str, program: &str) -> String {
     };
     let mut settings = Settings::of_control(control);
     settings.kinematics = Some(Kinematics { machine: "M".to_owned(), tcp: true, tilted_plane: true });
+    if program.contains("G41") {
+        settings.compensation = Compensation::ToolCenter(ToolRadii { offset_is_tool: true, ..ToolRadii::default() });
+    }
     let mut out = String::new();
     let mut program = match Program::from_text("program", program, &settings) {
         Ok(program) => program,
@@ -119,6 +122,90 @@ const CASES: &[Case] = &[
         "dialect = \"fanuc\"\nstart.position_deg = { B = 30 }",
         "G21 G91 G0 B15.\nM30\n",
         "\"B\":45",
+    ),
+    case(
+        "parameters.mixed_feed",
+        FANUC,
+        "dialect = \"fanuc\"\nparameters.mixed_feed = \"linear\"",
+        "G21 G0 X0. C0.\nG91 G1 X20. C40. F300.\nM30\n",
+        "\"radius_mm\":[0.0,0.0,0.0]",
+    ),
+    case(
+        "parameters.reference_radius_mm",
+        "dialect = \"fanuc\"\nparameters.mixed_feed = \"vector\"",
+        "dialect = \"fanuc\"\nparameters = { mixed_feed = \"vector\", reference_radius_mm = { C = 50 } }",
+        "G21 G0 X0. C0.\nG91 G1 X20. C40. F300.\nM30\n",
+        ",50.0]",
+    ),
+    case(
+        "parameters.rollover",
+        "dialect = \"siemens-840d\"",
+        "dialect = \"siemens-840d\"\nparameters.rollover = \"shortest\"",
+        "G0 C350\nG0 C10\nM30\n",
+        "\"C\":370.0",
+    ),
+    case(
+        "parameters.rollover_axes",
+        "dialect = \"fanuc\"\nparameters.rollover = \"sign\"",
+        "dialect = \"fanuc\"\nparameters = { rollover = \"sign\", rollover_axes = [\"B\"] }",
+        "G21 G0 C350.\nC10.\nM30\n",
+        "{\"C\":10.0}",
+    ),
+    case(
+        "parameters.outside_modulo",
+        "dialect = \"siemens-840d\"",
+        "dialect = \"siemens-840d\"\nparameters.outside_modulo = \"convert\"",
+        "G0 C10\nC=ACN(-90)\nM30\n",
+        "\"C\":-90.0",
+    ),
+    case(
+        "parameters.length_word",
+        "dialect = \"fanuc\"\nparameters.length_word = \"shifts\"",
+        "dialect = \"fanuc\"\nparameters.length_word = \"moves\"",
+        "G21 G0 X0. Y0. Z100.\nG43 H1\nM30\n",
+        "\"op\":\"rapid\",\"end\":{\"X\":0.0,\"Y\":0.0,\"Z\":100.0},\"end_base\":{\"X\":0.0,\"Y\":0.0,\"Z\":100.0}}\n{\"file\":\"program\",\"line\":3",
+    ),
+    case(
+        "parameters.return_level",
+        FANUC,
+        "dialect = \"fanuc\"\nparameters.return_level = \"r-plane\"",
+        "G21 G0 X0. Y0. Z50.\nG81 X10. Y0. Z-10. R2. F50\nX20.\nG80\nM30\n",
+        "\"op\":\"rapid\",\"end\":{\"X\":20.0,\"Y\":0.0,\"Z\":2.0},\"end_base\":{\"X\":20.0,\"Y\":0.0,\"Z\":2.0}}\n{\"file\":\"program\",\"line\":5",
+    ),
+    case(
+        "parameters.orientation_angles",
+        "dialect = \"siemens-840d\"",
+        "dialect = \"siemens-840d\"\nparameters.orientation_angles = \"rpy\"",
+        "TRAORI\nG0 X0 Y0 Z0 A2=30 B2=45 C2=90\nM30\n",
+        "[0.5,0.612372436",
+    ),
+    case(
+        "parameters.tilt_reference",
+        "dialect = \"siemens-840d\"",
+        "dialect = \"siemens-840d\"\nparameters.tilt_reference = \"C\"",
+        "CYCLE800(0,\"\",0,57,0,0,0,20,0,0,0,0,0,-1)\nM30\n",
+        "\"reference_axis\":\"C\"",
+    ),
+    case(
+        "parameters.tilt_solution",
+        FANUC,
+        "dialect = \"fanuc\"\nparameters.tilt_solution = \"lower\"",
+        "G21 G68.2 X0. Y0. Z0. I0. J20. K0.\nG53.1\nM30\n",
+        "\"solution\":\"lower\"",
+    ),
+    case(
+        "parameters.g64_tolerance_mm",
+        "dialect = \"linuxcnc\"",
+        "dialect = \"linuxcnc\"\nparameters.g64_tolerance_mm = 0.02",
+        "G21 G64\nG0 X1\nM2\n",
+        "\"tolerance_mm\":0.02",
+    ),
+    case(
+        "parameters.radius_offset_mm",
+        FANUC,
+        "dialect = \"fanuc\"\nparameters.radius_offset_mm = { 2 = 6.0 }",
+        "G21 G0 X0. Y-20. Z0.\nG41 D2 G1 X0. Y0. F100.\nG1 X50.\nG40 G1 X60. Y-20.\nM30\n",
+        "\"Y\":6.0",
     ),
     case(
         "numbers.without_point",

@@ -15,6 +15,7 @@ use proveout_tool::Tool;
 
 use crate::{
     between::{BetweenFacts, BetweenWatch},
+    block_slope::BlockEnds,
     bodies::{BodyCheck, StockNear, Told},
     cuts::Cuts,
     damage::is_envelope,
@@ -136,6 +137,7 @@ pub(crate) struct Engine<'a> {
     cutters: Cutters,
     between: BetweenWatch,
     plunge: PlungeWatch,
+    block_ends: BlockEnds,
     unknown_plunges: BTreeMap<usize, UnknownPlunge>,
     log: FindingLog,
     /// What is told of mesh files before all else.
@@ -188,6 +190,7 @@ impl<'a> Engine<'a> {
             cutters: Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm()),
             between: BetweenWatch::new(prepared.stock.between().clone()),
             plunge: PlungeWatch::default(),
+            block_ends: BlockEnds::default(),
             unknown_plunges: BTreeMap::new(),
             bodies,
             stock_bodies,
@@ -327,6 +330,7 @@ impl<'a> Engine<'a> {
                 cuts.stock_was_changed();
             }
         }
+        self.block_ends.keep(chunk);
         let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
         self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
         self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));

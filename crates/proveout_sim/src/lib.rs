@@ -54,6 +54,7 @@ pub mod verdict;
 
 mod between;
 mod between_rays;
+mod block_slope;
 mod bodies;
 mod choice;
 mod damage;

@@ -11,7 +11,7 @@ pub fn with_machine(settings: Settings, machine: &Machine) -> Settings {
         tcp: listed.tcp,
         tilted_plane: listed.tilted_plane,
     });
-    let mut axes = 0;
+    let (mut axes, mut endless) = (0, 0);
     let [mut first, mut second, mut tool_change] = [AxisValues::NONE; 3];
     for (index, letter) in AXIS_LETTERS.into_iter().enumerate() {
         let Some(joint) = machine.joint_for_letter(letter).and_then(|j| machine.joints.get(j)).filter(|j| !j.held)
@@ -19,6 +19,7 @@ pub fn with_machine(settings: Settings, machine: &Machine) -> Settings {
             continue;
         };
         axes |= 1 << index;
+        endless |= u16::from(joint.is_rotary() && joint.travel.is_none()) << index;
         let state = |values: &mut AxisValues, point: fn(&Joint) -> Option<f64>| {
             if let Some(value) = point(joint) {
                 values.put(index, value);
@@ -29,7 +30,7 @@ pub fn with_machine(settings: Settings, machine: &Machine) -> Settings {
         state(&mut tool_change, |joint| joint.tool_change);
     }
     Settings {
-        reference_points: Some(ReferencePoints { machine: name(), axes, first, second, tool_change }),
+        reference_points: Some(ReferencePoints { machine: name(), axes, endless, first, second, tool_change }),
         kinematics,
         ..settings
     }

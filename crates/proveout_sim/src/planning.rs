@@ -453,6 +453,7 @@ fn joint_motion(machine: &Machine, tool: &Tool, writer: &Writer, q: &JointValues
         programmed,
         machine_coordinates: false,
         exact_stop: false,
+        solution: proveout_nc::RotarySolution::Nearest,
     })
 }
 

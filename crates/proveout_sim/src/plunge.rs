@@ -19,6 +19,10 @@
 //!   3 R. So far goes a ramp to and fro that turns within R of a place: in to the turn and back, R + 2 R. A helix narrower than the
 //!   tool's own center goes farther, and leaves a pillar however slowly it goes down.
 //!
+//! The radius of the region is a key of the tool (`dead_center_diameter_mm`). With it the way down while the region covers one place is
+//! held to what the angle gives over 4.5 of its radii: in to a turn and back. Without it the region is taken for as wide as half of the
+//! cutter's radius: a helix that keeps it over one place and goes down farther is not known to be allowed.
+//!
 //! A flatter way of a tool without a stated angle, and any way down of a flat end of which nobody says whether it cuts at its
 //! center, is not known to be allowed: the gate is then unchecked.
 
@@ -70,8 +74,12 @@ fn cutter_radius(tool: &Tool) -> f64 {
     tool.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max)
 }
 
-/// Step across the axis in which a long piece is followed, in radii.
+/// Step across the axis in which a long piece is followed, in radii of the region without edges.
 const STEP: f64 = 0.1;
+/// Places of the axis nearer than this, in radii of the region without edges, count as one.
+const NEAR: f64 = 0.1;
+/// Steps in which the middle of places is found.
+const MIDDLES: usize = 48;
 /// Sets of rays of a stock.
 const SETS: f64 = 3.0;
 /// Longest way of a ramp within the cutter's radius of a place, in radii.
@@ -84,11 +92,22 @@ pub(crate) fn way_down([from, to]: &[ToolPose; 2]) -> (f64, f64) {
     (-along, (way - axis * along).norm())
 }
 
+/// Radii of the region without edges that a ramp goes while it covers a place: in to a turn and back, and the steps of the watch.
+const IN_AND_BACK: f64 = 4.5;
+/// Part of the cutter's radius that the region without edges is taken for, where no key says it.
+const USUAL_DEAD_CENTER: f64 = 0.5;
+/// Most of a way down that the rounding of a corner of the path adds to a block, mm.
+const ROUNDED: f64 = 0.1;
+
 /// How a tool goes down into material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Descent {
     /// Of the block so far, radian against the plane across the axis.
     pub(crate) angle: f64,
+    /// Ways of the block down and aside so far, mm.
+    pub(crate) way: [f64; 2],
+    /// Way down while the region without edges covers one place, mm.
+    pub(crate) pillar: f64,
     /// Way down while the axis has not left a circle of the cutter's radius, mm.
     pub(crate) stub: f64,
 }
@@ -107,17 +126,35 @@ pub(crate) enum Judgement {
 }
 
 impl Descent {
+    /// The same with the slope of the block as it is programmed, radian, where the path is steeper by no more than the rounding of its
+    /// corners makes it.
+    pub(crate) fn with_slope(self, slope: Option<f64>) -> Self {
+        let [down, aside] = self.way;
+        match slope {
+            Some(slope) if slope > 0.0 && self.angle > slope && down - aside * slope.tan() <= ROUNDED => {
+                Self { angle: slope, ..self }
+            }
+            _ => self,
+        }
+    }
+
     /// What the tool's own data say; `contact` is what counts as touching, mm.
     pub(crate) fn judged(&self, tool: &Tool, contact: f64) -> Judgement {
         let angle = tool.max_ramp_angle.unwrap_or(STEEPEST_RAMP);
-        let stub = TO_AND_FRO * cutter_radius(tool) * angle.tan() + contact;
         // Degrees of a text with three digits.
-        let within = self.angle <= angle + 1e-5 && self.stub <= stub;
+        let flat = self.angle <= angle + 1e-5;
+        let stub = match tool.dead_center {
+            Some(radius) => IN_AND_BACK * radius * angle.tan() + contact,
+            None => TO_AND_FRO * cutter_radius(tool) * angle.tan() + contact,
+        };
+        let within = flat && if tool.dead_center.is_some() { self.pillar <= stub } else { self.stub <= stub };
+        let usual = IN_AND_BACK * USUAL_DEAD_CENTER * cutter_radius(tool) * self.angle.tan() + contact;
         match tool.cuts_at_center() {
             Some(true) => Judgement::Allowed,
             None => Judgement::Unknown,
             Some(false) if !within => Judgement::Fault { angle, stub },
             Some(false) if tool.max_ramp_angle.is_none() => Judgement::Unknown,
+            Some(false) if tool.dead_center.is_none() && self.pillar > usual => Judgement::Unknown,
             Some(false) => Judgement::Allowed,
         }
     }
@@ -134,6 +171,8 @@ pub(crate) struct PlungeWatch {
     /// Way down in material with this tool, mm, and the places where it stood at less.
     sunk: f64,
     places: VecDeque<(Point, f64)>,
+    /// The axis while the region without edges covers one place: places that lie apart, and what was sunk when it came there.
+    covered: VecDeque<(Point, f64)>,
 }
 
 impl PlungeWatch {
@@ -166,17 +205,41 @@ impl PlungeWatch {
         let area = area(r, aside);
         // A layer that is thinner than a cell is seen by the rays along the axis alone, and volumes are means over three sets of rays.
         let in_material = (SETS * met.volume_mm3 / area).min(down);
-        let parts = (aside / (STEP * radius)).ceil().clamp(1.0, 1e4);
-        let mut stub = 0.0_f64;
+        let region = tool.dead_center.unwrap_or(USUAL_DEAD_CENTER * radius);
+        let parts = (aside / (STEP * region)).ceil().clamp(1.0, 1e4);
+        let (mut stub, mut pillar) = (0.0_f64, 0.0_f64);
         for k in 0..parts as usize {
             self.places.push_back((from.interpolated(to, k as f64 / parts).tip, self.sunk));
+            let at = from.interpolated(to, k as f64 / parts);
+            let pillar_from = self.cover(&at, region);
             self.sunk += in_material / parts;
+            pillar = pillar.max(self.sunk - pillar_from);
             self.leave_places(&from.interpolated(to, (k + 1) as f64 / parts), radius);
             stub = stub.max(self.sunk - self.places.front().map_or(self.sunk, |(_, sunk)| *sunk));
         }
         self.down += in_material;
         self.aside += aside * in_material / down;
-        (self.down > contact || stub > contact).then(|| Descent { angle: self.down.atan2(self.aside), stub })
+        (self.down > contact || stub > contact).then(|| Descent {
+            angle: self.down.atan2(self.aside),
+            way: [self.down, self.aside],
+            pillar,
+            stub,
+        })
+    }
+
+    /// Takes a place of the axis, and gives what was sunk when the region of this radius came over a place that it still covers.
+    fn cover(&mut self, at: &ToolPose, radius: f64) -> f64 {
+        let across = |p: &Point, q: &Point| {
+            let off = p - q;
+            (off - at.axis * off.dot(&at.axis)).norm()
+        };
+        if !self.covered.iter().any(|(p, _)| across(p, &at.tip) < NEAR * radius) {
+            self.covered.push_back((at.tip, self.sunk));
+        }
+        while self.covered.len() > 1 && farthest_from_middle(&self.covered, across) > radius {
+            self.covered.pop_front();
+        }
+        self.covered.front().map_or(self.sunk, |(_, sunk)| *sunk)
     }
 
     /// Forgets the places up to the last one that is farther across the axis than the radius.
@@ -189,6 +252,20 @@ impl PlungeWatch {
             self.places.drain(..=last);
         }
     }
+}
+
+/// Radius of the least circle round places, across the axis: its middle goes to the farthest place by less and less (Badoiu and Clarkson,
+/// *Smaller core-sets for balls*, 2003).
+fn farthest_from_middle(places: &VecDeque<(Point, f64)>, across: impl Fn(&Point, &Point) -> f64) -> f64 {
+    let Some(mut middle) = places.front().map(|(p, _)| *p) else { return 0.0 };
+    let mut least = f64::INFINITY;
+    for k in 1..=MIDDLES {
+        let far = places.iter().map(|(p, _)| (across(p, &middle), p)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((distance, p)) = far else { break };
+        least = least.min(distance);
+        middle += (p - middle) / (k + 1) as f64;
+    }
+    least
 }
 
 #[cfg(test)]
@@ -308,6 +385,38 @@ mod tests {
     }
 
     #[test]
+    fn a_helix_that_keeps_the_region_without_edges_over_its_middle_leaves_a_pillar() {
+        let pitch = |radius: f64, degrees: f64| std::f64::consts::TAU * radius * rad(degrees).tan();
+        let of = |dead: Option<f64>, radius: f64, turns: f64| {
+            let plain = tool(Some(10.0));
+            let head = Tool { dead_center: dead, ..plain };
+            along(&head, &helix(radius, pitch(radius, 6.0), turns), true).0
+        };
+        for dead in [1.0, 2.5, 4.0] {
+            for radius in [0.5, 0.8, 1.3, 2.0, 5.0, 8.0] {
+                let judged = of(Some(dead), dead * radius, 6.0);
+                // Six turns at 6 degrees are 4 radii of the helix, and the ramp of 10 degrees leaves 0.7 radii of the region.
+                let covers = radius < 1.0;
+                assert_eq!(is_fault(judged), covers, "{dead} {radius}: {judged:?}");
+            }
+        }
+        // Without the key, a helix about its own middle is open, and a wide one a ramp.
+        assert_eq!(of(None, 3.0, 2.0), Judgement::Unknown);
+        assert_eq!(of(None, 7.0, 2.0), Judgement::Allowed);
+    }
+
+    #[test]
+    fn the_angle_is_that_of_the_block_where_the_path_is_rounded() {
+        let measured = Descent { angle: 0.05, way: [0.1, 2.0], pillar: 0.1, stub: 0.1 };
+        let slope = 0.045_f64;
+        assert_eq!(measured.with_slope(Some(slope)).angle, slope);
+        assert_eq!(measured.with_slope(None).angle, 0.05);
+        // A way down that no rounding explains stays as it is measured.
+        let steep = Descent { angle: 1.0, way: [3.0, 2.0], pillar: 0.1, stub: 0.1 };
+        assert_eq!(steep.with_slope(Some(slope)).angle, 1.0);
+    }
+
+    #[test]
     fn nothing_is_said_of_air_of_touching_and_of_tools_that_cut_at_their_center() {
         let head = tool(None);
         let core = core(&head, 0.2).expect("it is watched");
@@ -338,7 +447,10 @@ mod tests {
         let flat = ToolBuilder::new(4, "FLAT", Cutter::flat(8.0).expect("flat"), 10.0, 80.0);
         let unknown = flat.clone().build().expect("tool");
         assert!(super::core(&unknown, 0.2).is_some());
-        assert_eq!(Descent { angle: 0.1, stub: 0.2 }.judged(&unknown, CONTACT), Judgement::Unknown);
+        assert_eq!(
+            Descent { angle: 0.1, way: [0.0; 2], pillar: 0.0, stub: 0.2 }.judged(&unknown, CONTACT),
+            Judgement::Unknown
+        );
         assert!(super::core(&flat.center_cutting(true).build().expect("tool"), 0.2).is_none());
     }
 }

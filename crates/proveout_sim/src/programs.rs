@@ -222,6 +222,7 @@ impl Writer {
             programmed,
             machine_coordinates: false,
             exact_stop: false,
+            solution: proveout_nc::RotarySolution::Nearest,
         }));
     }
 
@@ -255,6 +256,7 @@ impl Writer {
             programmed: 0b111,
             machine_coordinates: false,
             exact_stop: false,
+            solution: proveout_nc::RotarySolution::Nearest,
         };
         self.push(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
     }

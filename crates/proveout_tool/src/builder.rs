@@ -53,6 +53,7 @@ impl ToolBuilder {
             overall_length: None,
             flutes: None,
             center_cutting: None,
+            dead_center: None,
             max_ramp_angle: None,
             max_speed_rpm: None,
             left_handed: false,
@@ -109,6 +110,12 @@ impl ToolBuilder {
     /// Whether the tool may plunge.
     pub fn center_cutting(mut self, yes: bool) -> Self {
         self.tool.center_cutting = Some(yes);
+        self
+    }
+
+    /// Radius of the region round the axis without edges, mm.
+    pub fn dead_center(mut self, radius: f64) -> Self {
+        self.tool.dead_center = Some(radius);
         self
     }
 

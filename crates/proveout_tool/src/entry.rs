@@ -198,6 +198,23 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
     if let Some(yes) = e.center_cutting.or(thread.map(|_| false)) {
         builder = builder.center_cutting(yes);
     }
+    if let Some(wide) = e.dead_center_diameter_mm {
+        if e.center_cutting != Some(false) {
+            return refuse(
+                "dead_center_diameter_mm",
+                wide,
+                "is for a tool without edges at its center: center_cutting = false",
+            );
+        }
+        if !(wide > 0.0 && wide < diameter) {
+            return refuse(
+                "dead_center_diameter_mm",
+                wide,
+                format!("must be above 0 and below the diameter {diameter}"),
+            );
+        }
+        builder = builder.dead_center(0.5 * wide);
+    }
     if let Some(angle) = e.max_ramp_angle_deg {
         if e.center_cutting != Some(false) {
             return refuse(

@@ -141,6 +141,9 @@ pub(crate) struct ToolEntry {
     /// Whether the cutting edges reach the center, so that the tool may plunge. When left out, they do where the end rises from the
     /// axis (ball, point), a tap has none there, and of another flat end it is not known.
     pub(crate) center_cutting: Option<bool>,
+    /// Diameter of the region round the axis that no edge sweeps, of a tool with `center_cutting = false`: on a helix that keeps this
+    /// region over one place it leaves a pillar.
+    pub(crate) dead_center_diameter_mm: Option<f64>,
     /// Steepest ramp or helix into material of a tool with `center_cutting = false`, as its maker states it.
     pub(crate) max_ramp_angle_deg: Option<f64>,
     /// Highest spindle speed.

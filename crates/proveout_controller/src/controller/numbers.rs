@@ -70,6 +70,9 @@ pub(super) fn check_numbers(command: &Command) -> Result<(), Box<ControlError>> 
         Op::Dwell(Dwell::Seconds(t) | Dwell::Revolutions(t)) => v.one("the dwell", *t),
         Op::Feed(Feed::PerTime(f) | Feed::PerRevolution(f) | Feed::InverseTime(f)) => v.one("the feed", *f),
         Op::Spindle(spindle) => v.maybe("the spindle speed", spindle.speed_rpm),
+        Op::FeedCounts(counts) => {
+            v.all("what the feed counts", counts.linear.iter().chain(&counts.radius));
+        }
         Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
             v.all("the delta value of the tool", [length, radius, corner_radius]);
         }

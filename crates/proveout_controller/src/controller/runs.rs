@@ -7,6 +7,7 @@ use proveout_nc::Command;
 
 use super::{Begin, Controller, bounds::WINDOW_SAMPLES, scope};
 use crate::{
+    emit::{Awaited, Waiting},
     output::{BlockKind, BlockRecord, MoveKind},
     path::{Frame, Path, PathBlock},
     profile::Law,
@@ -41,6 +42,26 @@ fn axes_are_joints(frame: &Frame<'_>, task: &JointValues, rotation: [[f64; 3]; 3
     })
 }
 
+/// Blocks without a way and events that may wait for the next motion.
+const MOST_WAITING: usize = 10_000;
+
+/// The record of a block without a way; its time is that at which it is released.
+fn record_of(block: &PathBlock) -> BlockRecord {
+    BlockRecord {
+        index: block.index,
+        file: block.file.clone(),
+        line: block.line,
+        start_time: 0.0,
+        end_time: 0.0,
+        length: 0.0,
+        programmed_length: 0.0,
+        feed: 0.0,
+        coupled: false,
+        programmed_end: None,
+        kind: BlockKind::Move(block.kind),
+    }
+}
+
 /// Time of a block at its feed, s.
 fn time_of(block: &PathBlock) -> f64 {
     let time = block.length / block.feed;
@@ -57,9 +78,15 @@ where
             return;
         }
         if block.length <= 0.0 {
-            // No way to go: a record without time, in its place in the order of blocks.
-            self.stop_run();
-            self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
+            // No way to go: a record without time, in its place in the order of blocks. In continuous-path mode it is no stop.
+            if block.corner.is_none() || self.out.waiting.len() >= MOST_WAITING {
+                self.stop_run();
+                self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
+            } else {
+                let before = self.path.first_block + self.path.blocks.len() as u64;
+                let record = record_of(&block);
+                self.out.waiting.push_back(Waiting { before, what: Awaited::Record(Box::new(record)) });
+            }
             return;
         }
         let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints

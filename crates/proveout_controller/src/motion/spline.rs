@@ -20,15 +20,15 @@ impl Context<'_> {
             return Err(self.fail("control-not-a-number", message, "check the expressions of this block"));
         }
         let tcp = self.mapping.tcp_length.zip(self.rig);
-        let (from, to, slots, shift, end, unreachable) = match tcp {
+        let (from, to, slots, shift, end, turned) = match tcp {
             Some((length, rig)) => {
-                let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
+                let (from, to, turned) = self.end_with_tcp(motion, position, rig, length)?;
                 let end = self.joints(rig, &to, length);
-                (from, to, rig.slots, rig.zero, end, unreachable)
+                (from, to, rig.slots, rig.zero, end, turned)
             }
             None => {
-                let (end, unreachable) = self.end_in_joints(motion, position)?;
-                (position.q, end, self.letter_slots("a spline")?, self.length_offset(), end, unreachable)
+                let (end, turned) = self.end_in_joints(motion, position)?;
+                (position.q, end, self.letter_slots("a spline")?, self.length_offset(), end, turned)
             }
         };
         let at = |q: &JointValues| Vector::new(q[slots[0]], q[slots[1]], q[slots[2]]);
@@ -51,7 +51,7 @@ impl Context<'_> {
         let start = position.told.filter(|_| tcp.is_some()).map_or(control[0], |pose| pose.tip.coords);
         let way = TipWay::bezier([start, control[1], control[2], control[3]]);
         let mut path = BlockPath::whole(shape.clone(), length, true, end);
-        path.unreachable = unreachable;
+        (path.unreachable, path.other_position) = (turned.unreachable, turned.other_position);
         let Some((tool, rig)) = tcp else {
             path.programmed = Some(Box::new(Programmed::joints(from, to, Some((slots, way)))));
             return Ok(path);

@@ -71,6 +71,7 @@ mod tests {
             programmed: 0,
             machine_coordinates: false,
             exact_stop: false,
+            solution: proveout_nc::RotarySolution::Nearest,
         }
     }
 

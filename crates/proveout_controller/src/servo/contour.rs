@@ -1,8 +1,10 @@
 //! How far tip and tool axis leave the planned path, whatever the lag along it.
 //!
 //! The planned poses are kept for a while as a polyline. A place on it goes forward with the actual tip as long as that
-//! brings it nearer; the distance to that place is never below the distance to the path. A second place goes forward with the
-//! whole tool, tip and gauge line counted alike, so that it goes on where the tip stands; the axes are compared there.
+//! brings it nearer; the distance to that place is never below the distance to the path. Where it would be the largest so far, the
+//! place is looked for on all that is kept: behind a turn back or a rest the place that went forward may lie on another block. A second
+//! place goes forward with the whole tool, tip and gauge line counted alike, so that it goes on where the tip stands; the axes are
+//! compared there.
 
 use std::collections::VecDeque;
 
@@ -16,6 +18,8 @@ const KEPT: usize = 256;
 #[derive(Debug, Default)]
 pub(crate) struct Contour {
     path: VecDeque<ToolPose>,
+    /// Whether the way to each of the poses counts.
+    counts: VecDeque<bool>,
     /// The places of tip and tool lie on the segments from these points.
     at: [usize; 2],
     /// Largest distance of the tip, mm.
@@ -42,9 +46,11 @@ impl Contour {
     pub(crate) fn push(&mut self, planned: ToolPose, actual: &ToolPose, length: f64, counts: bool) {
         if self.path.back() != Some(&planned) {
             self.path.push_back(planned);
+            self.counts.push_back(counts);
         }
         if self.path.len() > KEPT {
             self.path.pop_front();
+            self.counts.pop_front();
             self.at = self.at.map(|at| at.saturating_sub(1));
         }
         let tip = |p: &Point| p.coords;
@@ -77,16 +83,37 @@ impl Contour {
             }
             (along, of_tool) = (along + 1, next);
         }
-        self.at = [at, along];
-        if counts {
-            self.worst = self.worst.max(near);
-            self.worst_axis = self.worst_axis.max(of_tool.1);
+        let on_path = |k: usize| self.counts.get(k + 1).or(self.counts.get(k)).copied().unwrap_or(false);
+        if counts && near > self.worst {
+            for k in 0..self.path.len() {
+                let found = off_tip(k);
+                if found < near {
+                    (at, near) = (k, found);
+                }
+            }
+            // Behind a rapid the machine may still be on its way, which does not count.
+            if on_path(at) {
+                self.worst = self.worst.max(near);
+            }
         }
+        if counts && of_tool.1 > self.worst_axis {
+            for k in 0..self.path.len() {
+                let found = off_tool(k);
+                if found.0 < of_tool.0 {
+                    (along, of_tool) = (k, found);
+                }
+            }
+            if on_path(along) {
+                self.worst_axis = self.worst_axis.max(of_tool.1);
+            }
+        }
+        self.at = [at, along];
     }
 
     /// Forgets the path: another tool is in the spindle.
     pub(crate) fn restart(&mut self) {
         self.path.clear();
+        self.counts.clear();
         self.at = [0, 0];
     }
 }

@@ -58,6 +58,7 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         flutes: None,
         center_cutting: None,
         max_ramp_angle: None,
+        dead_center: None,
         max_speed_rpm: None,
         left_handed: false,
         overall_length: None,
@@ -96,6 +97,7 @@ pub(crate) fn motion(values: &[(char, f64)]) -> Motion {
         programmed,
         machine_coordinates: false,
         exact_stop: false,
+        solution: proveout_nc::RotarySolution::Nearest,
     }
 }
 

@@ -24,6 +24,7 @@ mod holes;
 mod listed;
 pub(crate) mod milling;
 mod motion;
+pub(crate) mod parameters;
 pub(crate) mod passes;
 mod recover;
 pub(crate) mod shape;
@@ -49,6 +50,7 @@ use passes::Passes;
 pub(crate) use flow::{Level, Loaded, Section};
 pub(crate) use holes::{Holes, Stroke};
 pub(crate) use motion::{arc_fault, finite, unknown_axes, unknown_axis};
+pub(crate) use parameters::UsualFeed;
 pub(crate) use recover::{Failed, Recovery, Salvage, TakenOut};
 pub(crate) use technology::{Technology, direction_of, direction_of_thread, opposite};
 
@@ -110,6 +112,9 @@ pub(crate) trait Language: Debug + Sized {
 
     /// A motion is about to be handed out.
     fn moving(channel: &mut Channel<Self>);
+
+    /// What F counts in a block that moves linear and rotary axes together.
+    fn mixed_feed(channel: &Channel<Self>) -> UsualFeed;
 
     /// How cutter compensation goes around corners; none: as is usual.
     fn comp_style(_channel: &Channel<Self>) -> Option<CompStyle> {
@@ -175,6 +180,8 @@ pub(crate) struct Channel<L: Language> {
     pub(crate) told_words: BTreeSet<usize>,
     /// Calls of subprograms that are not there and were left out.
     pub(crate) missing: Vec<NotRun>,
+    /// What was told that parameters of the control count by.
+    pub(crate) told: parameters::Told,
     /// What this language keeps and no other does.
     pub(crate) own: L,
 }
@@ -224,6 +231,7 @@ impl<L: Language> Channel<L> {
             position: Position::new(),
             told_words: BTreeSet::new(),
             missing: Vec::new(),
+            told: parameters::Told::default(),
             own,
             settings: settings.clone(),
         }
@@ -232,6 +240,7 @@ impl<L: Language> Channel<L> {
     /// Hands a command out with the place of the block.
     #[inline]
     pub(crate) fn emit(&mut self, op: Op) {
+        self.told.look(&op);
         self.queue.push_back((Command { location: self.location.clone(), op }, L::Mark::default()));
     }
 

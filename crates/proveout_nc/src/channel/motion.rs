@@ -9,7 +9,9 @@ use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::ReferencePoints;
 use crate::state::MissingAxes;
-use crate::{AXIS_LETTERS, ArcMotion, AxisValues, FrameChange, Motion, Op, SpindleDirection, ThreadMotion};
+use crate::{
+    AXIS_LETTERS, ArcMotion, AxisValues, FrameChange, Motion, Op, RotarySolution, SpindleDirection, ThreadMotion,
+};
 
 impl<L: Language> Channel<L> {
     /// The motion to an end in work coordinates of which these axes (bit mask) are programmed; the missing axes where a turned
@@ -24,6 +26,7 @@ impl<L: Language> Channel<L> {
             programmed,
             machine_coordinates: false,
             exact_stop: false,
+            solution: RotarySolution::Nearest,
         })
     }
 
@@ -37,6 +40,7 @@ impl<L: Language> Channel<L> {
             programmed,
             machine_coordinates: true,
             exact_stop,
+            solution: RotarySolution::Nearest,
         };
         L::moving(self);
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
@@ -69,6 +73,9 @@ impl<L: Language> Channel<L> {
     /// Hands a straight motion out and takes its end as the position.
     #[inline]
     pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
+        if !rapid {
+            self.before_feed(&motion);
+        }
         self.position.move_to(motion.end, motion.end_base);
         L::moving(self);
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
@@ -88,6 +95,7 @@ impl<L: Language> Channel<L> {
             programmed,
             machine_coordinates: false,
             exact_stop,
+            solution: RotarySolution::Nearest,
         }));
     }
 
@@ -136,6 +144,7 @@ impl<L: Language> Channel<L> {
         span: Span,
     ) -> Result<(), Fault> {
         let op = self.arc_about(center, normal, arc, span, |_| Ok(motion))?;
+        self.before_feed(&op.motion);
         self.position.move_to(op.motion.end, op.motion.end_base);
         L::moving(self);
         self.emit(Op::Arc(op));

@@ -32,7 +32,8 @@ impl Compensated {
             }
             None => {
                 let message = format!("the radius for cutter compensation is not known ({tool}{offset})");
-                let help = "give the radius of this tool or offset in the tool table, or write the path of the tool center with G40";
+                let help = "give the radius of the tool in the tool library, or that of the offset D as parameters.radius_offset_mm of the control file or \
+                            with G10 L12 P R in the program, or write the path of the tool center with G40";
                 Err(self.fault(codes::COMPENSATION, location, message, help))
             }
         }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::*;
-use crate::{Location, Op};
+use crate::{Location, Op, RotarySolution};
 
 #[derive(Debug)]
 struct Script(VecDeque<Command>);
@@ -29,6 +29,7 @@ fn to(x: f64, y: f64) -> Motion {
         programmed: 0b11,
         machine_coordinates: false,
         exact_stop: false,
+        solution: RotarySolution::Nearest,
     }
 }
 

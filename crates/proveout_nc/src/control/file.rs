@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::parameters::ParametersFile;
+
 /// A control: what its programs mean beyond the standard of their language.
 ///
 /// Keys that are left out are taken from the parent, and where no parent says them the reader of the language decides alone.
@@ -20,6 +22,9 @@ pub(crate) struct ControlFile {
     /// What is in force before the first word of the program.
     #[serde(default)]
     pub(crate) start: StartFile,
+    /// What parameters and machine data of the control decide.
+    #[serde(default)]
+    pub(crate) parameters: ParametersFile,
     /// How numbers are read.
     #[serde(default)]
     pub(crate) numbers: NumbersFile,

@@ -15,6 +15,7 @@ mod file;
 mod inherit;
 mod meanings;
 mod model;
+mod parameters;
 mod place;
 mod resolve;
 mod start;
@@ -29,5 +30,8 @@ pub use error::ControlFileError;
 pub use file::control_schema;
 pub use model::{ArcTolerance, Control, WholeNumbers};
 pub(crate) use model::{Centers, FineBoring, StartFeed, StartMotion};
+pub(crate) use parameters::{
+    LengthWord, MixedFeed, OrientationAngles, OutsideModulo, ReturnLevel, Rollover, TiltSolution,
+};
 pub use unknown::{UnknownWord, UnknownWords};
 pub(crate) use words::Meaning;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use super::parameters::Parameters;
 use super::words::WordTable;
 use crate::settings::{Dialect, Limits};
 use crate::{AxisValues, OrientationInterpolation};
@@ -148,6 +149,7 @@ pub struct Control {
     pub(crate) start: Start,
     /// Where the axes stand at the start, coordinates of the work offset that is then in force; mm, radian.
     pub(crate) position: AxisValues,
+    pub(crate) parameters: Parameters,
     pub(crate) whole_numbers: WholeNumbers,
     pub(crate) arc_tolerance: Option<ArcTolerance>,
     pub(crate) centers: Centers,
@@ -193,6 +195,7 @@ impl Default for Control {
             refuses_unlisted: false,
             start: Start::default(),
             position: AxisValues::NONE,
+            parameters: Parameters::default(),
             whole_numbers: WholeNumbers::Assumed,
             arc_tolerance: None,
             centers: Centers::Incremental,

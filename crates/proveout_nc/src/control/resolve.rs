@@ -10,6 +10,7 @@ use super::file::{
 };
 use super::meanings;
 use super::model::{Control, FineBoring};
+use super::parameters::parameters;
 use super::place::{Text, nearest};
 use super::start::{positions, start};
 use super::values::{arcs, dwell, feed, numbers};
@@ -38,6 +39,7 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
         None => stem(text.file),
     };
     start(control, &file.start, text)?;
+    parameters(&mut control.parameters, &file.parameters, text)?;
     if let Some(numbers) = numbers(&file.numbers, control.whole_numbers, text)? {
         control.whole_numbers = numbers;
     }

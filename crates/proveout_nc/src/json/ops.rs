@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::text::Text;
 use crate::{
     AXIS_LETTERS, ArcMotion, AxisValues, CompSide, Dwell, Feed, FrameChange, Motion, Offset, Op,
-    OrientationInterpolation, Overcut, PathMode, SpindleDirection, ToolAction, ToolName,
+    OrientationInterpolation, Overcut, PathMode, RotarySolution, SpindleDirection, ToolAction, ToolName,
 };
 
 /// The text in front of the value of each axis, in the order of [`AXIS_LETTERS`].
@@ -56,6 +56,11 @@ pub(super) fn fill(text: &mut Text, op: &Op) {
             }
         }
         Op::Feed(_) => text.put_string("op", "feed"),
+        Op::FeedCounts(counts) => {
+            text.put_string("op", "feed_counts");
+            text.put_point("linear", counts.linear);
+            text.put_point("radius_mm", counts.radius);
+        }
         Op::Spindle(spindle) => {
             text.put_string("op", "spindle");
             text.put_string("direction", direction(spindle.direction));
@@ -181,6 +186,12 @@ fn put_motion(text: &mut Text, op: &str, motion: &Motion) {
     }
     if motion.exact_stop {
         text.put_flag("exact_stop", true);
+    }
+    if let RotarySolution::Angle { higher, reference, .. } = motion.solution {
+        text.put_string("solution", if higher { "higher" } else { "lower" });
+        if let Some(letter) = reference {
+            text.put_string("reference_axis", letter.encode_utf8(&mut [0; 4]));
+        }
     }
 }
 

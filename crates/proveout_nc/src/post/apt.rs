@@ -6,6 +6,7 @@ use std::io::Write;
 use super::format::{Frames, Lines, full_turns, offset_number, one_line, speed};
 use super::{Post, PostError, PostSettings, Unsaid};
 use crate::frame;
+use crate::settings::Dialect;
 use crate::{
     ArcMotion, Command, CompSide, Coolant, CutterComp, Dwell, Feed, Motion, Offset, Op, Spindle, SpindleDirection,
     ToolAction, ToolName,
@@ -107,6 +108,7 @@ impl<W: Write> AptPost<W> {
             Op::Dwell(Dwell::Seconds(seconds)) => self.out.plain(&format!("DELAY/{}", super::decimal(*seconds, 3))),
             Op::Dwell(Dwell::Revolutions(n)) => self.out.plain(&format!("DELAY/{},REV", super::decimal(*n, 3))),
             Op::Feed(feed) => self.feed(*feed),
+            Op::FeedCounts(counts) => super::feed_counts(*counts, Dialect::Apt),
             Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(ToolAction::Select(tool)) => {
                 self.selected = Some(tool.clone());

@@ -10,9 +10,10 @@ use std::io::Write;
 use super::format::{Frames, Lines, along_axis, full_turns, offset_number, one_line, radius_word, speed};
 use super::{Post, PostError, PostSettings, Unsaid};
 use crate::frame::Frame;
+use crate::settings::Dialect;
 use crate::{
     AXIS_LETTERS, ArcMotion, Command, CompSide, Coolant, Dwell, Feed, FrameChange, Motion, Offset, Op,
-    OrientationInterpolation, PathMode, Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
+    OrientationInterpolation, PathMode, RotarySolution, Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
 };
 
 /// Writes canonical commands as a Klartext program.
@@ -110,7 +111,8 @@ impl<W: Write> HeidenhainPost<W> {
         self.frames.before_motion(op, &self.out.settings, "PRESET0")?;
         let swivel = matches!(op, Op::Rapid(m) if m.programmed == 0 && m.tool_axis.is_some());
         if let Some(angles) = self.tilt.take() {
-            self.plane(angles, swivel)?;
+            let solution = if let Op::Rapid(motion) = op { motion.solution } else { RotarySolution::Nearest };
+            self.plane(angles, swivel, solution)?;
             if swivel {
                 return Ok(());
             }
@@ -129,6 +131,7 @@ impl<W: Write> HeidenhainPost<W> {
             }
             Op::Dwell(_) => Err(Unsaid::new("a dwell in spindle revolutions", "write the dwell in seconds")),
             Op::Feed(feed) => self.feed(*feed),
+            Op::FeedCounts(counts) => super::feed_counts(*counts, Dialect::Heidenhain),
             Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(action) => self.tool(action),
             Op::Plane('Z') => Ok(()),
@@ -472,13 +475,18 @@ impl<W: Write> HeidenhainPost<W> {
         Ok(())
     }
 
-    fn plane(&mut self, angles: [f64; 3], turn: bool) -> Result<(), Unsaid> {
+    fn plane(&mut self, angles: [f64; 3], turn: bool, solution: RotarySolution) -> Result<(), Unsaid> {
         // A frame turns points far from its origin: it is written finer than an axis.
         let decimals = self.out.settings.angle_decimals + 3;
         let text = angles.map(|v| Self::signed(self.out.number(v.to_degrees(), decimals)));
         self.swiveled = turn;
         let motion = if turn { "TURN FMAX" } else { "STAY" };
-        self.block(&format!("PLANE SPATIAL SPA{} SPB{} SPC{} {motion}", text[0], text[1], text[2]))
+        let choice = match solution {
+            RotarySolution::Nearest => "",
+            RotarySolution::Angle { higher: true, .. } => " SEQ+",
+            RotarySolution::Angle { higher: false, .. } => " SEQ-",
+        };
+        self.block(&format!("PLANE SPATIAL SPA{} SPB{} SPC{} {motion}{choice}", text[0], text[1], text[2]))
     }
 
     fn tool_center(&mut self, tcp: Tcp) -> Result<(), Unsaid> {

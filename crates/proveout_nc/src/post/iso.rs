@@ -11,8 +11,8 @@ use super::{Post, PostError, PostSettings, Unsaid};
 use crate::frame;
 use crate::settings::Dialect;
 use crate::{
-    Command, CompSide, Coolant, CutterComp, Dwell, Feed, FrameChange, Motion, Offset, Op, Override, PathMode, Spindle,
-    SpindleDirection, ToolAction, ToolName,
+    Command, CompSide, Coolant, CutterComp, Dwell, Feed, FrameChange, Motion, Offset, Op, Override, PathMode,
+    RotarySolution, Spindle, SpindleDirection, ToolAction, ToolName,
 };
 
 /// Which coordinates are written under a frame.
@@ -132,6 +132,7 @@ impl<W: Write> IsoPost<W> {
             Op::Thread(thread) => self.thread(thread),
             Op::Dwell(dwell) => self.dwell(*dwell),
             Op::Feed(feed) => self.feed(*feed),
+            Op::FeedCounts(counts) => super::feed_counts(*counts, self.dialect),
             Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(action) => self.tool(action),
             Op::Plane(normal) => {
@@ -327,7 +328,11 @@ impl<W: Write> IsoPost<W> {
         if self.tilted && upright {
             self.swiveled = true;
             self.forget();
-            return self.out.block("G53.1");
+            return self.out.block(match motion.solution {
+                RotarySolution::Nearest => "G53.1",
+                RotarySolution::Angle { higher: true, .. } => "G53.1 P1",
+                RotarySolution::Angle { higher: false, .. } => "G53.1 P2",
+            });
         }
         if self.tcp && self.dialect == Dialect::Fanuc {
             return self.straight("G0", motion);

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use crate::settings::Dialect;
-use crate::{Command, Coolant, Location, Motion, Op, WorkOffset};
+use crate::{Command, Coolant, FeedCounts, Location, Motion, Op, WorkOffset};
 
 pub use apt::AptPost;
 pub use heidenhain::HeidenhainPost;
@@ -86,6 +86,23 @@ fn must_be_known(motion: &Motion, value: impl Fn(usize) -> Option<f64>) -> Resul
         ));
     }
     Ok(())
+}
+
+/// What the feed counts in a block that turns rotary axes, which each language counts in its own way.
+fn feed_counts(counts: FeedCounts, target: Dialect) -> Result<(), Unsaid> {
+    let of_target = match target {
+        Dialect::Fanuc | Dialect::Haas | Dialect::Iso | Dialect::Heidenhain => {
+            FeedCounts { radius: [FeedCounts::DEGREE_IS_MM; 3], ..FeedCounts::LINEAR }
+        }
+        _ => FeedCounts::LINEAR,
+    };
+    if counts == of_target {
+        return Ok(());
+    }
+    Err(Unsaid::new(
+        "a feed of linear and rotary axes together, which the target counts in another way,",
+        "program these blocks by their time (G93), or under tool center point control",
+    ))
 }
 
 /// A turn about a point ahead of the tip, which only the block that asks for it could say.

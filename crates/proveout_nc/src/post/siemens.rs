@@ -6,6 +6,7 @@ use std::io::Write;
 use super::format::{Lines, full_turns, offset_number, radius_word};
 use super::{Post, PostError, PostSettings, Unsaid, decimal};
 use crate::frame::{self, Frame};
+use crate::settings::Dialect;
 use crate::{
     AXIS_LETTERS, ArcMotion, AxisValues, Command, CompSide, Coolant, CutterComp, Dwell, Feed, FrameChange, Motion,
     Offset, Op, OrientationInterpolation, PathMode, SpindleDirection, Tcp, ThreadMotion, ToolAction, ToolName,
@@ -92,9 +93,9 @@ impl<W: Write> SiemensPost<W> {
             if let (Op::Rapid(motion), Some(change)) = (op, &self.waiting)
                 && is_swivel(motion)
             {
-                let change = change.clone();
+                let (change, solution) = (change.clone(), motion.solution);
                 (self.waiting, self.plane_ends) = (None, false);
-                return self.cycle800(&change);
+                return self.cycle800(&change, solution);
             }
             self.write_frame()?;
         }
@@ -118,6 +119,7 @@ impl<W: Write> SiemensPost<W> {
             Op::Dwell(Dwell::Seconds(seconds)) => self.line(&format!("G4 F{}", decimal(*seconds, 3))),
             Op::Dwell(Dwell::Revolutions(revolutions)) => self.line(&format!("G4 S{}", decimal(*revolutions, 3))),
             Op::Feed(feed) => self.feed(*feed),
+            Op::FeedCounts(counts) => super::feed_counts(*counts, Dialect::Siemens840d),
             Op::Spindle(spindle) => {
                 let m = match spindle.direction {
                     SpindleDirection::Off => "M5",

@@ -4,8 +4,8 @@ use std::io::Write;
 
 use super::siemens::SiemensPost;
 use super::{Unsaid, decimal};
-use crate::FrameChange;
 use crate::frame::{self, Frame};
+use crate::{FrameChange, RotarySolution};
 
 impl<W: Write> SiemensPost<W> {
     /// TRANS, AROT, AMIRROR, ASCALE that make the transform above the work offset; none for a sheared one.
@@ -68,7 +68,7 @@ impl<W: Write> SiemensPost<W> {
     }
 
     /// A swivel plane axis by axis about X, Y, Z, with the tool turned upright on it.
-    pub(crate) fn cycle800(&mut self, change: &FrameChange) -> Result<(), Unsaid> {
+    pub(crate) fn cycle800(&mut self, change: &FrameChange, solution: RotarySolution) -> Result<(), Unsaid> {
         let total = Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
         let shift = frame::sub(total.translation, self.settable.translation);
         let m = &total.linear;
@@ -94,8 +94,10 @@ impl<W: Write> SiemensPost<W> {
             Frame { translation: frame::sub(total.translation, self.settable.translation), rotary: [0.0; 3], ..total };
         self.programmable = Frame::IDENTITY;
         self.swiveled = true;
+        // The cycle knows no least turn: it goes to the lower or the higher angle.
+        let direction = if matches!(solution, RotarySolution::Angle { higher: false, .. }) { -1 } else { 1 };
         self.line(&format!(
-            "CYCLE800(0,\"TC1\",0,57,{},{},{},{},{},{},0,0,0,1)",
+            "CYCLE800(0,\"TC1\",0,57,{},{},{},{},{},{},0,0,0,{direction})",
             shift[0], shift[1], shift[2], angles[0], angles[1], angles[2]
         ))
     }

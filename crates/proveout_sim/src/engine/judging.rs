@@ -37,7 +37,7 @@ impl Engine<'_> {
         let mut cores = parts.iter().zip(reports).filter(|(part, _)| part.what == Swept::Core).peekable();
         for (i, (piece, state)) in chunk.pieces.iter().zip(states).enumerate() {
             let met = cores.next_if(|(part, _)| part.piece == i).map(|(_, report)| report);
-            self.judge_descent(piece, state, met);
+            self.judge_descent(chunk, piece, state, met);
         }
         for (k, (part, report)) in parts.iter().zip(reports).enumerate() {
             let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
@@ -89,11 +89,12 @@ impl Engine<'_> {
     }
 
     /// Follows a tool without edges at its center; `met` is what its core met, where it goes down.
-    fn judge_descent(&mut self, piece: &Piece, state: &CuttingState, met: Option<&SweepReport>) {
+    fn judge_descent(&mut self, chunk: &Chunk, piece: &Piece, state: &CuttingState, met: Option<&SweepReport>) {
         let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else { return };
         let Some(core) = self.cutters.core(index) else { return };
         let contact = self.prepared.scene.file.tolerances.contact_mm;
         let Some(descent) = self.plunge.follow((index, tool), piece, met, core, contact) else { return };
+        let descent = descent.with_slope(self.block_ends.slope(chunk, piece.block));
         match descent.judged(tool, contact) {
             Judgement::Allowed => {}
             Judgement::Unknown => {
@@ -104,7 +105,8 @@ impl Engine<'_> {
                 }
             }
             Judgement::Fault { angle, stub } => {
-                let finding = wording::plunge(tool, descent.angle, angle, [descent.stub, stub]);
+                let left = if tool.dead_center.is_some() { descent.pillar } else { descent.stub };
+                let finding = wording::plunge(tool, descent.angle, angle, [left, stub]);
                 let mut f = self.at_piece(finding, piece, piece.time[0]);
                 f.point_mm = met.and_then(|r| r.first_point).map(|p| [p.x, p.y, p.z]);
                 self.log.push(f);

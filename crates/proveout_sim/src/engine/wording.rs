@@ -289,12 +289,13 @@ pub(super) fn plunge(tool: &Tool, angle: f64, limit: f64, [stub, most]: [f64; 2]
         None => "its steepest ramp is not stated".to_owned(),
     };
     let steep = angle > limit;
+    let aside = if tool.dead_center.is_some() { "the region without edges" } else { "its radius" };
     let message = if steep {
         format!("{name} has no edges at its center and goes down into material at {angle_deg:.3} degrees; {ramp}")
     } else {
         format!(
             "{name} has no edges at its center and leaves a stub of {stub:.3} mm under it: it goes down without moving aside by \
-             its radius; {ramp}, which leaves {most:.3} mm"
+             {aside}; {ramp}, which leaves {most:.3} mm"
         )
     };
     let mut f = FindingLog::of(&finding::PLUNGE, message);
@@ -311,7 +312,11 @@ pub(super) fn plunge(tool: &Tool, angle: f64, limit: f64, [stub, most]: [f64; 2]
 pub(super) fn unknown_plunge(tool: &Tool, plunge: &UnknownPlunge, places: &[Option<(Arc<str>, u32)>]) -> String {
     let at = places.get(plunge.block as usize).and_then(Option::as_ref);
     let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
-    let missing = if tool.center_cutting.is_none() { "center_cutting" } else { "max_ramp_angle_deg" };
+    let missing = match (tool.center_cutting, tool.max_ramp_angle) {
+        (None, _) => "center_cutting",
+        (_, None) => "max_ramp_angle_deg",
+        _ => "dead_center_diameter_mm",
+    };
     let (name, angle) = (&tool.name, plunge.angle.to_degrees());
     format!(
         "whether {name} may go down into material at {angle:.1} degrees{at}: the tool library gives it no `{missing}`"

@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
-use proveout_nc::{AXIS_LETTERS, ArcMotion, Command, Motion, Offset, Op, ToolAction, ToolName};
+use proveout_nc::{AXIS_LETTERS, ArcMotion, Command, Motion, Offset, Op, RotarySolution, ToolAction, ToolName};
 
 /// Angle between two points of an arc, radian: the sagitta is then below 0.1 percent of the radius.
 const ARC_STEP: f64 = PI / 36.0;
@@ -232,7 +232,7 @@ impl<'a> Tracer<'a> {
         let length = if self.length_on { self.gauge() } else { 0.0 };
         self.put_joints(motion, length);
         if let Some(axis) = motion.tool_axis_base {
-            self.turn_to(&Vector::from(axis));
+            self.turn_to(&Vector::from(axis), motion.solution);
         }
         // An axis of which nothing has been told stands at home, which is no place of the program.
         let told = (0..3).all(|axis| self.base[axis].is_some()) || self.tip.is_some();
@@ -279,9 +279,19 @@ impl<'a> Tracer<'a> {
     }
 
     /// Turns the rotary axes until the tool stands along an axis of the table frame (G53.1, CYCLE800, PLANE), the linear ones at rest.
-    fn turn_to(&mut self, axis: &Vector) {
+    fn turn_to(&mut self, axis: &Vector, solution: RotarySolution) {
         let tip = self.machine.forward(&self.q, self.gauge()).tip;
-        let Some(turned) = self.joints_at(&ToolPose { tip, axis: *axis }) else { return };
+        let pose = ToolPose { tip, axis: *axis };
+        let chosen = match solution {
+            RotarySolution::Nearest => None,
+            RotarySolution::Angle { higher, reference, .. } => {
+                let named = reference.and_then(|letter| self.machine.joint_for_letter(letter));
+                let joint = named.or_else(|| self.machine.rotary_joints().last().copied());
+                joint.and_then(|j| self.machine.inverse_chosen(&pose, self.gauge(), &self.q, (j, higher)).ok())
+            }
+        };
+        let chosen = chosen.map(|(solution, _)| solution.q);
+        let Some(turned) = chosen.or_else(|| self.joints_at(&pose)) else { return };
         for &j in self.machine.rotary_joints() {
             self.q[j] = turned[j];
         }

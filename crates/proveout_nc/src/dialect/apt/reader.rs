@@ -8,9 +8,9 @@ use super::recover;
 use super::statement::{self, Bad, Item, Place, Statement, Token};
 use super::words::{self, Class};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{Channel, Failed, Language, Section};
+use crate::channel::{Channel, Failed, Language, Section, UsualFeed};
 use crate::codes;
-use crate::control::{Control, Meaning};
+use crate::control::{Control, Meaning, MixedFeed};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::frame::Frame;
 use crate::not_run::NotRun;
@@ -149,6 +149,11 @@ impl Language for Apt {
     }
 
     fn moving(_channel: &mut AptReader) {}
+
+    /// CL data know tip and tool axis alone.
+    fn mixed_feed(_channel: &AptReader) -> UsualFeed {
+        UsualFeed::Rule(MixedFeed::Linear)
+    }
 
     fn may_follow(channel: &AptReader, fault: &Diagnostic) -> bool {
         recover::may_follow(channel, fault)

@@ -311,6 +311,7 @@ impl Interpreter {
             [op.motion.end.get(u).unwrap_or(0.0) - op.center[u], op.motion.end.get(v).unwrap_or(0.0) - op.center[v]];
         self.modal.tangent =
             (normal == self.modal.normal).then_some(if clockwise { [end[1], -end[0]] } else { [-end[1], end[0]] });
+        self.before_feed(&op.motion);
         self.position.move_to(op.motion.end, op.motion.end_base);
         Heidenhain::moving(self);
         self.emit(Op::Arc(op));

@@ -224,10 +224,11 @@ impl Interpreter {
                 (name, _) => return Err(super::lexer::unknown(name, span)),
             }
         }
+        let solution = self.usual_solution();
         // Without a feed the control turns no axis, and the clearance has no use.
         let way = match feed {
-            Some(_) => Way { positioning: Positioning::Move, ahead, feed },
-            None => Way { positioning: Positioning::Stay, ahead: 0.0, feed },
+            Some(_) => Way { positioning: Positioning::Move, ahead, feed, solution },
+            None => Way { positioning: Positioning::Stay, ahead: 0.0, feed, solution },
         };
         if angles == [0.0; 3] {
             return self.plane_reset(way, "CYCL DEF 19", span);

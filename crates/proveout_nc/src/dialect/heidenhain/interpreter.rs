@@ -12,9 +12,10 @@ use super::variables::Variables;
 use super::words::{self, Block, Label, Statement};
 use super::{din, leftover, parser, recover, text};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Section};
+use crate::channel::{self, Channel, Failed, Language, Section, UsualFeed};
 use crate::codes;
 use crate::compensation::CompStyle;
+use crate::control::MixedFeed;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::not_run::NotRun;
 use crate::settings::Dialect;
@@ -184,6 +185,11 @@ impl Language for Heidenhain {
         channel.own.buffer = buffer;
         channel.block = Some(block);
         result
+    }
+
+    /// One degree counts as one millimeter (from memory).
+    fn mixed_feed(_channel: &Interpreter) -> UsualFeed {
+        UsualFeed::Usual(MixedFeed::Vector)
     }
 
     /// The last motion of a contour is held back until its corner is known.

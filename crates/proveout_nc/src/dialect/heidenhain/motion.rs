@@ -6,7 +6,7 @@ use crate::channel::finite;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
-use crate::{AxisValues, CompSide, CutterComp, Feed, Motion, Op};
+use crate::{AxisValues, CompSide, CutterComp, Feed, Motion, Op, RotarySolution};
 
 /// Bits of X, Y and Z.
 pub(crate) const LINEAR: u16 = 0b111;
@@ -216,7 +216,7 @@ impl Interpreter {
         }
     }
 
-    fn target(&self, axis: usize, c: Coordinate, span: Span) -> Result<f64, Fault> {
+    fn target(&mut self, axis: usize, c: Coordinate, span: Span) -> Result<f64, Fault> {
         let value = self.coordinate(axis, self.variables.value(c.value, span)?);
         let rotary = (3..6).contains(&axis);
         let target = if self.is_incremental(c.reference) {
@@ -224,6 +224,8 @@ impl Interpreter {
         } else if rotary && self.modal.shortest {
             // M126; unknown, it goes to the value as written.
             self.short_way(axis, value)
+        } else if rotary {
+            self.rolled(axis, value)
         } else {
             value
         };
@@ -341,6 +343,8 @@ impl Interpreter {
                 frame::unit(frame.apply_vector(axis))
             }
         };
+        // Q120 to Q122: the position that the plane has chosen.
+        let by_plane = self.modal.plane_angles && goal.tool_axis == Some([0.0, 0.0, 1.0]);
         Ok(Motion {
             end,
             end_base,
@@ -349,6 +353,7 @@ impl Interpreter {
             programmed: goal.programmed,
             machine_coordinates: false,
             exact_stop: false,
+            solution: if by_plane { self.modal.plane_solution } else { RotarySolution::Nearest },
         })
     }
 

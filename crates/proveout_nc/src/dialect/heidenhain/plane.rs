@@ -13,12 +13,12 @@
 
 use super::interpreter::Interpreter;
 use super::motion::{Goal, LINEAR, ROTARY};
-use super::words::{FeedWord, Kind, Param, Plane, PlaneKind, Positioning, Tcpm};
+use super::words::{FeedWord, Kind, Param, Plane, PlaneKind, Positioning, Tcpm, TiltChoice};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::machine_data::KinematicsKind;
-use crate::{Motion, Offset, Op, OrientationInterpolation, Tcp};
+use crate::{Motion, Offset, Op, OrientationInterpolation, RotarySolution, Tcp};
 
 const PLANE_PARAMS: [u32; 3] = [120, 121, 122];
 
@@ -38,6 +38,8 @@ pub(crate) struct Way {
     /// DIST of MOVE: the center of the turn lies so much ahead of the tip, away from the holder, mm.
     pub(crate) ahead: f64,
     pub(crate) feed: Option<FeedWord>,
+    /// Which of two positions of the rotary axes is taken.
+    pub(crate) solution: RotarySolution,
 }
 
 /// Where the rotary axes turn by themselves.
@@ -186,7 +188,13 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "DIST stands without MOVE, to which it belongs")
                 .help("write MOVE, or take DIST out"));
         }
-        let way = Way { positioning, ahead, feed: plane.feed };
+        let solution = match plane.choice {
+            // Of two positions one has the higher angle of the primary axis; both lie about its basic position.
+            Some(TiltChoice::Positive | TiltChoice::Upper) => self.chosen_solution(true, false),
+            Some(TiltChoice::Negative | TiltChoice::Lower) => self.chosen_solution(false, false),
+            None => self.usual_solution(),
+        };
+        let way = Way { positioning, ahead, feed: plane.feed, solution };
         if plane.kind == PlaneKind::Reset {
             return self.plane_reset(way, "PLANE RESET", span);
         }
@@ -232,6 +240,7 @@ impl Interpreter {
             .help("write PLANE RESET between them"));
         }
         self.modal.plane_angles = true;
+        self.modal.plane_solution = way.solution;
         for (index, position) in PLANE_PARAMS.into_iter().zip(tilt.axes) {
             let param = Param { kind: Kind::Global, index };
             match position {
@@ -245,7 +254,7 @@ impl Interpreter {
             Positioning::Stay => self.tell_tcp(),
             Positioning::Turn => {
                 self.tell_tcp_as(false);
-                self.turn(target, way.feed, span)?;
+                self.turn(target, way, span)?;
                 self.tell_tcp();
             }
             Positioning::Move => {
@@ -280,7 +289,7 @@ impl Interpreter {
             Positioning::Stay => self.tell_tcp(),
             Positioning::Turn => {
                 self.tell_tcp_as(self.modal.tcpm);
-                self.turn(Target::Zero, way.feed, span)?;
+                self.turn(Target::Zero, way, span)?;
                 if !self.modal.tcpm {
                     self.position.forget(LINEAR);
                 }
@@ -298,18 +307,19 @@ impl Interpreter {
     /// MOVE: turns the rotary axes while the linear ones follow, so that the point ahead of the tip stays on the workpiece.
     fn turn_ahead(&mut self, target: Target, way: Way, span: Span) -> Result<(), Fault> {
         if way.ahead == 0.0 {
-            return self.turn(target, way.feed, span);
+            return self.turn(target, way, span);
         }
         // The tip does not stay, and where it comes to stand hangs on where the rotary axes stand.
         self.position.forget(LINEAR);
         self.emit(Op::Offset(Offset::TurnCenter { ahead: way.ahead }));
-        self.turn(target, way.feed, span)?;
+        self.turn(target, way, span)?;
         self.emit(Op::Offset(Offset::TurnCenter { ahead: 0.0 }));
         Ok(())
     }
 
     /// Turns the rotary axes by themselves: onto a tool axis, or all of them to zero.
-    fn turn(&mut self, target: Target, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
+    fn turn(&mut self, target: Target, way: Way, span: Span) -> Result<(), Fault> {
+        let feed = way.feed;
         let rapid = matches!(feed, None | Some(FeedWord::Max));
         let before = self.technology.feed;
         if let (false, Some(word)) = (rapid, feed) {
@@ -319,7 +329,8 @@ impl Interpreter {
         self.position.forget(ROTARY);
         let motion = match target {
             Target::ToolAxis(axis) => {
-                self.complete(Goal { end: self.position.work, programmed: 0, tool_axis: Some(axis) }, span)?
+                let goal = Goal { end: self.position.work, programmed: 0, tool_axis: Some(axis) };
+                Motion { solution: way.solution, ..self.complete(goal, span)? }
             }
             Target::Axes(positions) => {
                 let mut goal = Goal { end: self.position.work, programmed: 0, tool_axis: None };
@@ -346,6 +357,7 @@ impl Interpreter {
                     programmed: 0,
                     machine_coordinates: false,
                     exact_stop: false,
+                    solution: RotarySolution::Nearest,
                 }
             }
         };

@@ -1,7 +1,7 @@
 //! Words of PLANE, FUNCTION and TRANS blocks.
 
 use super::lexer::{Lexer, refused, unknown};
-use super::words::{Coordinate, Plane, PlaneKind, Positioning, Reference, Statement, Tcpm};
+use super::words::{Coordinate, Plane, PlaneKind, Positioning, Reference, Statement, Tcpm, TiltChoice};
 use crate::diagnostic::Fault;
 
 pub(crate) fn plane(x: &mut Lexer<'_>, start: usize) -> Result<Plane, Fault> {
@@ -25,6 +25,7 @@ pub(crate) fn plane(x: &mut Lexer<'_>, start: usize) -> Result<Plane, Fault> {
         distance: None,
         retract: None,
         feed: None,
+        choice: None,
         options: Vec::new(),
     };
     loop {
@@ -44,7 +45,18 @@ fn plane_word(x: &mut Lexer<'_>, plane: &mut Plane) -> Result<(), Fault> {
             return Ok(());
         }
     }
-    for word in ["SEQ+", "SEQ-", "SYM+", "SYM-", "TABLE ROT", "COORD ROT", "AUTOMATIC"] {
+    for (word, choice) in [
+        ("SEQ+", TiltChoice::Positive),
+        ("SEQ-", TiltChoice::Negative),
+        ("SYM+", TiltChoice::Upper),
+        ("SYM-", TiltChoice::Lower),
+    ] {
+        if x.prefix(word) {
+            plane.choice = Some(choice);
+            return Ok(());
+        }
+    }
+    for word in ["TABLE ROT", "COORD ROT", "AUTOMATIC"] {
         if x.prefix(word) {
             plane.options.push(word.to_owned());
             return Ok(());

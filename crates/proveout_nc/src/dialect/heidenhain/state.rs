@@ -4,7 +4,7 @@ use super::corner::Corner;
 use super::cycle::{Cycle, OldCycle};
 use super::frames::Frames;
 use super::words::Pattern;
-use crate::{AxisValues, Feed, OrientationInterpolation, Settings, Tcp};
+use crate::{AxisValues, Feed, OrientationInterpolation, RotarySolution, Settings, Tcp};
 
 /// Modal state of the control.
 #[derive(Debug)]
@@ -70,6 +70,8 @@ pub(crate) struct State {
     pub(crate) din_clockwise: Option<bool>,
     /// Q120 to Q122 stand for the rotary positions of the tilted plane.
     pub(crate) plane_angles: bool,
+    /// Which of two positions of the rotary axes the plane takes.
+    pub(crate) plane_solution: RotarySolution,
 }
 
 impl State {
@@ -111,6 +113,7 @@ impl State {
             din_path: 1,
             din_clockwise: None,
             plane_angles: false,
+            plane_solution: RotarySolution::Nearest,
         }
     }
 

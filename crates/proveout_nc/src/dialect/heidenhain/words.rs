@@ -283,8 +283,23 @@ pub(crate) struct Plane {
     /// MB: retraction before turning; the flag says MAX.
     pub(crate) retract: Option<(Option<Value>, bool)>,
     pub(crate) feed: Option<FeedWord>,
-    /// `SEQ+`, `TABLE ROT` and the like, told in a note.
+    /// SEQ and SYM.
+    pub(crate) choice: Option<TiltChoice>,
+    /// `TABLE ROT` and the like, told in a note.
     pub(crate) options: Vec<String>,
+}
+
+/// Which of two positions of the rotary axes a plane takes, by the angle of the primary axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TiltChoice {
+    /// SEQ+
+    Positive,
+    /// SEQ-
+    Negative,
+    /// SYM+
+    Upper,
+    /// SYM-
+    Lower,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -52,6 +52,12 @@ impl Interpreter {
         let to = [end.get(u).unwrap_or(start[u]), end.get(v).unwrap_or(start[v])];
         let tolerance = self.settings.arc_limit();
         let result = match radius {
+            // A Fanuc takes R and leaves I, J and K out of account.
+            Some(radius) if has_center && self.own.flavor == Flavor::Fanuc => {
+                self.note("I, J and K beside R have no effect: the control takes R");
+                center = start;
+                arc::from_radius(flat(start), to, radius, clockwise, tolerance)
+            }
             Some(_) if has_center => {
                 return Err(Fault::new(codes::CONFLICT, span, "R stands with a center").help("keep one"));
             }

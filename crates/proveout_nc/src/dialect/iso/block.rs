@@ -282,7 +282,7 @@ impl Interpreter {
             self.modal.absolute_centers = code == 901;
         }
         if let Some(code) = p.g(Group::Return) {
-            self.modal.return_to_r = code == 990;
+            self.modal.return_to_r = Some(code == 990);
         }
         if let Some(code) = p.g(Group::Polar) {
             self.modal.polar = code == 160;

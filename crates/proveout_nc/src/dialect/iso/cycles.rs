@@ -21,6 +21,7 @@ use super::pending::{AXES, Pending};
 use super::words::Group;
 use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
+use crate::control::ReturnLevel;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Motion, SpindleDirection};
 
@@ -84,6 +85,10 @@ impl Interpreter {
         }
         self.r_plane_of_haas(code);
         let levels = self.levels(code, self.own.cycle.initial, span)?;
+        self.return_level_at_start(levels);
+        if levels.depth > levels.r && !matches!(code, 770 | 870) {
+            self.note(format!("{} feeds upward, from R{} to {}", g_name(code), levels.r, levels.depth));
+        }
         let place = p.clone();
         for _ in 0..repeats {
             *p = place.clone();
@@ -105,6 +110,26 @@ impl Interpreter {
         if let Some(initial) = self.own.cycle.initial {
             self.assume(format!("{} without R feeds from the level where the tool stands", g_name(code)));
             self.own.cycle.r = Some((initial, false));
+        }
+    }
+
+    /// Where a cycle comes back to before the first G98 or G99. A `LinuxCNC` begins with the R plane, unless its startup code or the program
+    /// before has said G98; others begin with the initial level.
+    fn return_level_at_start(&mut self, levels: Levels) {
+        if self.modal.return_to_r.is_some() || self.settings.control.stated_returns {
+            return;
+        }
+        let stated = self.settings.control.parameters.return_level;
+        let to_r = match stated {
+            Some(level) => level == ReturnLevel::RPlane,
+            None => self.own.flavor.is_linuxcnc(),
+        };
+        self.modal.return_to_r = Some(to_r);
+        if stated.is_none() && to_r && levels.initial.is_none_or(|initial| initial > levels.r) {
+            self.assume(
+                "before the first G98 or G99 the cycle comes back to the R plane; a startup code or the program before may have said \
+                 G98: write the word, or state it as parameters.return_level of the control file",
+            );
         }
     }
 
@@ -295,13 +320,16 @@ impl Interpreter {
         let depth = if incremental(z) { level + z.0 } else { z.0 };
         let levels = Levels { initial: self.own.cycle.initial, r: level, depth };
         let back = matches!(code, 770 | 870);
-        if (levels.depth > levels.r) != back && levels.depth != levels.r
+        // A Fanuc feeds from R to the depth whichever way that is: angle heads, work from below.
+        let either = self.own.flavor == Flavor::Fanuc && matches!(code, 810 | 820 | 850 | 860 | 890);
+        if (levels.depth > levels.r) != back && levels.depth != levels.r && !either
             || !levels.depth.is_finite()
             || !levels.r.is_finite()
         {
             let side = if back { "above" } else { "below" };
             let message = format!("the depth {} of {name} does not lie {side} the R plane {}", levels.depth, levels.r);
-            return Err(Fault::new(codes::ARGUMENTS, span, message).help("check Z and R"));
+            let letter = char::from(AXES[self.modal.normal]);
+            return Err(Fault::new(codes::ARGUMENTS, span, message).help(format!("check {letter} and R")));
         }
         Ok(levels)
     }
@@ -311,7 +339,7 @@ impl Interpreter {
         if self.settings.control.stated_returns {
             return self.stated_return(levels, span);
         }
-        if self.modal.return_to_r {
+        if self.modal.return_to_r.unwrap_or(false) {
             return Ok(levels.r);
         }
         let Some(initial) = levels.initial else {

@@ -182,7 +182,7 @@ impl Interpreter {
             );
             return Err(Fault::new(codes::ARGUMENTS, span, message).help("check Z, I, D and B"));
         }
-        let back = match (self.modal.return_to_r, self.own.cycle.initial) {
+        let back = match (self.modal.return_to_r.unwrap_or(false), self.own.cycle.initial) {
             (true, _) => reference,
             (false, Some(initial)) => initial.max(reference),
             (false, None) => {

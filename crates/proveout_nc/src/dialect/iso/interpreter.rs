@@ -13,8 +13,9 @@ use super::variables::Variables;
 use super::{grbl, leftover, osp, recover};
 use crate::channel::corners::{CornerMark, Cornering, Corners};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Lines, Section};
+use crate::channel::{self, Channel, Failed, Language, Lines, Section, UsualFeed};
 use crate::codes;
+use crate::control::MixedFeed;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
@@ -87,6 +88,8 @@ pub(crate) struct Iso {
     /// The state at the start has been handed out.
     started: bool,
     pub(crate) noted_integers: bool,
+    /// A tool length that changes without Z has been told.
+    pub(crate) noted_length: bool,
     pub(crate) noted_surface_speed: bool,
     /// First parameter of the reference points that a note has named.
     pub(crate) noted_references: Vec<u32>,
@@ -123,6 +126,7 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         sequence: 0,
         started: false,
         noted_integers: false,
+        noted_length: false,
         noted_surface_speed: false,
         noted_references: Vec::new(),
     };
@@ -171,6 +175,16 @@ impl Language for Iso {
 
     fn moving(channel: &mut Interpreter) {
         channel.begin_motion();
+    }
+
+    /// A `LinuxCNC` counts X, Y and Z, whatever its set-up (*Machining center*, "Feed"). On a Fanuc F is the speed along the vector of
+    /// the axes, degrees as millimeters.
+    fn mixed_feed(channel: &Interpreter) -> UsualFeed {
+        if channel.own.flavor.is_linuxcnc() {
+            UsualFeed::Rule(MixedFeed::Linear)
+        } else {
+            UsualFeed::Usual(MixedFeed::Vector)
+        }
     }
 
     fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {

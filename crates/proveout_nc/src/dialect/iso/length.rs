@@ -7,11 +7,12 @@ use super::block::g_name;
 use super::calls::whole;
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
-use super::modal::{Length, Plane};
+use super::modal::{Length, MotionMode, Plane};
 use super::pending::{AXES, Pending};
 use super::technology::LINEAR;
 use super::words::Group;
 use crate::codes;
+use crate::control::LengthWord;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
 use crate::{CompSide, CutterComp, Offset, Op, ToolName};
@@ -26,6 +27,57 @@ pub(super) struct Kept {
 impl Interpreter {
     /// G43 G43.1 G43.2 G43.4 G43.5 G44 G49 G234, and H alone.
     pub(crate) fn length_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let before = (self.modal.length, self.modal.frames.length);
+        let level = self.position.work.get(2);
+        self.take_length_words(p, span)?;
+        let changed = before != (self.modal.length, self.modal.frames.length);
+        if changed && p.axes() & 0b100 == 0 && self.own.flavor == Flavor::Fanuc {
+            self.length_alone(level, span)?;
+        }
+        Ok(())
+    }
+
+    /// The tool length changes in a block without Z. Bit 6 (TOS) of parameter 5006 of a Fanuc decides whether coordinates shift and
+    /// nothing moves, or whether Z moves by the length. `level`: Z before the block.
+    fn length_alone(&mut self, level: Option<f64>, span: Span) -> Result<(), Fault> {
+        if self.modal.in_table() || self.modal.tcp {
+            return Ok(());
+        }
+        match self.settings.control.parameters.length_word {
+            Some(LengthWord::Shifts) => Ok(()),
+            Some(LengthWord::Moves) => {
+                let Some(level) = level else {
+                    return Err(Fault::new(
+                        codes::POSITION_UNKNOWN,
+                        span,
+                        "the tool length moves Z here, and where Z stands is not known to the program",
+                    )
+                    .help("write Z in this block"));
+                };
+                let mut end = self.position.work;
+                end.put(2, level);
+                let rapid = !matches!(self.modal.motion, Some(MotionMode::Linear));
+                if !rapid {
+                    self.need_feed(LINEAR, span)?;
+                }
+                let motion = self.complete(end, 0b100, false, span)?;
+                self.go(motion, rapid);
+                Ok(())
+            }
+            None => {
+                if !std::mem::replace(&mut self.own.noted_length, true) {
+                    self.assume(
+                        "a tool length that changes in a block without Z shifts the coordinates, and nothing moves; with bit 6 (TOS) of \
+                         parameter 5006 at 0 Z moves by the length: write Z in the block, or state parameters.length_word of the \
+                         control file",
+                    );
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn take_length_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::ToolLength) else {
             // H is modal on a Fanuc and a Haas.
             if p.any_free(b"H") && !self.own.flavor.is_linuxcnc() {

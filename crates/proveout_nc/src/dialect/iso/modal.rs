@@ -122,8 +122,8 @@ pub(crate) struct Modal {
     /// None before G20 or G21.
     pub(crate) inch: Option<bool>,
     pub(crate) feed_mode: FeedMode,
-    /// G99: cycles return to the R plane.
-    pub(crate) return_to_r: bool,
+    /// G99: cycles return to the R plane; none before the first word.
+    pub(crate) return_to_r: Option<bool>,
     /// Level of G71, and whether M53 (true) or M54 has said where cycles come back to, on a control with these words.
     pub(crate) stated_level: Option<f64>,
     pub(crate) back_to_level: Option<bool>,
@@ -188,7 +188,7 @@ impl Modal {
                 Some(StartFeed::InverseTime) => FeedMode::InverseTime,
                 Some(StartFeed::PerMinute) | None => FeedMode::PerTime,
             },
-            return_to_r: false,
+            return_to_r: None,
             stated_level: None,
             back_to_level: None,
             path_mode: None,

@@ -122,10 +122,9 @@ impl Interpreter {
         let told = self.settings.whole_numbers == WholeNumbers::Told;
         let assumed = told || self.settings.whole_numbers == WholeNumbers::Assumed;
         if !self.own.noted_integers && !self.own.flavor.is_linuxcnc() && assumed {
-            let whole = |letter: &u8| !p.has_point(*letter) && p.peek(*letter).is_some_and(|v| v != 0.0);
-            if let Some(&letter) =
-                AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, l)| l).find(|l| whole(l))
-            {
+            let whole = |letter: &&u8| !p.has_point(**letter) && p.peek(**letter).is_some_and(|v| v != 0.0);
+            let of_axes = AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, letter)| letter);
+            if let Some(&letter) = of_axes.chain(self.length_letters()).find(whole) {
                 self.own.noted_integers = true;
                 let (letter, value) = (char::from(letter), p.peek(letter).unwrap_or(0.0));
                 let text = format!(
@@ -139,6 +138,18 @@ impl Interpreter {
             }
         }
         Ok(())
+    }
+
+    /// Letters beside those of the axes that are lengths in the block: centers and radius of an arc, planes and infeeds of a cycle.
+    fn length_letters(&self) -> &'static [u8] {
+        match (self.modal.cycle, self.modal.motion) {
+            // K and L of a drilling cycle are a number of holes, P is a time.
+            (Some(730 | 760 | 770 | 830 | 870), _) => b"RQIJ",
+            (Some(_), _) => b"RQ",
+            (None, Some(MotionMode::Clockwise | MotionMode::CounterClockwise)) => b"IJKR",
+            (None, Some(MotionMode::Spline)) => b"IJPQ",
+            _ => b"",
+        }
     }
 
     /// Every rotary word of the block names the place where its axis stands.
@@ -156,10 +167,8 @@ impl Interpreter {
 
     /// Numbers without a decimal point that are not zero, on a control that does not say how it reads them.
     fn refuse_whole_numbers(&self, axes: u16, p: &Pending, span: Span) -> Result<(), Fault> {
-        let letters =
-            AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, letter)| letter).chain(b"IJKR");
-        // K of a drilling cycle is a number of holes.
-        let letters = letters.filter(|letter| **letter != b'K' || self.modal.cycle.is_none());
+        let letters = AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, letter)| letter);
+        let letters = letters.chain(if self.modal.cycle.is_some() { b"RQIJ" } else { b"IJKR" });
         let mut whole = letters
             .filter_map(|&letter| p.peek(letter).filter(|v| *v != 0.0 && !p.has_point(letter)).map(|v| (letter, v)));
         match whole.next() {
@@ -254,7 +263,11 @@ impl Interpreter {
                 programmed &= !(1 << axis);
                 continue;
             }
-            let target = if self.modal.incremental { self.known(axis, span)? + value } else { value };
+            let target = match (self.modal.incremental, rotary) {
+                (true, _) => self.known(axis, span)? + value,
+                (false, true) => self.rolled(axis, value),
+                (false, false) => value,
+            };
             end.put(axis, finite(axis, target, span)?);
         }
         Ok((end, programmed))

@@ -14,6 +14,9 @@ use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
 use crate::{Offset, Op, Override, PathMode, WorkOffset};
 
+/// Tolerance that bounds nothing on a machine tool, mm.
+const NO_TOLERANCE_MM: f64 = 1000.0;
+
 impl Interpreter {
     /// Takes the values of a work offset into the frames.
     pub(crate) fn load_offset(&mut self, word: &str) {
@@ -302,6 +305,18 @@ impl Interpreter {
         Ok(())
     }
 
+    /// G64 without P of a `LinuxCNC` has no tolerance: "best possible speed, no matter how far away from the programmed point you end up".
+    fn without_tolerance(&mut self) -> Option<f64> {
+        if let stated @ Some(_) = self.settings.control.parameters.g64_tolerance_mm {
+            return stated;
+        }
+        self.assume(
+            "G64 without P rounds corners as far as the acceleration of the axes needs, without a tolerance: write G64 P0.01, or state \
+             parameters.g64_tolerance_mm of the control file",
+        );
+        Some(NO_TOLERANCE_MM)
+    }
+
     /// G61 G61.1 G62 G63 G64, G187.
     pub(crate) fn path_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::PathMode) else { return Ok(()) };
@@ -328,7 +343,8 @@ impl Interpreter {
                 PathMode::ExactStop
             }
             640 if self.own.flavor.is_linuxcnc() => {
-                let tolerance = bound(self.length_of(p, b'P'))?;
+                let written = bound(self.length_of(p, b'P'))?;
+                let tolerance = written.or_else(|| self.without_tolerance());
                 if let Some(q) = p.take(b'Q') {
                     self.note(format!("G64 Q{q}: straight blocks within this distance are joined"));
                 }

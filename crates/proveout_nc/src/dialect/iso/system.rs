@@ -113,7 +113,7 @@ impl Interpreter {
                 CompSide::Right => 42.0,
             },
             4010 => {
-                if modal.return_to_r {
+                if modal.return_to_r.unwrap_or(false) {
                     99.0
                 } else {
                     98.0

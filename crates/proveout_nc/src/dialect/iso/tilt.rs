@@ -25,7 +25,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::machine_data::KinematicsKind;
-use crate::{Motion, Offset, Op, OrientationInterpolation, Tcp};
+use crate::{Motion, Offset, Op, OrientationInterpolation, RotarySolution, Tcp};
 
 /// Scales of G51 on a Haas.
 const SCALES: std::ops::RangeInclusive<f64> = 0.001..=999.999;
@@ -136,9 +136,7 @@ impl Interpreter {
                 .help("write G68.2 before it"));
         }
         self.forget_kept();
-        if let Some(choice) = p.take(b'P').filter(|&choice| choice != 0.0) {
-            self.note(format!("{word} P{choice}: of two positions of the rotary axes the machine file chooses"));
-        }
+        let solution = self.plane_solution(p.take(b'P').unwrap_or(0.0), &word);
         let follows = code == 536;
         let ahead = self.length_of(p, b'R').filter(|ahead| follows && *ahead != 0.0);
         if follows {
@@ -166,6 +164,7 @@ impl Interpreter {
             programmed: 0,
             machine_coordinates: false,
             exact_stop: true,
+            solution,
         };
         self.begin_motion();
         if let Some(ahead) = ahead {
@@ -180,6 +179,19 @@ impl Interpreter {
             self.tell_tcp();
         }
         Ok(())
+    }
+
+    /// P of G53.1 and G53.6: 1 takes the positive, 2 the negative angle of the reference axis (Fanuc, from memory).
+    fn plane_solution(&mut self, choice: f64, word: &str) -> RotarySolution {
+        if choice == 0.0 {
+            return self.usual_solution();
+        }
+        self.assume(format!(
+            "{word} P{choice} takes the {} angle of the rotary axis nearest to the tool; parameters of the control name the axis: state \
+             it as parameters.tilt_reference of its control file",
+            if choice == 1.0 { "higher" } else { "lower" }
+        ));
+        self.chosen_solution(choice == 1.0, false)
     }
 
     /// G69, G255.

@@ -141,6 +141,11 @@ impl Interpreter {
             p.positioning |= name == "POS";
             return Ok(());
         }
+        if let ("FGREF", [axis]) = (name, indices) {
+            let axis = self.named_axis(name, axis, span)?;
+            let radius = self.variables.number(value, span)? * self.modal.units.length();
+            return self.feed_reference(axis, radius, span);
+        }
         if let ("PO", [axis], Expr::Call(_, list)) = (name, indices, value) {
             return self.polynomial_word(p, axis, list, span);
         }

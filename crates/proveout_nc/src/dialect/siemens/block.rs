@@ -3,7 +3,7 @@
 use super::eval::{self, Val};
 use super::expr::Expr;
 use super::interpreter::Interpreter;
-use super::modal::{FeedMode, Interpolation, OrientationAngles, SplineEnd, SplineKind, Units};
+use super::modal::{FeedMode, Interpolation, SplineEnd, SplineKind, Units};
 use super::parser::{Block, Call, Value, Word, WordKind};
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
 use super::tool_frame::ToolFrame;
@@ -11,7 +11,7 @@ use super::words::{self, Class};
 use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
-use crate::control::{Control, Meaning};
+use crate::control::{Control, Meaning, OrientationAngles};
 use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
@@ -174,7 +174,10 @@ impl Interpreter {
                 p.machine_axes |= 1 << axis;
             }
             (b'A'..=b'C', 3) => p.vector[usize::from(letter - b'A')] = Some(self.number(value, span)?),
-            (b'A'..=b'C', 2) => p.angles[usize::from(letter - b'A')] = Some(self.number(value, span)?),
+            (b'A'..=b'C', 2) => {
+                self.orientation_angles();
+                p.angles[usize::from(letter - b'A')] = Some(self.number(value, span)?);
+            }
             (b'I'..=b'K', 1) => p.intermediate[usize::from(letter - b'I')] = Some(self.coordinate(value, span)?),
             (b'S', 1) => p.speed = Some(self.number(value, span)?),
             (b'M', 1) => {
@@ -342,11 +345,11 @@ impl Interpreter {
                 self.tell_tcp();
             }
             "ORIRPY" => {
-                self.modal.angles = OrientationAngles::RollPitchYaw;
+                self.modal.angles = Some(OrientationAngles::Rpy);
                 self.note(name);
             }
             "ORIEULER" => {
-                self.modal.angles = OrientationAngles::Euler;
+                self.modal.angles = Some(OrientationAngles::Euler);
                 self.note(name);
             }
             _ => match words::classify_name(name) {
@@ -378,6 +381,7 @@ impl Interpreter {
                 p.transformation = Some(true);
             }
             "TRAFOOF" => p.transformation = Some(false),
+            "FGROUP" => self.feed_group(arguments, span)?,
             name => match words::classify_name(name) {
                 Class::Note => self.note(name),
                 Class::Assumed(text) => self.assume(text),

@@ -17,7 +17,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
 use crate::machine_data::KinematicsKind;
-use crate::{Motion, Offset, Op, PathMode};
+use crate::{Motion, Offset, Op, PathMode, RotarySolution};
 
 impl Interpreter {
     /// Takes the frames of the modal state into effect and tells them.
@@ -203,13 +203,13 @@ impl Interpreter {
     ///
     /// MODE: bits 7-6 are 0 for axis by axis; bits 1-0, 3-2, 5-4 name the first, second and third axis of rotation with
     /// 1 X, 2 Y, 3 Z. The plane is `T(X0 Y0 Z0) R1 R2 R3 T(X1 Y1 Z1)`, each rotation about the turned axis. With DIR not
-    /// zero the rotary axes turn the tool upright on the plane: this is told as a rapid motion that carries only the tool
+    /// zero the rotary axes turn the tool upright on the plane, with the lower (below zero) or the higher angle of the reference axis: this is told as a rapid motion that carries only the tool
     /// axis, before tool center point control goes on, so that the linear axes stand still.
     pub(crate) fn cycle800(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
         const NAME: &str = "CYCLE800";
         let values = self.arguments(call, span)?;
-        let deselected =
-            matches!(values.get(1), Some(Some(Val::Text(name))) if name.trim() == "0" || name.trim().is_empty());
+        // An empty name stands for the only data set, "0" deselects.
+        let deselected = matches!(values.get(1), Some(Some(Val::Text(name))) if name.trim() == "0");
         if self.own.tool_framed {
             return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` stands while TOROT or TOFRAME is in force")
                 .help("write TOROTOF before it"));
@@ -296,15 +296,32 @@ impl Interpreter {
         self.position.forget(0b111);
         self.take_frames(NAME);
         if direction != 0.0 {
-            self.swivel_motion();
+            let solution = self.swivel_solution(direction > 0.0);
+            self.swivel_motion(solution);
         }
         self.own.swiveled = true;
         self.tell_tcp();
         Ok(())
     }
 
+    /// DIR of CYCLE800: the lower or the higher angle of the axis that the builder of the machine refers it to. Where that position is
+    /// out of travel, the control takes the other one (828D, *Operating manual Milling*, "Swivel plane", parameter "Direction").
+    fn swivel_solution(&mut self, higher: bool) -> RotarySolution {
+        let turned = self.modal.frames.swivel.apply_vector([0.0, 0.0, 1.0])[2] < 1.0 - 1e-12;
+        if turned
+            && self.settings.control.parameters.tilt_reference.is_none()
+            && !std::mem::replace(&mut self.own.reference_told, true)
+        {
+            self.assume(
+                "DIR of CYCLE800 refers to the rotary axis nearest to the tool; the swivel data set of the machine names the axis: state it \
+                 as parameters.tilt_reference of the control file",
+            );
+        }
+        self.chosen_solution(higher, true)
+    }
+
     /// Turns the tool upright on the plane with the linear axes at rest.
-    fn swivel_motion(&mut self) {
+    fn swivel_motion(&mut self, solution: RotarySolution) {
         if self.own.tcp() {
             let was = (self.own.transformed, self.own.swiveled);
             (self.own.transformed, self.own.swiveled) = (false, false);
@@ -322,6 +339,7 @@ impl Interpreter {
             programmed: 0,
             machine_coordinates: false,
             exact_stop: true,
+            solution,
         };
         Siemens::moving(self);
         self.emit(Op::Rapid(motion));

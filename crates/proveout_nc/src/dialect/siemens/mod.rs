@@ -19,6 +19,7 @@ mod corners;
 mod drilling;
 mod eval;
 mod expr;
+mod feed_group;
 mod fixed_point;
 mod frame_values;
 mod frames;

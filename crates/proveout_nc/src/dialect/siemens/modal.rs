@@ -1,7 +1,7 @@
 //! What stays in force from block to block.
 
 use crate::compensation::{Beyond, CompStyle, Corner, Entry, FeedAt};
-use crate::control::{Control, StartFeed, StartMotion};
+use crate::control::{Control, OrientationAngles, StartFeed, StartMotion};
 use crate::frame::Frame;
 use crate::{CompSide, OrientationInterpolation, PathMode};
 
@@ -74,13 +74,6 @@ impl Units {
     }
 }
 
-/// How A2= B2= C2= are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum OrientationAngles {
-    RollPitchYaw,
-    Euler,
-}
-
 /// Modal state that SAVE of a subprogram keeps and restores.
 #[derive(Clone, Debug)]
 pub(crate) struct Modal {
@@ -96,7 +89,8 @@ pub(crate) struct Modal {
     /// Mode to come back to when CYCLE832 ends.
     pub(crate) mode_before_cycle832: Option<PathMode>,
     pub(crate) orientation: OrientationInterpolation,
-    pub(crate) angles: OrientationAngles,
+    /// How A2= B2= C2= are read; none where no word and no control file has said it.
+    pub(crate) angles: Option<OrientationAngles>,
     /// ORIMKS: vectors are meant in the machine frame.
     pub(crate) machine_vectors: bool,
     pub(crate) frames: Frames,
@@ -209,7 +203,7 @@ impl Modal {
             path_mode: PathMode::ExactStop,
             mode_before_cycle832: None,
             orientation,
-            angles: OrientationAngles::RollPitchYaw,
+            angles: control.parameters.orientation_angles,
             machine_vectors: false,
             frames: Frames {
                 base: Frame::IDENTITY,

@@ -1,12 +1,12 @@
 //! Motions of a block: straight, circular, in machine coordinates.
 
-use std::f64::consts::TAU;
-
 use super::interpreter::Interpreter;
-use super::modal::{Interpolation, OrientationAngles};
+use super::modal::Interpolation;
 use super::pending::{Coordinate, Pending, Reference};
+use crate::channel::parameters::turn_up;
 use crate::channel::{finite, unknown_axes};
 use crate::codes;
+use crate::control::{OrientationAngles, OutsideModulo};
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion};
@@ -94,7 +94,7 @@ impl Interpreter {
     }
 
     /// Work coordinates at the end of the block: programmed axes replaced, the others as they are.
-    pub(super) fn targets(&self, p: &Pending, span: Span) -> Result<AxisValues, Fault> {
+    pub(super) fn targets(&mut self, p: &Pending, span: Span) -> Result<AxisValues, Fault> {
         let mut end = self.position.work;
         if p.programmed != 0 {
             for (axis, coordinate) in p.axes.iter().enumerate() {
@@ -106,7 +106,7 @@ impl Interpreter {
         Ok(end)
     }
 
-    fn target(&self, axis: usize, coordinate: Coordinate, span: Span) -> Result<f64, Fault> {
+    fn target(&mut self, axis: usize, coordinate: Coordinate, span: Span) -> Result<f64, Fault> {
         let rotary = (3..6).contains(&axis);
         let value = if rotary { coordinate.value.to_radians() } else { coordinate.value * self.modal.units.length() };
         let reference = match coordinate.reference {
@@ -123,20 +123,38 @@ impl Interpreter {
             )
             .help("use AC() or IC()"));
         }
+        if matches!(reference, Reference::Shortest | Reference::Positive | Reference::Negative) {
+            self.within_modulo(axis, coordinate.value, span)?;
+        }
         let target = match reference {
+            Reference::Modal | Reference::Absolute if rotary => self.rolled(axis, value),
             Reference::Modal | Reference::Absolute => value,
             Reference::Incremental => self.known(axis, span)? + value,
             Reference::Shortest => self.short_way(axis, value),
             Reference::Positive => {
                 let now = self.known(axis, span)?;
-                now + (value - now).rem_euclid(TAU)
+                now + turn_up(value - now)
             }
             Reference::Negative => {
                 let now = self.known(axis, span)?;
-                now - (now - value).rem_euclid(TAU)
+                now - turn_up(now - value)
             }
         };
         finite(axis, target, span)
+    }
+
+    /// Positions of DC, ACP and ACN lie within one turn (alarm 16830), unless the control converts them (bit 0 of MD30455).
+    fn within_modulo(&self, axis: usize, degrees: f64, span: Span) -> Result<(), Fault> {
+        let converts = self.settings.control.parameters.outside_modulo == Some(OutsideModulo::Convert);
+        if converts || (0.0..360.0).contains(&degrees) {
+            return Ok(());
+        }
+        let letter = AXIS_LETTERS[axis];
+        let message = format!("DC, ACP and ACN take positions of 0 to 359.999 degrees, and {letter} has {degrees}");
+        Err(Fault::new(codes::BAD_VALUE, span, message).help(format!(
+            "write {letter}=DC({}), or state parameters.outside_modulo = \"convert\" of the control file where MD30455 converts it",
+            degrees.rem_euclid(360.0)
+        )))
     }
 
     /// Base coordinates and orientation of the end of a motion.
@@ -189,11 +207,26 @@ impl Interpreter {
         let [a, b, c] = p.angles.map(|v| v.unwrap_or(0.0));
         let frame = match self.modal.angles {
             // The vector along z, turned about Z by C2, the new Y by B2, the newest X by A2.
-            OrientationAngles::RollPitchYaw => Frame::rpy([a, b, c]),
+            Some(OrientationAngles::Rpy) => Frame::rpy([a, b, c]),
             // Turned about Z by A2, the new X by B2, the newest Z by C2.
-            OrientationAngles::Euler => Frame::rotation(2, a).then(&Frame::rotation(0, b)).then(&Frame::rotation(2, c)),
+            Some(OrientationAngles::Euler) | None => {
+                Frame::rotation(2, a).then(&Frame::rotation(0, b)).then(&Frame::rotation(2, c))
+            }
         };
         Ok(frame.apply_vector([0.0, 0.0, 1.0]))
+    }
+
+    /// Angles A2= B2= C2= are used. As it is delivered, the control begins with ORIEULER (*Fundamentals*, G group 50); MD20150 and
+    /// MD21100 may say ORIRPY.
+    pub(super) fn orientation_angles(&mut self) {
+        if self.modal.angles.is_some() {
+            return;
+        }
+        self.modal.angles = Some(OrientationAngles::Euler);
+        self.assume(
+            "A2= B2= C2= before ORIEULER or ORIRPY are Euler angles, as the control is delivered; MD20150 and MD21100 may say roll, pitch, \
+             yaw: write ORIEULER or ORIRPY, or state parameters.orientation_angles of the control file",
+        );
     }
 
     /// SUPA, G53, G153: coordinates of the machine axes, only the programmed ones move.

@@ -17,8 +17,9 @@ use super::two_lines::FirstLine;
 use super::{leftover, recover};
 use crate::channel::corners::{CornerMark, Cornering, Corners};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Lines};
+use crate::channel::{self, Channel, Failed, Language, Lines, UsualFeed};
 use crate::compensation::CompStyle;
+use crate::control::MixedFeed;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::frame::Frame;
 use crate::not_run::NotRun;
@@ -116,6 +117,12 @@ pub(crate) struct Siemens {
     pub(crate) transformed: bool,
     /// CYCLE800 stands in a plane.
     pub(crate) swiveled: bool,
+    /// The reference axis of CYCLE800 has been told.
+    pub(crate) reference_told: bool,
+    /// Axes of FGROUP, by bits.
+    pub(crate) feed_group: Option<u16>,
+    /// FGREF of A, B, C, mm.
+    pub(crate) feed_reference: [Option<f64>; 3],
     /// Where the tool points by its last vector, base coordinates.
     pub(crate) tool_axis: Option<[f64; 3]>,
     /// TOROT or TOFRAME is in force, in the place of the swivel plane.
@@ -180,6 +187,12 @@ impl Language for Siemens {
 
     fn moving(channel: &mut Interpreter) {
         channel.passes.moved();
+    }
+
+    /// F counts the axes of the path, and the others arrive at the same time (*Fundamentals*, "Feedrate"); which axes those are without
+    /// FGROUP is machine data (MD22420).
+    fn mixed_feed(_channel: &Interpreter) -> UsualFeed {
+        UsualFeed::Usual(MixedFeed::Linear)
     }
 
     fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
