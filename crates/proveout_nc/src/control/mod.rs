@@ -28,6 +28,6 @@ pub use builtin::builtin_controls;
 pub use error::ControlFileError;
 pub use file::control_schema;
 pub use model::{ArcTolerance, Control, WholeNumbers};
-pub(crate) use model::{Centers, FineBoring, StartFeed, StartMotion};
+pub(crate) use model::{Centers, DwellUnit, FineBoring, StartFeed, StartMotion};
 pub use unknown::{UnknownWord, UnknownWords};
 pub(crate) use words::Meaning;

@@ -84,15 +84,47 @@ impl Interpreter {
         }
         self.r_plane_of_haas(code);
         let levels = self.levels(code, self.own.cycle.initial, span)?;
+        if self.own.flavor.is_linuxcnc()
+            && let Some(initial) = levels.initial
+        {
+            return self.holes_of_interpreter(p, code, levels, initial, repeats, span);
+        }
         let place = p.clone();
         for _ in 0..repeats {
             *p = place.clone();
-            // The way to the hole is at the level of the tool, but never below an R plane above the initial level.
-            if self.own.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
-                self.course(&[Stroke::Rapid(levels.r)], span)?;
-            }
             self.over_hole(p, span)?;
             self.drill(code, levels, span)?;
+        }
+        Ok(())
+    }
+
+    /// The holes of a block on a `LinuxCNC`: the way to a hole ends at the initial level, which is the R plane where that is higher;
+    /// from the R plane of a hole under G99 it is one slanted motion (`convert_cycle_xy`, `CYCLE_MACRO` of its interpreter).
+    fn holes_of_interpreter(
+        &mut self,
+        p: &mut Pending,
+        code: u32,
+        levels: Levels,
+        initial: f64,
+        repeats: u32,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let normal = self.modal.normal;
+        let mut level = initial;
+        if level < levels.r {
+            self.course(&[Stroke::Rapid(levels.r)], span)?;
+            level = levels.r;
+        }
+        let place = p.clone();
+        for _ in 0..repeats {
+            *p = place.clone();
+            let (mut end, programmed) = self.targets(p, span)?;
+            end.put(normal, level);
+            if (0..9).any(|axis| end.get(axis) != self.position.work.get(axis)) {
+                self.cycle_motion(end, programmed | 1 << normal, true, span)?;
+            }
+            self.drill(code, levels, span)?;
+            level = self.return_level(levels, span)?;
         }
         Ok(())
     }
@@ -378,6 +410,8 @@ impl Interpreter {
                 let again = Stroke::Turn(self.technology.direction);
                 self.course(&[down, wait, Stroke::Turn(SpindleDirection::Off), out, again], span)?;
             }
+            // The interpreter of a LinuxCNC goes out in feed all the way (`convert_cycle_g89`).
+            890 if self.own.flavor.is_linuxcnc() => self.course(&[down, wait, Stroke::Feed(back)], span)?,
             890 => self.course(&[down, wait, up], span)?,
             _ => self.course(&[down], span)?,
         }
@@ -461,8 +495,8 @@ impl Interpreter {
         let Some(feed) = self.own.feed else { return Err(self.no_feed(span)) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
-            (FeedMode::PerRevolution, _) => feed * self.modal.unit(),
-            (FeedMode::PerTime, Some(speed)) => feed * self.modal.unit() / speed,
+            (FeedMode::PerRevolution, _) => feed * self.own.feed_unit,
+            (FeedMode::PerTime, Some(speed)) => feed * self.own.feed_unit / speed,
             (FeedMode::PerTime, None) => {
                 return Err(Fault::new(
                     codes::MISSING_VALUE,

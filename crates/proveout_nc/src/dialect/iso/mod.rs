@@ -20,6 +20,7 @@ mod fagor;
 pub(crate) mod fagor_text;
 mod flavor;
 mod grbl;
+mod grbl_words;
 mod index;
 mod interpreter;
 mod leftover;
@@ -36,6 +37,7 @@ mod pending;
 mod planes;
 mod polar;
 mod recover;
+mod rs274;
 mod remarks;
 mod statement;
 mod system;
@@ -115,7 +117,7 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings
                     .iter()
                     .filter_map(refused)
                     .chain(osp::refused(b, settings.control.osp_words))
-                    .chain(grbl::refused(b, settings.control.grbl_words))
+                    .chain(grbl::refused(b, &settings.control))
                     .collect()
             },
         );

@@ -385,10 +385,6 @@ impl Interpreter {
         self.position.move_to(motion.end, motion.end_base);
         self.begin_motion();
         self.emit(Op::Probe(ProbeMotion { motion, away: matches!(code, 384 | 385), must_switch }));
-        if code != 310 {
-            // A further block must say again that it probes.
-            self.modal.motion = None;
-        }
         Ok(())
     }
 

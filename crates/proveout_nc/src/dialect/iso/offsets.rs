@@ -113,7 +113,7 @@ impl Interpreter {
     /// G52, G92, G92.1 to G92.3.
     pub(crate) fn shift_word(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let word = g_name(code);
-        if code == 920 && p.axes() != 0 && p.has(b'F') {
+        if code == 920 && p.axes() != 0 && p.has(b'F') && !self.own.flavor.is_linuxcnc() {
             return Err(of_a_lathe("G92 with F", "cuts a thread", span));
         }
         if code == 920 && p.axes() == 0 {
