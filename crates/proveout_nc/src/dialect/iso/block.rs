@@ -410,8 +410,7 @@ impl Interpreter {
                 .help("write G4 in a block of its own"));
         }
         if seconds.is_nan() || seconds < 0.0 {
-            return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative")
-                .help(self.dwell_example()));
+            return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help(self.dwell_example()));
         }
         self.emit(Op::Dwell(Dwell::Seconds(seconds)));
         Ok(())

@@ -72,6 +72,7 @@ impl Interpreter {
             self.own.cycle.initial = self.position.work.get(normal);
         }
         self.no_rotary_motion(p, code, span)?;
+        self.unit_of_cycle(code, span)?;
         let repeats = self.cycle_values(p, code, span)?;
         if !drills || repeats == 0 {
             if repeats == 0 {
@@ -125,6 +126,18 @@ impl Interpreter {
             }
             self.drill(code, levels, span)?;
             level = self.return_level(levels, span)?;
+        }
+        Ok(())
+    }
+
+    /// A `LinuxCNC` keeps the numbers of a cycle, and reads them in another unit once G20 or G21 stands between.
+    fn unit_of_cycle(&mut self, code: u32, span: Span) -> Result<(), Fault> {
+        let unit = self.modal.unit();
+        let before = self.own.cycle.unit.replace(unit);
+        if self.own.flavor.is_linuxcnc() && before.is_some_and(|before| before != unit) {
+            let message =
+                format!("the unit changes under {}, whose values the control would read in the new one", g_name(code));
+            return Err(Fault::new(codes::CONFLICT, span, message).help("write G80, the unit, and the cycle again"));
         }
         Ok(())
     }
@@ -517,6 +530,10 @@ impl Interpreter {
         let wait = Stroke::wait(self.own.cycle.p);
         let down = Stroke::Thread { to: levels.depth, pitch, turn };
         let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
+        if self.own.flavor.is_linuxcnc() {
+            // The dwell stands at the bottom alone.
+            return self.course(&[down, wait, up], span);
+        }
         self.course(&[down, wait, up, wait], span)
     }
 

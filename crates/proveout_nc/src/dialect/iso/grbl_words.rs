@@ -16,8 +16,8 @@ use crate::diagnostic::{Fault, Span};
 
 /// G words, ten times their number.
 const G_WORDS: [u32; 38] = [
-    0, 10, 20, 30, 40, 100, 170, 180, 190, 200, 210, 280, 281, 300, 301, 382, 383, 384, 385, 400, 431, 490, 530, 540, 550,
-    560, 570, 580, 590, 610, 800, 900, 910, 911, 920, 921, 930, 940,
+    0, 10, 20, 30, 40, 100, 170, 180, 190, 200, 210, 280, 281, 300, 301, 382, 383, 384, 385, 400, 431, 490, 530, 540,
+    550, 560, 570, 580, 590, 610, 800, 900, 910, 911, 920, 921, 930, 940,
 ];
 const M_WORDS: [u32; 10] = [0, 1, 2, 3, 4, 5, 7, 8, 9, 30];
 /// Letters with a value.
@@ -36,7 +36,12 @@ fn unknown(span: Span, what: String, error: u32, help: &str) -> Fault {
 /// What no state of a grbl makes valid in this block.
 pub(super) fn foreign(block: &Block, control: &Control) -> Option<Fault> {
     if let Some(assignment) = block.assignments.first() {
-        return Some(unknown(assignment.span, "a grbl has no parameters".to_owned(), 1, "write the numbers themselves"));
+        return Some(unknown(
+            assignment.span,
+            "a grbl has no parameters".to_owned(),
+            1,
+            "write the numbers themselves",
+        ));
     }
     match &block.statement {
         None | Some(Statement::Dollar(_)) => {}
@@ -88,9 +93,12 @@ fn foreign_word(word: &Word, block: &Block, control: &Control) -> Option<Fault> 
             let what = format!("`{}{value}` is negative", char::from(letter));
             Some(unknown(word.span, what, 4, "write a number from zero on"))
         }
-        b'T' if value > HIGHEST_TOOL => {
-            Some(unknown(word.span, format!("`T{value}` is above T{HIGHEST_TOOL}"), 38, "take it out: no tool is changed"))
-        }
+        b'T' if value > HIGHEST_TOOL => Some(unknown(
+            word.span,
+            format!("`T{value}` is above T{HIGHEST_TOOL}"),
+            38,
+            "take it out: no tool is changed",
+        )),
         _ => None,
     }
 }
@@ -103,9 +111,7 @@ fn listed_takes(word: &Word, letter: u8, control: &Control) -> bool {
         b'M' if value >= 0.0 => control.words.m(value as u32),
         _ => None,
     };
-    listed.is_some_and(|(_, listed)| {
-        !matches!(listed.meaning, Meaning::Refuse(_)) && listed.values.contains(&letter)
-    })
+    listed.is_some_and(|(_, listed)| !matches!(listed.meaning, Meaning::Refuse(_)) && listed.values.contains(&letter))
 }
 
 impl Interpreter {
@@ -124,6 +130,14 @@ impl Interpreter {
         }
         if length == Some(431) && p.axes() != 0b100 {
             return wrong("G43.1 takes Z and no other axis", 37, "write G43.1 Z50");
+        }
+        if length == Some(490) && axes {
+            // A grbl takes them and does nothing with them.
+            return wrong(
+                "axis letters stand with G49, which moves nothing",
+                36,
+                "write the motion in a block of its own",
+            );
         }
         let mode = motion_word.or_else(|| self.modal.motion.map(|_| self.modal.motion_code)).unwrap_or(800);
         if axes && mode == 800 {
@@ -183,7 +197,9 @@ impl Interpreter {
             }
         }
         if p.has_m(7) {
-            self.assume("M7 is a word of a grbl that is built with it (ENABLE_M7 of config.h); without it the block is refused");
+            self.assume(
+                "M7 is a word of a grbl that is built with it (ENABLE_M7 of config.h); without it the block is refused",
+            );
         }
         Ok(())
     }

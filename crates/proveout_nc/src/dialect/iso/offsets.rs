@@ -124,8 +124,9 @@ impl Interpreter {
                 Err(Fault::new(codes::MISSING_VALUE, span, "G92 names no axis").help("write G92 X0"))
             };
         }
-        let values = self.shift_values(p, &word, span)?;
         let linuxcnc = self.own.flavor.is_linuxcnc();
+        // Axis letters beside G92.1 to G92.3 belong to the motion of the block there.
+        let values = if linuxcnc && code > 920 { [None; 6] } else { self.shift_values(p, &word, span)? };
         let frames = &mut self.modal.frames;
         match code {
             // On a LinuxCNC G52 writes the registers of G92.

@@ -34,7 +34,12 @@ const LETTERS: [Letter; 10] = [
     Letter { letter: b'D', motions: &[700, 710, 711, 712], others: &[410, 420, 411, 421, 960], functions: &[] },
     Letter { letter: b'E', motions: &[700, 760], others: &[], functions: &[66, 67, 68] },
     Letter { letter: b'H', motions: &[760], others: &[430, 432], functions: &[] },
-    Letter { letter: b'I', motions: &[20, 30, 50, 51, 331, 700, 710, 711, 712, 720, 760, 870], others: &[100], functions: &[] },
+    Letter {
+        letter: b'I',
+        motions: &[20, 30, 50, 51, 331, 700, 710, 711, 712, 720, 760, 870],
+        others: &[100],
+        functions: &[],
+    },
     Letter { letter: b'J', motions: &[20, 30, 50, 51, 760, 870], others: &[100], functions: &[] },
     Letter { letter: b'K', motions: &[20, 30, 330, 331, 760, 870], others: &[], functions: &[] },
     Letter {
@@ -118,15 +123,69 @@ impl Interpreter {
         self.one_shot_rules(p, motion, span)?;
         self.functions_of_one_group(p, span)?;
         self.letters_of_words(p, motion, span)?;
+        self.compensation_rules(p, motion, span)?;
         self.motion_rules(p, motion, span)
+    }
+
+    /// What stands still while cutter compensation is on.
+    fn compensation_rules(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
+        let before = self.modal.comp != CompSide::Off;
+        let word = p.g(Group::CutterComp);
+        let behind = word.map_or(before, |code| code != 400);
+        if !before && !behind {
+            return Ok(());
+        }
+        let refuse = |what: &str| Err(wrong(span, format!("{what} under cutter compensation"), "write G40 before it"));
+        if word.is_some_and(|code| code != 400) {
+            if before {
+                return refuse("G41 or G42");
+            }
+            if self.plane_of(p) == 0 {
+                return Err(wrong(span, "cutter compensation in the plane G19", "choose G17 or G18"));
+            }
+        }
+        if before {
+            let early = p.m().iter().filter_map(|&m| self.function_number(m));
+            for m in early {
+                if matches!(m, 6 | 48..=53 | 62..=65 | 67 | 68) {
+                    return refuse(&format!("M{m}"));
+                }
+            }
+            if self.plane_of(p) != self.modal.normal {
+                return refuse("another plane");
+            }
+        }
+        if behind {
+            for group in [Group::ToolLength, Group::WorkOffset, Group::PathMode, Group::Return] {
+                if let Some(code) = p.g(group) {
+                    return refuse(&g_name(code));
+                }
+            }
+            if let Some(code) = p.g(Group::OneShot).filter(|code| *code != 40) {
+                return refuse(&g_name(code));
+            }
+            if let Some(code) = motion.filter(|code| matches!(code, 382..=385)) {
+                return refuse(&g_name(code));
+            }
+        }
+        Ok(())
     }
 
     fn axis_letters(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
         let axes = p.axes() != 0;
         let one_shot = p.g(Group::OneShot);
         let takes = one_shot.filter(|code| TAKES_AXES.contains(code));
-        if p.has_polar() && self.plane_of(p) != 2 {
+        if p.has_polar() && (self.modal.normal != 2 || self.plane_of(p) != 2) {
             return Err(wrong(span, "@ and ^ stand outside of the plane G17", "write the point with its axes"));
+        }
+        if p.has_polar() && (p.has(b'X') || p.has(b'Y')) {
+            return Err(wrong(span, "X or Y stands with a polar radius or angle", "write one of both"));
+        }
+        if let Some(length) = p.g(Group::ToolLength).filter(|code| matches!(code, 431 | 432) && axes)
+            && let Some(motion) = p.g(Group::Motion).filter(|code| *code != 800)
+        {
+            let message = format!("{} and {} both take the axis letters of the block", g_name(length), g_name(motion));
+            return Err(wrong(span, message, "write them in blocks of their own"));
         }
         if let Some(code) = takes.filter(|code| matches!(code, 520 | 920) && !axes) {
             let message = format!("{} names no axis", g_name(code));
@@ -144,12 +203,17 @@ impl Interpreter {
                 let message = format!("{} names no axis", g_name(code));
                 Err(Fault::new(codes::MISSING_VALUE, span, message).help("write its point"))
             }
-            (None, None) if (axes || p.has_polar()) && motion.is_none() && p.g(Group::ToolLength) != Some(431) => {
+            (None, None) if (axes || p.has_polar()) && motion.is_none() && !Self::offsets_take_axes(p) => {
                 let message = "axis letters stand without a motion word in force";
                 Err(Fault::new(codes::MISSING_VALUE, span, message).help("write G0 or G1 before them"))
             }
             _ => Ok(()),
         }
+    }
+
+    /// G43.1 takes the axis letters of a block without a motion word.
+    fn offsets_take_axes(p: &Pending) -> bool {
+        p.g(Group::ToolLength) == Some(431)
     }
 
     fn plane_of(&self, p: &Pending) -> usize {
@@ -192,6 +256,9 @@ impl Interpreter {
         if number.fract().abs() > 1e-4 || number < least || number > most {
             let message = format!("P of G10 L{list} is a whole number from {least} and is {number}");
             return Err(Fault::new(codes::BAD_VALUE, span, message).help("write G10 L2 P1"));
+        }
+        if list == 1.0 && p.axes() == 0 && !p.any_free(b"RIJQ") {
+            return Err(wrong(span, "G10 L1 names no value of the tool", "write G10 L1 P1 Z50"));
         }
         if list == 20.0 && p.has(b'R') {
             return Err(wrong(span, "R stands with G10 L20", "write R with G10 L2"));
@@ -261,8 +328,7 @@ impl Interpreter {
     /// An M word takes this letter: by itself, by the control file, or as one of the user's (M100 to M199, P and Q).
     fn function_takes(&self, m: u32, rule: &Letter) -> bool {
         if let Some(number) = self.function_number(m)
-            && (rule.functions.contains(&number)
-                || (100..=199).contains(&number) && matches!(rule.letter, b'P' | b'Q'))
+            && (rule.functions.contains(&number) || (100..=199).contains(&number) && matches!(rule.letter, b'P' | b'Q'))
         {
             return true;
         }
@@ -305,7 +371,22 @@ impl Interpreter {
             Some(code) => code != 400,
             None => self.modal.comp != CompSide::Off,
         };
+        if p.g(Group::ToolLength) == Some(432) && p.has(b'H') && p.axes() != 0 {
+            return Err(wrong(span, "G43.2 has H and axis letters", "write one of the two"));
+        }
+        let in_feed = matches!(motion, 10 | 20 | 30 | 730 | 740 | 810..=890);
+        if in_feed && self.settings.default_feed_mm_per_min.is_none() && !self.has_feed(p, feed_mode) {
+            return Err(self.no_feed(span));
+        }
+        if motion == 51 && !(p.has(b'I') && p.has(b'J')) {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "G5.1 needs I and J").help("write both"));
+        }
+        let speed = p.peek(b'S').or(self.technology.speed).unwrap_or(0.0);
+        if matches!(motion, 10 | 20 | 30) && feed_mode == FeedMode::PerRevolution && speed == 0.0 {
+            return Err(wrong(span, format!("{name} in G95 has no spindle speed"), "write S before it"));
+        }
         match motion {
+            20 | 30 => return self.arc_rules(p, &name, span),
             330 | 331 => {
                 if p.has(b'F') {
                     return Err(wrong(span, format!("F stands with {name}, whose feed is K"), "take F out"));
@@ -332,6 +413,32 @@ impl Interpreter {
         Ok(())
     }
 
+    /// F of the block, or the feed in force where no word has taken it away.
+    fn has_feed(&self, p: &Pending, mode: FeedMode) -> bool {
+        let kept = self.own.feed.filter(|_| p.g(Group::FeedMode).is_none() && mode != FeedMode::InverseTime);
+        p.peek(b'F').or(kept).is_some_and(|feed| feed > 0.0)
+    }
+
+    fn arc_rules(&self, p: &Pending, name: &str, span: Span) -> Result<(), Fault> {
+        let normal = self.plane_of(p);
+        let letters = *b"IJK";
+        if p.has(letters[normal]) {
+            let letter = char::from(letters[normal]);
+            let message = format!("`{letter}` does not lie in the working plane of {name}");
+            return Err(wrong(span, message, "choose the plane with G17, G18 or G19"));
+        }
+        let absolute = p.g(Group::ArcDistance).map_or(self.modal.absolute_centers, |code| code == 901);
+        if absolute && !p.has(b'R') {
+            for axis in (0..3).filter(|&axis| axis != normal) {
+                if !p.has(letters[axis]) {
+                    let message = format!("{name} with absolute centers has no `{}`", char::from(letters[axis]));
+                    return Err(Fault::new(codes::MISSING_VALUE, span, message).help("write both, or G91.1"));
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn cycle_rules(&self, p: &Pending, code: u32, turns: SpindleDirection, span: Span) -> Result<(), Fault> {
         let name = g_name(code);
         for letter in *b"ABC" {
@@ -352,6 +459,12 @@ impl Interpreter {
             let (word, thread) = if code == 840 { ("M3", "right-hand") } else { ("M4", "left-hand") };
             let message = format!("{name} cuts a {thread} thread, and the spindle does not turn with {word}");
             return Err(wrong(span, message, format!("write {word} before it")));
+        }
+        if code == 860 && turns == SpindleDirection::Off {
+            return Err(wrong(span, format!("the spindle stands in {name}"), "write M3 or M4 before it"));
+        }
+        if matches!(code, 730 | 830) && p.peek(b'Q').is_some_and(|q| q <= 0.0) {
+            return Err(wrong(span, format!("the infeed Q of {name} must be above zero"), "write Q1"));
         }
         if self.modal.cycle == Some(code) {
             return Ok(());
