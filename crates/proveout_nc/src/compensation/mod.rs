@@ -184,7 +184,7 @@ pub(crate) struct Compensated {
 impl Compensated {
     /// `compensates`: the text may switch compensation on ([`may_compensate`]).
     pub(crate) fn new(reader: Box<dyn Reader>, dialect: Dialect, compensates: bool, settings: &Settings) -> Self {
-        let iso = matches!(dialect, Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc);
+        let linuxcnc = dialect == Dialect::LinuxCnc;
         let radii = match &settings.compensation {
             Compensation::Programmed => None,
             Compensation::ToolCenter(radii) => Some(radii.clone()),
@@ -194,7 +194,7 @@ impl Compensated {
             Dialect::LinuxCnc => CompStyle::LINUX_CNC,
             _ => CompStyle::PLAIN,
         };
-        let shadow = (compensates && iso && radii.is_none()).then(|| Box::new(Shadow::new(dialect, settings)));
+        let shadow = (compensates && linuxcnc && radii.is_none()).then(|| Box::new(Shadow::new(dialect, settings)));
         Self {
             reader,
             radii,

@@ -37,8 +37,16 @@ impl Shadow {
             // The tool table gives the radius, and none is here.
             return Ok(());
         }
+        let entering = self.0.pending.as_ref().is_some_and(|pending| pending.entry);
         let found = self.0.take(command.clone());
         self.0.out.clear();
+        // A contour that ends behind its entry is one that the stage does not compute, and that the control runs.
+        if entering && matches!(&command.op, Op::CutterComp(comp) if comp.side == CompSide::Off) {
+            if found.is_err() {
+                self.0.recover();
+            }
+            return Ok(());
+        }
         found
     }
 

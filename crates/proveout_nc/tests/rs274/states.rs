@@ -106,7 +106,11 @@ pub(crate) fn ours(blocks: &[&str]) -> (Vec<Vec<Event>>, Option<(usize, String)>
                     last[axis] = value.or(last[axis]);
                 }
             }
-            let stands = motion.is_some() && before == *last && !matches!(kind, Kind::Arc { .. } | Kind::Probe);
+            let near = |axis: usize| match (before[axis], last[axis]) {
+                (Some(a), Some(b)) => (a - b).abs() < 1e-6,
+                (a, b) => a == b,
+            };
+            let stands = motion.is_some() && (0..6).all(near) && !matches!(kind, Kind::Arc { .. } | Kind::Probe);
             if stands {
                 return;
             }
@@ -229,7 +233,21 @@ pub(crate) fn theirs(blocks: &[&Recorded]) -> Vec<Vec<Event>> {
         synchronous: false,
         surface: false,
     };
-    blocks.iter().map(|block| block.calls.iter().flat_map(|call| m.call(call)).collect()).collect()
+    let mut events: Vec<Vec<Event>> =
+        blocks.iter().map(|block| block.calls.iter().flat_map(|call| m.call(call)).collect()).collect();
+    let mut oriented = false;
+    for (block, events) in blocks.iter().zip(&mut events) {
+        // The plane of the next program.
+        if block.calls.iter().any(|call| call == "E2") {
+            events.retain(|event| !matches!(event.kind, Kind::Plane(_)));
+        }
+        // The reader tells the stop of an oriented spindle, the calls do not.
+        oriented |= block.text.to_ascii_uppercase().contains("M19");
+        if oriented {
+            events.iter_mut().for_each(|event| event.spindle.1 = -1);
+        }
+    }
+    events
 }
 
 impl Machine {

@@ -64,7 +64,8 @@ impl Interpreter {
         }
         let normal = self.modal.normal;
         let axes = p.axes();
-        let drills = axes != 0 || p.has_polar() || p.any_free(b"R");
+        // On a LinuxCNC R alone is no hole, and is that of another word.
+        let drills = axes != 0 || p.has_polar() || p.any_free(b"R") && !self.is_rs274();
         if drills {
             self.before_motion(axes, p, span)?;
         }
@@ -99,8 +100,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// The holes of a block on a `LinuxCNC`: the way to a hole ends at the initial level, which is the R plane where that is higher;
-    /// from the R plane of a hole under G99 it is one slanted motion (`convert_cycle_xy`, `CYCLE_MACRO` of its interpreter).
+    /// The holes of a block on a `LinuxCNC`: the way to a hole is at the level of the tool, or slants up to the one to come back to (`convert_cycle_xy`, `CYCLE_MACRO` of its interpreter).
     fn holes_of_interpreter(
         &mut self,
         p: &mut Pending,
@@ -111,21 +111,21 @@ impl Interpreter {
         span: Span,
     ) -> Result<(), Fault> {
         let normal = self.modal.normal;
-        let mut level = initial;
-        if level < levels.r {
+        if initial < levels.r {
             self.course(&[Stroke::Rapid(levels.r)], span)?;
-            level = levels.r;
         }
+        let clear = self.return_level(levels, span)?;
         let place = p.clone();
         for _ in 0..repeats {
             *p = place.clone();
             let (mut end, programmed) = self.targets(p, span)?;
+            // Never below the level to come back to.
+            let level = self.position.work.get(normal).map_or(clear, |now| now.max(clear));
             end.put(normal, level);
             if (0..9).any(|axis| end.get(axis) != self.position.work.get(axis)) {
                 self.cycle_motion(end, programmed | 1 << normal, true, span)?;
             }
             self.drill(code, levels, span)?;
-            level = self.return_level(levels, span)?;
         }
         Ok(())
     }

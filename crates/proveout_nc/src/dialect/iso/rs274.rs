@@ -391,6 +391,10 @@ impl Interpreter {
                 if p.has(b'F') {
                     return Err(wrong(span, format!("F stands with {name}, whose feed is K"), "take F out"));
                 }
+                if !p.has(b'K') {
+                    return Err(Fault::new(codes::MISSING_VALUE, span, format!("{name} has no K"))
+                        .help("write the pitch in the block"));
+                }
                 if turns == SpindleDirection::Off {
                     return Err(wrong(span, format!("the spindle stands in {name}"), "write M3 or M4 before it"));
                 }
