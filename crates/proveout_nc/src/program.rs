@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::codes;
-use crate::compensation::Compensated;
+use crate::compensation::{Compensated, may_compensate};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::dialect::{self, detect};
 use crate::not_run::NotRun;
@@ -80,8 +80,14 @@ impl Program {
             notes.push_back(Command { location, op: Op::Note(format!("{} is no block on this control", text.trim())) });
         }
         source.speak_as(&settings.control);
+        let compensates = may_compensate(&source.text);
         let reader = dialect::open(dialect, source, folder, settings)?;
-        Ok(Self { commands: Compensated::new(reader, dialect, settings), dialect, notes, settings: settings.clone() })
+        Ok(Self {
+            commands: Compensated::new(reader, dialect, compensates, settings),
+            dialect,
+            notes,
+            settings: settings.clone(),
+        })
     }
 
     pub(crate) fn open_leniently(path: &Path, settings: &Settings) -> Result<Self, Diagnostic> {

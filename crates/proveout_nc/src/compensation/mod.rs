@@ -81,6 +81,7 @@ mod faults;
 mod overcut;
 mod plane;
 mod recover;
+mod shadow;
 mod stretch;
 #[cfg(test)]
 mod tests;
@@ -90,7 +91,10 @@ use std::collections::VecDeque;
 use contour::{Element, Point};
 pub(crate) use faults::line_of;
 use plane::Plane;
+pub(crate) use shadow::may_compensate;
 use stretch::Stretch;
+
+use shadow::Shadow;
 
 pub(crate) use corner::{Beyond, CompStyle, Corner, Entry, FeedAt};
 
@@ -140,6 +144,8 @@ enum State {
 pub(crate) struct Compensated {
     reader: Box<dyn Reader>,
     radii: Option<ToolRadii>,
+    /// Without radii: looks at contours whose radius stands in the program.
+    shadow: Option<Box<Shadow>>,
     default_style: CompStyle,
     out: VecDeque<Result<Command, Fault>>,
     finished: bool,
@@ -176,7 +182,9 @@ pub(crate) struct Compensated {
 }
 
 impl Compensated {
-    pub(crate) fn new(reader: Box<dyn Reader>, dialect: Dialect, settings: &Settings) -> Self {
+    /// `compensates`: the text may switch compensation on ([`may_compensate`]).
+    pub(crate) fn new(reader: Box<dyn Reader>, dialect: Dialect, compensates: bool, settings: &Settings) -> Self {
+        let linuxcnc = dialect == Dialect::LinuxCnc;
         let radii = match &settings.compensation {
             Compensation::Programmed => None,
             Compensation::ToolCenter(radii) => Some(radii.clone()),
@@ -186,9 +194,11 @@ impl Compensated {
             Dialect::LinuxCnc => CompStyle::LINUX_CNC,
             _ => CompStyle::PLAIN,
         };
+        let shadow = (compensates && linuxcnc && radii.is_none()).then(|| Box::new(Shadow::new(dialect, settings)));
         Self {
             reader,
             radii,
+            shadow,
             default_style,
             out: VecDeque::new(),
             finished: false,
@@ -216,7 +226,11 @@ impl Compensated {
 
     pub(crate) fn next(&mut self) -> Option<Result<Command, Fault>> {
         if self.radii.is_none() {
-            return self.reader.next_command();
+            let item = self.reader.next_command();
+            return match self.shadow_fault(&item) {
+                Some(fault) => Some(Err(fault)),
+                None => item,
+            };
         }
         loop {
             if let Some(item) = self.out.pop_front() {
@@ -238,6 +252,26 @@ impl Compensated {
                 self.out.push_back(Err(fault));
             }
         }
+    }
+
+    /// What a contour with a radius of the program has wrong; the program is not followed any more behind it.
+    fn shadow_fault(&mut self, item: &Option<Result<Command, Fault>>) -> Option<Fault> {
+        let shadow = self.shadow.as_mut()?;
+        let mut fault = match item {
+            Some(Ok(command)) => shadow.follow(command).err()?,
+            Some(Err(_)) => {
+                self.shadow = None;
+                return None;
+            }
+            None => shadow.end().err()?,
+        };
+        self.shadow = None;
+        if fault.source_line.is_empty()
+            && let Some(line) = self.reader.source_line(&fault.file, fault.line)
+        {
+            fault.source_line = line;
+        }
+        Some(fault)
     }
 
     fn is_active(&self) -> bool {

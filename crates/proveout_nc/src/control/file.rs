@@ -390,8 +390,10 @@ pub(crate) enum MissingSubprogramFile {
 pub(crate) enum ProgramWordsFile {
     /// Okuma OSP: `VC1=5`, `X=VC1`, `IF [..] N100`, `CALL O200 Q3`, `RTS`, `NCYL`.
     Osp,
-    /// Grbl: lines that begin with `$`.
+    /// Grbl: lines that begin with `$`, and no other words than those of grbl.
     Grbl,
+    /// Mach3: what a block may hold is not checked as the interpreter of LinuxCNC does.
+    Mach3,
 }
 
 /// Lines around a program.

@@ -29,7 +29,7 @@ pub use builtin::builtin_controls;
 pub use error::ControlFileError;
 pub use file::control_schema;
 pub use model::{ArcTolerance, Control, WholeNumbers};
-pub(crate) use model::{Centers, FineBoring, StartFeed, StartMotion};
+pub(crate) use model::{Centers, DwellUnit, FineBoring, StartFeed, StartMotion};
 pub(crate) use parameters::{
     LengthWord, MixedFeed, OrientationAngles, OutsideModulo, ReturnLevel, Rollover, TiltSolution,
 };

@@ -162,6 +162,8 @@ pub struct Control {
     pub(crate) osp_words: bool,
     /// Lines that begin with `$` are read.
     pub(crate) grbl_words: bool,
+    /// The control shares the language with a LinuxCNC, and not what its interpreter refuses.
+    pub(crate) mach3_words: bool,
     /// G43 without H takes the length of the tool in the spindle.
     pub(crate) length_of_tool: bool,
     /// Where M6 leaves the axes, machine coordinates, mm.
@@ -204,6 +206,7 @@ impl Default for Control {
             depth_in_i: false,
             osp_words: false,
             grbl_words: false,
+            mach3_words: false,
             length_of_tool: false,
             tool_change: AxisValues::NONE,
             dwell: [None; 26],

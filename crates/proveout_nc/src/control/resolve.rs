@@ -60,6 +60,7 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     if let Some(words) = file.program.words {
         control.osp_words = matches!(words, ProgramWordsFile::Osp);
         control.grbl_words = matches!(words, ProgramWordsFile::Grbl);
+        control.mach3_words = matches!(words, ProgramWordsFile::Mach3);
     }
     if let Some(without) = file.tool_length.without_h {
         control.length_of_tool = matches!(without, WithoutHFile::Tool);
@@ -173,6 +174,7 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checke
     let foreign = match file.program.words {
         Some(ProgramWordsFile::Osp) => (family == Family::LinuxCnc).then_some("osp"),
         Some(ProgramWordsFile::Grbl) => (family == Family::MacroB).then_some("grbl"),
+        Some(ProgramWordsFile::Mach3) => (family == Family::MacroB).then_some("mach3"),
         None => None,
     };
     if let Some(words) = foreign {

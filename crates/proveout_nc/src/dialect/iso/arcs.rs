@@ -9,13 +9,15 @@ use crate::AxisValues;
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::channel::arc_fault;
 use crate::codes;
-use crate::control::Centers;
+use crate::control::{ArcTolerance, Centers};
 use crate::diagnostic::{Fault, Span};
 
 const CENTER: [u8; 3] = *b"IJK";
 /// Difference of the radii that a `LinuxCNC` takes whatever the radius, mm or inch (`CENTER_ARC_RADIUS_TOLERANCE_MM`, `_INCH`).
 const SPIRAL_MM: f64 = 0.02 * std::f64::consts::SQRT_2;
 const SPIRAL_INCH: f64 = 0.002 * std::f64::consts::SQRT_2;
+/// How much shorter than half of the chord a radius R may be there (`RADIUS_TOLERANCE_MM`, and as much in inch).
+const SHORT_RADIUS_MM: f64 = 0.001_27;
 /// Above it, up to a hundred times as much, this part of the larger radius (`SPIRAL_RELATIVE_TOLERANCE`).
 const SPIRAL_RELATIVE: f64 = 1e-3;
 
@@ -61,7 +63,10 @@ impl Interpreter {
             Some(_) if has_center => {
                 return Err(Fault::new(codes::CONFLICT, span, "R stands with a center").help("keep one"));
             }
-            Some(radius) => arc::from_radius(flat(start), to, radius, clockwise, tolerance),
+            Some(radius) => {
+                let tolerance = if self.is_rs274() { ArcTolerance::absolute(SHORT_RADIUS_MM) } else { tolerance };
+                arc::from_radius(flat(start), to, radius, clockwise, tolerance)
+            }
             None if has_center && self.settings.control.centers == Centers::Unsigned && !absolute => {
                 let from = flat(start);
                 let to_center = [center[u] - start[u], center[v] - start[v]];

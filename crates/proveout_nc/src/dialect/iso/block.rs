@@ -3,6 +3,9 @@
 //! Order within a block, whatever the order of the words: modal words, macro call, feed, speed, tool, functions before the
 //! motion, dwell, compensation and length, work offset, path mode, rotation and plane, words that act once, motion, functions
 //! behind it (on a `LinuxCNC` only the stops), subprogram call, end of program.
+//!
+//! A `LinuxCNC` (*G-code overview*, "G-code order of execution") does of the modal words only G93 to G95 first: F is read in the
+//! unit of the block before, the plane and the unit follow the dwell, G90, G98 and the motion word the path mode.
 
 use super::calls::whole;
 use super::corners;
@@ -15,7 +18,7 @@ use super::words::{self, Class, Function, Group};
 use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
-use crate::control::{Control, Meaning};
+use crate::control::{Control, DwellUnit, Meaning};
 use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{Dwell, Op};
@@ -166,8 +169,23 @@ impl Interpreter {
             .find(|m| matches!(m, 97 | 98 | 99 | 198))
             .filter(|&m| words::function(self.own.flavor, m) == Function::Call);
         let call_words = call.map(|_| (p.take(b'P'), p.take(b'L')));
+        let linuxcnc = self.own.flavor.is_linuxcnc();
+        if linuxcnc {
+            self.refused_by_interpreter(p, span)?;
+            if self.settings.control.grbl_words {
+                self.refused_by_grbl(p, block)?;
+            }
+        }
         if !p.no_g() {
-            self.modal_words(p, span)?;
+            if linuxcnc {
+                self.feed_mode_word(p);
+                if self.settings.control.grbl_words {
+                    // F counts in the unit of its block.
+                    self.unit_word(p, span)?;
+                }
+            } else {
+                self.modal_words(p, span)?;
+            }
             if p.g(Group::OneShot) == Some(650) || p.g(Group::Macro) == Some(660) {
                 p.use_all();
                 return self.macro_call(block, p.g(Group::Macro).is_some());
@@ -199,11 +217,19 @@ impl Interpreter {
         if one_shot == Some(40) {
             self.dwell(p, span)?;
         }
+        if linuxcnc && !p.no_g() {
+            self.plane_word(p);
+            self.unit_word(p, span)?;
+        }
         self.compensation_words(p, span)?;
         self.length_words(p, span)?;
         if !p.no_g() {
             self.offset_word(p, span)?;
             self.path_words(p, span)?;
+            if linuxcnc {
+                self.distance_words(p);
+                self.motion_words(p);
+            }
             self.rotation_words(p, span)?;
             // A word of the control file may have called one.
             if let Some(code) = p.g(Group::OneShot) {
@@ -233,48 +259,73 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Words that set how the others are read.
+    /// Words that set how the others are read; a `LinuxCNC` does them one by one, between other words of the block.
     fn modal_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        if let Some(code) = p.g(Group::Units) {
-            let before = self.modal.unit();
-            if matches!(code, 700 | 710) {
-                let cycle: &[u8] = if self.own.flavor.is_linuxcnc() { b"DEIPQR" } else { b"PQRUW" };
-                if p.any_free(cycle) {
-                    return Err(refused(&g_name(code), span, words::TURNING));
-                }
-                let unit = if code == 700 { "inch" } else { "mm" };
-                let other = if self.own.flavor.is_linuxcnc() {
-                    "as on a Mach3; on a LinuxCNC it is a cycle of turning"
-                } else {
-                    "where no word tells the control; on others it is a cycle"
-                };
-                self.assume(format!("G{} sets lengths in {unit}, {other}", code / 10));
+        self.unit_word(p, span)?;
+        self.feed_mode_word(p);
+        self.plane_word(p);
+        self.distance_words(p);
+        self.motion_words(p);
+        Ok(())
+    }
+
+    /// G20, G21, G70, G71.
+    fn unit_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let Some(code) = p.g(Group::Units) else { return Ok(()) };
+        let before = self.modal.unit();
+        if matches!(code, 700 | 710) {
+            let cycle: &[u8] = if self.own.flavor.is_linuxcnc() { b"DEIPQR" } else { b"PQRUW" };
+            if p.any_free(cycle) {
+                return Err(refused(&g_name(code), span, words::TURNING));
             }
-            self.modal.inch = Some(matches!(code, 200 | 700));
-            if before != self.modal.unit() {
-                self.own.feed = None;
-            }
-        }
-        if let Some(code) = p.g(Group::FeedMode) {
-            let mode = match code {
-                930 => FeedMode::InverseTime,
-                940 => FeedMode::PerTime,
-                _ => FeedMode::PerRevolution,
+            let unit = if code == 700 { "inch" } else { "mm" };
+            let other = if self.own.flavor.is_linuxcnc() {
+                "as on a Mach3; on a LinuxCNC it is a cycle of turning"
+            } else {
+                "where no word tells the control; on others it is a cycle"
             };
-            if self.modal.feed_mode != mode {
-                self.modal.feed_mode = mode;
-                // A number keeps no meaning across modes: F must be programmed anew.
-                self.own.feed = None;
+            self.assume(format!("G{} sets lengths in {unit}, {other}", code / 10));
+        }
+        self.modal.inch = Some(matches!(code, 200 | 700));
+        if before != self.modal.unit() && !self.own.flavor.is_linuxcnc() {
+            self.own.feed = None;
+            if p.has(b'F') {
+                let unit = if self.modal.inch == Some(true) { "inch" } else { "mm" };
+                self.note(format!("F in the block of {} counts in {unit}: the unit of its own block", g_name(code)));
             }
         }
-        if let Some(code) = p.g(Group::Plane) {
-            self.modal.normal = match code {
-                170 => 2,
-                180 => 1,
-                _ => 0,
-            };
-            self.emit(Op::Plane(['X', 'Y', 'Z'][self.modal.normal]));
+        Ok(())
+    }
+
+    /// G93, G94, G95.
+    fn feed_mode_word(&mut self, p: &Pending) {
+        let Some(code) = p.g(Group::FeedMode) else { return };
+        let mode = match code {
+            930 => FeedMode::InverseTime,
+            940 => FeedMode::PerTime,
+            _ => FeedMode::PerRevolution,
+        };
+        // A number keeps no meaning across modes: F must be programmed anew. The interpreter of a LinuxCNC forgets the feed at
+        // each of these words (`convert_feed_mode`).
+        if self.modal.feed_mode != mode || self.is_rs274() {
+            self.modal.feed_mode = mode;
+            self.own.feed = None;
         }
+    }
+
+    /// G17, G18, G19.
+    fn plane_word(&mut self, p: &Pending) {
+        let Some(code) = p.g(Group::Plane) else { return };
+        self.modal.normal = match code {
+            170 => 2,
+            180 => 1,
+            _ => 0,
+        };
+        self.emit(Op::Plane(['X', 'Y', 'Z'][self.modal.normal]));
+    }
+
+    /// G90, G91, G90.1, G91.1, G98, G99, G15, G16.
+    fn distance_words(&mut self, p: &Pending) {
         if let Some(code) = p.g(Group::Distance) {
             self.modal.incremental = code == 910;
         }
@@ -288,6 +339,9 @@ impl Interpreter {
             self.modal.polar = code == 160;
             (self.modal.polar_radius, self.modal.polar_angle) = (None, None);
         }
+    }
+
+    fn motion_words(&mut self, p: &Pending) {
         if let Some(code) = p.g(Group::Motion) {
             self.motion_word(code);
         }
@@ -297,7 +351,6 @@ impl Interpreter {
             }
             self.cycle_word(code);
         }
-        Ok(())
     }
 
     fn motion_word(&mut self, code: u32) {
@@ -347,9 +400,7 @@ impl Interpreter {
             (Some(p), None) => self.seconds(p, point, span)?,
             (None, Some(x)) => x,
             _ => {
-                return Err(
-                    Fault::new(codes::MISSING_VALUE, span, "G4 needs one time").help("write G4 P500, or G4 X0.5")
-                );
+                return Err(Fault::new(codes::MISSING_VALUE, span, "G4 needs one time").help(self.dwell_example()));
             }
         };
         if moves && !self.own.flavor.is_linuxcnc() && p.axes() != 0 {
@@ -359,10 +410,32 @@ impl Interpreter {
                 .help("write G4 in a block of its own"));
         }
         if seconds.is_nan() || seconds < 0.0 {
-            return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help("write G4 P500"));
+            return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help(self.dwell_example()));
         }
         self.emit(Op::Dwell(Dwell::Seconds(seconds)));
         Ok(())
+    }
+
+    /// Half a second, as the control reads it.
+    pub(crate) fn dwell_example(&self) -> String {
+        let control = &self.settings.control;
+        let spelled = |letter: u8, unit: DwellUnit| match unit {
+            DwellUnit::Seconds => format!("G4 {}0.5 (seconds)", char::from(letter)),
+            DwellUnit::Milliseconds | DwellUnit::MillisecondsOrSeconds => {
+                format!("G4 {}500 (milliseconds)", char::from(letter))
+            }
+            DwellUnit::Hundredths => format!("G4 {}50 (hundredths of a second)", char::from(letter)),
+        };
+        // P of a control with another letter too is that of its cycles.
+        let stated = b"FXUKP".iter().find_map(|&letter| Some(spelled(letter, control.dwell_unit(letter)?)));
+        if let Some(stated) = stated {
+            return format!("write {stated}");
+        }
+        match self.own.flavor {
+            Flavor::LinuxCnc => "write G4 P0.5 (seconds)".to_owned(),
+            Flavor::Haas => "write G4 P500 (milliseconds), or G4 P0.5 (seconds)".to_owned(),
+            Flavor::Fanuc => "write G4 P500 (milliseconds), or G4 X0.5 (seconds)".to_owned(),
+        }
     }
 
     /// Seconds of a word P.

@@ -65,7 +65,8 @@ impl Interpreter {
         }
         let normal = self.modal.normal;
         let axes = p.axes();
-        let drills = axes != 0 || p.has_polar() || p.any_free(b"R");
+        // On a LinuxCNC R alone is no hole, and is that of another word.
+        let drills = axes != 0 || p.has_polar() || p.any_free(b"R") && !self.is_rs274();
         if drills {
             self.before_motion(axes, p, span)?;
         }
@@ -73,6 +74,7 @@ impl Interpreter {
             self.own.cycle.initial = self.position.work.get(normal);
         }
         self.no_rotary_motion(p, code, span)?;
+        self.unit_of_cycle(code, span)?;
         let repeats = self.cycle_values(p, code, span)?;
         if !drills || repeats == 0 {
             if repeats == 0 {
@@ -86,18 +88,61 @@ impl Interpreter {
         self.r_plane_of_haas(code);
         let levels = self.levels(code, self.own.cycle.initial, span)?;
         self.return_level_at_start(levels);
+        if self.own.flavor.is_linuxcnc()
+            && let Some(initial) = levels.initial
+        {
+            return self.holes_of_interpreter(p, code, levels, initial, repeats, span);
+        }
         if levels.depth > levels.r && !matches!(code, 770 | 870) {
             self.note(format!("{} feeds upward, from R{} to {}", g_name(code), levels.r, levels.depth));
         }
         let place = p.clone();
         for _ in 0..repeats {
             *p = place.clone();
-            // The way to the hole is at the level of the tool, but never below an R plane above the initial level.
-            if self.own.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
-                self.course(&[Stroke::Rapid(levels.r)], span)?;
-            }
             self.over_hole(p, span)?;
             self.drill(code, levels, span)?;
+        }
+        Ok(())
+    }
+
+    /// The holes of a block on a `LinuxCNC`: the way to a hole is at the level of the tool, or slants up to the one to come back to (`convert_cycle_xy`, `CYCLE_MACRO` of its interpreter).
+    fn holes_of_interpreter(
+        &mut self,
+        p: &mut Pending,
+        code: u32,
+        levels: Levels,
+        initial: f64,
+        repeats: u32,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let normal = self.modal.normal;
+        if initial < levels.r {
+            self.course(&[Stroke::Rapid(levels.r)], span)?;
+        }
+        let clear = self.return_level(levels, span)?;
+        let place = p.clone();
+        for _ in 0..repeats {
+            *p = place.clone();
+            let (mut end, programmed) = self.targets(p, span)?;
+            // Never below the level to come back to.
+            let level = self.position.work.get(normal).map_or(clear, |now| now.max(clear));
+            end.put(normal, level);
+            if (0..9).any(|axis| end.get(axis) != self.position.work.get(axis)) {
+                self.cycle_motion(end, programmed | 1 << normal, true, span)?;
+            }
+            self.drill(code, levels, span)?;
+        }
+        Ok(())
+    }
+
+    /// A `LinuxCNC` keeps the numbers of a cycle, and reads them in another unit once G20 or G21 stands between.
+    fn unit_of_cycle(&mut self, code: u32, span: Span) -> Result<(), Fault> {
+        let unit = self.modal.unit();
+        let before = self.own.cycle.unit.replace(unit);
+        if self.own.flavor.is_linuxcnc() && before.is_some_and(|before| before != unit) {
+            let message =
+                format!("the unit changes under {}, whose values the control would read in the new one", g_name(code));
+            return Err(Fault::new(codes::CONFLICT, span, message).help("write G80, the unit, and the cycle again"));
         }
         Ok(())
     }
@@ -406,6 +451,8 @@ impl Interpreter {
                 let again = Stroke::Turn(self.technology.direction);
                 self.course(&[down, wait, Stroke::Turn(SpindleDirection::Off), out, again], span)?;
             }
+            // The interpreter of a LinuxCNC goes out in feed all the way (`convert_cycle_g89`).
+            890 if self.own.flavor.is_linuxcnc() => self.course(&[down, wait, Stroke::Feed(back)], span)?,
             890 => self.course(&[down, wait, up], span)?,
             _ => self.course(&[down], span)?,
         }
@@ -489,8 +536,8 @@ impl Interpreter {
         let Some(feed) = self.own.feed else { return Err(self.no_feed(span)) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
-            (FeedMode::PerRevolution, _) => feed * self.modal.unit(),
-            (FeedMode::PerTime, Some(speed)) => feed * self.modal.unit() / speed,
+            (FeedMode::PerRevolution, _) => feed * self.own.feed_unit,
+            (FeedMode::PerTime, Some(speed)) => feed * self.own.feed_unit / speed,
             (FeedMode::PerTime, None) => {
                 return Err(Fault::new(
                     codes::MISSING_VALUE,
@@ -511,6 +558,10 @@ impl Interpreter {
         let wait = Stroke::wait(self.own.cycle.p);
         let down = Stroke::Thread { to: levels.depth, pitch, turn };
         let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
+        if self.own.flavor.is_linuxcnc() {
+            // The dwell stands at the bottom alone.
+            return self.course(&[down, wait, up], span);
+        }
         self.course(&[down, wait, up, wait], span)
     }
 

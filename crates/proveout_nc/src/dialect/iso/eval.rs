@@ -117,7 +117,10 @@ impl Interpreter {
     fn read_parameter(&self, index: &Expr, span: Span) -> Result<Option<f64>, Fault> {
         let number = self.parameter_number(index, span)?;
         if number == 0 {
-            return Ok(if self.own.flavor.is_linuxcnc() { Some(0.0) } else { None });
+            if self.own.flavor.is_linuxcnc() {
+                return Err(Fault::new(codes::BAD_VALUE, span, "#0 is no parameter").help("use #1 to #5000"));
+            }
+            return Ok(None);
         }
         if let Some(value) = self.variables.numbered(number) {
             return Ok(Some(value));

@@ -4,17 +4,22 @@
 //! checks. `$J=` jogs and settings (`$32=1`) are no part of a program: they are refused. The homing cycle runs Z first, then the
 //! other axes (`HOMING_CYCLE_0`, `HOMING_CYCLE_1` of config.h), to the place that the switches have.
 
+use super::grbl_words;
 use super::interpreter::Interpreter;
 use super::parser::Block;
 use crate::codes;
+use crate::control::Control;
 use crate::diagnostic::{Fault, Span};
 
 /// Lines without an effect on what is cut.
 const WITHOUT_EFFECT: [&str; 7] = ["$X", "$$", "$#", "$G", "$I", "$N", "$C"];
 
-/// A line with `$` on a control that has none.
-pub(super) fn refused(block: &Block, has_them: bool) -> Option<Fault> {
-    let span = block.dollar.filter(|_| !has_them)?;
+/// A line with `$` on a control that has none; on a grbl what it does not know.
+pub(super) fn refused(block: &Block, control: &Control) -> Option<Fault> {
+    if control.grbl_words {
+        return grbl_words::foreign(block, control);
+    }
+    let span = block.dollar?;
     Some(
         Fault::new(codes::UNSUPPORTED_WORD, span, "`$` begins a line of a grbl, which this control is not")
             .help("name that control (grbl-1.1), or take the line out"),

@@ -60,6 +60,8 @@ pub(crate) struct Iso {
     pub(crate) kept_modal: Option<Box<Modal>>,
     /// F as written: its meaning follows from unit, feed mode and the axes of the motion.
     pub(crate) feed: Option<f64>,
+    /// mm of one unit of length, as it was when F was read.
+    pub(crate) feed_unit: f64,
     /// H and D in force.
     pub(crate) h: Option<u32>,
     pub(crate) d: Option<u32>,
@@ -109,6 +111,7 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         radii: BTreeMap::new(),
         kept_modal: None,
         feed: None,
+        feed_unit: 1.0,
         h: None,
         d: None,
         overrides: true,
@@ -300,7 +303,7 @@ impl Interpreter {
         {
             return Err(fault);
         }
-        if let Some(fault) = grbl::refused(block, self.settings.control.grbl_words) {
+        if let Some(fault) = grbl::refused(block, &self.settings.control) {
             return Err(fault);
         }
         if let Some(number) = block.number {

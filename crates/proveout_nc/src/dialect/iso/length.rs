@@ -95,8 +95,7 @@ impl Interpreter {
                 self.set_tcp(false, false);
             }
             431 => {
-                let shift = self.length_shift(p, span)?;
-                self.set_length(Length::Programmed(0), shift);
+                self.length_of_axes(p, span)?;
             }
             432 => self.additional_length(p, span)?,
             _ => {
@@ -234,6 +233,26 @@ impl Interpreter {
         }
         self.begin();
         self.tell_tcp();
+    }
+
+    /// G43.1: the axes that it names get these offsets, the others keep theirs (`convert_tool_length_offset` of the interpreter).
+    fn length_of_axes(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let named = p.axes();
+        let given = self.length_shift(p, span)?;
+        let mut shift = self.modal.frames.length;
+        for axis in (0..3).filter(|axis| named >> axis & 1 == 1) {
+            shift[axis] = given[axis];
+        }
+        let of_table = matches!(self.modal.length, Length::Edge(edge) if edge > 0);
+        if of_table && named & 0b100 == 0 {
+            // The length of the table stays in force along the tool.
+            self.modal.frames.length = shift;
+            self.begin();
+            self.frames_changed("G43.1");
+        } else {
+            self.set_length(Length::Programmed(0), shift);
+        }
+        Ok(())
     }
 
     /// X Y Z of G43.1.

@@ -97,6 +97,10 @@ impl Interpreter {
         if axes == 0 {
             return Ok(());
         }
+        if self.modal.incremental && self.own.flavor.is_linuxcnc() && !self.settings.control.grbl_words {
+            let message = "G53 under G91: the control refuses it, whether it is meant as a place or as a way";
+            return Err(Fault::new(codes::CONFLICT, span, message).help("write G90 G53"));
+        }
         if self.modal.incremental && (self.own.flavor == Flavor::Haas || self.own.assumed) {
             self.assume("G53 under G91 goes to machine coordinates, as it does under G90");
         } else if self.modal.incremental && !self.own.flavor.is_linuxcnc() {

@@ -20,6 +20,7 @@ mod fagor;
 pub(crate) mod fagor_text;
 mod flavor;
 mod grbl;
+mod grbl_words;
 mod index;
 mod interpreter;
 mod leftover;
@@ -37,6 +38,7 @@ mod planes;
 mod polar;
 mod recover;
 mod remarks;
+mod rs274;
 mod statement;
 mod system;
 mod technology;
@@ -115,7 +117,7 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings
                     .iter()
                     .filter_map(refused)
                     .chain(osp::refused(b, settings.control.osp_words))
-                    .chain(grbl::refused(b, settings.control.grbl_words))
+                    .chain(grbl::refused(b, &settings.control))
                     .collect()
             },
         );

@@ -234,6 +234,8 @@ pub(crate) struct CycleValues {
     pub(crate) p: Option<f64>,
     /// I, J, K of peck drilling (Haas) or of the shift of boring.
     pub(crate) ijk: [Option<f64>; 3],
+    /// mm of one unit of length in the blocks of the cycle so far.
+    pub(crate) unit: Option<f64>,
     /// Level of the tool when the first cycle of the sequence began.
     pub(crate) initial: Option<f64>,
 }

@@ -16,6 +16,8 @@ use crate::{AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion}
 
 /// Most repetitions of the motion of a block.
 const MOST_REPEATS: f64 = 9999.0;
+/// A way to probe that is shorter is refused (`convert_probe` of the interpreter of `LinuxCNC`): 0.01 inch.
+const LEAST_PROBING_MM: f64 = 0.254;
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
 
@@ -40,7 +42,7 @@ impl Interpreter {
         let Some(mode) = self.modal.motion else { return Ok(()) };
         let vector = self.modal.vectors && p.any_free(b"IJK");
         let arc = matches!(mode, MotionMode::Clockwise | MotionMode::CounterClockwise);
-        if mode == MotionMode::Probe && axes == 0 {
+        if mode == MotionMode::Probe && axes == 0 && p.g(Group::Motion).is_some() {
             let message = format!("{} names no axis", super::block::g_name(self.modal.motion_code));
             return Err(
                 Fault::new(codes::MISSING_VALUE, span, message).help("write the point that is probed for: G38.2 Z-5")
@@ -394,14 +396,18 @@ impl Interpreter {
         // Haas: M79 makes a miss an alarm.
         let must_switch = matches!(code, 382 | 384) || p.has_m(79);
         self.need_feed(programmed, span)?;
+        if self.is_rs274() {
+            let way = (0..3).map(|axis| end.get(axis).zip(self.position.work.get(axis)).map(|(to, from)| to - from));
+            let square: Option<f64> = way.map(|d| d.map(|d| d * d)).sum();
+            if square.is_some_and(|square| square.sqrt() < LEAST_PROBING_MM) {
+                let message = format!("{} has less than {LEAST_PROBING_MM} mm to go", super::block::g_name(code));
+                return Err(Fault::new(codes::BAD_VALUE, span, message).help("begin farther away from the point"));
+            }
+        }
         let motion = self.complete(end, programmed, false, span)?;
         self.position.move_to(motion.end, motion.end_base);
         self.begin_motion();
         self.emit(Op::Probe(ProbeMotion { motion, away: matches!(code, 384 | 385), must_switch }));
-        if code != 310 {
-            // A further block must say again that it probes.
-            self.modal.motion = None;
-        }
         Ok(())
     }
 

@@ -116,7 +116,7 @@ impl Interpreter {
     /// G52, G92, G92.1 to G92.3.
     pub(crate) fn shift_word(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let word = g_name(code);
-        if code == 920 && p.axes() != 0 && p.has(b'F') {
+        if code == 920 && p.axes() != 0 && p.has(b'F') && !self.own.flavor.is_linuxcnc() {
             return Err(of_a_lathe("G92 with F", "cuts a thread", span));
         }
         if code == 920 && p.axes() == 0 {
@@ -127,8 +127,9 @@ impl Interpreter {
                 Err(Fault::new(codes::MISSING_VALUE, span, "G92 names no axis").help("write G92 X0"))
             };
         }
-        let values = self.shift_values(p, &word, span)?;
         let linuxcnc = self.own.flavor.is_linuxcnc();
+        // Axis letters beside G92.1 to G92.3 belong to the motion of the block there.
+        let values = if linuxcnc && code > 920 { [None; 6] } else { self.shift_values(p, &word, span)? };
         let frames = &mut self.modal.frames;
         match code {
             // On a LinuxCNC G52 writes the registers of G92.

@@ -466,6 +466,11 @@ fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(),
     }
     let text = s.slice(from);
     block.comment = Span::new(from, s.pos());
+    if let Some(at) = text.find('(').filter(|_| flavor.is_linuxcnc()) {
+        let message = format!("a comment begins inside the comment `({text})`, which ends at the first `)`");
+        return Err(Fault::new(codes::SYNTAX, Span::new(from + at, from + at + 1), message)
+            .help("comments do not nest: write the inner brackets as [ ], or leave them out"));
+    }
     if !s.take(b')') {
         return Err(
             Fault::new(codes::SYNTAX, s.span_from(start), "the comment has no end").help("write `)` at its end")

@@ -39,6 +39,7 @@ impl Interpreter {
         }
         // F0 is no feed: a motion that needs one is refused.
         self.own.feed = (value > 0.0).then_some(value);
+        self.own.feed_unit = self.modal.unit();
         if self.modal.feed_mode != FeedMode::InverseTime && value > 0.0 {
             self.tell_feed_word(value, false);
         }
@@ -48,7 +49,7 @@ impl Interpreter {
     /// Hands the feed out when it differs from the last one.
     fn tell_feed_word(&mut self, value: f64, rotary_only: bool) {
         // Without a linear axis the number is degrees, in every unit of length.
-        let unit = if rotary_only { 1.0 } else { self.modal.unit() };
+        let unit = if rotary_only { 1.0 } else { self.own.feed_unit };
         let feed = match self.modal.feed_mode {
             FeedMode::PerTime => Feed::PerTime(value * unit / 60.0),
             FeedMode::PerRevolution => Feed::PerRevolution(value * unit),
@@ -68,6 +69,7 @@ impl Interpreter {
         {
             let feed = mm_min / self.modal.unit();
             self.own.feed = Some(feed);
+            self.own.feed_unit = self.modal.unit();
             self.tell_feed_word(feed, axes & !0b111000 == 0 && axes != 0);
             return Ok(());
         }
@@ -236,6 +238,9 @@ impl Interpreter {
     fn tool_change(&mut self, span: Span) -> Result<(), Fault> {
         let tool = self.selected_tool(span)?;
         self.forget_kept();
+        if self.is_rs274() && self.technology.direction != SpindleDirection::Off {
+            self.spindle_off();
+        }
         self.change_to(tool);
         Ok(())
     }

@@ -1,0 +1,64 @@
+//! The path of the tool center beside commands that stay as programmed, where the program itself gives the radius.
+//!
+//! Without a tool table ([`crate::settings::Compensation::Programmed`]) motions are handed out as they are written. A radius that stands in the
+//! program (`G41.1 D`, a tool offset that it writes) is known all the same, and what the control refuses about such a contour is
+//! refused.
+
+use super::{Compensated, Fault};
+use crate::dialect::Reader;
+use crate::settings::{Compensation, Dialect, Settings, ToolRadii};
+use crate::{Command, CompSide, Op};
+
+/// Nothing to read: the commands come from outside.
+#[derive(Debug)]
+struct Nothing;
+
+impl Reader for Nothing {
+    fn next_command(&mut self) -> Option<Result<Command, Fault>> {
+        None
+    }
+}
+
+/// Follows the commands of a program and looks at its contours.
+#[derive(Debug)]
+pub(super) struct Shadow(Compensated);
+
+impl Shadow {
+    pub(super) fn new(dialect: Dialect, settings: &Settings) -> Self {
+        let settings = Settings { compensation: Compensation::ToolCenter(ToolRadii::default()), ..settings.clone() };
+        Self(Compensated::new(Box::new(Nothing), dialect, false, &settings))
+    }
+
+    /// A command of the program, in its order.
+    pub(super) fn follow(&mut self, command: &Command) -> Result<(), Fault> {
+        let unknown =
+            matches!(&command.op, Op::CutterComp(comp) if comp.side != CompSide::Off && comp.radius.is_none());
+        if unknown {
+            // The tool table gives the radius, and none is here.
+            return Ok(());
+        }
+        let entering = self.0.pending.as_ref().is_some_and(|pending| pending.entry);
+        let found = self.0.take(command.clone());
+        self.0.out.clear();
+        // A contour that ends behind its entry is one that the stage does not compute, and that the control runs.
+        if entering && matches!(&command.op, Op::CutterComp(comp) if comp.side == CompSide::Off) {
+            if found.is_err() {
+                self.0.recover();
+            }
+            return Ok(());
+        }
+        found
+    }
+
+    /// The program is at its end.
+    pub(super) fn end(&mut self) -> Result<(), Fault> {
+        let found = self.0.settle(None).map(|_| ());
+        self.0.out.clear();
+        found
+    }
+}
+
+/// The text switches a compensation on whose radius can stand in it: G41 or G42 of an ISO control.
+pub(crate) fn may_compensate(text: &str) -> bool {
+    text.as_bytes().windows(3).any(|w| matches!(w[0], b'G' | b'g') && w[1] == b'4' && matches!(w[2], b'1' | b'2'))
+}
