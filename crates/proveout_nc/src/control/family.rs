@@ -36,6 +36,7 @@ impl Family {
             ["start", "unit"] => iso || matches!(self, Siemens | Apt),
             ["start", "position_deg"] => self != Apt,
             ["numbers", _] | ["cycles", _] | ["tool_change", "position_mm"] | ["tool_length", _] => self == MacroB,
+            ["arcs", "clsf_sense"] => self == Apt,
             ["arcs", "centers"] | ["dwell", _] => iso,
             ["orientation", "interpolation"] => self == Siemens,
             ["blocks", "skipped_levels"] | ["subprograms", _] | ["limits", _] => self != Apt,

@@ -211,6 +211,18 @@ pub(crate) struct ArcsFile {
     pub(crate) largest_difference_mm: Option<f64>,
     /// What I, J and K are.
     pub(crate) centers: Option<CentersFile>,
+    /// How CIRCLE of CL data runs about its axis; left out: as the system that wrote it and the tangents of the path say.
+    pub(crate) clsf_sense: Option<SenseFile>,
+}
+
+/// How a circle of CL data runs about its axis.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum SenseFile {
+    /// Clockwise, seen against the axis: NX.
+    Clockwise,
+    /// Counter-clockwise, the right hand rule: Creo.
+    CounterClockwise,
 }
 
 /// What I, J and K of an arc are.

@@ -151,6 +151,8 @@ pub struct Control {
     pub(crate) whole_numbers: WholeNumbers,
     pub(crate) arc_tolerance: Option<ArcTolerance>,
     pub(crate) centers: Centers,
+    /// CIRCLE of CL data runs clockwise about its normal; none: as its writer and the tangents say.
+    pub(crate) clockwise_circles: Option<bool>,
     pub(crate) fine_boring: FineBoring,
     /// G71 and M53, M54 say where cycles come back to, and not G98 and G99.
     pub(crate) stated_returns: bool,
@@ -196,6 +198,7 @@ impl Default for Control {
             whole_numbers: WholeNumbers::Assumed,
             arc_tolerance: None,
             centers: Centers::Incremental,
+            clockwise_circles: None,
             fine_boring: FineBoring::NeedsShift,
             stated_returns: false,
             depth_in_i: false,

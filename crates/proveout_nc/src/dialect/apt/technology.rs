@@ -78,6 +78,7 @@ impl AptReader {
             "SELCTL" | "SELECTL" | "SELECT" => {
                 let (number, _) = self.tool_number(source, st)?;
                 self.emit(Op::Tool(crate::ToolAction::Select(number)));
+                self.beside_tool(source, st);
                 Ok(())
             }
             "TOOL PATH" => {
@@ -224,7 +225,16 @@ impl AptReader {
         self.own.tool_loaded = true;
         self.own.pending_tool = None;
         self.load_into_spindle(tool, edge.unwrap_or(1));
+        self.beside_tool(source, st);
         Ok(())
+    }
+
+    /// Tells what a tool statement has besides the tool and its offset: the tool library gives dimensions.
+    fn beside_tool(&mut self, source: &Source, st: &Statement) {
+        let beside = super::items::beside_tool(source, st);
+        if !beside.is_empty() {
+            self.note(format!("{}: {} without effect, the tool library gives dimensions", st.major, beside.join(",")));
+        }
     }
 
     /// TOOL PATH/operation,TOOL,name: the tool of an NX operation, where the program loads none by number.

@@ -174,9 +174,11 @@ impl Interpreter {
                 Some(value) if !max => Some(self.variables.value(value, span)? * self.modal.unit()),
                 _ => None,
             };
-            if positioning != Positioning::Stay {
-                self.retract(distance, None, span)?;
+            if positioning == Positioning::Stay {
+                return Err(Fault::new(codes::CONFLICT, span, "`MB` stands with STAY, which moves no axis")
+                    .help("write MOVE or TURN, or take MB out"));
             }
+            self.retract(distance, None, span)?;
         }
         let ahead = match plane.distance {
             Some(distance) => self.variables.value(distance, span)? * self.modal.unit(),
@@ -185,6 +187,9 @@ impl Interpreter {
         if ahead != 0.0 && positioning != Positioning::Move {
             return Err(Fault::new(codes::CONFLICT, span, "DIST stands without MOVE, to which it belongs")
                 .help("write MOVE, or take DIST out"));
+        }
+        if positioning == Positioning::Stay && plane.feed.is_some() {
+            self.note("F or FMAX of PLANE has no effect: STAY moves no axis");
         }
         let way = Way { positioning, ahead, feed: plane.feed };
         if plane.kind == PlaneKind::Reset {

@@ -332,7 +332,8 @@ pub(crate) enum Statement {
     End,
     Path(Path),
     ToolCall(ToolCall),
-    ToolDef(ToolRef),
+    /// What stands behind the tool is told in a note.
+    ToolDef(ToolRef, String),
     /// `CYCL DEF 7.1 X+10`.
     OldCycle {
         number: u32,
