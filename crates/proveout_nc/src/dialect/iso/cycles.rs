@@ -24,6 +24,8 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Motion, SpindleDirection};
 
+/// A cycle of less depth below its R plane cuts nothing, mm.
+const NO_DEPTH_MM: f64 = 1e-9;
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
 /// Way out between the infeeds of tapping, mm: chosen, controls have it as a parameter.
@@ -361,6 +363,13 @@ impl Interpreter {
     }
 
     pub(super) fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
+        if (levels.depth - levels.r).abs() < NO_DEPTH_MM {
+            self.note(format!(
+                "{} cuts nothing here: its depth {} is its R plane; Z in the line of a hole is a new depth",
+                g_name(code),
+                levels.depth
+            ));
+        }
         if matches!(code, 770 | 870) {
             return self.back_bore(levels, span);
         }
