@@ -25,7 +25,7 @@ use super::distance::{self, Part};
 use super::stretch::{Cut, Role, Stretch, Wall, Way};
 use super::{Compensated, Fault};
 use crate::codes;
-use crate::{AXIS_LETTERS, Command, Location, Op, Overcut, OvercutKind};
+use crate::{AXIS_LETTERS, AxisValues, Command, Location, Op, Overcut, OvercutKind};
 
 /// Contours that come together or cross nearer than this to an end, mm, or at a smaller angle, radian, are taken as touching.
 const TOUCH: f64 = 1e-3;

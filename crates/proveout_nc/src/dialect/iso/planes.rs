@@ -97,9 +97,9 @@ impl Interpreter {
         };
         let origin = self.plane_origin(p);
         let given = angles(p);
-        if given.iter().filter(|angle| **angle != 0.0).count() > 1 {
+        if given.iter().any(|angle| *angle != 0.0) {
             self.assume(
-                "the angles of G268 turn about X, Y and Z as the turns before have left them, in the order of Q (321 without it)",
+                "the angles I, J, K of G268 turn about X, Y and Z as the turns before have left them, in the order of Q (321 without it)",
             );
         }
         let turned =
