@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::Command;
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::dialect;
@@ -15,7 +16,6 @@ use crate::not_run::{NotRun, Weight};
 use crate::program::Program;
 use crate::settings::{Compensation, Dialect, Settings};
 use crate::tally::{Remark, Tally};
-use crate::Command;
 
 /// Most faults that are kept; further ones are counted.
 const MAX_FAULTS: usize = 1000;

@@ -110,5 +110,7 @@ impl Tally {
 
 /// What is told of a dwell that is long.
 pub fn long_dwell(seconds: f64) -> String {
-    format!("the program waits {seconds} s: so long a dwell is mostly one of milliseconds on a control that counts seconds")
+    format!(
+        "the program waits {seconds} s: so long a dwell is mostly one of milliseconds on a control that counts seconds"
+    )
 }

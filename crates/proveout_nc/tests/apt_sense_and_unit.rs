@@ -75,7 +75,8 @@ fn senses_of(ops: &[Op]) -> Vec<bool> {
 }
 
 const NX: &str = "TOOL PATH/FINISH,TOOL,MILL\nTLDATA/MILL,10.0000,0.0000,75.0000,0.0000,0.0000\nFEDRAT/MMPM,250\n";
-const CREO: &str = "$$*         Pro/CLfile  Version Wildfire 5.0\n$$-> MFGNO / PART\nPARTNO / PART\nUNITS / MM\nFEDRAT/250,MMPM\n";
+const CREO: &str =
+    "$$*         Pro/CLfile  Version Wildfire 5.0\n$$-> MFGNO / PART\nPARTNO / PART\nUNITS / MM\nFEDRAT/250,MMPM\n";
 const UNKNOWN: &str = "PARTNO/PART\nUNITS/MM\nFEDRAT/250,MMPM\n";
 
 #[test]
@@ -151,7 +152,7 @@ fn lengths_without_units_count_as_the_feeds_do_and_are_reported() {
     for (head, feed, want) in [
         ("", "FEDRAT/10.,IPM", Ok((50.8, 254.0, 1))),
         ("", "FEDRAT/IPM,10.", Ok((50.8, 254.0, 1))),
-        ("", "FEDRAT/250,MMPM", Ok((2.0, 250.0, 1))),
+        ("", "FEDRAT/250,MMPM", Ok((2.0, 250.0, 0))),
         ("", "FEDRAT/250", Ok((2.0, 250.0, 1))),
         ("UNITS/MM\n", "FEDRAT/10.,IPM", Ok((2.0, 254.0, 0))),
         ("UNITS/INCHES\n", "FEDRAT/250,MMPM", Ok((50.8, 250.0, 0))),

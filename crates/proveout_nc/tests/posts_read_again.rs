@@ -26,8 +26,7 @@ const TARGETS: [Dialect; 6] =
     [Dialect::Siemens840d, Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc, Dialect::Heidenhain, Dialect::Apt];
 
 fn settings(dialect: Dialect) -> Settings {
-    let mut settings =
-        Settings { dialect, reference_points: Some(ReferencePoints::default()), ..Settings::default() };
+    let mut settings = Settings { dialect, reference_points: Some(ReferencePoints::default()), ..Settings::default() };
     for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0), ("$P_TOOLR", 6.0)] {
         settings.variables.insert(name.to_owned(), value);
     }
@@ -88,7 +87,8 @@ fn with_a_wrong_number(text: &str, seed: usize) -> Option<String> {
     let lines: Vec<&str> = text.lines().collect();
     let moves = |line: &str| {
         let line = line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ');
-        ["G0 ", "G1 ", "L ", "GOTO/", "X", "Y", "Z"].iter().any(|word| line.starts_with(word)) && line.contains(['X', 'Y', 'G'])
+        ["G0 ", "G1 ", "L ", "GOTO/", "X", "Y", "Z"].iter().any(|word| line.starts_with(word))
+            && line.contains(['X', 'Y', 'G'])
     };
     let candidates: Vec<usize> = (0..lines.len()).filter(|&at| moves(lines[at])).collect();
     let at = *candidates.get(seed % candidates.len().max(1))?;
@@ -165,10 +165,8 @@ fn arcs_of_all_radii_come_back_from_every_dialect() {
 #[test]
 fn the_length_of_a_tool_is_called_behind_its_change() {
     let text = "G17 G54 G90 G710\nT1 D1\nM6\nS1000 M3\nG0 X0 Y0\nG0 Z50\nG1 Z-2 F200\nT2 D1\nX20\nM6\nG0 Z50\nM30\n";
-    let commands: Vec<_> = Program::from_text("t.mpf", text, &settings(Dialect::Siemens840d))
-        .unwrap()
-        .map(|c| c.unwrap())
-        .collect();
+    let commands: Vec<_> =
+        Program::from_text("t.mpf", text, &settings(Dialect::Siemens840d)).unwrap().map(|c| c.unwrap()).collect();
     for to in [Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc] {
         let out = post(&commands, to, PostSettings::between(Dialect::Siemens840d, to)).unwrap();
         let lines: Vec<&str> = out.lines().collect();

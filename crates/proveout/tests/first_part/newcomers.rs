@@ -244,7 +244,10 @@ fn files_that_are_no_program_are_told_so() {
     );
     // The feed counts in inch, and so do the lengths.
     let told = desk.done(&format!("new part.cls {MILL} --output part"));
-    assert!(told.contains("unit: inch") && told.contains("without UNITS") && told.contains("T1: flat D19.05"), "{told}");
+    assert!(
+        told.contains("unit: inch") && told.contains("without UNITS") && told.contains("T1: flat D19.05"),
+        "{told}"
+    );
     let text = fs::read_to_string(desk.path("part.cls")).expect("there");
     desk.write("inch.cls", &format!("UNITS/INCHES\n{text}"));
     let told = desk.done(&format!("new inch.cls {MILL} --output inch"));

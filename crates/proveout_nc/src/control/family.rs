@@ -43,6 +43,7 @@ impl Family {
             ["unlisted", "m"] => self != Apt,
             ["feed", "rapid_from_mm_min"] => matches!(self, Heidenhain | HeidenhainIso),
             ["program", "words"] => iso,
+            ["program", "modal_variables"] => self == MacroB,
             ["program", _] => true,
             _ => matches!(self, MacroB | LinuxCnc | Siemens | Heidenhain | HeidenhainIso | Apt),
         }

@@ -160,6 +160,8 @@ pub struct Control {
     pub(crate) depth_in_i: bool,
     /// Words of Okuma OSP are read: VC variables, CALL, RTS, NCYL.
     pub(crate) osp_words: bool,
+    /// #4012 is the work offset and #4014 the modal macro call.
+    pub(crate) mitsubishi_variables: bool,
     /// Lines that begin with `$` are read.
     pub(crate) grbl_words: bool,
     /// G43 without H takes the length of the tool in the spindle.
@@ -203,6 +205,7 @@ impl Default for Control {
             stated_returns: false,
             depth_in_i: false,
             osp_words: false,
+            mitsubishi_variables: false,
             grbl_words: false,
             length_of_tool: false,
             tool_change: AxisValues::NONE,

@@ -8,8 +8,7 @@ use std::f64::consts::TAU;
 use super::PostSettings;
 use crate::diagnostic::Diagnostic;
 use crate::{
-    ArcMotion, AxisValues, Command, CompSide, Dwell, Feed, Location, Motion, Op, SpindleDirection, ToolAction,
-    ToolName,
+    ArcMotion, AxisValues, Command, CompSide, Dwell, Feed, Location, Motion, Op, SpindleDirection, ToolAction, ToolName,
 };
 
 /// Sagitta below which an arc may be written as a straight line, mm.
@@ -232,9 +231,8 @@ fn motion(a: &Motion, b: &Motion, limits: Limits) -> Option<String> {
         let limit = if (3..6).contains(&axis) { limits.angle } else { limits.length_mm };
         a.end_base.get(axis).zip(b.end_base.get(axis)).is_some_and(|(a, b)| !near(a, b, limit))
     });
-    let lost = (0..3).any(|axis| {
-        a.programmed >> axis & 1 == 1 && a.end_base.get(axis).is_some() != b.end_base.get(axis).is_some()
-    });
+    let lost = (0..3)
+        .any(|axis| a.programmed >> axis & 1 == 1 && a.end_base.get(axis).is_some() != b.end_base.get(axis).is_some());
     let turned = a
         .tool_axis_base
         .zip(b.tool_axis_base)

@@ -54,8 +54,30 @@ const BLOCKS: [&str; 30] = [
     "PPRINT/A",
 ];
 const WORDS: [&str; 24] = [
-    "7", "0.5", "FOO", "LEFT", "MMPM", "IPM", "RPM", "CCLW", "OFF", "ON", "MAXRPM", "REV", "RANGE", "FLOOD", "XYPLAN", "ADJUST",
-    "LENGTH", "STEP,1", "PITCH,2", "DWELL,3", "SUBPECK,1", "RAPTO,4", "RTRCTO,9", "TIMES,2",
+    "7",
+    "0.5",
+    "FOO",
+    "LEFT",
+    "MMPM",
+    "IPM",
+    "RPM",
+    "CCLW",
+    "OFF",
+    "ON",
+    "MAXRPM",
+    "REV",
+    "RANGE",
+    "FLOOD",
+    "XYPLAN",
+    "ADJUST",
+    "LENGTH",
+    "STEP,1",
+    "PITCH,2",
+    "DWELL,3",
+    "SUBPECK,1",
+    "RAPTO,4",
+    "RTRCTO,9",
+    "TIMES,2",
 ];
 
 /// An item behind the others of the first line.
@@ -69,7 +91,10 @@ fn nothing_new(block: &str, word: &str) -> bool {
     // Words that say what holds: the spindle counts in revolutions a minute, coolant ON is flood, a tool has its own offset.
     let first = block.lines().next().unwrap_or_default();
     first.contains(word)
-        || matches!((first.split('/').next(), word), (Some("SPINDL"), "RPM" | "OFF" | "ON") | (Some("COOLNT"), "ON" | "FLOOD"))
+        || matches!(
+            (first.split('/').next(), word),
+            (Some("SPINDL"), "RPM" | "OFF" | "ON") | (Some("COOLNT"), "ON" | "FLOOD")
+        )
         || first.starts_with("CUTCOM") && word == "XYPLAN"
         || first.starts_with("MSYS") && false
 }

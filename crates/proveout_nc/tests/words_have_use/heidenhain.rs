@@ -11,8 +11,8 @@ const BEFORE: &str = "0 BEGIN PGM T MM
 4 L X-5 Y+0 F200
 5 L X+0 Y+0
 ";
-const BEHIND: &str = "90 L X+33 Y+44 F222
-91 CC IX+2 IY+1
+const BEHIND: &str = "90 L X+33 Y+44 Z+11 F222
+91 CC X+35 Y+45
 92 CP IPA+30 DR+
 93 L IX+1 IY+1 IZ+1
 99 END PGM T MM
@@ -54,23 +54,23 @@ const BLOCKS: [&str; 47] = [
     "CYCL DEF 9.0 DWELL\nCYCL DEF 9.1 DWELL 0.5",
     "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+10",
     "CYCL DEF 11.0 SCALE\nCYCL DEF 11.1 SCL 1.5",
-    "CYCL DEF 26.0 SCALE\nCYCL DEF 26.1 X1.5",
+    "CYCL DEF 26.0 SCALE\nCYCL DEF 26.1 X1.5 Y1.5",
     "CYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T0.02",
     "CYCL DEF 19.0 PLANE\nCYCL DEF 19.1 A+10",
     "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0\nCYCL CALL M8",
     "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0\nCYCL CALL POS X+1 Y+2 Z+0",
     "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0\nPATTERN DEF POS1 (X+1 Y+2 Z+0)\nCYCL CALL PAT F500",
     "LBL 5",
-    "LBL 7\nLBL 0\nCALL LBL 7",
+    "LBL 7\nL IX+1\nLBL 0\nCALL LBL 7",
     "Q1 = 5",
     "FN 0: Q1 = +5",
     "CALL LBL 8 REP 1\nLBL 8\nCALL LBL 8 REP 1",
 ];
 const WORDS: [&str; 47] = [
-    "X+7", "Y+7", "Z+7", "A+7", "B+7", "C+7", "U+7", "IX+7", "IZ+7", "IB+7", "PR+7", "PA+7", "IPR+7", "IPA+7", "DR-", "DR+",
-    "F77", "FMAX", "FAUTO", "RL", "RR", "R7", "R+7", "M8", "M91", "M99", "M128", "LEN7", "CCA45", "NX+0.6", "TX+0.6", "SPA+7",
-    "SPB+7", "EULPR+7", "EULROT+7", "ROT+7", "BX+7", "MOVE", "TURN", "MB7", "DIST7", "SEQ-", "S777", "DL+0.7", "DR2+0.7",
-    "REP2", "T0.07",
+    "X+7", "Y+7", "Z+7", "A+7", "B+7", "C+7", "U+7", "IX+7", "IZ+7", "IB+7", "PR+7", "PA+7", "IPR+7", "IPA+7", "DR-",
+    "DR+", "F77", "FMAX", "FAUTO", "RL", "RR", "R7", "R+7", "M8", "M91", "M99", "M128", "LEN7", "CCA45", "NX+0.6",
+    "TX+0.6", "SPA+7", "SPB+7", "EULPR+7", "EULROT+7", "ROT+7", "BX+7", "MOVE", "TURN", "MB7", "DIST7", "SEQ-", "S777",
+    "DL+0.7", "DR2+0.7", "REP2", "T0.07",
 ];
 
 /// Words in force already, and those that repeat what the block says.
@@ -104,9 +104,11 @@ N30 G01 X-5 Y+0 F200 *
 N40 I+10 J+0 *
 N50 G01 X+0 Y+0 *
 ";
-const DIN_BEHIND: &str = "N900 G01 X+33 Y+44 F222 *
-N910 I+2 J+1 *
-N920 G13 H+30 *
+const DIN_BEHIND: &str = "N900 X+31 Y+41 Z+11 *
+N905 G01 X+33 Y+44 F222 *
+N910 G13 H+30 *
+N920 I+2 J+1 *
+N925 G13 H+60 *
 N930 G91 G01 X+1 Y+1 Z+1 *
 N999999 %T G71 *
 ";
@@ -141,8 +143,39 @@ const DIN_BLOCKS: [&str; 28] = [
     "G91",
 ];
 const DIN_WORDS: [&str; 33] = [
-    "X+7", "Y+7", "Z+7", "A+7", "U+7", "I+7", "J+7", "K+7", "R+7", "H+7", "F77", "S777", "T7", "L5", "M8", "M99", "G41", "G90",
-    "G91", "G17", "G29", "G70", "G50", "G36", "G79", "G04", "P01 +7", "P02 +7", "DL+0.7", "Q7=7", "D00 Q2 P01 +7", "G00", "%OTHER",
+    "X+7",
+    "Y+7",
+    "Z+7",
+    "A+7",
+    "U+7",
+    "I+7",
+    "J+7",
+    "K+7",
+    "R+7",
+    "H+7",
+    "F77",
+    "S777",
+    "T7",
+    "L5",
+    "M8",
+    "M99",
+    "G41",
+    "G90",
+    "G91",
+    "G17",
+    "G29",
+    "G70",
+    "G50",
+    "G36",
+    "G79",
+    "G04",
+    "P01 +7",
+    "P02 +7",
+    "DL+0.7",
+    "Q7=7",
+    "D00 Q2 P01 +7",
+    "G00",
+    "%OTHER",
 ];
 
 fn nothing_new_in_din(block: &str, word: &str) -> bool {

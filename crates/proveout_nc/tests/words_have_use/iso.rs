@@ -6,13 +6,15 @@ use super::{Family, behind, no_word_is_dropped};
 
 const BEFORE: &str = "G17 G90 G94 G40 G49 G80
 T1 M6
-S1000 M3
+D1 S1000 M3
 G43 H1 G0 X0. Y0. Z10.
 G1 X-5. F200.
 X0.
 ";
-const BEHIND: &str = "G1 X33. Y44. F222.
-X34. Y50. Z11.
+const BEHIND: &str = "G1 X33. Y44. Z11. F222.
+X34. Y50.
+G41 X36. Y51.
+G40 X37.
 G91 X1. Y1. Z1.
 M30
 ";
@@ -48,20 +50,29 @@ const COMMON: [&str; 29] = [
     "T2",
     "F77.",
 ];
-const OF_FANUC: [&str; 8] =
-    ["G68 X1. Y1. R10.", "G69", "G68.2 X0. Y0. Z0. I10. J0. K0.", "G54.1 P1", "G10 L2 P1 X5.", "G51.1 X5.", "G31 Z5. F100.", "G33 Z5. F1."];
+const OF_FANUC: [&str; 8] = [
+    "G68 X1. Y1. R10.",
+    "G69",
+    "G68.2 X0. Y0. Z0. I10. J0. K0.",
+    "G54.1 P1",
+    "G10 L2 P1 X5.",
+    "G51.1 X5.",
+    "G31 Z5. F100.",
+    "G33 Z5. F1.",
+];
 const OF_HAAS: [&str; 6] =
     ["G68 X1. Y1. R10.", "G69", "G268 X1. Y0. Z0. I10. J0. K0.", "G154 P1", "G10 L2 P1 X5.", "G101 X5."];
 /// Every letter, and what has more than one.
 const WORDS: [&str; 30] = [
-    "A7.", "B7.", "C7.", "D7", "E7.", "F79.", "H7", "I7.", "J7.", "K7", "L7", "M8", "O7", "P7", "Q7.", "R7.", "S777", "T7", "U7.",
-    "V7.", "W7.", "X7.", "Y7.", "Z7.", ",R1.", ",C1.", "G91", "G9", "G60", "@7.",
+    "A7.", "B7.", "C7.", "D7", "E7.", "F79.", "H7", "I7.", "J7.", "K7", "L7", "M8", "O7", "P7", "Q7.", "R7.", "S777",
+    "T7", "U7.", "V7.", "W7.", "X7.", "Y7.", "Z7.", ",R1.", ",C1.", "G91", "G9", "G60", "@7.",
 ];
 
 fn nothing_new(block: &str, word: &str) -> bool {
     let letter = |text: &str| text.chars().next().unwrap_or(' ');
     // A second word of a letter is another case: it is refused.
-    let twice = block.split_whitespace().any(|own| letter(own) == letter(word) && letter(own) != 'G' && letter(own) != 'M');
+    let twice =
+        block.split_whitespace().any(|own| letter(own) == letter(word) && letter(own) != 'G' && letter(own) != 'M');
     // An exact stop in a block without a motion has none to act on; D in force counts with G41 and G42 alone.
     let stops = matches!(word, "G9" | "G60");
     twice || stops || word.starts_with('D') && block == "G40"
@@ -104,7 +115,7 @@ fn no_word_of_the_plain_iso_readers_is_dropped() {
 const OKUMA_BEFORE: &str = "G15 H1
 G90 G17 G40 G80
 T1 M6
-S1000 M3
+D1 S1000 M3
 G56 H1 G0 X0 Y0 Z10
 G1 X-5 F200
 X0

@@ -66,6 +66,9 @@ impl AptReader {
                 "give the axis of the circle",
             ));
         };
+        if st.major == "CIRCLE" && (8..11).contains(&leading) {
+            self.note(format!("CIRCLE has {leading} values: those behind the radius have no effect"));
+        }
         let clockwise = st.major == "CIRCLE" && self.own.facts.clockwise;
         if st.major == "CIRCLE"
             && let Some(text) = self.own.facts.sense_assumed.take()

@@ -275,7 +275,9 @@ impl AptReader {
             ));
         }
         let idle = match kind {
-            Kind::Drill | Kind::Bore => v.step.or(v.next_step).map(|_| "INCR or STEP").or(v.pitch.map(|_| "PITCH or TPI")),
+            Kind::Drill | Kind::Bore => {
+                v.step.or(v.next_step).map(|_| "INCR or STEP").or(v.pitch.map(|_| "PITCH or TPI"))
+            }
             Kind::Deep | Kind::BreakChip => v.pitch.map(|_| "PITCH or TPI"),
             Kind::Tap => v.step.or(v.next_step).map(|_| "INCR or STEP"),
         };

@@ -204,6 +204,9 @@ impl AptReader {
             if let Some(text) = self.own.facts.unit_assumed.take() {
                 self.assume(text);
             }
+            if let Some(text) = self.own.facts.unit_told.take() {
+                self.note(text);
+            }
         }
         if let Some(lines) = self.own.facts.unit_contradicts
             && matches!(st.major.as_str(), "GOTO" | "FROM" | "GODLTA" | "HOME" | "CIRCLE" | "MOVARC")

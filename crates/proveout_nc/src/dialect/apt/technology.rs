@@ -269,7 +269,11 @@ impl AptReader {
                 "XYPLAN" | "OSETNO" | "OFSTNO" | "ADJUST" => {}
                 _ if item.token != Token::Word => {
                     let value = self.number(source, item)?;
-                    offset = (value >= 0.0 && value.fract() == 0.0).then_some(value as u32);
+                    if value < 0.0 || value.fract() != 0.0 {
+                        let message = format!("the offset of CUTCOM is a whole number and not {value}");
+                        return Err(item.place.bad(codes::BAD_VALUE, message, "write CUTCOM/LEFT,1"));
+                    }
+                    offset = Some(value as u32);
                 }
                 word => {
                     let message = format!("`CUTCOM/{word}` is not supported");
@@ -280,6 +284,14 @@ impl AptReader {
         let Some(side) = side else {
             return Err(st.head.bad(codes::MISSING_VALUE, "CUTCOM names no side", "write CUTCOM/LEFT, RIGHT or OFF"));
         };
+        let named = st.items.last().map(|item| Self::word(source, item)).unwrap_or_default();
+        if matches!(named.as_str(), "OSETNO" | "OFSTNO" | "ADJUST") {
+            return Err(st.head.bad(
+                codes::MISSING_VALUE,
+                format!("`{named}` has no value"),
+                "write the offset behind it",
+            ));
+        }
         self.own.side = side;
         self.emit(Op::CutterComp(CutterComp { side, offset, radius: None }));
         Ok(())

@@ -30,6 +30,8 @@ pub(crate) struct Facts {
     pub(crate) unit: Option<f64>,
     /// What is taken for granted for lengths.
     pub(crate) unit_assumed: Option<String>,
+    /// Feeds in mm have told that lengths are: a note.
+    pub(crate) unit_told: Option<String>,
     /// Feeds in inch and in mm stand with lengths that no UNITS covers: their lines.
     pub(crate) unit_contradicts: Option<[u32; 2]>,
 }
@@ -253,7 +255,9 @@ impl Look {
         let taken = name(found.clockwise);
         found.sense_assumed = match by_head {
             Some(by_head) if !decided || by_head == by_tangents => None,
-            Some(_) => Some(format!("circles run {taken} about their axis, by their tangents: {head}, and {tangents}; {key}")),
+            Some(_) => {
+                Some(format!("circles run {taken} about their axis, by their tangents: {head}, and {tangents}; {key}"))
+            }
             None if decided && !by_tangents => None,
             None => Some(format!("circles run {taken} about their axis: {head}, and {tangents}; {key}")),
         };
@@ -269,8 +273,14 @@ impl Look {
                 found.unit_contradicts = Some([inch, mm]);
                 return;
             }
-            (Some(line), None) => (INCH, format!("lengths count in inch, since feeds do (line {line}) and no UNITS says it")),
-            (None, Some(line)) => (1.0, format!("lengths count in mm, since feeds do (line {line}) and no UNITS says it")),
+            (Some(line), None) => {
+                (INCH, format!("lengths count in inch, since feeds do (line {line}) and no UNITS says it"))
+            }
+            (None, Some(line)) => {
+                found.unit = Some(1.0);
+                found.unit_told = Some(format!("lengths count in mm, as the feeds do (line {line}): no UNITS says it"));
+                return;
+            }
             (None, None) => (1.0, "lengths count in mm: neither UNITS nor a feed with its unit says it".to_owned()),
         };
         found.unit = Some(unit);

@@ -216,6 +216,10 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
                 return Err(x.unexpected());
             }
             if raw.g.is_empty() {
+                if raw.function.is_some() || raw.label.is_some() || raw.tool.is_some() {
+                    x.set_pos(start);
+                    return Err(x.unexpected());
+                }
                 let formula = super::expr::formula(x)?;
                 x.finish()?;
                 block.statement = Statement::Assign(param, formula);
@@ -305,6 +309,7 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
         for c in block.words.axes.iter_mut().flatten() {
             c.reference = reference;
         }
+        block.incremental = raw.din.incremental;
         return special_function(code, at, raw, block, reference);
     }
     if let Some((label, repeat)) = raw.label {
@@ -318,8 +323,7 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
     });
     if raw.tool.is_some() || raw.speed.is_some() || axis.is_some() && block.words.programmed == 0 {
         let [length, radius, corner] = raw.delta;
-        let call =
-            ToolCall { tool: raw.tool, axis, speed: raw.speed, feed: block.words.feed, length, radius, corner };
+        let call = ToolCall { tool: raw.tool, axis, speed: raw.speed, feed: block.words.feed, length, radius, corner };
         // G40, G90 and M functions beside T act as in a block of their own.
         let more = raw.din.path.is_some() || raw.din.incremental.is_some() || block.words.side.is_some();
         if more || !block.words.functions.is_empty() {

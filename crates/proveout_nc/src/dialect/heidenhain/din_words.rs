@@ -88,15 +88,38 @@ fn takes(present: &Present, statement: &Statement) -> [usize; 20] {
         Statement::Assign(..) if function => {
             of(&[(FUNCTION, 1), (VALUES, if matches!(present.function, Some(0 | 5..=7)) { 1 } else { 2 })])
         }
-        Statement::Branch(..) => of(&[(FUNCTION, 1), (VALUES, if present.names[TARGET].1 > 0 { 2 } else { 3 }), (TARGET, 1)]),
+        Statement::Branch(..) => {
+            of(&[(FUNCTION, 1), (VALUES, if present.names[TARGET].1 > 0 { 2 } else { 3 }), (TARGET, 1)])
+        }
         Statement::Error(_) => of(&[(FUNCTION, 1), (VALUES, 1)]),
         Statement::Note(_) if function => of(&[(FUNCTION, 1), (VALUES, ANY), (TARGET, 1)]),
         Statement::Assign(..) => of(&[]),
         Statement::CallLabel { .. } | Statement::Label(_) => of(&[(LABEL, 1)]),
         Statement::ToolCall(_) => of(&[(TOOL, 1), (SPEED, 1), (PLANE, 1), (FEED, 1), (DELTA, 3)]),
         Statement::Din(din) => {
-            let path = [(PATH, 1), (SIDE, 1), (REFERENCE, 1), (PLANE, 1), (POLE, 3), (AXES, 9), (R, 1), (POLAR, 1), (FEED, 1), (M, ANY)];
-            let tool = [(TOOL, 1), (SPEED, 1), (DELTA, 3), (PATH, 1), (SIDE, 1), (REFERENCE, 1), (PLANE, 1), (FEED, 1), (M, ANY)];
+            let path = [
+                (PATH, 1),
+                (SIDE, 1),
+                (REFERENCE, 1),
+                (PLANE, 1),
+                (POLE, 3),
+                (AXES, 9),
+                (R, 1),
+                (POLAR, 1),
+                (FEED, 1),
+                (M, ANY),
+            ];
+            let tool = [
+                (TOOL, 1),
+                (SPEED, 1),
+                (DELTA, 3),
+                (PATH, 1),
+                (SIDE, 1),
+                (REFERENCE, 1),
+                (PLANE, 1),
+                (FEED, 1),
+                (M, ANY),
+            ];
             let called = din.tool.as_ref().is_some_and(|call| call.tool.is_some() || call.speed.is_some());
             of(if called { &tool } else { &path })
         }
@@ -123,6 +146,10 @@ fn takes(present: &Present, statement: &Statement) -> [usize; 20] {
 
 /// Refuses the first word of a block that the statement does not take.
 pub(super) fn all_used(present: &Present, statement: &Statement, span: Span) -> Result<(), Fault> {
+    if let (Some(code), Some(number)) = (present.special, present.function) {
+        let message = format!("D{number:02} does not stand with G{code:02}");
+        return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
+    }
     let most = takes(present, statement);
     let left = present.names.iter().zip(most).find(|((_, number), most)| number > most);
     let Some(((name, number), most)) = left else { return Ok(()) };

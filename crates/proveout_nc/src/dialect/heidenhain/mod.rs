@@ -88,7 +88,8 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
                 if let Some(key) = key.filter(|key| settings.control.words.name(key).is_none()) {
                     found.word(WordKey::Name(key), block.span, at, text.text, "refused: unknown");
                 }
-                let named = |axis: usize| settings.variables.contains_key(&format!("M92_{}", crate::AXIS_LETTERS[axis]));
+                let named =
+                    |axis: usize| settings.variables.contains_key(&format!("M92_{}", crate::AXIS_LETTERS[axis]));
                 let machine = block.words.functions.iter().find(|m| m.code == 92);
                 if let Some(m) = machine
                     && settings.control.words.m(92).is_none()

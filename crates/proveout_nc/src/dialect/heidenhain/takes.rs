@@ -123,18 +123,27 @@ pub(super) fn axes_alone(w: &Words, block: &str, span: Span) -> Result<(), Fault
     none_of(extra(w).or(feed(w)).or(functions(w)), block, span)
 }
 
+/// M functions that say how a position is meant, or that call a cycle themselves.
+fn called_again(w: &Words) -> Option<&'static str> {
+    let names = [(89, "M89"), (91, "M91"), (92, "M92"), (99, "M99")];
+    names.into_iter().find(|(code, _)| w.has(*code)).map(|(_, name)| name)
+}
+
 /// CYCL CALL: M functions and nothing else.
 pub(super) fn functions_alone(w: &Words, block: &str, span: Span) -> Result<(), Fault> {
+    none_of(called_again(w), block, span)?;
     none_of(extra(w).or(feed(w)).or(axes(w, u16::MAX)), block, span)
 }
 
 /// CYCL CALL PAT: feed and M functions.
 pub(super) fn feed_and_functions(w: &Words, block: &str, span: Span) -> Result<(), Fault> {
+    none_of(called_again(w), block, span)?;
     none_of(extra(w).or(axes(w, u16::MAX)), block, span)
 }
 
 /// CYCL CALL POS: X, Y, Z, feed and M functions.
 pub(super) fn point_and_feed(w: &Words, block: &str, span: Span) -> Result<(), Fault> {
+    none_of(called_again(w), block, span)?;
     none_of(extra(w).or(axes(w, !0b111)), block, span)
 }
 
@@ -164,6 +173,9 @@ pub(super) fn plane_angle(plane: &Plane, name: &str, span: Span) -> Result<(), F
     Err(Fault::new(codes::CONFLICT, span, format!("PLANE {form} does not take `{name}`")).help(help))
 }
 
+/// Words without a value that belong to paths and planes.
+const PATH_WORDS: [&str; 10] = ["DR+", "DR-", "FMAX", "FAUTO", "R0", "RL", "RR", "MOVE", "TURN", "STAY"];
+
 /// Words of a cycle in the old form that it has no use for. Words without a value are its texts, in the language of the control.
 pub(super) fn old_cycle(number: u32, words: &[(u32, OldWord)]) -> Result<(), Fault> {
     let unused = |word: &OldWord| {
@@ -184,7 +196,10 @@ pub(super) fn old_cycle(number: u32, words: &[(u32, OldWord)]) -> Result<(), Fau
     let mut seen = [false; 8];
     let mut named: Vec<&str> = Vec::new();
     for (part, word) in words {
+        // Words of paths are no texts of a cycle.
+        let of_path = word.value.is_none() && PATH_WORDS.contains(&word.name.as_str());
         let own = match number {
+            _ if of_path && number != 19 && !(matches!(number, 4 | 5) && word.name.starts_with("DR")) => false,
             7 if words.iter().any(|(_, w)| w.name == "#") => word.name == "#" && words.len() == 1,
             8 => word.value.is_none(),
             10 => matches!(word.name.as_str(), "ROT" | "IROT"),

@@ -346,10 +346,17 @@ impl Interpreter {
         // Other axis words belong to the motion, which a `LinuxCNC` makes behind the dwell.
         let moves = self.own.flavor.is_linuxcnc() || self.own.assumed && in_p.is_some();
         let mut in_x = if moves { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        let mut stated = 0;
         for letter in *b"XUFK" {
             let Some(unit) = self.settings.control.dwell_unit(letter) else { continue };
             let point = p.has_point(letter);
             if let Some(value) = p.peek(letter) {
+                stated += 1;
+                let another = in_x.is_some() && !(letter == b'X' && stated == 1) && !(letter == b'U' && !p.has(b'X'));
+                if another || stated > 1 {
+                    return Err(Fault::new(codes::CONFLICT, span, "G4 has more than one time")
+                        .help("write one of them, such as G4 F2"));
+                }
                 p.use_up(&[letter]);
                 in_x = Some(unit.seconds(value, point));
             }

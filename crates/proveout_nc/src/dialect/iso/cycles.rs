@@ -163,6 +163,7 @@ impl Interpreter {
                 None => None,
             };
         }
+        self.tell_idle_words(p, code);
         let mut times = None;
         for letter in [b'L', b'K'] {
             if (letter == b'L' || self.is_fanuc()) && p.any_free(&[letter]) {
@@ -186,6 +187,24 @@ impl Interpreter {
             Some(times) => {
                 Err(Fault::new(codes::BAD_VALUE, span, format!("a cycle runs 0 to {MAX_REPEATS} times, not {times}"))
                     .help("write a whole number"))
+            }
+        }
+    }
+
+    /// Tells words of a hole that this cycle has no use for; the control keeps P and Q for a later one.
+    fn tell_idle_words(&mut self, p: &Pending, code: u32) {
+        if self.settings.control.depth_in_i || self.settings.control.stated_returns {
+            return;
+        }
+        let idle: &[u8] = match (code, self.own.flavor) {
+            (810 | 850, Flavor::Fanuc | Flavor::Haas) => b"PQ",
+            (820 | 860 | 890, Flavor::Fanuc | Flavor::Haas) => b"Q",
+            (730 | 830, Flavor::Fanuc) => b"IJ",
+            _ => b"",
+        };
+        for &letter in idle {
+            if p.has(letter) {
+                self.note(format!("{} has no effect in {}", char::from(letter), g_name(code)));
             }
         }
     }

@@ -70,9 +70,7 @@ impl Interpreter {
         let order = p.take(b'Q').unwrap_or(123.0);
         let Some(axes) = order_of(order) else {
             let message = format!("G68.2 P1 Q{order}: Q names the axes 1, 2 and 3 in the order of their turns");
-            return Err(
-                Fault::new(codes::BAD_VALUE, span, message).help("write Q123, Q132, Q213, Q231, Q312 or Q321")
-            );
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write Q123, Q132, Q213, Q231, Q312 or Q321"));
         };
         let origin = self.plane_origin(p);
         let given = angles(p);
@@ -92,8 +90,7 @@ impl Interpreter {
         let order = p.take(b'Q').unwrap_or(321.0);
         let Some(axes) = order_of(order) else {
             let message = format!("G268 Q{order}: Q names the axes 1, 2 and 3 in the order of their turns");
-            return Err(Fault::new(codes::BAD_VALUE, span, message)
-                .help("write Q123, Q132, Q213, Q231, Q312 or Q321"));
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write Q123, Q132, Q213, Q231, Q312 or Q321"));
         };
         let origin = self.plane_origin(p);
         let given = angles(p);

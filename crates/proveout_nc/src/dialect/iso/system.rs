@@ -56,6 +56,12 @@ impl Interpreter {
         values.get(axis).filter(|_| readable).map(|v| self.shown(axis, v)).ok_or_else(unknown)
     }
 
+    /// Number of the word of the work offset: 55 of G55, 54.1 of G54.1 P1.
+    fn offset_in_force(&self) -> f64 {
+        let word = self.modal.offset.split('P').next().unwrap_or_default();
+        word.trim().trim_start_matches('G').parse().unwrap_or(54.0)
+    }
+
     /// Value of a system parameter; none where the number is none.
     pub(crate) fn system_number(&self, number: u32, span: Span) -> Result<Option<f64>, Fault> {
         let name = format!("#{number}");
@@ -94,13 +100,16 @@ impl Interpreter {
             },
             4009 => modal.cycle.map_or(80.0, |code| f64::from(code) / 10.0),
             4011 => flag(modal.frames.scale != Frame::IDENTITY, 51.0, 50.0),
+            4012..=4017 if self.settings.control.mitsubishi_variables => match number {
+                4012 => self.offset_in_force(),
+                4013 => flag(modal.path_mode == Some(PathMode::ExactStop), 61.0, 64.0),
+                4014 => flag(self.own.modal_macro.is_some(), 66.0, 67.0),
+                4017 => flag(modal.surface.is_some(), 96.0, 97.0),
+                _ => return Err(unknown_system(&name, span)),
+            },
             4012 => flag(self.own.modal_macro.is_some(), 66.0, 67.0),
             4013 => flag(modal.surface.is_some(), 96.0, 97.0),
-            4014 => match modal.offset.split_once('P') {
-                // G54.1 P1 tells 54.1.
-                Some((word, _)) => word.trim().trim_start_matches('G').parse().unwrap_or(54.1),
-                None => modal.offset.trim_start_matches('G').parse().unwrap_or(54.0),
-            },
+            4014 => self.offset_in_force(),
             4015 => flag(modal.path_mode == Some(PathMode::ExactStop), 61.0, 64.0),
             4016 => {
                 let turned = modal.frames.rotation != Frame::IDENTITY || modal.frames.plane != Frame::IDENTITY;

@@ -120,7 +120,9 @@ impl Interpreter {
     fn feature_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         self.settings.check_kinematics(KinematicsKind::TiltedPlane, "G268", span)?;
         if self.modal.plane == Plane::Dynamic || self.modal.tcp {
-            return Err(Fault::new(codes::CONFLICT, span, "G268 under G234 or G254").help("write G49 or G255 before it"));
+            return Err(
+                Fault::new(codes::CONFLICT, span, "G268 under G234 or G254").help("write G49 or G255 before it")
+            );
         }
         let plane = self.feature_of_block(p, span)?;
         self.plane_in_force(plane, "G268");

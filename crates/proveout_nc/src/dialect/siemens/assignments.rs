@@ -35,7 +35,7 @@ impl Interpreter {
         for (slot, value) in powers.iter_mut().zip(coefficients) {
             *slot = value.as_ref().map_or(Ok(0.0), |value| self.variables.number(value, span))?;
         }
-        p.axes[axis] = Some(self.coordinate_of(end, span)?);
+        put_once(&mut p.axes[axis], self.coordinate_of(end, span)?, &crate::AXIS_LETTERS[axis].to_string(), span)?;
         p.programmed |= 1 << axis;
         p.polynomial[axis] = Some(powers);
         Ok(())
@@ -91,7 +91,13 @@ impl Interpreter {
                 _ => None,
             };
             if let Some(slot) = slot {
-                return put_once(slot, self.variables.number(value, span)?, &format!("{name}="), span);
+                let number = self.variables.number(value, span)?;
+                // G641 in front of it has put the value in force there.
+                if name == "ADIS" {
+                    *slot = Some(number);
+                    return Ok(());
+                }
+                return put_once(slot, number, &format!("{name}="), span);
             }
             if matches!(name, "AP" | "RP") {
                 let coordinate = self.coordinate_of(value, span)?;

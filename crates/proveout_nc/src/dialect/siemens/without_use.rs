@@ -109,7 +109,8 @@ impl Interpreter {
         let in_plane = p.axes[u].is_some() || p.axes[v].is_some();
         let turned = matches!(kind, Kind::Frame(FrameWord::Rot | FrameWord::ARot));
         // What stands in the block, what takes it, and whether this block is one of these.
-        let words: [(bool, &str, bool); 22] = [
+        let frame = p.frame.is_some() || p.offset.is_some() || p.tool_frame.is_some() || p.transformation.is_some();
+        let words: [(bool, &str, bool); 26] = [
             (p.turns.is_some(), "TURN=, which belongs to G2, G3 and CIP", matches!(kind, Kind::Arc | Kind::Through)),
             (
                 p.intermediate.iter().any(Option::is_some),
@@ -164,22 +165,33 @@ impl Interpreter {
                 "the coordinate beside AP= and RP=, which give the pole by themselves",
                 false,
             ),
+            (p.polynomial.iter().any(Option::is_some), "PO, which belongs to POLY", more_path),
+            (frame, "the frame or transformation", !own_block),
+            (
+                p.machine || p.positioning || p.fixed_point.is_some() || p.dwell,
+                "the word of another motion",
+                !own_block,
+            ),
+            (
+                p.corner_feed.is_some() || p.feed_override.is_some() || p.compensation.is_some(),
+                "FRC=, OVR= or the compensation",
+                !own_block,
+            ),
             (p.feed.is_some(), "F", !own_block),
             (p.speed.is_some(), "S", kind != Kind::Pole),
             (p.tool.is_some() || p.edge.is_some(), "T or D", !own_block),
             (!p.functions.is_empty(), "M", !own_block),
-            (
-                p.call.is_some() || p.numbered_call.is_some() || p.passes.is_some(),
-                "the call",
-                !own_block,
-            ),
+            (p.call.is_some() || p.numbered_call.is_some() || p.passes.is_some(), "the call", !own_block),
         ];
         let Some((_, word, _)) = words.into_iter().find(|(stands, _, taken)| *stands && !taken) else {
             return Ok(());
         };
         let kind = kind.name();
-        let message =
-            if kind.is_empty() { format!("nothing in this block takes {word}") } else { format!("{kind} nothing in this block takes {word}") };
+        let message = if kind.is_empty() {
+            format!("nothing in this block takes {word}")
+        } else {
+            format!("{kind} nothing in this block takes {word}")
+        };
         Err(Fault::new(codes::CONFLICT, span, message).help("take it out, or write the word that it belongs to"))
     }
 
@@ -187,7 +199,11 @@ impl Interpreter {
     pub(super) fn second_pitch(p: &Pending, axis: usize, span: Span) -> Result<(), Fault> {
         let Some(other) = (0..3).find(|&other| other != axis && p.center[other].is_some()) else { return Ok(()) };
         let letter = ['I', 'J', 'K'][other];
-        Err(Fault::new(codes::CONFLICT, span, format!("`{letter}` is the pitch along another axis than that of the thread"))
-            .help(format!("write the pitch with {} alone", ['I', 'J', 'K'][axis])))
+        Err(Fault::new(
+            codes::CONFLICT,
+            span,
+            format!("`{letter}` is the pitch along another axis than that of the thread"),
+        )
+        .help(format!("write the pitch with {} alone", ['I', 'J', 'K'][axis])))
     }
 }
