@@ -67,6 +67,8 @@ impl<I: Iterator<Item = Result<Command, Diagnostic>>> Steps<I> {
                 Op::Tool(ToolAction::Change(tool)) => self.state.tool = Some(tool),
                 Op::Spindle(spindle) => self.state.spindle = Some((spindle.direction, spindle.speed_rpm)),
                 Op::CutterComp(comp) => self.state.side = Some(comp.side),
+                // A return of all axes on a machine of which no reference point is known moves none.
+                Op::Rapid(motion) if motion.machine_coordinates && motion.programmed == 0 => {}
                 Op::Rapid(_)
                 | Op::Linear(_)
                 | Op::Arc(_)
@@ -144,7 +146,7 @@ pub fn verify(
         let mut other = other;
         if let (Op::Arc(want), Op::Arc(arc)) = (&step.op, &mut other.op) {
             // A helix of several turns comes as one block a turn where the control has no word for turns.
-            while arc.sweep < want.sweep - 0.1 {
+            while want.sweep > TAU && arc.sweep < want.sweep - 0.1 {
                 match b.next().map_err(|e| fault(e, Some(step.location.clone())))? {
                     Some(Step { op: Op::Arc(next), .. }) => {
                         arc.sweep += next.sweep;
