@@ -51,6 +51,7 @@ mod source;
 mod spline;
 mod state;
 mod survey;
+mod tally;
 
 pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
@@ -67,3 +68,4 @@ pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};
 pub use source::ProgramText;
 pub use survey::{Look, Survey};
+pub use tally::{Remark, Tally, long_dwell};

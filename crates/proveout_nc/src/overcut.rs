@@ -23,6 +23,8 @@ pub struct Overcut {
     pub contour_line: u32,
     /// Point of the contour that is cut deepest, base coordinates, mm; only the axes that are known.
     pub point: AxisValues,
+    /// The same point in the coordinates of the program, under the frame in force.
+    pub programmed_point: AxisValues,
     /// Blocks of the path in a row for which this holds.
     pub blocks: u32,
 }
@@ -114,9 +116,12 @@ impl fmt::Display for Overcut {
         }
         write!(f, ", {depth:.4} mm deep at")?;
         for (axis, letter) in AXIS_LETTERS.iter().enumerate().take(3) {
-            if let Some(value) = self.point.get(axis) {
+            if let Some(value) = self.programmed_point.get(axis) {
                 write!(f, " {letter}{value:.3}")?;
             }
+        }
+        if !self.programmed_point.is_empty() {
+            write!(f, " in the coordinates of the program")?;
         }
         if self.blocks > 1 { write!(f, ", in {} blocks", self.blocks) } else { Ok(()) }
     }

@@ -8,13 +8,14 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::Command;
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::dialect;
 use crate::not_run::{NotRun, Weight};
 use crate::program::Program;
-use crate::settings::{Dialect, Settings};
-use crate::{Command, Op};
+use crate::settings::{Compensation, Dialect, Settings};
+use crate::tally::{Remark, Tally};
 
 /// Most faults that are kept; further ones are counted.
 const MAX_FAULTS: usize = 1000;
@@ -43,6 +44,10 @@ pub struct Survey {
     pub more_faults: usize,
     /// Text that the run has not reached; empty where faults have kept it from its end.
     pub not_run: Vec<NotRun>,
+    /// What the reader took for granted, each text once, in the order of the run.
+    pub assumptions: Vec<Remark>,
+    /// Words without effect and other notes, each text once, in the order of the run.
+    pub notes: Vec<Remark>,
     /// Texts that were read, by the names under which they were opened: the main program first, then called ones.
     pub files: Vec<Arc<str>>,
     /// Place of the last command, or of the begin of the text.
@@ -76,6 +81,8 @@ impl Survey {
             faults: Vec::new(),
             more_faults: 0,
             not_run: Vec::new(),
+            assumptions: Vec::new(),
+            notes: Vec::new(),
             files: Vec::new(),
             last: None,
         }
@@ -86,24 +93,21 @@ impl Survey {
     }
 
     fn of(mut program: Program, look: &mut Look<'_>) -> Self {
-        let mut survey = Self::empty(program.dialect());
+        let dialect = program.dialect();
         let mut list = Faults::default();
         for fault in program.take_structure_faults() {
             list.put(fault);
         }
         let mut recoveries = 0;
-        let mut last = None;
+        let mut tally = Tally::default();
         loop {
             match program.next() {
                 None => break,
                 Some(Ok(command)) => {
-                    survey.commands += 1;
-                    survey.motions += u64::from(moves(&command.op));
-                    survey.ended |= command.op == Op::End;
-                    if let Some(fault) = look(&command, survey.dialect) {
+                    tally.take(&command);
+                    if let Some(fault) = look(&command, dialect) {
                         list.put(fault);
                     }
-                    last = Some(command.location);
                 }
                 Some(Err(fault)) => {
                     if !program.follows(&fault) {
@@ -116,6 +120,17 @@ impl Survey {
                 }
             }
         }
+        Self::close(&program, tally, list)
+    }
+
+    /// The survey of a program that has run to its end without a fault, with the commands that it gave.
+    pub fn of_run(program: &Program, tally: Tally) -> Self {
+        Self::close(program, tally, Faults::default())
+    }
+
+    fn close(program: &Program, tally: Tally, mut list: Faults) -> Self {
+        let mut survey = Self::empty(program.dialect());
+        (survey.commands, survey.motions, survey.ended) = (tally.commands, tally.motions, tally.ended);
         // Faults of lines, whether they were run or not.
         for source in program.sources() {
             for fault in dialect::line_faults(program.dialect(), source, program.settings()) {
@@ -123,22 +138,62 @@ impl Survey {
             }
         }
         let order: Vec<Arc<str>> = program.sources().iter().map(|source| Arc::clone(&source.name)).collect();
-        survey.last =
-            last.map(|l| (l.file.clone(), l.line)).or_else(|| Some((order.first()?.clone(), 1))).map(|(file, line)| {
-                let text =
-                    program.sources().iter().find(|s| s.name == file).and_then(|s| s.text_of(line)).unwrap_or_default();
-                (file, line, text.to_owned())
-            });
+        survey.last = tally.last.clone().or_else(|| Some((order.first()?.clone(), 1))).map(|(file, line)| {
+            let text =
+                program.sources().iter().find(|s| s.name == file).and_then(|s| s.text_of(line)).unwrap_or_default();
+            (file, line, text.to_owned())
+        });
         survey.subprogram = program.is_subprogram();
         if list.all.is_empty() {
             survey.not_run = program.not_run();
         }
+        let compensated = matches!(program.settings().compensation, Compensation::ToolCenter(_));
+        (survey.assumptions, survey.notes) = tally.remarks(compensated);
         let place = |fault: &Diagnostic| order.iter().position(|name| *name == fault.file).unwrap_or(order.len());
         list.all.sort_by_key(|fault| (place(fault), fault.line, fault.column));
         survey.files = order;
         survey.faults = list.all;
         survey.more_faults = list.more;
         survey
+    }
+
+    /// What is wrong with the program, its faults or else what it lacks as a whole: every command that shows a program fails on it. Calls
+    /// that the control leaves out for a reason are its choice.
+    pub fn judged(&self) -> Vec<Diagnostic> {
+        if self.faults.is_empty() { self.own_defects() } else { self.faults.clone() }
+    }
+
+    /// What is told of a program that is in order: text that is not run, what was taken for granted, notes; `most` of each kind.
+    pub fn remarks(&self, most: usize) -> Vec<String> {
+        self.remarks_of(|_| true, most)
+    }
+
+    /// The same without what notes among the commands say, unless the commands are not `told`, as in a post.
+    pub fn remarks_beside_commands(&self, told: bool, most: usize) -> Vec<String> {
+        self.remarks_of(|remark| told || !remark.among_commands, most)
+    }
+
+    fn remarks_of(&self, wanted: impl Fn(&Remark) -> bool, most: usize) -> Vec<String> {
+        let main = self.files.first();
+        let place = |remark: &Remark| {
+            let Remark { file, line, .. } = remark;
+            let file = if main == Some(file) { String::new() } else { format!(" of {file}") };
+            let times = if remark.count > 1 { format!(" ({} times)", remark.count) } else { String::new() };
+            format!("line {line}{file}: {}{times}", remark.text)
+        };
+        let mut all = Vec::new();
+        let mut list = |kind: &str, texts: Vec<String>, what: &str| {
+            let more = texts.len().saturating_sub(most);
+            all.extend(texts.into_iter().take(most).map(|text| format!("{kind}: {text}")));
+            if more > 0 {
+                all.push(format!("{kind}: and {more} more {what}"));
+            }
+        };
+        list("note", self.not_run.iter().map(ToString::to_string).collect(), "stretches of text that are not run");
+        let told = |list: &[Remark]| list.iter().filter(|remark| wanted(remark)).map(place).collect();
+        list("assumed", told(&self.assumptions), "assumptions");
+        list("note", told(&self.notes), "notes");
+        all
     }
 
     /// As [`Survey::defects`], without calls that the control leaves out for a reason: that is its choice, and a run tells it.
@@ -228,11 +283,4 @@ impl Faults {
 
 fn characters(text: &str) -> u32 {
     u32::try_from(text.chars().count()).unwrap_or(u32::MAX)
-}
-
-fn moves(op: &Op) -> bool {
-    matches!(
-        op,
-        Op::Rapid(_) | Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_) | Op::Thread(_) | Op::Retract(_)
-    )
 }

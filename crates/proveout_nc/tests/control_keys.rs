@@ -257,6 +257,20 @@ const CASES: &[Case] = &[
         "\"op\":\"arc\"",
     ),
     case(
+        "program.modal_variables",
+        "dialect = \"fanuc\"",
+        "dialect = \"fanuc\"\nprogram.modal_variables = \"mitsubishi\"",
+        "G21 G90 G55\nG0 X0. Y0. Z0.\nX#4012\nM30\n",
+        "\"X\":55.0",
+    ),
+    case(
+        "arcs.clsf_sense",
+        "dialect = \"apt\"",
+        "dialect = \"apt\"\narcs.clsf_sense = \"clockwise\"",
+        "UNITS/MM\nFEDRAT/100,MMPM\nGOTO/0,0,0\nCIRCLE/10,0,0,0,0,1,10\nGOTO/20,0,0\nFINI\n",
+        "\"normal\":[-0.0,-0.0,-1.0]",
+    ),
+    case(
         "arcs.centers",
         FANUC,
         "dialect = \"fanuc\"\narcs.centers = \"absolute\"",

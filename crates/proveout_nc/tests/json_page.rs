@@ -76,6 +76,7 @@ fn every_op() -> Vec<Op> {
             contour_file: "f".into(),
             contour_line: 1,
             point: AxisValues::NONE,
+            programmed_point: AxisValues::NONE,
             blocks: 1,
         }),
         Op::Stop { optional: true },

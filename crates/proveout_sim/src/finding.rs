@@ -115,6 +115,7 @@ codes! {
     TEXT_UNPROVEN = "program-text-unproven", Program, Warning, "A file holds another main program, which is not run.";
     TEXT_SKIPPED = "program-text-skipped", Program, Warning, "Conditions and jumps lead around motion of the program.";
     TEXT_NOT_CALLED = "program-text-not-called", Program, Info, "Text of a file has no effect: nothing calls it.";
+    LONG_DWELL = "program-long-dwell", Program, Warning, "The program waits for a minute or more.";
     FLAT_TRIANGLES = "setup-mesh-flat", Setup, Info, "Triangles of a mesh have no area and bound nothing.";
     OVERTRAVEL = "limits-overtravel", Limits, Error, "A joint leaves its travel.";
     UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";

@@ -246,6 +246,13 @@ pub(crate) fn judge(prepared: &Prepared, log: &mut FindingLog) {
         (f.file, f.line) = (Some(part.file.to_string()), Some(part.lines[0]));
         log.push(f);
     }
+    // What the commands themselves do not tell: dwells that are long.
+    for remark in prepared.survey.notes.iter().filter(|remark| !remark.among_commands).take(MAX_TOLD) {
+        let times = if remark.count > 1 { format!(", {} times", remark.count) } else { String::new() };
+        let mut f = FindingLog::of(&finding::LONG_DWELL, format!("{}{times}", remark.text));
+        (f.file, f.line) = (Some(remark.file.to_string()), Some(remark.line));
+        log.push(f);
+    }
     if let Some(more) = prepared.survey.not_run.len().checked_sub(MAX_TOLD).filter(|more| *more > 0) {
         log.push(FindingLog::of(&finding::TEXT_NOT_CALLED, format!("{more} more stretches of text are not run")));
     }

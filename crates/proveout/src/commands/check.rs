@@ -10,12 +10,10 @@ use proveout_tool::ToolLibrary;
 use serde::Serialize;
 use serde_json::json;
 
-use super::{output_file, reader};
+use super::{nc::MAX_REMARKS, output_file, reader};
 use crate::args::CheckArgs;
 use crate::failure::Failure;
 
-/// Most stretches of text that are not run and are told.
-const MAX_NOTES: usize = 20;
 /// Largest text that may be a control file.
 const MAX_CONTROL_BYTES: u64 = 16 << 20;
 
@@ -243,17 +241,12 @@ fn check_machine(path: &Path) -> Result<Checked, SimError> {
     Ok(Checked { notes, ..Checked::default() })
 }
 
-/// What there is to say of a program without a fault: its commands, and the text that is not run.
+/// What there is to say of a program without a fault: its commands, and what was taken for granted.
 fn check_program(survey: &Survey) -> Result<OfProgram, Failure> {
     // What a control leaves out for a reason is its choice: a note here, unchecked in a run.
-    let defects = survey.own_defects();
-    let faults = if survey.faults.is_empty() { &defects } else { &survey.faults };
-    if !faults.is_empty() {
-        return Err(Failure::of_program(faults, survey.more_faults));
+    let judged = survey.judged();
+    if !judged.is_empty() {
+        return Err(Failure::of_program(&judged, survey.more_faults));
     }
-    let mut notes: Vec<String> = survey.not_run.iter().take(MAX_NOTES).map(|part| format!("note: {part}")).collect();
-    if let Some(more) = survey.not_run.len().checked_sub(MAX_NOTES).filter(|more| *more > 0) {
-        notes.push(format!("note: and {more} more stretches of text that are not run"));
-    }
-    Ok(OfProgram { commands: Some(survey.commands), notes, ..OfProgram::default() })
+    Ok(OfProgram { commands: Some(survey.commands), notes: survey.remarks(MAX_REMARKS), ..OfProgram::default() })
 }

@@ -1,10 +1,10 @@
 use std::io::{self, BufWriter, Write};
 
 use proveout_machine::Machine;
-use proveout_nc::post::{Post, PostError, PostSettings, post_for};
+use proveout_nc::post::{Difference, Post, PostError, PostSettings, post_for, verify};
 use proveout_nc::{
-    Command, Compensation, Dialect, JsonWriter, NotRun, Op, Program, ReferencePoints, Settings, ToolAction, ToolName,
-    UnknownWords, Weight,
+    Command, Compensation, Dialect, JsonWriter, Op, Program, ReferencePoints, Settings, Survey, Tally, ToolAction,
+    ToolName, UnknownWords,
 };
 use proveout_sim::{SimError, tool_radii};
 use proveout_tool::{ToolId, ToolLibrary};
@@ -14,10 +14,13 @@ use crate::{args::NcArgs, failure::Failure};
 
 /// Text that leaves at once: some hundred lines, so that the time of a call to the system does not count.
 const OUTPUT_BYTES: usize = 1 << 16;
+/// Most remarks of a kind that are told.
+pub(super) const MAX_REMARKS: usize = 20;
 
 /// Where the commands go.
 enum Sink<'a, W> {
     Json(JsonWriter, W),
+    /// Program text, which is read again before anything of it is shown.
     Post(Box<dyn Post + 'a>),
 }
 
@@ -29,10 +32,18 @@ impl<W: Write> Sink<'_, W> {
         }
     }
 
+    /// What there is before a fault; a program is written whole or not at all.
     fn flush(&mut self) -> Result<(), Failure> {
         match self {
             Self::Json(_, out) => out.flush().map_err(told),
-            Self::Post(post) => post.finish().map_err(unsaid),
+            Self::Post(_) => Ok(()),
+        }
+    }
+
+    fn finish(self) -> Result<(), Failure> {
+        match self {
+            Self::Json(_, mut out) => out.flush().map_err(told),
+            Self::Post(mut post) => post.finish().map_err(unsaid),
         }
     }
 }
@@ -100,12 +111,14 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
         _ => settings,
     };
     let program = Program::open(&args.program, &settings).map_err(|e| Failure::from(&SimError::from(e)))?;
-    let mut out = BufWriter::with_capacity(OUTPUT_BYTES, io::stdout().lock());
-    let mut sink = match target {
-        None => Sink::Json(JsonWriter::new(), out),
-        Some(to) => Sink::Post(post_for(to, format(args, program.dialect(), to), &mut out).map_err(unsaid)?),
+    let mut text = Vec::new();
+    let form = target.map(|to| format(args, program.dialect(), to));
+    let mut sink = match (target, &form) {
+        (Some(to), Some(form)) => Sink::Post(post_for(to, form.clone(), &mut text).map_err(unsaid)?),
+        _ => Sink::Json(JsonWriter::new(), BufWriter::with_capacity(OUTPUT_BYTES, io::stdout().lock())),
     };
     let mut program = program;
+    let mut tally = Tally::default();
     for command in program.by_ref() {
         let command = match command {
             Ok(command) => command,
@@ -130,10 +143,46 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
                     .with_help("add it to the library, or leave --tools out"));
             }
         }
+        tally.take(&command);
         sink.write(&command)?;
     }
-    sink.flush()?;
-    not_run(&program.not_run())
+    sink.finish()?;
+    let survey = Survey::of_run(&program, tally);
+    let judged = judge(&survey, target.is_some());
+    let (Some(to), Some(form)) = (target, form) else { return judged };
+    judged?;
+    let text = String::from_utf8(text).map_err(Failure::new)?;
+    read_again(args, &settings, to, &form, &text)?;
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(told)
+}
+
+/// Reads a written program with the reader of its dialect and holds its motion against that of the original.
+fn read_again(args: &NcArgs, settings: &Settings, to: Dialect, form: &PostSettings, text: &str) -> Result<(), Failure> {
+    let name = format!("{} as {}", args.program.display(), to.name());
+    let reading = Settings {
+        dialect: to,
+        reference_points: settings.reference_points.clone(),
+        limits: settings.limits,
+        ..Settings::default()
+    };
+    let original = Program::open(&args.program, settings).map_err(|e| Failure::from(&SimError::from(e)))?;
+    let written = Program::from_text(&name, text, &reading).map_err(|e| Failure::from(&SimError::from(e)))?;
+    verify(original, written, form).map_err(|Difference { what, original, written_line }| {
+        let shown = text.lines().nth((written_line as usize).saturating_sub(1)).unwrap_or_default();
+        let failure = Failure::new(format!(
+            "nothing is written: read again, the {} program does not move as the original: {what}",
+            to.name()
+        ));
+        let failure = match &original {
+            Some(l) => failure.at(&l.file, l.line as usize, l.column as usize, l.length as usize, ""),
+            None => failure,
+        };
+        failure.with_help(format!(
+            "it stands in line {written_line} of the written text, `{}`; write more decimals with --decimals, or change the original there",
+            shown.trim()
+        ))
+    })
 }
 
 /// Prints the words that the control has no meaning for.
@@ -143,13 +192,15 @@ fn unknown(args: &NcArgs, settings: &Settings) -> Result<(), Failure> {
     write!(out, "{found}").map_err(told)
 }
 
-/// Tells the text that is not among the commands; what belongs to the program is an error.
-fn not_run(parts: &[NotRun]) -> Result<(), Failure> {
-    for part in parts.iter().filter(|part| part.weight() < Weight::Lost) {
-        tell!("note: {part}");
+/// Tells what `check` tells of the program, as far as it is not among the commands; what is wrong with it as a whole is an error.
+fn judge(survey: &Survey, posted: bool) -> Result<(), Failure> {
+    let judged = survey.judged();
+    if !judged.is_empty() {
+        return Err(Failure::of_program(&judged, survey.more_faults));
     }
-    match parts.iter().find(|part| part.weight() == Weight::Lost) {
-        Some(part) => Err(Failure::new(part).at(&part.file, part.lines[0] as usize, 1, 0, "").with_help(part.remedy())),
-        None => Ok(()),
+    // The commands themselves hold notes and assumptions, a program in another dialect does not.
+    for remark in survey.remarks_beside_commands(posted, MAX_REMARKS) {
+        tell!("{remark}");
     }
+    Ok(())
 }

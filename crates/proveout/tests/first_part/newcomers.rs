@@ -242,9 +242,12 @@ fn files_that_are_no_program_are_told_so() {
         "TOOL PATH/FACE,TOOL,MILL\nTLDATA/MILL,0.7500,0.0000,3.0000,0.0000,0.0000\nLOAD/TOOL,1,ADJUST,1\nSPINDL/RPM,4000,CLW\nRAPID\n\
          GOTO/-0.6,0.5,0.1\nFEDRAT/IPM,30.0\nGOTO/-0.6,0.5,-0.1\nGOTO/4.6,0.5,-0.1\nRAPID\nGOTO/4.6,0.5,1.0\nFINI\n",
     );
+    // The feed counts in inch, and so do the lengths.
     let told = desk.done(&format!("new part.cls {MILL} --output part"));
-    assert!(told.contains("read in millimeters") && told.contains("UNITS/INCHES"), "{told}");
-    // What the note says, as it is typed.
+    assert!(
+        told.contains("unit: inch") && told.contains("without UNITS") && told.contains("T1: flat D19.05"),
+        "{told}"
+    );
     let text = fs::read_to_string(desk.path("part.cls")).expect("there");
     desk.write("inch.cls", &format!("UNITS/INCHES\n{text}"));
     let told = desk.done(&format!("new inch.cls {MILL} --output inch"));

@@ -49,7 +49,7 @@ use passes::Passes;
 
 pub(crate) use flow::{Level, Loaded, Section};
 pub(crate) use holes::{Holes, Stroke};
-pub(crate) use motion::{arc_fault, finite, unknown_axes, unknown_axis};
+pub(crate) use motion::{arc_fault, differ_by_little, finite, unknown_axes, unknown_axis};
 pub(crate) use parameters::UsualFeed;
 pub(crate) use recover::{Failed, Recovery, Salvage, TakenOut};
 pub(crate) use technology::{Technology, direction_of, direction_of_thread, opposite};

@@ -225,6 +225,11 @@ pub(crate) fn unknown_axes(missing: &MissingAxes, span: Span) -> Fault {
 }
 
 /// Why the words of an arc make no circle. `full_circle`: how the language writes one.
+/// The radii at start and end of an arc differ by no more than rounding or another tolerance explains.
+pub(crate) fn differ_by_little(fault: &ArcFault) -> bool {
+    matches!(fault, ArcFault::Radii(start, end) if (start - end).abs() <= 0.1_f64.max(1e-4 * start.max(*end)))
+}
+
 pub(crate) fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, full_circle: &str, span: Span) -> Fault {
     let (code, message, help) = match fault {
         ArcFault::NoRadius => (
@@ -237,7 +242,11 @@ pub(crate) fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, full_circle: &
             format!(
                 "the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"
             ),
-            "correct the center or the end point",
+            if differ_by_little(&fault) {
+                "give more decimals, or state what the control takes: --arc-tolerance, or arcs.tolerance_mm in a file for --control"
+            } else {
+                "correct the center or the end point"
+            },
         ),
         ArcFault::TooSmall(radius, half) => (
             codes::ARC_RADIUS,

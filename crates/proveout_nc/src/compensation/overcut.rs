@@ -25,7 +25,7 @@ use super::distance::{self, Part};
 use super::stretch::{Cut, Role, Stretch, Wall, Way};
 use super::{Compensated, Fault};
 use crate::codes;
-use crate::{AXIS_LETTERS, Command, Location, Op, Overcut, OvercutKind};
+use crate::{AXIS_LETTERS, AxisValues, Command, Location, Op, Overcut, OvercutKind};
 
 /// Contours that come together or cross nearer than this to an end, mm, or at a smaller angle, radian, are taken as touching.
 const TOUCH: f64 = 1e-3;
@@ -284,16 +284,38 @@ impl Compensated {
     fn told(&self, stretch: &Stretch, way: &Way, cut: &Cut, kind: OvercutKind, blocks: u32) -> Option<Command> {
         let wall = stretch.walls.get(cut.wall)?;
         let height = wall.heights.map(|[_, high]| high);
+        let point = self.plane?.point(cut.point, height);
         let overcut = Overcut {
             kind,
+            programmed_point: self.programmed(point),
             depth: cut.depth,
             radius: way.radius,
             contour_file: wall.location.file.clone(),
             contour_line: wall.location.line,
-            point: self.plane?.point(cut.point, height),
+            point,
             blocks,
         };
         Some(Command { location: way.location.clone(), op: Op::Overcut(overcut) })
+    }
+
+    /// A point of base coordinates in those of the program, as far as it is known.
+    fn programmed(&self, point: AxisValues) -> AxisValues {
+        let frame = &self.frame;
+        let mut programmed = AxisValues::NONE;
+        if !frame.is_rotated() {
+            for axis in 0..3 {
+                if let Some(value) = point.get(axis) {
+                    programmed.put(axis, value - frame.translation[axis] + 0.0);
+                }
+            }
+            return programmed;
+        }
+        let Some((p, inverse)) = point.xyz().zip(frame.inverse_linear()) else { return point };
+        for (axis, row) in inverse.iter().enumerate() {
+            let value = (0..3).map(|column| row[column] * (p[column] - frame.translation[column])).sum::<f64>();
+            programmed.put(axis, value + 0.0);
+        }
+        programmed
     }
 
     fn does_not_fit(&self, stretch: &Stretch, way: &Way, cut: &Cut) -> Fault {
@@ -302,7 +324,7 @@ impl Compensated {
         };
         let later: &Location = if cut.wall > way.wall { &wall.location } else { &own.location };
         let mut place = String::new();
-        let point = self.plane.map(|plane| plane.point(cut.point, None)).unwrap_or_default();
+        let point = self.plane.map(|plane| self.programmed(plane.point(cut.point, None))).unwrap_or_default();
         for (axis, letter) in AXIS_LETTERS.iter().enumerate().take(3) {
             if let Some(value) = point.get(axis) {
                 place.push_str(&format!(" {letter}{value:.3}"));

@@ -216,6 +216,18 @@ pub(crate) struct ArcsFile {
     pub(crate) largest_difference_mm: Option<f64>,
     /// What I, J and K are.
     pub(crate) centers: Option<CentersFile>,
+    /// How CIRCLE of CL data runs about its axis; left out: as the system that wrote it and the tangents of the path say.
+    pub(crate) clsf_sense: Option<SenseFile>,
+}
+
+/// How a circle of CL data runs about its axis.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum SenseFile {
+    /// Clockwise, seen against the axis: NX.
+    Clockwise,
+    /// Counter-clockwise, the right hand rule: Creo.
+    CounterClockwise,
 }
 
 /// What I, J and K of an arc are.
@@ -396,12 +408,24 @@ pub(crate) enum ProgramWordsFile {
     Mach3,
 }
 
+/// Numbers of the groups of G words in system variables.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum ModalVariablesFile {
+    /// #4012 is G66 or G67, #4014 the work offset.
+    Fanuc,
+    /// #4012 is the work offset, #4014 G66 or G67.
+    Mitsubishi,
+}
+
 /// Lines around a program.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ProgramFile {
     /// Words beside those of the language.
     pub(crate) words: Option<ProgramWordsFile>,
+    /// How the system variables #4001 and on number the groups of G words.
+    pub(crate) modal_variables: Option<ModalVariablesFile>,
     /// Patterns of lines that stand before the first block and are no blocks: `*` for any characters.
     pub(crate) header: Option<Vec<String>>,
     /// Patterns of lines that stand behind the last block.

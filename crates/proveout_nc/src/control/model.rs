@@ -153,6 +153,8 @@ pub struct Control {
     pub(crate) whole_numbers: WholeNumbers,
     pub(crate) arc_tolerance: Option<ArcTolerance>,
     pub(crate) centers: Centers,
+    /// CIRCLE of CL data runs clockwise about its normal; none: as its writer and the tangents say.
+    pub(crate) clockwise_circles: Option<bool>,
     pub(crate) fine_boring: FineBoring,
     /// G71 and M53, M54 say where cycles come back to, and not G98 and G99.
     pub(crate) stated_returns: bool,
@@ -160,6 +162,8 @@ pub struct Control {
     pub(crate) depth_in_i: bool,
     /// Words of Okuma OSP are read: VC variables, CALL, RTS, NCYL.
     pub(crate) osp_words: bool,
+    /// #4012 is the work offset and #4014 the modal macro call.
+    pub(crate) mitsubishi_variables: bool,
     /// Lines that begin with `$` are read.
     pub(crate) grbl_words: bool,
     /// The control shares the language with a LinuxCNC, and not what its interpreter refuses.
@@ -201,10 +205,12 @@ impl Default for Control {
             whole_numbers: WholeNumbers::Assumed,
             arc_tolerance: None,
             centers: Centers::Incremental,
+            clockwise_circles: None,
             fine_boring: FineBoring::NeedsShift,
             stated_returns: false,
             depth_in_i: false,
             osp_words: false,
+            mitsubishi_variables: false,
             grbl_words: false,
             mach3_words: false,
             length_of_tool: false,

@@ -6,7 +6,7 @@ use super::error::Checked;
 use super::family::Family;
 use super::file::{
     ControlFile, CycleDepthFile, CycleReturnFile, DialectFile, FineBoringFile, InterpolationFile,
-    MissingSubprogramFile, ProgramWordsFile, UnlistedMFile, WithoutHFile,
+    MissingSubprogramFile, ModalVariablesFile, ProgramWordsFile, UnlistedMFile, WithoutHFile,
 };
 use super::meanings;
 use super::model::{Control, FineBoring};
@@ -61,6 +61,9 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
         control.osp_words = matches!(words, ProgramWordsFile::Osp);
         control.grbl_words = matches!(words, ProgramWordsFile::Grbl);
         control.mach3_words = matches!(words, ProgramWordsFile::Mach3);
+    }
+    if let Some(variables) = file.program.modal_variables {
+        control.mitsubishi_variables = matches!(variables, ModalVariablesFile::Mitsubishi);
     }
     if let Some(without) = file.tool_length.without_h {
         control.length_of_tool = matches!(without, WithoutHFile::Tool);

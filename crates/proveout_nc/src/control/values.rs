@@ -1,7 +1,9 @@
 //! What numbers count: those without a decimal point, the roundness of arcs, times of a dwell, the feed where none is written.
 
 use super::error::Checked;
-use super::file::{ArcsFile, CentersFile, ControlFile, DwellFile, MissingFeedFile, NumbersFile, WithoutPointFile};
+use super::file::{
+    ArcsFile, CentersFile, ControlFile, DwellFile, MissingFeedFile, NumbersFile, SenseFile, WithoutPointFile,
+};
 use super::model::{ArcTolerance, Centers, Control, DwellUnit, WholeNumbers};
 use super::place::Text;
 
@@ -52,6 +54,9 @@ pub(super) fn numbers(file: &NumbersFile, before: WholeNumbers, text: &Text<'_>)
 }
 
 pub(super) fn arcs(control: &mut Control, file: &ArcsFile, text: &Text<'_>) -> Checked<()> {
+    if let Some(sense) = file.clsf_sense {
+        control.clockwise_circles = Some(matches!(sense, SenseFile::Clockwise));
+    }
     if let Some(centers) = file.centers {
         control.centers = match centers {
             CentersFile::Incremental => Centers::Incremental,

@@ -214,6 +214,33 @@ pub(crate) fn radius_word(arc: &ArcMotion, settings: &PostSettings) -> Option<f6
     (settings.arc_radius && well).then(|| if arc.sweep > half { -arc.radius } else { arc.radius })
 }
 
+/// Largest difference of the radii at start and end of an arc that every reader takes, mm.
+const RADII_MM: f64 = 0.009;
+
+/// The words of an arc, rounded as they are written, give radii that a control refuses.
+pub(crate) fn radii_apart(start: [f64; 2], end: [f64; 2], center: [f64; 2]) -> bool {
+    let radius = |p: [f64; 2]| (p[0] - center[0]).hypot(p[1] - center[1]);
+    (radius(start) - radius(end)).abs() > RADII_MM
+}
+
+/// The arc leaves its chord by less than anything that is written.
+pub(crate) fn is_flat(start: [f64; 2], end: [f64; 2], arc: &ArcMotion) -> bool {
+    let chord = (end[0] - start[0]).hypot(end[1] - start[1]);
+    arc.sweep < TAU / 2.0 && chord * chord < 8.0 * arc.radius * super::verify::FLAT_MM
+}
+
+/// The point nearest to a center that has the same distance from start and end.
+pub(crate) fn between(start: [f64; 2], end: [f64; 2], center: [f64; 2]) -> [f64; 2] {
+    let chord = [end[0] - start[0], end[1] - start[1]];
+    let length = chord[0] * chord[0] + chord[1] * chord[1];
+    if length <= 0.0 {
+        return center;
+    }
+    let middle = [0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1])];
+    let along = ((center[0] - middle[0]) * chord[0] + (center[1] - middle[1]) * chord[1]) / length;
+    [center[0] - along * chord[0], center[1] - along * chord[1]]
+}
+
 /// Coordinate axis along a direction, and its sign.
 pub(crate) fn along_axis(direction: [f64; 3]) -> Option<(usize, f64)> {
     let axis = direction.iter().position(|v| v.abs() > 1.0 - 1e-9)?;

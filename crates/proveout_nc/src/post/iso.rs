@@ -43,6 +43,8 @@ pub struct IsoPost<W> {
     pub(crate) edge: Option<u32>,
     pub(crate) tool: Option<ToolName>,
     selected: Option<ToolName>,
+    /// Length that was called for a tool that is selected and not yet in the spindle.
+    next_length: Option<u32>,
     pub(crate) frames: Frames,
     pub(crate) way: Way,
     pub(crate) tilted: bool,
@@ -72,6 +74,7 @@ impl<W: Write> IsoPost<W> {
             edge: None,
             tool: None,
             selected: None,
+            next_length: None,
             frames: Frames::new(),
             way: Way::AsProgrammed,
             tilted: false,
@@ -119,6 +122,13 @@ impl<W: Write> IsoPost<W> {
             self.begin()?;
         }
         self.frames.before_motion(op, &self.out.settings, "G54")?;
+        if matches!(op, Op::Rapid(_) | Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_) | Op::Thread(_))
+            && let Some(edge) = self.next_length.take()
+        {
+            // It is needed before the tool comes.
+            self.selected = None;
+            self.length(edge)?;
+        }
         match op {
             Op::Rapid(motion) if motion.programmed == 0 && motion.tool_axis.is_some() => self.swivel(motion),
             Op::Rapid(motion) => self.straight("G0", motion),
@@ -219,15 +229,25 @@ impl<W: Write> IsoPost<W> {
                 self.forget();
                 self.tool = Some(tool.clone());
                 if self.selected.as_ref() == Some(tool) {
-                    self.out.block("M6")
+                    self.out.block("M6")?;
                 } else {
-                    self.out.block(&format!("T{number} M6"))
+                    self.out.block(&format!("T{number} M6"))?;
+                }
+                self.selected = None;
+                match self.next_length.take() {
+                    Some(edge) => self.length(edge),
+                    None => Ok(()),
                 }
             }
         }
     }
 
     fn length(&mut self, edge: u32) -> Result<(), Unsaid> {
+        // The length that stands with T is that of the tool that comes: G43 in front of M6 would call it for the old one.
+        if edge != 0 && self.selected.is_some() && self.selected != self.tool {
+            self.next_length = Some(edge);
+            return Ok(());
+        }
         self.edge = Some(edge);
         self.forget();
         if edge == 0 {

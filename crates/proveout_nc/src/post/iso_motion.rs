@@ -174,6 +174,21 @@ impl<W: Write> IsoPost<W> {
             // Shorter than the last decimal: as an arc it would come back as a full circle.
             return self.straight("G1", &arc.motion);
         }
+        let mut center = center;
+        if turns == 0 && self.dialect != Dialect::LinuxCnc {
+            let unit = if self.out.settings.inches { 25.4 } else { 1.0 };
+            let as_read = |text: String| text.parse::<f64>().unwrap_or_default() * unit;
+            let ends = [u, v].map(|i| end.end.get(i).map_or(0.0, |value| as_read(self.out.axis(i, value))));
+            let from = [start_u, start_v];
+            let about = [0, 1].map(|i| from[i] + as_read(self.out.center(center[[u, v][i]] - from[i])));
+            if super::format::radii_apart(from, ends, about) {
+                if super::format::is_flat(from, ends, arc) {
+                    return self.straight("G1", &arc.motion);
+                }
+                let fitted = super::format::between(from, ends, about);
+                (center[u], center[v]) = (fitted[0], fitted[1]);
+            }
+        }
         let word = if sense > 0.0 { "G3" } else { "G2" };
         let mut head = Vec::new();
         if self.plane != axis {
@@ -309,6 +324,12 @@ impl<W: Write> IsoPost<W> {
             return Err(Unsaid::new(
                 "rigid tapping motion by motion",
                 "post it for siemens-840d, or write the tapping cycle (G84) by hand",
+            ));
+        }
+        if self.dialect == Dialect::Haas {
+            return Err(Unsaid::new(
+                "a motion coupled to the spindle: a Haas mill has no G33",
+                "post it for fanuc or linuxcnc, or write the tapping cycle (G84) by hand",
             ));
         }
         self.word = None;

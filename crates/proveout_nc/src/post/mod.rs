@@ -10,6 +10,7 @@ mod iso;
 mod iso_motion;
 mod siemens;
 mod siemens_frames;
+mod verify;
 
 use std::collections::BTreeMap;
 use std::io;
@@ -21,6 +22,7 @@ pub use apt::AptPost;
 pub use heidenhain::HeidenhainPost;
 pub use iso::IsoPost;
 pub use siemens::SiemensPost;
+pub use verify::{Difference, verify};
 
 /// Writes canonical commands as program text, one after the other.
 pub trait Post {

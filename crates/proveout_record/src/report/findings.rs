@@ -137,6 +137,9 @@ fn remedy(code: &str) -> &'static str {
         "program-text-lost" => "Take the end word out where the program goes on, or take the text behind it out.",
         "program-text-unproven" => "Give each main program a file of its own, and prove each of them.",
         "program-text-skipped" => "Run the program with the other values too, or take the text out.",
+        "program-long-dwell" => {
+            "Write the dwell in the unit of the control, or state the unit as `dwell` of the control file."
+        }
         "limits-overtravel" => {
             "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again."
         }

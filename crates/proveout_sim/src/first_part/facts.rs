@@ -97,10 +97,6 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
         {
             waiting = Some((n, draft));
         }
-        let per_inch = || upper.contains("FEDRAT") && ["IPM", "IPR"].iter().any(|w| upper.contains(w));
-        if dialect == Dialect::Apt && facts.inch_comment.is_none() && per_inch() {
-            facts.inch_comment = Some(n);
-        }
         let word = called(line, dialect);
         if let Some(name) = &word {
             facts.names_tool = true;
@@ -374,7 +370,22 @@ fn unit_of(text: &ProgramText, dialect: Dialect) -> Option<(LengthUnit, String)>
     if told.is_none() && dialect.family() == Dialect::Iso {
         return first_unit(text, dialect, &[("G70", Inch), ("G71", Millimeter)]);
     }
+    if told.is_none() && dialect == Dialect::Apt {
+        return unit_of_feeds(text);
+    }
     told
+}
+
+/// CL data without UNITS counts lengths in inch where its feeds do, as the reader takes it.
+fn unit_of_feeds(text: &ProgramText) -> Option<(LengthUnit, String)> {
+    let feeds = |words: [&str; 2]| {
+        (1_usize..).zip(text.all().take(MAX_LINES)).find_map(|(n, line)| {
+            let line = line.to_uppercase();
+            (line.contains("FEDRAT") && words.iter().any(|w| line.contains(w))).then_some(n)
+        })
+    };
+    let line = feeds(["IPM", "IPR"])?;
+    feeds(["MMPM", "MMPR"]).is_none().then(|| (LengthUnit::Inch, format!("the feed in line {line}, without UNITS")))
 }
 
 /// The first of the words.

@@ -268,16 +268,10 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let mut told = told_of_programs(call, &first, &settings, unit.as_ref());
     let speaks = all_facts.iter().find_map(|f| f.inch_comment).filter(|_| unit.is_none());
     if let (Some(line), Some(false)) = (speaks, settings.first().map(|s| start_unit(s) == LengthUnit::Inch)) {
-        let note = match dialects.first() {
-            Some(Dialect::Apt) => format!(
-                "the feed in line {line} is one of inches a minute or a revolution, and no UNITS stands in the program: lengths are read in \
-                 millimeters; where they are inches, write UNITS/INCHES as its first line"
-            ),
-            _ => format!(
-                "the comment in line {line} speaks of inches, and no G20 stands in the program: lengths are read in millimeters; where the \
-                 control begins in inches, a file for --control says so: inherits = \"fanuc-0i\", start.unit = \"inch\""
-            ),
-        };
+        let note = format!(
+            "the comment in line {line} speaks of inches, and no G20 stands in the program: lengths are read in millimeters; where the \
+             control begins in inches, a file for --control says so: inherits = \"fanuc-0i\", start.unit = \"inch\""
+        );
         interview.note.get_or_insert_with(|| note.clone());
         notes.push(note);
     }

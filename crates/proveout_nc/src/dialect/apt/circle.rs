@@ -63,9 +63,19 @@ impl AptReader {
             return Err(st.head.bad(
                 codes::ARC_GEOMETRY,
                 "the normal of the circle has no length",
-                "give the direction about which the arc runs counter-clockwise",
+                "give the axis of the circle",
             ));
         };
+        if st.major == "CIRCLE" && (8..11).contains(&leading) {
+            self.note(format!("CIRCLE has {leading} values: those behind the radius have no effect"));
+        }
+        let clockwise = st.major == "CIRCLE" && self.own.facts.clockwise;
+        if st.major == "CIRCLE"
+            && let Some(text) = self.own.facts.sense_assumed.take()
+        {
+            self.assume(text);
+        }
+        let normal = if clockwise { normal.map(|v| 0.0 - v) } else { normal };
         self.own.circle = Some(PendingCircle {
             center: [n[0], n[1], n[2]].map(|v| v * self.own.unit),
             normal,

@@ -176,6 +176,9 @@ impl AptReader {
                 } else if let Some(next) = items.get(at) {
                     v.feed = Some(self.number(source, next)?);
                     at += 1;
+                } else {
+                    let message = format!("`{word}` has no feed");
+                    return Err(item.place.bad(codes::MISSING_VALUE, message, "write the feed behind its unit"));
                 }
                 continue;
             }
@@ -222,7 +225,6 @@ impl AptReader {
                 },
                 // Some writers leave RTRCTO out before its value.
                 "AUTO" => v.retract = Some(Retract::Start),
-                "MANUAL" => {}
                 _ => return Err(refused(&word, item)),
             }
         }
@@ -271,6 +273,17 @@ impl AptReader {
                 "the deep hole has no infeed",
                 "write INCR or STEP with its value",
             ));
+        }
+        let idle = match kind {
+            Kind::Drill | Kind::Bore => {
+                v.step.or(v.next_step).map(|_| "INCR or STEP").or(v.pitch.map(|_| "PITCH or TPI"))
+            }
+            Kind::Deep | Kind::BreakChip => v.pitch.map(|_| "PITCH or TPI"),
+            Kind::Tap => v.step.or(v.next_step).map(|_| "INCR or STEP"),
+        };
+        if let Some(word) = idle {
+            let message = format!("{word} stands in a cycle that has no use for it");
+            return Err(st.head.bad(codes::CONFLICT, message, "take it out, or write DEEP, BRKCHP or TAP"));
         }
         if v.dwell.is_some_and(|d| d < 0.0) {
             return Err(st.head.bad(codes::BAD_VALUE, "a dwell must not be negative", "write DWELL,1"));

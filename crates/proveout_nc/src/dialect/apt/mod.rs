@@ -4,7 +4,7 @@
 //! CAM systems write: CATIA V5 (`TLON,GOFWD/ (CIRCLE/...)`, `INDIRV`, `TLAXIS`), NX (`CIRCLE/` with tolerances, `MSYS`,
 //! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`), `CAMWorks` (`UNIT/`, `CSYS/`, `TRNTYP/`,
 //! `CYCLE/DEEP2`) and the ISO 4343 output of Autodesk's posts (`MOVARC/..,ANGLE,..`). [`statement`] cuts the text, [`words`] lists what is read with a note or refused,
-//! [`reader`] runs the statements, [`path`] moves, [`circle`] and [`drilling`] do what their names say.
+//! [`reader`] runs the statements, [`path`] moves, [`circle`] and [`drilling`] do what their names say, [`writer`] tells who wrote the text.
 //!
 //! CL data knows no machine and no zero point: its coordinates are those of work offset G54, and the first command says
 //! so. Without tool vectors it runs with the axes of the machine; from the first vector on, tool center point control is
@@ -13,6 +13,7 @@
 mod circle;
 mod drilling;
 mod feed;
+mod items;
 mod path;
 mod post_text;
 mod reader;
@@ -21,6 +22,7 @@ mod statement;
 mod systems;
 mod technology;
 mod words;
+mod writer;
 
 use super::Reader;
 use super::listed::Unlisted;

@@ -50,6 +50,10 @@ pub(crate) struct Apt {
     pub(crate) local: Frame,
     pub(crate) shift: [f64; 3],
     pub(crate) first_msys: Option<Frame>,
+    /// What the text says of itself.
+    pub(crate) facts: super::writer::Facts,
+    /// The last statement was END-OF-PATH of an NX operation.
+    path_ended: bool,
     /// mm of a length unit.
     pub(crate) unit: f64,
     /// Tool axis, work coordinates.
@@ -79,8 +83,13 @@ pub(crate) struct Apt {
 
 /// The text, before its first statement.
 pub(super) fn begin(source: Source, settings: &Settings) -> AptReader {
+    let stated = settings.control.start.inch.map(|inch| if inch { INCH } else { 1.0 });
+    let facts = super::writer::facts(&source, settings.control.clockwise_circles, stated);
     let own = Apt {
         started: false,
+        unit: stated.or(facts.unit).unwrap_or(1.0),
+        facts,
+        path_ended: false,
         max_names: settings.limits.max_array_elements.min(MAX_NAMES),
         names: settings.variables.iter().map(|(name, &value)| (name.to_ascii_uppercase(), value)).collect(),
         offsets: settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), offset)).collect(),
@@ -88,7 +97,6 @@ pub(super) fn begin(source: Source, settings: &Settings) -> AptReader {
         local: Frame::IDENTITY,
         shift: [0.0; 3],
         first_msys: None,
-        unit: if settings.control.start.inch == Some(true) { INCH } else { 1.0 },
         axis: [0.0, 0.0, 1.0],
         tcp: false,
         rapid: false,
@@ -128,6 +136,10 @@ impl Language for Apt {
         let (loaded, at) = (Arc::clone(&level.loaded), level.cursor);
         let mut statement = channel.block.take().unwrap_or_default();
         let Some((read, next)) = statement::read(&loaded.source, at, &mut statement) else {
+            // NX ends its text with the last operation.
+            if std::mem::take(&mut channel.own.path_ended) {
+                channel.end_of_program();
+            }
             channel.done = true;
             return Ok(());
         };
@@ -194,7 +206,27 @@ impl AptReader {
             self.work_offset("G54");
             let start = self.settings.start_position;
             self.position.begin_at(&start);
+            if let Some(text) = self.own.facts.unit_assumed.take() {
+                self.assume(text);
+            }
+            if let Some(text) = self.own.facts.unit_told.take() {
+                self.note(text);
+            }
         }
+        if let Some(lines) = self.own.facts.unit_contradicts
+            && matches!(st.major.as_str(), "GOTO" | "FROM" | "GODLTA" | "HOME" | "CIRCLE" | "MOVARC")
+        {
+            let message = format!(
+                "no UNITS says whether lengths are mm or inch, and the feeds contradict each other: inch in line {} and mm in line {}",
+                lines[0], lines[1]
+            );
+            return Err(st.head.bad(
+                codes::CONFLICT,
+                message,
+                "write UNITS/MM or UNITS/INCHES in front, or state start.unit in the control file",
+            ));
+        }
+        self.own.path_ended = st.major == "END-OF-PATH";
         if st.assignment {
             return self.assign(source, st);
         }
@@ -238,7 +270,8 @@ impl AptReader {
             "CSYS" => self.csys(source, st),
             "TRNTYP" => self.transform_type(source, st),
             _ => self.technology(source, st),
-        }
+        }?;
+        super::items::all_used(source, st)
     }
 
     /// Does a word of the control file; false where it lists none of this name.

@@ -78,6 +78,7 @@ impl AptReader {
             "SELCTL" | "SELECTL" | "SELECT" => {
                 let (number, _) = self.tool_number(source, st)?;
                 self.emit(Op::Tool(crate::ToolAction::Select(number)));
+                self.beside_tool(source, st);
                 Ok(())
             }
             "TOOL PATH" => {
@@ -224,7 +225,16 @@ impl AptReader {
         self.own.tool_loaded = true;
         self.own.pending_tool = None;
         self.load_into_spindle(tool, edge.unwrap_or(1));
+        self.beside_tool(source, st);
         Ok(())
+    }
+
+    /// Tells what a tool statement has besides the tool and its offset: the tool library gives dimensions.
+    fn beside_tool(&mut self, source: &Source, st: &Statement) {
+        let beside = super::items::beside_tool(source, st);
+        if !beside.is_empty() {
+            self.note(format!("{}: {} without effect, the tool library gives dimensions", st.major, beside.join(",")));
+        }
     }
 
     /// TOOL PATH/operation,TOOL,name: the tool of an NX operation, where the program loads none by number.
@@ -259,7 +269,11 @@ impl AptReader {
                 "XYPLAN" | "OSETNO" | "OFSTNO" | "ADJUST" => {}
                 _ if item.token != Token::Word => {
                     let value = self.number(source, item)?;
-                    offset = (value >= 0.0 && value.fract() == 0.0).then_some(value as u32);
+                    if value < 0.0 || value.fract() != 0.0 {
+                        let message = format!("the offset of CUTCOM is a whole number and not {value}");
+                        return Err(item.place.bad(codes::BAD_VALUE, message, "write CUTCOM/LEFT,1"));
+                    }
+                    offset = Some(value as u32);
                 }
                 word => {
                     let message = format!("`CUTCOM/{word}` is not supported");
@@ -270,6 +284,14 @@ impl AptReader {
         let Some(side) = side else {
             return Err(st.head.bad(codes::MISSING_VALUE, "CUTCOM names no side", "write CUTCOM/LEFT, RIGHT or OFF"));
         };
+        let named = st.items.last().map(|item| Self::word(source, item)).unwrap_or_default();
+        if matches!(named.as_str(), "OSETNO" | "OFSTNO" | "ADJUST") {
+            return Err(st.head.bad(
+                codes::MISSING_VALUE,
+                format!("`{named}` has no value"),
+                "write the offset behind it",
+            ));
+        }
         self.own.side = side;
         self.emit(Op::CutterComp(CutterComp { side, offset, radius: None }));
         Ok(())

@@ -269,6 +269,19 @@ impl Interpreter {
             return Err(Fault::new(codes::NO_FEED, span, "a departure needs a feed and has FMAX").help("write F"));
         }
         let [length, radius, angle] = self.lead_words(lead, w, span)?;
+        if matches!(w.side, Some(Side::Left | Side::Right)) {
+            return Err(Fault::new(codes::CONFLICT, span, "DEP does not take `RL` or `RR`: it ends the compensation")
+                .help("take it out"));
+        }
+        let along = 1 << self.modal.plane_axes()[2];
+        if lead != Lead::LineCircle && w.programmed & !along != 0 {
+            return Err(Fault::new(
+                codes::CONFLICT,
+                span,
+                "DEP LT, LN and CT take no coordinates in the working plane: their length or arc gives the end",
+            )
+            .help("take the coordinates out, or write DEP LCT"));
+        }
         let side = Self::lead_side(lead, self.modal.departing.unwrap_or(Side::Off), span)?;
         let [u, v, n] = self.modal.plane_axes();
         let last = self.flat(span)?;

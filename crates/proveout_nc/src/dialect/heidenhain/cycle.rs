@@ -127,6 +127,7 @@ impl Interpreter {
 
     fn run_old_cycle(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
         let span = cycle.span;
+        super::takes::old_cycle(cycle.number, &cycle.words)?;
         let find = |names: &[&str]| cycle.words.iter().find(|(_, w)| names.contains(&w.name.as_str())).map(|(_, w)| w);
         let last =
             |part: u32| cycle.words.iter().rfind(|(p, w)| *p == part && w.value.is_some()).and_then(|(_, w)| w.value);
@@ -267,7 +268,7 @@ impl Interpreter {
             match word.name.as_str() {
                 "T" => mode.0 = Some(value * self.modal.unit()),
                 "TA" => mode.1 = Some(value.to_radians()),
-                "HSC-MODE" => {}
+                "HSC-MODE" => self.note(format!("CYCL DEF 32 HSC-MODE:{value}")),
                 name => return Err(super::lexer::unknown(name, cycle.span)),
             }
         }
@@ -529,6 +530,7 @@ impl Interpreter {
                 Fault::new(codes::MISSING_VALUE, span, "CYCL CALL POS needs X, Y and Z").help("write all three")
             );
         }
+        super::takes::point_and_feed(w, "CYCL CALL POS", span)?;
         self.modal.modal_cycle = false;
         self.functions_before(w, span)?;
         let rapid = self.feed_word(w, span)?;

@@ -8,10 +8,10 @@ use super::words::{
     Block, Condition, Coordinate, CycleValue, FeedWord, Label, OldWord, Param, Path, Reference, Relation, Side,
     Statement, ToolCall, ToolRef, Value,
 };
-use super::{cycle_words, q_functions, statements};
+use super::{cycle_words, din_words, q_functions, statements};
 use crate::AxisValues;
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, twice};
 
 /// A block of path functions.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,22 +26,24 @@ pub(crate) struct DinBlock {
     pub(crate) pole_here: bool,
     pub(crate) radius: Option<Value>,
     pub(crate) angle: Option<Value>,
+    /// T, S and the plane, which act before the path.
+    pub(crate) tool: Option<ToolCall>,
 }
 
 /// Everything of a block before its meaning is known.
 #[derive(Default)]
-struct Raw {
-    g: Vec<(u32, Span)>,
-    din: DinBlock,
-    label: Option<(Label, Option<Value>)>,
-    function: Option<(u32, Option<Param>)>,
-    values: Vec<Value>,
-    target: Option<Label>,
-    settings: Vec<(Param, CycleValue, Span)>,
-    tool: Option<ToolRef>,
-    speed: Option<Value>,
-    delta: [Option<Value>; 3],
-    program: Option<String>,
+pub(super) struct Raw {
+    pub(super) g: Vec<(u32, Span)>,
+    pub(super) din: DinBlock,
+    pub(super) label: Option<(Label, Option<Value>)>,
+    pub(super) function: Option<(u32, Option<Param>)>,
+    pub(super) values: Vec<Value>,
+    pub(super) target: Option<Label>,
+    pub(super) settings: Vec<(Param, CycleValue, Span)>,
+    pub(super) tool: Option<ToolRef>,
+    pub(super) speed: Option<Value>,
+    pub(super) delta: [Option<Value>; 3],
+    pub(super) program: Option<String>,
 }
 
 /// Reads a block.
@@ -90,8 +92,9 @@ pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
         word(&mut x, &mut raw, block)?;
     }
     block.span = Span::new(start, body.trim_end().len().max(start));
+    let present = din_words::present(&raw, block);
     block.statement = meaning(raw, block)?;
-    Ok(())
+    din_words::all_used(&present, &block.statement, block.span)
 }
 
 fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault> {
@@ -135,7 +138,8 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
                 x.set_pos(start + 2);
                 0
             };
-            raw.delta[which] = Some(x.need(start)?);
+            let value = x.need(start)?;
+            once(&mut raw.delta[which], value, "the delta value", x.span_from(start))?;
         }
         (b'D', b'0'..=b'9') => {
             x.s.bump();
@@ -148,34 +152,41 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
                 ));
             }
             let target = if matches!(number, 0..=8 | 13) { x.param()? } else { None };
-            raw.function = Some((number, target));
+            once(&mut raw.function, (number, target), "D", x.span_from(start))?;
         }
         (b'I' | b'J' | b'K', _) => {
             x.s.bump();
-            raw.din.pole[usize::from(first - b'I')] = Some(x.need(start)?);
+            let value = x.need(start)?;
+            let name = char::from(first).to_string();
+            once(&mut raw.din.pole[usize::from(first - b'I')], value, &name, x.span_from(start))?;
         }
         (b'R', _) => {
             x.s.bump();
-            raw.din.radius = Some(x.need(start)?);
+            let value = x.need(start)?;
+            once(&mut raw.din.radius, value, "R", x.span_from(start))?;
         }
         (b'H', _) => {
             x.s.bump();
-            raw.din.angle = Some(x.need(start)?);
+            let value = x.need(start)?;
+            once(&mut raw.din.angle, value, "H", x.span_from(start))?;
         }
         (b'F', _) => {
             x.s.bump();
-            block.words.feed = Some(x.feed(start)?);
+            let feed = x.feed(start)?;
+            once(&mut block.words.feed, feed, "F", x.span_from(start))?;
         }
         (b'S', _) => {
             x.s.bump();
-            raw.speed = Some(x.need(start)?);
+            let value = x.need(start)?;
+            once(&mut raw.speed, value, "S", x.span_from(start))?;
         }
         (b'T', _) => {
             x.s.bump();
-            raw.tool = Some(match x.quoted()? {
+            let tool = match x.quoted()? {
                 Some(name) => ToolRef::Name(name),
                 None => ToolRef::Number(x.need(start)?),
-            });
+            };
+            once(&mut raw.tool, tool, "T", x.span_from(start))?;
         }
         (b'M', _) => {
             x.s.bump();
@@ -187,7 +198,7 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
             let label = statements::label(x, start)?;
             x.blanks();
             let repeat = if x.s.take(b',') { Some(x.need(start)?) } else { None };
-            raw.label = Some((label, repeat));
+            once(&mut raw.label, (label, repeat), "L", x.span_from(start))?;
         }
         (b'P', _) => {
             x.s.bump();
@@ -205,6 +216,10 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
                 return Err(x.unexpected());
             }
             if raw.g.is_empty() {
+                if raw.function.is_some() || raw.label.is_some() || raw.tool.is_some() {
+                    x.set_pos(start);
+                    return Err(x.unexpected());
+                }
                 let formula = super::expr::formula(x)?;
                 x.finish()?;
                 block.statement = Statement::Assign(param, formula);
@@ -233,6 +248,14 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
             raw.program = Some(x.s.slice(from).to_owned());
         }
         _ => return Err(x.unexpected()),
+    }
+    Ok(())
+}
+
+/// Takes a word that stands once in its block.
+fn once<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), Fault> {
+    if slot.replace(value).is_some() {
+        return Err(twice(word, span));
     }
     Ok(())
 }
@@ -269,7 +292,12 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
             90 => raw.din.incremental = Some(false),
             91 => raw.din.incremental = Some(true),
             50 | 70 | 71 => {}
-            code => special = Some((*code, *at)),
+            code => {
+                if let Some((other, _)) = special.replace((*code, *at)) {
+                    let message = format!("G{other:02} and G{code:02} stand in one block, which does one of them");
+                    return Err(Fault::new(codes::CONFLICT, *at, message).help("write them in blocks of their own"));
+                }
+            }
         }
     }
     let reference = match raw.din.incremental {
@@ -281,6 +309,7 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
         for c in block.words.axes.iter_mut().flatten() {
             c.reference = reference;
         }
+        block.incremental = raw.din.incremental;
         return special_function(code, at, raw, block, reference);
     }
     if let Some((label, repeat)) = raw.label {
@@ -294,15 +323,16 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
     });
     if raw.tool.is_some() || raw.speed.is_some() || axis.is_some() && block.words.programmed == 0 {
         let [length, radius, corner] = raw.delta;
-        return Ok(Statement::ToolCall(ToolCall {
-            tool: raw.tool,
-            axis,
-            speed: raw.speed,
-            feed: block.words.feed,
-            length,
-            radius,
-            corner,
-        }));
+        let call = ToolCall { tool: raw.tool, axis, speed: raw.speed, feed: block.words.feed, length, radius, corner };
+        // G40, G90 and M functions beside T act as in a block of their own.
+        let more = raw.din.path.is_some() || raw.din.incremental.is_some() || block.words.side.is_some();
+        if more || !block.words.functions.is_empty() {
+            return Ok(Statement::Din(Box::new(DinBlock { tool: Some(call), ..raw.din })));
+        }
+        return Ok(Statement::ToolCall(call));
+    }
+    if axis.is_some() {
+        raw.din.tool = Some(ToolCall { axis, ..ToolCall::default() });
     }
     if raw.delta.iter().any(Option::is_some) {
         return Err(missing("T before the delta values"));
@@ -351,7 +381,7 @@ fn special_function(
             Some(Label::Name(name)) => Statement::OldCycleProgram(name),
             _ => return Err(missing("P01 with the name of the program in quotes")),
         },
-        51 | 99 => Statement::ToolDef(raw.tool.ok_or_else(|| missing("T"))?),
+        51 | 99 => Statement::ToolDef(raw.tool.ok_or_else(|| missing("T"))?, String::new()),
         53 => Statement::DatumRow(number(0).ok_or_else(|| missing("P01 with the row"))?),
         54 => Statement::Datum(true),
         62 => {
@@ -362,6 +392,9 @@ fn special_function(
             let mut words = Vec::new();
             if let Some(value) = tolerance {
                 words.push(OldWord { name: "T".to_owned(), value: Some(value), span });
+            }
+            if let Some(value) = number(0) {
+                words.push(OldWord { name: "HSC-MODE".to_owned(), value: Some(value), span });
             }
             if let Some(value) = number(1) {
                 words.push(OldWord { name: "TA".to_owned(), value: Some(value), span });

@@ -10,6 +10,10 @@ impl Interpreter {
     /// Executes a block of path functions.
     pub(crate) fn din(&mut self, din: &DinBlock, block: &mut Block) -> Result<(), Fault> {
         let span = block.span;
+        if let Some(call) = &din.tool {
+            self.settle_contour(span)?;
+            self.tool_call(call, span)?;
+        }
         if let Some(incremental) = din.incremental {
             self.modal.incremental = incremental;
         }
@@ -48,6 +52,12 @@ impl Interpreter {
             w.clockwise = self.modal.din_clockwise;
         }
         if matches!(code, 0 | 10) {
+            // F beside a rapid motion holds for the motions behind it.
+            if let Some(word) = w.feed
+                && let Some(feed) = self.feed_of(word, span)?
+            {
+                self.set_feed(Some(feed));
+            }
             w.feed = Some(FeedWord::Max);
         }
         let has_polar = din.radius.is_some() || din.angle.is_some();

@@ -76,9 +76,12 @@ impl Interpreter {
             }
             Statement::End => self.program_end(),
             Statement::ToolCall(call) => self.tool_call(&call, span),
-            Statement::ToolDef(tool) => {
+            Statement::ToolDef(tool, rest) => {
                 let name = self.tool_name(&tool, span)?;
                 self.emit(Op::Tool(ToolAction::Select(name)));
+                if !rest.trim().is_empty() {
+                    self.note(format!("TOOL DEF {}: the tool library gives the dimensions", rest.trim()));
+                }
                 Ok(())
             }
             Statement::OldCycle { number, part, words } => self.old_cycle(number, part, words, span),
@@ -88,6 +91,7 @@ impl Interpreter {
             }
             Statement::Cycle { number, values } => self.cycle(number, &values, span),
             Statement::CycleCall => {
+                super::takes::functions_alone(words, "CYCL CALL", span)?;
                 self.functions_before(words, span)?;
                 self.run_cycle(span)?;
                 self.functions_after(words, span)?;

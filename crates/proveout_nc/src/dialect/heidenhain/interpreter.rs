@@ -328,6 +328,9 @@ impl Interpreter {
             return Err(fault);
         }
         self.stands_at(&loaded.source.name, at, first, block.span);
+        if let Some(incremental) = block.incremental {
+            self.modal.incremental = incremental;
+        }
         if let Statement::Path(path) = block.statement {
             return self.path(path, &block.words, block.span);
         }

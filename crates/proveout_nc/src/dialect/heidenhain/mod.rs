@@ -16,6 +16,7 @@ mod cycle;
 mod cycle_words;
 mod din;
 mod din_path;
+mod din_words;
 mod drilling;
 mod execute;
 mod expr;
@@ -37,6 +38,7 @@ mod q_functions;
 mod recover;
 mod state;
 mod statements;
+mod takes;
 mod text;
 mod variables;
 mod words;
@@ -77,6 +79,24 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
         match parsed {
             Err(fault) => found.faults.push(text::locate(fault, source, at, text.text)),
             Ok(()) => {
+                let key = match &block.statement {
+                    words::Statement::Cycle { number, .. } if cycle_words::BUILDER.contains(number) => {
+                        Some(format!("CYCL{number}"))
+                    }
+                    _ => None,
+                };
+                if let Some(key) = key.filter(|key| settings.control.words.name(key).is_none()) {
+                    found.word(WordKey::Name(key), block.span, at, text.text, "refused: unknown");
+                }
+                let named =
+                    |axis: usize| settings.variables.contains_key(&format!("M92_{}", crate::AXIS_LETTERS[axis]));
+                let machine = block.words.functions.iter().find(|m| m.code == 92);
+                if let Some(m) = machine
+                    && settings.control.words.m(92).is_none()
+                    && (0..9).any(|axis| block.words.programmed >> axis & 1 == 1 && !named(axis))
+                {
+                    found.word(WordKey::M(92), m.span, at, text.text, "refused: its datum is not stated");
+                }
                 for m in &block.words.functions {
                     if let Some(now) = functions::unlisted_function(m, &settings.control) {
                         found.word(WordKey::M(m.code), m.span, at, text.text, now);

@@ -67,6 +67,9 @@ impl Interpreter {
         self.modal.feed_before = self.technology.feed;
         self.functions_before(w, span)?;
         let rapid = self.feed_word(w, span)?;
+        if w.programmed == 0 {
+            self.tell_idle(path, w);
+        }
         if path != Path::Nothing && !w.has(91) && !w.has(92) {
             self.moves_in_preset(w.programmed);
         }
@@ -104,6 +107,18 @@ impl Interpreter {
             self.modal.element_feed = self.technology.feed;
         }
         Ok(())
+    }
+
+    /// Tells words of a motion in a block that has none.
+    fn tell_idle(&mut self, path: Path, w: &Words) {
+        if path == Path::Nothing && w.feed == Some(FeedWord::Max) {
+            self.note("FMAX has no effect: the block moves no axis");
+        }
+        for code in [91, 92] {
+            if w.has(code) && matches!(path, Path::Nothing | Path::Line) {
+                self.note(format!("M{code} has no effect: the block moves no axis"));
+            }
+        }
     }
 
     /// R0, RL, RR.

@@ -3,7 +3,8 @@
 use super::expr;
 use super::lexer::{Lexer, refused, unknown};
 use super::statements;
-use super::words::{Block, Coordinate, FreeKind, Kind, Lead, Path, Reference, Side, Statement, Words};
+use super::takes::{self, Word};
+use super::words::{Block, Coordinate, FeedWord, FreeKind, Kind, Lead, Path, Reference, Side, Statement, Words};
 use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::{Fault, Span, twice};
@@ -254,6 +255,7 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
     {
         x.s.bump();
         let value = x.need(start)?;
+        takes::check(path, Word::Axis(index), x.s.slice(start), x.span_from(start))?;
         return put_axis(words, index, Coordinate { value, reference: Reference::Absolute }, x.span_from(start));
     }
     match (first, second) {
@@ -261,6 +263,7 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
             x.set_pos(start + 2);
             let value = x.need(start)?;
             let index = axis(letter).unwrap_or(0);
+            takes::check(path, Word::Axis(index), x.s.slice(start), x.span_from(start))?;
             put_axis(words, index, Coordinate { value, reference: Reference::Incremental }, x.span_from(start))
         }
         (b'P', b'R' | b'A') | (b'I', b'P') => {
@@ -274,13 +277,18 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
             let value = x.need(start)?;
             let reference = if incremental { Reference::Incremental } else { Reference::Absolute };
             let coordinate = Coordinate { value, reference };
-            let (slot, name) =
-                if which == b'R' { (&mut words.polar_radius, "PR") } else { (&mut words.polar_angle, "PA") };
+            let (slot, name, kind) = if which == b'R' {
+                (&mut words.polar_radius, "PR", Word::PolarRadius)
+            } else {
+                (&mut words.polar_angle, "PA", Word::PolarAngle)
+            };
+            takes::check(path, kind, x.s.slice(start), x.span_from(start))?;
             set(slot, coordinate, name, x.span_from(start))
         }
         (b'D', b'R') if matches!(x.peek_at(2), b'+' | b'-') => {
             let clockwise = x.peek_at(2) == b'-';
             x.set_pos(start + 3);
+            takes::check(path, Word::Turn, x.s.slice(start), x.span_from(start))?;
             set(&mut words.clockwise, clockwise, "DR", x.span_from(start))
         }
         (b'R', _) => radius_word(x, words, path, start),
@@ -290,11 +298,14 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
                 return Ok(());
             }
             let feed = x.feed(start)?;
+            let kind = if feed == FeedWord::Max { Word::Rapid } else { Word::Feed };
+            takes::check(path, kind, x.s.slice(start), x.span_from(start))?;
             set(&mut words.feed, feed, "F", x.span_from(start))
         }
         (b'M', _) => {
             x.s.bump();
             let function = super::functions::word(x, start)?;
+            takes::check(path, Word::Function, x.s.slice(start), x.span_from(start))?;
             words.functions.push(function);
             Ok(())
         }
@@ -362,6 +373,7 @@ fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: Path, start: usize) -
     if matches!(next, b'L' | b'R') {
         x.s.bump();
         let side = if next == b'L' { Side::Left } else { Side::Right };
+        takes::check(path, Word::Side, x.s.slice(start), x.span_from(start))?;
         return set(&mut words.side, side, "radius compensation", x.span_from(start));
     }
     let takes_radius = matches!(
@@ -374,6 +386,7 @@ fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: Path, start: usize) -
     );
     if next == b'0' && !matches!(x.peek_at(1), b'0'..=b'9' | b'.') {
         x.s.bump();
+        takes::check(path, Word::Side, x.s.slice(start), x.span_from(start))?;
         return set(&mut words.side, Side::Off, "radius compensation", x.span_from(start));
     }
     if !takes_radius {

@@ -129,6 +129,7 @@ impl Interpreter {
                 Fault::new(codes::STRUCTURE, span, "CYCL CALL PAT has no pattern").help("write PATTERN DEF before it")
             );
         }
+        super::takes::feed_and_functions(w, "CYCL CALL PAT", span)?;
         self.functions_before(w, span)?;
         // Without F the tool moves between the points with the feed in force; FMAX is rapid.
         let rapid = self.feed_word(w, span)? || self.technology.feed.is_none();

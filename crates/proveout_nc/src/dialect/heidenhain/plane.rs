@@ -176,9 +176,11 @@ impl Interpreter {
                 Some(value) if !max => Some(self.variables.value(value, span)? * self.modal.unit()),
                 _ => None,
             };
-            if positioning != Positioning::Stay {
-                self.retract(distance, None, span)?;
+            if positioning == Positioning::Stay {
+                return Err(Fault::new(codes::CONFLICT, span, "`MB` stands with STAY, which moves no axis")
+                    .help("write MOVE or TURN, or take MB out"));
             }
+            self.retract(distance, None, span)?;
         }
         let ahead = match plane.distance {
             Some(distance) => self.variables.value(distance, span)? * self.modal.unit(),
@@ -194,6 +196,9 @@ impl Interpreter {
             Some(TiltChoice::Negative | TiltChoice::Lower) => self.chosen_solution(false, false),
             None => self.usual_solution(),
         };
+        if positioning == Positioning::Stay && plane.feed.is_some() {
+            self.note("F or FMAX of PLANE has no effect: STAY moves no axis");
+        }
         let way = Way { positioning, ahead, feed: plane.feed, solution };
         if plane.kind == PlaneKind::Reset {
             return self.plane_reset(way, "PLANE RESET", span);

@@ -2,7 +2,7 @@
 
 use super::lexer::{Lexer, refused, unknown};
 use super::words::{Coordinate, Plane, PlaneKind, Positioning, Reference, Statement, Tcpm, TiltChoice};
-use crate::diagnostic::Fault;
+use crate::diagnostic::{Fault, twice};
 
 pub(crate) fn plane(x: &mut Lexer<'_>, start: usize) -> Result<Plane, Fault> {
     x.blanks();
@@ -41,7 +41,9 @@ fn plane_word(x: &mut Lexer<'_>, plane: &mut Plane) -> Result<(), Fault> {
     let start = x.pos();
     for (word, positioning) in [("MOVE", Positioning::Move), ("TURN", Positioning::Turn), ("STAY", Positioning::Stay)] {
         if x.word(word) {
-            plane.positioning = Some(positioning);
+            if plane.positioning.replace(positioning).is_some() {
+                return Err(twice(word, x.span_from(start)));
+            }
             return Ok(());
         }
     }
@@ -63,16 +65,23 @@ fn plane_word(x: &mut Lexer<'_>, plane: &mut Plane) -> Result<(), Fault> {
         }
     }
     if x.prefix("DIST") || x.prefix("ABST") {
-        plane.distance = Some(x.need(start)?);
+        if plane.distance.replace(x.need(start)?).is_some() {
+            return Err(twice("DIST", x.span_from(start)));
+        }
         return Ok(());
     }
     if x.prefix("MB") {
-        plane.retract = Some(if x.word("MAX") { (None, true) } else { (Some(x.need(start)?), false) });
+        let way = if x.word("MAX") { (None, true) } else { (Some(x.need(start)?), false) };
+        if plane.retract.replace(way).is_some() {
+            return Err(twice("MB", x.span_from(start)));
+        }
         return Ok(());
     }
     if x.peek() == b'F' {
         x.s.bump();
-        plane.feed = Some(x.feed(start)?);
+        if plane.feed.replace(x.feed(start)?).is_some() {
+            return Err(twice("F", x.span_from(start)));
+        }
         return Ok(());
     }
     const NAMES: [&str; 30] = [
@@ -84,6 +93,7 @@ fn plane_word(x: &mut Lexer<'_>, plane: &mut Plane) -> Result<(), Fault> {
         x.set_pos(start + name.len());
         let value = x.need(start)?;
         let name = if *name == "EULNUT" { "EULNU" } else { name };
+        super::takes::plane_angle(plane, name, x.span_from(start))?;
         plane.angles.push((name.to_owned(), value));
         return Ok(());
     }

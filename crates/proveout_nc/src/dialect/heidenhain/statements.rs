@@ -2,11 +2,11 @@
 
 use super::expr;
 use super::lexer::{Lexer, refused, unknown};
-use super::words::{Block, Kind, Label, Statement, ToolCall, ToolRef, Value};
+use super::words::{Block, FeedWord, Kind, Label, Statement, ToolCall, ToolRef, Value};
 use super::{cycle_words, plane_words, q_functions};
 use crate::AxisValues;
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, twice};
 
 /// Reads the statement that begins with these letters; false when they begin none.
 pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut Block) -> Result<bool, Fault> {
@@ -49,6 +49,7 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
             let trans = plane_words::trans(x, start)?;
             if trans == Statement::Datum(true) {
                 super::parser::path_words(x, block, super::words::Path::Line)?;
+                super::takes::axes_alone(&block.words, "TRANS DATUM", x.span_from(start))?;
             } else if trans == Statement::TransMirror(true) {
                 while !x.ended() {
                     let Some(axis) = AxisValues::index(char::from(x.peek())) else { return Err(x.unexpected()) };
@@ -119,8 +120,7 @@ fn tool(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Result<(), Fault>
                     .help("write TOOL DEF 5"));
             };
             // `TOOL DEF 5 L+10 R+3` fills the tool table, which the scene gives.
-            x.rest();
-            block.statement = Statement::ToolDef(tool);
+            block.statement = Statement::ToolDef(tool, x.rest().to_owned());
             Ok(())
         }
         "CALL" => {
@@ -152,14 +152,13 @@ fn tool_word(x: &mut Lexer<'_>, call: &mut ToolCall) -> Result<(), Fault> {
                 1 => &mut call.radius,
                 _ => &mut call.corner,
             };
-            *slot = Some(value);
-            return Ok(());
+            return once(slot, value, name, x.span_from(at));
         }
     }
     match x.peek() {
         letter @ (b'X' | b'Y' | b'Z') if !x.peek_at(1).is_ascii_alphabetic() || x.peek_at(1) == b'S' => {
             x.s.bump();
-            call.axis = Some(char::from(letter));
+            once(&mut call.axis, char::from(letter), "the tool axis", x.span_from(at))?;
         }
         b'S' if x.at("S(") || x.at("S (") => {
             return Err(refused("S( VC = )", Span::new(at, at + 1), "write the spindle speed S in 1/min"));
@@ -167,16 +166,30 @@ fn tool_word(x: &mut Lexer<'_>, call: &mut ToolCall) -> Result<(), Fault> {
         b'S' => {
             x.s.bump();
             x.blanks();
-            call.speed = Some(x.need(at)?);
+            let speed = x.need(at)?;
+            once(&mut call.speed, speed, "S", x.span_from(at))?;
         }
         b'F' => {
             x.s.bump();
-            call.feed = Some(x.feed(at)?);
+            let feed = x.feed(at)?;
+            if feed == FeedWord::Max {
+                return Err(Fault::new(codes::CONFLICT, x.span_from(at), "TOOL CALL does not take `FMAX`")
+                    .help("write a feed, or FMAX in the straight blocks that need it"));
+            }
+            once(&mut call.feed, feed, "F", x.span_from(at))?;
         }
         b'U' | b'V' | b'W' if !x.peek_at(1).is_ascii_alphabetic() => {
             return Err(refused("U V W as tool axis", Span::new(at, at + 1), "use X, Y or Z"));
         }
         _ => return Err(x.unexpected()),
+    }
+    Ok(())
+}
+
+/// Takes a word that stands once in its block.
+fn once<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), Fault> {
+    if slot.replace(value).is_some() {
+        return Err(twice(word, span));
     }
     Ok(())
 }
@@ -217,7 +230,9 @@ fn call(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Result<(), Fault>
             None => Statement::CallProgram(file_name(x, start)?),
         },
         "SELECTED" => {
-            x.rest();
+            x.word("PGM");
+            x.word("PROGRAM");
+            x.finish()?;
             Statement::CallSelected
         }
         _ => return Err(unknown("CALL", x.span_from(start))),

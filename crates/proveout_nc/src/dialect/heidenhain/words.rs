@@ -347,7 +347,8 @@ pub(crate) enum Statement {
     End,
     Path(Path),
     ToolCall(ToolCall),
-    ToolDef(ToolRef),
+    /// What stands behind the tool is told in a note.
+    ToolDef(ToolRef, String),
     /// `CYCL DEF 7.1 X+10`.
     OldCycle {
         number: u32,
@@ -404,12 +405,20 @@ pub(crate) struct Block {
     pub(crate) skip: bool,
     pub(crate) words: Words,
     pub(crate) statement: Statement,
+    /// G90 (false) or G91 beside a G word that is no path: it holds from here.
+    pub(crate) incremental: Option<bool>,
     pub(crate) span: Span,
 }
 
 impl Default for Block {
     fn default() -> Self {
-        Self { skip: false, words: Words::default(), statement: Statement::Empty, span: Span::default() }
+        Self {
+            skip: false,
+            words: Words::default(),
+            statement: Statement::Empty,
+            incremental: None,
+            span: Span::default(),
+        }
     }
 }
 
@@ -418,6 +427,7 @@ impl Block {
         self.skip = false;
         self.words.clear();
         self.statement = Statement::Empty;
+        self.incremental = None;
         self.span = Span::default();
     }
 }

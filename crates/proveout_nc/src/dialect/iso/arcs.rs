@@ -7,7 +7,7 @@ use super::interpreter::Interpreter;
 use super::pending::Pending;
 use crate::AxisValues;
 use crate::arc::{self, ArcFault, PlaneArc};
-use crate::channel::arc_fault;
+use crate::channel::{arc_fault, differ_by_little};
 use crate::codes;
 use crate::control::{ArcTolerance, Centers};
 use crate::diagnostic::{Fault, Span};
@@ -96,6 +96,8 @@ impl Interpreter {
         let result = result.map_err(|fault| match fault {
             ArcFault::Radii(..) if !absolute => {
                 let fitting = other_reading(flat(start), to, [words[u], words[v]], tolerance.absolute_mm);
+                // Radii that differ by little are rounding, and no other reading of I and J.
+                let fitting = fitting.filter(|_| !differ_by_little(&fault));
                 (fault, fitting.map(|reading| reading.text([CENTER[u], CENTER[v]], self.own.flavor)))
             }
             _ => (fault, None),
@@ -196,12 +198,14 @@ impl Reading {
             Self::Absolute if flavor.is_linuxcnc() => {
                 format!("{a} and {b} fit exactly as absolute centers: write G90.1, or increments from the start")
             }
-            Self::Absolute => {
-                format!("{a} and {b} fit exactly as absolute centers: post the program with increments from the start")
-            }
-            Self::Unsigned(_) => {
-                format!("{a} and {b} fit with other signs: post the program with signed increments from the start")
-            }
+            Self::Absolute => format!(
+                "{a} and {b} fit exactly as absolute centers: read them so with a file for --control, inherits = \"fanuc-0i\" and \
+                 arcs.centers = \"absolute\", or post the program with increments from the start"
+            ),
+            Self::Unsigned(_) => format!(
+                "{a} and {b} fit with other signs: read them so with a file for --control, inherits = \"fanuc-0i\" and arcs.centers = \
+                 \"unsigned\", or post the program with signed increments from the start"
+            ),
         }
     }
 }

@@ -41,6 +41,14 @@ impl Interpreter {
         if block.words.is_empty() {
             return Ok(());
         }
+        if let Some(&m) = p.m().last().filter(|m| **m < NOTED_G) {
+            self.own.last_m = m;
+        }
+        for letter in p.vacant() {
+            if self.own.noted_vacant.len() < MAX_VACANT && self.own.noted_vacant.insert((self.location.line, letter)) {
+                self.note(format!("{} is left out: its variable has no value", char::from(letter)));
+            }
+        }
         self.recovery.faults.stage = Stage::Acting;
         self.act(&mut p, block)?;
         self.recovery.faults.stage = Stage::Acted;
@@ -65,7 +73,10 @@ impl Interpreter {
                 // A parameter of a Fagor that nothing has set is zero.
                 None if self.settings.control.depth_in_i => (0.0, true),
                 // A word with a vacant parameter is left out.
-                None => return Ok(()),
+                None => {
+                    p.leave_out(word.letter);
+                    return Ok(());
+                }
             },
         };
         match word.letter {
@@ -388,13 +399,32 @@ impl Interpreter {
         // Other axis words belong to the motion, which a `LinuxCNC` makes behind the dwell.
         let moves = self.own.flavor.is_linuxcnc() || self.own.assumed && in_p.is_some();
         let mut in_x = if moves { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        let mut stated = 0;
         for letter in *b"XUFK" {
             let Some(unit) = self.settings.control.dwell_unit(letter) else { continue };
             let point = p.has_point(letter);
             if let Some(value) = p.peek(letter) {
+                stated += 1;
+                let another = in_x.is_some() && !(letter == b'X' && stated == 1) && !(letter == b'U' && !p.has(b'X'));
+                if another || stated > 1 {
+                    return Err(Fault::new(codes::CONFLICT, span, "G4 has more than one time")
+                        .help("write one of them, such as G4 F2"));
+                }
                 p.use_up(&[letter]);
                 in_x = Some(unit.seconds(value, point));
             }
+        }
+        if let (Some(value), true) = (in_p, point)
+            && self.own.flavor == Flavor::Fanuc
+            && !self.own.assumed
+            && self.settings.control.dwell_unit(b'P').is_none()
+            && value.fract() == 0.0
+        {
+            let text = format!(
+                "P of G4 is {value} ms though it has a decimal point, which a Fanuc does not take there: write P{value} or X{}",
+                value / 1000.0
+            );
+            self.assume(text);
         }
         let seconds = match (in_p, in_x) {
             (Some(p), None) => self.seconds(p, point, span)?,
@@ -456,6 +486,9 @@ impl Interpreter {
         }
     }
 }
+
+/// Words without a value of which notes tell.
+const MAX_VACANT: usize = 1000;
 
 /// G71 on a control whose cycles come back to its level.
 const RETURN_LEVEL: u32 = 710;

@@ -25,6 +25,8 @@ use crate::control::ReturnLevel;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Motion, SpindleDirection};
 
+/// A cycle of less depth below its R plane cuts nothing, mm.
+const NO_DEPTH_MM: f64 = 1e-9;
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
 /// Way out between the infeeds of tapping, mm: chosen, controls have it as a parameter.
@@ -231,6 +233,7 @@ impl Interpreter {
                 None => None,
             };
         }
+        self.tell_idle_words(p, code);
         let mut times = None;
         for letter in [b'L', b'K'] {
             if (letter == b'L' || self.is_fanuc()) && p.any_free(&[letter]) {
@@ -254,6 +257,24 @@ impl Interpreter {
             Some(times) => {
                 Err(Fault::new(codes::BAD_VALUE, span, format!("a cycle runs 0 to {MAX_REPEATS} times, not {times}"))
                     .help("write a whole number"))
+            }
+        }
+    }
+
+    /// Tells words of a hole that this cycle has no use for; the control keeps P and Q for a later one.
+    fn tell_idle_words(&mut self, p: &Pending, code: u32) {
+        if self.settings.control.depth_in_i || self.settings.control.stated_returns {
+            return;
+        }
+        let idle: &[u8] = match (code, self.own.flavor) {
+            (810 | 850, Flavor::Fanuc | Flavor::Haas) => b"PQ",
+            (820 | 860 | 890, Flavor::Fanuc | Flavor::Haas) => b"Q",
+            (730 | 830, Flavor::Fanuc) => b"IJ",
+            _ => b"",
+        };
+        for &letter in idle {
+            if p.has(letter) {
+                self.note(format!("{} has no effect in {}", char::from(letter), g_name(code)));
             }
         }
     }
@@ -434,6 +455,13 @@ impl Interpreter {
     }
 
     pub(super) fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
+        if (levels.depth - levels.r).abs() < NO_DEPTH_MM {
+            self.note(format!(
+                "{} cuts nothing here: its depth {} is its R plane; Z in the line of a hole is a new depth",
+                g_name(code),
+                levels.depth
+            ));
+        }
         if matches!(code, 770 | 870) {
             return self.back_bore(levels, span);
         }

@@ -85,6 +85,10 @@ pub(crate) struct Iso {
     pub(crate) modal_macro: Option<MacroCall>,
     /// A modal macro waits for the end of the block with its motion.
     pub(crate) moved_in_block: bool,
+    /// The M word that came last.
+    pub(crate) last_m: u32,
+    /// Words without a value that a note has named: line and letter.
+    pub(crate) noted_vacant: std::collections::BTreeSet<(u32, u8)>,
     /// Line number of the block.
     pub(crate) sequence: u32,
     /// The state at the start has been handed out.
@@ -126,6 +130,8 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         plane_parts: None,
         modal_macro: None,
         moved_in_block: false,
+        last_m: 0,
+        noted_vacant: std::collections::BTreeSet::new(),
         sequence: 0,
         started: false,
         noted_integers: false,

@@ -25,6 +25,13 @@ pub(super) struct Kept {
 }
 
 impl Interpreter {
+    /// Takes the number of an offset beside the word that ends it; one other than zero is told.
+    fn tell_idle_number(&mut self, p: &mut Pending, letter: u8, word: &str) {
+        if p.take(letter).is_some_and(|number| number != 0.0) {
+            self.note(format!("{} has no effect beside {word}", char::from(letter)));
+        }
+    }
+
     /// G43 G43.1 G43.2 G43.4 G43.5 G44 G49 G234, and H alone.
     pub(crate) fn length_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let before = (self.modal.length, self.modal.frames.length);
@@ -90,7 +97,7 @@ impl Interpreter {
         };
         match code {
             490 => {
-                p.use_up(b"H");
+                self.tell_idle_number(p, b'H', "G49");
                 self.set_length(Length::Off, [0.0; 3]);
                 self.set_tcp(false, false);
             }
@@ -306,7 +313,7 @@ impl Interpreter {
             _ => CompSide::Right,
         };
         if code == 400 {
-            p.use_up(b"D");
+            self.tell_idle_number(p, b'D', "G40");
             self.tell_compensation(None, None);
             return Ok(());
         }

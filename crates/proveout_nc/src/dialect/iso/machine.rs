@@ -67,7 +67,7 @@ impl Interpreter {
             }
             520 | 920..=923 => self.shift_word(code, p, span)?,
             530 => self.machine_block(p, span)?,
-            531 | 536 => self.turn_to_plane(code, p, span)?,
+            531 | 536 | 2530 => self.turn_to_plane(code, p, span)?,
             _ => {}
         }
         Ok(())

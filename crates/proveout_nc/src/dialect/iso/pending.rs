@@ -20,6 +20,8 @@ pub(crate) struct Pending {
     polar: [Option<f64>; 2],
     polar_taken: bool,
     second_tool: Option<f64>,
+    /// Letters whose variable has no value.
+    vacant: u32,
     /// `,C` and `,R`
     corner: [Option<f64>; 2],
     corner_taken: bool,
@@ -55,6 +57,7 @@ impl Pending {
             polar: [None; 2],
             polar_taken: false,
             second_tool: None,
+            vacant: 0,
             corner: [None; 2],
             corner_taken: false,
         }
@@ -69,6 +72,19 @@ impl Pending {
             self.points |= bit(letter);
         }
         fresh
+    }
+
+    /// A word whose variable has no value is none.
+    pub(crate) fn leave_out(&mut self, letter: u8) {
+        if letter.is_ascii_uppercase() {
+            self.vacant |= bit(letter);
+        }
+    }
+
+    /// Letters of the words that are left out.
+    pub(crate) fn vacant(&self) -> impl Iterator<Item = u8> + use<> {
+        let vacant = self.vacant;
+        (b'A'..=b'Z').filter(move |&letter| vacant & bit(letter) != 0)
     }
 
     /// `@` or `^` (the angle); false where it stands already.

@@ -68,19 +68,9 @@ impl Interpreter {
 
     fn roll_pitch_yaw(&mut self, p: &mut Pending, span: Span) -> Result<Frame, Fault> {
         let order = p.take(b'Q').unwrap_or(123.0);
-        let axes = match order {
-            123.0 => [0, 1, 2],
-            132.0 => [0, 2, 1],
-            213.0 => [1, 0, 2],
-            231.0 => [1, 2, 0],
-            312.0 => [2, 0, 1],
-            321.0 => [2, 1, 0],
-            _ => {
-                let message = format!("G68.2 P1 Q{order}: Q names the axes 1, 2 and 3 in the order of their turns");
-                return Err(
-                    Fault::new(codes::BAD_VALUE, span, message).help("write Q123, Q132, Q213, Q231, Q312 or Q321")
-                );
-            }
+        let Some(axes) = order_of(order) else {
+            let message = format!("G68.2 P1 Q{order}: Q names the axes 1, 2 and 3 in the order of their turns");
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write Q123, Q132, Q213, Q231, Q312 or Q321"));
         };
         let origin = self.plane_origin(p);
         let given = angles(p);
@@ -92,6 +82,25 @@ impl Interpreter {
         // Turns about fixed axes: the later one stands to the left.
         let turned =
             axes.into_iter().fold(Frame::IDENTITY, |before, axis| Frame::rotation(axis, given[axis]).then(&before));
+        Ok(Frame::translation(origin).then(&turned))
+    }
+
+    /// The plane of G268: turns about the axes that the turns before have left, in the order of Q (321 without it).
+    pub(super) fn feature_of_block(&mut self, p: &mut Pending, span: Span) -> Result<Frame, Fault> {
+        let order = p.take(b'Q').unwrap_or(321.0);
+        let Some(axes) = order_of(order) else {
+            let message = format!("G268 Q{order}: Q names the axes 1, 2 and 3 in the order of their turns");
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write Q123, Q132, Q213, Q231, Q312 or Q321"));
+        };
+        let origin = self.plane_origin(p);
+        let given = angles(p);
+        if given.iter().any(|angle| *angle != 0.0) {
+            self.assume(
+                "the angles I, J, K of G268 turn about X, Y and Z as the turns before have left them, in the order of Q (321 without it)",
+            );
+        }
+        let turned =
+            axes.into_iter().fold(Frame::IDENTITY, |before, axis| before.then(&Frame::rotation(axis, given[axis])));
         Ok(Frame::translation(origin).then(&turned))
     }
 
@@ -189,4 +198,17 @@ fn unknown_form(form: f64, span: Span) -> Fault {
 fn upright(origin: [f64; 3], x: [f64; 3], z: [f64; 3]) -> Frame {
     let y = frame::cross(z, x);
     Frame { linear: std::array::from_fn(|row| [x[row], y[row], z[row]]), ..Frame::translation(origin) }
+}
+
+/// Axes in the order of the digits of Q: 1 is X.
+fn order_of(order: f64) -> Option<[usize; 3]> {
+    Some(match order {
+        123.0 => [0, 1, 2],
+        132.0 => [0, 2, 1],
+        213.0 => [1, 0, 2],
+        231.0 => [1, 2, 0],
+        312.0 => [2, 0, 1],
+        321.0 => [2, 1, 0],
+        _ => return None,
+    })
 }

@@ -208,7 +208,7 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
         b'<' => Label::Fixed(name_in_brackets(s, start)?),
         b'[' | b'#' if flavor.is_linuxcnc() => Label::Computed(expr::operand(s, flavor)?),
         // A Haas takes names of letters too, and an Okuma.
-        byte if !flavor.is_linuxcnc() && byte.is_ascii_alphabetic() && o_word_name(s).is_none() => {
+        byte if !flavor.is_linuxcnc() && byte.is_ascii_alphabetic() => {
             let from = s.pos();
             while s.peek().is_ascii_alphanumeric() || b"_-.".contains(&s.peek()) {
                 s.bump();

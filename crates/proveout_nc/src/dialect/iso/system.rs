@@ -4,10 +4,11 @@ use super::eval::unknown_system;
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::length::Kept;
-use super::modal::FeedMode;
+use super::modal::{FeedMode, Length};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{AXIS_LETTERS, CompSide, SpindleDirection, ToolName, WorkOffset};
+use crate::frame::Frame;
+use crate::{AXIS_LETTERS, CompSide, PathMode, SpindleDirection, ToolName, WorkOffset};
 
 /// Work offsets by the first of their parameters; each takes twenty numbers.
 fn offset_word(flavor: Flavor, number: u32) -> Option<(String, usize)> {
@@ -55,6 +56,12 @@ impl Interpreter {
         values.get(axis).filter(|_| readable).map(|v| self.shown(axis, v)).ok_or_else(unknown)
     }
 
+    /// Number of the word of the work offset: 55 of G55, 54.1 of G54.1 P1.
+    fn offset_in_force(&self) -> f64 {
+        let word = self.modal.offset.split('P').next().unwrap_or_default();
+        word.trim().trim_start_matches('G').parse().unwrap_or(54.0)
+    }
+
     /// Value of a system parameter; none where the number is none.
     pub(crate) fn system_number(&self, number: u32, span: Span) -> Result<Option<f64>, Fault> {
         let name = format!("#{number}");
@@ -82,7 +89,37 @@ impl Interpreter {
             _ => 0.0,
         };
         let shift = &modal.frames.external;
+        // #4201 and on tell the block that runs; the reader holds no other.
+        let number = if matches!(number, 4201..=4330) { number - 200 } else { number };
+        let flag = |on: bool, code: f64, other: f64| if on { code } else { other };
         let value = match number {
+            4004 => 23.0,
+            4008 => match modal.length {
+                Length::Off => 49.0,
+                Length::Edge(_) | Length::Programmed(_) => 43.0,
+            },
+            4009 => modal.cycle.map_or(80.0, |code| f64::from(code) / 10.0),
+            4011 => flag(modal.frames.scale != Frame::IDENTITY, 51.0, 50.0),
+            4012..=4017 if self.settings.control.mitsubishi_variables => match number {
+                4012 => self.offset_in_force(),
+                4013 => flag(modal.path_mode == Some(PathMode::ExactStop), 61.0, 64.0),
+                4014 => flag(self.own.modal_macro.is_some(), 66.0, 67.0),
+                4017 => flag(modal.surface.is_some(), 96.0, 97.0),
+                _ => return Err(unknown_system(&name, span)),
+            },
+            4012 => flag(self.own.modal_macro.is_some(), 66.0, 67.0),
+            4013 => flag(modal.surface.is_some(), 96.0, 97.0),
+            4014 => self.offset_in_force(),
+            4015 => flag(modal.path_mode == Some(PathMode::ExactStop), 61.0, 64.0),
+            4016 => {
+                let turned = modal.frames.rotation != Frame::IDENTITY || modal.frames.plane != Frame::IDENTITY;
+                flag(turned, 68.0, 69.0)
+            }
+            4113 => f64::from(self.own.last_m),
+            4130 => match modal.offset.split_once('P') {
+                Some((_, page)) => page.trim().parse().unwrap_or(0.0),
+                None => 0.0,
+            },
             5001..=5003 | 5041..=5043 => self.position_value((number as usize - 1) % 20 % 10, false, &name, span)?,
             5021..=5023 => self.position_value(number as usize - 5021, true, &name, span)?,
             5201..=5203 => self.shown(0, shift[number as usize - 5201]),

@@ -44,6 +44,8 @@ impl Interpreter {
         match p.g(Group::Rotation) {
             Some(680) => self.plane_rotation(p, span)?,
             Some(682) => self.tilted_plane(p, span)?,
+            Some(2680) => self.feature_plane(p, span)?,
+            Some(2690) => self.end_of_planes("G269"),
             Some(_) => self.end_of_planes("G69"),
             None => {}
         }
@@ -109,6 +111,25 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "G68.2 under G43.4 or G254").help("write G49 before it"));
         }
         let Some(plane) = self.plane_of_block(p, span)? else { return Ok(()) };
+        self.plane_in_force(plane, "G68.2");
+        Ok(())
+    }
+
+    /// G268 X Y Z I J K Q of a Haas (*Mill operator's manual*, "Feature coordinate system"): the angles I, J, K about X, Y, Z in the order
+    /// of the digits of Q.
+    fn feature_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        self.settings.check_kinematics(KinematicsKind::TiltedPlane, "G268", span)?;
+        if self.modal.plane == Plane::Dynamic || self.modal.tcp {
+            return Err(
+                Fault::new(codes::CONFLICT, span, "G268 under G234 or G254").help("write G49 or G255 before it")
+            );
+        }
+        let plane = self.feature_of_block(p, span)?;
+        self.plane_in_force(plane, "G268");
+        Ok(())
+    }
+
+    fn plane_in_force(&mut self, plane: Frame, word: &str) {
         self.begin();
         if self.modal.plane == Plane::Engaged {
             self.modal.plane = Plane::Off;
@@ -122,8 +143,7 @@ impl Interpreter {
         self.position.forget(LINEAR);
         let total = self.modal.frames.total(self.own.flavor);
         self.position.set_frame(total);
-        self.tell_frame("G68.2");
-        Ok(())
+        self.tell_frame(word);
     }
 
     /// G53.1: turns the tool upright on the plane with the linear axes at rest. G53.6 H: they follow, so that the tip stays on the

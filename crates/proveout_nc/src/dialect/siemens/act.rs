@@ -7,9 +7,8 @@
 use std::sync::Arc;
 
 use super::interpreter::Interpreter;
-use super::modal::Interpolation;
 use super::parser::{Block, Call, WordKind};
-use super::pending::{FrameWord, Pending};
+use super::pending::Pending;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
@@ -17,28 +16,6 @@ use crate::machine_data::KinematicsKind;
 use super::block::LINEAR;
 
 impl Interpreter {
-    /// Words of an arc or a rotation that nothing in the block takes.
-    fn without_use(&self, p: &Pending, span: Span) -> Result<(), Fault> {
-        let circle = matches!(self.modal.interpolation, Interpolation::Clockwise | Interpolation::CounterClockwise);
-        let through = self.modal.interpolation == Interpolation::Intermediate;
-        let moves = p.has_axis() || p.has_center() || p.has_orientation() || p.opening.is_some() || p.angle.is_some();
-        let moves = (moves || p.polar_angle.is_some() || p.polar_radius.is_some()) && p.frame.is_none() && !p.machine;
-        let turned = matches!(p.frame, Some((FrameWord::Rot | FrameWord::ARot, _)));
-        let lost = if p.turns.is_some() && !(moves && (circle || through)) {
-            "TURN=, which belongs to G2, G3 and CIP"
-        } else if p.intermediate.iter().any(Option::is_some) && !(moves && through) {
-            "I1=, J1= or K1=, which belongs to CIP"
-        } else if p.radius.is_some() && !moves {
-            "CR=, which belongs to G2 and G3"
-        } else if p.plane_angle.is_some() && !turned {
-            "RPL=, which belongs to ROT and AROT"
-        } else {
-            return Ok(());
-        };
-        let message = format!("nothing in this block takes {lost}");
-        Err(Fault::new(codes::CONFLICT, span, message).help("take it out, or write the word that it belongs to"))
-    }
-
     pub(super) fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
         let span = block.span;
         if self.own.first_line.is_some() {
@@ -51,7 +28,8 @@ impl Interpreter {
             let message = "an axis named by the machine, such as X1=, or FP= stands without G74 or G75";
             return Err(Fault::new(codes::UNKNOWN_WORD, span, message).help("write the axis as X, Y, Z, A, B or C"));
         }
-        if p.turns.is_some() || p.radius.is_some() || p.plane_angle.is_some() || p.intermediate != [None; 3] {
+        // Plain blocks, which are nearly all of a program, have none of them.
+        if p.may_be_left() {
             self.without_use(p, span)?;
         }
         if let Some(code) = p.limits {
@@ -177,7 +155,7 @@ impl Interpreter {
                 _ => return Ok(()),
             };
             if passes > 0 {
-                self.run_call(&call, passes, word.span)?;
+                self.run_call(&call, p.passes, word.span)?;
             }
         } else if p.has_axis()
             && p.frame.is_none()
@@ -187,13 +165,20 @@ impl Interpreter {
             && modal.level == self.depth()
         {
             let file = Arc::clone(&self.location.file);
-            self.run_call(&modal.call, 1, block.span).map_err(|fault| modal.told(fault, &file))?;
+            self.run_call(&modal.call, None, block.span).map_err(|fault| modal.told(fault, &file))?;
         }
         Ok(())
     }
 
-    pub(super) fn run_call(&mut self, call: &Call, passes: u32, span: Span) -> Result<(), Fault> {
-        if self.run_cycle(call, span)? || self.call_subprogram(call, passes, span)? {
+    pub(super) fn run_call(&mut self, call: &Call, passes: Option<u32>, span: Span) -> Result<(), Fault> {
+        if self.run_cycle(call, span)? {
+            return match passes {
+                None => Ok(()),
+                Some(_) => Err(Fault::new(codes::CONFLICT, span, format!("`{}` does not take `P`", call.name))
+                    .help("take P out, or write the cycle once for each pass")),
+            };
+        }
+        if self.call_subprogram(call, passes.unwrap_or(1), span)? {
             return Ok(());
         }
         if self.settings.missing_subprogram.is_some() {

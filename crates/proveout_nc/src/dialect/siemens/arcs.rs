@@ -51,6 +51,7 @@ impl Interpreter {
             }
             arc::from_radius(flat(start), flat(end_point), radius * self.modal.units.length(), clockwise, tolerance)
         } else if let Some(opening) = p.opening {
+            self.in_plane(p, w, span)?;
             let angle = opening.to_radians();
             if !(angle > 0.0 && angle < TAU) {
                 let message = format!("AR= must lie between 0 and 360 degrees and is {opening}");
@@ -67,13 +68,7 @@ impl Interpreter {
                 arc::from_angle(flat(start), flat(end_point), angle, clockwise)
             }
         } else if p.has_center() {
-            if p.center[w].is_some() {
-                let letter = ['I', 'J', 'K'][w];
-                let message = format!("`{letter}` does not lie in the working plane G{}", 19 - w);
-                return Err(
-                    Fault::new(codes::ARC_GEOMETRY, span, message).help("choose the plane with G17, G18 or G19")
-                );
-            }
+            self.in_plane(p, w, span)?;
             let center = flat(self.arc_center(p, start, span)?);
             arc::from_center(flat(start), flat(end_point), center, clockwise, tolerance)
         } else {
@@ -89,6 +84,16 @@ impl Interpreter {
         normal[w] = if clockwise { -1.0 } else { 1.0 };
         let motion = self.complete(p, end, programmed, span)?;
         self.go_around(motion, [center, normal], &arc, span)
+    }
+
+    /// The center is one of the working plane, square to axis `w`.
+    fn in_plane(&self, p: &Pending, w: usize, span: Span) -> Result<(), Fault> {
+        if p.center[w].is_none() {
+            return Ok(());
+        }
+        let letter = ['I', 'J', 'K'][w];
+        let message = format!("`{letter}` does not lie in the working plane G{}", 19 - w);
+        Err(Fault::new(codes::ARC_GEOMETRY, span, message).help("choose the plane with G17, G18 or G19"))
     }
 
     pub(super) fn extra_turns(&self, p: &Pending, span: Span) -> Result<f64, Fault> {

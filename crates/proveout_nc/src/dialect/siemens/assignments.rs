@@ -1,6 +1,6 @@
 //! Words with `=`: values of words, variables, frames.
 
-use super::block::{refused, word_text};
+use super::block::{put_once, refused, word_text};
 use super::eval::{self, Val};
 use super::expr::Expr;
 use super::interpreter::Interpreter;
@@ -35,7 +35,7 @@ impl Interpreter {
         for (slot, value) in powers.iter_mut().zip(coefficients) {
             *slot = value.as_ref().map_or(Ok(0.0), |value| self.variables.number(value, span))?;
         }
-        p.axes[axis] = Some(self.coordinate_of(end, span)?);
+        put_once(&mut p.axes[axis], self.coordinate_of(end, span)?, &crate::AXIS_LETTERS[axis].to_string(), span)?;
         p.programmed |= 1 << axis;
         p.polynomial[axis] = Some(powers);
         Ok(())
@@ -91,13 +91,18 @@ impl Interpreter {
                 _ => None,
             };
             if let Some(slot) = slot {
-                *slot = Some(self.variables.number(value, span)?);
-                return Ok(());
+                let number = self.variables.number(value, span)?;
+                // G641 in front of it has put the value in force there.
+                if name == "ADIS" {
+                    *slot = Some(number);
+                    return Ok(());
+                }
+                return put_once(slot, number, &format!("{name}="), span);
             }
             if matches!(name, "AP" | "RP") {
-                let coordinate = Some(self.coordinate_of(value, span)?);
-                *(if name == "AP" { &mut p.polar_angle } else { &mut p.polar_radius }) = coordinate;
-                return Ok(());
+                let coordinate = self.coordinate_of(value, span)?;
+                let slot = if name == "AP" { &mut p.polar_angle } else { &mut p.polar_radius };
+                return put_once(slot, coordinate, &format!("{name}="), span);
             }
             if matches!(name, "RNDM" | "FRCM") {
                 let value = self.variables.number(value, span)?;
@@ -136,7 +141,8 @@ impl Interpreter {
         }
         if let ("POS" | "AX", [axis]) = (name, indices) {
             let axis = self.named_axis(name, axis, span)?;
-            p.axes[axis] = Some(self.coordinate_of(value, span)?);
+            let letter = crate::AXIS_LETTERS[axis];
+            put_once(&mut p.axes[axis], self.coordinate_of(value, span)?, &letter.to_string(), span)?;
             p.programmed |= 1 << axis;
             p.positioning |= name == "POS";
             return Ok(());

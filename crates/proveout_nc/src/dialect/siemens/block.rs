@@ -134,12 +134,12 @@ impl Interpreter {
                 set_once(p.center[at].is_some(), character, span)?;
                 p.center[at] = Some(self.coordinate(value, span)?);
             }
-            b'F' => p.feed = Some(self.number(value, span)?),
-            b'S' => p.speed = Some(self.number(value, span)?),
-            b'D' => p.edge = Some(self.integer('D', value, 32_000, span)?),
-            b'T' => p.tool = Some(self.tool_name(value, span)?),
-            b'L' => p.numbered_call = Some(self.integer('L', value, 9_999_999, span)?),
-            b'P' => p.passes = Some(self.integer('P', value, 9_999, span)?),
+            b'F' => put_once(&mut p.feed, self.number(value, span)?, "F", span)?,
+            b'S' => put_once(&mut p.speed, self.number(value, span)?, "S", span)?,
+            b'D' => put_once(&mut p.edge, self.integer('D', value, 32_000, span)?, "D", span)?,
+            b'T' => put_once(&mut p.tool, self.tool_name(value, span)?, "T", span)?,
+            b'L' => put_once(&mut p.numbered_call, self.integer('L', value, 9_999_999, span)?, "L", span)?,
+            b'P' => put_once(&mut p.passes, self.integer('P', value, 9_999, span)?, "P", span)?,
             b'H' => {
                 let number = self.number(value, span)?;
                 self.note(format!("H{number}"));
@@ -173,18 +173,24 @@ impl Interpreter {
                 p.programmed |= 1 << axis;
                 p.machine_axes |= 1 << axis;
             }
-            (b'A'..=b'C', 3) => p.vector[usize::from(letter - b'A')] = Some(self.number(value, span)?),
-            (b'A'..=b'C', 2) => {
-                self.orientation_angles();
-                p.angles[usize::from(letter - b'A')] = Some(self.number(value, span)?);
+            (b'A'..=b'C', 2 | 3) => {
+                if extension == 2 {
+                    self.orientation_angles();
+                }
+                let slots = if extension == 3 { &mut p.vector } else { &mut p.angles };
+                let number = self.number(value, span)?;
+                put_once(&mut slots[usize::from(letter - b'A')], number, &word_text(span, line), span)?;
             }
-            (b'I'..=b'K', 1) => p.intermediate[usize::from(letter - b'I')] = Some(self.coordinate(value, span)?),
-            (b'S', 1) => p.speed = Some(self.number(value, span)?),
+            (b'I'..=b'K', 1) => {
+                let coordinate = self.coordinate(value, span)?;
+                put_once(&mut p.intermediate[usize::from(letter - b'I')], coordinate, &word_text(span, line), span)?;
+            }
+            (b'S', 1) => put_once(&mut p.speed, self.number(value, span)?, "S", span)?,
             (b'M', 1) => {
                 let code = self.integer('M', value, 99_999_999, span)?;
                 self.m_word(p, code, span)?;
             }
-            (b'T', 1) => p.tool = Some(self.tool_name(value, span)?),
+            (b'T', 1) => put_once(&mut p.tool, self.tool_name(value, span)?, "T", span)?,
             (b'S' | b'M' | b'H', _) => {
                 // Another spindle than the one of the tool, or a function to the machine.
                 let number = self.number(value, span)?;
@@ -427,6 +433,14 @@ impl Interpreter {
 fn set_once(already: bool, letter: char, span: Span) -> Result<(), Fault> {
     if already {
         return Err(twice(letter, span));
+    }
+    Ok(())
+}
+
+/// Takes a word that stands once in its block.
+pub(super) fn put_once<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), Fault> {
+    if slot.replace(value).is_some() {
+        return Err(twice(word, span));
     }
     Ok(())
 }

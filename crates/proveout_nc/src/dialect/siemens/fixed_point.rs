@@ -49,7 +49,7 @@ impl Interpreter {
             end.put(axis, value);
         }
         match &points {
-            None => self.note(format!("{word}: the point is taken as machine zero, where no machine is named that states it")),
+            None => self.note(format!("{word} FP={which}: the point is taken as machine zero, where no machine is named that states it")),
             Some(_) if code == 75 => self.assume(format!(
                 "{word} FP={which} goes to the {} reference point of the machine file; on the control it is a machine data of its own (MD30600)",
                 if which == 2.0 { "second" } else { "first" }

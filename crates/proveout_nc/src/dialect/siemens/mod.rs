@@ -44,6 +44,7 @@ mod technology;
 mod tool_frame;
 mod two_lines;
 mod waiting;
+mod without_use;
 mod words;
 
 use std::path::PathBuf;

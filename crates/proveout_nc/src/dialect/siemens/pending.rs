@@ -164,6 +164,34 @@ pub(crate) struct Pending {
 }
 
 impl Pending {
+    /// The block has a word that only some kinds of blocks take.
+    pub(crate) fn may_be_left(&self) -> bool {
+        let numbers = [
+            self.radius,
+            self.opening,
+            self.turns,
+            self.plane_angle,
+            self.chamfer,
+            self.chamfer_leg,
+            self.corner_radius,
+            self.weight,
+            self.interval,
+            self.block_feed,
+            self.angle,
+        ];
+        numbers.iter().any(Option::is_some)
+            || self.dwell
+            || self.limits.is_some()
+            || self.pole.is_some()
+            || self.frame.is_some()
+            || self.fixed_point.is_some()
+            || self.has_center()
+            || self.intermediate.iter().any(Option::is_some)
+            || self.polar_angle.is_some()
+            || self.polar_radius.is_some()
+            || self.has_orientation() && !self.has_axis()
+    }
+
     pub(crate) fn has_axis(&self) -> bool {
         self.programmed != 0
     }

@@ -63,6 +63,7 @@ impl Interpreter {
             )
             .help("program the axis of the thread alone"));
         };
+        Self::second_pitch(p, axis, span)?;
         if let Some(coordinate) = p.center[axis] {
             if coordinate.reference != Reference::Modal || coordinate.value == 0.0 {
                 return Err(Fault::new(codes::BAD_VALUE, span, "the pitch is a number other than zero")

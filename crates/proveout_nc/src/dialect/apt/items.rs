@@ -1,0 +1,71 @@
+//! Items of statements that nothing takes: they are refused by name, as a word without a meaning is.
+
+use super::reader::AptReader;
+use super::statement::{Bad, Statement, Token};
+use crate::codes;
+use crate::source::Source;
+
+/// Refuses the first item of a statement behind those that it takes.
+pub(super) fn all_used(source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    let most = match st.major.as_str() {
+        "STOP" | "OPSTOP" | "GOHOME" => 0,
+        "UNIT" | "UNITS" | "MULTAX" => 1,
+        "DELAY" => 2,
+        "CYCLE" => match st.items.first().map(|item| AptReader::word(source, item)).as_deref() {
+            Some("OFF" | "NOMORE" | "ON") => 1,
+            _ => return once_each(source, st, usize::MAX),
+        },
+        "CUTCOM" => return once_each(source, st, 1),
+        "SPINDL" | "FEDRAT" | "COOLNT" => return once_each(source, st, 2),
+        _ => return Ok(()),
+    };
+    match st.items.get(most) {
+        None => Ok(()),
+        Some(item) => Err(item.place.bad(
+            codes::UNSUPPORTED_WORD,
+            format!("`{}` in {} is not supported", item.place.text(source), st.major),
+            "take it out, or write it in a statement of its own",
+        )),
+    }
+}
+
+/// The numbers of a statement are not more than it takes.
+fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad>> {
+    let mut numbers = st.items.iter().filter(|item| matches!(item.token, Token::Number(_)));
+    let extra = numbers.nth(most);
+    let mut seen: Vec<String> = Vec::new();
+    for item in st.items.iter().filter(|item| item.token == Token::Word) {
+        let word = AptReader::word(source, item);
+        if seen.contains(&word) {
+            return Err(item.place.bad(
+                codes::CONFLICT,
+                format!("`{word}` stands twice in {}", st.major),
+                "take one out",
+            ));
+        }
+        seen.push(word);
+    }
+    match extra {
+        None => Ok(()),
+        Some(item) => Err(item.place.bad(
+            codes::UNSUPPORTED_WORD,
+            format!("the value `{}` in {} is not supported", item.place.text(source), st.major),
+            "take it out, or write it in a statement of its own",
+        )),
+    }
+}
+
+/// What stands in a tool statement behind the number and its offset: lengths, positions in the magazine.
+pub(super) fn beside_tool(source: &Source, st: &Statement) -> Vec<String> {
+    let skip = usize::from(st.items.first().is_some_and(|item| AptReader::word(source, item) == "TOOL"));
+    let mut rest = st.items.iter().skip(skip + 1).peekable();
+    let mut beside = Vec::new();
+    while let Some(item) = rest.next() {
+        let word = AptReader::word(source, item);
+        if matches!(word.as_str(), "ADJUST" | "OSETNO" | "OFSTNO") && rest.next().is_some() {
+            continue;
+        }
+        beside.push(word);
+    }
+    beside
+}

@@ -1,0 +1,298 @@
+//! What CL data says of itself, looked up before it is run: the system that wrote it, the sense of its circles, the unit of its lengths.
+//!
+//! ```text
+//!   CIRCLE/ x,y,z, i,j,k, r          Creo, CAMWorks: counter-clockwise about i,j,k (right hand)
+//!   CIRCLE/ ..., t, f, d, e          NX, 11 values: "assuming a clockwise direction" about i,j,k
+//! ```
+//!
+//! The sense of Creo after PTC, "CL output for circular interpolation"; that of NX after Siemens, *CLSF Manager*, "CIRCLE". The path before
+//! and behind a circle is nearly always tangent to it, and the tangents check the sense. Lengths without UNITS count in the unit of
+//! the feeds, and where no feed names one nothing says it: mm is assumed.
+
+use super::reader::INCH;
+use super::statement::{self, Statement, Token};
+use crate::frame;
+use crate::source::{Mark, Source};
+
+/// Cosine of the angle within which two directions are tangent, one degree.
+const TANGENT: f64 = 0.999_847_7;
+/// Circles that are looked at.
+const MAX_CIRCLES: usize = 5000;
+
+/// What stands in the text.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Facts {
+    /// CIRCLE runs clockwise about its normal.
+    pub(crate) clockwise: bool,
+    /// What is taken for granted for circles.
+    pub(crate) sense_assumed: Option<String>,
+    /// mm of a length before UNITS; none where the control states it, or UNITS stands before the first length.
+    pub(crate) unit: Option<f64>,
+    /// What is taken for granted for lengths.
+    pub(crate) unit_assumed: Option<String>,
+    /// Feeds in mm have told that lengths are: a note.
+    pub(crate) unit_told: Option<String>,
+    /// Feeds in inch and in mm stand with lengths that no UNITS covers: their lines.
+    pub(crate) unit_contradicts: Option<[u32; 2]>,
+}
+
+/// The system that has written CL data, as far as it makes a difference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Writer {
+    Nx,
+    /// Creo, `CAMWorks`, CATIA, and what this program writes.
+    RightHand(&'static str),
+    Unknown,
+}
+
+/// Tangents of circles at the path before and behind them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Votes {
+    clockwise: usize,
+    counter_clockwise: usize,
+    circles: usize,
+}
+
+/// A circle of the text with its points.
+#[derive(Clone, Copy, Debug)]
+struct Circle {
+    center: [f64; 3],
+    normal: [f64; 3],
+    start: [f64; 3],
+    end: Option<[f64; 3]>,
+    before: Option<[f64; 3]>,
+}
+
+impl Votes {
+    fn take(&mut self, circle: &Circle, behind: Option<[f64; 3]>) {
+        let Some(end) = circle.end else { return };
+        let at = |point: [f64; 3], along: Option<[f64; 3]>| {
+            let tangent = frame::unit(frame::cross(circle.normal, frame::sub(point, circle.center)))?;
+            let along = frame::unit(along?)?;
+            let cosine = frame::dot(tangent, along);
+            (cosine.abs() > TANGENT).then_some(cosine > 0.0)
+        };
+        self.circles += 1;
+        match (at(circle.start, circle.before), at(end, behind)) {
+            (Some(true), None | Some(true)) | (None, Some(true)) => self.counter_clockwise += 1,
+            (Some(false), None | Some(false)) | (None, Some(false)) => self.clockwise += 1,
+            _ => {}
+        }
+    }
+}
+
+/// Looks the whole text up.
+pub(crate) fn facts(source: &Source, stated_clockwise: Option<bool>, stated_unit: Option<f64>) -> Facts {
+    let mut look = Look::default();
+    let (mut st, mut at) = (Statement::default(), Mark::START);
+    let circles = contains(&source.text, "CIRCLE");
+    while let Some((result, next)) = statement::read(source, at, &mut st) {
+        if result.is_ok() && !st.assignment {
+            look.statement(source, &st, at.line, circles);
+        } else if st.major.is_empty() {
+            look.remark(source, at);
+        }
+        at = next;
+        // Without circles the unit is all there is to find, and UNITS mostly stands in front.
+        if !circles && look.covered {
+            break;
+        }
+    }
+    let mut found = Facts::default();
+    look.sense(stated_clockwise, &mut found);
+    look.unit(stated_unit, &mut found);
+    found
+}
+
+fn contains(text: &str, word: &str) -> bool {
+    text.as_bytes().windows(word.len()).any(|w| w.eq_ignore_ascii_case(word.as_bytes()))
+}
+
+#[derive(Debug, Default)]
+struct Look {
+    nx: u32,
+    eleven: u32,
+    right_hand: Option<&'static str>,
+    votes: Votes,
+    here: Option<[f64; 3]>,
+    /// Direction of the straight motion that came last.
+    along: Option<[f64; 3]>,
+    open: Option<Circle>,
+    rapid: bool,
+    /// UNITS stands before the first length.
+    covered: bool,
+    has_length: bool,
+    inch_feed: Option<u32>,
+    mm_feed: Option<u32>,
+}
+
+impl Look {
+    fn remark(&mut self, source: &Source, at: Mark) {
+        let line = source.line(at).map_or("", |(line, _)| line).trim_start();
+        if line.starts_with("$$*") && contains(line, "Pro/CLfile") || line.starts_with("$$->") {
+            self.right_hand = Some("Creo");
+        } else if contains(line, "written by Proveout") {
+            self.right_hand = Some("Proveout");
+        } else if contains(line, "CATIA") {
+            self.right_hand = Some("CATIA");
+        }
+    }
+
+    fn statement(&mut self, source: &Source, st: &Statement, line: u32, circles: bool) {
+        match st.major.as_str() {
+            "" => self.remark(source, st.head.mark),
+            "TOOL PATH" | "TLDATA" | "PAINT" | "END-OF-PATH" | "MSYS" => {
+                self.nx += 1;
+                (self.along, self.open) = (None, None);
+            }
+            "TRNTYP" | "UNIT" if self.right_hand.is_none() => {
+                self.right_hand = Some("CAMWorks");
+                self.covered |= st.major == "UNIT" && !self.has_length;
+            }
+            major if major.starts_with("CSI_SET_") => self.right_hand = Some("CAMWorks"),
+            "UNIT" | "UNITS" => self.covered |= !self.has_length,
+            "FEDRAT" | "CYCLE" => self.feed_words(source, st, line),
+            "RAPID" => self.rapid = true,
+            "TRANS" | "CSYS" => (self.along, self.here, self.open) = (None, None, None),
+            "CIRCLE" => {
+                self.has_length = true;
+                if circles {
+                    self.circle(st);
+                }
+            }
+            "GOTO" | "FROM" | "GODLTA" | "GOHOME" | "MOVARC" | "TLON,GOFWD" => {
+                self.has_length = true;
+                if circles {
+                    self.motion(st);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn feed_words(&mut self, source: &Source, st: &Statement, line: u32) {
+        for item in st.items.iter().filter(|item| item.token == Token::Word) {
+            match item.place.text(source).to_ascii_uppercase().as_str() {
+                "IPM" | "IPR" | "FPM" => _ = self.inch_feed.get_or_insert(line),
+                "MMPM" | "MMPR" => _ = self.mm_feed.get_or_insert(line),
+                _ => {}
+            }
+        }
+    }
+
+    fn circle(&mut self, st: &Statement) {
+        let values = numbers(st);
+        if values.len() >= 11 {
+            self.eleven += 1;
+        }
+        // Behind a circle comes another one: its tangent tells nothing without the sense.
+        self.close(None);
+        let (Some(here), [x, y, z, i, j, k, ..]) = (self.here, values.as_slice()) else { return };
+        let Some(normal) = frame::unit([*i, *j, *k]) else { return };
+        if self.votes.circles < MAX_CIRCLES {
+            self.open =
+                Some(Circle { center: [*x, *y, *z], normal, start: here, end: None, before: self.along.take() });
+        }
+    }
+
+    fn motion(&mut self, st: &Statement) {
+        let rapid = std::mem::take(&mut self.rapid);
+        let values = numbers(st);
+        let point = match (st.major.as_str(), values.as_slice()) {
+            ("GOTO" | "FROM", [x, y, z, ..]) => Some([*x, *y, *z]),
+            ("GODLTA", [x, y, z]) => self.here.map(|here| frame::add_scaled(here, [*x, *y, *z], 1.0)),
+            _ => None,
+        };
+        let straight = point.zip(self.here).map(|(to, from)| frame::sub(to, from)).filter(|_| !rapid);
+        match &mut self.open {
+            Some(circle) if circle.end.is_none() && point.is_some() => {
+                circle.end = point;
+                self.along = None;
+            }
+            _ => {
+                self.close(straight);
+                self.along = straight.filter(|_| st.major != "FROM");
+            }
+        }
+        self.here = point;
+    }
+
+    fn close(&mut self, behind: Option<[f64; 3]>) {
+        if let Some(circle) = self.open.take() {
+            self.votes.take(&circle, behind);
+        }
+    }
+
+    fn sense(&mut self, stated: Option<bool>, found: &mut Facts) {
+        self.close(None);
+        let writer = match (self.right_hand, self.nx > 0 || self.eleven > 0) {
+            (None, true) => Writer::Nx,
+            (Some(name), _) => Writer::RightHand(name),
+            (None, false) => Writer::Unknown,
+        };
+        if let Some(clockwise) = stated {
+            found.clockwise = clockwise;
+            return;
+        }
+        let Votes { clockwise, counter_clockwise, circles } = self.votes;
+        let tangents = format!(
+            "of {circles} circles {clockwise} are tangent to the path clockwise about their axis and {counter_clockwise} counter-clockwise"
+        );
+        let key = "state it as arcs.clsf_sense of the control file";
+        let by_tangents = clockwise > counter_clockwise;
+        let name = |clockwise: bool| if clockwise { "clockwise" } else { "counter-clockwise" };
+        let (by_head, head) = match writer {
+            Writer::Nx => (Some(true), "NX writes them clockwise"),
+            Writer::RightHand("Creo") => (Some(false), "Creo writes them counter-clockwise"),
+            Writer::RightHand(_) => (Some(false), "the system that wrote this file writes them counter-clockwise"),
+            Writer::Unknown => (None, "no word of the file says which system wrote it"),
+        };
+        let decided = clockwise != counter_clockwise;
+        found.clockwise = if decided { by_tangents } else { by_head.unwrap_or(false) };
+        if circles == 0 {
+            return;
+        }
+        let taken = name(found.clockwise);
+        found.sense_assumed = match by_head {
+            Some(by_head) if !decided || by_head == by_tangents => None,
+            Some(_) => {
+                Some(format!("circles run {taken} about their axis, by their tangents: {head}, and {tangents}; {key}"))
+            }
+            None if decided && !by_tangents => None,
+            None => Some(format!("circles run {taken} about their axis: {head}, and {tangents}; {key}")),
+        };
+    }
+
+    fn unit(&self, stated: Option<f64>, found: &mut Facts) {
+        if self.covered || !self.has_length || stated.is_some() {
+            return;
+        }
+        let key = "write UNITS/MM or UNITS/INCHES, or state start.unit in the control file";
+        let (unit, why) = match (self.inch_feed, self.mm_feed) {
+            (Some(inch), Some(mm)) => {
+                found.unit_contradicts = Some([inch, mm]);
+                return;
+            }
+            (Some(line), None) => {
+                (INCH, format!("lengths count in inch, since feeds do (line {line}) and no UNITS says it"))
+            }
+            (None, Some(line)) => {
+                found.unit = Some(1.0);
+                found.unit_told = Some(format!("lengths count in mm, as the feeds do (line {line}): no UNITS says it"));
+                return;
+            }
+            (None, None) => (1.0, "lengths count in mm: neither UNITS nor a feed with its unit says it".to_owned()),
+        };
+        found.unit = Some(unit);
+        found.unit_assumed = Some(format!("{why}; {key}"));
+    }
+}
+
+/// The numbers that a statement begins with.
+fn numbers(st: &Statement) -> Vec<f64> {
+    let number = |item: &statement::Item| match item.token {
+        Token::Number(value) if value.is_finite() => Some(value),
+        _ => None,
+    };
+    st.items.iter().map_while(number).collect()
+}

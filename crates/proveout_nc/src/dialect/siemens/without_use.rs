@@ -1,0 +1,209 @@
+//! Words of a block that nothing in it takes: they are refused by name, as a word without a meaning is.
+//!
+//! Each kind of block takes the words of its own motion. What a Sinumerik would alarm on or leave out silently, such as AR= beside
+//! TRANS or I beside G4, is no part of a program that was read as it is meant.
+
+use super::interpreter::Interpreter;
+use super::modal::Interpolation;
+use super::pending::{FrameWord, Pending};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+
+/// What a block does with its words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// G25, G26
+    Limits,
+    /// G110 to G112
+    Pole,
+    Dwell,
+    /// G74, G75
+    FixedPoint,
+    /// TRANS, ROT, SCALE, MIRROR, G58, G59
+    Frame(FrameWord),
+    /// POS[ ]=
+    Positioning,
+    /// SUPA, G53, G153
+    Machine,
+    /// G0, G1, G63
+    Straight,
+    /// G2, G3
+    Arc,
+    /// CT
+    Tangent,
+    /// CIP
+    Through,
+    /// G33, G331, G332
+    Thread,
+    /// BSPLINE, CSPLINE, ASPLINE
+    Spline,
+    /// POLY
+    Polynomial,
+    /// No motion at all.
+    Still,
+}
+
+impl Kind {
+    fn name(self) -> String {
+        match self {
+            Self::Limits => "G25 and G26 take axes and S, and".to_owned(),
+            Self::Pole => "a pole (G110, G111, G112) takes its coordinates, and".to_owned(),
+            Self::Dwell => "G4 takes F or S, and".to_owned(),
+            Self::FixedPoint => "G74 and G75 take axes, and".to_owned(),
+            Self::Frame(word) => format!("`{}` takes axes, and", word.name()),
+            _ => String::new(),
+        }
+    }
+}
+
+impl Interpreter {
+    fn kind_of(&self, p: &Pending) -> Kind {
+        let center = p.center.iter().any(Option::is_some);
+        let polar = p.polar_angle.is_some() || p.polar_radius.is_some();
+        let moves = p.has_axis() || p.has_orientation() || center || p.opening.is_some() || p.angle.is_some() || polar;
+        if p.limits.is_some() {
+            return Kind::Limits;
+        }
+        if p.pole.is_some() {
+            return Kind::Pole;
+        }
+        if let Some((word, _)) = p.frame {
+            return Kind::Frame(word);
+        }
+        if p.dwell {
+            return Kind::Dwell;
+        }
+        if p.fixed_point.is_some() {
+            return Kind::FixedPoint;
+        }
+        if !moves {
+            return Kind::Still;
+        }
+        if p.positioning {
+            return Kind::Positioning;
+        }
+        if p.machine {
+            return Kind::Machine;
+        }
+        if p.tapping_feed {
+            return Kind::Straight;
+        }
+        match self.modal.interpolation {
+            Interpolation::Rapid | Interpolation::Linear => Kind::Straight,
+            Interpolation::Clockwise | Interpolation::CounterClockwise => Kind::Arc,
+            Interpolation::Tangential => Kind::Tangent,
+            Interpolation::Intermediate => Kind::Through,
+            Interpolation::Thread | Interpolation::TapIn | Interpolation::TapOut => Kind::Thread,
+            Interpolation::Spline(_) => Kind::Spline,
+            Interpolation::Polynomial => Kind::Polynomial,
+        }
+    }
+
+    /// The first word of a block that nothing in it takes.
+    pub(super) fn without_use(&self, p: &Pending, span: Span) -> Result<(), Fault> {
+        let kind = self.kind_of(p);
+        let path = matches!(kind, Kind::Straight | Kind::Arc | Kind::Tangent | Kind::Through);
+        let more_path = path || matches!(kind, Kind::Thread | Kind::Spline | Kind::Polynomial);
+        let own_block = matches!(kind, Kind::Limits | Kind::Pole);
+        let [u, v, _] = self.modal.plane_axes();
+        let in_plane = p.axes[u].is_some() || p.axes[v].is_some();
+        let turned = matches!(kind, Kind::Frame(FrameWord::Rot | FrameWord::ARot));
+        // What stands in the block, what takes it, and whether this block is one of these.
+        let frame = p.frame.is_some() || p.offset.is_some() || p.tool_frame.is_some() || p.transformation.is_some();
+        let words: [(bool, &str, bool); 26] = [
+            (p.turns.is_some(), "TURN=, which belongs to G2, G3 and CIP", matches!(kind, Kind::Arc | Kind::Through)),
+            (
+                p.intermediate.iter().any(Option::is_some),
+                "I1=, J1= or K1=, which belongs to CIP",
+                kind == Kind::Through,
+            ),
+            (
+                p.radius.is_some(),
+                "CR=, which belongs to G2 and G3",
+                // A straight block and a spline tell it by themselves.
+                matches!(kind, Kind::Arc | Kind::Straight | Kind::Spline | Kind::Thread),
+            ),
+            (p.plane_angle.is_some(), "RPL=, which belongs to ROT and AROT", turned),
+            (
+                p.opening.is_some(),
+                "AR=, which belongs to G2 and G3",
+                matches!(kind, Kind::Arc | Kind::Straight | Kind::Spline | Kind::Thread),
+            ),
+            (
+                p.opening.is_some() && p.has_center() && in_plane,
+                "the end point beside AR= and the center, which give the end by themselves",
+                kind != Kind::Arc,
+            ),
+            (
+                p.has_center(),
+                "I, J or K, which belong to G2 and G3",
+                !matches!(kind, Kind::Dwell | Kind::Tangent | Kind::Through | Kind::Limits | Kind::Pole),
+            ),
+            (
+                p.has_orientation(),
+                "the tool vector",
+                more_path || matches!(kind, Kind::Frame(_) | Kind::FixedPoint | Kind::Positioning | Kind::Machine),
+            ),
+            (p.chamfer.is_some(), "CHF=, which belongs to a motion", more_path),
+            (p.chamfer_leg.is_some(), "CHR=, which belongs to a motion", more_path),
+            (p.corner_radius.is_some(), "RND=, which belongs to a motion", more_path),
+            (p.weight.is_some(), "PW=, which belongs to BSPLINE", more_path && kind != Kind::Polynomial),
+            (p.interval.is_some(), "PL=, which belongs to BSPLINE and POLY", more_path),
+            (
+                p.block_feed.is_some(),
+                "FB=, the feed of one motion",
+                more_path && !(kind == Kind::Straight && self.modal.interpolation == Interpolation::Rapid),
+            ),
+            (p.angle.is_some(), "ANG=, which belongs to a straight motion", path || kind == Kind::Machine),
+            (
+                p.polar_angle.is_some() || p.polar_radius.is_some(),
+                "AP= or RP=, which belongs to a motion or a pole",
+                more_path || kind == Kind::Pole,
+            ),
+            (
+                kind == Kind::Pole && p.polar_angle.is_some() && p.has_axis(),
+                "the coordinate beside AP= and RP=, which give the pole by themselves",
+                false,
+            ),
+            (p.polynomial.iter().any(Option::is_some), "PO, which belongs to POLY", more_path),
+            (frame, "the frame or transformation", !own_block),
+            (
+                p.machine || p.positioning || p.fixed_point.is_some() || p.dwell,
+                "the word of another motion",
+                !own_block,
+            ),
+            (
+                p.corner_feed.is_some() || p.feed_override.is_some() || p.compensation.is_some(),
+                "FRC=, OVR= or the compensation",
+                !own_block,
+            ),
+            (p.feed.is_some(), "F", !own_block),
+            (p.speed.is_some(), "S", kind != Kind::Pole),
+            (p.tool.is_some() || p.edge.is_some(), "T or D", !own_block),
+            (!p.functions.is_empty(), "M", !own_block),
+            (p.call.is_some() || p.numbered_call.is_some() || p.passes.is_some(), "the call", !own_block),
+        ];
+        let Some((_, word, _)) = words.into_iter().find(|(stands, _, taken)| *stands && !taken) else {
+            return Ok(());
+        };
+        let kind = kind.name();
+        let message = if kind.is_empty() {
+            format!("nothing in this block takes {word}")
+        } else {
+            format!("{kind} nothing in this block takes {word}")
+        };
+        Err(Fault::new(codes::CONFLICT, span, message).help("take it out, or write the word that it belongs to"))
+    }
+
+    /// I, J or K beside that of the thread.
+    pub(super) fn second_pitch(p: &Pending, axis: usize, span: Span) -> Result<(), Fault> {
+        let Some(other) = (0..3).find(|&other| other != axis && p.center[other].is_some()) else { return Ok(()) };
+        let letter = ['I', 'J', 'K'][other];
+        Err(Fault::new(
+            codes::CONFLICT,
+            span,
+            format!("`{letter}` is the pitch along another axis than that of the thread"),
+        )
+        .help(format!("write the pitch with {} alone", ['I', 'J', 'K'][axis])))
+    }
+}
