@@ -391,7 +391,7 @@ impl<'a> Engine<'a> {
         let (stock_queries, stock_motions) = self.stock_bodies.effort();
         let effort = Checks { bodies, looks, stock_motions, stock_queries };
         let facts = Facts {
-            log: self.log.placed(&self.places),
+            log: self.log.placed(&self.places).without_near_misses_of_hits(),
             tools,
             tools_without_holder,
             clearance,
