@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn a_comment_is_of_the_tool_that_it_names() {
-        let of = |name: &str| Some(name);
+        let of = |name: &'static str| Some(name);
         let cases: [(&str, Option<&str>); 16] = [
             ("T=\"MILL_D10\" D10 FLAT ENDMILL", of("MILL_D10")),
             ("T=MILL_D10 D10 FLAT ENDMILL", of("MILL_D10")),
