@@ -427,6 +427,7 @@ cases! {
     "scene/PublishedFile.value", Compare, ["scene", "compare.published.0.value", "11"];
     "scene/PublishedFile.band", Compare, ["scene", "compare.published.0.band", "[4, 16]"];
     "scene/PublishedFile.source", Compare, ["scene", "compare.published.0.source", "\"another\""];
+    "scene/PublishedFile.kind", Compare, ["scene", "compare.published.0.kind", "\"own-count\""];
     "scene/PublishedFile.remark", Compare, ["scene", "compare.published.0.remark", "\"other words\""];
     "scene/ExpectFile.name", Compare, ["scene", "compare.expect.0.name", "\"another\""];
     "scene/ExpectFile.program", Compare, ["scene", "compare.expect.0.program", "\"main\""];

@@ -343,3 +343,51 @@ fn a_joint_limit_above_that_of_the_machine() {
     small.write("scene.toml", &(scene + limit));
     small.refused(&["scene.toml", "control.joint_limits.X", "above the machine's limit", "help: "]);
 }
+
+/// Every fault of a key of a scene stands at that key, also where its word stands in a comment before, in a name, or in another table.
+#[test]
+fn a_fault_of_a_key_has_its_line_and_column() {
+    let decoy = "# gouge_mm contact_mm path_tolerance_mm blocks tool [start] [part [surface [compare baseline draws \"main\" dialect\n";
+    // What is put into the scene, the line that is at fault, and the value or name that the column points at.
+    let cases: [(&str, &str, &str); 14] = [
+        ("[tolerances]\ngouge_mm = -0.1\n", "gouge_mm = -0.1", "-0.1"),
+        ("[tolerances]\ncontact_mm = 5000\n", "contact_mm = 5000", "5000"),
+        ("[tolerances]\nra_um = 0\n", "ra_um = 0", "0"),
+        ("[limits]\nblocks = 0\n", "blocks = 0", "0"),
+        ("[limits]\nsimulated_time_s = 0.5\n", "simulated_time_s = 0.5", "0.5"),
+        ("[start]\ntool = 99\n", "tool = 99", "99"),
+        ("[control.joint_limits.Q]\nsource = \"s\"\nmax_velocity_deg_s = 1\n", "[control.joint_limits.Q]", "Q"),
+        ("[control.joint_limits.X]\nsource = \"s\"\nmax_velocity_deg_s = 1\n", "max_velocity_deg_s = 1", "1"),
+        ("[surface]\nsize_mm = [4, 3]\nstep_um = 20\nphases = 0\n", "phases = 0", "0"),
+        ("[part]\nsections = \"s.csv\"\nmesh = \"p.stl\"\n", "sections = \"s.csv\"", "\"s.csv\""),
+        ("[[program]]\nname = \"main\"\nfile = \"program.mpf\"\n", "name = \"main\"", "\"main\""),
+        (
+            "[[program]]\nname = \"b\"\nfile = \"program.mpf\"\n[compare]\nbaseline = \"nobody\"\n",
+            "baseline = \"nobody\"",
+            "\"nobody\"",
+        ),
+        (
+            "[[program]]\nname = \"b\"\nfile = \"program.mpf\"\n[compare]\nmust_pass = [\"main\", \"c\"]\n",
+            "must_pass = [\"main\", \"c\"]",
+            "\"c\"",
+        ),
+        (
+            "[[program]]\nname = \"b\"\nfile = \"program.mpf\"\ndialect = \"basic\"\n",
+            "dialect = \"basic\"",
+            "\"basic\"",
+        ),
+    ];
+    for (added, line, value) in cases {
+        let small = Small::new();
+        let text = fs::read_to_string(small.path().join("scene.toml")).expect("a scene");
+        let text = format!("{decoy}{text}\n{added}");
+        small.write("scene.toml", &text);
+        // The last such line is the one that was put in.
+        let at = text.lines().enumerate().filter(|(_, l)| *l == line).last().map(|(i, _)| i + 1).expect(line);
+        let column = line.find(value).expect(value) + 1;
+        let output = proveout(small.path(), &["check", "scene.toml"]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+        assert_eq!(output.status.code(), Some(2), "{added}\n{told}");
+        assert!(told.contains(&format!("scene.toml:{at}:{column}")), "{added} stands at {at}:{column}\n{told}");
+    }
+}

@@ -153,6 +153,91 @@ fn a_changed_input_costs_the_jobs_that_read_it() {
     told(&["sweep", "merge", "out"], at, 0);
 }
 
+/// A kind of tampering: what it is, what is changed, what a merge says, and whether `run` mends it by running the job again.
+type Tampering = (&'static str, fn(&Path), &'static str, bool);
+
+#[test]
+fn run_and_merge_hold_plan_jobs_inputs_and_verdicts_against_their_digests_again() {
+    fn edit(path: &Path, from: &str, to: &str) {
+        let text = fs::read_to_string(path).expect("text");
+        assert!(text.contains(from), "{from} is in {}", path.display());
+        fs::write(path, text.replace(from, to)).expect("written");
+    }
+    let tamperings: [Tampering; 9] = [
+        ("program", |at| edit(&at.join("scene/main.nc"), "Z-", "Z-1"), "the program of job 0: it has changed", false),
+        ("scene", |at| edit(&at.join("scene/scene.toml"), "name", "# mine\nname"), "the scene of job 0: it has", false),
+        (
+            "tools",
+            |at| edit(&at.join("scene/tools.toml"), "[[tool]]", "\n[[tool]]"),
+            "the tools of job 0: it has",
+            false,
+        ),
+        ("an input is gone", |at| fs::remove_file(at.join("scene/main.nc")).expect("gone"), "cannot be read", false),
+        (
+            "verdict",
+            |at| edit(&at.join("out/jobs/00001/verdict.json"), "\"verdict\": \"", "\"verdict\": \"x"),
+            "damaged",
+            true,
+        ),
+        ("verdict gone", |at| fs::remove_file(at.join("out/jobs/00001/verdict.json")).expect("gone"), "damaged", true),
+        (
+            "verdict of another job",
+            |at| {
+                let [from, to] =
+                    ["out/jobs/00000/verdict.json", "out/jobs/00001/verdict.json"].map(|name| at.join(name));
+                fs::copy(from, to).expect("copied");
+            },
+            "damaged",
+            true,
+        ),
+        ("job", |at| edit(&at.join("out/jobs/00001/job.json"), "2000", "2001"), "is not as it was planned", false),
+        (
+            "a shorter plan",
+            |at| {
+                let path = at.join("out/plan.json");
+                let mut plan: serde_json::Value =
+                    serde_json::from_str(&fs::read_to_string(&path).expect("text")).expect("JSON");
+                plan["jobs"].as_array_mut().expect("jobs").truncate(2);
+                fs::write(path, plan.to_string()).expect("written");
+            },
+            "is not as it was planned",
+            false,
+        ),
+    ];
+    let folder = small(PROGRAMS);
+    let at = folder.path();
+    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    told(&["sweep", "run", "out"], at, 0);
+    told(&["sweep", "merge", "out"], at, 0);
+    let sound = merged(&at.join("out"));
+    // What may be changed, as it was.
+    let mut kept = BTreeMap::new();
+    for name in ["scene/main.nc", "scene/scene.toml", "scene/tools.toml", "out/plan.json"] {
+        kept.insert(name.to_owned(), fs::read(at.join(name)).expect("read"));
+    }
+    for name in ["job.json", "verdict.json", "result.json"] {
+        let name = format!("out/jobs/00001/{name}");
+        kept.insert(name.clone(), fs::read(at.join(&name)).expect("read"));
+    }
+    for (what, tamper, wanted, mended) in tamperings {
+        tamper(at);
+        let (_, words) = told(&["sweep", "merge", "out"], at, 2);
+        assert!(words.contains(wanted), "{what}: {words}");
+        if mended {
+            let (words, _) = told(&["sweep", "run", "out"], at, 0);
+            assert!(words.contains("3 had their result, 1 started"), "{what}: {words}");
+        } else {
+            let (_, words) = told(&["sweep", "run", "out"], at, 2);
+            assert!(words.contains(wanted), "{what}: {words}");
+        }
+        for (name, bytes) in &kept {
+            fs::write(at.join(name), bytes).expect("written");
+        }
+        told(&["sweep", "merge", "out"], at, 0);
+        assert!(merged(&at.join("out")) == sound, "{what}: as it was before");
+    }
+}
+
 #[test]
 fn a_worker_that_is_killed_costs_its_job() {
     let folder = small(
@@ -319,9 +404,9 @@ fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
             let text = fs::read_to_string(&scene).expect("read");
             assert!(text.contains(plain));
             fs::write(&scene, text.replace(plain, stock)).expect("written");
-            let code = call(&["run", "scene", "--program", "main", "--rerun", "off", "--out", "whole"], at);
+            let code = call(&["run", "scene", "--program", "main", "--rerun", "off", "--out", "whole/run"], at);
             let code = code.status.code().expect("an exit code");
-            let whole = folder_of(&at.join("whole"));
+            let whole = folder_of(&at.join("whole/run"));
             for shards in [1, 3, 8] {
                 let out = format!("out{shards}");
                 let sweep = format!(

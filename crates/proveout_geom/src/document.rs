@@ -127,7 +127,7 @@ impl<'a> Document<'a> {
     }
 
     /// Bytes of a key's value; of the deepest part that exists when the key does not.
-    fn span(&self, path: &[Step<'_>]) -> Range<usize> {
+    pub fn span(&self, path: &[Step<'_>]) -> Range<usize> {
         let mut span = 0..0;
         let Some(mut table) = self.tree.as_ref() else { return span };
         let mut value: Option<&DeValue<'_>> = None;

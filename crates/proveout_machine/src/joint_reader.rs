@@ -44,11 +44,13 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
     };
     let angle = |v: Option<f64>| v.map(rad);
     let travel = if rotary { file.travel_deg.map(|t| t.map(rad)) } else { file.travel_mm };
+    let unit_word = if rotary { "degrees" } else { "mm" };
     let travel_key = if rotary { "travel_deg" } else { "travel_mm" };
     if let Some([low, high]) = travel
         && !(low < high && low.is_finite() && high.is_finite())
     {
-        let message = format!("travel from {low} to {high} is upside down (mm or radian)");
+        let [from, to] = if rotary { file.travel_deg } else { file.travel_mm }.unwrap_or([low, high]);
+        let message = format!("travel from {from} to {to} {unit_word} is upside down");
         return Err(source.error("machine-limits-upside-down", &at(travel_key), message, "write the lower end first"));
     }
     if file.endless && (!rotary || travel.is_some()) {
@@ -114,19 +116,36 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
         },
         drive: read_drive(source, &[Key("joint"), Item(index)], file.drive.as_ref(), rotary)?,
     };
-    for (key, value) in [(home_key, Some(home)), (tool_change_key, tool_change)] {
+    let written = if rotary { [file.home_deg, file.tool_change_deg] } else { [file.home_mm, file.tool_change_mm] };
+    let positions = [(home_key, Some(home)), (tool_change_key, tool_change)];
+    for ((key, value), written) in positions.into_iter().zip(written) {
         let Some(value) = value else { continue };
         if !value.is_finite() || joint.travel_violation(value).is_some() {
-            let message = format!("the position {value} (mm or radian) lies outside the travel");
+            let shown = written.unwrap_or(0.0);
+            let message = format!("the position {shown} {unit_word} lies outside the travel");
             return Err(source.error("machine-home-outside", &at(key), message, "give a position within the travel"));
         }
     }
     if let (Some(rapid), Some(most)) = (joint.rapid_velocity, joint.max_velocity)
         && rapid > most * (1.0 + 1e-12)
     {
-        let message = format!("the rapid velocity {rapid} is above the highest velocity {most} (mm/s or rad/s)");
+        let of = |name: &'static str| -> (&'static str, f64) {
+            // Of several units the one that is written.
+            let all: [(&'static str, Option<f64>); 6] = [
+                ("rapid_velocity_mm_min", file.rapid_velocity_mm_min),
+                ("rapid_velocity_deg_s", file.rapid_velocity_deg_s),
+                ("rapid_velocity_rev_min", file.rapid_velocity_rev_min),
+                ("max_velocity_mm_min", file.max_velocity_mm_min),
+                ("max_velocity_deg_s", file.max_velocity_deg_s),
+                ("max_velocity_rev_min", file.max_velocity_rev_min),
+            ];
+            let found = all.into_iter().find_map(|(key, value)| Some((key, value?)).filter(|_| key.starts_with(name)));
+            found.unwrap_or((name, 0.0))
+        };
+        let (key, rapid) = of("rapid_velocity");
+        let (most_key, most) = of("max_velocity");
+        let message = format!("{key} = {rapid} is above {most_key} = {most}");
         let remedy = "lower the rapid velocity or raise the highest one";
-        let key = if rotary { "rapid_velocity_deg_s" } else { "rapid_velocity_mm_min" };
         return Err(source.error("machine-limits-upside-down", &at(key), message, remedy));
     }
     Ok(joint)

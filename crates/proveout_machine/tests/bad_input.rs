@@ -242,6 +242,33 @@ fn limits_must_stand_upright() {
     expect("start_time_s = 1", "start_time_s = inf", "input-out-of-range", "start_time_s", "inf");
 }
 
+/// Every message with a value tells it in the unit of its key, as it is written.
+#[test]
+fn values_are_told_in_the_unit_of_their_key() {
+    for (old, new, code, at_line, told) in [
+        ("[-10, 105]", "[120, -120]", "machine-limits-upside-down", "travel_deg", "from 120 to -120 degrees"),
+        ("[-100, 100]", "[250, -250]", "machine-limits-upside-down", "travel_mm", "from 250 to -250 mm"),
+        ("[-10, 105]", "[-10, 105]\nhome_deg = 200", "machine-home-outside", "home_deg", "position 200 degrees"),
+        (
+            "[-10, 105]",
+            "[-10, 105]\ntool_change_deg = -45.5",
+            "machine-home-outside",
+            "tool_change_deg",
+            "position -45.5 degrees",
+        ),
+        ("[-100, 100]", "[-100, 100]\nhome_mm = 150", "machine-home-outside", "home_mm", "position 150 mm"),
+        (
+            "= 100\n",
+            "= 100\nrapid_velocity_deg_s = 200\n",
+            "machine-limits-upside-down",
+            "rapid",
+            "rapid_velocity_deg_s = 200 is above max_velocity_deg_s = 100",
+        ),
+    ] {
+        expect(old, new, code, at_line, told);
+    }
+}
+
 #[test]
 fn bodies_must_have_a_shape() {
     expect("max_mm = [1, 1, 0]", "max_mm = [1, 1, -2]", "machine-empty-body", "[[body.box]]", "empty");

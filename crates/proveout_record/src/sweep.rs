@@ -11,7 +11,7 @@ use std::{
 };
 
 use minijinja::{Environment, context, value::Serde};
-use proveout_sim::sweep::{JobResult, JobState, Plan, ResultFault, read_result};
+use proveout_sim::sweep::{JobResult, JobState, Plan, Recheck, check_verdict, read_result};
 use serde::Serialize;
 use serde_json::Value;
 use thiserror::Error;
@@ -138,13 +138,20 @@ fn survey(folder: &Path, plan: &Plan) -> Result<Seen, MergeError> {
         refusals: BTreeMap::new(),
     };
     let every = plan.jobs.len().div_ceil(POINTS).max(1);
+    let mut recheck = Recheck::new(folder, plan);
+    let mut sound = |job| {
+        let result = read_result(folder, plan, job).map_err(|fault| fault.to_string())?;
+        check_verdict(folder, plan, &result).map_err(|fault| fault.to_string())?;
+        recheck.job(job).map_err(|changed| changed.to_string())?;
+        Ok(result)
+    };
     for job in 0..plan.jobs.len() {
-        let result = match read_result(folder, plan, job) {
+        let result: JobResult = match sound(job) {
             Ok(result) => result,
             Err(fault) => {
                 faults += 1;
                 if first.len() < FAULTS {
-                    first.push(ResultFault::to_string(&fault));
+                    first.push(fault);
                 }
                 continue;
             }

@@ -150,6 +150,9 @@ const ENVELOPE: &str = "a cylinder of its diameter is its envelope";
 
 /// Whether a tool cuts as the cylinder round it: a tap, a thread mill.
 pub(crate) fn is_envelope(tools: &ToolLibrary, index: usize) -> bool {
+    if tools.tools.get(index).is_some_and(|tool| tool.is_tap && tool.thread.is_none()) {
+        return true;
+    }
     let threads = |why: &str| why.contains(ENVELOPE) && (why.contains("a tap: ") || why.contains("a thread mill: "));
     tools.notes.get(index).is_some_and(|n| n.chosen.iter().any(|(_, why)| threads(why)))
 }

@@ -415,7 +415,7 @@ impl<'a> Engine<'a> {
         let between = self.between.facts(library, &self.places);
         let facts = Facts {
             between,
-            log: self.log.placed(&self.places),
+            log: self.log.placed(&self.places).without_near_misses_of_hits(),
             tools,
             tools_without_holder,
             clearance,

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use proveout_geom::{InputError, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad};
+use proveout_geom::{
+    InputError, MeshError, Pose, Step::Item, Step::Key, TriMesh, Vector, box_mesh, cylinder_mesh, rad,
+};
 use proveout_machine::Machine;
 
 use crate::{
@@ -37,11 +39,12 @@ pub(crate) fn fixture_meshes(
 /// The first one.
 pub(crate) fn check_names(scene: &Scene, machine: &Machine) -> Result<(), InputError> {
     let taken = |f: &&FixtureFile| machine.bodies.iter().any(|b| b.name == f.name);
-    scene.file.fixture.iter().find(taken).map_or(Ok(()), |FixtureFile { name, .. }| {
+    scene.file.fixture.iter().enumerate().find(|(_, f)| taken(f)).map_or(Ok(()), |(i, FixtureFile { name, .. })| {
         let message = format!(
             "fixture {name:?} has the name of a body of the machine: no finding could tell which of them is meant"
         );
-        Err(InputError::file(&scene.path, message, "give the fixture another name"))
+        let path = [Key("fixture"), Item(i), Key("name")];
+        Err(scene.error_at(&path, message, "give the fixture another name"))
     })
 }
 

@@ -25,6 +25,7 @@ use crate::{
     surface_gate::Judgement,
     surface_map::SurfaceShape,
     survey::{self, Measured, Surveyed},
+    tap_pitch,
     texture::{self, SurfaceTexture},
     verdict::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
@@ -340,7 +341,8 @@ fn judge_gates(
             let motions = if probes == 1 { "motion" } else { "motions" };
             let probes = (probes > 0).then(|| format!("{probes} probing {motions}: what the probe finds is not known"));
             let between = facts.between.left_out.get(&GateOf::Process).into_iter().flatten();
-            probes.into_iter().chain(facts.unknown_plunges.iter().chain(between).cloned()).collect()
+            let taps = tap_pitch::unknown(&prepared.tools, &facts.tools);
+            probes.into_iter().chain(facts.unknown_plunges.iter().chain(between).cloned()).chain(taps).collect()
         },
     };
     let holders = facts.tools_without_holder.iter().map(|name| format!("{name} has no holder in the library"));

@@ -39,6 +39,7 @@ mod scene_limits;
 mod scene_numbers;
 mod scene_part;
 mod scene_patch;
+mod scene_place;
 mod scene_plan;
 mod scene_program;
 mod scene_reschedule;

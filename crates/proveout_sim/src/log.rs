@@ -1,8 +1,11 @@
 //! Findings as they come in, joined where one fault goes on over many blocks.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
-use crate::finding::{ASSUMED, Code, Finding, NOTE, Severity};
+use crate::finding::{ASSUMED, Code, Family, Finding, NEAR_MISS, NOTE, Severity};
 
 /// A fault that goes on within this time (s) or in the next block is one finding with a count.
 const JOIN_S: f64 = 1.0;
@@ -84,6 +87,18 @@ impl FindingLog {
     /// File and line of every finding filled in from the table of blocks.
     pub fn placed(self, places: &[Option<(Arc<str>, u32)>]) -> Self {
         Self { findings: placed(self.findings, places), ..self }
+    }
+
+    /// Without near misses of bodies that hit each other in the same line: who hits came near before.
+    pub fn without_near_misses_of_hits(self) -> Self {
+        let hits: BTreeSet<(Vec<String>, Option<String>, Option<u32>)> = self
+            .findings
+            .iter()
+            .filter(|f| f.family == Family::Collision && f.code != NEAR_MISS.code && f.line.is_some())
+            .map(|f| (f.bodies.clone(), f.file.clone(), f.line))
+            .collect();
+        let told = |f: &Finding| f.code == NEAR_MISS.code && hits.contains(&(f.bodies.clone(), f.file.clone(), f.line));
+        Self { findings: self.findings.into_iter().filter(|f| !told(f)).collect(), ..self }
     }
 
     /// All findings so far.

@@ -3,7 +3,7 @@
 use std::{fmt::Write as _, sync::Arc};
 
 use proveout_geom::blade::{FOOT_ERROR_MM, ParametricSurface};
-use proveout_geom::{InputError, ToolPose, Vector, deg};
+use proveout_geom::{InputError, Step, Step::Key, ToolPose, Vector, deg};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Motion, Op, OrientationInterpolation, Tcp};
 use proveout_tool::{Tool, ToolId, ToolLibrary};
@@ -180,17 +180,28 @@ pub fn plan_over(
     surface: &dyn ParametricSurface,
 ) -> Result<Planned, SimError> {
     let name = strategy.name();
-    let wrong = |message: String, help: &str| InputError::file(&scene.path, message, help);
+    let at_key = |key: Option<&str>, message: String, help: &str| {
+        let path: Vec<Step<'_>> = [Key("plan"), Key(name)].into_iter().chain(key.map(Key)).collect();
+        scene.error_at(&path, message, help)
+    };
+    let wrong = |message: String, help: &str| at_key(None, message, help);
     let Some(file) = scene.file.plan.as_ref().and_then(|p| strategy.of(p)) else {
         let message = format!("the scene has no [plan.{name}]");
         return Err(wrong(message, "describe the path in the scene").into());
     };
-    let keyed = |(message, help): (String, String)| wrong(format!("[plan.{name}]: {message}"), &help);
+    // The message begins with its key where it is of one.
+    let keyed = |(message, help): (String, String)| {
+        let key =
+            message.split([' ', ':']).next().filter(|word| word.contains('_') || *word == "posted").map(str::to_owned);
+        at_key(key.as_deref(), format!("[plan.{name}]: {message}"), &help)
+    };
     let own = file.machine.as_ref().map(|path| Machine::read(&scene.resolve(path))).transpose()?;
     let machine = own.as_ref().unwrap_or(machine);
     let tool = tool_of(scene, tools, name, &file.tool)?;
     let Some(cutter) = tip(tool).cloned().map(PathCutter::new) else {
-        return Err(wrong(format!("tool {:?} has no cutting end", file.tool), "name a tool that cuts").into());
+        return Err(
+            at_key(Some("tool"), format!("tool {:?} has no cutting end", file.tool), "name a tool that cuts").into()
+        );
     };
     let planned = file.strategy(strategy).map_err(keyed)?;
     let rule = file.axis_rule();
@@ -324,7 +335,7 @@ fn check_ball(
                     line.name
                 );
                 let help = "take a cutter no larger than the fillet, or let the path end farther from both ends: nothing was written";
-                return Err(InputError::file(&scene.path, message, help));
+                return Err(scene.error_at(&[Key("plan"), Key(name), Key("tool")], message, help));
             }
         }
     }
@@ -334,7 +345,7 @@ fn check_ball(
 fn tool_of<'a>(scene: &Scene, tools: &'a ToolLibrary, plan: &str, name: &str) -> Result<&'a Tool, InputError> {
     tools.find(&ToolId::Name(name.to_owned())).ok_or_else(|| {
         let message = format!("[plan.{plan}]: the tool library has no tool {name:?}");
-        InputError::file(&scene.path, message, "name one of its tools")
+        scene.error_at(&[Key("plan"), Key(plan), Key("tool")], message, "name one of its tools")
     })
 }
 
@@ -347,7 +358,7 @@ fn program(
     moves: &[Move],
     tcp: bool,
 ) -> Result<Vec<Command>, SimError> {
-    let wrong = |message: String, help: &str| InputError::file(&scene.path, message, help);
+    let wrong = |message: String, help: &str| scene.error_at(&[Key("plan"), Key(name)], message, help);
     let table_from_work = scene.file.mount.table_from_work();
     let offset = offset_of(scene, name, &file.work_offset)?;
     let zero = machine.program_zero().map_or_else(Vector::zeros, |zero| zero.coords);
@@ -417,7 +428,11 @@ fn unreachable(
         axis.y,
         axis.z
     );
-    InputError::file(&scene.path, message, "change the mount, the axis or the clearance: nothing was written")
+    scene.error_at(
+        &[Key("plan"), Key(name)],
+        message,
+        "change the mount, the axis or the clearance: nothing was written",
+    )
 }
 
 /// Without tool center point control base coordinates are those of the axes, less the tool length.

@@ -5,10 +5,11 @@
 //! missing altogether (work offsets, tools, subprograms) is refused before, by the survey of the program, all of it at once.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use proveout_geom::{Aabb, Point};
 use proveout_machine::{Joint, Machine};
-use proveout_nc::{AXIS_LETTERS, Location, ToolName};
+use proveout_nc::{AXIS_LETTERS, Location, ProgramText, ToolName};
 use serde::Serialize;
 
 use crate::control_settings::length_active_after_change;
@@ -176,7 +177,7 @@ pub fn preflight(prepared: &Prepared) -> Vec<Cause> {
     all.extend(never_changed(&reading, &in_spindle));
     all.extend(no_length(prepared, &cutting, &stock, length_active_after_change(dialect)));
     all.extend(outside_travel(&prepared.machine, std::slice::from_ref(&reading)));
-    all.extend(axes(&prepared.machine, &reading));
+    all.extend(axes(&prepared.machine, &reading, &prepared.program_path));
     all.extend(first_cuts(prepared, &cutting, &stock));
     let chosen: Vec<&str> = prepared
         .machine
@@ -278,7 +279,7 @@ fn raised(b: &Aabb, by: f64) -> Aabb {
 }
 
 /// Joints that the program sends past their travel in its own coordinates.
-fn axes(machine: &Machine, reading: &Reading) -> Vec<Cause> {
+fn axes(machine: &Machine, reading: &Reading, program: &Path) -> Vec<Cause> {
     let mut all = Vec::new();
     for (&j, [low, high]) in &reading.joints {
         let joint = &machine.joints[j];
@@ -307,6 +308,10 @@ fn axes(machine: &Machine, reading: &Reading) -> Vec<Cause> {
         }
         let fits = high.0 - low.0 <= most - least;
         let linear = AXIS_LETTERS[..3].iter().any(|l| machine.joint_for_letter(*l) == Some(j));
+        if let Some(add) = not_cancelled(reading, program, j, at, [least, most]).filter(|_| linear) {
+            all.push(Cause::new(what, add(&joint.name)));
+            continue;
+        }
         let add = match (fits, linear) {
             (true, true) => format!(
                 "a mounting and a work offset that are {:.3} mm further along {} would fit: [mount] translation_mm and [work_offsets] together",
@@ -316,25 +321,79 @@ fn axes(machine: &Machine, reading: &Reading) -> Vec<Cause> {
             (false, true) => {
                 let offsets: Vec<&str> = reading.offsets.iter().map(|(word, _)| word.as_str()).collect();
                 let needs = format!(
-                    "the program needs {:.3} mm of {} and has {:.3} mm",
+                    "the program needs {:.3} mm of {} (line {} to line {}) and has {:.3} mm",
                     high.0 - low.0,
                     joint.name,
+                    low.1.line,
+                    high.1.line,
                     most - least
                 );
+                let turned = |j: &usize| reading.joints.get(j).is_some_and(|[low, high]| high.0 - low.0 > 1e-9);
+                let table_turns = machine.work_chain.iter().filter(|j| machine.joints[**j].is_rotary()).any(turned);
                 match &offsets[..] {
                     // How far apart they lie is a statement of the scene.
                     [_, _, ..] => format!(
-                        "{needs}, with {} where this scene has them: put in their places on your machine; if they are right, take a larger machine",
+                        "{needs}, with {} where this scene has them: put in their places on your machine",
                         offsets.join(", ")
                     ),
-                    _ => format!("{needs}, wherever the part is mounted: take a larger machine"),
+                    // How far a part goes round with its table is one of its place on it.
+                    _ if table_turns => {
+                        format!(
+                            "{needs}, where the part is mounted now: nearer to the axis of the table it takes less way"
+                        )
+                    }
+                    _ => format!("{needs}, wherever the part is mounted: correct the two lines, or divide the program"),
                 }
             }
-            _ => "clamp the part in another position, or take another machine".to_owned(),
+            _ => format!("correct the position, or clamp the part so that {} stays in its travel", joint.name),
         };
         all.push(Cause::new(what, add));
     }
     all
+}
+
+/// Words that switch tool center point control on, and what ends it, by the beginning of the word.
+const TCP_WORDS: [(&str, &str); 7] = [
+    ("G43.4", "G49"),
+    ("G43.5", "G49"),
+    ("G234", "G49"),
+    ("G169", "G170"),
+    ("TRAORI", "TRAFOOF"),
+    ("M128", "M129"),
+    ("FUNCTION TCPM", "FUNCTION RESET TCPM"),
+];
+
+/// What makes a linear axis leave its travel where rotary axes turn alone under tool center point control that nothing has ended: the tip keeps
+/// its place on the part and the axis follows it. Told where it is so: the axis is past its travel in such a motion, and in no other.
+fn not_cancelled(
+    reading: &Reading,
+    program: &Path,
+    j: usize,
+    at: &Location,
+    [least, most]: [f64; 2],
+) -> Option<impl Fn(&str) -> String> {
+    let turn = reading.turns.iter().find(|turn| turn.at == *at)?.clone();
+    let [low, high] = *reading.joints_besides.get(&j)?;
+    if low < least - 1e-6 || high > most + 1e-6 {
+        return None;
+    }
+    let text = ProgramText::open(program).ok();
+    let own = |at: &Location| Path::new(&*at.file).file_name() == program.file_name();
+    let line = |n: u32| text.as_ref()?.line(n as usize).map(str::to_uppercase);
+    let said = line(turn.on.line).filter(|_| own(&turn.on)).unwrap_or_default();
+    let known = TCP_WORDS.iter().find(|(word, _)| said.contains(word));
+    let (word, end) = known.map_or(("tool center point control", "what ends it"), |(word, end)| (*word, *end));
+    // The dynamic work offset of a Haas ends with another word.
+    let between = (turn.on.line..turn.at.line).find(|n| line(*n).is_some_and(|text| text.contains("G255")));
+    let between = between.filter(|_| word == "G234" && own(&turn.at));
+    let another = between.map_or_else(String::new, |n| format!(" (G255 in line {n} ends G254)"));
+    Some(move |name: &str| {
+        format!(
+            "rotary axes move alone in line {} under {word} of line {}, which nothing has ended{another}: the tip keeps its place on the part and \
+             {name} follows it; without that motion {name} stays in its travel: write {end} before line {}",
+            turn.at.line, turn.on.line, turn.at.line
+        )
+    })
 }
 
 /// First motions against the stock before the first cut.

@@ -38,11 +38,8 @@ pub(crate) fn program_text(
         Some(file) => Ok((entry.name.clone(), scene.resolve(file))),
         None => {
             let message = format!("the text of program {:?} is not part of the scene", entry.name);
-            Err(InputError::file(
-                &scene.path,
-                message,
-                "give it with --nc FILE; the scene's README says where it is published",
-            ))
+            let help = "give it with --nc FILE; the scene's README says where it is published";
+            Err(scene.error_of_program(entry, "name", message, help))
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use proveout_controller::{ControlError, Reprogrammed, Reprogramming};
-use proveout_geom::{InputError, Pose, ToolPose, Vector};
+use proveout_geom::{InputError, Pose, Step::Key, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::post::{PostSettings, post_for};
 use proveout_nc::{
@@ -11,7 +11,7 @@ use proveout_nc::{
     PathMode, Program, Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName, WorkOffset,
 };
 use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
-use proveout_toolpath::reschedule::Study;
+use proveout_toolpath::reschedule::{KEPT, Study};
 
 use crate::{
     certificate::{ScheduleCertificate, blocks_of, certify},
@@ -91,7 +91,7 @@ fn tip_feeds(commands: &[Command]) -> Vec<Command> {
 /// # Errors
 /// The scene has no blade or no plan, the tool is no ball end mill, or the pass does not fit the blade.
 pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Vec<Command>, SimError> {
-    let file = |message: String, help: &str| InputError::file(&scene.path, message, help);
+    let file = |message: String, help: &str| scene.error_at(&[Key("plan"), Key("helix")], message, help);
     let blade = scene.file.part.as_ref().and_then(|p| p.blade);
     let (Some(blade), Some(plan)) = (blade, &scene.file.plan) else {
         return Err(file("the scene has no blade or no [plan.helix]".into(), "describe both in the scene").into());
@@ -99,11 +99,13 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
     let Some(plan) = &plan.helix else {
         return Err(file("the scene has no [plan.helix]".into(), "describe the pass in the scene").into());
     };
+    let of_tool =
+        |message: String, help: &str| scene.error_at(&[Key("plan"), Key("helix"), Key("tool")], message, help);
     let Some(tool) = tools.find(&ToolId::Name(plan.tool.clone())) else {
-        return Err(file(format!("the tool library has no tool {:?}", plan.tool), "name one of its tools").into());
+        return Err(of_tool(format!("the tool library has no tool {:?}", plan.tool), "name one of its tools").into());
     };
     let Some(radius) = tip(tool).and_then(Profile::ball_radius) else {
-        return Err(file(format!("tool {:?} is no ball end mill", plan.tool), "name a ball end mill").into());
+        return Err(of_tool(format!("tool {:?} is no ball end mill", plan.tool), "name a ball end mill").into());
     };
     let wrong = |e: String| file(e, "correct [part.blade] and [plan.helix]");
     let blade = blade.blade(0.0).map_err(|e| wrong(e.to_string()))?;
@@ -155,7 +157,8 @@ pub(crate) fn offset_of(scene: &Scene, strategy: &str, word: &str) -> Result<Wor
     scene.file.work_offsets.get(word).map(WorkOffset::from).ok_or_else(|| {
         let known: Vec<&str> = scene.file.work_offsets.keys().map(String::as_str).collect();
         let message = format!("[plan.{strategy}] wants the work offset {word:?}, which the scene does not give");
-        InputError::file(&scene.path, message, format!("add [work_offsets.{word}], or name one of {known:?}"))
+        let help = format!("add [work_offsets.{word}], or name one of {known:?}");
+        scene.error_at(&[Key("plan"), Key(strategy), Key("work_offset")], message, help)
     })
 }
 
@@ -376,7 +379,7 @@ impl<'a> Rescheduling<'a> {
     /// What is wrong with value and remedy: no such program, another method, or several programs of the scene that make it
     /// with other options.
     pub fn of_scene(scene: &'a Scene, name: &str, method: MethodFile) -> Result<Self, InputError> {
-        let wrong = |message: String, help: String| InputError::file(&scene.path, message, help);
+        let wrong = |message: String, help: String| scene.error_at(&[Key("program")], message, help);
         let all = &scene.file.program;
         let names =
             |of: &mut dyn Iterator<Item = &ProgramFile>| of.map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -458,7 +461,10 @@ impl<'a> Rescheduling<'a> {
         };
         let text = if dialect == Dialect::Siemens840d { run } else { text(&made.commands, dialect, &settings)? };
         let channels = made.runs.iter().flat_map(|run| channels(&run.study)).collect();
-        Ok(Remade { text, certificate, uncertified, channels })
+        let kept = made.runs.iter().find_map(|run| KEPT.into_iter().find(|name| run.study.figure(name).is_some()));
+        let in_feed = |motion: &motion::Motion| motion.blocks.iter().map(|b| b.time[1] - b.time[0]).sum::<f64>();
+        let feed_s = [in_feed(&original), in_feed(&new)];
+        Ok(Remade { text, certificate, uncertified, channels, feed_s, kept })
     }
 }
 
@@ -511,6 +517,10 @@ pub struct Remade {
     pub uncertified: Vec<String>,
     /// Channels that the method has looked at, those of each run in order.
     pub channels: Vec<ChannelShown>,
+    /// Time in feed of the program before and of this one, s.
+    pub feed_s: [f64; 2],
+    /// Whose schedule the method has kept, since none of its own was faster or smoother.
+    pub kept: Option<&'static str>,
 }
 
 /// A channel of tool axes by its figures.

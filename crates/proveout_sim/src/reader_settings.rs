@@ -75,12 +75,17 @@ fn dialect(scene: &Scene, entry: Option<&ProgramFile>, given: bool) -> Result<Di
         return Ok(Dialect::Auto);
     }
     let source = entry.and_then(|e| e.reschedule.as_ref()).and_then(|r| scene.program(Some(&r.from)));
-    match [entry, source].into_iter().flatten().find_map(|e| e.dialect.as_deref()) {
+    match [entry, source].into_iter().flatten().find_map(|e| Some((e, e.dialect.as_deref()?))) {
         None => Ok(Dialect::Auto),
-        Some(name) => Dialect::from_name(name).ok_or_else(|| {
+        Some((of, name)) => Dialect::from_name(name).ok_or_else(|| {
             let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
             let message = format!("dialect {name:?} is not known");
-            InputError::file(&scene.path, message, format!("write one of {}, or leave it out", names.join(", ")))
+            scene.error_of_program(
+                of,
+                "dialect",
+                message,
+                format!("write one of {}, or leave it out", names.join(", ")),
+            )
         }),
     }
 }

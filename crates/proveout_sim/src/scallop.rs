@@ -164,15 +164,18 @@ impl Measured {
         })
     }
 
-    /// Smallest width of the strips up to a height above a plane: of the standing and of the moving cutter.
+    /// Smallest width of the strips up to a height above the design: of the standing and of the moving cutter.
     fn widths(&self, height: f64) -> [Option<f64>; 2] {
         let stride = self.found.ridges.len().div_ceil(WIDTHS).max(1);
         let mut least = [None, None];
-        for side in self.found.ridges.iter().step_by(stride).filter_map(|r| r.sides).flatten() {
+        let sided =
+            self.found.ridges.iter().step_by(stride).filter_map(|r| Some((r.sides?, r.curvature.unwrap_or(0.0))));
+        for (side, curvature) in sided.flat_map(|(sides, curvature)| sides.map(|side| (side, curvature))) {
             let bodies = self.cutters.get(side.cutter as usize).map_or(&[][..], Vec::as_slice);
             let contacts = bodies.iter().filter_map(|b| CutterContact::new(b, side.axis, side.normal, side.feed));
             for contact in contacts {
-                let widths = [contact.section_width(height), contact.swept_width(height)];
+                let widths =
+                    [contact.section_width_over(height, curvature), contact.swept_width_over(height, curvature)];
                 for (least, width) in least.iter_mut().zip(widths) {
                     let width = width.map(|[left, right]| left + right);
                     *least = match (*least, width) {

@@ -25,9 +25,9 @@ pub struct Scallop {
     pub spacing_mean_mm: Option<f64>,
     /// Largest distance of the passes along the design, mm.
     pub spacing_max_mm: Option<f64>,
-    /// Smallest width of the strip that the standing cutter cuts up to the tolerance above a plane, mm.
+    /// Smallest width of the strip that the standing cutter cuts up to the tolerance above the design, along it, mm.
     pub strip_width_min_mm: Option<f64>,
-    /// Smallest width of the strip that the moving cutter cuts up to the tolerance above a plane, mm.
+    /// Smallest width of the strip that the moving cutter cuts up to the tolerance above the design, along it, mm.
     pub swept_width_min_mm: Option<f64>,
     /// Ridges by the bounds that the scene sets, where it sets some for regions.
     pub regions: Vec<ScallopRegion>,

@@ -111,6 +111,10 @@ impl<'a> Group<'a> {
             (Some(mean), Some(apart)) if !among => {
                 format!("; the geometry of the contacts gives {mean:.3} um, within {apart:.3} um")
             }
+            (None, _) if ridges.iter().any(|r| r.on_flat) => {
+                "; the cutter touches with a flat, so that no contact gives a height or a distance of the passes"
+                    .to_owned()
+            }
             _ => String::new(),
         };
         Self {

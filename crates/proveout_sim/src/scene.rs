@@ -5,7 +5,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use proveout_geom::{Document, InputError, in_millimeters, read_input};
+use proveout_geom::{Document, InputError, Step::Item, Step::Key, in_millimeters, read_input};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
@@ -13,7 +13,7 @@ use serde_spanned::Spanned;
 pub use crate::mesh_unit::MeshUnitFile;
 pub use crate::scene_blade::{BladeFile, BladeKindFile, EndFile, EndPlatformFile, PlatformFile};
 pub use crate::scene_choice::{ChoiceFile, ChoiceSourceFile, ChoiceValueFile};
-pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
+pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, PublishedKindFile, QuantityFile};
 pub use crate::scene_control::{ControlFile, DynamicsFile, PlantFile};
 pub use crate::scene_inspect::{InspectFile, InspectKindFile, probe_direction};
 pub use crate::scene_limits::JointLimitFile;
@@ -38,7 +38,7 @@ pub use crate::scene_surface::{
 pub use crate::scene_tolerance::{ToleranceRegionFile, Tolerances};
 use crate::{
     choice::resolution_fault, names, scene_compare, scene_inspect, scene_numbers, scene_part, scene_patch,
-    scene_program, scene_stock, scene_surface,
+    scene_place::offset_of, scene_program, scene_stock, scene_surface,
 };
 
 /// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
@@ -205,17 +205,18 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
         return fault(file.resolution_mm.span().start, message, "write for example 0.2");
     }
     if file.limits.blocks == Some(0) {
-        let at = text.find("blocks").unwrap_or(0);
+        let at = offset_of(text, &[Key("limits"), Key("blocks")]);
         let message = format!("`limits.blocks` = 0 is out of range: 1 to {}", u32::MAX);
         return fault(at, message, "leave it out for ten million");
     }
     // These become names of files and folders.
-    let patches = file.stock.get_ref().patch.iter().map(|p| &p.get_ref().name);
-    let programs = file.program.iter().map(|p| &p.name);
-    for name in std::iter::once(&file.name).chain(programs).chain(patches) {
+    let patches = file.stock.get_ref().patch.iter().enumerate();
+    let patches = patches.map(|(i, p)| (vec![Key("stock"), Key("patch"), Item(i), Key("name")], &p.get_ref().name));
+    let programs = file.program.iter().enumerate();
+    let programs = programs.map(|(i, p)| (vec![Key("program"), Item(i), Key("name")], &p.name));
+    for (path, name) in std::iter::once((vec![Key("name")], &file.name)).chain(programs).chain(patches) {
         if let Some(message) = names::fault(name) {
-            let at = text.find(&format!("\"{name}\"")).unwrap_or(0);
-            return fault(at, message, names::REMEDY);
+            return fault(offset_of(text, &path), message, names::REMEDY);
         }
     }
     if let Some((at, message, help)) = scene_numbers::fault(text, file) {

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_geom::{InputError, Step, Step::Item, Step::Key};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{gates::GATES, scene::SceneFile, scene_choice::ChoiceFile};
+use crate::{gates::GATES, scene::SceneFile, scene_choice::ChoiceFile, scene_place::offset_of};
 
 /// Comparison of the programs of a scene.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -96,9 +96,46 @@ pub struct PublishedFile {
     pub band: Option<[f64; 2]>,
     /// Where it was published.
     pub source: String,
+    /// Who states the value: the publication in numbers, its reader from a figure, or a count of our own.
+    #[serde(default)]
+    pub kind: PublishedKindFile,
     /// Why it can, or cannot, be reached.
     #[serde(default)]
     pub remark: String,
+}
+
+/// Who states a value that ours stands beside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PublishedKindFile {
+    /// The publication, in numbers.
+    #[default]
+    Paper,
+    /// Read from a figure of the publication.
+    Figure,
+    /// A second count of our own: it reproduces no publication.
+    OwnCount,
+}
+
+impl PublishedKindFile {
+    /// What stands before the value in a table; empty for the publication's own.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Paper => "",
+            Self::Figure => "from a figure: ",
+            Self::OwnCount => "own count: ",
+        }
+    }
+
+    /// A judgement in words: what agrees with a count of our own reproduces nothing.
+    pub fn judged(self, word: &'static str) -> &'static str {
+        match (self, word) {
+            (Self::OwnCount, "reproduced" | "yes" | "in the band") => "agrees with own count",
+            (Self::OwnCount, "possible") => "may agree with own count",
+            (Self::OwnCount, "not" | "no" | "outside") => "differs from own count",
+            _ => word,
+        }
+    }
 }
 
 /// A criterion: a bound of a quantity, or a gate that must pass.
@@ -259,16 +296,16 @@ pub(crate) const ROTARY: &str = "rotary";
 /// Checks the section against the programs of its scene.
 pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
     let Some(compare) = &file.compare else { return Ok(()) };
-    let fault = |word: &str, message: String, help: &str| {
-        let at = text.find("[compare").unwrap_or(0);
-        let at = text.get(at..).and_then(|rest| rest.find(word)).map_or(at, |offset| at + offset);
-        Err(InputError::at(path, text, at, message, help))
+    let at_path = |keys: &[Step<'_>], message: String, help: &str| {
+        let keys: Vec<Step<'_>> = [Key("compare")].into_iter().chain(keys.iter().copied()).collect();
+        Err(InputError::at(path, text, offset_of(text, &keys), message, help))
     };
+    let fault = |key: &str, message: String, help: &str| at_path(&[Key(key)], message, help);
     let known = |name: &str| file.program.iter().any(|p| p.name == name);
     let names: Vec<&str> = file.program.iter().map(|p| p.name.as_str()).collect();
     let programs = format!("programs of the scene: {}", names.join(", "));
     if let Some(name) = compare.baseline.as_deref().filter(|name| !known(name)) {
-        return fault(&format!("{name:?}"), format!("the baseline {name:?} is no program of the scene"), &programs);
+        return fault("baseline", format!("the baseline {name:?} is no program of the scene"), &programs);
     }
     if !(0.0..1e6).contains(&compare.run_ends_s) {
         let message = format!("run_ends_s = {} is not a time", compare.run_ends_s);
@@ -277,9 +314,10 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     if let Some([from, to]) = compare.shown_s.filter(|[from, to]| !(0.0 <= *from && from < to && to.is_finite())) {
         return fault("shown_s", format!("shown_s = [{from}, {to}] is no stretch"), "write [from, to] in seconds");
     }
-    let mut others = compare.must_pass.iter().flatten().chain(&compare.null_program);
-    if let Some(name) = others.find(|name| !known(name)) {
-        return fault(&format!("{name:?}"), format!("{name:?} is no program of the scene"), &programs);
+    let must = compare.must_pass.iter().flatten().enumerate().map(|(i, name)| (vec![Key("must_pass"), Item(i)], name));
+    let null = compare.null_program.iter().map(|name| (vec![Key("null_program")], name));
+    if let Some((at, name)) = must.chain(null).find(|(_, name)| !known(name)) {
+        return at_path(&at, format!("{name:?} is no program of the scene"), &programs);
     }
     if !compare.choice.is_empty() && !(1..=MOST_DRAWS).contains(&compare.draws) {
         let message = format!("draws = {} is out of range", compare.draws);
@@ -289,59 +327,67 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         let double = compare.choice[..i].iter().any(|c| c.key == choice.key || c.name == choice.name);
         let double = double.then(|| (format!("the choice {:?} stands twice", choice.name), "take one out".to_owned()));
         if let Some((message, help)) = double.or_else(|| choice.fault(file)) {
-            return fault(&format!("{:?}", choice.name), message, &help);
+            return at_path(&[Key("choice"), Item(i)], message, &help);
         }
     }
-    let published = compare
-        .published
-        .iter()
-        .map(|p| (&p.name, &p.program, p.against.as_ref(), Some(p.quantity), p.axis.as_deref(), p.figure.is_some()));
-    let expected = compare
-        .expect
-        .iter()
-        .map(|e| (&e.name, &e.program, e.against.as_ref(), e.quantity, e.axis.as_deref(), e.figure.is_some()));
-    for (name, program, against, quantity, axis, figure) in published.chain(expected) {
-        let word = format!("{name:?}");
-        if let Some(unknown) = [Some(program), against].into_iter().flatten().find(|p| !known(p)) {
-            return fault(&word, format!("{name:?} names {unknown:?}, which is no program of the scene"), &programs);
+    let published = compare.published.iter().enumerate().map(|(i, p)| {
+        (
+            ("published", i),
+            &p.name,
+            &p.program,
+            p.against.as_ref(),
+            Some(p.quantity),
+            p.axis.as_deref(),
+            p.figure.is_some(),
+        )
+    });
+    let expected = compare.expect.iter().enumerate().map(|(i, e)| {
+        (("expect", i), &e.name, &e.program, e.against.as_ref(), e.quantity, e.axis.as_deref(), e.figure.is_some())
+    });
+    for ((list, i), name, program, against, quantity, axis, figure) in published.chain(expected) {
+        let fault = |key: &str, message: String, help: &str| at_path(&[Key(list), Item(i), Key(key)], message, help);
+        let named = [("program", Some(program)), ("against", against)];
+        if let Some((key, unknown)) = named.into_iter().filter_map(|(k, p)| Some((k, p?))).find(|(_, p)| !known(p)) {
+            return fault(key, format!("{name:?} names {unknown:?}, which is no program of the scene"), &programs);
         }
         if quantity.is_some_and(|q| q.of_joint() != axis.is_some()) {
             return fault(
-                &word,
+                "axis",
                 format!("{name:?} has no axis, or one too many"),
                 "give `axis` for quantities of a joint only",
             );
         }
         if axis == Some(ROTARY) && quantity.is_some_and(|q| !q.of_rotary()) {
             return fault(
-                &word,
+                "axis",
                 format!("{name:?} wants of all rotary joints what only one of them has"),
                 "name a joint; `rotary` belongs to demand-velocity and demand-acceleration",
             );
         }
         if quantity.is_some_and(|q| (q == QuantityFile::Study) != figure) {
             return fault(
-                &word,
+                "figure",
                 format!("{name:?} names no number, or one too many"),
                 "give `figure` with quantity = \"study\" only",
             );
         }
     }
-    for e in &compare.expect {
-        let word = format!("{:?}", e.name);
+    for (i, e) in compare.expect.iter().enumerate() {
+        let fault =
+            |key: &str, message: String, help: &str| at_path(&[Key("expect"), Item(i), Key(key)], message, help);
         let bounds = e.at_least.is_some() || e.at_most.is_some();
         if e.quantity.is_some() != bounds || e.quantity.is_some() == e.gate.is_some() {
             let message = format!("criterion {:?} can not be judged", e.name);
-            return fault(&word, message, "give a `quantity` with `at_least` or `at_most`, or a `gate`");
+            return fault("name", message, "give a `quantity` with `at_least` or `at_most`, or a `gate`");
         }
         if let Some(gate) = e.gate.as_deref().filter(|g| !GATES.contains(g)) {
-            return fault(&word, format!("there is no gate {gate:?}"), &format!("gates: {}", GATES.join(", ")));
+            return fault("gate", format!("there is no gate {gate:?}"), &format!("gates: {}", GATES.join(", ")));
         }
     }
-    for p in &compare.published {
+    for (i, p) in compare.published.iter().enumerate() {
         if p.band.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low > high) {
-            return fault(
-                &format!("{:?}", p.name),
+            return at_path(
+                &[Key("published"), Item(i), Key("band")],
                 format!("the band of {:?} holds nothing", p.name),
                 "write [low, high]",
             );

@@ -1,6 +1,6 @@
 //! Limits of joints that a scene sets below those of its machine, as a control does with its axis data for one job.
 
-use proveout_geom::InputError;
+use proveout_geom::{InputError, Step, Step::Key};
 use proveout_machine::{Joint, Machine};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -55,7 +55,11 @@ pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<Vec<C
     let mut changed = Vec::new();
     for (name, limits) in &scene.file.control.joint_limits {
         let fault = |message: String, help: String| {
-            InputError::file(&scene.path, format!("[control.joint_limits.{name}]: {message}"), help)
+            let path = [Key("control"), Key("joint_limits"), Key(name)];
+            // The message begins with its key where it is of one.
+            let key = message.split(' ').next().filter(|word| word.starts_with("max_")).map(str::to_owned);
+            let path: Vec<Step<'_>> = path.into_iter().chain(key.as_deref().map(Key)).collect();
+            scene.error_at(&path, format!("[control.joint_limits.{name}]: {message}"), help)
         };
         let Some(joint) = machine.joint(name) else {
             let names: Vec<&str> = machine.joints.iter().map(|j| j.name.as_str()).collect();
@@ -118,7 +122,7 @@ fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), (String, Stri
     if let Some((key, ..)) = other.iter().find(|(_, value, _)| value.is_some()) {
         let kind = if joint.is_rotary() { "rotary" } else { "linear" };
         let keys: Vec<&str> = own.iter().map(|(key, ..)| *key).collect();
-        return Err((format!("the joint is {kind} and {key} is not for it"), format!("write {}", keys.join(", "))));
+        return Err((format!("{key} is not for it: the joint is {kind}"), format!("write {}", keys.join(", "))));
     }
     let targets = [&mut joint.max_velocity, &mut joint.max_acceleration, &mut joint.max_jerk];
     for ((key, value, unit), target) in own.into_iter().zip(targets) {

@@ -2,33 +2,43 @@
 
 use std::ops::RangeInclusive;
 
-use crate::scene::SceneFile;
+use proveout_geom::Step::Key;
+
+use crate::{scene::SceneFile, scene_place::offset_of};
 
 /// What is wrong with such a number: its offset in the text of the scene, message and help.
 pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, &'static str)> {
     let control = &file.control;
     let piece = control.piece_tolerance_mm.as_ref().map(|t| *t.get_ref());
-    let rows: [(&str, Option<f64>, RangeInclusive<f64>, &'static str); 4] = [
+    let rows: [(&str, &str, Option<f64>, RangeInclusive<f64>, &'static str); 4] = [
         (
+            "control",
             "path_tolerance_mm",
             control.path_tolerance_mm,
             0.0..=10.0,
             "write 0 to 10, or leave it out for the machine's",
         ),
-        ("piece_tolerance_mm", piece, 1e-6..=0.1, "write 0.000001 to 0.1, or leave it out for 0.0005"),
-        ("pole_cone_deg", control.pole_cone_deg, 0.0..=5.0, "write 0 to 5, or leave it out for the machine's"),
+        ("control", "piece_tolerance_mm", piece, 1e-6..=0.1, "write 0.000001 to 0.1, or leave it out for 0.0005"),
         (
+            "control",
+            "pole_cone_deg",
+            control.pole_cone_deg,
+            0.0..=5.0,
+            "write 0 to 5, or leave it out for the machine's",
+        ),
+        (
+            "limits",
             "simulated_time_s",
             file.limits.simulated_time_s,
             1.0..=1e7,
             "write 1 to 10000000, or leave it out for 360000",
         ),
     ];
-    let (key, value, help) = rows
-        .into_iter()
-        .find_map(|(key, value, range, help)| value.filter(|v| !range.contains(v)).map(|value| (key, value, help)))?;
-    let at = control.piece_tolerance_mm.as_ref().filter(|_| key == "piece_tolerance_mm").map(|t| t.span().start);
-    Some((at.or_else(|| text.find(key)).unwrap_or(0), format!("{key} = {value} is out of range"), help))
+    rows.into_iter().find_map(|(table, key, value, range, help)| {
+        let value = value.filter(|v| !range.contains(v))?;
+        let at = offset_of(text, &[Key(table), Key(key)]);
+        Some((at, format!("{key} = {value} is out of range"), help))
+    })
 }
 
 #[cfg(test)]

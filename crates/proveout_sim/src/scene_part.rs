@@ -2,13 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{InputError, Vector};
+use proveout_geom::{InputError, Step, Step::Key, Vector};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
-use crate::mesh_unit::MeshUnitFile;
-use crate::scene::{BladeFile, BoxFile};
+use crate::{
+    mesh_unit::MeshUnitFile,
+    scene::{BladeFile, BoxFile},
+    scene_place::offset_of,
+};
 
 /// Design part: a mesh, or a surface with a closed form.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -57,8 +60,11 @@ pub struct ConeFrustumFile {
 /// # Errors
 /// The first fault.
 pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), InputError> {
-    let fault =
-        |message: &str, help: &str| Err(InputError::at(path, text, text.find("[part").unwrap_or(0), message, help));
+    let at_key = |keys: &[Step<'_>], message: &str, help: &str| {
+        let keys: Vec<Step<'_>> = [Key("part")].into_iter().chain(keys.iter().copied()).collect();
+        Err(InputError::at(path, text, offset_of(text, &keys), message, help))
+    };
+    let fault = |message: &str, help: &str| at_key(&[], message, help);
     let forms = [part.mesh.is_some(), part.cone_frustum.is_some(), part.blade.is_some()];
     if forms.into_iter().filter(|given| *given).count() != 1 {
         return fault("the part needs exactly one form", "give one of `mesh`, `cone_frustum`, `blade`");
@@ -69,21 +75,29 @@ pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), Inpu
     if let Some(b) = part.judged
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
     {
-        return fault("the judged box holds nothing", "min_mm must be below max_mm");
+        return at_key(&[Key("judged")], "the judged box holds nothing", "min_mm must be below max_mm");
     }
     match &part.blade {
         Some(blade) => {
             if let Some((message, help)) = blade.fault(part.sections.is_some()) {
-                return fault(&message, &help);
+                return at_key(&[Key("blade")], &message, &help);
             }
         }
         None if part.sections.is_some() => {
-            return fault("`sections` belongs to a blade", "give [part.blade] with kind = \"sections\"");
+            return at_key(
+                &[Key("sections")],
+                "`sections` belongs to a blade",
+                "give [part.blade] with kind = \"sections\"",
+            );
         }
         None => {}
     }
     if part.blade.is_some_and(|b| !(1e-5..=1.0).contains(&b.chord_error_mm)) {
-        return fault("chord_error_mm of the blade is out of range", "give 0.00001 to 1 mm");
+        return at_key(
+            &[Key("blade"), Key("chord_error_mm")],
+            "chord_error_mm of the blade is out of range",
+            "give 0.00001 to 1 mm",
+        );
     }
     if part.chord_error_mm.is_nan() || part.chord_error_mm < 0.0 {
         return fault("chord_error_mm must not be negative", "give the largest distance of the mesh from the design");

@@ -6,11 +6,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::InputError;
+use proveout_geom::{InputError, Step::Item, Step::Key};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::scene::{AxisFile, DynamicsFile, HELIX, Mount, OffsetFile, RescheduleFile, Scene, SceneFile, StrategyFile};
+use crate::{
+    scene::{AxisFile, DynamicsFile, HELIX, Mount, OffsetFile, RescheduleFile, Scene, SceneFile, StrategyFile},
+    scene_place::offset_of,
+};
 
 /// One named program.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -58,8 +61,9 @@ impl Scene {
 pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
     let fault = |offset: usize, message: String, help: &str| Err(InputError::at(path, text, offset, message, help));
     for (i, program) in file.program.iter().enumerate() {
+        let of_key = |key: &'static str| offset_of(text, &[Key("program"), Item(i), Key(key)]);
         if program.reschedule.is_some() && program.file.is_some() {
-            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let at = of_key("reschedule");
             let message = format!("program {:?} has a text and is re-scheduled", program.name);
             return fault(at, message, "give either `file` or `reschedule`");
         }
@@ -69,21 +73,21 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
             helix || StrategyFile::named(name).is_some_and(|s| plans.is_some_and(|p| s.of(p).is_some()))
         };
         if let Some(name) = program.planned.as_deref().filter(|name| program.file.is_none() || !plan(name)) {
-            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let at = of_key("planned");
             let message =
                 format!("program {:?} is planned by {name:?}, which writes no file of this scene", program.name);
             return fault(at, message, "name a table under [plan], for a program with a file");
         }
         let by_contacts = program.planned.as_deref().is_some_and(|name| StrategyFile::named(name).is_some());
         if program.planned_axis.is_some() && !by_contacts {
-            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let at = of_key("planned_axis");
             let message = format!("program {:?} gives `planned_axis` without a plan that reads it", program.name);
             return fault(at, message, "name a table under [plan] other than helix as `planned`, or leave it out");
         }
         if let Some(reschedule) = &program.reschedule
             && let Some(key) = reschedule.unread()
         {
-            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let at = of_key("reschedule");
             let read = reschedule.read().join(", ");
             let message = format!("program {:?} gives `{key}`, which its method does not read", program.name);
             return fault(at, message, &format!("leave it out; options of the method: {read}"));
@@ -91,13 +95,13 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         if let Some(reschedule) = &program.reschedule
             && !file.program.iter().any(|p| p.name == reschedule.from && p.file.is_some())
         {
-            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let at = of_key("reschedule");
             let message =
                 format!("program {:?} is made from {:?}, which has no text here", program.name, reschedule.from);
             return fault(at, message, "name a program of this scene that has a file");
         }
         if file.program[..i].iter().any(|p| p.name == program.name) {
-            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let at = of_key("name");
             return fault(at, format!("two programs are named {:?}", program.name), "give each its own name");
         }
     }

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_geom::{InputError, Step::Key};
 use proveout_surface::texture::{SettingClass, Standard};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
+
+use crate::scene_place::offset_of;
 
 /// Longest name of a patch: it becomes part of a file name.
 const LONGEST_NAME: usize = 40;
@@ -305,20 +307,20 @@ fn size_fault(size: [f64; 2], step_um: f64) -> Option<(String, &'static str)> {
 
 /// Checks what can be seen without design and motion.
 pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), InputError> {
-    let table = text.find("[surface").unwrap_or(0);
+    let of_key = |key: &'static str| offset_of(text, &[Key("surface"), Key(key)]);
     let fault = |offset: usize, what: &str, (message, help): (String, &'static str)| {
         Err(InputError::at(path, text, offset, format!("{what}: {message}"), help))
     };
     if let Some(f) = size_fault(file.size_mm, file.step_um) {
-        return fault(table, "[surface]", f);
+        return fault(of_key("size_mm"), "[surface]", f);
     }
     if !(file.max_height_mm > 0.0 && file.max_height_mm <= 100.0) {
         let m = format!("max_height_mm = {} is out of range", file.max_height_mm);
-        return fault(table, "[surface]", (m, "write a height above 0 and at most 100 mm"));
+        return fault(of_key("max_height_mm"), "[surface]", (m, "write a height above 0 and at most 100 mm"));
     }
     if file.phases == 0 || file.phases > MOST_PHASES {
         let m = format!("phases = {} is out of range", file.phases);
-        return fault(table, "[surface]", (m, "write 1 to 100 repetitions"));
+        return fault(of_key("phases"), "[surface]", (m, "write 1 to 100 repetitions"));
     }
     let mut names: Vec<&str> = Vec::new();
     let entries = file.patch.iter().map(|p| (p.span().start, p.get_ref().name.as_str(), "patch"));

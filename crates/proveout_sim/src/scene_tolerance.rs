@@ -1,9 +1,11 @@
 //! `[tolerances]` of a scene: bounds of the gates, and regions with bounds of their own for the texture of the surface.
 
-use proveout_geom::{Aabb, Point};
+use proveout_geom::{Aabb, Point, Step::Item, Step::Key};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
+
+use crate::scene_place::offset_of;
 
 /// Bounds of the gates.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -150,12 +152,18 @@ impl Tolerances {
             ("contact_mm", self.contact_mm),
         ];
         if let Some((key, value)) = lengths.into_iter().find(|(_, v)| !(0.0..1e3).contains(v)) {
-            let at = text.find(key).unwrap_or(0);
+            let at = offset_of(text, &[Key("tolerances"), Key(key)]);
             return Some((at, format!("{key} = {value} is no tolerance"), "write a length from 0 to 1000 mm"));
         }
-        let of_surface = SurfaceKey::ALL.map(|key| (key, self.of_surface(key), text.find(key.word()).unwrap_or(0)));
-        let of_regions =
-            self.region.iter().flat_map(|r| SurfaceKey::ALL.map(|k| (k, r.get_ref().bound(k), r.span().start)));
+        let at = |key: SurfaceKey| offset_of(text, &[Key("tolerances"), Key(key.word())]);
+        let of_surface = SurfaceKey::ALL.map(|key| (key, self.of_surface(key), at(key)));
+        let in_region =
+            |i, key: SurfaceKey| offset_of(text, &[Key("tolerances"), Key("region"), Item(i), Key(key.word())]);
+        let of_regions = self
+            .region
+            .iter()
+            .enumerate()
+            .flat_map(|(i, r)| SurfaceKey::ALL.map(|k| (k, r.get_ref().bound(k), in_region(i, k))));
         for (key, bound, at) in of_surface.into_iter().chain(of_regions) {
             let Some(um) = bound else { continue };
             let word = key.word();

@@ -3,7 +3,9 @@
 use std::{path::PathBuf, sync::Arc};
 
 use proveout_geom::{
-    InputError, TriMesh,
+    InputError, Step,
+    Step::Key,
+    TriMesh,
     blade::{
         Backing, Blade, BladeSolid, CamberSide, ClosedSurface, Cui, Dong, Lu, ParametricSurface, Sine, SkinnedBlade,
         face_mesh, read_sections,
@@ -39,13 +41,16 @@ pub struct BladeMesh {
     pub asked: f64,
 }
 
+/// Where a scene describes its blade.
+const BLADE: [Step<'static>; 2] = [Key("part"), Key("blade")];
+
 impl Shape {
     /// The blade or face of a scene with so much material left on it, mm.
     ///
     /// # Errors
     /// Numbers or sections that make none.
     pub(crate) fn of_scene(scene: &Scene, file: &BladeFile, allowance: f64) -> Result<Self, InputError> {
-        let wrong = |message: String| InputError::file(&scene.path, message, "correct [part.blade] or the allowance");
+        let wrong = |message: String| scene.error_at(&BLADE, message, "correct [part.blade] or the allowance");
         let ended = |surface: Arc<dyn ParametricSurface>| {
             let (Some(root), Some(tip)) = (&file.root, &file.tip) else {
                 return Err(wrong("the blade has not two ends".into()));
@@ -86,7 +91,7 @@ impl Shape {
     /// # Errors
     /// The chord error was not reached, or the mesh bounds no solid.
     pub(crate) fn mesh(&self, scene: &Scene, chord_error_mm: f64) -> Result<(TriMesh, Option<f64>), SimError> {
-        let wrong = |message: String| InputError::file(&scene.path, message, "correct [part.blade]");
+        let wrong = |message: String| scene.error_at(&BLADE, message, "correct [part.blade]");
         let made = match self {
             Self::Camber(blade) => (blade.mesh(chord_error_mm), None),
             Self::Ended(solid) => {
@@ -125,7 +130,7 @@ fn skinned(scene: &Scene) -> Result<SkinnedBlade, InputError> {
 /// The scene has no blade, or it is none.
 pub fn blade_mesh_of(scene: &Scene, allowance: f64, chord_error_mm: Option<f64>) -> Result<BladeMesh, SimError> {
     let Some(file) = scene.file.part.as_ref().and_then(|p| p.blade) else {
-        return Err(InputError::file(&scene.path, "the scene has no blade", "describe it as [part.blade]").into());
+        return Err(scene.error_at(&BLADE, "the scene has no blade", "describe it as [part.blade]").into());
     };
     let asked = chord_error_mm.unwrap_or(file.chord_error_mm);
     let shape = Shape::of_scene(scene, &file, allowance)?;
@@ -134,6 +139,6 @@ pub fn blade_mesh_of(scene: &Scene, allowance: f64, chord_error_mm: Option<f64>)
         Shape::Camber(blade) => chord_error(&mesh, &**blade),
         _ => measured,
     };
-    let unknown = || InputError::file(&scene.path, "how far the mesh is off cannot be told", "correct [part.blade]");
+    let unknown = || scene.error_at(&BLADE, "how far the mesh is off cannot be told", "correct [part.blade]");
     Ok(BladeMesh { mesh, measured: measured.ok_or_else(unknown)?, asked })
 }

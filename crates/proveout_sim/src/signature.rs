@@ -21,7 +21,7 @@ use ed25519_compact::{KeyPair, PublicKey, SecretKey, Signature};
 use proveout_geom::read_regular_text;
 use thiserror::Error;
 
-use crate::manifest::{MANIFEST, ManifestError, verify};
+use crate::manifest::{MANIFEST, ManifestError, verify_files};
 
 /// Name of the file in a run folder.
 pub const SIGNATURE: &str = "manifest.sig";
@@ -81,7 +81,7 @@ pub enum SignatureError {
 /// # Errors
 /// [`SignatureError`]; a folder that is not as the run wrote it is not signed.
 pub fn sign(run: &Path, key: &Path) -> Result<(), SignatureError> {
-    let found = verify(run, None)?;
+    let found = verify_files(run)?;
     if let Some(what) = found.changed_files.into_iter().next() {
         return Err(SignatureError::Changed { run: run.to_owned(), what });
     }
@@ -99,7 +99,7 @@ pub fn sign(run: &Path, key: &Path) -> Result<(), SignatureError> {
     })
 }
 
-/// Holds the signature of a run folder against a public key. The files are another question, see [`verify`].
+/// Holds the signature of a run folder against a public key. The files are another question, see [`crate::verify`].
 ///
 /// # Errors
 /// [`SignatureError`] when it does not hold.
@@ -131,7 +131,7 @@ fn text(path: &Path, most: u64) -> Result<String, SignatureError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::manifest::Manifest;
+    use crate::manifest::{Manifest, verify};
 
     /// The first key of RFC 8032, chapter 7.1, in the PEM of RFC 8410.
     const PRIVATE: &str = "-----BEGIN PRIVATE KEY-----\n\
@@ -158,7 +158,9 @@ mod tests {
         let run = file("run");
         fs::create_dir(&run).expect("made");
         fs::write(run.join("verdict.json"), "pass").expect("written");
-        Manifest::of(&run, &[], Path::new("")).and_then(|m| m.write(&run)).expect("written");
+        fs::write(file("scene.toml"), "a scene").expect("written");
+        let scene = crate::digest::of_input("scene", &file("scene.toml")).expect("there");
+        Manifest::of(&run, &[scene], folder.path()).and_then(|m| m.write(&run)).expect("written");
         fs::write(file("key.pem"), PRIVATE).expect("written");
         fs::write(file("public.pem"), PUBLIC).expect("written");
         let held = || check_signature(&run, &file("public.pem"));

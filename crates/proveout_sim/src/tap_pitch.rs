@@ -6,17 +6,28 @@
 //! in time needs a chuck that gives way, and is often programmed a little slower: 10 percent (chosen).
 
 use proveout_controller::BlockRecord;
-use proveout_tool::Tool;
+use proveout_tool::{Tool, ToolLibrary};
 
 use crate::{
     finding::{Finding, TAP_PITCH},
     log::FindingLog,
+    verdict::ToolUse,
 };
 
 /// Largest difference from the pitch, as a part of it, of a path that is coupled to the spindle.
 const COUPLED: f64 = 0.01;
 /// The same of a feed in time.
 const IN_TIME: f64 = 0.1;
+
+/// What is not checked of taps that have cut, since the library gives them no pitch.
+pub(crate) fn unknown(tools: &ToolLibrary, used: &[ToolUse]) -> Vec<String> {
+    let bare = |tool: &&Tool| tool.is_tap && tool.thread.is_none();
+    let has_cut = |tool: &&Tool| used.iter().any(|u| u.name == tool.name && u.volume_mm3 > 0.0);
+    let words = |tool: &Tool| {
+        format!("whether {} goes forward by its pitch: the tool library gives it no `pitch_mm`", tool.name)
+    };
+    tools.tools.iter().filter(bare).filter(has_cut).map(words).collect()
+}
 
 /// The finding of a block in which a tap has cut with the spindle at `speed_rpm`; none where its way fits its pitch, or it is no tap.
 pub(crate) fn finding(tool: &Tool, block: &BlockRecord, speed_rpm: f64) -> Option<Finding> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_geom::{InputError, read_input};
+use proveout_geom::{InputError, Step::Key};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{choice::Choice, scene::Scene};
@@ -13,11 +13,9 @@ pub(crate) fn check_start_tool(scene: &Scene, tools: &ToolLibrary) -> Result<(),
     if tools.tools.iter().any(|t| t.number == number) {
         return Ok(());
     }
-    let text = read_input(&scene.path)?;
-    let at = text.find("[start]").unwrap_or(0);
     let message =
         format!("start.tool = {number}: the tool library has no tool of this number ({} tools)", tools.tools.len());
-    Err(InputError::at(&scene.path, &text, at, message, "add the tool to the library, or correct the number"))
+    Err(scene.error_at(&[Key("start"), Key("tool")], message, "add the tool to the library, or correct the number"))
 }
 
 /// Clamps tools as the call chooses.

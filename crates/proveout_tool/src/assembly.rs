@@ -64,7 +64,9 @@ pub struct Tool {
     pub has_holder: bool,
     /// Edges of the teeth, where they are described.
     pub edges: Option<CuttingEdges>,
-    /// The thread that it cuts, where it is a tap: its cutting body is the cylinder round its teeth.
+    /// A tap: its cutting body is the cylinder round its teeth.
+    pub is_tap: bool,
+    /// The thread that a tap cuts, where its pitch is known.
     pub thread: Option<Thread>,
     /// What it adds to the roughness of its motion, where that is known.
     pub residual: Option<Residual>,

@@ -59,6 +59,7 @@ impl ToolBuilder {
             left_handed: false,
             has_holder: false,
             edges: None,
+            is_tap: false,
             thread: None,
             residual: None,
         };

@@ -81,6 +81,9 @@ pub struct PlainHolder {
     pub length: f64,
 }
 
+/// What is said of a tap without a pitch.
+const NO_PITCH: &str = "nothing tells the pitch: write `pitch_mm`, or its thread and its feed are not checked";
+
 impl ToolDraft {
     /// A tool of which nothing is known but its number.
     pub fn new(number: u32, source: impl Into<String>) -> Self {
@@ -106,8 +109,8 @@ impl ToolDraft {
         self.get("diameter_mm").or((outline > 0.0).then_some(outline))
     }
 
-    /// Makes a tap of it where the words, or `pitch` (mm), tell its thread; else the cylinder round its teeth stands for it, with the reason
-    /// `why`. A thread of another diameter than the one that is told is none of this tool.
+    /// Makes a tap of it, with the pitch that the words or `pitch` (mm) tell. Where nothing tells it the tap has none, with the reason `why`: its
+    /// thread is then not known. A thread of another diameter than the one that is told is none of this tool.
     pub fn become_tap(&mut self, text: &str, pitch: Option<f64>, why: &str) {
         let named = thread_of(text);
         if let (None, Some(size)) = (self.diameter(), named) {
@@ -118,8 +121,8 @@ impl ToolDraft {
         let named = named.filter(same);
         let pitch = pitch.or(named.map(|size| size.pitch)).filter(|p| Thread::new(diameter, *p).is_ok());
         let Some(pitch) = pitch else {
-            self.kind = Some("flat");
-            self.choose(&["kind"], format!("{why}; nothing tells the pitch that `kind = \"tap\"` needs"));
+            self.kind = Some("tap");
+            self.choose(&["kind"], format!("{why}; {NO_PITCH}"));
             return;
         };
         self.kind = Some("tap");
@@ -170,7 +173,8 @@ impl ToolDraft {
             let reason = "nothing tells the shape: a flat end is the fullest body of this diameter";
             self.choose(&["kind"], reason);
         }
-        if self.kind == Some("tap") && self.get("pitch_mm").is_none() {
+        let tried = self.chosen.iter().any(|(_, why)| why.contains(NO_PITCH));
+        if self.kind == Some("tap") && self.get("pitch_mm").is_none() && !tried {
             let words = format!("{} {}", self.name, self.description);
             self.become_tap(&words, None, TAP_ENVELOPE);
         }

@@ -28,7 +28,7 @@ fn schema() -> Value {
                     foreign.into_iter().map(|k| ((*k).to_owned(), Value::Bool(false))).collect();
                 json!({
                     "if": { "properties": { "kind": { "const": word } }, "required": ["kind"] },
-                    "then": { "required": needed, "properties": absent },
+                    "then": { "required": required(needed), "properties": absent },
                 })
             })
             .collect();
@@ -57,7 +57,15 @@ pub(crate) const SHAPE_KEYS: [&str; 16] = [
     "segments",
 ];
 
-/// The shape keys that each kind needs; it may have no others.
+/// Of a tap of which nothing tells the pitch, the cylinder round its teeth is known all the same.
+const OPTIONAL: &str = "pitch_mm";
+
+/// The keys that a kind cannot do without.
+fn required<'a>(keys: &[&'a str]) -> Vec<&'a str> {
+    keys.iter().copied().filter(|key| *key != OPTIONAL).collect()
+}
+
+/// The shape keys that each kind needs, but for an optional one; it may have no others.
 const KINDS: [(Kind, &str, &[&str]); 14] = [
     (Kind::Ball, "ball", &["diameter_mm"]),
     (Kind::Flat, "flat", &["diameter_mm"]),
@@ -127,8 +135,12 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
     };
     for key in SHAPE_KEYS {
         match (shape_value(e, key), needed.contains(&key)) {
-            (None, true) => {
-                return refuse(key, f64::NAN, format!("is missing: kind \"{word}\" needs {}", needed.join(", ")));
+            (None, true) if key != OPTIONAL => {
+                return refuse(
+                    key,
+                    f64::NAN,
+                    format!("is missing: kind \"{word}\" needs {}", required(needed).join(", ")),
+                );
             }
             (Some(value), false) => {
                 let limit = format!("is no dimension of kind \"{word}\", which has {}", needed.join(", "));
@@ -194,8 +206,9 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         }
         builder = builder.flutes(flutes);
     }
-    let thread = (e.kind == Kind::Tap).then(|| Thread::new(diameter, get("pitch_mm"))).transpose()?;
-    if let Some(yes) = e.center_cutting.or(thread.map(|_| false)) {
+    let is_tap = e.kind == Kind::Tap;
+    let thread = e.pitch_mm.filter(|_| is_tap).map(|pitch| Thread::new(diameter, pitch)).transpose()?;
+    if let Some(yes) = e.center_cutting.or(is_tap.then_some(false)) {
         builder = builder.center_cutting(yes);
     }
     if let Some(wide) = e.dead_center_diameter_mm {
@@ -253,7 +266,7 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         }));
     }
     let mut tool = builder.build()?;
-    tool.thread = thread;
+    (tool.is_tap, tool.thread) = (is_tap, thread);
     tool.residual = e.residual.as_ref().map(residual_of).transpose()?;
     tool.edges = e.edges.as_ref().map(|edges| edges_of(edges, &tool)).transpose()?;
     Ok(tool)

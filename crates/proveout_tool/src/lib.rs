@@ -50,4 +50,4 @@ pub use import::{ImportCall, Imported, LengthUnit, import_tools};
 pub use library::{ToolLibrary, ToolNotes};
 pub use profile::{Nearest, Profile, ProfileError, Segment};
 pub use residual::Residual;
-pub use thread::{Thread, ThreadSize, thread_of};
+pub use thread::{Thread, ThreadSize, coarse_pitch, thread_of};

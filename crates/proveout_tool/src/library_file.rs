@@ -59,7 +59,7 @@ pub(crate) enum Kind {
     Chamfer,
     /// Cutter head with inserts.
     FaceMill,
-    /// Tap: the cylinder round its teeth, and the pitch of the thread that it cuts.
+    /// Tap: the cylinder round its teeth, and the pitch of the thread that it cuts, where it is known.
     Tap,
     /// Seven parameters of the APT cutter statement: D R E F alpha beta H.
     Apt,
@@ -118,7 +118,7 @@ pub(crate) struct ToolEntry {
     pub(crate) half_angle_deg: Option<f64>,
     /// Angle between the face and the side of the inserts of a face mill.
     pub(crate) entering_angle_deg: Option<f64>,
-    /// Pitch of the thread of a tap. What it cuts between the core of that thread and its diameter is told as thread and is no gouge.
+    /// Pitch of the thread of a tap; where it is left out the thread is not known, and neither it nor the feed of tapping is checked. What it cuts between the core of that thread and its diameter is told as thread and is no gouge.
     pub(crate) pitch_mm: Option<f64>,
     /// Curve of a `profile` cutter from the tip `[0, 0]` upward.
     pub(crate) segments: Option<Vec<SegmentEntry>>,

@@ -18,8 +18,8 @@ const COARSEST_NUMBERED: f64 = 24.0;
 /// Threads an inch that are believed.
 const THREADS_PER_INCH: std::ops::RangeInclusive<f64> = 4.0..=120.0;
 
-/// Nominal diameter and coarse pitch, mm (ISO 261, first and second choice).
-const COARSE: [(f64, f64); 36] = [
+/// Nominal diameter and coarse pitch, mm (ISO 261, all choices that have a coarse pitch). The only table of it: readers of programs use it too.
+const COARSE: [(f64, f64); 40] = [
     (1.0, 0.25),
     (1.1, 0.25),
     (1.2, 0.25),
@@ -37,7 +37,9 @@ const COARSE: [(f64, f64); 36] = [
     (6.0, 1.0),
     (7.0, 1.0),
     (8.0, 1.25),
+    (9.0, 1.25),
     (10.0, 1.5),
+    (11.0, 1.5),
     (12.0, 1.75),
     (14.0, 2.0),
     (16.0, 2.0),
@@ -55,8 +57,15 @@ const COARSE: [(f64, f64); 36] = [
     (48.0, 5.0),
     (52.0, 5.0),
     (56.0, 5.5),
+    (60.0, 5.5),
     (64.0, 6.0),
+    (68.0, 6.0),
 ];
+
+/// The coarse pitch of a metric thread of this nominal diameter, mm (ISO 261); none where the standard has no coarse pitch for it.
+pub fn coarse_pitch(diameter: f64) -> Option<f64> {
+    COARSE.into_iter().find(|(d, _)| (d - diameter).abs() < 1e-9).map(|(_, pitch)| pitch)
+}
 
 /// The thread that a tap cuts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,10 +134,7 @@ fn metric(word: &str, next: &[&str]) -> Option<ThreadSize> {
     };
     match named {
         Some(pitch) => Some(ThreadSize { diameter, pitch: believed(pitch)?, pitch_told: true }),
-        None => {
-            let (_, pitch) = COARSE.into_iter().find(|(d, _)| (d - diameter).abs() < 1e-9)?;
-            Some(ThreadSize { diameter, pitch, pitch_told: false })
-        }
+        None => Some(ThreadSize { diameter, pitch: coarse_pitch(diameter)?, pitch_told: false }),
     }
 }
 
@@ -197,7 +203,11 @@ mod tests {
             ("1-1/2-12 TAP", Some((38.1, 25.4 / 12.0, true))),
             (".250-20 TAP", Some((6.35, 1.27, true))),
             ("M8X20 SCREW", None),
-            ("M9 TAP", None),
+            ("M9 TAP", Some((9.0, 1.25, false))),
+            ("M11", Some((11.0, 1.5, false))),
+            ("M60", Some((60.0, 5.5, false))),
+            ("M2.5", Some((2.5, 0.45, false))),
+            ("M13 TAP", None),
             ("M0X1", None),
             ("M1e9X1", None),
             ("1-8", None),

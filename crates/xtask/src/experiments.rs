@@ -20,6 +20,11 @@ inputs. `cargo xtask ci` makes the runs again that take a minute and compares; t
 all of them at coarse cells and hold the digests and what follows from the motion against this page, so that no section can be older than what
 it tells of.
 
+`reproduced`: the published value lies in the range of ours over the choices one at a time and the twin, and ours has its sign everywhere. `possible`: only
+draws of all choices at once come as far, or a choice turns the sign. `not`: outside of all that was tried. A wider range reproduces more: read it with the
+columns beside it. A value that the publication does not state in numbers is marked: `from a figure`, or `own count`, a second count of our own, with which ours
+may agree and which reproduces nothing.
+
 ";
 
 /// Begin of the line that says when a section was written.

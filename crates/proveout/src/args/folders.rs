@@ -143,7 +143,7 @@ pub(crate) struct ViewArgs {
 pub(crate) struct VerifyArgs {
     /// Run folder, or the folder of a comparison
     pub(crate) run: PathBuf,
-    /// Folder of the scene, or its scene.toml (default: as run.json says)
+    /// Folder of the scene, or its scene.toml (default: as the manifest says)
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Option<PathBuf>,
     /// Ed25519 public key (PEM) whose signature the manifest must have

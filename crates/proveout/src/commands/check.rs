@@ -1,4 +1,4 @@
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 use proveout_machine::Machine;
 use proveout_nc::{Control, ProgramText, Survey};
@@ -14,8 +14,8 @@ use super::{nc::MAX_REMARKS, output_file, reader};
 use crate::args::CheckArgs;
 use crate::failure::Failure;
 
-/// Largest text that may be a control file.
-const MAX_CONTROL_BYTES: u64 = 16 << 20;
+/// Largest TOML file.
+const MAX_TOML_BYTES: u64 = 16 << 20;
 
 /// What a path is.
 enum Kind {
@@ -174,23 +174,59 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
             .with_help("name a scene, a machine, a tool library, a control or a program"));
     }
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    Ok(match (name.as_str(), path.extension().and_then(|e| e.to_str())) {
-        ("scene.toml", _) => Kind::Scene,
-        ("machine.toml", _) => Kind::Machine,
-        (_, Some("toml")) if is_control(path) => Kind::Control,
-        (_, Some("toml")) => Kind::Tools,
-        _ => Kind::Program,
-    })
+    match (name.as_str(), path.extension().and_then(|e| e.to_str())) {
+        ("scene.toml", _) => Ok(Kind::Scene),
+        ("machine.toml", _) => Ok(Kind::Machine),
+        (_, Some("toml")) => kind_by_keys(path),
+        _ => Ok(Kind::Program),
+    }
 }
 
-/// A control file names its language or its parent, or lists words; a tool library has none of these.
-fn is_control(path: &Path) -> bool {
-    let text = read_regular_text(path, MAX_CONTROL_BYTES).unwrap_or_default();
-    text.lines().any(|line| {
-        let line = line.trim_start();
-        let key = line.split(['=', ' ', '\t']).next().unwrap_or_default();
-        matches!(key, "dialect" | "inherits") || line.starts_with("[words")
-    })
+/// What a TOML file is, by the keys that only such a file has; the name of the file says nothing.
+fn kind_by_keys(path: &Path) -> Result<Kind, Failure> {
+    let text = read_regular_text(path, MAX_TOML_BYTES).unwrap_or_default();
+    let keys = top_keys(&text);
+    let has = |words: &[&str]| words.iter().any(|word| keys.contains(*word));
+    let other = |what: &str, help: &str| {
+        Err(Failure::new(format!("{} is {what}, which is not checked alone", path.display()))
+            .with_help(help.to_owned()))
+    };
+    if has(&["stock", "resolution_mm", "mount", "fixture", "work_offsets"]) || has(&["machine"]) && has(&["tools"]) {
+        Ok(Kind::Scene)
+    } else if has(&["dialect", "inherits", "words"]) {
+        Ok(Kind::Control)
+    } else if has(&["joint", "spindle"]) {
+        Ok(Kind::Machine)
+    } else if has(&["vary", "shards"]) {
+        other("a sweep", "`proveout sweep plan` says what is wrong with it")
+    } else if has(&["setup"]) {
+        other("a job of several setups", "`proveout job` says what is wrong with it; name the scenes of its setups")
+    } else {
+        Ok(Kind::Tools)
+    }
+}
+
+/// Keys and tables at the top of a TOML text, also of one that is not whole.
+fn top_keys(text: &str) -> BTreeSet<&str> {
+    let mut keys = BTreeSet::new();
+    let mut in_table = false;
+    for line in text.lines().map(str::trim_start) {
+        let word = |text: &'_ str| text.find(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '-')));
+        if let Some(table) = line.strip_prefix("[[").or_else(|| line.strip_prefix('[')) {
+            // A line of a list that goes over several lines has no name.
+            let table = table.trim_start();
+            let end = word(table).unwrap_or(table.len());
+            if end > 0 && table.starts_with(|c: char| c.is_ascii_alphabetic()) {
+                in_table = true;
+                keys.insert(&table[..end]);
+            }
+        } else if !in_table && let Some(end) = word(line).filter(|end| *end > 0) {
+            if line[end..].trim_start().starts_with(['=', '.']) {
+                keys.insert(&line[..end]);
+            }
+        }
+    }
+    keys
 }
 
 fn check_control(path: &Path) -> Result<Checked, Failure> {
@@ -249,4 +285,66 @@ fn check_program(survey: &Survey) -> Result<OfProgram, Failure> {
         return Err(Failure::of_program(&judged, survey.more_faults));
     }
     Ok(OfProgram { commands: Some(survey.commands), notes: survey.remarks(MAX_REMARKS), ..OfProgram::default() })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    /// Every TOML file of the repository's scenes, machines, tools and controls, under a name that tells nothing.
+    #[test]
+    fn a_file_is_what_its_keys_say_whatever_its_name() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let part = folder.path().join("part.toml");
+        let mut seen = [0; 4];
+        let mut open: Vec<_> = ["scenes", "machines", "tools", "controls"].map(|name| root.join(name)).into();
+        while let Some(at) = open.pop() {
+            for entry in fs::read_dir(&at).expect("a folder").flatten() {
+                let path = entry.path();
+                if path.is_dir() {
+                    open.push(path);
+                    continue;
+                }
+                if path.extension().is_none_or(|e| e != "toml") {
+                    continue;
+                }
+                let text = fs::read_to_string(&path).expect("text");
+                let inside = |name: &str| path.starts_with(root.join(name));
+                let wanted = if inside("machines") && path.ends_with("machine.toml") {
+                    1
+                } else if inside("controls") {
+                    2
+                } else if inside("tools") || text.contains("\n[[tool]]") {
+                    3
+                } else if text.contains("resolution_mm") {
+                    0
+                } else {
+                    continue;
+                };
+                // Half of a file, or one that ends in a fault, is of the same kind.
+                for text in [text.clone(), format!("{text}\n[[")] {
+                    fs::write(&part, text).expect("written");
+                    let found = match kind(&part) {
+                        Ok(Kind::Scene) => 0,
+                        Ok(Kind::Machine) => 1,
+                        Ok(Kind::Control) => 2,
+                        Ok(Kind::Tools) => 3,
+                        _ => 4,
+                    };
+                    assert_eq!(found, wanted, "{}", path.display());
+                }
+                seen[wanted] += 1;
+            }
+        }
+        assert!(seen.iter().all(|n| *n > 2), "{seen:?}");
+        for (text, what) in
+            [("scene = \"a\"\n[[vary]]\nkey = \"x\"\n", "a sweep"), ("[[setup]]\nname = \"a\"\n", "a job")]
+        {
+            fs::write(&part, text).expect("written");
+            assert!(kind(&part).err().is_some_and(|e| e.to_string().contains(what)), "{what}");
+        }
+    }
 }

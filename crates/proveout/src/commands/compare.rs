@@ -91,6 +91,9 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
         let stretch = number(p.stretch.as_ref().map(|s| s.time_s), 3);
         say!("  {name:<16} {:<10} {:>10.3} {:>10.3} {stretch:>10}", word(p.verdict), p.time.total_s, p.time.cutting_s);
     }
+    if let Some(same) = c.same_texts_in_words() {
+        say!("\n  programs of the same text, to the byte: {same}");
+    }
     say!("\n  time of the cutting stretch saved, percent");
     for (name, g) in c.order.iter().filter_map(|n| c.gains.get_key_value(n)) {
         let t = &g.stretch_time;

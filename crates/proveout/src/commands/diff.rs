@@ -1,4 +1,4 @@
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 use proveout_sim::{
     finding::Finding,
@@ -6,6 +6,7 @@ use proveout_sim::{
     verdict::{MachineUsed, Verdict},
 };
 
+use super::pairing::pairs;
 use crate::failure::Failure;
 
 /// Largest verdict.
@@ -19,11 +20,6 @@ fn read(run: &Path) -> Result<Verdict, Failure> {
     })?;
     serde_json::from_str(&text)
         .map_err(|e| Failure::new(format!("{}:{}:{}: {e}", file.display(), e.line(), e.column())))
-}
-
-/// What makes two findings of two runs the same one.
-fn same(a: &Finding, b: &Finding) -> bool {
-    (&a.code, &a.bodies, &a.file, a.line) == (&b.code, &b.bodies, &b.file, b.line)
 }
 
 /// Prints what changed from run a to run b.
@@ -41,15 +37,20 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
             say!("gate      {}: {before} -> {:?} ({})", gate.name, gate.state, gate.reason);
         }
     }
-    for (label, from, to) in [("gone", &a, &b), ("new", &b, &a)] {
-        for f in from.findings.iter().filter(|f| !to.findings.iter().any(|g| same(f, g))) {
-            say!("{label:<9} {} line {}: {}", f.code, f.line.map_or("-".into(), |l| l.to_string()), f.message);
-        }
+    let pairs = pairs(&a.findings, &b.findings);
+    let alone = |label: &str, f: &Finding| {
+        say!("{label:<9} {} line {}: {}", f.code, f.line.map_or("-".into(), |l| l.to_string()), f.message);
+    };
+    for (_, f) in a.findings.iter().enumerate().filter(|(i, _)| !pairs.contains_key(i)) {
+        alone("gone", f);
     }
-    for f in &a.findings {
-        if let Some(g) = b.findings.iter().find(|g| same(f, g))
-            && (f.value, f.penetration_mm, f.clearance_mm, f.repeats)
-                != (g.value, g.penetration_mm, g.clearance_mm, g.repeats)
+    let taken: BTreeSet<usize> = pairs.values().copied().collect();
+    for (_, f) in b.findings.iter().enumerate().filter(|(i, _)| !taken.contains(i)) {
+        alone("new", f);
+    }
+    for (f, g) in pairs.iter().filter_map(|(i, k)| Some((a.findings.get(*i)?, b.findings.get(*k)?))) {
+        if (f.value, f.penetration_mm, f.clearance_mm, f.repeats)
+            != (g.value, g.penetration_mm, g.clearance_mm, g.repeats)
         {
             say!("changed   {}: {} -> {}", f.code, f.message, g.message);
         }

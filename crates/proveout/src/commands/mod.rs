@@ -12,6 +12,7 @@ pub(crate) mod measure;
 pub(crate) mod nc;
 pub(crate) mod new;
 mod output_file;
+mod pairing;
 pub(crate) mod plan;
 pub(crate) mod reader;
 pub(crate) mod run;

@@ -101,6 +101,15 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
         let fastest = fastest.unwrap_or_default();
         tell!("channel {}: narrowest {:.1} deg{fastest}", channel.name, channel.narrowest_deg);
     }
+    let [before, now] = made.feed_s;
+    tell!("in feed: {} {before:.3} s, {} {now:.3} s", work.source, args.method);
+    if let Some(kept) = made.kept {
+        let other = kept.strip_prefix("kept, ").unwrap_or(kept);
+        tell!(
+            "{} has kept {other}: within this channel it found nothing faster or smoother; another channel=, or clearance_deg, leaves other room",
+            args.method
+        );
+    }
     for why in &made.uncertified {
         tell!("no bound of the time: {why}");
     }

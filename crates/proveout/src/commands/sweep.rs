@@ -13,8 +13,8 @@ use proveout_sim::{
     run::{run as prove, run_merged},
     shards::{ShardCuts, cut_shard},
     sweep::{
-        JobResult, JobState, KeepFile, Plan, Planned, RESULT, ResultFault, Sweep, check_shard, job_folder,
-        plan as write_plan, prepare_job, read_result, result_of, result_of_shard, write_result,
+        JobResult, JobState, KeepFile, Plan, Planned, RESULT, Recheck, ResultFault, Sweep, check_shard, check_verdict,
+        job_folder, plan as write_plan, prepare_job, read_result, result_of, result_of_shard, write_result,
     },
     verdict::State,
 };
@@ -95,11 +95,21 @@ fn run(args: &SweepRunArgs) -> Result<(), Failure> {
     let (threads, pool) = pool(None, args.threads)?;
     let plan = Plan::read(&args.sweep).map_err(|e| of(e.into()))?;
     let jobs = chosen(args, &plan)?;
-    let (mut done, mut started, mut faults) = (0, 0, Vec::new());
+    let (mut done, mut started, mut stale, mut faults) = (0, 0, 0, Vec::new());
+    let mut recheck = Recheck::new(&args.sweep, &plan);
+    let sound =
+        |job| read_result(&args.sweep, &plan, job).and_then(|result| check_verdict(&args.sweep, &plan, &result));
     for (at, job) in jobs.iter().enumerate() {
-        match read_result(&args.sweep, &plan, *job) {
-            Ok(_) => {
-                done += 1;
+        match sound(*job) {
+            Ok(()) => {
+                // A result is that of the inputs it was made of.
+                match recheck.job(*job) {
+                    Ok(()) => done += 1,
+                    Err(changed) => {
+                        stale += 1;
+                        faults.push((*job, of(changed.into())));
+                    }
+                }
                 continue;
             }
             Err(ResultFault::Damaged { message, path, .. }) => {
@@ -123,8 +133,19 @@ fn run(args: &SweepRunArgs) -> Result<(), Failure> {
     for (job, fault) in faults.iter().take(TOLD) {
         tell!("job {job}: {}", fault.to_string().trim_end());
     }
-    Err(Failure::new(format!("{} of {} jobs have no result", faults.len(), jobs.len()))
-        .with_help("mend the cause, then run the same call: jobs that have a result are not run again"))
+    let message = match stale {
+        0 => format!("{} of {} jobs have no result", faults.len(), jobs.len()),
+        _ => format!(
+            "{} of {} jobs have no result that holds: {stale} of them have one of other inputs than there are now",
+            faults.len(),
+            jobs.len()
+        ),
+    };
+    let help = match stale {
+        0 => "mend the cause, then run the same call: jobs that have a result are not run again",
+        _ => "put back what has changed, or plan the sweep again: proveout sweep plan",
+    };
+    Err(Failure::new(message).with_help(help))
 }
 
 fn told(result: &JobResult) -> String {
@@ -231,6 +252,7 @@ fn merge_shards(args: &SweepMergeArgs, plan: &Plan) -> Result<State, Failure> {
     };
     let mut cuts = Vec::with_capacity(plan.jobs.len());
     for job in 0..plan.jobs.len() {
+        Planned::read(&args.sweep, plan, job).map_err(|e| of(e.into()))?;
         let result = read_result(&args.sweep, plan, job).map_err(|e| missing(e.to_string()))?;
         if result.state != JobState::Cut {
             return Err(missing(format!("shard {job} was refused: {}", result.refused)));
@@ -275,7 +297,9 @@ fn merge(args: &SweepMergeArgs) -> Result<State, Failure> {
         return merge_shards(args, &plan);
     }
     let merged = merge_sweep(&args.sweep, &plan).map_err(|e| {
-        Failure::new(e).with_help(format!("run what is missing: proveout sweep run {}", args.sweep.display()))
+        let run = format!("proveout sweep run {}", args.sweep.display());
+        Failure::new(e)
+            .with_help(format!("run what is missing: {run}; where an input has changed, plan the sweep again"))
     })?;
     let states: Vec<String> = merged.states.iter().map(|(state, n)| format!("{n} {state}")).collect();
     say!("{} jobs: {}", merged.jobs, states.join(", "));

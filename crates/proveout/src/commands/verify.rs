@@ -1,8 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use proveout_sim::{
-    SignatureError, check_signature, read_regular_text, sign as put_signature, verdict::State, verify as hold,
-};
+use proveout_sim::{SignatureError, check_signature, sign as put_signature, verdict::State, verify as hold};
 
 use crate::{
     args::{SignArgs, VerifyArgs},
@@ -11,29 +9,42 @@ use crate::{
 
 /// Most names that are shown of a kind.
 const SHOWN: usize = 20;
-/// Largest `run.json`.
-const MAX_RUN_BYTES: u64 = 16 << 20;
 /// What to name as a run.
 const RUN_FOLDER: &str = "name a folder that `proveout run` or `proveout compare` has written";
 
-/// Holds a run folder against its manifest. Pass: all is as it was; fail: a file of the folder is not; unchecked: an input is not, or
-/// cannot be found.
+/// Holds a run folder against its manifest, and says what it did not check. Pass: all is as it was; fail: a file of the folder is not;
+/// unchecked: an input is not, or cannot be found.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<State, Failure> {
-    let scene = args.scene.clone().or_else(|| scene_of(&args.run));
-    let folder = scene.as_deref().map(folder_of);
-    let found = hold(&args.run, folder.as_deref()).map_err(|e| Failure::new(e).with_help(RUN_FOLDER))?;
+    let named = args.scene.as_deref().map(folder_of);
+    let found = hold(&args.run, named.as_deref()).map_err(|e| Failure::new(e).with_help(RUN_FOLDER))?;
     say!("{}: {} files are as the run wrote them", args.run.display(), found.same_files);
     list("changed since the run", &found.changed_files);
-    list("not of the run", &found.foreign_files);
-    match &folder {
-        None => say!("inputs are not checked: nobody says where the scene is; name it with --scene"),
-        Some(folder) => {
-            say!("{}: {} inputs are as the run read them", folder.display(), found.same_inputs);
+    list("not checked, no digest covers it", &found.uncovered_files);
+    list("not of the run, and not checked", &found.foreign_files);
+    let folder = named.or_else(|| found.scene.clone().filter(|scene| scene.is_dir()));
+    match (&folder, &found.scene) {
+        (Some(folder), _) => {
+            let shown = folder.canonicalize().unwrap_or_else(|_| folder.clone());
+            let shown = if args.scene.is_some() { folder } else { &shown };
+            say!("{}: {} inputs are as the run read them", shown.display(), found.same_inputs);
             list("input changed since the run", &found.changed_inputs);
+        }
+        (None, Some(gone)) => {
+            say!("inputs are not checked: the scene is not at {}; name it with --scene", gone.display());
+        }
+        (None, None) => {
+            say!("inputs are not checked: the manifest does not say where the scene is; name it with --scene")
         }
     }
     let signed = match args.public_key.as_deref().map(|key| check_signature(&args.run, key)) {
-        None => true,
+        None if found.has_signature => {
+            say!("the signature in the folder is not checked: name the key of whoever signed with --public-key");
+            true
+        }
+        None => {
+            say!("not signed: whoever can write to the folder could have written the manifest too");
+            true
+        }
         Some(Ok(())) => {
             say!("the manifest is signed with this key");
             true
@@ -85,11 +96,4 @@ fn list(what: &str, names: &[String]) {
 
 fn folder_of(scene: &Path) -> PathBuf {
     if scene.is_dir() { scene.to_owned() } else { scene.parent().map_or_else(PathBuf::new, Path::to_owned) }
-}
-
-/// The scene as `run.json` names it.
-fn scene_of(run: &Path) -> Option<PathBuf> {
-    let text = read_regular_text(&run.join("run.json"), MAX_RUN_BYTES).ok()?;
-    let told: serde_json::Value = serde_json::from_str(&text).ok()?;
-    told["scene"].as_str().map(PathBuf::from).filter(|scene| scene.exists())
 }

@@ -122,7 +122,7 @@ fn the_mounting_keeps_every_position_in_the_travel() {
     desk.write("answers.toml", "holder = \"none\"\nstock = \"40,340,-10,1420,360,0\"\n");
     desk.done("new wide.nc --machine three-axis-mill --answers answers.toml --output wide");
     let causes = desk.done("check wide");
-    assert!(causes.contains("and has 760.000 mm, wherever the part is mounted: take a larger machine"), "{causes}");
+    assert!(causes.contains("and has 760.000 mm, wherever the part is mounted: correct the two lines"), "{causes}");
 
     // Where two offsets make it so, the machine may be large enough.
     desk.write("two.nc", &text.replace("X400.\n", "X400.\nG00 Z50.\nG55 X900.\nZ2.\nG01 Z-1. F300\nX950.\n"));

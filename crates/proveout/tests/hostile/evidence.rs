@@ -79,6 +79,66 @@ fn verify_says_what_is_not_as_it_was() {
 }
 
 #[test]
+fn verify_says_what_it_did_not_check() {
+    let shop = Workshop::new();
+    let told = |arguments: &[&str], code: i32, words: &[&str]| {
+        let told = shop.call(arguments);
+        assert_eq!(told.code(), Some(code), "{arguments:?}: {}", told.text);
+        for word in words {
+            assert!(told.text.contains(word), "{arguments:?}, {word}: {}", told.text);
+        }
+    };
+    assert_eq!(shop.call(&["run", ".", "--out", "result", "--rerun", "file"]).code(), Some(3));
+    let uncovered = "not checked, no digest covers it: run.json";
+    told(&["verify", "result"], 0, &[uncovered, "not signed"]);
+    // A recording is under a digest, whatever is done to it.
+    let recording = shop.path().join("result/recording.rrd");
+    let bytes = fs::read(&recording).expect("a recording");
+    fs::write(&recording, "any bytes").expect("written");
+    told(&["verify", "result"], 1, &["changed since the run: recording.rrd"]);
+    fs::remove_file(&recording).expect("gone");
+    told(&["verify", "result"], 1, &["changed since the run: recording.rrd"]);
+    fs::write(&recording, bytes).expect("written");
+    // run.json is under none, which is said; one that is gone is missed.
+    let run = shop.read("result/run.json");
+    shop.write("result/run.json", run.replace("wall_s", "wall_S"));
+    told(&["verify", "result"], 0, &[uncovered]);
+    fs::remove_file(shop.path().join("result/run.json")).expect("gone");
+    told(&["verify", "result"], 1, &["changed since the run: run.json"]);
+    // The manifest says where the scene is: another one in run.json leads nowhere.
+    fs::create_dir(shop.path().join("old")).expect("made");
+    for name in ["scene.toml", "program.mpf", "tools.toml"] {
+        fs::copy(shop.path().join(name), shop.path().join("old").join(name)).expect("copied");
+    }
+    let folder = shop.path().display().to_string();
+    shop.write("result/run.json", run.replace(&folder, &format!("{folder}/old")));
+    shop.replace("program.mpf", "X10", "X11");
+    told(&["verify", "result"], 3, &["input changed since the run: program (program.mpf)", uncovered]);
+    shop.replace("program.mpf", "X11", "X10");
+    told(&["verify", "result"], 0, &["inputs are as the run read them"]);
+    // A run folder that was carried elsewhere does not find its scene, and takes no other.
+    fs::create_dir_all(shop.path().join("far/away")).expect("made");
+    fs::rename(shop.path().join("result"), shop.path().join("far/away/result")).expect("moved");
+    told(&["verify", "far/away/result"], 3, &["(scene.toml): cannot be read"]);
+    told(&["verify", "far/away/result", "--scene", "."], 0, &["inputs are as the run read them"]);
+    fs::rename(shop.path().join("far/away/result"), shop.path().join("result")).expect("moved");
+    // A signature that nobody looked at is said.
+    shop.write("result/manifest.sig", "of somebody");
+    told(&["verify", "result"], 0, &["the signature in the folder is not checked"]);
+    fs::remove_file(shop.path().join("result/manifest.sig")).expect("gone");
+    // A manifest that covers no verdict is none.
+    let manifest = shop.read("result/manifest.json");
+    let mut hollow = json(&manifest);
+    hollow["files"] = serde_json::json!([]);
+    shop.write("result/manifest.json", hollow.to_string());
+    told(&["verify", "result"], 2, &["it covers no verdict.json"]);
+    let mut hollow = json(&manifest);
+    hollow["inputs"] = serde_json::json!([]);
+    shop.write("result/manifest.json", hollow.to_string());
+    told(&["verify", "result"], 2, &["names no scene among its inputs"]);
+}
+
+#[test]
 fn a_forged_stock_is_found_by_the_next_setup() {
     let shop = Workshop::new();
     assert_eq!(shop.run().code(), Some(3));

@@ -84,6 +84,7 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
         "machine": c.machine,
         "baseline": c.baseline,
         "limits_words": c.limits_in_words(),
+        "same_texts": c.same_texts_in_words(),
         "limits": rows::limits(c),
         "verdict": judged(c.verdict),
         "keys": keys(c),

@@ -194,16 +194,16 @@ pub(crate) fn published(c: &Comparison) -> Vec<PublishedRow> {
     let row = |p: &proveout_sim::compare::Published| PublishedRow {
         name: p.name.clone(),
         measured: p.measured.clone(),
-        published: format!("{} {}", compact(p.published), p.unit),
+        published: format!("{}{} {}", p.kind.label(), compact(p.published), p.unit),
         value: p.value.map_or_else(|| "–".into(), |v| format!("{} {}", fixed(v, 1), p.unit)),
         band: p.band.map_or_else(|| "none".into(), |[low, high]| format!("{} to {}", compact(low), compact(high))),
         judged: judged(p.state),
-        word: match (p.reproduced, p.state) {
+        word: p.kind.judged(match (p.reproduced, p.state) {
             (Some(found), _) => found.word(),
             (None, State::Pass) => "in the band",
             (None, State::Fail) => "outside",
             (None, State::Unchecked) => "not judged",
-        },
+        }),
         null: p.null_value.map_or_else(String::new, |v| format!("{} {}", fixed(v, digits(p.published)), p.unit)),
         over: [p.over_choices, p.over_draws, p.over_twin].map(|range| {
             let digits = digits(p.published);

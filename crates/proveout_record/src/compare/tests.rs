@@ -123,6 +123,7 @@ fn compared(text: &str) -> Compared {
             measured: text.into(),
             unit: "%".into(),
             published: 38.1,
+            kind: proveout_sim::scene::PublishedKindFile::Paper,
             value: Some(41.5),
             band: Some([25.0, 55.0]),
             state: State::Pass,

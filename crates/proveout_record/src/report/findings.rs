@@ -130,6 +130,14 @@ fn id(index: usize) -> String {
     format!("finding-{}", index + 1)
 }
 
+/// What a depth is counted from, in words: holder, neck and shank stand beside material more often than above it.
+fn deep(code: &str) -> &'static str {
+    match code {
+        "collision-holder-stock" | "process-neck-rubs" | "process-shank-rubs" => "from the free surface",
+        _ => "deep",
+    }
+}
+
 /// What a machinist or programmer can do about a code; empty for codes that this table does not know.
 fn remedy(code: &str) -> &'static str {
     match code {
@@ -141,7 +149,7 @@ fn remedy(code: &str) -> &'static str {
             "Write the dwell in the unit of the control, or state the unit as `dwell` of the control file."
         }
         "limits-overtravel" => {
-            "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again."
+            "`proveout check` of the scene says what leads there, and whether another mounting brings the axis back into its travel."
         }
         "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
         "limits-off-circle" => {
@@ -169,9 +177,11 @@ fn remedy(code: &str) -> &'static str {
             "Cut less deep in one pass, use a tool with longer flutes or relieved neck, or tilt the tool away from the wall."
         }
         "collision-holder-stock" => {
-            "Clamp the tool longer (the time and tool table says how long), or tilt it away from the wall."
+            "Run again with --overhang: it finds the least length that clears, where one does. Or cut less deep, or tilt the tool away from the wall."
         }
-        "collision-bodies" => "Change approach or retract, the mounting, or the rotary solution before this block.",
+        "collision-bodies" => {
+            "Change the depth or the way of this block at the place named here, or the fixture there; where the finding names the mounting, that too."
+        }
         "collision-near-miss" => "Check the real clamping here before the first part.",
         "geometry-overcut" => "Use a smaller tool for this part of the contour, or leave the narrow place out.",
         "geometry-contour-touched" => {
@@ -375,7 +385,7 @@ fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
     let value = past
         .map(|(value, limit)| format!("{} past", with_unit((value - limit).abs())))
         .or_else(|| f.value.map(with_unit))
-        .or_else(|| f.penetration_mm.map(|p| format!("{} deep", length(p))))
+        .or_else(|| f.penetration_mm.map(|p| format!("{} {}", length(p), deep(&f.code))))
         .or_else(|| f.clearance_mm.map(|c| format!("{} apart", length(c))));
     let mut axes: Vec<(&String, &f64)> = f.axes.iter().collect();
     axes.sort_by_key(|(name, _)| joints.iter().position(|j| j == name).unwrap_or(usize::MAX));

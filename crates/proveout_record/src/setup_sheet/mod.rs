@@ -11,6 +11,7 @@ use proveout_sim::{
     Observer,
     observer::{Batch, ObserverError, Outcome, Setup},
     scene::OffsetFile,
+    verdict::{State, Verdict},
 };
 use proveout_tool::{Role, Tool};
 use serde::Serialize;
@@ -191,6 +192,7 @@ impl SetupSheetObserver {
         let upright = setup.table_from_work.vector(&proveout_geom::Vector::z());
         let tilt = upright.z.clamp(-1.0, 1.0).acos().to_degrees();
         let turn = turned.y.atan2(turned.x).to_degrees();
+        let (state, open) = verdict_of(v);
         let mut environment = Environment::new();
         environment.add_template("setup.html", TEMPLATE).map_err(fault)?;
         let data = serde_json::json!({
@@ -202,6 +204,9 @@ impl SetupSheetObserver {
             "machine": setup.machine.name,
             "description": file.description.trim(),
             "time": duration(v.time.total_s),
+            "state": state.to_lowercase(),
+            "verdict": state,
+            "open": open,
             "picture": self.picture,
             "mount": [place(&at), fixed(turn, 3), fixed(tilt, 3)],
             "mount_chosen": file.mount.chosen,
@@ -215,6 +220,19 @@ impl SetupSheetObserver {
         });
         let template = environment.get_template("setup.html").map_err(fault)?;
         template.render(Serde(&data)).map(without_steering).map_err(fault)
+    }
+}
+
+/// The verdict in a word, and the gates that keep it from being a pass: a sheet of a run that failed must not look like one for the machine.
+fn verdict_of(v: &Verdict) -> (&'static str, String) {
+    let named = |state: State| {
+        let gates = v.gates.iter().filter(|g| g.state == state).map(|g| g.name.as_str());
+        gates.collect::<Vec<_>>().join(", ")
+    };
+    match v.verdict {
+        State::Pass => ("PASS", String::new()),
+        State::Fail => ("FAIL", named(State::Fail)),
+        State::Unchecked => ("UNCHECKED", named(State::Unchecked)),
     }
 }
 

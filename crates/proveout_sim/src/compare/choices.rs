@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use proveout_controller::Settings as ControlSettings;
-use proveout_geom::{InputError, Pose, read_input};
+use proveout_geom::{InputError, Pose, Step::Item, Step::Key, read_input};
 use proveout_machine::Machine;
 use proveout_nc::{Command, Dialect, Program, Settings as NcSettings};
 use rayon::prelude::*;
@@ -84,13 +84,14 @@ impl Again {
 pub(super) fn check(scene: &Scene) -> Result<(), InputError> {
     let Some(file) = &scene.file.compare else { return Ok(()) };
     let text = if file.choice.is_empty() { String::new() } else { read_input(&scene.path)? };
-    for choice in &file.choice {
+    for (i, choice) in file.choice.iter().enumerate() {
         for value in choice.ends() {
             let words = value.words();
             let refused = |why: String| {
                 let message =
                     format!("the choice {:?} cannot be tried with {} = {words}: {why}", choice.name, choice.key);
-                InputError::file(&scene.path, message, "correct the key or its range in [[compare.choice]]")
+                let path = [Key("compare"), Key("choice"), Item(i), Key("key")];
+                scene.error_at(&path, message, "correct the key or its range in [[compare.choice]]")
             };
             let other = with_values(&text, &[(choice.key.as_str(), value)]).map_err(refused)?;
             Scene::of_text(scene.path.clone(), &other).map_err(|e| refused(e.message.clone()))?;
@@ -495,6 +496,7 @@ mod tests {
             measured: String::new(),
             unit: "%".into(),
             published,
+            kind: crate::scene::PublishedKindFile::default(),
             value: Some(value),
             band: Some([0.0, 1.0]),
             state: State::Pass,

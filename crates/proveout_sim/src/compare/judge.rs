@@ -64,6 +64,7 @@ pub(crate) fn published(file: &CompareFile, all: &Comparison) -> Vec<Published> 
             measured: wanted.words(),
             unit: found.unit,
             published: p.value,
+            kind: p.kind,
             value,
             band: p.band,
             state,

@@ -33,6 +33,9 @@ pub fn markdown(c: &Comparison) -> String {
             put(&mut out, format_args!("Of the programs these must pass: {}.\n\n", names.join(", ")));
         }
     }
+    if let Some(same) = c.same_texts_in_words() {
+        put(&mut out, format_args!("Programs of the same text, to the byte: {}.\n\n", cell(&same)));
+    }
     limits(&mut out, c);
     times(&mut out, c);
     gaps(&mut out, c);
@@ -225,9 +228,10 @@ fn published(out: &mut String, c: &Comparison) {
         put(
             out,
             format_args!(
-                "| {} | {} | {} {unit} | {} {unit} |",
+                "| {} | {} | {}{} {unit} | {} {unit} |",
                 cell(&p.name),
                 cell(&p.measured),
+                p.kind.label(),
                 p.published,
                 fixed(p.value, digits)
             ),
@@ -247,7 +251,7 @@ fn published(out: &mut String, c: &Comparison) {
             }
         }
         let band = p.band.map_or_else(|| "none".to_owned(), |[low, high]| format!("{low} to {high}"));
-        let judged = p.reproduced.map_or_else(|| reached(p.state), |r| r.word());
+        let judged = p.kind.judged(p.reproduced.map_or_else(|| reached(p.state), |r| r.word()));
         put(out, format_args!(" {band} | {judged} | {} | {} |\n", cell(&p.source), cell(&p.remark)));
     }
     out.push('\n');

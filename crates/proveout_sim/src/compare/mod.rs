@@ -33,7 +33,7 @@ use std::{
 };
 
 use proveout_controller::ReprogrammedRun;
-use proveout_geom::InputError;
+use proveout_geom::Step::Key;
 use rayon::prelude::*;
 
 use self::{
@@ -170,14 +170,14 @@ impl Comparing {
         if names.len() < 2 {
             let message = format!("the scene has {} program: there is nothing to compare", names.len());
             let help = "name another [[program]] in the scene, or prove this one out with `proveout run`";
-            return Err(InputError::file(&scene.path, message, help).into());
+            return Err(scene.error_at(&[Key("program")], message, help).into());
         }
         let file = scene.file.compare.clone().unwrap_or_default();
         let wanted = choice.baseline.as_ref().or(file.baseline.as_ref()).unwrap_or(&names[0]);
         let Some(baseline) = names.iter().position(|n| n == wanted) else {
             let message = format!("there is no program {wanted:?} to compare with");
             let help = format!("programs of the scene: {}", names.join(", "));
-            return Err(InputError::file(&scene.path, message, help).into());
+            return Err(scene.error_at(&[Key("program")], message, help).into());
         };
         choices::check(&scene)?;
         let read = |name: &String| -> Result<Entry, SimError> {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::uncertainty::{TimeGain, VariationKind};
 use crate::certificate::VelocityLimit;
+use crate::scene::PublishedKindFile;
 pub use crate::scene_limits::ChangedLimit;
 use crate::verdict::{Axis, Clearance, Deviation, Gate, State, Surface, Time};
 
@@ -83,6 +84,20 @@ impl Comparison {
         };
         let all: Vec<String> = self.joint_limits.iter().map(one).collect();
         (!all.is_empty()).then(|| all.join(", "))
+    }
+
+    /// Re-scheduled programs whose texts are the same to the byte, in one line: two results of them are one. None where all differ.
+    pub fn same_texts_in_words(&self) -> Option<String> {
+        let text = |p: &ProgramFigures| p.digests.get("made_program").cloned();
+        let mut by_text: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+        for (name, program) in self.order.iter().filter_map(|n| self.programs.get_key_value(n)) {
+            if let Some(digest) = text(program) {
+                by_text.entry(digest).or_default().push(name.as_str());
+            }
+        }
+        let mut groups: Vec<String> = by_text.into_values().filter(|g| g.len() > 1).map(|g| g.join(" = ")).collect();
+        groups.sort();
+        (!groups.is_empty()).then(|| groups.join(", "))
     }
 
     /// Time of the cutting stretch that a program saves on the machine with its own limits, percent; none where the scene sets no
@@ -427,6 +442,9 @@ pub struct Published {
     pub unit: String,
     /// What was published.
     pub published: f64,
+    /// Who states it: the publication, a reader of its figure, or a count of our own.
+    #[serde(default)]
+    pub kind: PublishedKindFile,
     /// What we get; null when it is not known.
     pub value: Option<f64>,
     /// From where to where it counts as reproduced; null when the scene sets no band.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use proveout_controller::{Chunk, Event, MoveKind, Piece};
-use proveout_machine::JointValues;
+use proveout_machine::{JointValues, MachineBody};
 use proveout_stock::SweepReport;
 use proveout_tool::Role;
 
@@ -16,6 +16,7 @@ use crate::{
     loose::{LooseParts, Shop, Told},
     plunge::Judgement,
     process::{self, CuttingState, SweepPart, Swept, judge_sweep},
+    scene::{FixtureFile, FixtureFrame},
 };
 
 impl Engine<'_> {
@@ -116,9 +117,13 @@ impl Engine<'_> {
 
     pub(super) fn judge_hit(&mut self, piece: &Piece, hit: &Hit) {
         let mut told = wording::hit(hit);
+        let point = self.work_from_table.point(&hit.point_in_table);
+        if self.is_of_program(&hit.bodies) {
+            told.message += &wording::place_of_hit(&point, self.prepared.stock.bounds().min.z);
+        }
         told.message += &self.chosen_of_hit(hit);
         let mut f = self.at_piece(told, piece, hit.time);
-        f.point_mm = Some(self.work_from_table.point(&hit.point_in_table).coords.into());
+        f.point_mm = Some(point.coords.into());
         let finding = self.log.push(f);
         self.breaches.push((hit.breach, finding));
     }
@@ -131,10 +136,29 @@ impl Engine<'_> {
             Some(wording::chosen_of_tool(&self.prepared.tools, index, part))
         });
         let mut all: String = of_tool.collect();
-        if self.prepared.mount_chosen {
+        if self.prepared.mount_chosen && !self.is_of_program(&hit.bodies) {
             all += wording::CHOSEN_MOUNT;
         }
         all
+    }
+
+    /// Whether a body is a fixture whose place is given in coordinates of the workpiece.
+    fn is_fixed_to_work(&self, body: &str) -> bool {
+        let own = |f: &FixtureFile| f.name == body && f.frame == FixtureFrame::Workpiece;
+        self.prepared.scene.file.fixture.iter().any(own)
+    }
+
+    /// Whether two bodies meet by the program alone: one of them is fixed to the workpiece, the other goes with the tool. No mounting changes that.
+    fn is_of_program(&self, bodies: &[String; 2]) -> bool {
+        let machine = &self.prepared.machine;
+        let with_tool = |body: &str| {
+            let part =
+                body.split_once(" of ").is_some_and(|(_, t)| self.prepared.tools.tools.iter().any(|own| own.name == t));
+            let spindle = |b: &MachineBody| b.name == body && b.attached_to == machine.spindle.attached_to;
+            part || machine.bodies.iter().any(spindle)
+        };
+        let [a, b] = bodies;
+        self.is_fixed_to_work(a) && with_tool(b) || self.is_fixed_to_work(b) && with_tool(a)
     }
 
     /// A body that came too near to the stock.
@@ -159,7 +183,7 @@ impl Engine<'_> {
         }
         for standing in self.stock_bodies.take_at_rest() {
             let mut told = wording::at_rest(&standing);
-            if self.prepared.mount_chosen {
+            if self.prepared.mount_chosen && !self.is_fixed_to_work(&standing.body) {
                 told.message += wording::CHOSEN_MOUNT;
             }
             self.log.push(told);

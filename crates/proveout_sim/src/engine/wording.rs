@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use proveout_collision::{Severity, StockBreach};
 use proveout_controller::{Event, LimitKind, servo::leg_names};
+use proveout_geom::Point;
 use proveout_machine::{Joint, JointKind, Machine};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::SweepReport;
@@ -49,8 +50,11 @@ pub(super) fn material(
     let message = if near {
         format!("{part} of {} comes nearer to the stock than the wanted {wanted:.3} mm", tool.name)
     } else {
+        // What clamps or carries the cutter is beside the material more often than below it.
+        let cuts = matches!(what, Swept::Body(Role::Cutting) | Swept::Entry | Swept::Core);
+        let deep = if cuts { "mm deep" } else { "mm below the nearest free surface" };
         format!(
-            "{part} of {} meets material{how}: {:.3} mm deep, {:.3} mm3 in this piece",
+            "{part} of {} meets material{how}: {:.3} {deep}, {:.3} mm3 in this piece",
             tool.name,
             process::depth(report),
             report.volume_mm3
@@ -88,6 +92,15 @@ pub(super) const CHOSEN_MOUNT: &str = "; the place of the part on the table is c
 
 /// What is to be known of material that no ray has met.
 pub(super) const BETWEEN: &str = "; no ray of the stock goes through it: the form of the raw stock and the cuts say so";
+
+/// Where a tool meets what is fixed to the workpiece, in words: a place of the program, which no mounting changes. `lowest`: lower face of the raw stock,
+/// workpiece frame, mm.
+pub(super) fn place_of_hit(point_in_work: &Point, lowest: f64) -> String {
+    let [x, y, z] = [point_in_work.x, point_in_work.y, point_in_work.z].map(|v| v + 0.0);
+    let below = lowest - z;
+    let below = if below > 0.0 { format!(", {below:.3} mm below the raw stock") } else { String::new() };
+    format!(" at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece{below}")
+}
 
 /// Two bodies too near.
 pub(super) fn hit(hit: &Hit) -> Finding {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use proveout_nc::{Dialect, ProgramText, ToolName};
 use proveout_tool::{LengthUnit, ToolDraft};
 
-use super::{tool_sizes, tool_words};
+use super::{tool_names, tool_sizes, tool_words};
 
 /// Lines of a program that are looked at for comments: the head and the calls of the tools.
 const MAX_LINES: usize = 2_000_000;
@@ -70,6 +70,7 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
     // The number of a tool whose description follows in comments of its own, and what they have told so far.
     let mut heading: Option<Heading> = None;
     let changes = with_changes(text, dialect);
+    let names = tool_names::Known::of(lines().filter_map(|(_, line)| called(line, dialect)));
     // The tool that is named last, and the one that is changed in last, with its line.
     let mut named: Option<(ToolName, usize)> = None;
     let mut changed: Option<(ToolName, usize)> = None;
@@ -142,6 +143,23 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
                 continue;
             }
             heading = None;
+            // A comment that names a tool is of that one, wherever it stands.
+            let (own, comment) = match names.told(&comment) {
+                tool_names::Told::Of(name, rest) => {
+                    if let Some(draft) = tool_names::described(&name, &comment, &rest, unit, n) {
+                        facts.merge(ToolName::Name(name.clone()), draft);
+                    }
+                    (Some(name), rest)
+                }
+                tool_names::Told::OfSeveral => continue,
+                tool_names::Told::OfNone(rest) => (None, rest),
+            };
+            if facts.inch_comment.is_none() && says_inch(&comment) {
+                facts.inch_comment = Some(n);
+            }
+            if own.is_some() {
+                continue;
+            }
             match tool_words::of_comment(&comment, unit, n) {
                 Some((Some(number), draft)) => {
                     facts.merge(ToolName::Number(number), draft);
@@ -161,23 +179,29 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
                 }
                 None => {}
             }
-            if facts.inch_comment.is_none() && says_inch(&comment) {
-                facts.inch_comment = Some(n);
-            }
         }
         if let Some(name) = call {
             changed = (dialect != Dialect::Apt).then(|| (name.clone(), n));
-            if let Some((at, draft)) = waiting.take()
-                && (n - at <= BEFORE_CALL || dialect == Dialect::Apt)
-            {
+            let near = waiting.take().filter(|(at, _)| n - at <= BEFORE_CALL || dialect == Dialect::Apt);
+            // A name may tell the tool itself: "END_D12", "KUGEL_D8". Where a comment that names no tool contradicts it, the name is nearer.
+            let by_name = match &name {
+                ToolName::Name(word) => tool_words::of_name(word, unit, n),
+                _ => None,
+            };
+            let near = near.map(|(_, draft)| draft);
+            let (told, guessed): (Vec<ToolDraft>, _) = match by_name {
+                Some(own) if !own.chosen.is_empty() => (near.into_iter().collect(), Some(own)),
+                Some(own) if near.as_ref().is_some_and(|draft| contradict(&own, draft)) => {
+                    ([own].into_iter().chain(near).collect(), None)
+                }
+                own => (near.into_iter().chain(own).collect(), None),
+            };
+            for draft in told {
                 facts.of_call(name.clone(), draft);
             }
-            // A name may tell the tool itself: "END_D12", "KUGEL_D8".
-            if let ToolName::Name(word) = &name
-                && !facts.tools.contains_key(&name)
-                && let Some(draft) = tool_words::of_name(word, unit, n)
-            {
-                facts.tools.insert(name, draft);
+            // A number at the end of a name is the diameter where nothing else tells one.
+            if let Some(own) = guessed.filter(|_| !facts.tools.contains_key(&name)) {
+                facts.tools.insert(name, own);
             }
         }
     }
@@ -232,7 +256,7 @@ impl Facts {
                 self.tools.insert(name, draft);
             }
             Some(known) if known.diameter().is_none() && draft.diameter().is_some() => *known = draft,
-            Some(known) if contradict(known, &draft) => self.otherwise.push((name, draft)),
+            Some(known) if contradict(known, &draft) => self.also(name, draft),
             Some(known) => {
                 known.kind = known.kind.or(draft.kind);
                 known.flutes = known.flutes.or(draft.flutes);
@@ -240,15 +264,27 @@ impl Facts {
         }
     }
 
+    /// Another description of a tool, once.
+    fn also(&mut self, name: ToolName, draft: ToolDraft) {
+        let same =
+            |(own, d): &(ToolName, ToolDraft)| *own == name && d.diameter() == draft.diameter() && d.kind == draft.kind;
+        if !self.otherwise.iter().any(same) {
+            self.otherwise.push((name, draft));
+        }
+    }
+
     /// A comment without a number beside the call of a tool.
     fn of_call(&mut self, name: ToolName, draft: ToolDraft) {
         let draft = with_number(draft, &name);
-        match self.tools.get(&name) {
+        match self.tools.get_mut(&name) {
             None => {
                 self.tools.insert(name, draft);
             }
-            Some(known) if contradict(known, &draft) => self.otherwise.push((name, draft)),
-            Some(_) => {}
+            Some(known) if contradict(known, &draft) => self.also(name, draft),
+            Some(known) => {
+                known.kind = known.kind.or(draft.kind);
+                known.flutes = known.flutes.or(draft.flutes);
+            }
         }
     }
 }

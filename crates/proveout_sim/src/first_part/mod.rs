@@ -17,6 +17,7 @@ pub(crate) mod reading;
 mod stock_choice;
 mod summary;
 mod tool_choice;
+mod tool_names;
 mod tool_sizes;
 mod tool_words;
 pub(crate) mod trace;
@@ -336,13 +337,16 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let guessed = interview.open.iter().any(|q| q.key != "holder");
     let found = (|| {
         if room.is_empty() {
-            return Err(refused("no program moves in feed: there is nothing to cut", "name the program that cuts"));
+            notes.push(NOTHING_CUT.to_owned());
         }
+        let with_design = design.is_some();
         let design =
             design.map(|d| unit_of_design(d, &all_facts, &room, unit.as_ref(), &mut interview)).transpose()?.flatten();
+        // A design of which the unit is asked decides the stock.
+        let guessed = guessed || with_design && design.is_none();
         let cuts = Cuts { uses: &uses, tools: &tools, untold, guessed };
         let stock = stock(&all_facts, &cuts, design.as_ref(), &mut interview)?;
-        Ok((design, stock))
+        Ok::<_, FirstPartError>((design, stock))
     })();
     // All that is open is told at once, before what may only be wrong because it is.
     stop_if_open(&interview)?;
@@ -453,6 +457,9 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     });
     Ok(Proposal { told, summary, answered, files, machine: copy, design, output: call.output.clone() })
 }
+
+/// Said of programs that cut nothing: a dry run, positions of a tilted plane, the ways of a probe.
+const NOTHING_CUT: &str = "no motion in feed whose X, Y and Z are all known: no stock is proposed, and the run shows where rapids and retracts go";
 
 /// Everything that is open is told at once.
 fn stop_if_open(interview: &Interview<'_, '_>) -> Result<(), FirstPartError> {

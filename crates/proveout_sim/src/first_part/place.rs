@@ -45,6 +45,23 @@ pub(crate) struct Swept<'a> {
 /// Length of a drill's point of 118 degrees over the radius.
 const DRILL_POINT: f64 = 0.6;
 
+/// The stock of a part whose design is known: the box of the design, and above it what tools face off. `own` is that box, mm.
+pub(crate) fn stock_of_design(own: &Aabb, tools: &[Swept<'_>]) -> (Aabb, String) {
+    let mut stock = *own;
+    let over = |t: &&Swept<'_>| {
+        !t.sideways.is_empty()
+            && t.sideways.min.z > own.max.z - 1e-6
+            && (0..2).all(|i| t.sideways.min[i] - t.radius < own.max[i] && t.sideways.max[i] + t.radius > own.min[i])
+    };
+    let faced = tools.iter().filter(|t| !t.tilted).filter(over).map(|t| t.sideways.max.z).reduce(f64::max);
+    let mut how = "the box of the design".to_owned();
+    if let Some(highest) = faced {
+        stock.max.z = highest + ABOVE_MM;
+        how += &format!(", and {:.3} mm above it that are faced off", stock.max.z - own.max.z);
+    }
+    (stock, how)
+}
+
 /// The stock that the motion speaks for; none without motion in feed.
 pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     let swept = |t: &Swept<'_>| {
@@ -430,6 +447,32 @@ mod tests {
         // B lies 80 mm above the clamping surface, over its middle.
         assert_eq!(pivot(&machine, &['B', 'C']), Some(Point::new(0.0, 0.0, 80.0)));
         assert_eq!(pivot(&machine, &['C']), None, "turning about the normal has no height");
+    }
+
+    #[test]
+    fn a_part_with_a_design_has_a_stock_of_its_size() {
+        let own = aabb([-30.0, -20.0, -40.0], [30.0, 20.0, 0.0]);
+        let mill = |sideways: Aabb| Swept {
+            radius: 5.0,
+            faces: false,
+            sideways,
+            feed: sideways,
+            level: Some(sideways.max.z),
+            descents: &[],
+            tilted: false,
+        };
+        // The way in and out, and passes beside the part, are no material.
+        for slot in [
+            aabb([-40.0, 0.0, -5.0], [40.0, 0.0, -5.0]),
+            aabb([-60.0, -50.0, -40.0], [60.0, 50.0, -5.0]),
+            aabb([60.0, 60.0, 2.0], [90.0, 90.0, 2.0]),
+        ] {
+            assert_eq!(stock_of_design(&own, &[mill(slot)]), (own, "the box of the design".to_owned()));
+        }
+        // What is faced off lies above it.
+        let face = mill(aabb([-40.0, -20.0, 0.0], [40.0, 20.0, 2.0]));
+        let (stock, how) = stock_of_design(&own, &[mill(aabb([-40.0, 0.0, -5.0], [40.0, 0.0, -5.0])), face]);
+        assert_eq!((stock.min, stock.max.z), (own.min, 3.0), "{how}");
     }
 
     #[test]

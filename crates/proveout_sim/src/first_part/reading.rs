@@ -15,6 +15,8 @@ use super::trace::{TraceSetup, Tracer, Way, WayKind};
 const MAX_DESCENTS: usize = 10_000;
 /// Most places with a tilted tool that are kept.
 const MAX_TILTED: usize = 20_000;
+/// Most motions of rotary axes alone under tool center point control that are kept.
+const MAX_TURNS: usize = 10_000;
 /// A motion that goes down by more than five times its way across goes into material or to it, and not along it.
 const STEEP: f64 = 0.2;
 /// Cosine of the tilt below which a tool stands upright: 3 degrees.
@@ -83,6 +85,14 @@ pub(crate) struct OwnZero {
     pub(crate) at: Location,
 }
 
+/// A motion of rotary axes alone under tool center point control: the tip keeps its place on the part, and the linear axes follow it.
+#[derive(Clone, Debug)]
+pub(crate) struct TurnUnderTcp {
+    pub(crate) at: Location,
+    /// Where the control was switched on that is still in force.
+    pub(crate) on: Location,
+}
+
 /// What a program does.
 #[derive(Clone, Debug)]
 pub(crate) struct Reading {
@@ -112,6 +122,10 @@ pub(crate) struct Reading {
     pub(crate) tilted: Vec<TiltedPlace>,
     /// Lowest and highest position of each joint, where the program is; under tool center point control at the ends of motions.
     pub(crate) joints: BTreeMap<usize, [(f64, Location); 2]>,
+    /// The same without motions of rotary axes alone under tool center point control.
+    pub(crate) joints_besides: BTreeMap<usize, [f64; 2]>,
+    /// Those motions.
+    pub(crate) turns: Vec<TurnUnderTcp>,
 }
 
 impl Reading {
@@ -142,6 +156,9 @@ impl Reading {
             iso: false,
             tilted: Vec::new(),
             joints: BTreeMap::new(),
+            joints_besides: BTreeMap::new(),
+            turns: Vec::new(),
+            tcp_on: None,
         };
         let survey = Survey::of_file(path, settings, &mut |command, dialect: Dialect| {
             state.iso = dialect.family() == Dialect::Iso;
@@ -168,6 +185,8 @@ impl Reading {
             own_zero,
             tilted,
             joints,
+            joints_besides,
+            turns,
             ..
         } = state;
         tools.retain(|t| t.name != ToolName::Empty || t.feeds > 0);
@@ -186,6 +205,8 @@ impl Reading {
             own_zero: own_zero.flatten(),
             tilted,
             joints,
+            joints_besides,
+            turns,
         }
     }
 }
@@ -213,6 +234,16 @@ struct Collecting<'a> {
     iso: bool,
     tilted: Vec<TiltedPlace>,
     joints: BTreeMap<usize, [(f64, Location); 2]>,
+    joints_besides: BTreeMap<usize, [f64; 2]>,
+    turns: Vec<TurnUnderTcp>,
+    /// Where tool center point control was switched on that is in force.
+    tcp_on: Option<Location>,
+}
+
+/// A motion that tells rotary axes, or a tool axis, and none of X, Y and Z.
+fn turns_alone(motion: &Motion) -> bool {
+    let told = motion.programmed >> 3 & 0b111 != 0 || motion.tool_axis_base.is_some();
+    told && motion.programmed & 0b111 == 0 && !motion.machine_coordinates
 }
 
 impl Collecting<'_> {
@@ -232,7 +263,10 @@ impl Collecting<'_> {
                     self.offsets.push((word.clone(), at.clone()));
                 }
             }
-            Op::Tcp(tcp) => self.tcp |= tcp.on,
+            Op::Tcp(tcp) => {
+                self.tcp |= tcp.on;
+                self.tcp_on = tcp.on.then(|| self.tcp_on.take().unwrap_or_else(|| at.clone()));
+            }
             Op::Frame(frame) if self.iso && (frame.word == "G92" || self.offset.as_ref() == Some(&frame.word)) => {
                 // No offset is known to the reader: one away from zero has been written by the program.
                 let set = frame.translation.iter().any(|v| v.abs() > 1e-9);
@@ -259,6 +293,19 @@ impl Collecting<'_> {
                 |&j: &usize| self.machine.joints[j].is_rotary() && (q[j] - self.machine.joints[j].home).abs() > NO_TURN;
             self.machine.work_chain.iter().any(turned)
         });
+        let alone = match &command.op {
+            Op::Rapid(motion) | Op::Linear(motion) => self.tcp_on.clone().filter(|_| turns_alone(motion)),
+            _ => None,
+        };
+        if let (Some(q), None) = (joints, &alone) {
+            for j in 0..self.machine.joints.len() {
+                let [low, high] = self.joints_besides.entry(j).or_insert([q[j]; 2]);
+                (*low, *high) = (low.min(q[j]), high.max(q[j]));
+            }
+        }
+        if let Some(on) = alone.filter(|_| self.turns.len() < MAX_TURNS) {
+            self.turns.push(TurnUnderTcp { at: at.clone(), on });
+        }
         if let Some(q) = joints {
             for j in 0..self.machine.joints.len() {
                 let [low, high] = self.joints.entry(j).or_insert_with(|| [(q[j], at.clone()), (q[j], at.clone())]);

@@ -56,6 +56,10 @@ pub(super) fn unit_of_design(
     }
     let key = "design_unit";
     let given = interview.given(key);
+    // Where nothing is cut, nothing tells the size of the part.
+    if given.is_none() && room.is_empty() {
+        return Ok(Some(design));
+    }
     if given.is_none() && place::fit(&design.mesh.aabb(), &room) != Fit::InInch {
         return Ok(Some(design));
     }
@@ -189,15 +193,20 @@ pub(super) fn stock(
         if design.inch {
             own = Aabb { min: own.min * 25.4, max: own.max * 25.4 };
         }
-        let inside = (0..3).all(|i| stock.min[i] <= own.min[i] && own.max[i] <= stock.max[i]);
         // A design that lies elsewhere is told, and no reason for a stock of its size.
-        if !inside && place::fit(&own, stock) == Fit::Fits {
-            *stock = stock.union(&own);
-            how.push_str("; grown to hold the design");
+        if place::fit(&own, stock) == Fit::Fits {
+            (*stock, *how) = place::stock_of_design(&own, &swept);
         }
     }
-    let corners =
-        |b: &Aabb| [b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z].map(proveout_tool::plain_number).join(",");
+    // In the unit that the program counts in.
+    let inch = all_facts.iter().find_map(|f| f.unit.as_ref()).is_some_and(|(unit, _)| *unit == LengthUnit::Inch);
+    let (unit, ending) = if inch { (25.4, " inch") } else { (1.0, "") };
+    let corners = |b: &Aabb| {
+        let all = [b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z];
+        // A length that was an inch figure is one again.
+        let shown = |v: f64| if inch { (v / unit * 1e6).round() / 1e6 } else { v };
+        all.map(|v| proveout_tool::plain_number(shown(v))).join(",") + ending
+    };
     let text = "What is the stock? Corners of a box as X0,Y0,Z0,X1,Y1,Z1 in mm from the zero of the program (with inch at the end: in inches), a \
                 cylinder along Z as X,Y,Z0,DIAMETER,HEIGHT, a lying one as X0,Y,Z,DIAMETER,LENGTH along X (or X,Y0,Z along Y), a mesh file, or \
                 proposed"

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Jobs know nothing of each other and nothing of who starts them: a job whose result has its digest is done, any other is not. So a second run
-//! starts nothing, a worker that was killed costs its job, and a changed input costs the jobs that read it. Results depend on the job
-//! alone, and are merged in order: same plan, same bytes, whoever ran what.
+//! starts nothing, a worker that was killed costs its job, and a changed input costs the jobs that read it. `run` and `merge` hold plan, jobs,
+//! inputs and verdicts against their digests again, also for jobs whose results are there. Results depend on the job alone, and are merged in order: same plan, same bytes, whoever ran what.
 //!
 //! *Digest of a job*: SHA-256 of version, program, values and inputs, as they stand in `job.json`.
 //!
@@ -26,7 +26,8 @@ mod result;
 
 pub use design::Design;
 pub use file::{DesignFile, KeepFile, Sweep, SweepFile, VaryFile};
-pub use plan::{JOB, JOBS, PLAN, Plan, PlanReport, Planned, check_shard, job_folder, plan, prepare_job};
+pub use plan::{JOB, JOBS, PLAN, Plan, PlanReport, Planned, Recheck, check_shard, job_folder, plan, prepare_job};
 pub use result::{
-    Figures, JobResult, JobState, RESULT, ResultFault, read_result, result_of, result_of_shard, write_result,
+    Figures, JobResult, JobState, RESULT, ResultFault, check_verdict, read_result, result_of, result_of_shard,
+    write_result,
 };

@@ -29,7 +29,7 @@ pub const JOBS: &str = "jobs";
 /// A job, in its folder.
 pub const JOB: &str = "job.json";
 /// Version of the layout of plan and jobs.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Largest plan that is read: a million digests.
 const MAX_BYTES: u64 = 128 << 20;
 /// Largest job that is read.
@@ -54,6 +54,8 @@ pub struct Plan {
     pub shards: Option<u16>,
     /// Digests of the jobs in order.
     pub jobs: Vec<String>,
+    /// SHA-256 of the above.
+    pub check: String,
 }
 
 /// `job.json`: all that a job hangs on.
@@ -136,6 +138,7 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
         keep: sweep.file.keep.unwrap_or_default(),
         shards,
         jobs: Vec::with_capacity(jobs),
+        check: String::new(),
     };
     let mut report = PlanReport { jobs, ..PlanReport::default() };
     for job in 0..jobs {
@@ -195,6 +198,7 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
         }
         plan.jobs.push(planned.digest);
     }
+    plan.check = plan.own_check()?;
     // Last: a plan that is there is whole.
     replace(&out.join(PLAN), &json(&plan)?).map_err(folder_fault)?;
     report.left_over = (plan.jobs.len()..).take_while(|job| job_folder(out, *job).is_dir()).count();
@@ -273,7 +277,17 @@ impl Plan {
                 format!("was planned by {} (layout {}), and this is {}", plan.made_by, plan.plan_version, made_by());
             return Err(InputError::file(&path, message, again));
         }
+        let own = plan.own_check().map_err(|e| InputError::file(&path, e.to_string(), again))?;
+        if own != plan.check {
+            let message = "is not as it was planned: its SHA-256 is another than the one in it";
+            return Err(InputError::file(&path, message, again));
+        }
         Ok(plan)
+    }
+
+    /// SHA-256 of all but the digest itself.
+    fn own_check(&self) -> Result<String, SimError> {
+        Ok(digest::of_bytes(json(&Self { check: String::new(), ..self.clone() })?.as_bytes()))
     }
 }
 
@@ -309,15 +323,53 @@ impl Planned {
     }
 }
 
+/// SHA-256 of input files by path, each measured once; what the system says of one that cannot be read.
+type Measured = BTreeMap<String, Result<String, String>>;
+
 /// Holds what a shard reads, motion and its own stock, against what was planned.
 ///
 /// # Errors
 /// A file that is not as it was planned.
 pub fn check_shard(sweep: &Path, job: &Planned) -> Result<(), InputError> {
-    check_inputs(sweep, job, |input| ["motion", "raw stock"].contains(&input.role.as_str()))
+    check_inputs(sweep, job, of_shard, &mut Measured::new())
 }
 
-fn check_inputs(sweep: &Path, job: &Planned, which: impl Fn(&Listed) -> bool) -> Result<(), InputError> {
+fn of_shard(input: &Listed) -> bool {
+    ["motion", "raw stock"].contains(&input.role.as_str())
+}
+
+/// Holds jobs and their inputs against the plan again, when their results are there: a result counts for as long as what it was made of is
+/// there unchanged. Files that many jobs read are measured once.
+#[derive(Debug)]
+pub struct Recheck<'a> {
+    sweep: &'a Path,
+    plan: &'a Plan,
+    measured: Measured,
+}
+
+impl<'a> Recheck<'a> {
+    /// For the jobs of a plan.
+    pub fn new(sweep: &'a Path, plan: &'a Plan) -> Self {
+        Self { sweep, plan, measured: Measured::new() }
+    }
+
+    /// Checks a job and all its inputs; of a shard those that it reads itself.
+    ///
+    /// # Errors
+    /// A job or an input that is not as it was planned, by name.
+    pub fn job(&mut self, job: usize) -> Result<(), InputError> {
+        let planned = Planned::read(self.sweep, self.plan, job)?;
+        let which: fn(&Listed) -> bool = if planned.shard.is_some() { of_shard } else { |_: &Listed| true };
+        check_inputs(self.sweep, &planned, which, &mut self.measured)
+    }
+}
+
+fn check_inputs(
+    sweep: &Path,
+    job: &Planned,
+    which: impl Fn(&Listed) -> bool,
+    measured: &mut Measured,
+) -> Result<(), InputError> {
     for input in job.inputs.iter().filter(|i| which(i)) {
         let path = sweep.join(&input.path);
         let changed = |why: String| {
@@ -327,9 +379,15 @@ fn check_inputs(sweep: &Path, job: &Planned, which: impl Fn(&Listed) -> bool) ->
                 "plan the sweep again: proveout sweep plan",
             )
         };
-        let (_, sha256) = digest::measure(&path).map_err(|e| changed(format!("cannot be read: {e}")))?;
-        if sha256 != input.sha256 {
-            return Err(changed("it has changed since the sweep was planned".into()));
+        let now = measured
+            .entry(input.path.clone())
+            .or_insert_with(|| digest::measure(&path).map(|(_, sha256)| sha256).map_err(|e| e.to_string()));
+        match now {
+            Err(e) => return Err(changed(format!("cannot be read: {e}"))),
+            Ok(sha256) if *sha256 != input.sha256 => {
+                return Err(changed("it has changed since the sweep was planned".into()));
+            }
+            Ok(_) => {}
         }
     }
     Ok(())
@@ -340,7 +398,7 @@ fn check_inputs(sweep: &Path, job: &Planned, which: impl Fn(&Listed) -> bool) ->
 /// # Errors
 /// What the scene refuses with these values ([`SimError::Input`] and its like: a result), or an input that is not as it was planned.
 pub fn prepare_job(sweep: &Path, job: &Planned) -> Result<Result<Prepared, SimError>, InputError> {
-    check_inputs(sweep, job, |_| true)?;
+    check_inputs(sweep, job, |_| true, &mut Measured::new())?;
     let prepared = Prepared::read(&sweep.join(&job.scene), &choice(&job.settings(), sweep));
     if let Ok(prepared) = &prepared {
         let now = listed(prepared, sweep);

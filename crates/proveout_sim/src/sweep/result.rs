@@ -10,16 +10,24 @@ use proveout_geom::read_regular_text;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::plan::{Plan, Planned, job_folder, made_by, replace};
+use super::{
+    file::KeepFile,
+    plan::{Plan, Planned, job_folder, made_by, replace},
+};
 use crate::{
     digest,
     finding::Severity,
+    manifest::verify_files,
     shards::ShardCost,
     verdict::{State, Verdict},
 };
 
 /// Result of a job, in its folder.
 pub const RESULT: &str = "result.json";
+/// Verdict of a job, in its folder or in that of its run.
+const VERDICT: &str = "verdict.json";
+/// Run folder of a job that keeps it.
+const RUN: &str = "run";
 /// Largest result that is read.
 const MAX_BYTES: u64 = 4 << 20;
 
@@ -219,6 +227,35 @@ impl JobResult {
 pub fn write_result(sweep: &Path, result: &JobResult) -> io::Result<()> {
     let text = serde_json::to_string_pretty(result)? + "\n";
     replace(&job_folder(sweep, result.job).join(RESULT), &text)
+}
+
+/// Holds the verdict that a job keeps against its result; a whole run folder against its manifest too. The cuts of a shard are not looked at:
+/// whoever merges them does it.
+///
+/// # Errors
+/// [`ResultFault::Damaged`]: a file that is gone, or not as the job wrote it.
+pub fn check_verdict(sweep: &Path, plan: &Plan, result: &JobResult) -> Result<(), ResultFault> {
+    if matches!(result.state, JobState::Refused | JobState::Cut) {
+        return Ok(());
+    }
+    let at = job_folder(sweep, result.job);
+    let folder = match plan.keep {
+        KeepFile::Verdict => at,
+        KeepFile::Folder => at.join(RUN),
+    };
+    let path = folder.join(VERDICT);
+    let damaged = |path: &Path, message: String| ResultFault::Damaged { job: result.job, path: path.into(), message };
+    let now = digest::measure(&path).map_err(|e| damaged(&path, format!("its verdict cannot be read: {e}")))?.1;
+    if now != result.verdict_sha256 {
+        return Err(damaged(&path, "its verdict is not as the job wrote it".into()));
+    }
+    if plan.keep == KeepFile::Folder {
+        let found = verify_files(&folder).map_err(|e| damaged(&folder, e.to_string()))?;
+        if let Some(what) = found.changed_files.into_iter().next() {
+            return Err(damaged(&folder, format!("its run folder is not as the job wrote it: {what}")));
+        }
+    }
+    Ok(())
 }
 
 /// The result of a job, if it is that of the plan.

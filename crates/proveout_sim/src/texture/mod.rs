@@ -20,7 +20,7 @@ mod record;
 
 use std::sync::Arc;
 
-use proveout_geom::{InputError, Point, TriMesh, Vector, blade::FOOT_ERROR_MM};
+use proveout_geom::{Point, Step::Key, TriMesh, Vector, blade::FOOT_ERROR_MM};
 use proveout_surface::{
     DesignMesh, DesignSurface,
     texture::{Profile, SettingClass},
@@ -265,11 +265,11 @@ fn ground(scene: &Scene, part_mesh: Option<&TriMesh>) -> Result<(Ground, f64), S
             return Ok((Ground::Design(Arc::new(*solid)), FOOT_ERROR_MM));
         }
         let help = "correct [part.blade]";
-        let blade = blade.blade(0.0).map_err(|e| InputError::file(&scene.path, e.to_string(), help))?;
+        let blade = blade.blade(0.0).map_err(|e| scene.error_at(&[Key("part"), Key("blade")], e.to_string(), help))?;
         return Ok((Ground::Blade(Box::new(blade)), 0.0));
     }
     let Some(mesh) = part_mesh else { return Ok((Ground::None, 0.0)) };
     let tree =
-        DesignMesh::new(mesh).map_err(|e| InputError::file(&scene.path, format!("[part]: {e}"), "mend the mesh"))?;
+        DesignMesh::new(mesh).map_err(|e| scene.error_at(&[Key("part")], format!("[part]: {e}"), "mend the mesh"))?;
     Ok((Ground::Design(Arc::new(tree)), part.chord_error_mm))
 }

@@ -22,6 +22,8 @@ use proveout_tool::{Profile, Segment};
 
 use crate::topography::StandingCutter;
 
+/// A lean below this is none, radian.
+const UPRIGHT: f64 = 1e-6;
 /// Halvings: an angle is then exact to rounding.
 const HALVINGS: usize = 60;
 
@@ -126,19 +128,40 @@ impl<'a> CutterContact<'a> {
         2.0 * (radius * radius - (radius - height).powi(2)).sqrt()
     }
 
+    /// The cutter lies on the design with the flat of its end: it touches along a line or a face, and no single place of it is the contact.
+    pub fn rests_on_flat(&self) -> bool {
+        let [inclination, _] = self.lean();
+        let lowest = self.profile.z_min();
+        inclination < UPRIGHT
+            && self.profile.segments().iter().any(|segment| {
+                let (from, to) = (segment.from(), segment.to());
+                let level = |p: [f64; 2]| p[1] <= lowest + 1e-9;
+                matches!(segment, Segment::Line { .. }) && level(from) && level(to) && (to[0] - from[0]).abs() > 1e-9
+            })
+    }
+
     /// Widths to the left and to the right up to a height above a plane design, of the standing cutter, mm.
     pub fn section_width(&self, height: f64) -> Option<[f64; 2]> {
+        self.section_width_over(height, 0.0)
+    }
+
+    /// The same along a design of constant curvature across the feed, 1/mm, positive where it is convex: widths are arcs of the design.
+    pub fn section_width_over(&self, height: f64, curvature: f64) -> Option<[f64; 2]> {
         let standing = StandingCutter::new(self.profile, Point::from(self.tip()), self.axis);
         let widest = 2.0 * (self.profile.max_radius() + self.profile.z_max().abs());
         let width = |side: f64| {
-            let at = |y: f64| standing.height(&Point::from(self.left * (side * y)), &self.normal);
+            let at = |y: f64| {
+                let z = standing.height(&Point::from(self.left * (side * y)), &self.normal)?;
+                above_arc([y, z], curvature)
+            };
             let (mut low, mut high) = (0.0, widest);
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (low + high);
-                if at(middle).is_some_and(|z| z < height) { low = middle } else { high = middle }
+                if at(middle).is_some_and(|h| h[1] < height) { low = middle } else { high = middle }
             }
             // Beyond the cutter nothing has a height: the edge of its shadow is no width.
-            at(low - 1e-9 * widest).filter(|z| (z - height).abs() < 1e-3 * height + 1e-6).map(|_| low)
+            let last = low - 1e-9 * widest;
+            at(last).filter(|h| (h[1] - height).abs() < 1e-3 * height + 1e-6).map(|h| h[0])
         };
         Some([width(1.0)?, width(-1.0)?])
     }
@@ -150,12 +173,14 @@ impl<'a> CutterContact<'a> {
         [place.dot(&self.left), place.dot(&self.normal)]
     }
 
-    /// Where the profile on one side reaches `wanted` in coordinate `k` (0: y to that side, 1: z); the other coordinate too.
-    fn reach(&self, side: f64, k: usize, wanted: f64) -> Option<[f64; 2]> {
+    /// Where the profile on one side reaches `wanted` in coordinate `k` (0: y to that side, 1: z), both counted along and above a design of this
+    /// curvature; the other coordinate too.
+    fn reach(&self, side: f64, k: usize, wanted: f64, curvature: f64) -> Option<[f64; 2]> {
         let from = self.support(&-self.normal);
         let at = |angle: f64| {
             let [y, z] = self.profile_at(side * angle, &from);
-            [side * y, z]
+            // Beyond the middle of a hollow no place of the design is the nearest one.
+            above_arc([side * y, z], curvature).unwrap_or([side * y, f64::MAX])
         };
         let (mut low, mut high) = (0.0, std::f64::consts::PI);
         let (mut first, mut last) = ([0.0, 0.0], at(high));
@@ -179,13 +204,32 @@ impl<'a> CutterContact<'a> {
 
     /// Widths to the left and to the right up to a height above a plane design, of the moving cutter, mm.
     pub fn swept_width(&self, height: f64) -> Option<[f64; 2]> {
-        Some([self.reach(1.0, 1, height)?[0], self.reach(-1.0, 1, height)?[0]])
+        self.swept_width_over(height, 0.0)
+    }
+
+    /// The same along a design of constant curvature across the feed, 1/mm, positive where it is convex: widths are arcs of the design.
+    pub fn swept_width_over(&self, height: f64, curvature: f64) -> Option<[f64; 2]> {
+        Some([self.reach(1.0, 1, height, curvature)?[0], self.reach(-1.0, 1, height, curvature)?[0]])
     }
 
     /// Height that the moving cutter leaves beside the contact, mm, `y` counted to the left; none beyond its shadow.
     pub fn swept_height(&self, y: f64) -> Option<f64> {
-        Some(self.reach(if y < 0.0 { -1.0 } else { 1.0 }, 0, y.abs())?[1])
+        Some(self.reach(if y < 0.0 { -1.0 } else { 1.0 }, 0, y.abs(), 0.0)?[1])
     }
+}
+
+/// A place of the plane across the feed, from the contact, as arc along and height above the circle of the design through the contact, mm; none beyond the
+/// middle of a hollow.
+fn above_arc([y, z]: [f64; 2], curvature: f64) -> Option<[f64; 2]> {
+    if curvature == 0.0 {
+        return Some([y, z]);
+    }
+    let (a, b) = (y * curvature, 1.0 + z * curvature);
+    if b <= 0.0 {
+        return None;
+    }
+    let grown = a.hypot(b);
+    Some([a.atan2(b) / curvature, (2.0 * z + curvature * (y * y + z * z)) / (1.0 + grown)])
 }
 
 /// Height of the ridge between two passes above a design of constant curvature across the feed, and its place.

@@ -103,6 +103,8 @@ pub struct Ridge {
     pub curvature: Option<f64>,
     /// Height of the ridge over a design that the valleys touch, from axis, feed and cutter at the two contacts, mm.
     pub geometric: Option<f64>,
+    /// A pass beside it lies on the design with a flat of its cutter: valleys, distance and geometric height are none.
+    pub on_flat: bool,
 }
 
 /// All ridges of a part.
@@ -400,6 +402,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
             spacing: None,
             curvature: None,
             geometric: None,
+            on_flat: false,
         };
         let range = (self.settings.reach, self.stock.cell_mm());
         sides(self.path, self.cutters, self.design, &mut ridge, contacts, range);

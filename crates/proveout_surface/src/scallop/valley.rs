@@ -69,6 +69,10 @@ pub(super) fn sides(
     let chord = (second.foot - first.foot).norm();
     let half = 0.5 * chord * curvature;
     let arc = if half.abs() > 1e-9 { 2.0 * half.clamp(-1.0, 1.0).asin() / curvature } else { chord };
+    if [&first, &second].into_iter().any(|side| on_flat(cutters, side)) {
+        ridge.on_flat = true;
+        return;
+    }
     ridge.sides = Some([first, second]);
     (ridge.spacing, ridge.curvature) = (Some(arc), Some(curvature));
     ridge.geometric = geometric(cutters, [&first, &second], chord, curvature);
@@ -121,6 +125,13 @@ impl Circle {
     fn flat(&self, v: &Vector) -> Option<Vector> {
         (self.plane[0] * v.dot(&self.plane[0]) + self.plane[1] * v.dot(&self.plane[1])).try_normalize(1e-9)
     }
+}
+
+/// Whether a pass lies on the design with a flat of its cutter: then neither its contact nor its distance from the next pass is one place.
+fn on_flat(cutters: &[Vec<Profile>], side: &Side) -> bool {
+    let bodies = cutters.get(side.cutter as usize).map_or(&[][..], Vec::as_slice);
+    let mut contacts = bodies.iter().filter_map(|b| CutterContact::new(b, side.axis, side.normal, side.feed));
+    contacts.any(|contact| contact.rests_on_flat())
 }
 
 /// Height of the ridge by the formulas of two contacts.

@@ -183,6 +183,32 @@ impl STheta {
         }
     }
 
+    /// What mends a layer that is shorter than its flats: the flats that are asked for, or the room that the channel leaves; nothing is advised that
+    /// would not do.
+    fn remedy_of_flats(
+        &self,
+        path: &SectionPath,
+        channel: &Channel,
+        layer: &Layer,
+        start_theta: f64,
+        end_flat: f64,
+    ) -> &'static str {
+        let (a, b) = (layer.first, layer.last);
+        let length = path.arc[b] - path.arc[a];
+        // Where the upper limit, less an inset, has risen above the angle at the start.
+        let risen = |inset: f64| {
+            let i = (a..=b).find(|&i| channel.upper[i] - inset >= start_theta);
+            i.map_or(length, |i| path.arc[i] - path.arc[a])
+        };
+        if risen(self.inset) < length && self.start_flat + end_flat >= length {
+            "set shorter flats: start_flat_mm, end_flat_percent"
+        } else if risen(0.0) + end_flat < length {
+            "set a smaller inset_deg: the limit rises above the angle at the start too late for this one"
+        } else {
+            "the channel does not rise within this layer; the method smooth has no layers and takes such a section"
+        }
+    }
+
     fn layer(
         &self,
         path: &SectionPath,
@@ -215,8 +241,14 @@ impl STheta {
             return Err(RescheduleError::new(
                 "reschedule-layers",
                 path.lines[a],
-                format!("a layer of {:.3} mm is shorter than its flats", path.arc[b] - path.arc[a]),
-                "set shorter flats",
+                format!(
+                    "the layer of lines {} to {} is {:.3} mm long, and its flats take {:.3} mm at its start and {end_flat:.3} mm at its end",
+                    path.lines[a],
+                    path.lines[b],
+                    path.arc[b] - path.arc[a],
+                    inner_start - path.arc[a]
+                ),
+                self.remedy_of_flats(path, channel, layer, start_theta, end_flat),
             ));
         }
         let inside: Vec<usize> = (a..=b).filter(|&i| path.arc[i] > inner_start && path.arc[i] < inner_end).collect();

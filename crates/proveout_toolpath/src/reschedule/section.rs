@@ -10,6 +10,7 @@
 //! Li et al. 2022 (doi:10.3390/machines10100953), section 3.1 of the specification; equation (1) for the ball centers.
 
 use std::{
+    collections::BTreeMap,
     f64::consts::{PI, TAU},
     ops::Range,
 };
@@ -22,6 +23,10 @@ use super::{CuttingRun, RescheduleError, Surroundings};
 const WINDOW: usize = 5;
 /// Curvature below which a path counts as straight, rad/mm.
 const STRAIGHT: f64 = 1e-5;
+/// Part of the path before a base point in which its hollow lies.
+const HOLLOW_SHARE: f64 = 0.1;
+/// Base points whose chord angles differ by less than this part of a turn are at the same place of the section.
+const SAME_PLACE: f64 = 0.1;
 /// A turn between two chords above which the path is not smooth, radian.
 const SHARP: f64 = 0.6;
 /// Blocks at each end in which a sharp turn is the joint with a lead-in or lead-out.
@@ -196,6 +201,29 @@ impl SectionPath {
         turns
     }
 
+    /// Of base points of a section that is concave in several places of a turn, those at one of these places: the one behind the deepest hollow.
+    /// Its chord angle comes again a whole turn later.
+    fn one_a_turn(&self, bases: Vec<usize>) -> Vec<usize> {
+        // How far the path turns back on its way to a base point.
+        let hollow = |base: usize| {
+            let from = self.arc.partition_point(|s| *s < self.arc[base] - HOLLOW_SHARE * self.arc[self.len() - 1]);
+            let highest = self.outgoing[from..=base].iter().copied().fold(f64::MIN, f64::max);
+            highest - self.outgoing[base]
+        };
+        let Some(main) = bases.iter().copied().max_by(|a, b| hollow(*a).total_cmp(&hollow(*b))) else { return bases };
+        let angle = self.outgoing[main];
+        let mut kept: BTreeMap<i64, (f64, usize)> = BTreeMap::new();
+        for base in bases {
+            let turns = (self.outgoing[base] - angle) / TAU;
+            let off = (turns - turns.round()).abs();
+            let nearest = kept.entry(turns.round() as i64).or_insert((off, base));
+            if off < nearest.0 {
+                *nearest = (off, base);
+            }
+        }
+        kept.into_values().filter(|(off, _)| *off < SAME_PLACE).map(|(_, base)| base).collect()
+    }
+
     fn find_layers(&mut self) -> Result<(), RescheduleError> {
         let turned = self.outgoing[self.len() - 1] - self.outgoing[0];
         if turned < TAU - 0.1 {
@@ -213,6 +241,8 @@ impl SectionPath {
         let mut bases = self.base_points();
         if !concave {
             bases = self.turns();
+        } else if bases.len() as f64 > turned / TAU + 1.0 {
+            bases = self.one_a_turn(bases);
         }
         self.period = match (bases.first(), bases.last()) {
             (Some(&a), Some(&b)) if b > a => {

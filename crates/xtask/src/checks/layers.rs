@@ -15,7 +15,7 @@ pub(crate) const PREFIX: &str = "proveout_";
 /// algorithm of its own. `proveout_py` stands above it: its commands are those of the Python package too.
 pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
     ("proveout_geom", &[]),
-    ("proveout_nc", &[]),
+    ("proveout_nc", &["tool"]),
     ("proveout_tool", &["geom"]),
     ("proveout_machine", &["geom"]),
     ("proveout_toolpath", &["geom", "tool", "machine"]),

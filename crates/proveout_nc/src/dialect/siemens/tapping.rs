@@ -3,6 +3,8 @@
 //! Parameters after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), CYCLE84 and CYCLE840; G331 and G332 after
 //! *Programming Manual Fundamentals*, "Tapping without compensating chuck". A positive pitch is a right-hand thread.
 
+use proveout_tool::coarse_pitch;
+
 use super::drilling::{Planes, wait};
 use super::eval::Val;
 use super::frames::number;
@@ -13,34 +15,6 @@ use crate::channel::{Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{Feed, Motion, Op, Spindle, SpindleDirection};
-
-/// Coarse pitches of metric threads (ISO 261) by nominal diameter, mm.
-const METRIC_COARSE: [(f64, f64); 24] = [
-    (3.0, 0.5),
-    (4.0, 0.7),
-    (5.0, 0.8),
-    (6.0, 1.0),
-    (7.0, 1.0),
-    (8.0, 1.25),
-    (9.0, 1.25),
-    (10.0, 1.5),
-    (11.0, 1.5),
-    (12.0, 1.75),
-    (14.0, 2.0),
-    (16.0, 2.0),
-    (18.0, 2.5),
-    (20.0, 2.5),
-    (22.0, 2.5),
-    (24.0, 3.0),
-    (27.0, 3.0),
-    (30.0, 3.5),
-    (33.0, 3.5),
-    (36.0, 4.0),
-    (39.0, 4.0),
-    (42.0, 4.5),
-    (45.0, 4.5),
-    (48.0, 5.0),
-];
 
 /// Most infeeds of one thread.
 const MAX_TAPPING_STEPS: f64 = 1000.0;
@@ -97,8 +71,7 @@ impl Interpreter {
             return Ok(Some(pitch * self.modal.units.length()));
         }
         let Some(size) = number(values, at, name, span)?.filter(|v| *v != 0.0) else { return Ok(None) };
-        let found = METRIC_COARSE.iter().find(|(nominal, _)| *nominal == size.abs());
-        let Some((_, pitch)) = found else {
+        let Some(pitch) = coarse_pitch(size.abs()) else {
             return Err(Fault::new(
                 codes::ARGUMENTS,
                 span,

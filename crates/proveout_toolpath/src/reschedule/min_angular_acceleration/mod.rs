@@ -25,7 +25,8 @@ use std::f64::consts::FRAC_PI_2;
 use proveout_geom::{Point, ToolPose, Vector};
 
 use super::{
-    Curve, CurveKind, CuttingRun, Figure, Method, Quantity, RescheduleError, Rescheduled, Study, Surroundings, slerp,
+    Curve, CurveKind, CuttingRun, Figure, Method, Quantity, RescheduleError, Rescheduled, Study, Surroundings,
+    meeting::newly_met, slerp,
 };
 
 use self::keys::{KeyPlace, KeySearch};
@@ -288,9 +289,10 @@ impl Method for MinAngularAcceleration {
             centers.iter().zip(&axes).map(|(c, axis)| ToolPose { tip: c - axis * radius, axis: *axis }).collect();
         if let Some(region) = around.region {
             for (block, pose) in run.blocks.iter().zip(&poses) {
-                let (new, old) = (region.clearance(pose), region.clearance(&block.pose));
-                if new <= 0.0 && old > 0.0 {
-                    let message = format!("the new axis brings the tool {:.3} mm into what it must not touch", -new);
+                if let Some(deep) = newly_met(region, pose, &block.pose) {
+                    let message = format!(
+                        "the new axis brings shank or holder into what it must not touch: {deep} along the tool axis"
+                    );
                     let help = "set another cap, or give the tool a slimmer shank and holder";
                     return Err(RescheduleError::new("reschedule-channel", block.line, message, help));
                 }

@@ -35,6 +35,7 @@ use proveout_machine::{JointValues, KinematicsError, Machine};
 
 use super::{
     CuttingRun, Figure, Method, RescheduleError, Rescheduled, Surroundings,
+    meeting::newly_met,
     touching::{Touching, touching},
 };
 use crate::path::PathCutter;
@@ -57,8 +58,6 @@ const ROUNDED: f64 = 1e-9;
 const POLE_STEP: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Blocks whose contacts are nearer than this to each other at the end of a row may be lifted from it, mm.
 const LIFTED: f64 = 1e-2;
-/// A clearance below this is looked for where it is only asked whether bodies meet, mm.
-const MEETS: f64 = 1e-6;
 /// Largest turn of the row between two steps, as a cosine.
 const STRAIGHT_ON: f64 = 0.5;
 
@@ -327,10 +326,11 @@ impl MultiScale {
             let axis = rotary.axis(done.joints[i.clamp(stretch.start, stretch.end - 1) - stretch.start]);
             let pose = ToolPose { tip: cutter.touch(&at.place, &axis, 0.0, None).pose.tip + at.off, axis };
             if let Some(region) = around.region
-                && region.clearance_up_to(&pose, MEETS) <= 0.0
-                && region.clearance_up_to(&block.pose, MEETS) > 0.0
+                && let Some(deep) = newly_met(region, &pose, &block.pose)
             {
-                let message = "the new axis brings shank or holder into what it must not touch";
+                let message = format!(
+                    "the new axis brings shank or holder into what it must not touch: {deep} along the tool axis"
+                );
                 let help = "give the tool a slimmer shank and holder, or widen the strip";
                 return Err(RescheduleError::new("reschedule-channel", block.line, message, help));
             }

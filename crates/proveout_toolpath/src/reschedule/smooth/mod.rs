@@ -243,9 +243,12 @@ impl Smooth {
     }
 }
 
+/// Figures that say whose schedule was kept, since none of this method's own was faster or smoother: the program's, that of s-theta.
+pub const KEPT: [&str; 2] = ["kept, the program's own axes", "kept, the schedule of s-theta"];
+
 impl Smooth {
-    /// Schedules of others that are in the gates: the program's own, and that of s-theta.
-    fn others(&self, path: &SectionPath, gates: &[[f64; 2]]) -> Vec<Vec<f64>> {
+    /// Schedules of others that are in the gates, by name: the program's own, and that of s-theta.
+    fn others(&self, path: &SectionPath, gates: &[[f64; 2]]) -> Vec<(&'static str, Vec<f64>)> {
         let s_theta = STheta { clearance: self.clearance, ..STHETA_DEFAULTS };
         let planned = Channel::tabulated(path, self.clearance, 2.0 * s_theta.inset);
         let planned = planned.and_then(|channel| s_theta.plan(path, &channel)).map(|plan| plan.angles);
@@ -253,8 +256,9 @@ impl Smooth {
             let fits = angles.iter().zip(gates).all(|(q, [low, high])| *q >= low - ROUNDED && *q <= high + ROUNDED);
             fits && (!self.monotone || angles.windows(2).all(|q| q[1] >= q[0] - ROUNDED))
         };
-        let others = [Some(path.axis_angle.clone()), planned.ok()].into_iter().flatten().filter(inside);
-        others.map(|angles| kept(angles, gates)).collect()
+        let others = [(KEPT[0], Some(path.axis_angle.clone())), (KEPT[1], planned.ok())].into_iter();
+        let others = others.filter_map(|(name, angles)| Some((name, angles?))).filter(|(_, angles)| inside(angles));
+        others.map(|(name, angles)| (name, kept(angles, gates))).collect()
     }
 }
 
@@ -349,6 +353,7 @@ impl Method for Smooth {
             self.solve(&path, &gates, &least, limits, VELOCITY_GIVEN[0])?;
         let mut best = Tried { angles, time: f64::INFINITY, asked };
         let mut rounds = 0;
+        let mut of_other = None;
         if let Some(mut times) = judged(&best.angles) {
             let mut fastest: f64 = times.iter().sum();
             best.time = fastest;
@@ -383,7 +388,7 @@ impl Method for Smooth {
         if best.time.is_finite() {
             // Where feed leaves no time to gain, what is smoother gains still.
             let at_feed = best.time <= shortest * (1.0 + GAIN);
-            for angles in self.others(&path, &gates) {
+            for (name, angles) in self.others(&path, &gates) {
                 if at_feed && effort(&angles, &least) >= effort(&best.angles, &least) {
                     continue;
                 }
@@ -391,6 +396,7 @@ impl Method for Smooth {
                 let time: f64 = times.iter().sum();
                 if time < best.time || at_feed && time <= shortest * (1.0 + GAIN) {
                     best = Tried { angles, time, asked: None };
+                    of_other = Some(name);
                 }
             }
         }
@@ -404,6 +410,9 @@ impl Method for Smooth {
             figure("peak acceleration between the ramps, as planned", "deg/s2", planned.to_degrees());
         }
         figure("times the control was asked", "", rounds as f64);
+        if let Some(name) = of_other {
+            figure(name, "", 1.0);
+        }
         let published = rule(STHETA_DEFAULTS.clearance, f64::MIN).ok();
         let other = rule(OTHER_CLEARANCE, f64::MIN).ok();
         let shown = [
