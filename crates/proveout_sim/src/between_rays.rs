@@ -237,4 +237,3 @@ impl Between<'_> {
 fn overlap(a: &Aabb, b: &Aabb) -> Aabb {
     Aabb { min: a.min.sup(&b.min), max: a.max.inf(&b.max) }
 }
-

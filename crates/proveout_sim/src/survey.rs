@@ -389,12 +389,7 @@ fn maker(band: &Band, found: &FoundGap) -> Option<u32> {
 }
 
 /// What of the design no ray tells, in words.
-fn sees(
-    design: &Design<'_>,
-    stock: &TriDexel,
-    watchers: &[Watcher<'_>],
-    region: Option<&Aabb>,
-) -> Option<String> {
+fn sees(design: &Design<'_>, stock: &TriDexel, watchers: &[Watcher<'_>], region: Option<&Aabb>) -> Option<String> {
     let (mesh, tree) = design.solid()?;
     let Unseen { area, point, thickness } = unseen(mesh, tree, watchers, region)?;
     let [x, y, z]: [f64; 3] = point.coords.into();

@@ -35,9 +35,9 @@ mod mesh;
 mod refined;
 pub mod scallop;
 mod survey;
-mod uncut;
 pub mod texture;
 pub mod topography;
+mod uncut;
 
 pub use analytic::{ConeFlank, ConeFrustum, Plane, Sphere};
 pub use areas::{Area, AreaPart, Areas, MOST_CELLS, MOST_STARTS, Seed, Starts};

@@ -196,8 +196,8 @@ impl Uncut<'_> {
     fn ask_raw(&self, q: &Point, n: &Vector, stretch: f64, area: f64, found: &mut UncutFound) {
         let Some(raw) = self.raw else { return };
         let p = q - n * ((self.missing + BEYOND) * stretch);
-        let looked_at = self.region.is_none_or(|r| r.contains(&p))
-            && self.watchers.iter().any(|w| w.stock.bounds().contains(&p));
+        let looked_at =
+            self.region.is_none_or(|r| r.contains(&p)) && self.watchers.iter().any(|w| w.stock.bounds().contains(&p));
         if looked_at && !raw(&p) && -self.height(&p) > self.missing {
             found.missing.push(Left { point: p, depth: -self.height(&p), area });
         }

@@ -210,7 +210,8 @@ fn what_is_found_of_turning_pieces_is_there_and_no_place_of_a_lattice_is_deeper(
             SweptBodies::new(&[piece], &[tool], &Aabb { min: [-40.0; 3].into(), max: [40.0; 3].into() }, &|_| false);
         let mut lattice = 0.0_f64;
         for i in 0..30_usize.pow(3) {
-            let at = |k: usize, low: f64, high: f64| low + (high - low) * ((i / 30_usize.pow(k as u32)) % 30) as f64 / 29.0;
+            let at =
+                |k: usize, low: f64, high: f64| low + (high - low) * ((i / 30_usize.pow(k as u32)) % 30) as f64 / 29.0;
             let p = Point::new(at(0, -3.5, 3.5), at(1, -2.0, 3.0), edge.z + at(2, -2.0, 0.5));
             let depth = -tree.signed_distance(&p).unwrap();
             if depth > lattice && sweeps.last_to_reach(&p, -1e-3).is_some() {
@@ -252,16 +253,8 @@ fn left(design: &TriMesh, pieces: &[PathPiece], tool: &[Profile], allowed: f64, 
 
 /// A block with a slot along X from Y y to y + w, 4 mm deep.
 fn slotted(y: f64, w: f64) -> TriMesh {
-    let outline = [
-        [-12.0, -10.0],
-        [12.0, -10.0],
-        [12.0, 0.0],
-        [y + w, 0.0],
-        [y + w, -4.0],
-        [y, -4.0],
-        [y, 0.0],
-        [-12.0, 0.0],
-    ];
+    let outline =
+        [[-12.0, -10.0], [12.0, -10.0], [12.0, 0.0], [y + w, 0.0], [y + w, -4.0], [y, -4.0], [y, 0.0], [-12.0, 0.0]];
     extruded(&outline, &[[0, 1, 4], [1, 2, 3], [1, 3, 4], [0, 4, 5], [0, 5, 6], [0, 6, 7]])
 }
 

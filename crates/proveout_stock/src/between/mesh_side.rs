@@ -209,10 +209,7 @@ mod tests {
             let t = f64::from(k);
             // Many of them on planes of the boxes and in line with their corners.
             let p = Point::new((t * 0.1) % 14.0 - 1.0, ((t / 7.0).floor() * 0.1) % 8.0 - 1.0, (t * 0.05) % 14.0 - 4.0);
-            let depth = boxes
-                .iter()
-                .map(|b| (b.min - p).sup(&(p - b.max)).max())
-                .fold(f64::INFINITY, f64::min);
+            let depth = boxes.iter().map(|b| (b.min - p).sup(&(p - b.max)).max()).fold(f64::INFINITY, f64::min);
             if depth > 1e-9 {
                 assert!(side.is_outside(&p, depth * 0.999) && !side.is_inside(&p, 0.0), "{p:?}");
                 assert!(!side.is_outside(&p, depth * 1.75 + 1e-6) || depth > 0.0);

@@ -256,7 +256,8 @@ mod tests {
         for case in 0..2000 {
             let mut vector = |size: f64| Vector::new(next() - 0.5, next() - 0.5, next() - 0.5) * size;
             let axis = vector(2.0).normalize();
-            let turned = if case % 3 == 0 { (axis + vector(if case % 2 == 0 { 0.02 } else { 0.6 })).normalize() } else { axis };
+            let turned =
+                if case % 3 == 0 { (axis + vector(if case % 2 == 0 { 0.02 } else { 0.6 })).normalize() } else { axis };
             let from = ToolPose { tip: Point::from(vector(20.0)), axis };
             let to = ToolPose { tip: from.tip + vector(30.0), axis: turned };
             let moving = Moving::new(&SweepMotion { from, to });

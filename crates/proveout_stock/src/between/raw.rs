@@ -3,10 +3,7 @@
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
 use super::mesh_side::MeshSide;
-use crate::{
-    TileTree, TriDexel,
-    field::raw::Bar,
-};
+use crate::{TileTree, TriDexel, field::raw::Bar};
 
 /// Cells along the longest side of the grid that stands for a stock of which the rays alone are known.
 const COARSE: f64 = 160.0;

@@ -269,11 +269,8 @@ impl SweptBodies {
         let turns = (part.to.axis - part.from.axis).norm() > SAME_AXIS;
         let way = part.to.tip - part.from.tip;
         let at = |time: f64| {
-            let axis = if turns {
-                (part.from.axis * (1.0 - time) + part.to.axis * time).normalize()
-            } else {
-                part.from.axis
-            };
+            let axis =
+                if turns { (part.from.axis * (1.0 - time) + part.to.axis * time).normalize() } else { part.from.axis };
             let tip = part.from.tip + way * time;
             let q = p - tip;
             let z = q.dot(&axis);
