@@ -15,7 +15,7 @@ use proveout_tool::{Profile, Role, Tool};
 
 use crate::{
     plunge,
-    process::{self, CuttingState, SweepPart, Swept, Sweeps},
+    process::{self, CuttingState, SweepPart, Sweeps, Swept},
 };
 
 /// Work of a whole run after which nothing more is searched: distances.

@@ -281,8 +281,7 @@ impl<'a> Engine<'a> {
         stages.removal += cut.removal;
         stages.collision += collision + cut.collision;
         let sizes = [self.prepared.scene.file.tolerances.contact_mm, self.stock.cell_mm()];
-        let (between, took) =
-            timed(|| self.between.look(&sweeps, &mut cut.reports, &chunk.pieces, &states, sizes));
+        let (between, took) = timed(|| self.between.look(&sweeps, &mut cut.reports, &chunk.pieces, &states, sizes));
         stages.removal += took;
         let parts = sweeps.parts;
 

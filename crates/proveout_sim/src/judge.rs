@@ -327,7 +327,9 @@ fn judge_gates(
             facts.checked_pairs,
             facts.clearance.checks
         )),
-        left_out: holders.chain(facts.between.left_out.get(&GateOf::Collision).into_iter().flatten().cloned()).collect(),
+        left_out: holders
+            .chain(facts.between.left_out.get(&GateOf::Collision).into_iter().flatten().cloned())
+            .collect(),
     };
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");

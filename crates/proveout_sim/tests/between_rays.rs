@@ -1,6 +1,10 @@
 //! What no ray of the stock goes through: edges along axes and oblique to them, thin tools, pins of meshes, at cells of 0.3 to 10 mm. Faults by construction never
 //! pass; their clean twins, which keep 0.02 mm clear or go where was cut before, never fail.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a failed test says why; the share of decided gates is told")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a failed test says why; the share of decided gates is told"
+)]
 
 use std::{fmt::Write as _, fs, path::Path};
 
@@ -58,7 +62,8 @@ fn verdict(case: &Case) -> Verdict {
         case.stock
     );
     fs::write(shop.path().join("scene.toml"), scene).unwrap();
-    let program = format!("G21 G90 G17 G40 G49 G80 G94\nT1 M6\nG54\nG0 G43 H1 Z50.\n{}G0 Z50.\nM5\nM30\n", case.program);
+    let program =
+        format!("G21 G90 G17 G40 G49 G80 G94\nT1 M6\nG54\nG0 G43 H1 Z50.\n{}G0 Z50.\nM5\nM30\n", case.program);
     fs::write(shop.path().join("main.nc"), program).unwrap();
     let prepared = Prepared::read(&shop.path().join("scene.toml"), &Choice::default());
     let prepared = prepared.unwrap_or_else(|e| panic!("{}: {e}", case.name));
@@ -81,13 +86,8 @@ fn along_an_edge(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, off: f64, ca
     // Slanting over the corner of the block: the edge at x = 40 and that at y = 30.
     let s = 0.5 * d + off;
     let (a, b) = (40.0 + s / 2.0_f64.sqrt(), 30.0 + s / 2.0_f64.sqrt());
-    let slant = format!(
-        "S3000 M3\nG0 X{:.4} Y{:.4}\nZ-{dip:.4}\nX{:.4} Y{:.4}\n",
-        a - 40.0,
-        b + 40.0,
-        a + 40.0,
-        b - 40.0
-    );
+    let slant =
+        format!("S3000 M3\nG0 X{:.4} Y{:.4}\nZ-{dip:.4}\nX{:.4} Y{:.4}\n", a - 40.0, b + 40.0, a + 40.0, b - 40.0);
     for (kind, program, code) in [
         ("rapid", way("S3000 M3\n"), "process-rapid-in-material"),
         ("spindle off", standing, "process-spindle-off"),
@@ -125,7 +125,8 @@ fn over_a_bar(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, ca
 /// A thin tool goes down between rays, at a rapid or without edges at its center; its twin goes down beside the block.
 fn thin_tools(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &mut Vec<Case>) {
     let d = (0.9 * cell).min(next(0.5, 3.0));
-    let (x, y) = if fault { (cell * (20.0 / cell).floor(), cell * (15.0 / cell).floor()) } else { (20.0, 30.02 + 0.5 * d) };
+    let (x, y) =
+        if fault { (cell * (20.0 / cell).floor(), cell * (15.0 / cell).floor()) } else { (20.0, 30.02 + 0.5 * d) };
     let down = format!("S3000 M3\nG0 X{x:.4} Y{y:.4}\nZ5.\nZ-4.\nZ5.\n");
     let bore = format!("S3000 M3\nG0 X{x:.4} Y{y:.4}\nZ5.\nG1 Z-4. F100.\nG0 Z5.\n");
     for (kind, tool, program, code) in [
@@ -151,10 +152,7 @@ fn pins(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &
     let width = 0.3 * cell.min(1.0);
     let (x, y) = (cell * (20.0 / cell).floor() - 0.5 * width, cell * (12.0 / cell).floor() - 0.5 * width);
     let mut mesh = box_mesh(&Aabb { min: Point::new(0.0, 0.0, -20.0), max: Point::new(40.0, 30.0, 0.0) });
-    mesh.append(&box_mesh(&Aabb {
-        min: Point::new(x, y, 0.001),
-        max: Point::new(x + width, y + width, 8.0),
-    }));
+    mesh.append(&box_mesh(&Aabb { min: Point::new(x, y, 0.001), max: Point::new(x + width, y + width, 8.0) }));
     let past = if fault { y } else { y - 0.5 * d - 0.02 };
     cases.push(Case {
         name: format!("pin of {width:.3}, cells {cell}, D{d:.3}"),

@@ -37,7 +37,7 @@ pub(super) struct MeshSide {
 }
 
 impl MeshSide {
-    pub fn new(mesh: &TriMesh) -> Self {
+    pub(super) fn new(mesh: &TriMesh) -> Self {
         let mut side =
             Self { nodes: Vec::new(), triangles: (0..mesh.triangles.len()).map(|k| mesh.corners(k)).collect() };
         let mut triangles = std::mem::take(&mut side.triangles);
@@ -101,7 +101,7 @@ impl MeshSide {
     ///
     /// They are the planes of triangles in the ball behind which all other triangles of the ball lie: the skin does not come into the part of the ball
     /// beyond such a plane; there it is all outside, or all inside of another shell, which one point tells.
-    pub fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
+    pub(super) fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
         let mut near = Vec::new();
         self.collect_near(0, c, radius, &mut near);
         let mut out: Vec<(f64, Vector)> = Vec::new();
@@ -182,12 +182,12 @@ impl MeshSide {
     }
 
     /// True where no material is nearer to a point than `radius`.
-    pub fn is_outside(&self, c: &Point, radius: f64) -> bool {
+    pub(super) fn is_outside(&self, c: &Point, radius: f64) -> bool {
         !self.is_near(0, c, radius) && !self.is_wound(c)
     }
 
     /// True at least `depth` below the skin.
-    pub fn is_inside(&self, p: &Point, depth: f64) -> bool {
+    pub(super) fn is_inside(&self, p: &Point, depth: f64) -> bool {
         !self.is_near(0, p, depth) && self.is_wound(p)
     }
 }
@@ -209,10 +209,7 @@ mod tests {
             let t = f64::from(k);
             // Many of them on planes of the boxes and in line with their corners.
             let p = Point::new((t * 0.1) % 14.0 - 1.0, ((t / 7.0).floor() * 0.1) % 8.0 - 1.0, (t * 0.05) % 14.0 - 4.0);
-            let depth = boxes
-                .iter()
-                .map(|b| (b.min - p).sup(&(p - b.max)).max())
-                .fold(f64::INFINITY, f64::min);
+            let depth = boxes.iter().map(|b| (b.min - p).sup(&(p - b.max)).max()).fold(f64::INFINITY, f64::min);
             if depth > 1e-9 {
                 assert!(side.is_outside(&p, depth * 0.999) && !side.is_inside(&p, 0.0), "{p:?}");
                 assert!(!side.is_outside(&p, depth * 1.75 + 1e-6) || depth > 0.0);

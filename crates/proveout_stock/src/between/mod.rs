@@ -55,11 +55,7 @@ use std::collections::HashMap;
 use proveout_geom::{Aabb, Point};
 use proveout_tool::Profile;
 
-use crate::{
-    RawBody, SweepMotion, TriDexel,
-    field::raw_body::Known,
-    kernels::meridian::Meridian,
-};
+use crate::{RawBody, SweepMotion, TriDexel, field::raw_body::Known, kernels::meridian::Meridian};
 use cut_tree::CutTree;
 use moving::{Moving, Part};
 use raw::{Raw, RayCells};

@@ -213,6 +213,9 @@ fn a_part_that_was_taken_away_leaves_its_place_open() {
     let mut stock = of(&RawBody::block(&block()));
     stock.part_is_gone(&Aabb { min: Point::new(0.0, -20.0, -20.0), max: block().max });
     let body = flat(5.0, 40.0);
-    assert!(matches!(stock.look(&body, &straight([10.0, 0.0, 5.0], [10.0, 0.0, -1.0]), TOUCH), BetweenFound::Open { .. }));
+    assert!(matches!(
+        stock.look(&body, &straight([10.0, 0.0, 5.0], [10.0, 0.0, -1.0]), TOUCH),
+        BetweenFound::Open { .. }
+    ));
     assert!(depth(stock.look(&body, &straight([-10.0, 0.0, 5.0], [-10.0, 0.0, -1.0]), TOUCH)).is_some());
 }
