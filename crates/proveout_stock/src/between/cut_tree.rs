@@ -14,7 +14,7 @@ pub(super) struct CutTree {
 }
 
 impl CutTree {
-    pub fn push(&mut self, bounds: &Aabb) {
+    pub(super) fn push(&mut self, bounds: &Aabb) {
         let mut index = self.levels.first().map_or(0, Vec::len);
         for level in 0.. {
             if self.levels.len() == level {
@@ -39,7 +39,7 @@ impl CutTree {
     }
 
     /// The last cut has become longer.
-    pub fn grow_last(&mut self, bounds: &Aabb) {
+    pub(super) fn grow_last(&mut self, bounds: &Aabb) {
         for boxes in &mut self.levels {
             if let Some(last) = boxes.last_mut() {
                 *last = last.union(bounds);
@@ -48,12 +48,12 @@ impl CutTree {
     }
 
     #[cfg(test)]
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.levels.first().map_or(0, Vec::len)
     }
 
     /// Numbers of the cuts whose boxes meet a box, the latest first, from `first` on.
-    pub fn near(&self, bounds: &Aabb, first: usize, out: &mut Vec<u32>) {
+    pub(super) fn near(&self, bounds: &Aabb, first: usize, out: &mut Vec<u32>) {
         if let Some(top) = self.levels.len().checked_sub(1) {
             for k in (0..self.levels[top].len()).rev() {
                 self.under(top, k, bounds, first, out);
@@ -75,7 +75,7 @@ impl CutTree {
         }
     }
 
-    pub fn memory_bytes(&self) -> u64 {
+    pub(super) fn memory_bytes(&self) -> u64 {
         self.levels.iter().map(|l| (l.capacity() * size_of::<Aabb>()) as u64).sum()
     }
 }

@@ -37,7 +37,7 @@ pub(super) struct MeshSide {
 }
 
 impl MeshSide {
-    pub fn new(mesh: &TriMesh) -> Self {
+    pub(super) fn new(mesh: &TriMesh) -> Self {
         let mut side =
             Self { nodes: Vec::new(), triangles: (0..mesh.triangles.len()).map(|k| mesh.corners(k)).collect() };
         let mut triangles = std::mem::take(&mut side.triangles);
@@ -101,7 +101,7 @@ impl MeshSide {
     ///
     /// They are the planes of triangles in the ball behind which all other triangles of the ball lie: the skin does not come into the part of the ball
     /// beyond such a plane; there it is all outside, or all inside of another shell, which one point tells.
-    pub fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
+    pub(super) fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
         let mut near = Vec::new();
         self.collect_near(0, c, radius, &mut near);
         let mut out: Vec<(f64, Vector)> = Vec::new();
@@ -182,12 +182,12 @@ impl MeshSide {
     }
 
     /// True where no material is nearer to a point than `radius`.
-    pub fn is_outside(&self, c: &Point, radius: f64) -> bool {
+    pub(super) fn is_outside(&self, c: &Point, radius: f64) -> bool {
         !self.is_near(0, c, radius) && !self.is_wound(c)
     }
 
     /// True at least `depth` below the skin.
-    pub fn is_inside(&self, p: &Point, depth: f64) -> bool {
+    pub(super) fn is_inside(&self, p: &Point, depth: f64) -> bool {
         !self.is_near(0, p, depth) && self.is_wound(p)
     }
 }

@@ -70,7 +70,7 @@ pub(super) enum Part {
 }
 
 impl Moving {
-    pub fn new(motion: &SweepMotion) -> Self {
+    pub(super) fn new(motion: &SweepMotion) -> Self {
         let over = motion.from.axis.cross(&motion.to.axis);
         let sine = over.norm();
         let angle = if sine < 1e-12 { 0.0 } else { sine.atan2(motion.from.axis.dot(&motion.to.axis)) };
@@ -79,7 +79,7 @@ impl Moving {
     }
 
     /// Box round all that a body takes up.
-    pub fn bounds(&self, body: &Meridian) -> Aabb {
+    pub(super) fn bounds(&self, body: &Meridian) -> Aabb {
         let mut all = Aabb::empty();
         for pose in [&self.motion.from, &self.motion.to] {
             for z in body.z {
@@ -122,20 +122,20 @@ impl Moving {
     }
 
     /// Value and slope in the place at one time.
-    pub fn at(&self, body: &Meridian, part: Part, p: &Point, t: f64) -> (f64, Vector) {
+    pub(super) fn at(&self, body: &Meridian, part: Part, p: &Point, t: f64) -> (f64, Vector) {
         let seen = self.see(body, part, p, t);
         (seen.value, seen.slope)
     }
 
     /// Distance of a point from the axis of the tool at a time, mm.
-    pub fn off_axis(&self, p: &Point, t: f64) -> f64 {
+    pub(super) fn off_axis(&self, p: &Point, t: f64) -> f64 {
         let ToolPose { tip, axis } = self.pose(t);
         let q = p - tip;
         (q - axis * q.dot(&axis)).norm()
     }
 
     /// The least value for a point; the search ends as soon as one of at most `wanted` is seen, or none can be.
-    pub fn least(&self, body: &Meridian, part: Part, p: &Point, wanted: f64) -> Least {
+    pub(super) fn least(&self, body: &Meridian, part: Part, p: &Point, wanted: f64) -> Least {
         let bend = if self.angle == 0.0 {
             0.0
         } else {
@@ -231,7 +231,7 @@ mod tests {
     use super::*;
 
     /// Seeded numbers in 0..1.
-    pub(crate) fn numbers(mut state: u64) -> impl FnMut() -> f64 {
+    fn numbers(mut state: u64) -> impl FnMut() -> f64 {
         move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64

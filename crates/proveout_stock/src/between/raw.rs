@@ -19,12 +19,12 @@ pub(super) enum Raw {
 }
 
 impl Raw {
-    pub fn mesh(mesh: &TriMesh) -> Self {
+    pub(super) fn mesh(mesh: &TriMesh) -> Self {
         Self::Mesh(Box::new(MeshSide::new(mesh)))
     }
 
     /// True where no material is nearer to a point than `radius`.
-    pub fn is_outside(&self, c: &Point, radius: f64) -> bool {
+    pub(super) fn is_outside(&self, c: &Point, radius: f64) -> bool {
         match self {
             Self::Block(_) | Self::Bar(_) => self.convex_faces(c).any(|(d, _)| d >= radius),
             Self::Mesh(mesh) => mesh.is_outside(c, radius),
@@ -33,7 +33,7 @@ impl Raw {
     }
 
     /// Whether a point lies at least `depth` below the skin; none where that is not known.
-    pub fn is_inside(&self, p: &Point, depth: f64) -> Option<bool> {
+    pub(super) fn is_inside(&self, p: &Point, depth: f64) -> Option<bool> {
         match self {
             Self::Block(_) | Self::Bar(_) => Some(self.convex_faces(p).all(|(d, _)| d <= -depth)),
             Self::Mesh(mesh) => Some(mesh.is_inside(p, depth)),
@@ -42,12 +42,12 @@ impl Raw {
     }
 
     /// True where what lies between the rays is known.
-    pub fn is_known(&self) -> bool {
+    pub(super) fn is_known(&self) -> bool {
         !matches!(self, Self::Rays(_))
     }
 
     /// Half spaces that hold all material within a ball: distance of its center beyond each, and the normal.
-    pub fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
+    pub(super) fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
         match self {
             Self::Mesh(mesh) => mesh.faces(c, radius),
             _ => self.convex_faces(c).collect(),
@@ -93,7 +93,7 @@ pub(super) struct RayCells {
 }
 
 impl RayCells {
-    pub fn new(stock: &TriDexel) -> Self {
+    pub(super) fn new(stock: &TriDexel) -> Self {
         let [x, y, z] = stock.cells_mm();
         let unseen = Vector::new(x, y, z).norm();
         let bounds = stock.bounds();

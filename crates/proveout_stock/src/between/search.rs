@@ -79,7 +79,7 @@ pub(super) struct Search<'s, 'b> {
 }
 
 impl Search<'_, '_> {
-    pub fn run(&mut self) {
+    pub(super) fn run(&mut self) {
         let bounds = self.store.bounds;
         let root = Cube { level: 0, at: [0; 3], center: bounds.center(), edge: bounds.size().max() };
         let all: Vec<u32> = (0..self.movers.len() as u32).collect();
