@@ -102,16 +102,8 @@ fn an_edge_that_is_cut_off_between_the_rays_fails_and_one_that_is_touched_passes
 
 /// A block with a slot along X from Y y to y + w, 4 mm deep.
 fn slotted(y: f64, w: f64) -> TriMesh {
-    let outline = [
-        [-12.0, -10.0],
-        [12.0, -10.0],
-        [12.0, 0.0],
-        [y + w, 0.0],
-        [y + w, -4.0],
-        [y, -4.0],
-        [y, 0.0],
-        [-12.0, 0.0],
-    ];
+    let outline =
+        [[-12.0, -10.0], [12.0, -10.0], [12.0, 0.0], [y + w, 0.0], [y + w, -4.0], [y, -4.0], [y, 0.0], [-12.0, 0.0]];
     let triangles = [[0, 1, 4], [1, 2, 3], [1, 3, 4], [0, 4, 5], [0, 5, 6], [0, 6, 7]];
     let n = outline.len() as u32;
     let at = |x: f64| outline.iter().map(move |p: &[f64; 2]| Point::new(x, p[0], p[1]));
