@@ -31,6 +31,8 @@ const GRAIN: f64 = 0.02;
 const LEAST_GRAIN: f64 = 1e-4;
 /// Boxes that the search for gouges looks at; some seconds.
 const MOST_BOXES: usize = 3_000_000;
+/// Blocks that have one worst place each are no larger, mm.
+const LARGEST_BLOCK: f64 = 2.0;
 /// Places along each edge of a block at which the volume of a gouge is counted, and blocks for which it is.
 const COUNTED: usize = 10;
 const MOST_COUNTED: usize = 400;
@@ -123,7 +125,7 @@ impl Between<'_> {
             bounds,
             allowed: self.limits[0],
             grain,
-            block: self.stock.cell_mm(),
+            block: self.stock.cell_mm().min(LARGEST_BLOCK),
             known: &known,
             most_boxes: MOST_BOXES,
         };

@@ -21,7 +21,7 @@
 //!
 //! **Boxes.** A box in which some piece cannot be moved out is halved, down to a small part of t. Boxes whose points are all less deep than t,
 //! pieces that do not reach into a box, and boxes outside of the design drop out. Where the middle of a box lies inside of a piece and
-//! deeper than t, the gouge is found; its deepest place is searched by raising t to the depth that is known and going on.
+//! deeper than t, the gouge is found; its deepest place is searched by raising t to the depth that is known and going on, closer in the deepest blocks.
 //! A face mill on a flat face is decided in one box, a ball in a fillet in boxes of `sqrt(8 R t)`.
 //!
 //! **Result.** Gouges deeper than the allowed depth by more than [`Overcut::grain`] are found; what is less deep than the allowed depth is none.
@@ -44,8 +44,11 @@ const MOST_FACES: usize = 256;
 const ASPECTS: usize = 6;
 /// Cosine of the angle within which the normals of faces count as one direction.
 const ALIKE: f64 = 0.9;
-/// The deepest place of a gouge is known to this part of its depth, and mm.
-const DEEPEST: [f64; 2] = [0.01, 1e-4];
+/// The deepest place of each block is known to this part of its depth.
+const DEEP: f64 = 0.3;
+/// That of the deepest blocks, so many, to this part, and mm.
+const DEEPEST: [f64; 2] = [0.005, 1e-4];
+const REFINED: usize = 48;
 /// Blocks that are decided at once, and boxes in a block.
 const AT_ONCE: usize = 256;
 const MOST_BOXES: usize = 20_000;
@@ -100,6 +103,12 @@ struct Place {
     items: Vec<SweepItem>,
 }
 
+impl Place {
+    fn copy(&self) -> Self {
+        Self { bounds: self.bounds, faces: self.faces.clone(), items: self.items.clone() }
+    }
+}
+
 /// A direction in which pieces may be moved out of a box.
 struct Aspect {
     normal: Vector,
@@ -129,6 +138,7 @@ pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
     let whole = Place { bounds: on.bounds, faces: (0..count as u32).collect(), items: vec![root] };
     let blocks = search.blocks(whole, PARALLEL);
     out.boxes = blocks.len();
+    let mut found: Vec<(Worst, &Place)> = Vec::new();
     for some in blocks.chunks(AT_ONCE) {
         if out.boxes > on.most_boxes {
             out.undecided += some.len();
@@ -136,13 +146,24 @@ pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
             continue;
         }
         let of_blocks: Vec<OfBlock> = some.par_iter().map(|b| search.block(b)).collect();
-        for block in of_blocks {
+        for (block, place) in of_blocks.into_iter().zip(some) {
             out.boxes += block.boxes;
-            out.found.extend(block.best);
+            if let Some(best) = block.best {
+                found.push((best, place));
+            }
             out.undecided += usize::from(block.open.is_some() && block.best.is_none());
             out.at = out.at.or(block.open.filter(|_| block.best.is_none()));
         }
     }
+    let mut order: Vec<usize> = (0..found.len()).collect();
+    order.sort_by(|&i, &j| found[j].0.depth.total_cmp(&found[i].0.depth).then(i.cmp(&j)));
+    order.truncate(REFINED);
+    let finer: Vec<OfBlock> = order.par_iter().map(|&i| search.refined(found[i].1, found[i].0)).collect();
+    for (i, block) in order.into_iter().zip(finer) {
+        out.boxes += block.boxes;
+        found[i].0 = block.best.unwrap_or(found[i].0);
+    }
+    out.found = found.into_iter().map(|f| f.0).collect();
     out
 }
 
@@ -190,7 +211,7 @@ impl Search<'_> {
         if place.bounds.size().max() <= self.on.block {
             return vec![place];
         }
-        let of_half = |bounds: Aabb| Place { bounds, faces: place.faces.clone(), items: place.items.clone() };
+        let of_half = |bounds: Aabb| Place { bounds, ..place.copy() };
         let [low, high] = halves(&place.bounds).map(of_half);
         drop(place);
         let (mut blocks, more) = if parallel > 0 {
@@ -206,15 +227,21 @@ impl Search<'_> {
     fn block(&self, place: &Place) -> OfBlock {
         let mut out = OfBlock::default();
         if !(self.on.known)(&place.bounds.center()) {
-            let copy = Place { bounds: place.bounds, faces: place.faces.clone(), items: place.items.clone() };
-            self.search(copy, &mut out);
+            self.search(place.copy(), [DEEP, DEEPEST[1]], &mut out);
         }
         out
     }
 
-    fn search(&self, mut place: Place, out: &mut OfBlock) {
+    /// The same, nearer to the deepest place.
+    fn refined(&self, place: &Place, known: Worst) -> OfBlock {
+        let mut out = OfBlock { best: Some(known), ..OfBlock::default() };
+        self.search(place.copy(), DEEPEST, &mut out);
+        out
+    }
+
+    fn search(&self, mut place: Place, known_to: [f64; 2], out: &mut OfBlock) {
         out.boxes += 1;
-        let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + DEEPEST[0]) + DEEPEST[1]).max(self.limit));
+        let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + known_to[0]) + known_to[1]).max(self.limit));
         self.settle(&mut place, limit);
         if place.items.is_empty() {
             return;
@@ -255,8 +282,8 @@ impl Search<'_> {
             return;
         }
         let [low, high] = halves(&place.bounds);
-        self.search(Place { bounds: low, faces: place.faces.clone(), items: place.items.clone() }, out);
-        self.search(Place { bounds: high, ..place }, out);
+        self.search(Place { bounds: low, ..place.copy() }, known_to, out);
+        self.search(Place { bounds: high, ..place }, known_to, out);
     }
 
     fn is_outside(&self, p: &Point) -> bool {

@@ -13,7 +13,8 @@
 //! Samples lie a cell apart, at least one on every face. In a concave edge of the design most is left where a round cutter cannot go; there
 //! the place that is just higher than t above both faces is asked as well, a cell apart along the edge.
 //!
-//! **Height.** From a place that is left the way goes on along n while nothing was cleared; the largest distance from the design on it is told.
+//! **Height.** From a place that is left the way goes on along n while nothing was cleared, and then to the sides while the distance from the
+//! design grows; the largest that was met is told.
 //!
 //! **Missing from the start.** The same places on the other side, `q - (t + e) n` and deeper than t below both faces of an edge that is bent
 //! outward, tell whether the raw stock held the design: a bar may leave out the edges of a block by less than a cell.
@@ -39,6 +40,9 @@ const BEYOND: f64 = 1e-6;
 /// Steps along the normal, each longer than the one before by this factor.
 const STEPS: usize = 24;
 const LONGER: f64 = 1.3;
+/// Rounds of steps to the sides, and places of some faces from which they are made.
+const CLIMBS: usize = 14;
+const MOST_CLIMBED: usize = 8;
 /// An edge is bent when the sine between the normals of its faces is this or more.
 const BENT: f64 = 0.1;
 /// Faces that fold back on each other, so that their normals sum up to less, have nothing between them.
@@ -162,7 +166,7 @@ impl Uncut<'_> {
         if self.region.is_some_and(|r| !r.contains(&p)) || (self.known)(&p) {
             return;
         }
-        match self.told(&p) {
+        match self.told(&p, n) {
             Told::Free => {}
             // In a gap of the design that is no wider than twice the height, or beside another face, nothing is too high.
             _ if self.height(&p) < self.allowed => {}
@@ -178,7 +182,7 @@ impl Uncut<'_> {
                     at += n * step;
                     step *= LONGER;
                     let within = self.region.is_none_or(|r| r.contains(&at));
-                    if !within || !matches!(self.told(&at), Told::Full) {
+                    if !within || !matches!(self.told(&at, n), Told::Full) {
                         break;
                     }
                     let height = self.height(&at);
@@ -187,9 +191,31 @@ impl Uncut<'_> {
                     }
                     best = Left { point: at, depth: height, area };
                 }
-                found.left.push(best);
+                found.left.push(if found.left.len() < MOST_CLIMBED { self.highest(best, n) } else { best });
             }
         }
+    }
+
+    /// Climbs from a place that is left to a higher one beside it.
+    fn highest(&self, mut best: Left, n: &Vector) -> Left {
+        let mut step = 0.5 * best.depth;
+        for _ in 0..CLIMBS {
+            let mut higher = false;
+            for k in 0..6 {
+                let mut at = best.point;
+                at[k / 2] += if k % 2 == 0 { step } else { -step };
+                let height = self.height(&at);
+                let within = self.region.is_none_or(|r| r.contains(&at));
+                if height > best.depth && within && matches!(self.told(&at, n), Told::Full) {
+                    best = Left { point: at, depth: height, ..best };
+                    higher = true;
+                }
+            }
+            if !higher {
+                step *= 0.5;
+            }
+        }
+        best
     }
 
     /// Asks below a place of the design whether the raw stock held it.
@@ -207,14 +233,29 @@ impl Uncut<'_> {
         self.tree.signed_distance(p).unwrap_or(f64::NEG_INFINITY)
     }
 
-    fn told(&self, p: &Point) -> Told {
+    /// What is known of a place over a face with the normal n.
+    fn told(&self, p: &Point, n: &Vector) -> Told {
         if self.raw.is_some_and(|raw| !raw(p)) || !self.watchers.iter().any(|w| w.stock.bounds().contains(p)) {
             return Told::Free;
         }
-        if self.sweeps.is_some_and(|s| s.last_to_reach(p, self.film).is_some()) {
+        let cleared = |s: &SweptBodies| {
+            let likely = self.made_near(p, n).is_some_and(|piece| s.reaches(piece, p, self.film));
+            likely || s.last_to_reach(p, self.film).is_some()
+        };
+        if self.sweeps.is_some_and(cleared) {
             return Told::Free;
         }
         if self.sweeps.is_some() && self.raw.is_some() && !self.fallen { Told::Full } else { self.by_rays(p) }
+    }
+
+    /// The piece of motion that made the surface next to a place, on the ray that meets it most squarely: most likely it cleared the place.
+    fn made_near(&self, p: &Point, n: &Vector) -> Option<u32> {
+        let stock = watcher(self.watchers, p)?.stock;
+        let axis = n.iamax();
+        let ray = stock.ray_near(axis, p, [0, 0])?;
+        let ends = stock.material(&ray).flat_map(|m| [m.lo, m.hi]);
+        let near = ends.map(|e| ((e.at - p[axis]).abs(), e.made_by)).filter(|e| e.0 <= stock.cell_mm());
+        near.min_by(|a, b| a.0.total_cmp(&b.0))?.1
     }
 
     /// The nearest point of a ray that lies outside of the design in sight of a place.

@@ -168,18 +168,18 @@ fn gouges_between_rays_are_found_with_their_depth_and_clean_twins_have_none() {
             pieces.insert(13, piece);
             let design = design.transformed(&pose);
             let found = searched(&design, &moved(&pieces, &pose), &tool, allowed, cell);
-            assert_eq!(found.undecided, 0, "{case} {kind} {deep}: {found:?}");
+            assert!(found.undecided == 0, "{case} {kind} {deep}: {}", found.undecided);
             boxes += found.boxes;
             if clean {
-                assert_eq!(found.found, [], "{case} {kind} {deep} of {allowed}");
+                assert!(found.found.is_empty(), "{case} {kind} {deep} of {allowed}: {}", deepest(&found));
             } else {
                 let worst = deepest(&found);
                 assert!(worst <= depth * (1.0 + 1e-6) && worst >= 0.97 * depth, "{case} {kind} {depth}: {worst}");
-                assert!(found.found.iter().all(|w| w.made_by == 13), "{case}: {found:?}");
+                assert!(found.found.iter().all(|w| w.made_by == 13), "{case}");
             }
         }
     }
-    println!("{boxes} boxes");
+    assert!(boxes < 2_000_000, "{boxes}");
 }
 
 /// Random pieces of a tilting tool: what is found is there, and a dense lattice of places finds nothing deeper.
@@ -204,7 +204,7 @@ fn what_is_found_of_turning_pieces_is_there_and_no_place_of_a_lattice_is_deeper(
         let (from, to) = (pose(&mut numbers, edge), pose(&mut numbers, edge + Vector::new(2.0, 0.0, 0.0)));
         let to = ToolPose { axis: (from.axis + (to.axis - from.axis) * 0.2).normalize(), ..to };
         let piece = PathPiece { from, to, cutter: Some(0) };
-        let found = searched(&design, &[piece], &tool, 0.02, 40.0);
+        let found = searched(&design, &[piece], &tool, 0.02, 1.0);
         assert_eq!(found.undecided, 0, "{case}");
         let sweeps =
             SweptBodies::new(&[piece], &[tool], &Aabb { min: [-40.0; 3].into(), max: [40.0; 3].into() }, &|_| false);

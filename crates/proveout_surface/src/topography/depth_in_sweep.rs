@@ -255,7 +255,7 @@ impl SweptBodies {
     /// The signed distance of a point to a move; none for a group.
     pub fn distance(&self, item: SweepItem, p: &Point) -> Option<InSweep> {
         let part = self.moves.get(item.index as usize).filter(|_| item.level == 0)?;
-        Some(self.nearest(part, p, f64::NEG_INFINITY))
+        Some(self.nearest(part, p, [f64::NEG_INFINITY, f64::INFINITY]))
     }
 
     /// The largest error of [`Self::distance`], mm.
@@ -263,8 +263,8 @@ impl SweptBodies {
         1e-7 + self.moves.get(item.index as usize).map_or(0.0, |m| 2.0 * m.bulge)
     }
 
-    /// Least distance over time; the search ends once it is `enough` or less.
-    fn nearest(&self, part: &Move, p: &Point, enough: f64) -> InSweep {
+    /// Least distance over time; the search ends once it is `enough` or less, or is known to be more than `far`.
+    fn nearest(&self, part: &Move, p: &Point, [enough, far]: [f64; 2]) -> InSweep {
         let outline = &self.bodies[part.body as usize].0;
         let turns = (part.to.axis - part.from.axis).norm() > SAME_AXIS;
         let way = part.to.tip - part.from.tip;
@@ -281,6 +281,11 @@ impl SweptBodies {
             InSweep { distance, normal: radial * gradient[0] + axis * gradient[1] }
         };
         let (mut lo, mut hi) = (0.0, 1.0);
+        // From the middle no time is farther than half of the way.
+        let middle = at(0.5);
+        if !turns && middle.distance - 0.5 * way.norm() > far {
+            return middle;
+        }
         let (first, last) = (at(0.0), at(1.0));
         let mut best = if last.distance < first.distance { last } else { first };
         // A turn of the axis moves the point in the frame of the tool as well.
@@ -314,13 +319,21 @@ impl SweptBodies {
         self.last_of(self.root()?, p, margin)
     }
 
+    /// Whether a piece, or one next to it, came within `margin` (mm) of a point.
+    pub fn reaches(&self, piece: u32, p: &Point, margin: f64) -> bool {
+        let from = self.moves.partition_point(|m| m.piece < piece.saturating_sub(1));
+        let near = self.moves[from..].iter().take_while(|m| m.piece <= piece.saturating_add(1));
+        let reach = |m: &Move| m.bounds.expanded(margin.max(0.0)).contains(p);
+        near.filter(|m| reach(m)).any(|m| self.nearest(m, p, [margin; 2]).distance <= margin)
+    }
+
     fn last_of(&self, item: SweepItem, p: &Point, margin: f64) -> Option<u32> {
         if !self.bounds(item).expanded(margin.max(0.0)).contains(p) {
             return None;
         }
         if item.level == 0 {
             let part = &self.moves[item.index as usize];
-            return (self.nearest(part, p, margin).distance <= margin).then_some(part.piece);
+            return (self.nearest(part, p, [margin; 2]).distance <= margin).then_some(part.piece);
         }
         self.members(item).rev().find_map(|member| self.last_of(member, p, margin))
     }
