@@ -179,7 +179,8 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     }
     let of_a_run = stock.place.is_some() || stock.at_time_s.is_some();
     if stock.mesh_unit.is_some() && stock.mesh.is_none() {
-        return fault("`mesh_unit` belongs to `mesh`", "leave it out, or give `mesh`");
+        let message = "`mesh_unit` belongs to `mesh`".to_owned();
+        return fault(file.stock.span().start, message, "leave it out, or give `mesh`");
     }
     if of_a_run && stock.from_run.is_none() || stock.repair && stock.mesh.is_none() {
         let key = if of_a_run { "`place` and `at_time_s` belong to `from_run`" } else { "`repair` belongs to `mesh`" };

@@ -3,7 +3,6 @@
 //! A bar of 1 mm between rays 2 mm apart is no stock at all: whatever a tool does to it passes every gate. The volume on the rays of each direction, counted
 //! by whole cells, is compared with that of the shape itself.
 
-use proveout_geom::Point;
 use proveout_stock::{RawBody, TriDexel};
 
 use crate::{error::SimError, scene::Scene};

@@ -132,7 +132,7 @@ pub(crate) fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], se
             if length(k) > length(best) { k } else { best }
         });
         let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
-        let middle = nalgebra::center(&a, &b);
+        let middle = a + (b - a) * 0.5;
         open.extend([[a, middle, c], [middle, b, c]]);
     }
 }
