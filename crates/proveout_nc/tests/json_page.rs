@@ -89,7 +89,7 @@ fn every_op() -> Vec<Op> {
             }
             Op::Feed(_) | Op::Spindle(_) | Op::Tool(_) | Op::Plane(_) | Op::Offset(_) | Op::Frame(_) | Op::Tcp(_) => {}
             Op::PathMode(_) | Op::CutterComp(_) | Op::Override(_) | Op::Coolant(_) | Op::Message(_) | Op::Note(_) => {}
-            Op::Stop { .. } | Op::Retract(_) | Op::Overcut(_) | Op::End => {}
+            Op::Stop { .. } | Op::Retract(_) | Op::Overcut(_) | Op::FeedCounts(_) | Op::End => {}
         }
     }
     ops
