@@ -322,6 +322,9 @@ impl Interpreter {
             return Err(fault);
         }
         self.stands_at(&loaded.source.name, at, first, block.span);
+        if block.skip {
+            self.run_with_slash();
+        }
         if let Statement::Path(path) = block.statement {
             return self.path(path, &block.words, block.span);
         }
