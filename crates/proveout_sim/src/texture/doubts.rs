@@ -78,7 +78,12 @@ pub(super) fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUse
     let mut all: Option<ResidualUsed> = None;
     for tool in tools {
         let own = match &tool.residual {
-            Some(r) => ResidualUsed { ra_um: r.ra_um, rz_um: r.rz_um, source: format!("{}: {}", tool.name, r.source) },
+            Some(r) => ResidualUsed {
+                ra_um: r.ra_um,
+                rz_um: r.rz_um,
+                source: format!("{}: {}", tool.name, r.source),
+                missing: Vec::new(),
+            },
             None => ResidualUsed {
                 source: format!("{} states none: left out, which is not zero", tool.name),
                 missing: vec![tool.name.clone()],
