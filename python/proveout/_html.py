@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .compare import Comparison
     from .run import Run
 
-_COLORS = {"pass": "#2e7d32", "fail": "#c62828", "unchecked": "#9e6a00"}
+_COLORS = {"pass": "#2e7d32", "fail": "#c62828", "unchecked": "#9e6a00", "not_asked": "#57606a"}
 # Points of the drawn path, and size of its picture.
 _POINTS = 600
 _SIZE = 220
@@ -21,7 +21,7 @@ _FINDINGS = 8
 
 
 def _state(state: str) -> str:
-    return f'<b style="color:{_COLORS.get(state, "#555")}">{escape(state)}</b>'
+    return f'<b style="color:{_COLORS.get(state, "#555")}">{escape(state.replace("_", " "))}</b>'
 
 
 def _number(value: float | None, digits: int, unit: str) -> str:
@@ -71,9 +71,10 @@ def run(of: Run) -> str:
         (escape(f.code), "" if f.line is None else f"line {f.line}", escape(f.message)) for f in of.findings[:_FINDINGS]
     ]
     more = len(of.findings) - len(findings)
+    not_asked = f" (not asked: {', '.join(of.not_asked)})" if of.not_asked else ""
     listed = _table(findings) + (f"<p>and {more} more</p>" if more > 0 else "")
     return (
-        f"<div><p>{escape(of.scene)}, program {escape(of.program)}: {_state(of.verdict)}</p>"
+        f"<div><p>{escape(of.scene)}, program {escape(of.program)}: {_state(of.verdict)}{not_asked}</p>"
         f'<div style="display:flex;gap:16px">{_table(gates)}{_picture(of)}</div>{_table(figures)}{listed}'
         f"<p>{escape(str(of.folder))}</p></div>"
     )

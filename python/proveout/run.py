@@ -90,6 +90,11 @@ class Run:
         """Pass if all gates pass, fail if one fails, else unchecked."""
         return State(self.document["verdict"])
 
+    @property
+    def not_asked(self) -> tuple[str, ...]:
+        """Names of the gates that the scene does not ask; they have no part in the verdict."""
+        return tuple(name for name, gate in self.gates.items() if gate.state == State.NOT_ASKED)
+
     @functools.cached_property
     def gates(self) -> Mapping[str, Gate]:
         """The gates by name, in their order."""

@@ -36,6 +36,8 @@ class State(enum.StrEnum):
     """Checked, and at least one error was found."""
     UNCHECKED = "unchecked"
     """Not checked, or not wholly; the reason says what was left out."""
+    NOT_ASKED = "not_asked"
+    """A gate that the scene does not ask, such as roughness without a tolerance; it has no part in the verdict."""
 
 
 @dataclass(frozen=True, slots=True)

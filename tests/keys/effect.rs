@@ -131,6 +131,11 @@ impl Observer for Seen {
 
     fn begin(&mut self, setup: &Standing<'_>, _: &Path) -> Result<(), ObserverError> {
         setup.program_lines.hash(&mut self.motion);
+        // Recordings and pages show all fixtures, also those that nothing comes near.
+        for (name, mesh) in setup.fixtures {
+            name.hash(&mut self.motion);
+            mesh.positions.iter().flat_map(|p| [p.x, p.y, p.z]).for_each(|v| v.to_bits().hash(&mut self.motion));
+        }
         Ok(())
     }
 

@@ -31,6 +31,60 @@ root = { x_mm = 0 }
 tip = { x_mm = 30 }
 "#;
 
+/// One of each kind, beside what the machine does.
+const HELD: &str = r#"
+[[fixture]]
+name = "vise"
+kind = "vise"
+at_mm = [100, 0, 0]
+rotation_deg = [0, 0, 30]
+opening_mm = 20
+jaw_width_mm = 40
+jaw_height_mm = 15
+jaw_thickness_mm = 8
+bed_height_mm = 12
+
+[[fixture]]
+name = "plate"
+kind = "plate"
+at_mm = [100, 0, -30]
+length_mm = 60
+width_mm = 50
+thickness_mm = 5
+
+[[fixture]]
+name = "chuck"
+kind = "chuck"
+at_mm = [100, 80, -20]
+diameter_mm = 60
+length_mm = 15
+grip_diameter_mm = 20
+jaws = 3
+jaw_width_mm = 10
+jaw_height_mm = 12
+
+[[fixture]]
+name = "tombstone"
+kind = "tombstone"
+at_mm = [100, -80, -40]
+side_mm = 30
+height_mm = 50
+base_side_mm = 50
+base_thickness_mm = 10
+
+[[fixture]]
+name = "toe"
+kind = "toe-clamp"
+at_mm = [60, 80, -20]
+length_mm = 40
+width_mm = 15
+thickness_mm = 8
+reach_mm = 5
+height_mm = 10
+stud_diameter_mm = 6
+stud_height_mm = 7
+"#;
+
 const FACE_PART: &str = r#"
 [part.blade]
 kind = "dong"
@@ -139,6 +193,10 @@ pub(crate) enum Setup {
     SurfaceInsert,
     /// The same kinds of places on a blade that nothing cuts.
     SurfaceBlade,
+    /// A fixture of each kind, a block that may be skipped, and an optional stop before a cut.
+    Held,
+    /// Neither fixture nor design, as the scene states.
+    Bare,
 }
 
 impl Setup {
@@ -159,6 +217,20 @@ impl Setup {
             Self::MillErrors => {
                 machine += "\n[errors.constant]\nEZ0S_um = 20\n[[errors.table]]\njoint = \"X\"\nat_mm = [-30, 0, 40]\nreference_mm = [0, 10, 0]\n\
                             [errors.table.values]\nEZX_um = [0, 5, 20]\nEAX_urad = [0, 20, 50]\n";
+            }
+            Self::Held => {
+                scene += HELD;
+                program = PROGRAM.replace("G0 Z12.", "/G0 Z12.").replace("G1 Z2. F1500", "M1\nG1 Z2. F1500");
+            }
+            Self::Bare => {
+                let (head, rest) = scene.split_once("[[fixture]]").unwrap_or((&scene, ""));
+                let rest = rest.split_once("[tolerances]").map_or("", |(_, rest)| rest);
+                let stated = "workholding = \"none\"\nworkholding_reason = \"glued\"\ndesign = \"none\"\nresolution_mm";
+                scene = format!("{head}[gates]\nnot_asked = [\"surface\"]\n\n[tolerances]{rest}").replacen(
+                    "resolution_mm",
+                    stated,
+                    1,
+                );
             }
             Self::Model => {
                 let column = "\n[[body]]\nname = \"column\"\nrole = \"column\"\nattached_to = \"base\"\ncheck = true\nnode = \"column\"\n\

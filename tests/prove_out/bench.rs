@@ -11,6 +11,9 @@ use proveout_sim::{
 };
 use proveout_tests::{prove, root};
 
+/// Statement of a scene without fixtures.
+const WORKHOLDING: &str = "workholding = \"none\"\nworkholding_reason = \"not part of this test\"\n";
+
 /// A block on a machine and one program.
 pub(crate) struct Bench {
     /// Name of a machine of the library.
@@ -63,8 +66,9 @@ impl Bench {
         fs::write(at("tools.toml"), &self.tools).expect("written");
         let [min, max] = self.block;
         let height = self.height_mm;
+        let workholding = if self.extra.contains("[[fixture]]") { "" } else { WORKHOLDING };
         let scene = format!(
-            "name = \"bench\"\nmachine = {machine:?}\ntools = {tools:?}\nresolution_mm = {}\n\
+            "name = \"bench\"\n{workholding}machine = {machine:?}\ntools = {tools:?}\nresolution_mm = {}\n\
              [stock.box]\nmin_mm = {min:?}\nmax_mm = {max:?}\n[mount]\ntranslation_mm = [0, 0, {height}]\n\
              [work_offsets.G54]\nZ_mm = {height}\n[[program]]\nname = \"bench\"\nfile = {:?}\n{}",
             self.resolution_mm, self.file, self.extra,

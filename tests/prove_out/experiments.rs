@@ -138,7 +138,9 @@ fn deepest(name: &str, program: &str, cell: f64) -> f64 {
     let run = prove(&scene(name), &choice, 2).unwrap_or_else(|e| panic!("{e}"));
     for gate in ["program", "limits", "process", "collision"] {
         let gate = run.verdict.gates.iter().find(|g| g.name == gate).expect("every gate is there");
-        assert_eq!(gate.state, State::Pass, "{program}: {gate:?}");
+        // The scenes are of ideal dynamics: what depends on the path stays open, for this reason alone.
+        let ideal = gate.reason.ends_with("not checked: dynamics are ideal: corner rounding did not cut");
+        assert!(gate.state == State::Pass || gate.state == State::Unchecked && ideal, "{program}: {gate:?}");
     }
     1e3 * run.verdict.deviation.gouge_max_mm.expect("measured")
 }

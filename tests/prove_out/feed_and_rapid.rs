@@ -28,7 +28,9 @@ fn a_retract_out_of_a_slot_is_no_rapid_in_material() {
             let bench = bench(&slot_and_retract(end, stop));
             let run = bench.run(dynamics).unwrap_or_else(|e| panic!("{e}"));
             assert!(findings(&run, RAPID).is_empty(), "{end} {stop} {dynamics:?}: {:?}", run.verdict.findings);
-            assert_eq!(state(&run, "process"), State::Pass, "{:?}", gate(&run, "process"));
+            // Under ideal dynamics no corner is rounded: nothing is found, and nothing passes.
+            let wanted = if dynamics == DynamicsFile::Ideal { State::Unchecked } else { State::Pass };
+            assert_eq!(state(&run, "process"), wanted, "{:?}", gate(&run, "process"));
             if dynamics != DynamicsFile::Servo {
                 removed.push(run.verdict.removal.volume_mm3);
             }

@@ -26,6 +26,8 @@ fn blade_scene(plan: &str, more: &str) -> String {
     format!(
         r#"
 name = "planned"
+workholding = "none"
+workholding_reason = "not part of this test"
 machine = "{root}/machines/starrag-lx-451"
 tools = "{root}/tools/li-2022.toml"
 resolution_mm = 1.0
@@ -207,7 +209,7 @@ fn plane_scene(machine: &str, mount_z: f64, table: &str, more: &str) -> String {
     // The part's tables stand together.
     let (judged, program) = more.split_at(more.find("[[program]]").unwrap_or(0));
     format!(
-        "name = \"plane\"\nmachine = \"{0}/machines/{machine}\"\ntools = \"{0}/tools/li-2022.toml\"\nresolution_mm = 0.5\n\
+        "name = \"plane\"\nworkholding = \"none\"\nworkholding_reason = \"not part of this test\"\nmachine = \"{0}/machines/{machine}\"\ntools = \"{0}/tools/li-2022.toml\"\nresolution_mm = 0.5\n\
          [part]\nmesh = \"part.stl\"\nchord_error_mm = 0.0001\n{judged}\n\
          [stock]\nbox = {{ min_mm = [-15, -15, -10], max_mm = [15, 15, 0.3] }}\n\
          [mount]\ntranslation_mm = [0, 0, {mount_z}]\n[work_offsets.G54]\nZ_mm = {mount_z}\n\

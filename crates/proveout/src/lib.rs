@@ -51,7 +51,7 @@ fn code(verdict: State) -> u8 {
     match verdict {
         State::Pass => PASS,
         State::Fail => FAIL,
-        State::Unchecked => UNCHECKED,
+        State::Unchecked | State::NotAsked => UNCHECKED,
     }
 }
 

@@ -222,7 +222,10 @@ fn a_limit_within_the_error_of_the_design_is_unchecked() {
 fn a_scene_that_asks_for_nothing_is_told_nothing() {
     let (_, verdict, told) = run(false, "", PART);
     let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{told}"));
-    assert_eq!(gate(&verdict), ("unchecked".into(), "not checked: roughness and scallop are not evaluated".into()));
+    assert_eq!(
+        gate(&verdict),
+        ("not_asked".into(), "the scene has no tolerance of the surface (scallop_um, ra_um, rz_um)".into())
+    );
     assert!(verdict["surface"]["scallop"].is_null() && verdict["surface"]["scallop_p95_um"].is_null());
 }
 

@@ -84,8 +84,13 @@ impl Shop {
             "heidenhain" => "main.h",
             _ => "main.nc",
         };
+        let workholding = if fixture.contains("[[fixture]]") {
+            ""
+        } else {
+            "workholding = \"none\"\nworkholding_reason = \"not part of this test\"\n"
+        };
         let scene = format!(
-            "name = \"shop\"\nmachine = \"machine.toml\"\ntools = \"tools.toml\"\nresolution_mm = 0.5\n[stock]\n\
+            "name = \"shop\"\n{workholding}machine = \"machine.toml\"\ntools = \"tools.toml\"\nresolution_mm = 0.5\n[stock]\n\
              box = {{ min_mm = [-10, -10, -10], max_mm = [10, 10, 0] }}\n[work_offsets.G54]\nZ_mm = 0\n\
              [work_offsets.PRESET1]\nZ_mm = 0\n{fixture}\n[[program]]\nname = \"main\"\nfile = {file:?}\ndialect = \"{dialect}\"\n"
         );

@@ -41,6 +41,7 @@ mod frame;
 mod json;
 mod machine_data;
 mod not_run;
+mod optional_stop;
 mod overcut;
 pub mod post;
 
@@ -63,6 +64,7 @@ pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
 pub use machine_data::{Kinematics, ReferencePoints};
 pub use not_run::{NotRun, NotRunKind, Weight};
+pub use optional_stop::OptionalStop;
 pub use overcut::{Overcut, OvercutKind, OvercutWeight};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};

@@ -9,6 +9,7 @@ use crate::compensation::{Compensated, may_compensate};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::dialect::{self, detect};
 use crate::not_run::NotRun;
+use crate::optional_stop::StopWatch;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 use crate::survey::Survey;
@@ -26,8 +27,9 @@ impl<T: Iterator<Item = Result<Command, Diagnostic>>> CommandSource for T {}
 pub struct Program {
     commands: Compensated,
     dialect: Dialect,
-    /// Lines around the program that the control file names, told before its commands.
+    /// Lines around the program that the control file names, told before its commands; and what comes beside a command.
     notes: VecDeque<Command>,
+    stops: StopWatch,
     settings: Settings,
 }
 
@@ -82,10 +84,12 @@ impl Program {
         source.speak_as(&settings.control);
         let compensates = may_compensate(&source.text);
         let reader = dialect::open(dialect, source, folder, settings)?;
+        let stops = StopWatch::new(settings.optional_stop);
         Ok(Self {
             commands: Compensated::new(reader, dialect, compensates, settings),
             dialect,
             notes,
+            stops,
             settings: settings.clone(),
         })
     }
@@ -144,7 +148,20 @@ impl Iterator for Program {
         if let Some(note) = self.notes.pop_front() {
             return Some(Ok(note));
         }
-        self.commands.next().map(|item| item.map_err(|diagnostic| *diagnostic))
+        let command = match self.commands.next()? {
+            Ok(command) => command,
+            Err(diagnostic) => return Some(Err(*diagnostic)),
+        };
+        let [before, behind] = self.stops.look(&command);
+        let beside = |op: Op| Command { location: command.location.clone(), op };
+        let behind = behind.map(beside);
+        let Some(before) = before.map(beside) else {
+            self.notes.extend(behind);
+            return Some(Ok(command));
+        };
+        self.notes.push_back(command);
+        self.notes.extend(behind);
+        Some(Ok(before))
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::control::{ArcTolerance, Control, WholeNumbers};
-use crate::{AxisValues, Kinematics, OrientationInterpolation, ReferencePoints, ToolName};
+use crate::{AxisValues, Kinematics, OptionalStop, OrientationInterpolation, ReferencePoints, ToolName};
 
 /// Language of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -151,6 +151,10 @@ pub struct Settings {
     pub subprogram_folders: Vec<PathBuf>,
     /// Levels 0 to 9 of blocks with `/` that are skipped: bit i for level i.
     pub skipped_levels: u16,
+    /// Somebody states which levels are skipped; where not, a block with `/` is run and the program is `assumed` to have the switch off.
+    pub skip_stated: bool,
+    /// How the switch of the optional stop (M1) is set.
+    pub optional_stop: OptionalStop,
     /// Largest difference between the radius at the start and at the end of an arc. None: 0.01 mm (as `MD21000` of an 840D), on a
     /// `LinuxCNC` what its interpreter takes.
     pub arc_tolerance: Option<ArcTolerance>,
@@ -212,6 +216,8 @@ impl Settings {
             variables: control.variables.clone(),
             subprogram_folders: control.folders.clone(),
             skipped_levels: control.skipped_levels,
+            skip_stated: control.skip_stated,
+            optional_stop: OptionalStop::Unknown,
             arc_tolerance: control.arc_tolerance,
             whole_numbers: control.whole_numbers,
             start_position: control.position,

@@ -27,7 +27,7 @@ struct Row {
     stock: String,
     why: String,
     figures: String,
-    gates: Vec<[String; 3]>,
+    gates: Vec<[String; 4]>,
     errors: Vec<String>,
     more: u64,
 }
@@ -84,15 +84,13 @@ fn render(verdict: &JobVerdict) -> Result<String, RecordError> {
 }
 
 fn words(state: State) -> (&'static str, &'static str) {
-    match state {
-        State::Pass => ("pass", "pass"),
-        State::Fail => ("fail", "fail"),
-        State::Unchecked => ("unchecked", "unchecked"),
-    }
+    (state.class(), state.word())
 }
 
-fn gate(gate: &Gate) -> [String; 3] {
-    [words(gate.state).0.to_owned(), gate.name.clone(), gate.reason.clone()]
+/// Class, word, name and reason.
+fn gate(gate: &Gate) -> [String; 4] {
+    let (class, word) = words(gate.state);
+    [class.to_owned(), word.to_owned(), gate.name.clone(), gate.reason.clone()]
 }
 
 /// A name of a folder in an address: everything but letters, digits and a few marks as the hexadecimal digits of its bytes.

@@ -11,7 +11,10 @@ use std::{
 };
 
 use minijinja::{Environment, context, value::Serde};
-use proveout_sim::sweep::{JobResult, JobState, Plan, Recheck, check_verdict, read_result};
+use proveout_sim::{
+    sweep::{JobResult, JobState, Plan, Recheck, check_verdict, read_result},
+    verdict::State,
+};
 use serde::Serialize;
 use serde_json::Value;
 use thiserror::Error;
@@ -165,7 +168,7 @@ fn survey(folder: &Path, plan: &Plan) -> Result<Seen, MergeError> {
         for (number, key) in seen.numbers.iter_mut().zip(&plan.keys) {
             *number &= result.values.get(key).is_some_and(Value::is_number);
         }
-        for gate in result.gates.keys() {
+        for (gate, _) in result.gates.iter().filter(|(_, state)| **state != State::NotAsked) {
             *seen.gates.entry(gate.clone()).or_default() += 1;
         }
         if !result.refused.is_empty() && (seen.refusals.len() < FAULTS || seen.refusals.contains_key(&result.refused)) {
@@ -308,7 +311,14 @@ fn render(plan: &Plan, seen: &Seen) -> Result<String, RecordError> {
     let row = |r: &JobResult| {
         let values = plan.keys.iter().map(|key| r.values.get(key).map_or_else(String::new, words));
         let shown = figures.iter().map(|name| r.figures.get(*name).copied().flatten().map_or_else(String::new, short));
-        let gates: Vec<&str> = r.gates.keys().map(String::as_str).collect();
+        let gates: Vec<String> = r
+            .gates
+            .iter()
+            .map(|(name, state)| match state {
+                State::NotAsked => format!("{name} (not asked)"),
+                _ => name.clone(),
+            })
+            .collect();
         let class = if r.state == JobState::Refused { "unchecked" } else { r.state.word() };
         let gates = if r.refused.is_empty() { gates.join(", ") } else { r.refused.clone() };
         PageRow { job: r.job, class, word: r.state.word(), cells: values.chain(shown).collect(), gates }

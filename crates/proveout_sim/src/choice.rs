@@ -7,6 +7,7 @@ use proveout_geom::check_quantity;
 use crate::{
     memory::Recorded,
     partial::StopAt,
+    readings::Reading,
     scene::{BoxFile, DynamicsFile, PlantFile, Scene},
     set_values::SetValue,
 };
@@ -44,6 +45,8 @@ pub struct Choice {
     pub least_overhang_mm: BTreeMap<String, f64>,
     /// Places along the motion at which the free tool axes are looked for; zero for none.
     pub free_axes: usize,
+    /// How the switches of the operator are set, instead of the first reading that the scene wants.
+    pub reading: Option<Reading>,
     /// Coarse cells, and without what takes time besides ([`crate::partial`]).
     pub preview: bool,
     /// What is cut.

@@ -9,13 +9,14 @@ use proveout_machine::Machine;
 
 use crate::{
     error::SimError,
+    fixture_bodies,
     inputs::Inputs,
     scene::{CylinderAxis, CylinderFile, FixtureFile, FixtureFrame, Scene},
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
 /// is never smaller than it is.
-const FIXTURE_SECTORS: usize = 96;
+pub(crate) const FIXTURE_SECTORS: usize = 96;
 
 /// A fixture by its name, with its mesh in the table frame.
 pub(crate) type Fixture = (String, TriMesh);
@@ -55,6 +56,7 @@ fn fixture_mesh(
     inputs: &mut Inputs,
 ) -> Result<TriMesh, SimError> {
     let mesh = match (&fixture.mesh, fixture.block, fixture.cylinder) {
+        (None, None, None) => fixture.kind.map(|kind| fixture_bodies::mesh(fixture, kind)).unwrap_or_default(),
         (Some(path), None, None) => {
             let (mesh, path) = inputs.mesh(scene, format!("fixture {}", fixture.name), path, fixture.mesh_unit)?;
             surface(mesh, path)?

@@ -3,7 +3,8 @@
 use crate::{
     finding::{self, Code, Severity},
     log::FindingLog,
-    verdict::{Gate, State},
+    surface_gate,
+    verdict::{Gate, State, Surface},
 };
 
 /// Names of the gates, in the order of the verdict.
@@ -71,6 +72,19 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
     Gate { name: name.into(), state, reason }
 }
 
+/// A gate that the scene does not ask; a finding that fails it stays one. `surface` says what was evaluated all the same.
+pub(crate) fn not_asked(gate: Gate, why: String, surface: &Surface) -> Gate {
+    if gate.state == State::Fail {
+        return gate;
+    }
+    let evaluated = surface_gate::evaluated(surface).filter(|_| gate.name == "surface");
+    let reason = match evaluated {
+        Some(values) => format!("evaluated, not judged: no tolerance; {values}"),
+        None => why,
+    };
+    Gate { state: State::NotAsked, reason, ..gate }
+}
+
 /// The deepest gouge or the highest excess, and the line that made it; of other faults the values are of several kinds.
 fn worst(code: &Code, log: &FindingLog) -> String {
     if ![finding::GOUGE.code, finding::EXCESS.code].contains(&code.code) {
@@ -84,12 +98,12 @@ fn worst(code: &Code, log: &FindingLog) -> String {
     }
 }
 
-/// The verdict of a list of gates.
+/// The verdict of a list of gates; those that are not asked have no part in it, and nothing asked is no pass.
 pub fn overall(gates: &[Gate]) -> State {
     let any = |state| gates.iter().any(|g| g.state == state);
     if any(State::Fail) {
         State::Fail
-    } else if any(State::Unchecked) || gates.is_empty() {
+    } else if any(State::Unchecked) || !any(State::Pass) {
         State::Unchecked
     } else {
         State::Pass
@@ -142,5 +156,8 @@ mod tests {
         assert_eq!(overall(&[gate(State::Pass), gate(State::Unchecked), gate(State::Fail)]), State::Fail);
         assert_eq!(overall(&[gate(State::Pass), gate(State::Unchecked)]), State::Unchecked);
         assert_eq!(overall(&[gate(State::Pass), gate(State::Pass)]), State::Pass);
+        assert_eq!(overall(&[gate(State::Pass), gate(State::NotAsked)]), State::Pass);
+        assert_eq!(overall(&[gate(State::Unchecked), gate(State::NotAsked)]), State::Unchecked);
+        assert_eq!(overall(&[gate(State::NotAsked)]), State::Unchecked, "nothing was asked, so that nothing passes");
     }
 }

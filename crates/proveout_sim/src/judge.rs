@@ -3,7 +3,7 @@
 use proveout_collision::{BEARING_ROLES, Unchecked};
 use std::collections::BTreeMap;
 
-use proveout_controller::{Dynamics, Summary};
+use proveout_controller::Summary;
 use proveout_machine::{Attachment, Machine};
 use proveout_stock::{Patch, TriDexel};
 
@@ -27,6 +27,7 @@ use crate::{
     survey::{self, Measured, Surveyed},
     tap_pitch,
     texture::{self, SurfaceTexture},
+    unstated,
     verdict::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
     },
@@ -97,7 +98,13 @@ pub(crate) fn judge(
         .collect();
     let of_texture = if textured { texture::judge(prepared, &mut surface, &mut log) } else { Vec::new() };
     let of_surface = [of_surface, of_texture].concat();
-    let known = Known { measured: measured.as_ref(), inspection: &inspection, of_surface: &of_surface, log: &log };
+    let known = Known {
+        measured: measured.as_ref(),
+        inspection: &inspection,
+        of_surface: &of_surface,
+        surface: &surface,
+        log: &log,
+    };
     let gates = judge_gates(prepared, facts, summary, &known, partial.as_ref());
     let verdict = Verdict {
         schema_version: SCHEMA_VERSION,
@@ -274,9 +281,7 @@ fn too_coarse(word: &str, tolerance: f64, deviation: &Deviation) -> Option<Strin
 
 /// What no judgement of the surface has seen.
 fn surface_coverage(prepared: &Prepared) -> Coverage {
-    let ideal = prepared.dynamics == Dynamics::Ideal;
-    let left_out = ideal.then(|| "dynamics are ideal: corner rounding did not cut".to_owned());
-    Coverage { checked: None, left_out: left_out.into_iter().collect() }
+    Coverage { checked: None, left_out: unstated::ideal(prepared).into_iter().collect() }
 }
 
 /// What was measured on the part, and everything that was found.
@@ -284,6 +289,7 @@ struct Known<'a> {
     measured: Option<&'a Measured>,
     inspection: &'a [Inspected],
     of_surface: &'a [Judgement],
+    surface: &'a Surface,
     log: &'a FindingLog,
 }
 
@@ -300,7 +306,7 @@ fn judge_gates(
     known: &Known<'_>,
     partial: Option<&Partial>,
 ) -> Vec<Gate> {
-    let Known { measured, inspection, of_surface, log } = *known;
+    let Known { measured, inspection, of_surface, surface, log } = *known;
     let tolerances = &prepared.scene.file.tolerances;
     let limits = {
         let left_out = summary.unlimited_joints.iter().map(|j| {
@@ -342,7 +348,8 @@ fn judge_gates(
             let probes = (probes > 0).then(|| format!("{probes} probing {motions}: what the probe finds is not known"));
             let between = facts.between.left_out.get(&GateOf::Process).into_iter().flatten();
             let taps = tap_pitch::unknown(&prepared.tools, &facts.tools);
-            probes.into_iter().chain(facts.unknown_plunges.iter().chain(between).cloned()).chain(taps).collect()
+            let unknown = probes.into_iter().chain(facts.unknown_plunges.iter().chain(between).cloned()).chain(taps);
+            unknown.chain(unstated::ideal(prepared)).collect()
         },
     };
     let holders = facts.tools_without_holder.iter().map(|name| format!("{name} has no holder in the library"));
@@ -403,6 +410,8 @@ fn judge_gates(
     let missing = missing_bodies(&prepared.machine, facts.checked_pairs);
     for coverage in [&mut collision, &mut near] {
         coverage.left_out.extend(missing.clone());
+        coverage.left_out.extend(unstated::ideal(prepared));
+        unstated::leave_out(prepared, facts, coverage);
     }
     let shape = |word: &str, limit: f64| {
         let mut left_out = Vec::new();
@@ -428,11 +437,11 @@ fn judge_gates(
                 left_out.extend(m.left_out.clone());
                 left_out.extend(m.unseen.clone().filter(|_| word == "gouge"));
             }
+            // Features of the inspection plan are judged without one.
+            None if prepared.scene.file.design.is_some() => {}
             None => left_out.push("the scene has no design part".to_owned()),
         }
-        if prepared.dynamics == Dynamics::Ideal {
-            left_out.push("dynamics are ideal: corner rounding did not cut".into());
-        }
+        left_out.extend(unstated::ideal(prepared));
         if word == "excess" && !inspection.is_empty() {
             checked.push(format!("{} features of the inspection plan", inspection.len()));
         }
@@ -473,8 +482,12 @@ fn judge_gates(
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
     let gate = |(name, c): (&&str, &Coverage)| match *name {
         "surface" if partial.is_some() => gates::judge(name, c, log),
-        "surface" => surface_gate::fold(name, of_surface, &c.left_out),
+        "surface" => surface_gate::fold(name, of_surface, &c.left_out, surface),
         _ => gates::judge(name, c, log),
     };
-    gates::GATES.iter().zip(&coverage).map(gate).collect()
+    let asked = |gate: Gate| match prepared.scene.file.not_asked(&gate.name) {
+        Some(why) => gates::not_asked(gate, why, surface),
+        None => gate,
+    };
+    gates::GATES.iter().zip(&coverage).map(gate).map(asked).collect()
 }

@@ -15,12 +15,14 @@
 //! granted that more overhang clears more; a setup with a ceiling may have a clear overhang below one that is not.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::Path,
     sync::{Arc, Mutex, PoisonError},
 };
 
 use proveout_controller::Event;
+use proveout_nc::{Op, ToolAction, ToolName};
+use proveout_tool::Tool;
 
 use crate::{
     choice::Choice,
@@ -60,6 +62,46 @@ pub struct Overhang {
 pub fn least_overhangs(scene: &Path, choice: &Choice, told: &mut dyn FnMut(&str)) -> Result<Vec<Overhang>, SimError> {
     let used = tools_used(Prepared::read(scene, choice)?)?;
     used.into_iter().map(|(name, now, range)| search(scene, choice, &name, now, range, told)).collect()
+}
+
+/// Most lines of a program for which the shortest overhang is looked for without being asked.
+const SHORT_LINES: u32 = 3000;
+/// Largest stock for the same, bytes.
+const SMALL_STOCK: u64 = 48 << 20;
+
+/// The same for the tools whose length was chosen and not measured, where the program is short and the stock small: such a search runs the program
+/// about ten times. Empty where no length is assumed.
+///
+/// # Errors
+/// As [`crate::run::run`].
+pub fn least_of_assumed(scene: &Path, choice: &Choice, prepared: &Prepared) -> Result<Vec<Overhang>, SimError> {
+    let stock: u64 = prepared.memory.stocks.iter().map(|(_, bytes)| bytes).sum();
+    if choice.stop_at.is_some() || prepared.program_lines > SHORT_LINES || stock > SMALL_STOCK {
+        return Ok(Vec::new());
+    }
+    let library = &prepared.tools;
+    let mut called = BTreeSet::new();
+    let start = prepared.scene.file.start.tool.map(ToolName::Number);
+    let mut note = |name: &ToolName| {
+        let is = |t: &Tool| match name {
+            ToolName::Empty => false,
+            ToolName::Number(number) => t.number == *number,
+            ToolName::Name(name) => t.name == *name,
+        };
+        called.extend(library.tools.iter().position(is));
+    };
+    start.iter().for_each(&mut note);
+    for command in prepared.program()? {
+        if let Op::Tool(ToolAction::Change(name)) = command?.op {
+            note(&name);
+        }
+    }
+    let assumed = called.into_iter().filter(|index| library.is_length_assumed(*index));
+    let known = assumed.filter_map(|index| {
+        let tool = library.tools.get(index)?;
+        Some((tool.name.clone(), tool.overhang()?, tool.clamping_range()?))
+    });
+    known.map(|(name, now, range)| search(scene, choice, &name, now, range, &mut |_| ())).collect()
 }
 
 /// Name, overhang and range of the tools in the spindle that have a holder.

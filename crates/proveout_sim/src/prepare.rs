@@ -31,6 +31,7 @@ use crate::{
     program_text::{check_holds_text, program_entry, program_text},
     programs,
     raw_stock::{self, RawStock},
+    readings,
     scene::{DynamicsFile, PlantFile, ProgramFile, Scene},
     scene_limits::{ChangedLimit, limit_joints},
     schedule::Schedule,
@@ -61,6 +62,8 @@ pub struct Prepared {
     pub(crate) schedule: Option<Schedule>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
+    /// Calls of the other readings of the program that the scene wants proved.
+    pub(crate) other_readings: Vec<Choice>,
     /// Those of the text that a program is made from; the same where it is not made.
     pub source_nc_settings: NcSettings,
     /// Why the control file of scene or machine has no part in reading the program, where it has none.
@@ -177,8 +180,10 @@ impl Prepared {
 
         let control = control_of(Some(&scene), &machine)?;
         inputs.extend(control.iter().flat_map(|c| c.files()).map(|file| (control_role(file, &scene), file.clone())));
-        let (nc_settings, control_note) =
+        let (mut nc_settings, control_note) =
             Self::running_settings(&scene, entry, &tools, &machine, &program_path, choice.nc.is_some())?;
+        choice.reading.unwrap_or_default().apply(&mut nc_settings);
+        let other_readings = readings::others(entry, choice);
         // All that the program names is there, before stock or motion take their time.
         let place = scene.path.display().to_string();
         check_holds_text(&program_path)?;
@@ -267,6 +272,7 @@ impl Prepared {
             part_on_table,
             schedule: None,
             nc_settings,
+            other_readings,
             source_nc_settings,
             control_note,
             machine,

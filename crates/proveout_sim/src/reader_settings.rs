@@ -12,6 +12,7 @@ use crate::{
     error::SimError,
     machine_data::with_machine,
     prepare::Prepared,
+    readings,
     scene::{ProgramFile, Scene},
 };
 
@@ -32,7 +33,8 @@ impl Prepared {
     ) -> Result<(NcSettings, Option<String>), SimError> {
         let compensation = Compensation::ToolCenter(tool_radii(tools));
         let control = control_of(Some(scene), machine)?;
-        let (on_control, note) = settings_on(control.as_ref(), dialect(scene, entry, given)?, program)?;
+        let (mut on_control, note) = settings_on(control.as_ref(), dialect(scene, entry, given)?, program)?;
+        readings::of(entry).first().copied().unwrap_or_default().apply(&mut on_control);
         let work_offsets = work_offsets(scene, entry);
         let limits = scene.file.limits.of_reader(on_control.limits);
         Ok((NcSettings { compensation, work_offsets, limits, ..with_machine(on_control, machine) }, note))

@@ -29,6 +29,7 @@ use crate::{
     partial::{Partial, Stopped, Watch},
     prepare::Prepared,
     program_survey::known_offset,
+    readings,
     schedule::Schedule,
     shards::{ShardCuts, ShardFacts},
     show_mesh::show_mesh,
@@ -137,6 +138,7 @@ fn run_with(
     folder: &Path,
 ) -> Result<RunResult, SimError> {
     let begin = Instant::now();
+    let others = readings::run_others(&prepared, folder)?;
     let mut stages = Stages { read: prepared.read_time, ..Stages::default() };
     let (stock, patches) = prepared.stock.take()?;
     let known = prepared.schedule.take();
@@ -167,12 +169,14 @@ fn run_with(
     let shards = engine.cuts().and_then(Cuts::shards).map(ShardCuts::facts);
     let (stock, patches, facts) = engine.finish();
     let setup = setup(&prepared, &stock, &patches);
-    let (verdict, surveyed) = judge::judge(&prepared, (&stock, &patches), &facts, &summary, partial, &mut |shown| {
-        tell(observers, &mut stages, |o| match shown {
-            Shown::Points(band) => o.surface_points(&setup, band),
-            Shown::Texture(texture) => o.surface_texture(&setup, texture),
-        })
-    })?;
+    let (mut verdict, surveyed) =
+        judge::judge(&prepared, (&stock, &patches), &facts, &summary, partial, &mut |shown| {
+            tell(observers, &mut stages, |o| match shown {
+                Shown::Points(band) => o.surface_points(&setup, band),
+                Shown::Texture(texture) => o.surface_texture(&setup, texture),
+            })
+        })?;
+    readings::fold(&mut verdict, prepared.other_readings.len(), others);
     let mut told_of_axes = Vec::new();
     if prepared.free_axes > 0 {
         let axes = free_axes::look(&prepared, &facts, prepared.free_axes);

@@ -11,10 +11,12 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 
 pub use crate::mesh_unit::MeshUnitFile;
+pub use crate::scene_asked::{GatesFile, NoneFile};
 pub use crate::scene_blade::{BladeFile, BladeKindFile, EndFile, EndPlatformFile, PlatformFile};
 pub use crate::scene_choice::{ChoiceFile, ChoiceSourceFile, ChoiceValueFile};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, PublishedKindFile, QuantityFile};
 pub use crate::scene_control::{ControlFile, DynamicsFile, PlantFile};
+pub use crate::scene_fixture::FixtureKindFile;
 pub use crate::scene_inspect::{InspectFile, InspectKindFile, probe_direction};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_part::{ConeFrustumFile, PartFile};
@@ -23,7 +25,7 @@ pub use crate::scene_plan::{
     AxisFile, GivenAxisFile, HELIX, HelixFile, ParameterFile, PathFile, PlanFile, PostedFile, RulingsFile,
     StrategyFile, TimedByFile,
 };
-pub use crate::scene_program::ProgramFile;
+pub use crate::scene_program::{ProgramFile, SwitchFile};
 pub use crate::scene_reschedule::{
     ChannelFile, CriterionFile, EndsFile, InsetFile, InsetWordFile, JunctionFile, KeyAxesFile, MethodFile,
     RescheduleFile, ThetaUnitFile,
@@ -37,7 +39,7 @@ pub use crate::scene_surface::{
 };
 pub use crate::scene_tolerance::{ToleranceRegionFile, Tolerances};
 use crate::{
-    choice::resolution_fault, names, scene_compare, scene_inspect, scene_numbers, scene_part, scene_patch,
+    choice::resolution_fault, names, scene_asked, scene_compare, scene_inspect, scene_numbers, scene_part, scene_patch,
     scene_place::offset_of, scene_program, scene_stock, scene_surface,
 };
 
@@ -72,6 +74,16 @@ pub struct SceneFile {
     /// Fixtures and platforms.
     #[serde(default)]
     pub fixture: Vec<FixtureFile>,
+    /// `"none"`: nothing holds the part, and `workholding_reason` says why. Without this and without `[[fixture]]` the gates `collision` and
+    /// `near_miss` are unchecked.
+    pub workholding: Option<NoneFile>,
+    /// Why the scene has no workholding; gate, report and setup sheet show it.
+    pub workholding_reason: Option<String>,
+    /// `"none"`: the scene has no design, and the gates `gouge` and `excess` are not asked.
+    pub design: Option<NoneFile>,
+    /// Gates that are not asked.
+    #[serde(default)]
+    pub gates: GatesFile,
     /// Work offsets of the control by their word, such as `G54`.
     #[serde(default)]
     pub work_offsets: BTreeMap<String, OffsetFile>,
@@ -223,7 +235,10 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
         return fault(at, message, help);
     }
     if let Some((at, message, help)) = crate::scene_setup::fixture_fault(text, &file.fixture) {
-        return fault(at, message, help);
+        return fault(at, message, &help);
+    }
+    if let Some((at, message, help)) = scene_asked::fault(text, file) {
+        return fault(at, message, &help);
     }
     scene_stock::check(path, text, file)?;
     if let Some(part) = &file.part {

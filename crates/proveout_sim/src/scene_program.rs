@@ -39,6 +39,24 @@ pub struct ProgramFile {
     pub mount: Option<Mount>,
     /// Dynamics for this program, where they are not the scene's.
     pub dynamics: Option<DynamicsFile>,
+    /// The block-skip switch: `on` leaves out the blocks that a `/` begins, whatever its level, `off` runs them, `both` runs the program either
+    /// way and judges each gate by the worse. When left out, and no control file says it, such blocks are run and the gate `program` is unchecked.
+    pub block_skip: Option<SwitchFile>,
+    /// The switch of the optional stop M1: `off` passes it, `on` stops there, and the spindle with it until the next M3 or M4, `both` runs the
+    /// program either way. When left out, a program that cuts behind M1 without a new M3 or M4 has its gate `program` unchecked.
+    pub optional_stop: Option<SwitchFile>,
+}
+
+/// A switch of the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SwitchFile {
+    /// On.
+    On,
+    /// Off.
+    Off,
+    /// Each of them is proved.
+    Both,
 }
 
 impl Scene {

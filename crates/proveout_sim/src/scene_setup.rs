@@ -8,8 +8,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
-use crate::mesh_unit::MeshUnitFile;
-use crate::scene::{BoxFile, CylinderFile};
+use crate::{
+    mesh_unit::MeshUnitFile,
+    scene::{BoxFile, CylinderFile},
+    scene_fixture::{self, FixtureKindFile},
+};
 
 /// Where the workpiece frame sits in the table frame (which equals the machine frame when all joints are at zero).
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
@@ -52,6 +55,49 @@ pub struct FixtureFile {
     pub block: Option<BoxFile>,
     /// Round body.
     pub cylinder: Option<CylinderFile>,
+    /// A fixture by its dimensions: each kind needs its own ones, and refuses those of others.
+    pub kind: Option<FixtureKindFile>,
+    /// Of a kind, its place: `vise` middle between the jaws at their upper edge, `plate` middle of the upper face, `chuck` middle of the front
+    /// face, `tombstone` middle of the foot, `toe-clamp` on the edge of the part, under the toe.
+    pub at_mm: Option<[f64; 3]>,
+    /// Of a kind, its turns at that place about the fixed x, y and z axes, in this order; none when left out.
+    pub rotation_deg: Option<[f64; 3]>,
+    /// Of a vise: distance of the jaws, which close along y.
+    pub opening_mm: Option<f64>,
+    /// Width of the jaws of a vise (along x) or of a chuck.
+    pub jaw_width_mm: Option<f64>,
+    /// Height of the jaws of a vise over its bed, or of a chuck over its front face.
+    pub jaw_height_mm: Option<f64>,
+    /// Thickness of the jaws of a vise.
+    pub jaw_thickness_mm: Option<f64>,
+    /// Height of the bed of a vise below its jaws.
+    pub bed_height_mm: Option<f64>,
+    /// Length of a plate (along x), of a chuck behind its front face, of the bar of a toe clamp.
+    pub length_mm: Option<f64>,
+    /// Width of a plate (along y) or of a toe clamp.
+    pub width_mm: Option<f64>,
+    /// Thickness of a plate or of the bar of a toe clamp.
+    pub thickness_mm: Option<f64>,
+    /// Diameter of a chuck.
+    pub diameter_mm: Option<f64>,
+    /// Diameter on which the jaws of a chuck grip.
+    pub grip_diameter_mm: Option<f64>,
+    /// Number of jaws of a chuck, 2 to 8.
+    pub jaws: Option<u32>,
+    /// Side of the square column of a tombstone.
+    pub side_mm: Option<f64>,
+    /// Height of a tombstone with its foot; of a toe clamp, from the table to the toe.
+    pub height_mm: Option<f64>,
+    /// Side of the square foot of a tombstone.
+    pub base_side_mm: Option<f64>,
+    /// Thickness of that foot.
+    pub base_thickness_mm: Option<f64>,
+    /// How far the toe of a clamp lies over the part.
+    pub reach_mm: Option<f64>,
+    /// Diameter of the stud of a toe clamp.
+    pub stud_diameter_mm: Option<f64>,
+    /// Height of that stud above the bar.
+    pub stud_height_mm: Option<f64>,
     /// Coordinates are those of the workpiece frame (default) or of the table frame.
     #[serde(default)]
     pub frame: FixtureFrame,
@@ -61,7 +107,7 @@ pub struct FixtureFile {
 }
 
 /// What is wrong with the fixtures of a scene: offset in its text, message and help.
-pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usize, String, &'static str)> {
+pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usize, String, String)> {
     let place = |k: usize| text.match_indices("[[fixture]]").nth(k).map_or(0, |(at, _)| at);
     fixtures.iter().enumerate().find_map(|(k, fixture)| {
         let name = &fixture.name;
@@ -75,11 +121,16 @@ pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usi
                 "give each fixture its own name",
             )
         } else {
-            let forms = [fixture.mesh.is_some(), fixture.block.is_some(), fixture.cylinder.is_some()];
+            let forms =
+                [fixture.mesh.is_some(), fixture.block.is_some(), fixture.cylinder.is_some(), fixture.kind.is_some()];
             if forms.iter().filter(|f| **f).count() != 1 {
-                (format!("fixture {name:?} needs exactly one form"), "give one of `mesh`, `box`, `cylinder`")
+                (format!("fixture {name:?} needs exactly one form"), "give one of `mesh`, `box`, `cylinder`, `kind`")
             } else if fixture.mesh_unit.is_some() && fixture.mesh.is_none() {
                 (format!("`mesh_unit` of fixture {name:?} has no mesh to convert"), "leave it out, or give `mesh`")
+            } else if let Some((key, message, help)) = scene_fixture::fault(fixture) {
+                return Some((key_in(text, place(k), key), message, help));
+            } else if fixture.kind.is_some() && fixture.at_mm.is_none() {
+                (format!("fixture {name:?} has no place"), "add at_mm")
             } else if fixture.block.is_some_and(|b| (0..3).any(|i| b.min_mm[i] >= b.max_mm[i])) {
                 (format!("the box of fixture {name:?} holds nothing"), "min_mm must be below max_mm")
             } else if fixture.cylinder.is_some_and(|c| c.radius_mm <= 0.0 || c.height_mm <= 0.0) {
@@ -88,8 +139,24 @@ pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usi
                 return None;
             }
         };
-        Some((place(k), message, help))
+        Some((place(k), message, help.to_owned()))
     })
+}
+
+/// Place of a key behind another place, up to the next table; that place where it is not written there.
+fn key_in(text: &str, from: usize, key: &str) -> usize {
+    let behind = text.get(from..).unwrap_or_default();
+    let mut at = from;
+    for (number, line) in behind.split_inclusive('\n').enumerate() {
+        if number > 0 && line.starts_with('[') {
+            break;
+        }
+        if line.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with('=')) {
+            return at;
+        }
+        at += line.len();
+    }
+    from
 }
 
 /// Frame of a fixture's coordinates; it moves with the table in both cases.

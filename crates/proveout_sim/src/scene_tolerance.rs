@@ -79,7 +79,7 @@ pub(crate) struct Limit {
 }
 
 impl SurfaceKey {
-    const ALL: [Self; 3] = [Self::Scallop, Self::Ra, Self::Rz];
+    pub(crate) const ALL: [Self; 3] = [Self::Scallop, Self::Ra, Self::Rz];
 
     /// Its key in the scene.
     pub(crate) fn word(self) -> &'static str {

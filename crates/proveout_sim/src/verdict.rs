@@ -14,7 +14,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 
 /// Judgement of a gate or of the whole run. `Unchecked` never counts as `Pass`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum State {
     /// Checked, and nothing was found.
     Pass,
@@ -22,6 +22,29 @@ pub enum State {
     Fail,
     /// Not checked, or not wholly; the reason says what was left out.
     Unchecked,
+    /// A question that the scene does not ask, such as roughness without a tolerance: the gate has no part in the verdict. A whole run
+    /// never has this state.
+    NotAsked,
+}
+
+impl State {
+    /// The state as people read it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Unchecked => "unchecked",
+            Self::NotAsked => "not asked",
+        }
+    }
+
+    /// The state as the name of a class on pages, and as `verdict.json` has it.
+    pub fn class(self) -> &'static str {
+        match self {
+            Self::NotAsked => "not_asked",
+            other => other.word(),
+        }
+    }
 }
 
 /// One question that a program must pass before it goes to the machine.
@@ -54,7 +77,7 @@ pub struct Verdict {
     /// Values that the call set in the place of those in the files (`run --set`, sweeps), by key; `digests` are those of the files.
     #[serde(default)]
     pub set: BTreeMap<String, String>,
-    /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass.
+    /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass; gates that are not asked have no part in it.
     pub verdict: State,
     /// The gates, in fixed order.
     pub gates: Vec<Gate>,
@@ -90,6 +113,13 @@ pub struct MachineUsed {
     pub name: String,
     /// SHA-256 of its `machine.toml`, as under `machine` in `digests`; the limits that the scene lowers are not in it.
     pub digest: String,
+}
+
+impl Verdict {
+    /// Names of the gates that the scene does not ask.
+    pub fn not_asked(&self) -> Vec<&str> {
+        self.gates.iter().filter(|g| g.state == State::NotAsked).map(|g| g.name.as_str()).collect()
+    }
 }
 
 /// Cycle time in seconds.
@@ -373,6 +403,10 @@ pub struct TextureUsed {
     pub profiles: Vec<ProfileUsed>,
     /// Spread over random spindle phases; null where the phase is given or does not matter.
     pub phases: Option<PhaseSpread>,
+    /// Height of the marks along the path that teeth could leave and an envelope does not have, µm: `f^2 / 8 r` with the way `f` in one turn of
+    /// the spindle and the smallest arc `r` of the edge; 0 for a sharp corner, null where teeth are modelled.
+    #[serde(default)]
+    pub teeth_rz_um: Option<f64>,
     /// Error of the design that the heights are counted from, µm.
     pub design_error_um: f64,
     /// What vibration, ploughing and tear may add to Ra and Rz, as the tools state it.
@@ -447,6 +481,9 @@ pub struct ResidualUsed {
     pub rz_um: [f64; 2],
     /// Where the numbers come from, or that nobody states any.
     pub source: String,
+    /// Tools that state none: what they add is left out of all values.
+    #[serde(default)]
+    pub missing: Vec<String>,
 }
 
 /// A block and the part of a texture that it made.

@@ -307,7 +307,7 @@ fn what_a_tool_states_of_its_residual_counts_on_top() {
     };
     let (state, none) = judged("", 0.6);
     assert_eq!((state, none.ra_um), (State::Pass, [0.0, 0.0]));
-    assert_eq!(none.source, "BALL states none: taken as zero");
+    assert_eq!(none.source, "BALL states none: left out, which is not zero");
     let residual = "[tool.residual]\nra_um = [0.1, 0.3]\nrz_um = [0.4, 1]\nsource = \"own trials\"\n";
     // About 0.43 um of the motion alone.
     assert_eq!(judged(residual, 0.6).0, State::Unchecked, "0.53 to 0.73 um");

@@ -7,12 +7,15 @@ use proveout_geom::{Document, InputError, Step, Step::Item, Step::Key, in_millim
 
 use crate::cutter::ShapeError;
 use crate::entry::tool_of;
-use crate::library_file::{Kind, LibraryFile};
+use crate::library_file::{Kind, LengthIs, LibraryFile};
 use crate::{Tool, ToolId};
 
 /// Tables of a tool in which its keys stand, besides its own.
 const TABLES: [&[Step<'_>]; 4] =
     [&[Key("holder")], &[Key("edges")], &[Key("residual")], &[Key("edges"), Key("round_insert")]];
+
+/// The key of a tool's length.
+const GAUGE_LENGTH: &str = "gauge_length_mm";
 
 /// Where the numbers of a tool come from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +26,8 @@ pub struct ToolNotes {
     pub chosen: Vec<(Vec<String>, String)>,
     /// Name of the holder.
     pub holder: String,
+    /// The file has the tool clamped to its gauge length (`gauge_length_is = "prescribed"`).
+    pub length_prescribed: bool,
 }
 
 /// The tools of a scene, in the order of their file.
@@ -90,13 +95,32 @@ impl ToolLibrary {
                     return Err(refused(key, format!("gives no cutter: {e}"), "correct the curve"));
                 }
             }
+            let measured = entry.gauge_length_is == Some(LengthIs::Measured);
+            let still = |key: &&String| !(measured && *key == GAUGE_LENGTH);
             library.notes.push(ToolNotes {
                 source: entry.source.clone(),
-                chosen: entry.chosen.iter().map(|c| (c.keys.clone(), c.reason.clone())).collect(),
+                chosen: entry
+                    .chosen
+                    .iter()
+                    .map(|c| (c.keys.iter().filter(still).cloned().collect::<Vec<_>>(), c.reason.clone()))
+                    .filter(|(keys, _)| !keys.is_empty())
+                    .collect(),
                 holder: entry.holder.as_ref().map(|h| h.name.clone()).unwrap_or_default(),
+                length_prescribed: entry.gauge_length_is == Some(LengthIs::Prescribed),
             });
         }
         Ok(library)
+    }
+
+    /// Whether the length of a tool was chosen, and nobody has measured or prescribed it.
+    pub fn is_length_assumed(&self, index: usize) -> bool {
+        let chosen = |notes: &ToolNotes| notes.chosen.iter().any(|(keys, _)| keys.iter().any(|k| k == GAUGE_LENGTH));
+        self.notes.get(index).is_some_and(|notes| chosen(notes) && !notes.length_prescribed)
+    }
+
+    /// Whether the file has a tool clamped to its gauge length.
+    pub fn is_length_prescribed(&self, index: usize) -> bool {
+        self.notes.get(index).is_some_and(|notes| notes.length_prescribed)
     }
 
     /// The tool that a program names.

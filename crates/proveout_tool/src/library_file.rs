@@ -77,6 +77,16 @@ pub(crate) enum Hand {
     Left,
 }
 
+/// Who answers for the length of a tool.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum LengthIs {
+    /// Measured on a presetter or on the machine.
+    Measured,
+    /// The setup prescribes it: the tool is clamped to this length.
+    Prescribed,
+}
+
 /// One tool assembly.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -136,6 +146,9 @@ pub(crate) struct ToolEntry {
     pub(crate) overall_length_mm: Option<f64>,
     /// From the programmed tip to the gauge line of the spindle.
     pub(crate) gauge_length_mm: f64,
+    /// Who answers for `gauge_length_mm` where `chosen` names it: `measured` takes it out of `chosen`, `prescribed` has the tool clamped so.
+    /// When left out, a chosen length leaves the holder's share of collision and near miss unchecked.
+    pub(crate) gauge_length_is: Option<LengthIs>,
     /// Number of flutes or inserts.
     pub(crate) flutes: Option<u32>,
     /// Whether the cutting edges reach the center, so that the tool may plunge. When left out, they do where the end rises from the

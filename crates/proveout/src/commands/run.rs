@@ -5,7 +5,7 @@ use proveout_sim::{
     Choice, Committed, Memory, Observer, Prepared, Recorded, RunFolder, SimError,
     digest::InputFile,
     journal::{Begun, Journal},
-    overhang::{Overhang, STEP_MM, by_tool, least_overhangs},
+    overhang::{Overhang, STEP_MM, by_tool, least_of_assumed, least_overhangs},
     preflight::preflight,
     resolution_fault,
     run::{RunResult, run_journaled as prove},
@@ -60,7 +60,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     };
     choice.least_overhang_mm = by_tool(&overhangs);
     let read = || Prepared::read_announced(&args.scene, &choice, &mut announce);
-    let prepared = pool.install(read).map_err(|e| Failure::from(&e))?;
+    let mut prepared = pool.install(read).map_err(|e| Failure::from(&e))?;
+    if !args.overhang {
+        let search = || least_of_assumed(&args.scene, &choice, &prepared);
+        choice.least_overhang_mm = by_tool(&pool.install(search).map_err(|e| Failure::from(&e))?);
+        prepared.least_overhang_mm.clone_from(&choice.least_overhang_mm);
+    }
     if let Some(note) = &prepared.control_note {
         tell!("note: {note}");
     }
@@ -243,6 +248,9 @@ pub(super) fn recorder(argument: RerunArg) -> RerunMode {
 pub(super) fn print_summary(result: &RunResult, place: &Path) {
     let v: &Verdict = &result.verdict;
     say!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
+    if v.verdict == State::Pass && !v.not_asked().is_empty() {
+        say!("  not asked: {}\n", v.not_asked().join(", "));
+    }
     for line in v.partial.iter().flat_map(Partial::words) {
         say!("  {line}\n");
     }
@@ -356,9 +364,5 @@ fn bound(seconds: Option<f64>) -> String {
 }
 
 pub(super) fn word(state: State) -> &'static str {
-    match state {
-        State::Pass => "pass",
-        State::Fail => "fail",
-        State::Unchecked => "unchecked",
-    }
+    state.word()
 }

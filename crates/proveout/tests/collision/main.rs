@@ -88,8 +88,13 @@ struct Shop {
 impl Shop {
     fn new(machine: &str, fixture: &str, program: &str) -> Self {
         let shop = Self { folder: tempfile::tempdir().expect("temporary folder") };
+        let workholding = if fixture.contains("[[fixture]]") {
+            ""
+        } else {
+            "workholding = \"none\"\nworkholding_reason = \"not part of this test\"\n"
+        };
         let scene = format!(
-            "name = \"shop\"\nmachine = \"machine.toml\"\ntools = \"tools.toml\"\nresolution_mm = 1\n[stock]\n\
+            "name = \"shop\"\n{workholding}machine = \"machine.toml\"\ntools = \"tools.toml\"\nresolution_mm = 1\n[stock]\n\
              box = {{ min_mm = [-50, -50, 0], max_mm = [-40, -40, 10] }}\n[work_offsets.G54]\nZ_mm = 0\n{fixture}\n\
              [[program]]\nname = \"main\"\nfile = \"main.nc\"\ndialect = \"fanuc\"\n"
         );

@@ -94,6 +94,15 @@ pub(crate) fn gate(verdict: &Value, name: &str) -> (String, String) {
     (gate["state"].as_str().unwrap_or_default().to_owned(), gate["reason"].as_str().unwrap_or_default().to_owned())
 }
 
+/// A gate that nothing keeps open but workholding and lengths of tools, which nobody has stated.
+pub(crate) fn open_by_setup_alone(verdict: &Value, name: &str) {
+    let (state, reason) = gate(verdict, name);
+    let alone = ["no workholding in the scene", "assumed: the holder"]
+        .iter()
+        .any(|w| reason.contains(&format!("not checked: {w}")));
+    assert!(state == "unchecked" && alone, "{name}: {state}: {reason}");
+}
+
 /// Nothing that the setup would cause: no overtravel, no collision, no rapid in material; material was cut.
 pub(crate) fn believable(verdict: &Value) {
     let errors: Vec<String> = verdict["findings"]

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use super::desk::{Desk, believable, gate, told};
+use super::desk::{Desk, believable, gate, open_by_setup_alone, told};
 
 const MILL: &str = "--machine three-axis-mill --answers answers.toml";
 
@@ -175,9 +175,8 @@ fn a_part_on_a_table_that_is_tilted_stands_clear_of_it() {
     assert!(told.contains("on a riser, so that spindle and holder clear the table"), "{told}");
     let verdict = desk.verdict("side");
     assert!(errors(&verdict).is_empty(), "{:?}", errors(&verdict));
-    for name in ["limits", "collision"] {
-        assert_eq!(gate(&verdict, name).0, "pass", "{:?}", gate(&verdict, name));
-    }
+    assert_eq!(gate(&verdict, "limits").0, "pass", "{:?}", gate(&verdict, "limits"));
+    open_by_setup_alone(&verdict, "collision");
     // Where our guess is at fault, the finding says so: the stock in the table.
     let scene = fs::read_to_string(desk.path("side/scene.toml")).expect("written");
     assert!(scene.contains("chosen = true"), "{scene}");

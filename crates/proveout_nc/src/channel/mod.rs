@@ -253,6 +253,16 @@ impl<L: Language> Channel<L> {
         self.note(format!("{ASSUMED}{}", text.as_ref()));
     }
 
+    /// A block with `/` is run.
+    pub(crate) fn run_with_slash(&mut self) {
+        if !self.settings.skip_stated {
+            self.assume(
+                "a block with `/` is run, as with the block-skip switch off; with the switch on the control leaves it out: `block_skip` of \
+                 the program in the scene, or `blocks.skipped_levels` of a control file, says how it is set",
+            );
+        }
+    }
+
     /// The block that is executed now stands here: commands and faults carry its place.
     pub(crate) fn stands_at(&mut self, file: &Arc<str>, at: Mark, line: &str, span: Span) {
         let (column, length) = column_and_length(line, span);

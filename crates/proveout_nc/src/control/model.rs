@@ -180,6 +180,8 @@ pub struct Control {
     pub(crate) rapid_from_mm_min: Option<f64>,
     pub(crate) orientation: OrientationInterpolation,
     pub(crate) skipped_levels: u16,
+    /// The file states the levels.
+    pub(crate) skip_stated: bool,
     pub(crate) variables: BTreeMap<String, f64>,
     pub(crate) folders: Vec<PathBuf>,
     /// Files that it was read from, built-in ones left out, the control itself first.
@@ -220,6 +222,7 @@ impl Default for Control {
             rapid_from_mm_min: None,
             orientation: OrientationInterpolation::GreatCircle,
             skipped_levels: 0,
+            skip_stated: false,
             variables: BTreeMap::new(),
             folders: Vec::new(),
             files: Vec::new(),

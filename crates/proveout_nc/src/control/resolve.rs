@@ -79,6 +79,7 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     }
     if let Some(levels) = &file.blocks.skipped_levels {
         control.skipped_levels = skipped(levels, control.dialect, text)?;
+        control.skip_stated = true;
     }
     for (name, value) in &file.variables {
         if !value.is_finite() {

@@ -26,6 +26,7 @@ pub(crate) fn judged(state: State) -> Judged {
         State::Pass => ("pass", "Pass"),
         State::Fail => ("fail", "Fail"),
         State::Unchecked => ("unchecked", "Unchecked"),
+        State::NotAsked => ("not_asked", "Not asked"),
     };
     Judged { class, word }
 }
@@ -202,7 +203,7 @@ pub(crate) fn published(c: &Comparison) -> Vec<PublishedRow> {
             (Some(found), _) => found.word(),
             (None, State::Pass) => "in the band",
             (None, State::Fail) => "outside",
-            (None, State::Unchecked) => "not judged",
+            (None, State::Unchecked | State::NotAsked) => "not judged",
         }),
         null: p.null_value.map_or_else(String::new, |v| format!("{} {}", fixed(v, digits(p.published)), p.unit)),
         over: [p.over_choices, p.over_draws, p.over_twin].map(|range| {

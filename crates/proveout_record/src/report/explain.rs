@@ -129,6 +129,13 @@ pub(crate) fn unchecked(setup: &Setup<'_>, v: &Verdict) -> Vec<[String; 2]> {
     for gate in v.gates.iter().filter(|g| g.state == State::Unchecked) {
         all.push([format!("Gate {}", gate.name), gate.reason.clone()]);
     }
+    if setup.scene.file.workholding.is_some() {
+        let words = setup.scene.file.workholding_in_words().unwrap_or_default();
+        all.push(["Workholding".into(), words]);
+    }
+    for gate in v.gates.iter().filter(|g| g.state == State::NotAsked) {
+        all.push([format!("Gate {}: not asked", gate.name), gate.reason.clone()]);
+    }
     for texture in &v.surface.textures {
         all.extend(texture.unchecked.iter().map(|why| [format!("Texture of {}", texture.name), why.clone()]));
     }

@@ -88,7 +88,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "scene": v.scene,
         "machine": page.machine,
         "description": page.description.trim().trim_end_matches('.'),
-        "verdict": verdict_words(v.verdict),
+        "verdict": verdict_words(v),
         "figures": figures(v),
         "gates": gates(v),
         "groups": groups(&told),
@@ -176,7 +176,7 @@ fn texture_data(page: &Page<'_>) -> String {
 struct VerdictWords {
     class: &'static str,
     word: &'static str,
-    meaning: &'static str,
+    meaning: String,
 }
 
 #[derive(Serialize)]
@@ -244,11 +244,15 @@ fn program_notes(page: &Page<'_>) -> Vec<String> {
     notes
 }
 
-fn verdict_words(state: State) -> VerdictWords {
-    let (class, word, meaning) = match state {
-        State::Pass => ("pass", "Pass", "Every gate was checked and passed."),
-        State::Fail => ("fail", "Fail", "Not for the machine: see the findings."),
-        State::Unchecked => ("unchecked", "Unchecked", "No fault found, but not all was checked."),
+fn verdict_words(v: &Verdict) -> VerdictWords {
+    let not_asked = v.not_asked().join(", ");
+    let (class, word, meaning) = match v.verdict {
+        State::Pass if not_asked.is_empty() => ("pass", "Pass", "Every gate was checked and passed.".to_owned()),
+        State::Pass => ("pass", "Pass", format!("Every gate that was asked passed. Not asked: {not_asked}.")),
+        State::Fail => ("fail", "Fail", "Not for the machine: see the findings.".to_owned()),
+        State::Unchecked | State::NotAsked => {
+            ("unchecked", "Unchecked", "No fault found, but not all was checked.".to_owned())
+        }
     };
     VerdictWords { class, word, meaning }
 }
@@ -320,6 +324,7 @@ fn gates(v: &Verdict) -> Vec<GateRow> {
             State::Pass => ("pass", "Pass"),
             State::Fail => ("fail", "Fail"),
             State::Unchecked => ("unchecked", "Unchecked"),
+            State::NotAsked => ("not_asked", "Not asked"),
         };
         GateRow { question: question(&g.name), class, word, reason: g.reason.clone() }
     };

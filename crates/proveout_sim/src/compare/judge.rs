@@ -110,6 +110,8 @@ fn expectation(e: &ExpectFile, all: &Comparison) -> Expectation {
         out.measured = format!("gate {name} of {}", e.program);
         let gate = all.programs.get(&e.program).and_then(|p| p.gates.iter().find(|g| g.name == *name));
         match gate {
+            // A criterion asks what the scene does not: it is open.
+            Some(gate) if gate.state == State::NotAsked => out.reason = format!("not asked: {}", gate.reason),
             Some(gate) => (out.state, out.reason) = (gate.state, gate.reason.clone()),
             None => out.reason = "the program has not run".into(),
         }

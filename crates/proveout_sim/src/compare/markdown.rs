@@ -485,18 +485,14 @@ fn significant(value: f64) -> String {
 }
 
 fn word(state: State) -> &'static str {
-    match state {
-        State::Pass => "pass",
-        State::Fail => "fail",
-        State::Unchecked => "unchecked",
-    }
+    state.word()
 }
 
 fn reached(state: State) -> &'static str {
     match state {
         State::Pass => "yes",
         State::Fail => "no",
-        State::Unchecked => "not judged",
+        State::Unchecked | State::NotAsked => "not judged",
     }
 }
 

@@ -57,6 +57,16 @@ impl<'a, 'b> Interview<'a, 'b> {
         Some(answer)
     }
 
+    /// The answer to a question that may stay open.
+    pub(crate) fn may_be_open(&mut self, key: &str, text: String) -> Option<String> {
+        self.asked.insert(key.to_owned());
+        let question = Question { key: key.to_owned(), text, proposed: None };
+        let answer = self.given.get(key).cloned().or_else(|| (self.ask)(&question));
+        let answer = answer.map(|a| a.trim().to_owned()).filter(|a| !a.is_empty())?;
+        self.answered += 1;
+        Some(answer)
+    }
+
     /// An answer that is given, before it is asked for.
     pub(crate) fn ahead(&self, key: &str) -> Option<&str> {
         self.given.get(key).map(String::as_str)
@@ -167,7 +177,7 @@ fn flatten(
 }
 
 /// Millimeters of the unit that an answer ends in, and the answer without it.
-fn unit(text: &str) -> (&str, f64) {
+pub(crate) fn unit(text: &str) -> (&str, f64) {
     let text = text.trim();
     for (word, mm) in [("inch", 25.4), ("in", 25.4), ("\"", 25.4), ("mm", 1.0)] {
         if let Some(rest) = text.strip_suffix(word) {

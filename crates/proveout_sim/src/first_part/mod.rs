@@ -21,6 +21,7 @@ mod tool_names;
 mod tool_sizes;
 mod tool_words;
 pub(crate) mod trace;
+mod workholding;
 mod writing;
 mod zeros;
 
@@ -43,6 +44,7 @@ use self::stock_choice::{Cuts, check_design, design, resolution, stock, unit_of_
 pub(crate) use self::tool_choice::shown;
 use self::tool_choice::tools;
 use self::trace::TraceSetup;
+use self::workholding::{Workholding, workholding};
 use self::zeros::{offsets, own_mount, stated_mount};
 use crate::control_file::{control_of, settings_on};
 use crate::control_settings::{length_active_after_change, length_in_machine_coordinates};
@@ -163,6 +165,7 @@ pub(crate) struct Plan<'a> {
 
     pub(crate) stock: Reasoned<StockForm>,
     pub(crate) mount: Reasoned<Vector>,
+    pub(crate) workholding: Workholding,
     /// Work offsets: word, base coordinates, rotary positions, reason.
     pub(crate) offsets: Vec<(String, [f64; 3], String)>,
     /// The library: its path as it is, or drafts that are written.
@@ -351,6 +354,10 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     // All that is open is told at once, before what may only be wrong because it is.
     stop_if_open(&interview)?;
     let (design, stock) = found?;
+    let workholding = match &stock {
+        Some(stock) => workholding(&stock.value.aabb(), &mut interview)?,
+        None => Workholding::Unknown,
+    };
     if let Some((stray, near)) = interview.stray() {
         let help = near.map_or_else(|| "leave it out".to_owned(), |n| format!("did you mean `{n}`? Else leave it out"));
         return Err(refused(format!("nothing asks for the answer `{stray}`"), help));
@@ -417,6 +424,9 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         })
         .collect();
 
+    let gap = mount.value.z + stock.value.aabb().min.z - machine.table.point.z;
+    let (workholding, deep) = workholding.on_table(&stock.value.aabb(), gap);
+    notes.extend(deep);
     let resolution = resolution(&stock.value.aabb(), &uses, &tools);
     let in_spindle = start_tool.as_ref().map_or(ToolName::Empty, |(n, _)| ToolName::Number(*n));
     let never = readings.iter().filter_map(|r| crate::preflight::never_changed(r, &in_spindle));
@@ -425,6 +435,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         crate::preflight::outside_travel(&machine, &readings).into_iter().map(|c| format!("{}; {}", c.what, c.add)),
     );
     told.extend(writing::told_of_setup(&uses, &tools, &stock, &mount, &offsets, &readings, touch_off));
+    told.push(format!("workholding: {}", workholding.words()));
     told.extend(notes.iter().map(|n| format!("note: {n}")));
     let answered = interview.answered;
     let plan = Plan {
@@ -436,6 +447,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
 
         stock,
         mount,
+        workholding,
         offsets,
         tools,
         start_tool,

@@ -21,6 +21,8 @@ pub struct Summary {
     pub mount_mm: [f64; 3],
     /// Why it is there.
     pub mount_reason: String,
+    /// What holds the part, in words.
+    pub workholding: String,
     /// Work offsets in base coordinates by their words, mm.
     pub work_offsets_mm: BTreeMap<String, [f64; 3]>,
     /// Tools; none where the library of the call is taken as it is.
@@ -99,6 +101,7 @@ impl Summary {
             },
             mount_mm: plan.mount.value.into(),
             mount_reason: plan.mount.reason.clone(),
+            workholding: plan.workholding.words(),
             work_offsets_mm: plan.offsets.iter().map(|(word, base, _)| (word.clone(), *base)).collect(),
             tools: drafts
                 .iter()

@@ -11,6 +11,7 @@ use proveout_tool::{library_text, plain_number as n, quoted};
 
 use super::home_zero::FOLDER;
 use super::reading::{Reading, ToolUse};
+use super::workholding::Workholding;
 use super::{FirstPartError, Plan, Proposal, Reasoned, StockForm, Tools, refused, shown};
 use crate::names;
 use crate::scene::CylinderAxis;
@@ -82,6 +83,14 @@ fn scene(plan: &Plan<'_>) -> String {
     let names: Vec<String> =
         call.programs.iter().map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
     put(&format!("description = {}", quoted(&format!("{} on {}", names.join(", "), plan.machine.name))));
+    if let Workholding::None(reason) = &plan.workholding {
+        put("workholding = \"none\"");
+        put(&format!("workholding_reason = {}", quoted(reason)));
+    }
+    if plan.design.is_none() {
+        put("# Gouge and excess stay unchecked without a design; where there is none to ask, take the # away:");
+        put("# design = \"none\"");
+    }
     match &plan.home_zero {
         None => put(&format!("machine = {}", path(&call.machine))),
         Some(copy) => {
@@ -155,13 +164,33 @@ fn scene(plan: &Plan<'_>) -> String {
         );
         put("# chord_error_mm = 0.01");
     }
-    put("");
-    put("# What holds the part is not known: clearance to it is not checked. Add it, in coordinates of the workpiece:");
-    put("# [[fixture]]");
-    put("# name = \"vise\"");
-    let stock = plan.stock.value.aabb();
-    let jaw = [[stock.min.x, stock.min.y - 30.0, stock.min.z - 40.0], [stock.max.x, stock.max.y + 30.0, stock.min.z]];
-    put(&format!("# box = {{ min_mm = {}, max_mm = {} }}", vector(jaw[0]), vector(jaw[1])));
+    match &plan.workholding {
+        Workholding::Fixtures(texts, _) => {
+            for text in texts {
+                put("");
+                text.lines().for_each(&mut put);
+            }
+        }
+        Workholding::None(_) => {}
+        Workholding::Unknown => {
+            put("");
+            put(
+                "# What holds the part is not stated: collision and near_miss stay unchecked. Add it, in coordinates of the workpiece, or write",
+            );
+            put("# workholding = \"none\" and workholding_reason = \"...\" at the head of this file:");
+            put("# [[fixture]]");
+            put("# name = \"vise\"");
+            put("# kind = \"vise\"");
+            let (stock, grip) = (plan.stock.value.aabb(), 5.0);
+            let at = stock.center();
+            put(&format!("# at_mm = {}", vector([at.x, at.y, stock.min.z + grip])));
+            put(&format!("# opening_mm = {}", n(stock.size().y)));
+            put("# jaw_width_mm = 125");
+            put("# jaw_height_mm = 40");
+            put("# jaw_thickness_mm = 20");
+            put("# bed_height_mm = 30");
+        }
+    }
     if let Some(control) = &plan.control {
         put("");
         put("[control]");
@@ -223,7 +252,7 @@ fn readme(plan: &Plan<'_>, told: &[String]) -> String {
     for t in plan.machine.trust.iter().filter(|t| t.chosen && t.key.contains("travel")) {
         row(&format!("machine: {}", t.key), String::from("see machine.toml"), &t.note);
     }
-    s += "\nFixtures are not known: clearance to what holds the part is not checked.";
+    s += &format!("\nWorkholding: {}.", plan.workholding.words());
     if plan.design.is_none() {
         s += " No design is given: gouge and excess are not checked.";
     }

@@ -130,7 +130,7 @@ pub fn result_of(job: &Planned, outcome: Result<(&Verdict, &[u8]), String>) -> J
             result.state = match verdict.verdict {
                 State::Pass => JobState::Pass,
                 State::Fail => JobState::Fail,
-                State::Unchecked => JobState::Unchecked,
+                State::Unchecked | State::NotAsked => JobState::Unchecked,
             };
             let open = verdict.gates.iter().filter(|g| g.state != State::Pass);
             result.gates = open.map(|g| (g.name.clone(), g.state)).collect();

@@ -73,15 +73,22 @@ impl Work<'_> {
     }
 }
 
-/// What the tools state: from the least of one to the most of one; a tool that states nothing counts as zero.
+/// What the tools state: from the least of one to the most of one; a tool that states nothing adds nothing, and is named.
 pub(super) fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUsed {
     let mut all: Option<ResidualUsed> = None;
     for tool in tools {
         let own = match &tool.residual {
-            Some(r) => ResidualUsed { ra_um: r.ra_um, rz_um: r.rz_um, source: format!("{}: {}", tool.name, r.source) },
-            None => {
-                ResidualUsed { source: format!("{} states none: taken as zero", tool.name), ..ResidualUsed::default() }
-            }
+            Some(r) => ResidualUsed {
+                ra_um: r.ra_um,
+                rz_um: r.rz_um,
+                source: format!("{}: {}", tool.name, r.source),
+                missing: Vec::new(),
+            },
+            None => ResidualUsed {
+                source: format!("{} states none: left out, which is not zero", tool.name),
+                missing: vec![tool.name.clone()],
+                ..ResidualUsed::default()
+            },
         };
         all = Some(match all {
             None => own,
@@ -91,12 +98,10 @@ pub(super) fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUse
                     ra_um: join(before.ra_um, own.ra_um),
                     rz_um: join(before.rz_um, own.rz_um),
                     source: format!("{}; {}", before.source, own.source),
+                    missing: [before.missing, own.missing].concat(),
                 }
             }
         });
     }
-    all.unwrap_or_else(|| ResidualUsed {
-        source: "no tool comes near: taken as zero".into(),
-        ..ResidualUsed::default()
-    })
+    all.unwrap_or_else(|| ResidualUsed { source: "no tool comes near: left out".into(), ..ResidualUsed::default() })
 }

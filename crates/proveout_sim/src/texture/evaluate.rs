@@ -212,6 +212,7 @@ impl<'a> Work<'a> {
         self.used.uncut = heights.iter().filter(|z| z.is_nan()).count() as u64;
         self.used.blocks = self.blocks(&makers);
         self.doubts(lattice, &cuts);
+        self.toothless(&cuts);
         let area = HeightMap::new(lattice.columns(), lattice.rows(), step, step, heights.clone()).ok();
         let asked = self.asked(None);
         let report = area.as_ref().map(|map| ArealReport::of(map, &asked));
@@ -356,6 +357,7 @@ impl<'a> Work<'a> {
             let makers: Vec<Option<Maker>> = cuts.iter().map(|c| c.as_ref().map(|c| self.maker(c))).collect();
             self.used.blocks = self.blocks(&makers);
             self.doubts(&lattice, &cuts);
+            self.toothless(&cuts);
         }
         let mut analytic = None;
         if direction == Some(ProfileDirectionFile::Across) {

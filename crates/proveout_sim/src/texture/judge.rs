@@ -2,8 +2,10 @@
 //!
 //! A profile has Ra between two bounds: the smallest and largest over the spindle phases, less and more by what the design's own error can do
 //! (twice its size: each height is off by it at most, and so is the mean line), and more by the residual that the tools state. It passes when the
-//! upper bound keeps the tolerance, fails when the lower one does not, and is not decided between.
+//! upper bound keeps the tolerance, fails when the lower one does not, and is not decided between. An envelope has no teeth: it may fail, and
+//! passes only where its tools state what the rest adds, with the marks of teeth on top (`toothless`).
 
+use super::toothless::{PARABOLA_RA, missing};
 use crate::{
     finding,
     log::FindingLog,
@@ -30,6 +32,8 @@ struct Bounds<'a> {
     direction: &'a str,
     low: f64,
     high: f64,
+    /// Part of `high` that marks of teeth may add to an envelope.
+    teeth: f64,
     limit: f64,
     region: Option<&'a str>,
 }
@@ -44,11 +48,13 @@ fn bounds<'a>(key: SurfaceKey, tolerances: &'a Tolerances, textures: &'a [Textur
             let [low, high] = if ra { p.ra_um } else { p.rz_um }?;
             let residual = if ra { t.residual.ra_um } else { t.residual.rz_um };
             let off = 2.0 * t.design_error_um;
+            let teeth = t.teeth_rz_um.unwrap_or(0.0) * if ra { PARABOLA_RA } else { 1.0 };
             Some(Bounds {
                 of: t,
                 direction: &p.direction,
                 low: (low + residual[0] - off).max(0.0),
-                high: high + residual[1] + off,
+                high: high + residual[1] + off + teeth,
+                teeth,
                 limit: limit.um,
                 region: tolerances.region_name(&limit),
             })
@@ -111,20 +117,36 @@ fn one(
         .map(|b| {
             let why = if b.of.design_error_um > 0.0 && b.high - 4.0 * b.of.design_error_um <= b.limit {
                 format!("the design is coarser than the tolerance (its own error is {} um)", b.of.design_error_um)
+            } else if b.teeth > 0.0 && b.high - b.teeth <= b.limit {
+                format!("marks of the teeth along the path may add {:.4} um, which an envelope does not have", b.teeth)
             } else {
                 "its spindle phase and its residual decide".to_owned()
             };
             format!("{} {}: {} against {}: {why}", place(b.of), b.direction, figures(b), b.allowed())
         })
         .collect();
-    let asked = textures.iter().filter(|t| tolerances.limit(key, &t.at_mm.into()).is_some());
-    open.extend(asked.flat_map(|t| t.unchecked.iter().map(move |u| format!("{}: {u}", t.name))));
+    let asked = || textures.iter().filter(move |t| tolerances.limit(key, &t.at_mm.into()).is_some());
+    let toothless = asked().filter(|t| !t.profiles.is_empty());
+    let toothless: Vec<String> = toothless.filter_map(|t| Some(format!("{}: {}", t.name, missing(t)?))).collect();
+    open = [toothless, open].concat();
+    open.extend(asked().flat_map(|t| t.unchecked.iter().map(move |u| format!("{}: {u}", t.name))));
     if all.is_empty() && open.is_empty() {
         open.push("no patch or profile under [surface] was evaluated".into());
     }
     open.extend(unseen_regions(key, tolerances, textures));
     if open.is_empty() {
-        let reason = format!("{} profiles at most {limits}; {}", all.len(), worst.unwrap_or_default());
+        let mut silent: Vec<&str> = asked().flat_map(|t| t.residual.missing.iter().map(String::as_str)).collect();
+        silent.sort_unstable();
+        silent.dedup();
+        let alone = if silent.is_empty() {
+            String::new()
+        } else {
+            format!(
+                "; of the motion alone: vibration, ploughing and tear are left out, of which {} states nothing ([tool.residual])",
+                silent.join(", ")
+            )
+        };
+        let reason = format!("{} profiles at most {limits}; {}{alone}", all.len(), worst.unwrap_or_default());
         return Judgement { key: key_word, state: State::Pass, reason };
     }
     let more = open.len().saturating_sub(TOLD);

@@ -17,6 +17,7 @@ mod evaluate;
 mod judge;
 mod places;
 mod record;
+mod toothless;
 
 use std::sync::Arc;
 
@@ -30,6 +31,7 @@ use proveout_tool::ToolLibrary;
 pub(crate) use evaluate::evaluate;
 pub(crate) use judge::judge;
 pub(crate) use record::{MOST_PIECES, PIECE_BYTES, Recorder, Tracks};
+pub(crate) use toothless::FLAT;
 
 use self::{
     places::{Ground, Place, Refused},

@@ -328,6 +328,9 @@ impl Interpreter {
             return Err(fault);
         }
         self.stands_at(&loaded.source.name, at, first, block.span);
+        if block.skip {
+            self.run_with_slash();
+        }
         if let Some(incremental) = block.incremental {
             self.modal.incremental = incremental;
         }

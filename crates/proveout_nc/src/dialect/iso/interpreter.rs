@@ -304,6 +304,9 @@ impl Interpreter {
             return Ok(());
         }
         self.stands_at(&loaded.source.name, at, line, block.span);
+        if block.skip.is_some() {
+            self.run_with_slash();
+        }
         if block.osp.is_some()
             && let Some(fault) = osp::refused(block, self.settings.control.osp_words)
         {

@@ -260,6 +260,9 @@ impl Lines for Siemens {
             return Ok(());
         }
         channel.stands_at(&loaded.source.name, at, line, block.span);
+        if block.skip.is_some() {
+            channel.run_with_slash();
+        }
         if !block.is_plain() && (line.contains('$') || !channel.own.frame_variables.is_empty()) {
             channel.refresh_system(block);
         }

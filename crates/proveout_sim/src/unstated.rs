@@ -1,0 +1,70 @@
+//! What the gates leave open because nobody states it: workholding, the length of a tool, the path under ideal dynamics.
+
+use proveout_controller::Dynamics;
+
+use crate::{engine::Facts, gates::Coverage, prepare::Prepared};
+
+/// What the gates that depend on the path say under ideal dynamics.
+pub(crate) fn ideal(prepared: &Prepared) -> Option<String> {
+    (prepared.dynamics == Dynamics::Ideal).then(|| "dynamics are ideal: corner rounding did not cut".to_owned())
+}
+
+/// Workholding and lengths of tools, for `collision` and `near_miss`.
+pub(crate) fn leave_out(prepared: &Prepared, facts: &Facts, gate: &mut Coverage) {
+    let scene = &prepared.scene.file;
+    if scene.fixture.is_empty() {
+        match (scene.workholding_in_words(), &mut gate.checked) {
+            (None, _) => gate.left_out.push(
+                "no workholding in the scene: what holds the part was not held against anything; add [[fixture]], or workholding = \"none\" with \
+                 workholding_reason"
+                    .to_owned(),
+            ),
+            (Some(words), Some(checked)) => *checked += &format!("; workholding: {words}"),
+            (Some(_), None) => {}
+        }
+    }
+    gate.left_out.extend(assumed_lengths(prepared, facts));
+    if let Some(checked) = &mut gate.checked {
+        let clamped = used(prepared, facts).filter(|index| prepared.tools.is_length_prescribed(*index));
+        let clamped: Vec<String> = clamped
+            .filter_map(|index| {
+                let tool = prepared.tools.tools.get(index)?;
+                Some(format!("{} {:.1} mm", tool.name, tool.overhang()?))
+            })
+            .collect();
+        if !clamped.is_empty() {
+            *checked += &format!("; clamped out of the holder as the tool file prescribes: {}", clamped.join(", "));
+        }
+    }
+}
+
+/// Tools of the run that have a holder, as indices in the library, in order of first use.
+fn used<'a>(prepared: &'a Prepared, facts: &'a Facts) -> impl Iterator<Item = usize> + 'a {
+    let index = move |used: &crate::verdict::ToolUse| {
+        prepared.tools.tools.iter().position(|t| t.number == used.number && t.name == used.name)
+    };
+    facts.tools.iter().filter_map(index).filter(move |i| prepared.tools.tools[*i].has_holder)
+}
+
+/// Tools whose length nobody has measured or prescribed: where their holder goes is assumed.
+fn assumed_lengths(prepared: &Prepared, facts: &Facts) -> Vec<String> {
+    let assumed = used(prepared, facts).filter(|index| prepared.tools.is_length_assumed(*index));
+    assumed
+        .filter_map(|index| {
+            let tool = prepared.tools.tools.get(index)?;
+            let out = tool.overhang().map_or_else(
+                || format!("its gauge length of {:.1} mm", tool.gauge_length),
+                |out| format!("{out:.1} mm out of its holder"),
+            );
+            let shortest = match prepared.least_overhang_mm.get(&tool.name) {
+                Some(least) => format!("the shortest that clears is {least:.1} mm"),
+                None => "`proveout run --overhang` finds the shortest that clears".to_owned(),
+            };
+            Some(format!(
+                "assumed: the holder of {}, with {out}, a length that was chosen and not measured; {shortest}; state \
+                 gauge_length_is = \"measured\" or \"prescribed\" in the tool file",
+                tool.name
+            ))
+        })
+        .collect()
+}
