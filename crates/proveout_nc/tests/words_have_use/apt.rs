@@ -96,7 +96,6 @@ fn nothing_new(block: &str, word: &str) -> bool {
             (Some("SPINDL"), "RPM" | "OFF" | "ON") | (Some("COOLNT"), "ON" | "FLOOD")
         )
         || first.starts_with("CUTCOM") && word == "XYPLAN"
-        || first.starts_with("MSYS") && false
 }
 
 #[test]
