@@ -10,7 +10,7 @@
 //! `cargo test -p proveout_tests --test injection` runs a hundredth of the cases, 48 of them; all of them run with
 //! `PROVEOUT_INJECTIONS=4800 cargo test -p proveout_tests --test injection -- --nocapture`. `PROVEOUT_INJECTION=N` runs one
 //! case alone and prints what its gates say.
-#![allow(clippy::unwrap_used, reason = "a failed test says why")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a failed test says why; the table is for people")]
 
 mod families;
 mod random;
@@ -110,7 +110,7 @@ fn with_fault(number: usize, folder: &Path) -> (Case, Count) {
 
 fn without_fault(number: usize, folder: &Path) -> Count {
     let case = case(number, false);
-    let at_default = (number / FAMILIES) % 2 == 0;
+    let at_default = (number / FAMILIES).is_multiple_of(2);
     let cell = if at_default { DEFAULT_CELL_MM } else { cell_of(number) };
     let answer = shop::run(&case, cell, folder);
     let mut count = Count { clean: 1, ..Count::default() };

@@ -65,7 +65,7 @@ fn an_endless_axis_goes_the_way_that_the_control_is_set_up_for() {
                         if target.is_sign_negative() {
                             way <= 1e-9 && way > -360.0
                         } else {
-                            way >= -1e-9 && way < 360.0
+                            (-1e-9..360.0).contains(&way)
                         },
                         "{from} to {target}: {way}"
                     ),

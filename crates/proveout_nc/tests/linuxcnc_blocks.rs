@@ -8,7 +8,11 @@
 //! * A block that it takes gives the same motions, in machine coordinates, with the same feed, spindle, coolant, dwells, stops and
 //!   tool changes, or is refused: how often, each reason has its limit.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests fail by panic; the summary is for people"
+)]
 
 #[path = "rs274/recording.rs"]
 mod recording;

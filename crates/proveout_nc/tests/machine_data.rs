@@ -29,6 +29,7 @@ fn machine() -> ReferencePoints {
     ReferencePoints {
         machine: "M".to_owned(),
         axes: 0b110111,
+        endless: 0,
         first: values(&[('X', -365.0), ('Y', 224.0), ('Z', 610.0), ('B', 0.25)]),
         second: values(&[('X', -100.0), ('Y', 224.0), ('Z', 500.0), ('B', 0.25)]),
         tool_change: values(&[]),

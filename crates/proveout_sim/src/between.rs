@@ -58,9 +58,6 @@ pub(crate) struct BetweenWatch {
     open: BTreeMap<(GateOf, usize, u8), Open>,
     /// Parts that have come off so far.
     gone: usize,
-    /// Sweeps that were asked, and those that needed a look of their own.
-    asked: u64,
-    looked: u64,
 }
 
 /// What the gates say of it.
@@ -68,11 +65,6 @@ pub(crate) struct BetweenWatch {
 pub(crate) struct BetweenFacts {
     /// What is not known, by gate.
     pub(crate) left_out: BTreeMap<GateOf, Vec<String>>,
-    /// Sweeps that were asked, and those that needed a look of their own.
-    pub(crate) asked: u64,
-    pub(crate) looked: u64,
-    /// Distances that were searched.
-    pub(crate) work: u64,
 }
 
 fn number(what: Swept) -> u8 {
@@ -89,7 +81,7 @@ fn number(what: Swept) -> u8 {
 
 impl BetweenWatch {
     pub(crate) fn new(store: BetweenRays) -> Self {
-        Self { store, open: BTreeMap::new(), gone: 0, asked: 0, looked: 0 }
+        Self { store, open: BTreeMap::new(), gone: 0 }
     }
 
     /// Boxes of the parts that were taken away so far.
@@ -117,7 +109,6 @@ impl BetweenWatch {
             _ => process::depth(report) <= contact,
         };
         let asked: Vec<usize> = (0..sweeps.items.len()).filter(|k| asks(*k, &reports[*k])).collect();
-        self.asked += asked.len() as u64;
         let many: Vec<(&Profile, _)> = asked.iter().map(|k| (sweeps.items[*k].body, sweeps.items[*k].motion)).collect();
         let mut doubtful = vec![false; sweeps.items.len()];
         if self.store.work() < MOST_WORK {
@@ -202,7 +193,6 @@ impl BetweenWatch {
         if known.is_some_and(|o| o.more >= MOST_OPEN) || self.store.work() >= MOST_WORK {
             return BetweenFound::Open { point: item.motion.from.tip, size_mm: item.body.max_radius() };
         }
-        self.looked += 1;
         self.store.look(item.body, &item.motion, contact)
     }
 
@@ -241,8 +231,7 @@ impl BetweenWatch {
 
     /// What is left to say at the end.
     pub(crate) fn facts(&self, tools: &[Tool], places: &[Option<(Arc<str>, u32)>]) -> BetweenFacts {
-        let mut facts =
-            BetweenFacts { asked: self.asked, looked: self.looked, work: self.store.work(), ..BetweenFacts::default() };
+        let mut facts = BetweenFacts::default();
         for ((gate, tool, _), open) in &self.open {
             let name = tools.get(*tool).map_or("a tool", |t| &t.name);
             let at = places.get(open.block as usize).and_then(Option::as_ref);

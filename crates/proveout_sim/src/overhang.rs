@@ -108,7 +108,7 @@ pub fn least_of_assumed(scene: &Path, choice: &Choice, prepared: &Prepared) -> R
 fn tools_used(prepared: Prepared) -> Result<Vec<(String, f64, [f64; 2])>, SimError> {
     let library = prepared.tools.tools.clone();
     let heard = listen(prepared)?;
-    let tools = heard.changes.iter().filter_map(|(_, tool)| *tool).collect::<std::collections::BTreeSet<usize>>();
+    let tools = heard.changes.iter().filter_map(|(_, tool)| *tool).collect::<BTreeSet<usize>>();
     let known = |i: &usize| {
         let tool = library.get(*i)?;
         Some((tool.name.clone(), tool.overhang()?, tool.clamping_range()?))

@@ -9,7 +9,7 @@ use crate::{inputs::Inputs, prepare::Prepared, shape::Shape};
 pub(crate) enum RawShape {
     Block(Aabb),
     Bar { base: Point, axis: Vector, radius: f64, length: f64 },
-    Mesh(DesignMesh),
+    Mesh(Box<DesignMesh>),
 }
 
 impl RawShape {
@@ -32,10 +32,10 @@ impl RawShape {
             (Some(allowance), Some(blade), _) => {
                 Shape::of_scene(scene, blade, allowance).ok()?.mesh(scene, blade.chord_error_mm).ok()?.0
             }
-            (_, _, Some(named)) => Inputs::default().mesh(scene, "stock".into(), named).ok()?.0,
+            (_, _, Some(named)) => Inputs::default().mesh(scene, "stock".into(), named, file.mesh_unit).ok()?.0,
             _ => return None,
         };
-        Some(Self::Mesh(DesignMesh::new(&mesh).ok()?))
+        Some(Self::Mesh(Box::new(DesignMesh::new(&mesh).ok()?)))
     }
 
     /// Whether a place lay inside of it.

@@ -10,7 +10,8 @@ use crate::{scene::SceneFile, scene_place::offset_of};
 pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, &'static str)> {
     let control = &file.control;
     let piece = control.piece_tolerance_mm.as_ref().map(|t| *t.get_ref());
-    let rows: [(&str, &str, Option<f64>, RangeInclusive<f64>, &'static str); 4] = [
+    type Row<'a> = (&'a str, &'a str, Option<f64>, RangeInclusive<f64>, &'static str);
+    let rows: [Row<'_>; 4] = [
         (
             "control",
             "path_tolerance_mm",

@@ -57,6 +57,7 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         flute_length: 20.0,
         flutes: None,
         center_cutting: None,
+        is_tap: false,
         max_ramp_angle: None,
         dead_center: None,
         max_speed_rpm: None,

@@ -97,13 +97,13 @@ pub(crate) fn ours(blocks: &[&str]) -> (Vec<Vec<Event>>, Option<(usize, String)>
         let mut put = |kind: Kind, motion: Option<&Motion>, last: &mut [Option<f64>; 6]| {
             let before = *last;
             if let Some(motion) = motion {
-                for axis in 0..6 {
+                for (axis, kept) in last.iter_mut().enumerate() {
                     let value = motion.end_base.get(axis).map(|v| match axis {
                         2 => v + length,
                         0 | 1 => v,
                         _ => v.to_degrees(),
                     });
-                    last[axis] = value.or(last[axis]);
+                    *kept = value.or(*kept);
                 }
             }
             let near = |axis: usize| match (before[axis], last[axis]) {
@@ -194,8 +194,8 @@ impl Machine {
             std::array::from_fn(|axis| at(axis) * if axis < 3 { self.unit } else { 1.0 } + self.g92[axis]);
         let (s, c) = self.turn.to_radians().sin_cos();
         (p[0], p[1]) = (c * p[0] - s * p[1], s * p[0] + c * p[1]);
-        for axis in 0..6 {
-            p[axis] += self.g5x[axis] + if axis < 3 { self.tool[axis] } else { 0.0 };
+        for (axis, value) in p.iter_mut().enumerate() {
+            *value += self.g5x[axis] + if axis < 3 { self.tool[axis] } else { 0.0 };
         }
         p
     }

@@ -236,6 +236,7 @@ fn verdict_of(v: &Verdict) -> (&'static str, String) {
         State::Pass => ("PASS", String::new()),
         State::Fail => ("FAIL", named(State::Fail)),
         State::Unchecked => ("UNCHECKED", named(State::Unchecked)),
+        State::NotAsked => ("NOT ASKED", named(State::NotAsked)),
     }
 }
 

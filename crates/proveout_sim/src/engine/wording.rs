@@ -8,7 +8,7 @@ use proveout_geom::Point;
 use proveout_machine::{Joint, JointKind, Machine};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::SweepReport;
-use proveout_tool::{Tool, ToolLibrary};
+use proveout_tool::{Role, Tool, ToolLibrary};
 
 use super::UnknownPlunge;
 use crate::{

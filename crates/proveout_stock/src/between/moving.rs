@@ -172,7 +172,8 @@ impl Moving {
         bend: f64,
     ) -> Least {
         let (mut a, mut b) = (begin, end);
-        let (mut falls, mut rises): (Option<(f64, Seen)>, Option<(f64, Seen)>) = (None, None);
+        let mut falls: Option<(f64, Seen)> = None;
+        let mut rises: Option<(f64, Seen)> = None;
         let square = self.way.norm_squared();
         let guess = if square > 0.0 { (p - self.motion.from.tip).dot(&self.way) / square } else { begin };
         let mut t = guess.clamp(begin, end);

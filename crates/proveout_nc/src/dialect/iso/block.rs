@@ -405,7 +405,7 @@ impl Interpreter {
             let point = p.has_point(letter);
             if let Some(value) = p.peek(letter) {
                 stated += 1;
-                let another = in_x.is_some() && !(letter == b'X' && stated == 1) && !(letter == b'U' && !p.has(b'X'));
+                let another = in_x.is_some() && !(letter == b'X' && stated == 1) && (letter != b'U' || p.has(b'X'));
                 if another || stated > 1 {
                     return Err(Fault::new(codes::CONFLICT, span, "G4 has more than one time")
                         .help("write one of them, such as G4 F2"));
