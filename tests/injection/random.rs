@@ -1,4 +1,4 @@
-//! Seeded random numbers (SplitMix64; Steele, Lea and Flood 2014), so that a case is known by its number.
+//! Seeded random numbers (`SplitMix64`; Steele, Lea and Flood 2014), so that a case is known by its number.
 
 /// A sequence that its seed decides.
 pub(crate) struct Random(u64);

@@ -127,7 +127,7 @@ fn a_wrong_number_in_a_written_text_is_found() {
     assert!(missed.is_empty(), "{} of {tried}: {}", missed.len(), missed.join("\n---\n"));
 }
 
-/// A number from 0 to 1 of a seed (SplitMix64).
+/// A number from 0 to 1 of a seed (`SplitMix64`).
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *seed;

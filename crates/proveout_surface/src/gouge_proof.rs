@@ -16,7 +16,7 @@
 //!
 //! S lies in the half space `n . x >= least(n)` for any n. Moved by `d = t n` it keeps clear of every face in the box (widened by t) that lies
 //! below `least(n) + t`: one direction n does for flat and bent faces and for convex edges, since a gouge there must pass all of the faces
-//! that meet. In a concave edge or corner the faces fall into groups with normals n_k, and the shortest d with
+//! that meet. In a concave edge or corner the faces fall into groups with normals `n_k`, and the shortest d with
 //! `n_k . d >= top_k - least(n_k)` for all k is asked.
 //!
 //! **Boxes.** A box in which some piece cannot be moved out is halved, down to a small part of t. Boxes whose points are all less deep than t,

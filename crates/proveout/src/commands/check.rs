@@ -220,10 +220,11 @@ fn top_keys(text: &str) -> BTreeSet<&str> {
                 in_table = true;
                 keys.insert(&table[..end]);
             }
-        } else if !in_table && let Some(end) = word(line).filter(|end| *end > 0) {
-            if line[end..].trim_start().starts_with(['=', '.']) {
-                keys.insert(&line[..end]);
-            }
+        } else if !in_table
+            && let Some(end) = word(line).filter(|end| *end > 0)
+            && line[end..].trim_start().starts_with(['=', '.'])
+        {
+            keys.insert(&line[..end]);
         }
     }
     keys

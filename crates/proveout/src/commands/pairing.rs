@@ -72,7 +72,8 @@ mod tests {
     fn every_finding_is_in_one_pair_at_most_and_the_nearest_are_one() {
         let all = |places: &[f64]| places.iter().map(|x| gouge(8, *x)).collect::<Vec<_>>();
         // Before, after, pairs by place; the rest is gone or new.
-        let cases: [(&[f64], &[f64], &[(f64, f64)]); 6] = [
+        type Case<'a> = (&'a [f64], &'a [f64], &'a [(f64, f64)]);
+        let cases: [Case<'_>; 6] = [
             (&[-26.0, 26.0], &[-26.0], &[(-26.0, -26.0)]),
             (&[-26.0], &[26.0, -26.0], &[(-26.0, -26.0)]),
             (&[0.0, 1.0], &[0.9, 0.1], &[(0.0, 0.1), (1.0, 0.9)]),

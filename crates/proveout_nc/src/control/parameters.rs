@@ -27,7 +27,7 @@ pub(crate) struct ParametersFile {
     pub(crate) rollover: Option<Rollover>,
     /// Letters of the axes that `rollover` holds for; the rotary axes of the machine without limits of travel when left out.
     pub(crate) rollover_axes: Option<Vec<String>>,
-    /// DC(), ACP() and ACN() of a position outside of 0 to 359.999 degrees.
+    /// `DC()`, `ACP()` and `ACN()` of a position outside of 0 to 359.999 degrees.
     pub(crate) outside_modulo: Option<OutsideModulo>,
     /// A word that switches the tool length on or off in a block without the axis of the tool.
     pub(crate) length_word: Option<LengthWord>,
@@ -70,7 +70,7 @@ pub(crate) enum Rollover {
     Sign,
 }
 
-/// DC(), ACP() and ACN() of a position outside of 0 to 359.999 degrees.
+/// `DC()`, `ACP()` and `ACN()` of a position outside of 0 to 359.999 degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum OutsideModulo {

@@ -3,7 +3,7 @@
 //! The rays of a stock are exact and see nothing beside them: a convex edge has no ray within half a cell of both of its faces, a pin
 //! thinner than a cell may have none, and a tool thinner than 1.41 cells may stand between them. What they say when they
 //! meet a body is true; when they meet nothing, little is said. But the true stock is known: it is the raw stock R, whose form is given, less
-//! every swept body S_i of a cutter that has removed so far. So for a body on a motion, taken smaller by what counts as a
+//! every swept body `S_i` of a cutter that has removed so far. So for a body on a motion, taken smaller by what counts as a
 //! touch (S), the question whether S and `R - S_1 - S_2 - ..` have a point in common is decided by halving cubes.
 //!
 //! ```text
@@ -23,15 +23,15 @@
 //! one. So open space is proved once, in large cubes.
 //!
 //! *Cleared.* Where S slides along a wall that a cutter has left a moment ago, cubes would have to be as small as the touch. There, half
-//! spaces decide. What S takes up of B lies where `b + g . (x - c) <= -touch`, for each plane (b, g) that bounds F_S from
-//! below: that of the whole body, and that of each line or arc of its outline. A line or arc q of S_i at a time has the value f and the slope
+//! spaces decide. What S takes up of B lies where `b + g . (x - c) <= -touch`, for each plane (b, g) that bounds `F_S` from
+//! below: that of the whole body, and that of each line or arc of its outline. A line or arc q of `S_i` at a time has the value f and the slope
 //! s at c and bends by at most k. So in that part of B
 //!
 //! ```text
 //!     F_q(x) <= f + s . (x - c) + k h^2 / 2 <= f - b - touch + |s - g| h + k h^2 / 2
 //! ```
 //!
-//! and where that is not above zero for each q that reaches into B (each with one of the planes of S), S_i has taken it all. Behind the
+//! and where that is not above zero for each q that reaches into B (each with one of the planes of S), `S_i` has taken it all. Behind the
 //! same body on the same way, f = b and s = g: cubes of `sqrt(2 r touch)` do. Against a face of R with the
 //! distance d of c beyond it and the normal n, the two half spaces have nothing in common where `b + d + touch > |g + n| h`.
 //!

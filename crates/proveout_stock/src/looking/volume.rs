@@ -2,7 +2,7 @@
 //!
 //! A ray knows the length of its material exactly, and stands for one cell across it. A face across the rays is so known exactly by the set along
 //! its normal, and by whole cells by the other two. All three agree on one more number: the cells whose middles are in material. A middle lies on a ray of
-//! each set. With V_a the volume by set a and N that of the cells
+//! each set. With `V_a` the volume by set a and N that of the cells
 //!
 //! ```text
 //!    volume = V_x + V_y + V_z - 2 N            a slab of thickness t across z, over whole faces of the stock:
@@ -11,7 +11,7 @@
 //!
 //! Each set brings in the part of a cell between its ends and the next borders of cells; the cells themselves count once. A box whose faces
 //! lie along the axes has no error of first order in the cell, wherever its faces are. Of slanted and round faces the parts cancel out, as they do in
-//! each V_a.
+//! each `V_a`.
 //!
 //! N is counted on all three sets, a third each. So a ray adds `3 l - 2 c` thirds of its cell, with l the length of its material and c that of the
 //! cells whose middles it holds. The sum is linear in the material: what one cut takes and another takes later add up, whatever their order, and
