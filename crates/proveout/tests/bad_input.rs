@@ -210,7 +210,7 @@ fn a_comparison_that_cannot_be_made() {
         "scene.toml",
         &format!("{two}\n[[compare.expect]]\nname = \"fast\"\nprogram = \"third\"\ngate = \"limits\"\n"),
     );
-    small.refuses(&compare, &["scene.toml:24", "third", "main, other"]);
+    small.refuses(&compare, &["scene.toml:25:11", "third", "main, other"]);
 }
 
 #[test]

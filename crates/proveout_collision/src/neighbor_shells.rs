@@ -17,14 +17,17 @@
 //! A rail in several pieces has one outline: the slide runs over each of them as it rests on the first.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use proveout_geom::Point;
+use proveout_geom::{Point, Vector};
 
 use crate::triangle_tree::TriangleTree;
 
 /// A part stands out of an outline by more than this, mm: less is a chamfer, or a joint of two pieces.
 const STANDS_OUT_MM: f64 = 0.5;
+/// Triangles at an edge whose directions differ by less lie on each other, radian.
+const FLAT: f64 = 1e-6;
 
 /// A rectangle of coordinates that the joint does not change: low and high of each.
 type Outline = [[f64; 2]; 2];
@@ -83,9 +86,13 @@ fn key(p: &Point) -> [u64; 3] {
     [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits())
 }
 
-/// Triangles that hang together by edges of just two of them, in the order of their first one.
+/// An edge by its ends, the lower bits first, and a triangle at it.
+type Edge = ([[u64; 3]; 2], usize);
+
+/// Triangles that hang together by edges, in the order of their first one. Where parts touch in an edge, the material tells which triangles
+/// belong together.
 fn connected(triangles: &[[Point; 3]]) -> Vec<Vec<[Point; 3]>> {
-    let mut edges: Vec<([[u64; 3]; 2], usize)> = Vec::with_capacity(3 * triangles.len());
+    let mut edges: Vec<Edge> = Vec::with_capacity(3 * triangles.len());
     for (i, t) in triangles.iter().enumerate() {
         for k in 0..3 {
             let mut edge = [key(&t[k]), key(&t[(k + 1) % 3])];
@@ -95,8 +102,9 @@ fn connected(triangles: &[[Point; 3]]) -> Vec<Vec<[Point; 3]>> {
     }
     edges.sort_unstable();
     let mut parent: Vec<usize> = (0..triangles.len()).collect();
-    for pair in edges.chunk_by(|a, b| a.0 == b.0) {
-        if let [(_, a), (_, b)] = *pair {
+    for at in edges.chunk_by(|a, b| a.0 == b.0) {
+        let pairs = if let [(_, a), (_, b)] = *at { vec![[a, b]] } else { wedges(triangles, at) };
+        for [a, b] in pairs {
             let (a, b) = (root(&mut parent, a), root(&mut parent, b));
             parent[a.max(b)] = a.min(b);
         }
@@ -106,6 +114,36 @@ fn connected(triangles: &[[Point; 3]]) -> Vec<Vec<[Point; 3]>> {
         parts.entry(root(&mut parent, i)).or_default().push(*t);
     }
     parts.into_values().collect()
+}
+
+/// The pairs of triangles at an edge that bound the same material. Seen against the edge, material lies counter-clockwise of a triangle that
+/// runs against the edge, up to the next one that runs along it.
+fn wedges(triangles: &[[Point; 3]], at: &[Edge]) -> Vec<[usize; 2]> {
+    let mut frame: Option<[Vector; 2]> = None;
+    let mut turned: Vec<(usize, bool, f64)> = Vec::with_capacity(at.len());
+    for (ends, i) in at {
+        let t = &triangles[*i];
+        let runs = |k: usize| [key(&t[k]), key(&t[(k + 1) % 3])];
+        let Some(k) = (0..3).find(|k| runs(*k) == *ends || runs(*k) == [ends[1], ends[0]]) else { continue };
+        let is_along = runs(k) == *ends;
+        let (begin, end) = if is_along { (t[k], t[(k + 1) % 3]) } else { (t[(k + 1) % 3], t[k]) };
+        let apex = t[(k + 2) % 3];
+        let Some(edge) = (end - begin).try_normalize(0.0) else { continue };
+        let out = (apex - begin) - edge * (apex - begin).dot(&edge);
+        let Some(unit) = out.try_normalize(0.0) else { continue };
+        let [right, above] = *frame.get_or_insert_with(|| [unit, edge.cross(&unit)]);
+        turned.push((*i, is_along, out.dot(&above).atan2(out.dot(&right))));
+    }
+    let pair = |&(i, _, from): &(usize, bool, f64)| {
+        let up = |to: f64| {
+            let turn = (to - from).rem_euclid(TAU);
+            if turn < FLAT { TAU } else { turn }
+        };
+        let ahead = turned.iter().filter(|t| t.1);
+        let next = ahead.min_by(|a, b| up(a.2).total_cmp(&up(b.2)))?;
+        Some([i, next.0])
+    };
+    turned.iter().filter(|t| !t.1).filter_map(pair).collect()
 }
 
 fn root(parent: &mut [usize], mut i: usize) -> usize {

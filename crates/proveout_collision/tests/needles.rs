@@ -174,11 +174,12 @@ fn a_needle_beside_the_tool_has_its_distance() {
     }
 }
 
-/// Straight past a needle, and with a needle that turns beside the tool.
+/// Straight past a needle, and with a needle that turns beside the tool. A gap of micrometers that lasts over a whole turn takes seconds to
+/// prove, step by step, so that there are fewer of these.
 #[test]
 fn a_needle_that_is_passed_is_no_contact() {
     let mut random = Random::new(0x9e37_79b9_7f4a_7c15);
-    for k in 0..2 * cases() {
+    for k in 0..2 * (cases() / 25).max(1) {
         let kind = random.pick(3);
         let case = near(&mut random, kind);
         let turns = k % 2 == 1;

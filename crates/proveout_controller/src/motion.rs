@@ -278,26 +278,22 @@ impl Context<'_> {
         // Within rounding of a pole its azimuth says nothing.
         let axis = axis.try_normalize(0.0).and_then(|u| self.pole_at(&u, &position.q)).unwrap_or(axis);
         let pose = ToolPose { tip, axis };
-        let mut other_position = None;
-        let found = match self.choice(solution) {
+        let choice = self.choice(solution);
+        let found = match choice {
             None => self.machine.inverse_nearest(&pose, length, &position.q),
-            Some((joint, higher, or_other)) => {
-                self.machine.inverse_chosen(&pose, length, &position.q, (joint, higher)).map(|(solution, other)| {
-                    if other {
-                        other_position = Some(self.told_other(joint, higher, or_other));
-                    }
-                    solution
-                })
-            }
+            Some((joint, higher, _)) => self.machine.inverse_chosen(&pose, length, &position.q, (joint, higher)),
         };
-        match found {
-            Ok(solution) => self.take_rotary(q, &solution.q),
-            Err(KinematicsError::OverTravel { solution, .. }) => self.take_rotary(q, &solution.q),
+        let turned = match found {
+            Ok(solution) => solution,
+            Err(KinematicsError::OverTravel { solution, .. }) => *solution,
             Err(e @ KinematicsError::NotFinite { .. }) => {
                 return Err(self.fail("control-not-a-number", e.to_string(), "check the tool axis of this block"));
             }
-            Err(e) => return Ok(Turned { unreachable: Some((pose, e.to_string())), other_position }),
-        }
+            Err(e) => return Ok(Turned { unreachable: Some((pose, e.to_string())), other_position: None }),
+        };
+        self.take_rotary(q, &turned.q);
+        let other = choice.filter(|_| turned.other);
+        let other_position = other.map(|(joint, higher, or_other)| self.told_other(joint, higher, or_other));
         Ok(Turned { unreachable: None, other_position })
     }
 

@@ -56,8 +56,13 @@ fn holes() -> Vec<Hole> {
         for back in ["G98", "G99"] {
             let mut with = |cycle: &str, lowest: f64| {
                 // Dwells: seconds on a LinuxCNC, milliseconds on the others.
-                let cycle = if dialect == Dialect::LinuxCnc { cycle.replace("P200", "P0.2") } else { cycle.into() };
-                all.push(iso(dialect, &format!("{back} {cycle}"), lowest));
+                let mut cycle = if dialect == Dialect::LinuxCnc { cycle.replace("P200", "P0.2") } else { cycle.into() };
+                // A LinuxCNC asks for the dwell of G86, and for a spindle that turns to the left before G74.
+                if dialect == Dialect::LinuxCnc {
+                    cycle = cycle.replace("G86 X10. Z-5.3 R2.", "G86 X10. Z-5.3 R2. P0.2");
+                }
+                let before = if dialect == Dialect::LinuxCnc && cycle.starts_with("G74") { "M4\n" } else { "" };
+                all.push(iso(dialect, &format!("{before}{back} {cycle}"), lowest));
             };
             with("G81 X10. Y0. Z-5.3 R2. F100.\nX20.", -5.3);
             with("G82 X10. Z-5.3 R2. P200 F100.\nX20. Y3.", -5.3);

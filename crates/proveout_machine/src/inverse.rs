@@ -61,6 +61,8 @@ pub struct Solution {
     pub tip_error: f64,
     /// Angle between wanted and reached tool axis, radian.
     pub axis_error: f64,
+    /// The position that [`Machine::inverse_chosen`] was asked for is out of travel, and this is the other one.
+    pub other: bool,
 }
 
 /// Why a machine cannot take a pose.
@@ -188,11 +190,11 @@ impl Machine {
         tool_length: f64,
         previous: &JointValues,
     ) -> Result<Solution, KinematicsError> {
-        self.inverse_by(pose_in_table, tool_length, previous, None).map(|(solution, _)| solution)
+        self.inverse_by(pose_in_table, tool_length, previous, None)
     }
 
     /// As [`Machine::inverse_nearest`], but of two branches the one with the lower (or higher) angle of a rotary joint; where its rotary
-    /// joints pass their travel, the other one, which is told. An endless joint is compared within a turn, from -180 to 180 degrees.
+    /// joints pass their travel, the other one ([`Solution::other`]). An endless joint is compared within a turn, from -180 to 180 degrees.
     ///
     /// # Errors
     /// As [`Machine::inverse_nearest`].
@@ -202,7 +204,7 @@ impl Machine {
         tool_length: f64,
         previous: &JointValues,
         (joint, higher): (usize, bool),
-    ) -> Result<(Solution, bool), KinematicsError> {
+    ) -> Result<Solution, KinematicsError> {
         self.inverse_by(pose_in_table, tool_length, previous, Some((joint, higher)))
     }
 
@@ -212,7 +214,7 @@ impl Machine {
         tool_length: f64,
         previous: &JointValues,
         wanted: Option<(usize, bool)>,
-    ) -> Result<(Solution, bool), KinematicsError> {
+    ) -> Result<Solution, KinematicsError> {
         let branches = self.branches(pose_in_table, tool_length, previous);
         if branches.axis_error == f64::INFINITY {
             let ToolPose { tip, axis } = pose_in_table;
@@ -257,6 +259,7 @@ impl Machine {
                         singular: branch.singular,
                         tip_error: 0.0,
                         axis_error: branch.axis_error,
+                        other: false,
                     },
                 ));
             }
@@ -266,11 +269,12 @@ impl Machine {
         };
         let distance = self.solver.place_tip(&self.chain, &mut solution.q, &pose_in_table.tip, tool_length);
         solution.tip_error = distance;
+        solution.other = rank > first + TRAVEL_TOLERANCE;
         if distance > TIP_TOLERANCE {
             return Err(KinematicsError::TipUnreachable { distance });
         }
         match self.first_over_travel(&solution.q) {
-            None => Ok((solution, rank > first + TRAVEL_TOLERANCE)),
+            None => Ok(solution),
             Some((joint, limit)) => Err(KinematicsError::OverTravel {
                 joint,
                 name: self.joints[joint].name.clone(),

@@ -268,7 +268,7 @@ const CASES: &[Case] = &[
         "dialect = \"apt\"",
         "dialect = \"apt\"\narcs.clsf_sense = \"clockwise\"",
         "UNITS/MM\nFEDRAT/100,MMPM\nGOTO/0,0,0\nCIRCLE/10,0,0,0,0,1,10\nGOTO/20,0,0\nFINI\n",
-        "\"normal\":[-0.0,-0.0,-1.0]",
+        "\"normal\":[0.0,0.0,-1.0]",
     ),
     case(
         "arcs.centers",

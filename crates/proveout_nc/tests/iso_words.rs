@@ -273,8 +273,8 @@ fn compensation_names_side_offset_and_radius() {
     };
     let c = comp(Dialect::Fanuc, "G21 G0 X0 Y0\nG41 D5 G1 X5. F100.\n");
     assert_eq!((c.side, c.offset, c.radius), (CompSide::Left, Some(5), None));
-    let c = comp(Dialect::LinuxCnc, "g21 g0 x0 y0\ng42.1 d10 g1 x5 f100\n");
-    assert_eq!((c.side, c.offset, c.radius), (CompSide::Right, None, Some(5.0)));
+    let c = comp(Dialect::LinuxCnc, "g21 g0 x0 y0\ng42.1 d8 g1 x5 f100\n");
+    assert_eq!((c.side, c.offset, c.radius), (CompSide::Right, None, Some(4.0)));
     let c = comp(Dialect::Haas, "G21 G10 L12 P3 R4.\nG0 X0 Y0\nG42 D3 G1 X5. F100.\nG40\n");
     assert_eq!((c.side, c.offset), (CompSide::Off, None));
 }
@@ -549,9 +549,10 @@ fn the_nist_plate_is_read_to_its_end() {
 #[test]
 fn words_of_linuxcnc_that_do_not_go_together_are_refused() {
     for (text, says) in [
-        ("G21 G0 X0 Y0 Z5 A0\nF100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A moves in G81"),
-        ("G21 G0 X0 Y0 Z5\nF100 G81 X1 B10 Z-1 R1\nM2\n", "rotary axis B moves in G81"),
-        ("G21 G0 X0 Y0 Z5 A0\nG91 F100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A moves in G81"),
+        ("G21 G0 X0 Y0 Z5 A0\nF100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A stands in the block of G81"),
+        ("G21 G0 X0 Y0 Z5\nF100 G81 X1 B10 Z-1 R1\nM2\n", "rotary axis B stands in the block of G81"),
+        ("G21 G0 X0 Y0 Z5 A0\nG91 F100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A stands in the block of G81"),
+        ("G21 G0 X0 Y0 Z5 A10\nF100 G81 X1 A10 Z-1 R1\nG80\nM2\n", "rotary axis A stands in the block of G81"),
         ("G21 G0 X#99999\nM2\n", "#99999 is no parameter"),
         ("#99999=1\nM2\n", "#99999"),
         ("G64 M19 R90\nM2\n", "G64 and M19"),
@@ -562,12 +563,7 @@ fn words_of_linuxcnc_that_do_not_go_together_are_refused() {
         let faults = check_text("a.ngc", text, &settings);
         assert!(faults.iter().any(|fault| fault.message.contains(says)), "{text}: {faults:?}");
     }
-    for text in [
-        "G21 G0 X0 Y0 Z5 A10\nF100 G81 X1 A10 Z-1 R1\nG80\nM2\n",
-        "G21 G0 X#5601 Y0 Z0\nM2\n",
-        "M19 R90\nG64\nG21 G0 X0\nM2\n",
-        "G21 F100 G0 Z5\nG38.2 Z-5\nM2\n",
-    ] {
+    for text in ["G21 G0 X#5601 Y0 Z0\nM2\n", "M19 R90\nG64\nG21 G0 X0\nM2\n", "G21 F100 G0 Z5\nG38.2 Z-5\nM2\n"] {
         let settings = Settings { dialect: Dialect::LinuxCnc, ..Settings::default() };
         assert_eq!(check_text("a.ngc", text, &settings), [], "{text}");
     }

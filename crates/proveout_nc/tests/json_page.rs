@@ -18,7 +18,7 @@ fn motion() -> Motion {
         programmed: 1,
         machine_coordinates: true,
         exact_stop: true,
-        solution: RotarySolution::Nearest,
+        solution: RotarySolution::Angle { higher: true, reference: Some('A'), or_other: true },
     }
 }
 
@@ -46,10 +46,6 @@ fn every_op() -> Vec<Op> {
         Op::Tool(ToolAction::Change(ToolName::Name("A".to_owned()))),
         Op::Plane('Z'),
         Op::FeedCounts(FeedCounts::LINEAR),
-        Op::Rapid(Motion {
-            solution: RotarySolution::Angle { higher: true, reference: Some('A'), or_other: true },
-            ..motion()
-        }),
         Op::Offset(Offset::ToolEdge { edge: 1 }),
         Op::Offset(Offset::ToolDelta { length: 1.0, radius: 1.0, corner_radius: 1.0 }),
         Op::Offset(Offset::TurnCenter { ahead: 1.0 }),

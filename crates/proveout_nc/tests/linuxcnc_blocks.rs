@@ -34,8 +34,8 @@ const REFUSED_BY_NAME: &[(&str, f64)] = &[
     ("`G10 L", 90.0),
     ("the length of tool", 30.0),
     ("has no H, and no tool is in the spindle", 40.0),
-    // Behind a tool change, a probing motion and a machine motion places are not known to the program.
-    ("the position of", 70.0),
+    // Behind a tool change, a probing motion and a machine motion places are not known to the program. Cycles need the level of the tool.
+    ("the position of", 80.0),
     ("the machine position is not known", 20.0),
     ("the start of the", 40.0),
     ("comes back to the initial level", 30.0),
@@ -85,8 +85,15 @@ fn is_compensated(block: &Recorded) -> bool {
     text.contains("G41") || text.contains("G42")
 }
 
+/// `rs274` runs without the task that loads the data of a tool at M61: G43 without H takes the length of the tool before there.
+fn takes_length_behind_m61(program: &[Recorded]) -> bool {
+    let text = |block: &Recorded| block.text.to_ascii_uppercase().replace(' ', "");
+    let from = program.iter().position(|block| text(block).contains("M61"));
+    from.is_some_and(|at| program[at..].iter().map(text).any(|text| text.contains("G43") && !text.contains('H')))
+}
+
 fn compare(program: &[Recorded], found: &mut Found) {
-    if program.iter().any(is_compensated) {
+    if program.iter().any(is_compensated) || takes_length_behind_m61(program) {
         return;
     }
     let kept: Vec<&Recorded> = program.iter().filter(|block| block.refusal.is_none()).collect();

@@ -75,6 +75,13 @@ fn every_case_is_refused_by_name_or_comes_back() {
                     }
                     Err(error) => panic!("{what}: {error}"),
                 };
+                // Its entry is as long as the tool radius, which a LinuxCNC refuses: `nc --post` finds it when it reads the text again.
+                if path.ends_with("contour_milling.mpf") && to == Dialect::LinuxCnc {
+                    let mut read = Program::from_text("written", written.as_str(), &settings(to, shift)).unwrap();
+                    let fault = read.find_map(Result::err).unwrap();
+                    assert!(fault.message.contains("not longer than the tool radius"), "{what}: {fault}");
+                    continue;
+                }
                 // All that does not come back is told at once.
                 let back = std::panic::catch_unwind(|| {
                     let read = Program::from_text("written", written.as_str(), &settings(to, shift)).unwrap();

@@ -25,8 +25,13 @@ const SOURCES: [(&str, Dialect); 8] = [
 const TARGETS: [Dialect; 6] =
     [Dialect::Siemens840d, Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc, Dialect::Heidenhain, Dialect::Apt];
 
-/// Texts that do not move as their originals and so are not written: the feed of M140, and a circle of no radius.
-const REFUSED: [(&str, Dialect); 2] = [("tcpm.h", Dialect::Heidenhain), ("circle_pocket.nc", Dialect::Siemens840d)];
+/// Texts that do not move as their originals and so are not written: the feed of M140, a circle of no radius, and an entry as long as
+/// the tool radius, which a LinuxCNC refuses.
+const REFUSED: [(&str, Dialect); 3] = [
+    ("tcpm.h", Dialect::Heidenhain),
+    ("circle_pocket.nc", Dialect::Siemens840d),
+    ("contour_milling.mpf", Dialect::LinuxCnc),
+];
 
 fn settings(dialect: Dialect) -> Settings {
     let mut settings = Settings { dialect, reference_points: Some(ReferencePoints::default()), ..Settings::default() };

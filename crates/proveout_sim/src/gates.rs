@@ -56,8 +56,12 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
     };
     let hits: Vec<(&Code, u64)> = codes(name).iter().map(|c| (c, count(c))).filter(|(_, n)| *n > 0).collect();
     let left_out = coverage.left_out.join("; ");
-    let (state, reason) = if !hits.is_empty() {
-        let counts: Vec<String> = hits.iter().map(|(c, n)| format!("{n} x {}{}", c.code, worst(c, log))).collect();
+    let mut counts: Vec<String> = hits.iter().map(|(c, n)| format!("{n} x {}{}", c.code, worst(c, log))).collect();
+    if name == "near_miss" && log.near_misses_of_hits() > 0 {
+        // What touches came too near before.
+        counts.push(format!("{} x bodies that hit each other", log.near_misses_of_hits()));
+    }
+    let (state, reason) = if !counts.is_empty() {
         let more = if left_out.is_empty() { String::new() } else { format!("; not checked: {left_out}") };
         (State::Fail, counts.join(", ") + &more)
     } else if !left_out.is_empty() {

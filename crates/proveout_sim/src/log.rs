@@ -16,6 +16,8 @@ pub struct FindingLog {
     findings: Vec<Finding>,
     /// Last finding of a code and its bodies: index, block and time of its latest repetition.
     open: BTreeMap<(String, Vec<String>), (usize, u32, f64)>,
+    /// Near misses that are left out, since the bodies hit each other in the same line.
+    near_misses_of_hits: u64,
 }
 
 impl FindingLog {
@@ -98,7 +100,13 @@ impl FindingLog {
             .map(|f| (f.bodies.clone(), f.file.clone(), f.line))
             .collect();
         let told = |f: &Finding| f.code == NEAR_MISS.code && hits.contains(&(f.bodies.clone(), f.file.clone(), f.line));
-        Self { findings: self.findings.into_iter().filter(|f| !told(f)).collect(), ..self }
+        let (of_hits, findings): (Vec<Finding>, Vec<Finding>) = self.findings.into_iter().partition(told);
+        Self { findings, near_misses_of_hits: self.near_misses_of_hits + of_hits.len() as u64, ..self }
+    }
+
+    /// Near misses without a finding of their own: the bodies hit each other in the same line. They fail the gate all the same.
+    pub fn near_misses_of_hits(&self) -> u64 {
+        self.near_misses_of_hits
     }
 
     /// All findings so far.

@@ -57,7 +57,8 @@ fn assumed_lengths(prepared: &Prepared, facts: &Facts) -> Vec<String> {
                 |out| format!("{out:.1} mm out of its holder"),
             );
             let shortest = match prepared.least_overhang_mm.get(&tool.name) {
-                Some(least) => format!("the shortest that clears is {least:.1} mm"),
+                // Rounded up: a length that is printed clears.
+                Some(least) => format!("the shortest that clears is {:.1} mm", (least * 10.0 - 1e-6).ceil() / 10.0),
                 None => "`proveout run --overhang` finds the shortest that clears".to_owned(),
             };
             Some(format!(

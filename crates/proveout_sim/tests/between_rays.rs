@@ -17,7 +17,7 @@ use proveout_sim::{
 
 const BLOCK: &str = "box = { min_mm = [0, 0, -20], max_mm = [40, 30, 0] }";
 /// A bar that lies along x, its highest line at Z 0.
-const BAR: &str = "cylinder = { base_mm = [0, 15, -15], along = \"+x\", radius_mm = 15, height_mm = 40 }";
+const BAR: &str = "cylinder = { base_mm = [0, 15, -15], along = \"x\", radius_mm = 15, height_mm = 40 }";
 
 /// A run whose truth is known.
 struct Case {

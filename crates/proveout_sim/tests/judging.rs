@@ -270,14 +270,17 @@ fn with_pin(x: f64, y: f64) -> TriMesh {
 }
 
 #[test]
-fn what_stands_between_all_rays_is_unchecked_and_says_what_to_do() {
+fn what_stands_between_all_rays_and_is_cut_away_is_found_and_says_what_to_do() {
     let lanes: Vec<f64> = (0..12).map(|k| -2.0 + 4.0 * f64::from(k)).collect();
     let program = passes(&lanes, false);
     let between = Shop::new(&with_pin(20.0, 20.0));
     let job = |more| Job { stock: BLOCK, cell: "0.5", tolerance: 0.02, more, program: &program };
     let v = between.run(&job(""), 2).unwrap();
     let (state, reason) = gate(&v, "gouge");
-    assert_eq!(state, State::Unchecked, "{reason}");
+    // No ray meets it: the swept pieces of motion tell that it is gone. Its middle lies half its thickness deep.
+    assert_eq!(state, State::Fail, "{reason}");
+    let found = of(&v, GOUGE.code);
+    assert!((found[0].value.unwrap() / 0.1 - 1.0).abs() < 0.03, "{found:?}");
     for word in ["stand between the rays", "X20.", "0.200 mm thick", "[[stock.patch]]", "0.140 mm"] {
         assert!(reason.contains(word), "{word:?} is missing in: {reason}");
     }

@@ -108,13 +108,18 @@ fn inside(p: &MapPoint) -> bool {
 }
 
 #[test]
-fn a_gouge_between_the_coarse_rays_is_found_with_the_patch_alone() {
+fn a_gouge_between_the_coarse_rays_is_found_and_the_patch_has_its_rays() {
     let shop = Shop::new();
     let plain = shop.scene("plain", "1.0", BLOCK, JUDGED, PROGRAM);
     let patched = shop.scene("patched", "1.0", &format!("{BLOCK}\n{PATCH}"), JUDGED, PROGRAM);
     let (plain, patched) = (shop.run(&plain, 2).unwrap(), shop.run(&patched, 2).unwrap());
     let gate = |r: &Ran, name: &str| r.verdict.gates.iter().find(|g| g.name == name).unwrap().state;
-    assert_eq!((gate(&plain, "gouge"), gate(&patched, "gouge")), (State::Pass, State::Fail));
+    // Without the patch no ray meets the V: the swept pieces of motion tell its depth.
+    assert_eq!((gate(&plain, "gouge"), gate(&patched, "gouge")), (State::Fail, State::Fail));
+    let gouge = plain.verdict.findings.iter().find(|f| f.code == GOUGE.code).unwrap();
+    let depth = gouge.value.unwrap();
+    assert!(depth <= 0.2 + 1e-3 && depth > 0.19, "{depth}");
+    assert_eq!(gouge.line, Some(17), "the block that engraves");
     let gouge = patched.verdict.findings.iter().find(|f| f.code == GOUGE.code).unwrap();
     // The deepest ray lies at most half a cell beside the bottom of the V.
     let depth = gouge.value.unwrap();

@@ -204,7 +204,7 @@ fn corner(bounds: &Aabb, n: &Vector) -> Point {
 impl Search<'_> {
     /// The blocks in which some piece is not moved out, in order.
     fn blocks(&self, mut place: Place, parallel: u32) -> Vec<Place> {
-        self.settle(&mut place, self.limit);
+        self.settle(&mut place, [self.limit; 2]);
         if place.items.is_empty() || self.is_shallow(&place.bounds, self.limit) {
             return Vec::new();
         }
@@ -235,24 +235,34 @@ impl Search<'_> {
     /// The same, nearer to the deepest place.
     fn refined(&self, place: &Place, known: Worst) -> OfBlock {
         let mut out = OfBlock { best: Some(known), ..OfBlock::default() };
-        self.search(place.copy(), DEEPEST, &mut out);
+        // The faces of the block were taken for a smaller limit: those that bound its deepest place may lie farther out.
+        let faces = (0..self.faces.len() as u32).collect();
+        self.search(Place { faces, ..place.copy() }, DEEPEST, &mut out);
         out
     }
 
     fn search(&self, mut place: Place, known_to: [f64; 2], out: &mut OfBlock) {
         out.boxes += 1;
         let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + known_to[0]) + known_to[1]).max(self.limit));
-        self.settle(&mut place, limit);
+        let (center, half) = (place.bounds.center(), 0.5 * place.bounds.size().norm());
+        let depth_here = || self.on.tree.signed_distance(&center).map(|d| -d);
+        // The limit rises on the way down, at most to the greatest depth in the box: faces are kept as far out as that.
+        let refined = if known_to[0] < DEEP { depth_here() } else { None };
+        if refined.is_some_and(|depth| depth + half < limit) {
+            return;
+        }
+        let kept_to = refined.map_or(limit, |depth| limit.max(depth + half));
+        self.settle(&mut place, [limit, kept_to]);
         if place.items.is_empty() {
             return;
         }
-        let (center, half) = (place.bounds.center(), 0.5 * place.bounds.size().norm());
-        let Some(depth) = self.on.tree.signed_distance(&center).map(|d| -d) else { return };
+        let Some(depth) = refined.or_else(depth_here) else { return };
         if depth + half < limit {
             return;
         }
         let mut deep = depth > self.on.allowed.max(out.best.map_or(0.0, |b| b.depth));
         let (sweeps, widened) = (self.on.sweeps, place.bounds.expanded(limit));
+        let smallest = half < 0.2 * self.on.grain;
         let corners = std::cell::OnceCell::new();
         let faces = &place.faces;
         let kept = place.items.iter().copied().filter(|item| {
@@ -271,19 +281,38 @@ impl Search<'_> {
             let corners: &Vec<Point> = corners.get_or_init(|| self.corners(faces, &widened));
             let top = corners.iter().map(|p| p.coords.dot(&n)).fold(f64::NEG_INFINITY, f64::max);
             let level = sweeps.least(*item, &n) + limit;
-            !(top <= level && (corner(&widened, &n).coords.dot(&n) <= level || self.is_outside(&corner(&widened, &n))))
+            let highest = corner(&widened, &n);
+            let is_kept = !(top <= level && (highest.coords.dot(&n) <= level || self.is_outside(&highest)));
+            if is_kept && smallest && out.best.is_none() {
+                // The piece only grazes the box: right beside it, inside of the piece, it is deep enough as well.
+                let beside = center + n * (near.distance + 0.5 * half + 2.0 * error);
+                out.best = self.gouge_at(*item, &beside);
+            }
+            is_kept
         });
         place.items = kept.collect();
         if place.items.is_empty() {
             return;
         }
-        if half < 0.2 * self.on.grain || out.boxes > MOST_BOXES {
+        if smallest || out.boxes > MOST_BOXES {
             out.open = out.open.or(Some(center));
             return;
         }
         let [low, high] = halves(&place.bounds);
         self.search(Place { bounds: low, ..place.copy() }, known_to, out);
         self.search(Place { bounds: high, ..place }, known_to, out);
+    }
+
+    /// A place in a piece that is deeper than allowed.
+    fn gouge_at(&self, item: SweepItem, p: &Point) -> Option<Worst> {
+        let (sweeps, on) = (self.on.sweeps, self.on);
+        let is_inside = sweeps.distance(item, p).is_some_and(|near| near.distance < -sweeps.distance_error(item));
+        let depth = on.tree.signed_distance(p).map(|d| -d).filter(|depth| *depth > on.allowed)?;
+        (is_inside && on.bounds.contains(p)).then(|| Worst {
+            depth,
+            point: *p,
+            made_by: sweeps.piece(item).unwrap_or(u32::MAX),
+        })
     }
 
     fn is_outside(&self, p: &Point) -> bool {
@@ -296,16 +325,17 @@ impl Search<'_> {
         depth + 0.5 * bounds.size().norm() < limit
     }
 
-    /// Leaves in a box what is near and is not moved out by `limit`.
-    fn settle(&self, place: &mut Place, limit: f64) {
+    /// Leaves in a box what is near and is not moved out by `limit`, and the faces up to `kept_to` beside it.
+    fn settle(&self, place: &mut Place, [limit, kept_to]: [f64; 2]) {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds);
         place.items.retain(|i| sweeps.bounds(*i).intersects(&bounds));
         if place.items.is_empty() {
             return;
         }
-        let widened = bounds.expanded(limit);
-        place.faces.retain(|f| touches(&self.faces[*f as usize], &widened));
-        let few = place.faces.len() <= MOST_FACES;
+        let (widened, kept) = (bounds.expanded(limit), bounds.expanded(kept_to));
+        place.faces.retain(|f| touches(&self.faces[*f as usize], &kept));
+        let few = place.faces.len() <= MOST_FACES
+            || place.faces.iter().filter(|f| touches(&self.faces[**f as usize], &widened)).count() <= MOST_FACES;
         let aspects = if few { self.aspects(&place.faces, &widened) } else { Vec::new() };
         let size = bounds.size().max();
         let mut left = Vec::new();
@@ -328,7 +358,8 @@ impl Search<'_> {
     /// Corners of the faces as far as they lie in a box.
     fn corners(&self, faces: &[u32], bounds: &Aabb) -> Vec<Point> {
         let mut out = Vec::new();
-        faces.iter().for_each(|f| out.extend(clipped(&self.faces[*f as usize].corners, bounds)));
+        let near = faces.iter().map(|f| &self.faces[*f as usize]).filter(|face| touches(face, bounds));
+        near.for_each(|face| out.extend(clipped(&face.corners, bounds)));
         out
     }
 
@@ -338,8 +369,11 @@ impl Search<'_> {
         let mut parts: Vec<(usize, Vec<Point>)> = Vec::with_capacity(faces.len());
         for f in faces {
             let face = &self.faces[*f as usize];
+            if face.normal == Vector::zeros() || !touches(face, widened) {
+                continue;
+            }
             let polygon = clipped(&face.corners, widened);
-            if polygon.is_empty() || face.normal == Vector::zeros() {
+            if polygon.is_empty() {
                 continue;
             }
             let alike = sums.iter().position(|(n, _)| n.dot(&face.normal) > ALIKE);

@@ -310,8 +310,15 @@ fn each_hint_with_a_number_resolves_its_cause() {
 fn a_design_in_inch_is_told_before_the_run_and_never_converted() {
     let desk = changed(|p| p, |s| s.replace("[[program]]", "[part]\nmesh = \"../design.stl\"\n\n[[program]]"));
     desk.write("design.stl", &block([0.0, 0.0, -0.6], [4.0, 3.0, -0.02]));
+    let words = ["25.4 times smaller than the stock", "its numbers look like inches", "mesh_unit = \"inch\""];
+    for call in ["check plate", "run plate --rerun off --out out"] {
+        desk.refused(call, &words);
+    }
+    // The unit that the scene states is no longer asked for.
+    let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("there");
+    desk.write("plate/scene.toml", &scene.replace("[part]\n", "[part]\nmesh_unit = \"inch\"\n"));
     let told = causes(&desk);
-    assert!(told.contains("1: the design is about 25.4 times smaller"), "{told}");
+    assert!(!told.contains("times smaller"), "{told}");
 }
 
 #[test]

@@ -45,6 +45,8 @@ pub struct IsoPost<W> {
     selected: Option<ToolName>,
     /// Length that was called for a tool that is selected and not yet in the spindle.
     next_length: Option<u32>,
+    /// G41 or G42 is in force.
+    compensated: bool,
     pub(crate) frames: Frames,
     pub(crate) way: Way,
     pub(crate) tilted: bool,
@@ -75,6 +77,7 @@ impl<W: Write> IsoPost<W> {
             tool: None,
             selected: None,
             next_length: None,
+            compensated: false,
             frames: Frames::new(),
             way: Way::AsProgrammed,
             tilted: false,
@@ -248,6 +251,7 @@ impl<W: Write> IsoPost<W> {
             self.next_length = Some(edge);
             return Ok(());
         }
+        self.not_under_compensation("a tool length that changes under cutter compensation")?;
         self.edge = Some(edge);
         self.forget();
         if edge == 0 {
@@ -418,10 +422,15 @@ impl<W: Write> IsoPost<W> {
 
     fn compensation(&mut self, comp: &CutterComp) -> Result<(), Unsaid> {
         let word = match comp.side {
-            CompSide::Off => return self.out.block("G40"),
+            CompSide::Off => {
+                self.compensated = false;
+                return self.out.block("G40");
+            }
             CompSide::Left => "G41",
             CompSide::Right => "G42",
         };
+        self.not_under_compensation("cutter compensation that changes while it is in force")?;
+        self.compensated = true;
         match (comp.offset, comp.radius) {
             (Some(offset), _) => self.out.block(&format!("{word} D{offset}")),
             (None, Some(radius)) if self.dialect == Dialect::LinuxCnc => {
@@ -434,6 +443,17 @@ impl<W: Write> IsoPost<W> {
                 self.out.block(&format!("{word} D{number}"))
             }
         }
+    }
+
+    /// The interpreter of a `LinuxCNC` refuses G41, G42, G43 and G49 while G41 or G42 is in force.
+    fn not_under_compensation(&self, what: &str) -> Result<(), Unsaid> {
+        if self.compensated && self.dialect == Dialect::LinuxCnc {
+            return Err(Unsaid::new(
+                format!("{what}: a LinuxCNC refuses it"),
+                "end the compensation before, or post for another control",
+            ));
+        }
+        Ok(())
     }
 
     fn override_word(&mut self, change: Override) -> Result<(), Unsaid> {

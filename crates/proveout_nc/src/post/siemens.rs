@@ -97,6 +97,10 @@ impl<W: Write> SiemensPost<W> {
                 (self.waiting, self.plane_ends) = (None, false);
                 return self.cycle800(&change, solution);
             }
+            // A note between a plane and its swivel belongs to both.
+            if let Op::Note(text) = op {
+                return self.line(&format!("; {}", text.replace(['\n', '\r'], " ")));
+            }
             self.write_frame()?;
         }
         match op {

@@ -235,6 +235,15 @@ fn motion(a: &Motion, b: &Motion, limits: Limits) -> Option<String> {
     });
     let lost = (0..3)
         .any(|axis| a.programmed >> axis & 1 == 1 && a.end_base.get(axis).is_some() != b.end_base.get(axis).is_some());
+    // Where neither knows the base, as in a turned frame before all axes are known, the words themselves are compared.
+    let words_apart = (0..3).any(|axis| {
+        let unknown = a.end_base.get(axis).is_none() && b.end_base.get(axis).is_none();
+        let words = a.end.get(axis).zip(b.end.get(axis));
+        a.programmed >> axis & 1 == 1 && unknown && words.is_some_and(|(a, b)| !near(a, b, limits.length_mm))
+    });
+    if words_apart {
+        return Some(format!("the motion ends at {} and comes back to {}", point(&a.end), point(&b.end)));
+    }
     let turned = a
         .tool_axis_base
         .zip(b.tool_axis_base)

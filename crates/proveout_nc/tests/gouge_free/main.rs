@@ -37,7 +37,9 @@ fn form(random: &mut Random, index: u64) -> Form {
         form.mirrored = random.chance(0.3);
     }
     if matches!(dialect, Dialect::Siemens840d | Dialect::Fanuc | Dialect::Haas | Dialect::Iso | Dialect::LinuxCnc) {
-        form.normal = [2, 2, 1, 0][random.below(4)];
+        // A LinuxCNC has no compensation in G19.
+        let planes = if dialect == Dialect::LinuxCnc { [2, 2, 1, 1] } else { [2, 2, 1, 0] };
+        form.normal = planes[random.below(4)];
     }
     form
 }

@@ -11,7 +11,8 @@ const BEFORE: &str = "0 BEGIN PGM T MM
 4 L X-5 Y+0 F200
 5 L X+0 Y+0
 ";
-const BEHIND: &str = "90 L X+33 Y+44 Z+11 F222
+const BEHIND: &str = "89 L X+33 Y+44 F222
+90 L Z+11
 91 CC X+35 Y+45
 92 CP IPA+30 DR+
 93 L IX+1 IY+1 IZ+1
@@ -54,7 +55,7 @@ const BLOCKS: [&str; 47] = [
     "CYCL DEF 9.0 DWELL\nCYCL DEF 9.1 DWELL 0.5",
     "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+10",
     "CYCL DEF 11.0 SCALE\nCYCL DEF 11.1 SCL 1.5",
-    "CYCL DEF 26.0 SCALE\nCYCL DEF 26.1 X1.5 Y1.5",
+    "CYCL DEF 26.0 SCALE\nCYCL DEF 26.1 X1.5 Y1.5 Z1.5",
     "CYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T0.02",
     "CYCL DEF 19.0 PLANE\nCYCL DEF 19.1 A+10",
     "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0\nCYCL CALL M8",
@@ -104,23 +105,22 @@ N30 G01 X-5 Y+0 F200 *
 N40 I+10 J+0 *
 N50 G01 X+0 Y+0 *
 ";
-const DIN_BEHIND: &str = "N900 X+31 Y+41 Z+11 *
-N905 G01 X+33 Y+44 F222 *
+const DIN_BEHIND: &str = "N900 X+10 Y-10 *
+N905 G01 X+33 Y+44 Z+11 F222 *
 N910 G13 H+30 *
 N920 I+2 J+1 *
 N925 G13 H+60 *
 N930 G91 G01 X+1 Y+1 Z+1 *
 N999999 %T G71 *
 ";
-const DIN_BLOCKS: [&str; 28] = [
+/// Path functions of polar coordinates, which stay in force: a block behind them names its own.
+const DIN_POLAR: [&str; 3] = ["G11 R+5 H+30", "G13 H+90", "G16 R+5 H+60"];
+const DIN_BLOCKS: [&str; 25] = [
     "G01 X+5 Y+1",
     "G00 X+5 Y+1",
     "G02 X+20 Y+0",
     "G03 X+10 Y+10 R+10",
     "G06 X+5 Y+5",
-    "G11 R+5 H+30",
-    "G13 H+90",
-    "G16 R+5 H+60",
     "G25 R1",
     "G24 R1",
     "I+4 J+3",
@@ -186,15 +186,16 @@ fn nothing_new_in_din(block: &str, word: &str) -> bool {
 
 #[test]
 fn no_word_of_din_iso_is_dropped() {
-    let settings = Settings { dialect: Dialect::HeidenhainIso, ..Settings::default() };
-    no_word_is_dropped(&[Family {
+    let cartesian = DIN_BEHIND.replacen("N900 ", "N900 G01 ", 1);
+    let family = |blocks, behind_the_block| Family {
         name: "din/iso",
-        settings,
+        settings: Settings { dialect: Dialect::HeidenhainIso, ..Settings::default() },
         before: DIN_BEFORE,
-        blocks: &DIN_BLOCKS,
+        blocks,
         words: &DIN_WORDS,
-        behind: DIN_BEHIND,
+        behind: behind_the_block,
         put: behind,
         says_nothing_new: nothing_new_in_din,
-    }]);
+    };
+    no_word_is_dropped(&[family(&DIN_BLOCKS[..], DIN_BEHIND), family(&DIN_POLAR[..], cartesian.as_str())]);
 }

@@ -287,10 +287,14 @@ impl<'a> Tracer<'a> {
             RotarySolution::Angle { higher, reference, .. } => {
                 let named = reference.and_then(|letter| self.machine.joint_for_letter(letter));
                 let joint = named.or_else(|| self.machine.rotary_joints().last().copied());
-                joint.and_then(|j| self.machine.inverse_chosen(&pose, self.gauge(), &self.q, (j, higher)).ok())
+                let found = joint.map(|j| self.machine.inverse_chosen(&pose, self.gauge(), &self.q, (j, higher)));
+                match found {
+                    Some(Ok(solution)) => Some(solution.q),
+                    Some(Err(KinematicsError::OverTravel { solution, .. })) => Some(solution.q),
+                    Some(Err(_)) | None => None,
+                }
             }
         };
-        let chosen = chosen.map(|(solution, _)| solution.q);
         let Some(turned) = chosen.or_else(|| self.joints_at(&pose)) else { return };
         for &j in self.machine.rotary_joints() {
             self.q[j] = turned[j];

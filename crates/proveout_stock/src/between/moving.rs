@@ -134,7 +134,8 @@ impl Moving {
         (q - axis * q.dot(&axis)).norm()
     }
 
-    /// The least value for a point; the search ends as soon as one of at most `wanted` is seen, or none can be.
+    /// The least value for a point; the search ends as soon as one of at most `wanted` is seen, or none can be. With a `wanted` of minus
+    /// infinity the least itself is searched.
     pub(super) fn least(&self, body: &Meridian, part: Part, p: &Point, wanted: f64) -> Least {
         let bend = if self.angle == 0.0 {
             0.0
@@ -210,7 +211,8 @@ impl Moving {
                 out.met = Some(out.at);
                 break;
             }
-            if out.bound - bend > wanted || flat || out.seen - out.bound <= KNOWN || b - a < 1e-9 {
+            let none_can_be = wanted > f64::NEG_INFINITY && out.bound - bend > wanted;
+            if none_can_be || flat || out.seen - out.bound <= KNOWN || b - a < 1e-9 {
                 break;
             }
             // Not too near to an end that was seen.

@@ -227,6 +227,9 @@ impl Interpreter {
         }
         let solution = self.usual_solution();
         // Without a feed the control turns no axis, and the clearance has no use.
+        if feed.is_none() && ahead != 0.0 {
+            self.note("the set-up clearance of CYCL DEF 19 has no effect: without F the control turns no axis");
+        }
         let way = match feed {
             Some(_) => Way { positioning: Positioning::Move, ahead, feed, solution },
             None => Way { positioning: Positioning::Stay, ahead: 0.0, feed, solution },

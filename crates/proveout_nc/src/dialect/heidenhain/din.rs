@@ -411,6 +411,10 @@ fn special_function(
         }
         79 => Statement::CycleCall,
         80 => {
+            if block.words.programmed & !0b11_1000 != 0 {
+                return Err(Fault::new(codes::CONFLICT, span, "G80 takes the angles A, B and C, and no other axis")
+                    .help("take the other axis out"));
+            }
             let mut words = Vec::new();
             for (axis, letter) in ["A", "B", "C"].iter().enumerate() {
                 if let Some(c) = block.words.axes[axis + 3] {

@@ -102,7 +102,8 @@ fn takes(present: &Present, statement: &Statement) -> [usize; 20] {
                 (SIDE, 1),
                 (REFERENCE, 1),
                 (PLANE, 1),
-                (POLE, 3),
+                // G29 is the pole by itself.
+                (POLE, if din.pole_here { 1 } else { 3 }),
                 (AXES, 9),
                 (R, 1),
                 (POLAR, 1),

@@ -199,6 +199,9 @@ impl Interpreter {
         if positioning == Positioning::Stay && plane.feed.is_some() {
             self.note("F or FMAX of PLANE has no effect: STAY moves no axis");
         }
+        if positioning == Positioning::Stay && plane.choice.is_some() {
+            self.note("SEQ or SYM of PLANE has no effect: STAY moves no axis");
+        }
         let way = Way { positioning, ahead, feed: plane.feed, solution };
         if plane.kind == PlaneKind::Reset {
             return self.plane_reset(way, "PLANE RESET", span);

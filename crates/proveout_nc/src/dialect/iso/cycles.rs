@@ -19,7 +19,7 @@ use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::pending::{AXES, Pending};
 use super::words::Group;
-use crate::channel::{Holes, Stroke, opposite};
+use crate::channel::{Holes, Stroke, opposite, unknown_axis};
 use crate::codes;
 use crate::control::ReturnLevel;
 use crate::diagnostic::{Fault, Span};
@@ -89,6 +89,10 @@ impl Interpreter {
         }
         self.r_plane_of_haas(code);
         let levels = self.levels(code, self.own.cycle.initial, span)?;
+        if self.is_rs274() && levels.initial.is_none() {
+            // The way to the hole and the level to come back to begin at the level of the tool.
+            return Err(unknown_axis(normal, span));
+        }
         self.return_level_at_start(levels);
         if self.own.flavor.is_linuxcnc()
             && let Some(initial) = levels.initial
