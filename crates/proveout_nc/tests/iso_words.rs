@@ -273,8 +273,14 @@ fn compensation_names_side_offset_and_radius() {
     };
     let c = comp(Dialect::Fanuc, "G21 G0 X0 Y0\nG41 D5 G1 X5. F100.\n");
     assert_eq!((c.side, c.offset, c.radius), (CompSide::Left, Some(5), None));
-    let c = comp(Dialect::LinuxCnc, "g21 g0 x0 y0\ng42.1 d8 g1 x5 f100\n");
-    assert_eq!((c.side, c.offset, c.radius), (CompSide::Right, None, Some(4.0)));
+    // A radius in the program is compensated without a tool file: the entry move needs a contour behind it.
+    let text = "g21 g0 x0 y0 z0\ng42.1 d8 g1 x5 f100\nx20\ng40 y-9\nm2\n";
+    let ops = read(Dialect::LinuxCnc, text);
+    let words: Vec<_> = ops.iter().filter_map(|op| if let Op::CutterComp(c) = op { Some(*c) } else { None }).collect();
+    let told: Vec<_> = words.iter().map(|c| (c.side, c.offset, c.radius)).collect();
+    assert_eq!(told, [(CompSide::Right, None, Some(4.0)), (CompSide::Off, None, None)]);
+    // The path of the contour itself; `rs274` of LinuxCNC 2.9 gives (5, -4), (20, -4), (20, -9) for its center.
+    assert_eq!(ends(&ops)[1..], [[5.0, 0.0, 0.0], [20.0, 0.0, 0.0], [20.0, -9.0, 0.0]]);
     let c = comp(Dialect::Haas, "G21 G10 L12 P3 R4.\nG0 X0 Y0\nG42 D3 G1 X5. F100.\nG40\n");
     assert_eq!((c.side, c.offset), (CompSide::Off, None));
 }
@@ -547,6 +553,43 @@ fn the_nist_plate_is_read_to_its_end() {
 }
 
 #[test]
+fn a_linuxcnc_goes_to_a_reference_point_along_the_turned_axis() {
+    let text = "G21 G0 X0 Y0 Z1\nG10 L2 P1 X8 Y-5.5 R30\nG0 X5.067 Y7.5\nG28 Y7.5\nG28 X5 Y5\nM2\n";
+    let ops = read(Dialect::LinuxCnc, text);
+    let in_machine = ops.iter().filter_map(motion).filter(|m| m.machine_coordinates);
+    let places: Vec<_> = in_machine.map(|m| [m.end.get(0).unwrap(), m.end.get(1).unwrap()]).collect();
+    // `rs274` of LinuxCNC 2.9 goes to X5.067 Y8.7631 of the turned system, and with both axes to the point itself.
+    let (s, c) = 30f64.to_radians().sin_cos();
+    let turned = [8.0 + c * 5.067 - s * 8.7631, -5.5 + s * 5.067 + c * 8.7631];
+    assert!(places[0].iter().zip(turned).all(|(a, b)| (a - b).abs() < 1e-4), "{places:?} {turned:?}");
+    assert_eq!(places[1..], [[0.0, 0.0]]);
+}
+
+#[test]
+fn h0_of_a_linuxcnc_is_the_tool_in_the_spindle() {
+    let edges = |dialect| -> Vec<u32> {
+        let ops = read(dialect, "G21 T7 M6\nG43 H0 G0 Z5.\nM30\n");
+        ops.iter()
+            .filter_map(|op| if let Op::Offset(Offset::ToolEdge { edge }) = op { Some(*edge) } else { None })
+            .collect()
+    };
+    assert_eq!(edges(Dialect::LinuxCnc).last(), Some(&7));
+    assert_eq!(edges(Dialect::Fanuc).last(), Some(&0));
+}
+
+#[test]
+fn a_cycle_of_a_linuxcnc_takes_no_word_of_a_block_without_a_place() {
+    let text = |between: &str| format!("G21 F100 S500 M3 G99 G0 X0 Y0 Z10\nG82 X1 Z-3 R6 P1\n{between}\nX2\nG80\nM2\n");
+    let holes = |between: &str| -> Vec<Op> {
+        let ops = read(Dialect::LinuxCnc, &text(between));
+        ops.into_iter().filter(|op| motion(op).is_some() || matches!(op, Op::Dwell(_))).collect()
+    };
+    let plain = holes("M8");
+    assert_eq!(holes("M19 R90 P2"), plain);
+    assert_eq!(holes("M65 P3"), plain);
+}
+
+#[test]
 fn words_of_linuxcnc_that_do_not_go_together_are_refused() {
     for (text, says) in [
         ("G21 G0 X0 Y0 Z5 A0\nF100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A stands in the block of G81"),
@@ -558,12 +601,30 @@ fn words_of_linuxcnc_that_do_not_go_together_are_refused() {
         ("G64 M19 R90\nM2\n", "G64 and M19"),
         ("G21 F100\nG38.2\nM2\n", "G38.2 names no axis"),
         ("G21 F100\nG38.5\nM2\n", "G38.5 names no axis"),
+        ("G21 G0 X1 Y2 Z5\nG92 X3\nG10 L2 P1 R90\nG0 X0\nM2\n", "turns G54 under the shift of G92"),
+        ("G21 G0 X1 Y2 Z5\nG92 X3\nG10 L2 P0 R90\nG0 X0\nM2\n", "turns G54 under the shift of G92"),
+        ("G21 F100 G0 X0 Y0 Z5\nG5 X3 Y0 I1 J1 P-1 Q1\nX5\nM2\n", "no motion word stands in the block behind G5"),
+        ("G21 F100 G0 X0 Y0 Z5\nG81 X1 Z-1 R2\nG82 Z-1 R2 P1\nG4 P2 X3\nM2\n", "G4 stands with a cycle"),
+        ("G21 G0 X0 Y0 Z5\nG52 Y-5 G43.1 Z6\nM2\n", "G43.1 and G52 both take the axis letters"),
+        ("G21 G0 X0 Y0 Z5\nG43 H0\nM2\n", "no tool is in the spindle"),
+        ("G21 S100 M3 G0 X0 Y0\nG33.1 Z-5 K1\nM2\n", "the position of `Z`"),
+        ("G21 F100 G0 X0 Y0 Z5\nG5.1 X3 Y0 I1 J1\nX5\nM2\n", "no motion word stands in the block behind G5.1"),
     ] {
         let settings = Settings { dialect: Dialect::LinuxCnc, ..Settings::default() };
         let faults = check_text("a.ngc", text, &settings);
         assert!(faults.iter().any(|fault| fault.message.contains(says)), "{text}: {faults:?}");
     }
-    for text in ["G21 G0 X#5601 Y0 Z0\nM2\n", "M19 R90\nG64\nG21 G0 X0\nM2\n", "G21 F100 G0 Z5\nG38.2 Z-5\nM2\n"] {
+    for text in [
+        "G21 G0 X#5601 Y0 Z0\nM2\n",
+        "M19 R90\nG64\nG21 G0 X0\nM2\n",
+        "G21 F100 G0 Z5\nG38.2 Z-5\nM2\n",
+        // Another system, a shift in Z, the same rotation, and no shift in force.
+        "G21 G0 X1 Y2 Z5\nG92 X3\nG10 L2 P2 R90\nG0 X0\nM2\n",
+        "G21 G0 X1 Y2 Z5\nG92 Z3\nG10 L2 P1 R90\nG0 X0 Y0\nM2\n",
+        "G21 G0 X1 Y2 Z5\nG10 L2 P1 R90\nG92 X3\nG10 L2 P1 X1 R90\nG0 X0 Y0\nM2\n",
+        "G21 G0 X1 Y2 Z5\nG92 X3\nG92.2\nG10 L2 P1 R90\nG92.3\nG0 X0 Y0\nM2\n",
+        "G21 F100 G0 X0 Y0 Z5\nG5 X3 Y0 I1 J1 P-1 Q1\nG5 X6 Y0 P-1 Q1\nG1 X7\nM2\n",
+    ] {
         let settings = Settings { dialect: Dialect::LinuxCnc, ..Settings::default() };
         assert_eq!(check_text("a.ngc", text, &settings), [], "{text}");
     }

@@ -33,7 +33,7 @@ const REFUSED_BY_NAME: &[(&str, f64)] = &[
     ("`G10 L1` of other axes", 40.0),
     ("`G10 L", 90.0),
     ("the length of tool", 30.0),
-    ("has no H, and no tool is in the spindle", 40.0),
+    (", and no tool is in the spindle", 40.0),
     // Behind a tool change, a probing motion and a machine motion places are not known to the program. Cycles need the level of the tool.
     ("the position of", 80.0),
     ("the machine position is not known", 20.0),
@@ -47,6 +47,10 @@ const REFUSED_BY_NAME: &[(&str, f64)] = &[
     ("I, J and Q of G10", 8.0),
     ("has no meaning in this block", 20.0),
     // Combinations whose result at the control is a trap.
+    ("under the shift of G92, and the control loses the place", 3.0),
+    ("the control makes the motion that was in force before it", 3.0),
+    ("must be above zero", 2.0),
+    ("with a cycle, and both take P", 4.0),
     ("the unit changes under", 20.0),
     ("exclude each other", 20.0),
     ("the rotary axis", 12.0),
@@ -85,17 +89,52 @@ fn is_compensated(block: &Recorded) -> bool {
     text.contains("G41") || text.contains("G42")
 }
 
-/// `rs274` runs without the task that loads the data of a tool at M61: G43 without H takes the length of the tool before there.
-fn takes_length_behind_m61(program: &[Recorded]) -> bool {
-    let text = |block: &Recorded| block.text.to_ascii_uppercase().replace(' ', "");
-    let from = program.iter().position(|block| text(block).contains("M61"));
-    from.is_some_and(|at| program[at..].iter().map(text).any(|text| text.contains("G43") && !text.contains('H')))
+/// The number of blocks before the first in which `rs274` does other than a `LinuxCNC` that drives a machine. The interpreter is the
+/// same; what it asks the canonical machine differs between `saicanon.cc` of `rs274` and `emccanon.cc` and `ioControl.cc` of the
+/// machine (sources of 2.9, seen with programs of a few blocks):
+///
+/// * M61: `CHANGE_TOOL_NUMBER` of `rs274` leaves entry 0 of the tool table, the tool in the spindle, as it was, and G43 without H in
+///   a later block takes the length of the tool before. The machine loads the tool into entry 0 (`EMC_TOOL_SET_NUMBER`).
+/// * G20 and G21: `USE_LENGTH_UNITS` of `rs274` leaves the number of the tool length as it was, 4 mm are 4 inch from there on. The
+///   machine gives it to the interpreter in the new unit (`GET_EXTERNAL_TOOL_LENGTH_XOFFSET`).
+/// * Behind a tool change the interpreter reads its position again. `rs274` gives the end of the last motion, in the coordinates of
+///   the tool length that was in force there.
+fn as_a_machine(program: &[Recorded]) -> usize {
+    let (mut numbered, mut length, mut inch) = (false, false, false);
+    // Another tool length is in force than at the end of the last motion.
+    let mut stale = false;
+    for (at, block) in program.iter().enumerate().filter(|(_, block)| block.refusal.is_none()) {
+        let text = block.text.to_ascii_uppercase().replace(' ', "");
+        let of_spindle = text.split("G43").skip(1).any(|rest| !rest.starts_with('.')) && !text.contains('H');
+        if numbered && of_spindle {
+            return at;
+        }
+        for call in &block.calls {
+            match call.split_at(1) {
+                ("x", _) => numbered = true,
+                ("X", _) => numbered = false,
+                ("H", lengths) => {
+                    stale |= length || lengths.split(',').any(|value| value != "0");
+                    length = lengths.split(',').any(|value| value != "0");
+                }
+                ("T" | "L" | "A" | "B" | "R" | "N", _) => stale = false,
+                ("U", unit) if length && unit.contains("INCH") != inch => return at,
+                ("U", unit) => inch = unit.contains("INCH"),
+                _ => {}
+            }
+        }
+        if stale && block.calls.iter().any(|call| call.starts_with(['x', 'X'])) {
+            return at + 1;
+        }
+    }
+    program.len()
 }
 
 fn compare(program: &[Recorded], found: &mut Found) {
-    if program.iter().any(is_compensated) || takes_length_behind_m61(program) {
+    if program.iter().any(is_compensated) {
         return;
     }
+    let program = &program[..as_a_machine(program)];
     let kept: Vec<&Recorded> = program.iter().filter(|block| block.refusal.is_none()).collect();
     let lines: Vec<&str> = kept.iter().map(|block| block.text.as_str()).collect();
     let (mine, fault) = ours(&lines);

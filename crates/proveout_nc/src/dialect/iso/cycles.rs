@@ -69,6 +69,10 @@ impl Interpreter {
         let axes = p.axes();
         // On a LinuxCNC R alone is no hole, and is that of another word.
         let drills = axes != 0 || p.has_polar() || p.any_free(b"R") && !self.is_rs274();
+        if !drills && self.is_rs274() {
+            // P, Q, R and L of a block without a place are those of another word: a cycle in force is not called there.
+            return Ok(());
+        }
         if drills {
             self.before_motion(axes, p, span)?;
         }

@@ -134,9 +134,12 @@ impl Interpreter {
 
     /// Number of the offset: H, else the one before, on a `LinuxCNC` the tool in the spindle.
     fn length_number(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
-        if p.has(b'H') {
+        // On a LinuxCNC H0 is the tool in the spindle too (`find_tool_index`: tool 0 is entry 0 of the table).
+        let of_spindle = self.is_rs274() && p.peek(b'H') == Some(0.0);
+        if p.has(b'H') && !of_spindle {
             return self.offset_number(p, b'H', span);
         }
+        p.use_up(b"H");
         let of_tool = self.settings.control.length_of_tool;
         if self.own.flavor.is_linuxcnc() || of_tool {
             return match self.technology.in_spindle {
@@ -150,7 +153,14 @@ impl Interpreter {
                 _ => Err(Fault::new(
                     codes::NO_TOOL,
                     span,
-                    format!("{} has no H, and no tool is in the spindle", g_name(code)),
+                    if of_spindle {
+                        format!(
+                            "{} H0 takes the length of the tool in the spindle, and no tool is in the spindle",
+                            g_name(code)
+                        )
+                    } else {
+                        format!("{} has no H, and no tool is in the spindle", g_name(code))
+                    },
                 )
                 .help("write H, or change a tool first")),
             };

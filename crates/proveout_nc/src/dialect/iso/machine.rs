@@ -22,6 +22,7 @@ use super::interpreter::Interpreter;
 use super::modal::{Length, MotionMode};
 use super::pending::{AXES, Pending};
 use super::words::Group;
+use crate::channel::unknown_axes;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Offset, Op};
@@ -235,7 +236,12 @@ impl Interpreter {
                 self.go(motion, true);
             }
         }
-        let end = self.reference_point(word, first, axes, span)?;
+        let turned = self.is_rs274() && self.modal.frames.turn != 0.0 && matches!(axes & 0b11, 0b01 | 0b10);
+        let (end, axes) = if turned {
+            self.reference_point_in_turned(word, first, axes, span)?
+        } else {
+            (self.reference_point(word, first, axes, span)?, axes)
+        };
         if word == "G28" && self.own.flavor == Flavor::Haas && self.modal.length != Length::Off {
             self.set_length(Length::Off, [0.0; 3]);
             self.set_tcp(false, false);
@@ -248,6 +254,36 @@ impl Interpreter {
         }
         self.length_in_doubt(word, axes);
         Ok(())
+    }
+
+    /// A `LinuxCNC` takes the reference point into the coordinates of the work offset and goes there with the axes that the block names
+    /// (`convert_home`, `find_relative` of its interpreter). Where the offset is turned and one of X and Y is named, both axes of the
+    /// machine move, and neither comes to its reference point. Gives the end in machine coordinates, and the axes that go there.
+    fn reference_point_in_turned(
+        &mut self,
+        word: &'static str,
+        first: u32,
+        axes: u16,
+        span: Span,
+    ) -> Result<(AxisValues, u16), Fault> {
+        let named = usize::from(axes & 0b01 == 0);
+        let axes = axes | 0b11;
+        let mut end = self.reference_point(word, first, axes, span)?;
+        let mut there = self.position.clone();
+        there.stands_in_machine(&end, 0b11);
+        let mut work = self.position.work;
+        work.put(named, there.work.get(named).unwrap_or(0.0));
+        let base = self.position.base_of(&work, 0b11).map_err(|missing| unknown_axes(&missing, span))?;
+        for axis in 0..2 {
+            end.put(axis, base.get(axis).unwrap_or(0.0));
+        }
+        self.note(format!(
+            "{word} with {} alone under the rotation of {}: X and Y both move, along the turned axis, and do not come to the reference \
+             point; G53 goes to a place of the machine",
+            char::from(AXES[named]),
+            self.modal.offset
+        ));
+        Ok((end, axes))
     }
 
     /// G30 P of an Okuma: all axes to a home position of the machine, of which the twin has two.

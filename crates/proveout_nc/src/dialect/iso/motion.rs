@@ -377,6 +377,12 @@ impl Interpreter {
         };
         let (end, programmed) = self.targets(p, span)?;
         let start = self.position.work;
+        if self.modal.motion_code == 331 {
+            // The tool comes back there.
+            for axis in (0..9).filter(|axis| programmed >> axis & 1 == 1) {
+                self.known(axis, span)?;
+            }
+        }
         let motion = self.complete(end, programmed, false, span)?;
         self.go_thread(motion, pitch, None);
         if self.modal.motion_code == 331 {

@@ -249,6 +249,7 @@ impl Interpreter {
         if self.own.flavor.is_linuxcnc()
             && let Some(turn) = p.take(b'R')
         {
+            self.turn_under_shift(word, turn, span)?;
             self.own.turns.insert(key.clone(), turn);
         }
         // G91 adds on a Fanuc and a Haas; LinuxCNC writes absolute values.
@@ -261,6 +262,21 @@ impl Interpreter {
         }
         self.offset_changed(word);
         Ok(())
+    }
+
+    /// A `LinuxCNC` turns the place of the tool without the shift of G92 when the rotation of the system in force changes
+    /// (`convert_setup` of its interpreter), and its machine coordinates with it. The axis that the next block does not name then
+    /// moves, by a way that hangs on when the control reads its position again.
+    fn turn_under_shift(&self, word: &str, turn: f64, span: Span) -> Result<(), Fault> {
+        let frames = &self.modal.frames;
+        let in_force = offset_key(word) == offset_key(&self.modal.offset);
+        let shifted = frames.shift[0] != 0.0 || frames.shift[1] != 0.0;
+        if !(self.is_rs274() && in_force && shifted && (turn - frames.turn) % 360.0 != 0.0) {
+            return Ok(());
+        }
+        let message =
+            format!("R of G10 L2 turns {word} under the shift of G92, and the control loses the place of X and Y");
+        Err(Fault::new(codes::CONFLICT, span, message).help("write G92.2 before it and G92.3 behind it"))
     }
 
     /// G10 L20 of `LinuxCNC`: the offset under which the tool stands at these coordinates.

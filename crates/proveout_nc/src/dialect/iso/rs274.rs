@@ -94,7 +94,7 @@ impl Interpreter {
     }
 
     /// The motion that a block asks for, as ten times the number of its word; none where its axis letters belong to another word.
-    fn motion_to_be(&self, p: &Pending) -> Option<u32> {
+    pub(super) fn motion_to_be(&self, p: &Pending) -> Option<u32> {
         if let Some(code) = p.g(Group::Motion) {
             return Some(code);
         }
@@ -121,10 +121,22 @@ impl Interpreter {
         let motion = self.motion_to_be(p);
         self.axis_letters(p, motion, span)?;
         self.one_shot_rules(p, motion, span)?;
+        self.behind_spline(p, motion, span)?;
         self.functions_of_one_group(p, span)?;
         self.letters_of_words(p, motion, span)?;
         self.compensation_rules(p, motion, span)?;
         self.motion_rules(p, motion, span)
+    }
+
+    /// G5 and G5.1 leave the motion word in force as it was (`convert_spline` sets no motion mode): a block behind them without a
+    /// motion word is a line, an arc or a hole, and not a spline.
+    fn behind_spline(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
+        let Some(code @ (50 | 51)) = motion.filter(|_| p.g(Group::Motion).is_none()) else { return Ok(()) };
+        let message = format!(
+            "no motion word stands in the block behind {}, and the control makes the motion that was in force before it",
+            g_name(code)
+        );
+        Err(Fault::new(codes::MISSING_VALUE, span, message).help("write the motion word in this block"))
     }
 
     /// What stands still while cutter compensation is on.
@@ -187,6 +199,12 @@ impl Interpreter {
             let message = format!("{} and {} both take the axis letters of the block", g_name(length), g_name(motion));
             return Err(wrong(span, message, "write them in blocks of their own"));
         }
+        if let Some(length) = p.g(Group::ToolLength).filter(|code| matches!(code, 431 | 432) && axes)
+            && let Some(other) = takes
+        {
+            let message = format!("{} and {} both take the axis letters of the block", g_name(length), g_name(other));
+            return Err(wrong(span, message, "write them in blocks of their own"));
+        }
         if let Some(code) = takes.filter(|code| matches!(code, 520 | 920) && !axes) {
             let message = format!("{} names no axis", g_name(code));
             return Err(Fault::new(codes::MISSING_VALUE, span, message).help(format!("write {} X0", g_name(code))));
@@ -229,6 +247,9 @@ impl Interpreter {
         match p.g(Group::OneShot) {
             Some(40) if matches!(motion, Some(20 | 30)) => {
                 Err(wrong(span, "G4 stands with an arc, and both take P", "write them in blocks of their own"))
+            }
+            Some(40) if matches!(motion, Some(740 | 820 | 840 | 860 | 880 | 890)) => {
+                Err(wrong(span, "G4 stands with a cycle, and both take P", "write them in blocks of their own"))
             }
             Some(100) => self.data_rules(p, span),
             Some(530) if !matches!(motion, Some(0 | 10)) => {
@@ -381,7 +402,9 @@ impl Interpreter {
         if motion == 51 && !(p.has(b'I') && p.has(b'J')) {
             return Err(Fault::new(codes::MISSING_VALUE, span, "G5.1 needs I and J").help("write both"));
         }
-        let speed = p.peek(b'S').or(self.technology.speed).unwrap_or(0.0);
+        // The S of G96 counts too.
+        let in_force = self.technology.speed.or(self.modal.surface.map(|(surface, _)| surface));
+        let speed = p.peek(b'S').or(in_force).unwrap_or(0.0);
         if matches!(motion, 10 | 20 | 30) && feed_mode == FeedMode::PerRevolution && speed == 0.0 {
             return Err(wrong(span, format!("{name} in G95 has no spindle speed"), "write S before it"));
         }
@@ -467,6 +490,7 @@ impl Interpreter {
         if code == 860 && turns == SpindleDirection::Off {
             return Err(wrong(span, format!("the spindle stands in {name}"), "write M3 or M4 before it"));
         }
+        // The interpreter takes Q-1 for no Q, and drills with the infeed of the block before.
         if matches!(code, 730 | 830) && p.peek(b'Q').is_some_and(|q| q <= 0.0) {
             return Err(wrong(span, format!("the infeed Q of {name} must be above zero"), "write Q1"));
         }

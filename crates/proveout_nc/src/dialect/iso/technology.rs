@@ -222,7 +222,12 @@ impl Interpreter {
     /// A word of the machine builder with the values that go with it.
     fn note_with_values(&mut self, word: &str, p: &mut Pending) {
         let mut text = word.to_owned();
-        let cycle = self.modal.cycle.is_some();
+        // A LinuxCNC calls the cycle in force only in blocks with a place.
+        let cycle = if self.is_rs274() {
+            self.motion_to_be(p).is_some_and(|code| matches!(code, 730 | 740 | 810..=890))
+        } else {
+            self.modal.cycle.is_some()
+        };
         for letter in *b"PQERLK" {
             // In a cycle these are its own.
             if !cycle
