@@ -170,7 +170,7 @@ fn pins(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &
 fn shank_and_holder(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &mut Vec<Case>) {
     let dip = if fault { 0.2 * cell.min(2.0) + 0.02 } else { -0.02 };
     let reach = next(0.1, 0.4) * cell.min(2.0) + 0.03;
-    // Flutes of D4 beside the block, 6 mm long; the shank of D10 reaches over its edge by `reach`.
+    // Flutes and neck of D4 go beside the block; 12 mm above the tip the shank of D10 begins and reaches over its edge by `reach`.
     let tool = "center_cutting = true\nflute_length_mm = 6.0\nshank_diameter_mm = 10.0\nneck_length_mm = 6.0\nneck_diameter_mm = 4.0";
     let y = 30.0 + 5.0 - reach;
     cases.push(Case {
@@ -179,7 +179,7 @@ fn shank_and_holder(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bo
         cell,
         diameter: 4.0,
         tool: tool.into(),
-        program: format!("S3000 M3\nG0 X-20. Y{y:.4}\nZ{:.4}\nG1 X60. F2000.\n", -6.0 - dip),
+        program: format!("S3000 M3\nG0 X-20. Y{y:.4}\nZ{:.4}\nG1 X60. F2000.\n", -12.0 - dip),
         fault: fault.then_some("process-shank-rubs"),
         mesh: None,
     });

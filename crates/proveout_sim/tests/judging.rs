@@ -284,7 +284,7 @@ fn what_stands_between_all_rays_and_is_cut_away_is_found_and_says_what_to_do() {
     for word in ["stand between the rays", "X20.", "0.200 mm thick", "[[stock.patch]]", "0.140 mm"] {
         assert!(reason.contains(word), "{word:?} is missing in: {reason}");
     }
-    assert_eq!(gate(&v, "excess").0, State::Pass);
+    assert_eq!(gate(&v, "excess").0, State::Pass, "{} {:?}", gate(&v, "excess").1, of(&v, EXCESS.code));
     assert_ne!(v.verdict, State::Pass);
     // Where a ray meets it, it is missed.
     let v = Shop::new(&with_pin(20.25, 20.25)).run(&job(""), 2).unwrap();

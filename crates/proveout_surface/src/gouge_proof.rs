@@ -21,7 +21,8 @@
 //!
 //! **Boxes.** A box in which some piece cannot be moved out is halved, down to a small part of t. Boxes whose points are all less deep than t,
 //! pieces that do not reach into a box, and boxes outside of the design drop out. Where the middle of a box lies inside of a piece and
-//! deeper than t, the gouge is found; its deepest place is searched by raising t to the depth that is known and going on, closer in the deepest blocks.
+//! deeper than t, the gouge is found. Its depth is searched by raising t to 1.3 times the depth that is known and going on, and in the deepest
+//! blocks by climbing from there: in ever smaller steps from place to place of the pieces, as long as a place is deeper.
 //! A face mill on a flat face is decided in one box, a ball in a fillet in boxes of `sqrt(8 R t)`.
 //!
 //! **Result.** Gouges deeper than the allowed depth by more than [`Overcut::grain`] are found; what is less deep than the allowed depth is none.
@@ -44,11 +45,14 @@ const MOST_FACES: usize = 256;
 const ASPECTS: usize = 6;
 /// Cosine of the angle within which the normals of faces count as one direction.
 const ALIKE: f64 = 0.9;
-/// The deepest place of each block is known to this part of its depth.
-const DEEP: f64 = 0.3;
-/// That of the deepest blocks, so many, to this part, and mm.
-const DEEPEST: [f64; 2] = [0.005, 1e-4];
-const REFINED: usize = 48;
+/// The deepest place of each block is known to this part of its depth, and mm.
+const DEEP: [f64; 2] = [0.3, 1e-4];
+/// In so many of the deepest blocks the way to the deepest place is climbed.
+const CLIMBED: usize = 48;
+/// Pieces that are looked at in a climb, its last step, mm, and the most places it asks.
+const NEAREST: usize = 16;
+const LAST_STEP: f64 = 1e-4;
+const MOST_PLACES: usize = 4_000;
 /// Blocks that are decided at once, and boxes in a block.
 const AT_ONCE: usize = 256;
 const MOST_BOXES: usize = 20_000;
@@ -157,11 +161,10 @@ pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
     }
     let mut order: Vec<usize> = (0..found.len()).collect();
     order.sort_by(|&i, &j| found[j].0.depth.total_cmp(&found[i].0.depth).then(i.cmp(&j)));
-    order.truncate(REFINED);
-    let finer: Vec<OfBlock> = order.par_iter().map(|&i| search.refined(found[i].1, found[i].0)).collect();
-    for (i, block) in order.into_iter().zip(finer) {
-        out.boxes += block.boxes;
-        found[i].0 = block.best.unwrap_or(found[i].0);
+    order.truncate(CLIMBED);
+    let deeper: Vec<Worst> = order.par_iter().map(|&i| search.climbed(found[i].1, found[i].0)).collect();
+    for (i, worst) in order.into_iter().zip(deeper) {
+        found[i].0 = worst;
     }
     out.found = found.into_iter().map(|f| f.0).collect();
     out
@@ -204,7 +207,7 @@ fn corner(bounds: &Aabb, n: &Vector) -> Point {
 impl Search<'_> {
     /// The blocks in which some piece is not moved out, in order.
     fn blocks(&self, mut place: Place, parallel: u32) -> Vec<Place> {
-        self.settle(&mut place, [self.limit; 2]);
+        self.settle(&mut place, self.limit);
         if place.items.is_empty() || self.is_shallow(&place.bounds, self.limit) {
             return Vec::new();
         }
@@ -227,36 +230,62 @@ impl Search<'_> {
     fn block(&self, place: &Place) -> OfBlock {
         let mut out = OfBlock::default();
         if !(self.on.known)(&place.bounds.center()) {
-            self.search(place.copy(), [DEEP, DEEPEST[1]], &mut out);
+            self.search(place.copy(), &mut out);
         }
         out
     }
 
-    /// The same, nearer to the deepest place.
-    fn refined(&self, place: &Place, known: Worst) -> OfBlock {
-        let mut out = OfBlock { best: Some(known), ..OfBlock::default() };
-        // The faces of the block were taken for a smaller limit: those that bound its deepest place may lie farther out.
-        let faces = (0..self.faces.len() as u32).collect();
-        self.search(Place { faces, ..place.copy() }, DEEPEST, &mut out);
-        out
+    /// The deepest place that a climb from a gouge reaches in its block. Each step ends in a piece, so that the depth is one that was cut.
+    fn climbed(&self, place: &Place, known: Worst) -> Worst {
+        let (sweeps, bounds) = (self.on.sweeps, place.bounds);
+        let mut groups = place.items.clone();
+        let mut near: Vec<(f64, SweepItem)> = Vec::new();
+        while let Some(item) = groups.pop() {
+            if !sweeps.bounds(item).intersects(&bounds) {
+                continue;
+            }
+            match sweeps.distance(item, &known.point) {
+                Some(there) => near.push((there.distance, item)),
+                None => groups.extend(sweeps.members(item)),
+            }
+        }
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near.truncate(NEAREST);
+        let at = |p: &Point| {
+            let of = |item: SweepItem| sweeps.distance(item, p).map(|d| (d, item));
+            let nearest = near.iter().filter_map(|(_, item)| of(*item));
+            let (there, item) = nearest.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))?;
+            let error = sweeps.distance_error(item);
+            let out = (there.distance + 1.5 * error + 1e-7).max(0.0);
+            let inside = p - there.normal * out;
+            self.gouge_at(item, &inside).filter(|_| bounds.contains(&inside))
+        };
+        let mut best = known;
+        let mut step = 0.25 * bounds.size().max();
+        let mut asked = 0;
+        while step > LAST_STEP && asked < MOST_PLACES {
+            let ways = (0..27).filter(|k| *k != 13).map(|k| {
+                Vector::new(f64::from(k % 3) - 1.0, f64::from(k / 3 % 3) - 1.0, f64::from(k / 9) - 1.0).normalize()
+            });
+            asked += 26;
+            let tried = ways.filter_map(|way| at(&(best.point + way * step)));
+            match tried.max_by(|a, b| a.depth.total_cmp(&b.depth)).filter(|w| w.depth > best.depth) {
+                Some(deeper) => best = deeper,
+                None => step *= 0.5,
+            }
+        }
+        best
     }
 
-    fn search(&self, mut place: Place, known_to: [f64; 2], out: &mut OfBlock) {
+    fn search(&self, mut place: Place, out: &mut OfBlock) {
         out.boxes += 1;
-        let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + known_to[0]) + known_to[1]).max(self.limit));
+        let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + DEEP[0]) + DEEP[1]).max(self.limit));
         let (center, half) = (place.bounds.center(), 0.5 * place.bounds.size().norm());
-        let depth_here = || self.on.tree.signed_distance(&center).map(|d| -d);
-        // The limit rises on the way down, at most to the greatest depth in the box: faces are kept as far out as that.
-        let refined = if known_to[0] < DEEP { depth_here() } else { None };
-        if refined.is_some_and(|depth| depth + half < limit) {
-            return;
-        }
-        let kept_to = refined.map_or(limit, |depth| limit.max(depth + half));
-        self.settle(&mut place, [limit, kept_to]);
+        self.settle(&mut place, limit);
         if place.items.is_empty() {
             return;
         }
-        let Some(depth) = refined.or_else(depth_here) else { return };
+        let Some(depth) = self.on.tree.signed_distance(&center).map(|d| -d) else { return };
         if depth + half < limit {
             return;
         }
@@ -299,8 +328,8 @@ impl Search<'_> {
             return;
         }
         let [low, high] = halves(&place.bounds);
-        self.search(Place { bounds: low, ..place.copy() }, known_to, out);
-        self.search(Place { bounds: high, ..place }, known_to, out);
+        self.search(Place { bounds: low, ..place.copy() }, out);
+        self.search(Place { bounds: high, ..place }, out);
     }
 
     /// A place in a piece that is deeper than allowed.
@@ -325,17 +354,16 @@ impl Search<'_> {
         depth + 0.5 * bounds.size().norm() < limit
     }
 
-    /// Leaves in a box what is near and is not moved out by `limit`, and the faces up to `kept_to` beside it.
-    fn settle(&self, place: &mut Place, [limit, kept_to]: [f64; 2]) {
+    /// Leaves in a box what is near and is not moved out by `limit`.
+    fn settle(&self, place: &mut Place, limit: f64) {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds);
         place.items.retain(|i| sweeps.bounds(*i).intersects(&bounds));
         if place.items.is_empty() {
             return;
         }
-        let (widened, kept) = (bounds.expanded(limit), bounds.expanded(kept_to));
-        place.faces.retain(|f| touches(&self.faces[*f as usize], &kept));
-        let few = place.faces.len() <= MOST_FACES
-            || place.faces.iter().filter(|f| touches(&self.faces[**f as usize], &widened)).count() <= MOST_FACES;
+        let widened = bounds.expanded(limit);
+        place.faces.retain(|f| touches(&self.faces[*f as usize], &widened));
+        let few = place.faces.len() <= MOST_FACES;
         let aspects = if few { self.aspects(&place.faces, &widened) } else { Vec::new() };
         let size = bounds.size().max();
         let mut left = Vec::new();
@@ -358,8 +386,7 @@ impl Search<'_> {
     /// Corners of the faces as far as they lie in a box.
     fn corners(&self, faces: &[u32], bounds: &Aabb) -> Vec<Point> {
         let mut out = Vec::new();
-        let near = faces.iter().map(|f| &self.faces[*f as usize]).filter(|face| touches(face, bounds));
-        near.for_each(|face| out.extend(clipped(&face.corners, bounds)));
+        faces.iter().for_each(|f| out.extend(clipped(&self.faces[*f as usize].corners, bounds)));
         out
     }
 
@@ -369,11 +396,8 @@ impl Search<'_> {
         let mut parts: Vec<(usize, Vec<Point>)> = Vec::with_capacity(faces.len());
         for f in faces {
             let face = &self.faces[*f as usize];
-            if face.normal == Vector::zeros() || !touches(face, widened) {
-                continue;
-            }
             let polygon = clipped(&face.corners, widened);
-            if polygon.is_empty() {
+            if polygon.is_empty() || face.normal == Vector::zeros() {
                 continue;
             }
             let alike = sums.iter().position(|(n, _)| n.dot(&face.normal) > ALIKE);

@@ -11,9 +11,9 @@
 //!
 //!     outside    S does not reach into B                least F_S(c) > h - touch
 //!     empty      B is outside of R                      distance from R >= h
-//!                B is in one S_i at one time            F_i(c) <= -h
+//!                B is in one S_i                        F_i(c) <= -h, or F_i <= 0 at all corners
 //!     cleared    what S takes up of B is in one S_i     see below
-//!                at one time, or outside of R
+//!                or outside of R
 //!     material   c is in S, in R and in no S_i          a fault, with its place
 //!     else       eight cubes of half the edge
 //! ```
@@ -23,17 +23,15 @@
 //! one. So open space is proved once, in large cubes.
 //!
 //! *Cleared.* Where S slides along a wall that a cutter has left a moment ago, cubes would have to be as small as the touch. There, half
-//! spaces decide. What S takes up of B lies where `b + g . (x - c) <= -touch`, for each plane (b, g) that bounds `F_S` from
-//! below: that of the whole body, and that of each line or arc of its outline. A line or arc q of `S_i` at a time has the value f and the slope
-//! s at c and bends by at most k. So in that part of B
+//! spaces decide. What S takes up of B lies in the polytope P of B with `b + g . (x - c) <= -touch`, for each plane (b, g) that bounds `F_S` from
+//! below: that of the whole body, and that of each line or arc of its outline. A cut `S_i` that does not turn is convex, since `F_i` is convex in place and
+//! time: when all corners of P are in it, P is, whatever its size. A cut that turns is taken in parts that bend by at most k, and its corners must be
+//! deeper by k. So a flat wall is cleared in one cube, and a round one of the radius r, behind the same body on the same way, in cubes of
+//! `sqrt(2 r touch)`. Against a face of R with the distance d of c beyond it and the normal n, the two half spaces have nothing in common where
+//! `b + d + touch > |g + n| h`.
 //!
-//! ```text
-//!     F_q(x) <= f + s . (x - c) + k h^2 / 2 <= f - b - touch + |s - g| h + k h^2 / 2
-//! ```
-//!
-//! and where that is not above zero for each q that reaches into B (each with one of the planes of S), `S_i` has taken it all. Behind the
-//! same body on the same way, f = b and s = g: cubes of `sqrt(2 r touch)` do. Against a face of R with the
-//! distance d of c beyond it and the normal n, the two half spaces have nothing in common where `b + d + touch > |g + n| h`.
+//! *Depth.* The deepest place is climbed to from the first one that is found, in ever smaller steps; a short search goes on for places that are
+//! deeper by a quarter. The depth that is told is that of a place: the true one may be more.
 //!
 //! *Tolerances.* Material thinner than two micrometers (`FILM` on each side) is none: so much may the cuts on the rays be off
 //! (`sweep_bound_mm`), and two passes that just touch leave no film. Cubes end at 4 micrometers, where the center decides. So every place where
@@ -73,6 +71,8 @@ const EMPTY: u32 = u32::MAX;
 const COARSEST: f64 = 0.3;
 /// Work of one search, and of one search over many bodies: distances that are searched.
 const MOST_WORK: u64 = 400_000;
+/// Work for a deeper place, once one is found.
+const MOST_WORK_DEEPER: u64 = 20_000;
 const MOST_WORK_OF_MANY: u64 = 200_000;
 /// Directions and tips that differ by less go on in one motion, mm.
 const STRAIGHT: f64 = 1e-9;
@@ -83,6 +83,8 @@ struct Cut {
     moving: Moving,
     motion: SweepMotion,
     bounds: Aabb,
+    /// What its bodies are less than convex on their way, mm.
+    bend: f64,
 }
 
 /// What a look between the rays gave.
@@ -169,24 +171,32 @@ impl BetweenRays {
             return;
         }
         let set: Vec<u32> = bodies.map(|p| self.body(p)).collect();
-        let moving = Moving::new(motion);
-        let mut bounds = Aabb::empty();
-        for b in &set {
-            let body = &self.bodies[*b as usize].1;
-            bounds = bounds.union(&moving.bounds(body));
-        }
+        let of = |b: &u32| &self.bodies[*b as usize].1;
+        let reach = set.iter().map(|b| of(b).reach).fold(0.0, f64::max);
+        let whole = Moving::new(motion);
+        let bounds = set.iter().fold(Aabb::empty(), |all, b| all.union(&whole.bounds(of(b))));
         if set.is_empty() || !bounds.intersects(&self.bounds) {
             return;
         }
-        for b in &set {
-            self.widest = self.widest.max(self.bodies[*b as usize].1.radius);
-        }
-        let set = self.sets.iter().position(|s| *s == set).unwrap_or_else(|| {
-            self.sets.push(set);
+        self.widest = set.iter().map(|b| of(b).radius).fold(self.widest, f64::max);
+        let number = self.sets.iter().position(|s| *s == set).unwrap_or_else(|| {
+            self.sets.push(set.clone());
             self.sets.len() - 1
-        }) as u32;
+        });
+        for part in Moving::parts(motion, reach) {
+            self.cut_part(number as u32, &set, &part, reach);
+        }
+    }
+
+    fn cut_part(&mut self, number: u32, set: &[u32], motion: &SweepMotion, reach: f64) {
+        let moving = Moving::new(motion);
+        let of = |b: &u32| &self.bodies[*b as usize].1;
+        let bounds = set.iter().fold(Aabb::empty(), |all, b| all.union(&moving.bounds(of(b))));
+        if !bounds.intersects(&self.bounds) {
+            return;
+        }
         if let Some(last) = self.cuts.last_mut()
-            && last.set == set
+            && last.set == number
             && goes_on(&last.motion, motion)
         {
             last.motion.to = motion.to;
@@ -201,7 +211,8 @@ impl BetweenRays {
             return;
         }
         self.tree.push(&bounds);
-        self.cuts.push(Cut { set, moving, motion: *motion, bounds });
+        let bend = moving.bend(reach);
+        self.cuts.push(Cut { set: number, moving, motion: *motion, bounds, bend });
     }
 
     /// A part has come off within this box and was taken away.
@@ -226,8 +237,8 @@ impl BetweenRays {
         }
         let index = self.body(body);
         let meridian = self.bodies[index as usize].1.clone();
-        let movers = [mover(&meridian, motion, shrink)];
-        if !movers[0].bounds.intersects(&self.bounds) {
+        let movers = self.movers(&meridian, motion, shrink);
+        if movers.is_empty() {
             return BetweenFound::Clear;
         }
         let most = self.work + MOST_WORK;
@@ -237,7 +248,7 @@ impl BetweenRays {
             shrink,
             coarsest: None,
             most,
-            doubtful: vec![false],
+            doubtful: vec![false; movers.len()],
             found: None,
             open: None,
         };
@@ -259,11 +270,9 @@ impl BetweenRays {
         let mut movers = Vec::new();
         for (k, (index, (_, motion))) in index.iter().zip(many).enumerate() {
             let Some(index) = index else { continue };
-            let one = mover(&bodies[*index as usize], motion, shrink);
-            if one.bounds.intersects(&self.bounds) {
-                place.push(k);
-                movers.push(one);
-            }
+            let parts = self.movers(&bodies[*index as usize], motion, shrink);
+            place.extend(parts.iter().map(|_| k));
+            movers.extend(parts);
         }
         let mut out = vec![false; many.len()];
         if movers.is_empty() {
@@ -283,9 +292,18 @@ impl BetweenRays {
         };
         search.run();
         for (k, doubtful) in place.into_iter().zip(search.doubtful) {
-            out[k] = doubtful;
+            out[k] |= doubtful;
         }
         out
+    }
+
+    /// The parts of a motion of a body that reach the raw stock.
+    fn movers<'b>(&self, body: &'b Meridian, motion: &SweepMotion, shrink: f64) -> Vec<Mover<'b>> {
+        let parts = Moving::parts(motion, body.reach).into_iter().map(|part| {
+            let moving = Moving::new(&part);
+            Mover { body, moving, bounds: moving.bounds(body).expanded(-shrink) }
+        });
+        parts.filter(|part| part.bounds.intersects(&self.bounds)).collect()
     }
 
     /// Whether a point lies in material; none where that is not known.
@@ -349,11 +367,6 @@ impl BetweenRays {
     pub fn memory_bytes(&self) -> u64 {
         (self.cuts.capacity() * size_of::<Cut>() + self.cubes.capacity() * 16) as u64 + self.tree.memory_bytes()
     }
-}
-
-fn mover<'b>(body: &'b Meridian, motion: &SweepMotion, shrink: f64) -> Mover<'b> {
-    let moving = Moving::new(motion);
-    Mover { body, moving, bounds: moving.bounds(body).expanded(-shrink) }
 }
 
 fn is_finite(motion: &SweepMotion) -> bool {

@@ -22,7 +22,7 @@ use crate::{SweepMotion, kernels::meridian::Meridian};
 /// Steps of the search for the least place.
 const STEPS: usize = 24;
 /// Bend up to which a piece is searched as one, mm, and the most parts of it.
-const BEND: f64 = 5e-4;
+const BEND: f64 = 1e-3;
 const PARTS: f64 = 64.0;
 /// The least is known when it is known to this, mm.
 const KNOWN: f64 = 1e-7;
@@ -78,6 +78,23 @@ impl Moving {
         Self { motion: *motion, way: motion.to.tip - motion.from.tip, turn, angle }
     }
 
+    /// A motion in parts that bend little over a body that reaches so far from its tip: each has one plane that bounds it.
+    pub(super) fn parts(motion: &SweepMotion, reach: f64) -> Vec<SweepMotion> {
+        let whole = Self::new(motion);
+        let parts = (whole.bend(reach) / BEND).sqrt().ceil().clamp(1.0, PARTS) as u32;
+        let at = |k: u32| match k {
+            0 => motion.from,
+            k if k == parts => motion.to,
+            k => motion.from.interpolated(&motion.to, f64::from(k) / f64::from(parts)),
+        };
+        (0..parts).map(|k| SweepMotion { from: at(k), to: at(k + 1) }).collect()
+    }
+
+    /// What a plane of the bound may lie too high over the whole piece, mm, for a point so far from the tip.
+    pub(super) fn bend(&self, far: f64) -> f64 {
+        0.5 * (far * self.angle * self.angle + 2.0 * self.way.norm() * self.angle)
+    }
+
     /// Box round all that a body takes up.
     pub(super) fn bounds(&self, body: &Meridian) -> Aabb {
         let mut all = Aabb::empty();
@@ -127,23 +144,16 @@ impl Moving {
         (seen.value, seen.slope)
     }
 
-    /// Distance of a point from the axis of the tool at a time, mm.
-    pub(super) fn off_axis(&self, p: &Point, t: f64) -> f64 {
-        let ToolPose { tip, axis } = self.pose(t);
-        let q = p - tip;
-        (q - axis * q.dot(&axis)).norm()
-    }
-
     /// The least value for a point; the search ends as soon as one of at most `wanted` is seen, or none can be. With a `wanted` of minus
     /// infinity the least itself is searched.
     pub(super) fn least(&self, body: &Meridian, part: Part, p: &Point, wanted: f64) -> Least {
         let bend = if self.angle == 0.0 {
             0.0
         } else {
-            let q = (p - self.motion.from.tip).norm().max((p - self.motion.to.tip).norm());
-            0.5 * (q * self.angle * self.angle + 2.0 * self.way.norm() * self.angle)
+            self.bend((p - self.motion.from.tip).norm().max((p - self.motion.to.tip).norm()))
         };
-        if bend <= BEND {
+        // Points somewhat beyond the body still have one plane.
+        if bend <= 1.5 * BEND {
             return self.least_of_part(body, part, p, wanted, [0.0, 1.0], bend);
         }
         let parts = (bend / BEND).sqrt().ceil().min(PARTS);

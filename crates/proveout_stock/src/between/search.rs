@@ -3,17 +3,31 @@
 use proveout_geom::{Aabb, Point, Vector};
 
 use super::{
-    BetweenRays, FILM,
+    BetweenRays, FILM, MOST_WORK_DEEPER,
     moving::{Least, Moving, Part},
 };
-use crate::kernels::meridian::{Meridian, Piece};
+use crate::kernels::meridian::Meridian;
 
 /// Smallest cube that is looked at, mm: its center decides.
 const SMALLEST: f64 = 0.004;
-/// Largest half diagonal of a cube that is asked by its half spaces, mm.
-const BY_PLANES: f64 = 2.0;
+/// Largest half diagonal of a cube that is asked by its half spaces, mm: with few cuts near it, and with more.
+const BY_PLANES: [f64; 2] = [8.0, 2.0];
+const FEW_CUTS: usize = 256;
+/// Cuts that are asked whether they take up what is left, the deepest first.
+const MOST_TRIED: usize = 24;
+/// Half spaces that are used at once.
+const MOST_PLANES: usize = 4;
+/// Part of the half diagonal that a cut must be deep at the middle of a cube to be asked at its corners.
+const DEEP_ENOUGH: f64 = 0.5;
 /// A place is worth another look where it may be deeper by this part.
 const DEEPER: f64 = 1.25;
+/// Last step of a climb to the deepest place, mm, and the most steps of it.
+const LAST_STEP: f64 = 1e-4;
+const MOST_STEPS: usize = 200;
+/// Points lie on the inner side of faces by so much more, mm.
+const ROUNDING: f64 = 1e-9;
+/// Movers that climb from one place, at most.
+const MOST_CLIMBED: usize = 3;
 
 /// A body that must not meet material.
 pub(super) struct Mover<'b> {
@@ -141,28 +155,30 @@ impl Search<'_, '_> {
                 let boxes = &self.store.cuts;
                 Some(above.iter().copied().filter(|k| boxes[*k as usize].bounds.intersects(&bounds)).collect())
             }
-            None if radius <= self.store.widest => {
+            None if radius <= self.store.widest || self.store.cuts.is_empty() => {
                 let mut near = Vec::new();
                 self.store.tree.near(&bounds, 0, &mut near);
                 Some(near)
             }
             None => None,
         };
-        if let Some(near) = &near {
-            let tried = key.map_or(0, |k| self.store.tried(k));
-            for &k in near.iter().take_while(|k| **k as usize >= tried) {
-                if self.holds_cube(k, cube) {
-                    self.store.set_empty(key);
-                    return true;
-                }
-            }
+        let (near, movers) = if let Some(near) = near {
+            let Some(reaching) = self.reaching(cube, near) else {
+                self.store.set_empty(key);
+                return true;
+            };
             self.store.set_tried(key);
-            self.look_at_center(cube, &movers, Some(near));
-            if radius <= BY_PLANES && movers.iter().all(|m| self.is_cleared(*m, cube, near)) {
-                return false;
-            }
+            self.look_at(&cube.center, cube, &movers, Some(&reaching));
+            let is_asked = radius <= BY_PLANES[usize::from(reaching.len() > FEW_CUTS)];
+            let mut left = movers;
+            left.retain(|m| !(is_asked && self.is_cleared(*m, cube, &reaching)));
+            (Some(reaching), left)
         } else {
-            self.look_at_center(cube, &movers, None);
+            self.look_at(&cube.center, cube, &movers, None);
+            (None, movers)
+        };
+        if movers.is_empty() {
+            return false;
         }
         if let Some(coarsest) = self.coarsest.filter(|c| cube.edge <= *c) {
             debug_assert!(coarsest > 0.0);
@@ -190,60 +206,142 @@ impl Search<'_, '_> {
         self.open.get_or_insert((cube.center, cube.edge));
     }
 
-    /// A cut that takes up the whole cube at one time.
-    fn holds_cube(&mut self, k: u32, cube: &Cube) -> bool {
-        let cut = &self.store.cuts[k as usize];
-        let (bounds, own) = (cube.bounds(), cut.bounds.expanded(FILM));
-        if !(own.contains(&bounds.min) && own.contains(&bounds.max)) {
-            return false;
+    /// The cuts of some that reach into a cube, the deepest at its middle first; none when one of them takes up the whole cube.
+    fn reaching(&mut self, cube: &Cube, near: Vec<u32>) -> Option<Vec<u32>> {
+        let (radius, tried) = (cube.radius(), cube.key().map_or(0, |k| self.store.tried(k)));
+        let is_filtered = radius <= BY_PLANES[usize::from(near.len() > FEW_CUTS)];
+        let mut reaching: Vec<(f64, u32)> = Vec::new();
+        for k in near {
+            if !is_filtered && (k as usize) < tried {
+                reaching.push((0.0, k));
+                continue;
+            }
+            let depth = self.least_of_cut(k, &cube.center);
+            if depth <= FILM - radius
+                || depth < -DEEP_ENOUGH * radius && k as usize >= tried && self.holds_cube(k, cube)
+            {
+                return None;
+            }
+            if depth <= radius + 2.0 * FILM {
+                reaching.push((depth, k));
+            }
         }
-        let wanted = FILM - cube.radius();
-        let (moving, bodies) = (cut.moving, &self.store.sets[cut.set as usize]);
-        self.store.work += bodies.len() as u64;
-        bodies.iter().any(|b| {
-            let body = &self.store.bodies[*b as usize].1;
-            moving.least(body, Part::Whole, &cube.center, wanted).met.is_some()
-        })
+        reaching.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+        Some(reaching.into_iter().map(|r| r.1).collect())
     }
 
-    /// Material at the center of a cube, within a mover. `cuts` are those near the cube, where they are known.
-    fn look_at_center(&mut self, cube: &Cube, movers: &[u32], cuts: Option<&[u32]>) {
-        let p = cube.center;
+    /// The least value of a cut at a point.
+    fn least_of_cut(&mut self, k: u32, p: &Point) -> f64 {
+        let cut = &self.store.cuts[k as usize];
+        let bodies = &self.store.sets[cut.set as usize];
+        self.store.work += bodies.len() as u64;
+        let of = |b: &u32| cut.moving.least(&self.store.bodies[*b as usize].1, Part::Whole, p, f64::NEG_INFINITY).seen;
+        bodies.iter().map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a cut takes up all corners of a cube.
+    fn holds_cube(&mut self, k: u32, cube: &Cube) -> bool {
+        let bounds = cube.bounds();
+        let corners: Vec<Point> = (0..8).map(|k| corner(&bounds, k)).collect();
+        self.holds(k, &corners)
+    }
+
+    /// Material at a place of a cube, within a mover. `cuts` are those near the cube, where they are known.
+    fn look_at(&mut self, p: &Point, cube: &Cube, movers: &[u32], cuts: Option<&[u32]>) {
         let all = self.movers;
         let depth = self.depth();
         let mut met = Vec::new();
         for &m in movers {
             let mover = &all[m as usize];
-            if self.least(mover.body, &mover.moving, Part::Whole, &p, -depth).met.is_some() {
+            if self.least(mover.body, &mover.moving, Part::Whole, p, -depth).met.is_some() {
                 met.push(m);
             }
         }
-        if met.is_empty() || self.store.raw.is_inside(&p, FILM) != Some(true) {
+        if met.is_empty() || self.store.raw.is_inside(p, FILM) != Some(true) {
             return;
         }
         let uncut = match cuts {
-            Some(cuts) => self.store.is_uncut(&p, cuts),
-            None => self.store.is_uncut(&p, &self.store.near(&p)),
+            Some(cuts) => self.store.is_uncut(p, cuts),
+            None => self.store.is_uncut(p, &self.store.near(p)),
         };
         if !uncut {
             return;
         }
-        if self.store.is_gone(&p) {
+        if self.store.is_gone(p) {
             self.leave_open(cube, &met);
         } else if self.coarsest.is_some() {
             met.iter().for_each(|m| self.doubtful[*m as usize] = true);
         } else {
-            let mut deepest = depth;
-            for m in met {
-                let mover = &all[m as usize];
-                let least = self.least(mover.body, &mover.moving, Part::Whole, &p, f64::NEG_INFINITY);
-                deepest = deepest.max(-least.seen);
-            }
-            self.found = Some((p, deepest));
+            self.found = Some(self.climbed(p, &met, cube.edge));
+            self.most = self.most.min(self.store.work + MOST_WORK_DEEPER);
         }
     }
 
-    /// True where what a mover takes up of a cube is outside of the raw stock, or within one cut at one time.
+    /// The deepest place that a climb from a place of material reaches, and its depth in one of some movers.
+    fn climbed(&mut self, from: &Point, movers: &[u32], edge: f64) -> (Point, f64) {
+        let all = self.movers;
+        let mut best = (*from, 0.0);
+        for &m in movers.iter().take(MOST_CLIMBED) {
+            let mover = &all[m as usize];
+            let at = |search: &mut Self, p: &Point| {
+                -search.least(mover.body, &mover.moving, Part::Whole, p, f64::NEG_INFINITY).seen
+            };
+            let mut here = (*from, at(self, from));
+            let mut step = (0.5 * edge).max(0.25 * mover.body.radius);
+            let mut steps = 0;
+            while step > LAST_STEP && steps < MOST_STEPS {
+                let mut next = here;
+                for way in self.ways_up(mover, &here.0, step) {
+                    let mut p = here.0 + way * step;
+                    // Back through the faces that the step has passed.
+                    for (d, n) in self.store.raw.faces(&p, step) {
+                        if d > -FILM {
+                            p -= n * (d + FILM + ROUNDING);
+                        }
+                    }
+                    let depth = at(self, &p);
+                    if depth > next.1 && self.store.is_material(&p) == Some(true) {
+                        next = (p, depth);
+                    }
+                }
+                if next.1 > here.1 {
+                    here = next
+                } else {
+                    step *= 0.5
+                }
+                steps += 1;
+            }
+            if here.1 > best.1 {
+                best = here;
+            }
+        }
+        best
+    }
+
+    /// Directions of a step of a climb: those of a lattice, and along faces of the mover and of the raw stock that are near, one by one and two by two.
+    fn ways_up(&mut self, mover: &Mover<'_>, p: &Point, step: f64) -> Vec<Vector> {
+        let lattice = (0..27).filter(|k| *k != 13);
+        let of_lattice = |k: i32| Vector::new(f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1));
+        let mut ways: Vec<Vector> = lattice.map(of_lattice).collect();
+        let whole = self.least(mover.body, &mover.moving, Part::Whole, p, f64::NEG_INFINITY);
+        let (value, slope) = mover.moving.at(mover.body, Part::Whole, p, whole.at);
+        let mut normals = vec![slope];
+        for k in 0..mover.body.pieces.len() {
+            let (own, slope) = mover.moving.at(mover.body, Part::One(k), p, whole.at);
+            normals.extend((own > value - step).then_some(slope));
+        }
+        normals.extend(self.store.raw.faces(p, step).into_iter().filter(|(d, _)| *d > -step).map(|(_, n)| n));
+        normals.truncate(8);
+        for (i, n) in normals.iter().enumerate() {
+            ways.push(n * slope.dot(n) - slope * n.norm_squared());
+            for m in normals.iter().skip(i + 1) {
+                ways.extend([n.cross(m), m.cross(n)]);
+            }
+        }
+        ways.into_iter().filter_map(|way| way.try_normalize(1e-9)).collect()
+    }
+
+    /// True where what a mover takes up of a cube is outside of the raw stock, or within one cut. If not, the middle of it is looked at.
     fn is_cleared(&mut self, m: u32, cube: &Cube, cuts: &[u32]) -> bool {
         let all = self.movers;
         let mover = &all[m as usize];
@@ -254,72 +352,89 @@ impl Search<'_, '_> {
         if mover.body.pieces.len() > 1 {
             for k in 0..mover.body.pieces.len() {
                 let one = self.least(mover.body, &mover.moving, Part::One(k), &c, f64::NEG_INFINITY);
-                // What lies wholly on its inner side says nothing.
-                if one.bound + radius > -shrink {
-                    of_mover.extend(one.slope.map(|slope| (one.bound, slope)));
-                }
+                of_mover.extend(one.slope.map(|slope| (one.bound, slope)));
             }
         }
+        // What lies wholly on the inner side of a plane is not cut by it.
+        of_mover.retain(|(value, slope)| value + slope.norm() * radius > -shrink);
         let beyond = |(d, n): (f64, Vector)| {
             of_mover.iter().any(|(value, slope)| value + d + FILM + shrink > (slope + n).norm() * radius)
         };
         if self.store.raw.faces(&c, radius).into_iter().any(beyond) {
             return true;
         }
+        let corners = corners_of_part(cube, &of_mover, shrink);
         let last = self.store.last;
-        if cuts.contains(&last) && self.holds(last, cube, &of_mover) {
+        if cuts.contains(&last) && self.holds(last, &corners) {
             return true;
         }
-        let found = cuts.iter().copied().find(|k| self.holds(*k, cube, &of_mover));
+        let found = cuts.iter().copied().take(MOST_TRIED).find(|k| self.holds(*k, &corners));
         self.store.last = found.unwrap_or(last);
+        if found.is_none() && !corners.is_empty() {
+            // The middle of what is left is where material is most likely.
+            let middle = corners.iter().map(|p| p.coords).sum::<Vector>() / corners.len() as f64;
+            self.look_at(&middle.into(), cube, &[m], Some(cuts));
+        }
         found.is_some()
     }
 
-    /// Whether a cut takes up, at one time, all of a cube that some half spaces hold.
-    fn holds(&mut self, k: u32, cube: &Cube, half_spaces: &[HalfSpace]) -> bool {
-        let (c, radius, shrink) = (cube.center, cube.radius(), self.shrink);
+    /// Whether a cut takes up all that lies between these corners.
+    fn holds(&mut self, k: u32, corners: &[Point]) -> bool {
         let cut = &self.store.cuts[k as usize];
+        let wanted = FILM - cut.bend;
         let (moving, bodies) = (cut.moving, &self.store.sets[cut.set as usize]);
-        self.store.work += bodies.len() as u64;
-        bodies.iter().any(|b| {
+        let mut work = 0;
+        let holds = bodies.iter().any(|b| {
             let body = &self.store.bodies[*b as usize].1;
-            let least = moving.least(body, Part::Whole, &c, f64::NEG_INFINITY);
-            if least.seen > radius {
-                return false;
-            }
-            let off = moving.off_axis(&c, least.at);
-            (0..body.pieces.len()).all(|q| {
-                let (value, slope) = moving.at(body, Part::One(q), &c, least.at);
-                let bends = || bend(&body.pieces[q], off, value, radius) * 0.5 * radius * radius;
-                value + radius <= FILM
-                    || half_spaces.iter().any(|(bound, g)| {
-                        let apart = value - bound - shrink + (slope - g).norm() * radius;
-                        apart <= FILM && apart + bends() <= FILM
-                    })
+            corners.iter().all(|p| {
+                work += 1;
+                moving.least(body, Part::Whole, p, wanted).met.is_some()
             })
-        })
+        });
+        self.store.work += work;
+        holds
     }
 }
 
-/// Largest second derivative of the function of a piece within `radius` of a point that is `off` its axis and where the function has a
-/// value, 1/mm.
-fn bend(piece: &Piece, off: f64, value: f64, radius: f64) -> f64 {
-    let round = |nr: f64| {
-        if nr <= 0.0 {
-            0.0
-        } else if off > radius {
-            nr / (off - radius)
-        } else {
-            f64::INFINITY
-        }
-    };
-    match *piece {
-        Piece::Line { nr, .. } => round(nr),
-        Piece::Arc { center, radius: of_arc, .. } => {
-            // At least so far is the point from the center of the arc.
-            let far = value + of_arc;
-            let own = if far > radius { 1.0 / (far - radius) } else { f64::INFINITY };
-            if center[0].abs() < 1e-9 { own } else { own.max(round(1.0)) }
+fn corner(bounds: &Aabb, k: u8) -> Point {
+    let at = |a: usize| if k >> a & 1 == 0 { bounds.min[a] } else { bounds.max[a] };
+    Point::new(at(0), at(1), at(2))
+}
+
+/// Corners of the part of a cube in which all of some functions are at most `-shrink`: each point in which three of the planes meet and that all
+/// others leave in. With more planes than are used at once the part is taken larger.
+fn corners_of_part(cube: &Cube, half_spaces: &[HalfSpace], shrink: f64) -> Vec<Point> {
+    /// Points so far beyond a plane count as in it, mm.
+    const ROUNDING: f64 = 1e-7;
+    /// Three planes whose normals have a smaller volume do not meet in a point.
+    const PARALLEL: f64 = 1e-9;
+    let half = 0.5 * cube.edge;
+    // Normals n and lengths d with n . (x - center) <= d.
+    let mut planes: Vec<(Vector, f64)> = Vec::with_capacity(6 + MOST_PLANES);
+    for a in 0..3 {
+        planes.push((Vector::ith(a, 1.0), half));
+        planes.push((-Vector::ith(a, 1.0), half));
+    }
+    let cutting = half_spaces.iter().filter_map(|(value, slope)| {
+        let length = slope.norm();
+        (length > 1e-6).then(|| (slope / length, (-shrink - value) / length))
+    });
+    planes.extend(cutting.take(MOST_PLANES));
+    let mut corners = Vec::new();
+    for (i, (n, d)) in planes.iter().enumerate() {
+        for (j, (m, e)) in planes.iter().enumerate().skip(i + 1) {
+            let cross = n.cross(m);
+            for (o, f) in planes.iter().skip(j + 1) {
+                let volume = cross.dot(o);
+                if volume.abs() < PARALLEL {
+                    continue;
+                }
+                let x = (m.cross(o) * *d + o.cross(n) * *e + cross * *f) / volume;
+                if planes.iter().all(|(n, d)| n.dot(&x) <= d + ROUNDING) {
+                    corners.push(cube.center + x);
+                }
+            }
         }
     }
+    corners
 }

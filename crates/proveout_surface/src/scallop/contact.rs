@@ -161,7 +161,8 @@ impl<'a> CutterContact<'a> {
             }
             // Beyond the cutter nothing has a height: the edge of its shadow is no width.
             let last = low - 1e-9 * widest;
-            at(last).filter(|h| (h[1] - height).abs() < 1e-3 * height + 1e-6).map(|h| h[0])
+            let ends = at(last).filter(|h| (h[1] - height).abs() < 1e-3 * height + 1e-6);
+            ends.and_then(|_| at(low)).map(|h| h[0])
         };
         Some([width(1.0)?, width(-1.0)?])
     }
