@@ -48,14 +48,16 @@ const ALIKE: f64 = 0.9;
 /// The deepest place of each block is known to this part of its depth, and mm.
 const DEEP: [f64; 2] = [0.3, 1e-4];
 /// In so many of the deepest blocks the way to the deepest place is climbed.
-const CLIMBED: usize = 48;
+const CLIMBED: usize = 16;
 /// Pieces that are looked at in a climb, its last step, mm, and the most places it asks.
-const NEAREST: usize = 16;
+const NEAREST: usize = 6;
 const LAST_STEP: f64 = 1e-4;
-const MOST_PLACES: usize = 4_000;
+const MOST_PLACES: usize = 1_200;
 /// Blocks that are decided at once, and boxes in a block.
 const AT_ONCE: usize = 256;
 const MOST_BOXES: usize = 20_000;
+/// The same once a gouge is found.
+const MOST_BOXES_DEEPER: usize = 40;
 /// Halvings in parallel: 2^12 boxes.
 const PARALLEL: u32 = 12;
 
@@ -235,9 +237,9 @@ impl Search<'_> {
         out
     }
 
-    /// The deepest place that a climb from a gouge reaches in its block. Each step ends in a piece, so that the depth is one that was cut.
+    /// The deepest place that a climb from a gouge reaches in its block or next to it. Each step ends in a piece, so that the depth is one that was cut.
     fn climbed(&self, place: &Place, known: Worst) -> Worst {
-        let (sweeps, bounds) = (self.on.sweeps, place.bounds);
+        let (sweeps, bounds) = (self.on.sweeps, place.bounds.expanded(self.on.block));
         let mut groups = place.items.clone();
         let mut near: Vec<(f64, SweepItem)> = Vec::new();
         while let Some(item) = groups.pop() {
@@ -251,10 +253,13 @@ impl Search<'_> {
         }
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         near.truncate(NEAREST);
-        let at = |p: &Point| {
+        let nearest = |p: &Point| {
             let of = |item: SweepItem| sweeps.distance(item, p).map(|d| (d, item));
-            let nearest = near.iter().filter_map(|(_, item)| of(*item));
-            let (there, item) = nearest.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))?;
+            let all = near.iter().filter_map(|(_, item)| of(*item));
+            all.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))
+        };
+        let at = |p: &Point| {
+            let (there, item) = nearest(p)?;
             let error = sweeps.distance_error(item);
             let out = (there.distance + 1.5 * error + 1e-7).max(0.0);
             let inside = p - there.normal * out;
@@ -264,11 +269,20 @@ impl Search<'_> {
         let mut step = 0.25 * bounds.size().max();
         let mut asked = 0;
         while step > LAST_STEP && asked < MOST_PLACES {
-            let ways = (0..27).filter(|k| *k != 13).map(|k| {
-                Vector::new(f64::from(k % 3) - 1.0, f64::from(k / 3 % 3) - 1.0, f64::from(k / 9) - 1.0).normalize()
-            });
-            asked += 26;
-            let tried = ways.filter_map(|way| at(&(best.point + way * step)));
+            let mut ways: Vec<Vector> = (0..27)
+                .filter(|k| *k != 13)
+                .map(|k: i32| Vector::new(f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1)))
+                .collect();
+            // Away from the nearest face along the skin of the piece, and along both.
+            if let (Some(face), Some((piece, _))) =
+                (self.on.tree.nearest(&best.point, f64::INFINITY), nearest(&best.point))
+            {
+                let (down, out) = (-face.normal, piece.normal);
+                ways.extend([down, down - out * out.dot(&down), down.cross(&out), out.cross(&down)]);
+            }
+            asked += ways.len();
+            let steps = ways.into_iter().filter_map(|way| way.try_normalize(1e-9));
+            let tried = steps.filter_map(|way| at(&(best.point + way * step)));
             match tried.max_by(|a, b| a.depth.total_cmp(&b.depth)).filter(|w| w.depth > best.depth) {
                 Some(deeper) => best = deeper,
                 None => step *= 0.5,
@@ -312,10 +326,10 @@ impl Search<'_> {
             let level = sweeps.least(*item, &n) + limit;
             let highest = corner(&widened, &n);
             let is_kept = !(top <= level && (highest.coords.dot(&n) <= level || self.is_outside(&highest)));
-            if is_kept && smallest && out.best.is_none() {
-                // The piece only grazes the box: right beside it, inside of the piece, it is deep enough as well.
-                let beside = center + n * (near.distance + 0.5 * half + 2.0 * error);
-                out.best = self.gouge_at(*item, &beside);
+            if is_kept && out.best.is_none() {
+                // The middle of the box lies beside the piece, or hardly in it: the nearest places in it are deep enough as well.
+                let into = |way: f64| center + n * (near.distance + way + 1.1 * error).max(0.0);
+                out.best = self.gouge_at(*item, &into(1e-6)).or_else(|| self.gouge_at(*item, &into(0.5 * half)));
             }
             is_kept
         });
@@ -323,7 +337,9 @@ impl Search<'_> {
         if place.items.is_empty() {
             return;
         }
-        if smallest || out.boxes > MOST_BOXES {
+        // A depth that is known is climbed from.
+        let most = if out.best.is_some() { MOST_BOXES_DEEPER } else { MOST_BOXES };
+        if smallest || out.boxes > most {
             out.open = out.open.or(Some(center));
             return;
         }

@@ -179,7 +179,8 @@ fn gouges_between_rays_are_found_with_their_depth_and_clean_twins_have_none() {
             }
         }
     }
-    assert!(boxes < 2_000_000, "{boxes}");
+    // A block of one cell is a block for itself: about forty boxes each.
+    assert!(boxes < 5_000_000, "{boxes}");
 }
 
 /// Random pieces of a tilting tool: what is found is there, and a dense lattice of places finds nothing deeper.

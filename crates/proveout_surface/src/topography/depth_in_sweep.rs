@@ -23,8 +23,8 @@ use proveout_tool::Profile;
 
 use super::{PathPiece, outline::Outline};
 
-/// A part of a piece that turns may leave its chord by so much, mm.
-const BULGE: f64 = 2e-4;
+/// A part of a piece that turns may leave its chord by so much, mm: a third of the least grain of a search for gouges, so that none stays open.
+const BULGE: f64 = 5e-5;
 /// Most parts of a piece.
 const MOST_PARTS: f64 = 512.0;
 /// Members of a group.
