@@ -43,7 +43,7 @@ fn scene(job: &Job, judged: &str) -> String {
     let Job { machine, strategy, tool, axis, keys, .. } = job;
     let program = if judged.is_empty() { "" } else { "[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n" };
     format!(
-        "name = \"kinds\"\nmachine = \"{}/machines/{machine}\"\ntools = \"tools.toml\"\nresolution_mm = 0.5\n{part}\n{judged}\n\
+        "name = \"kinds\"\nworkholding = \"none\"\nworkholding_reason = \"not part of this test\"\nmachine = \"{}/machines/{machine}\"\ntools = \"tools.toml\"\nresolution_mm = 0.5\n{part}\n{judged}\n\
          [stock]\nblade_allowance_mm = 0.3\n{mount}\n\
          [tolerances]\ngouge_mm = {GOUGE_MM}\nexcess_mm = 0.05\nnear_miss_mm = 0\nscallop_um = 20\n\
          [plan.{strategy}]\ntool = \"{tool}\"\nspindle_rpm = 8000\nfeed_mm_min = 1000\nwork_offset = \"G54\"\n\

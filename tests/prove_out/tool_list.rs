@@ -26,7 +26,7 @@ fn each_tool_drills_the_hole_of_its_profile() {
     assert_eq!(tools.len(), 8, "face mill, five end mills and deburring cutters, drill");
     for tool in &tools {
         let depth = 3.0;
-        let half = tool.max_radius().min(26.0) + 1.0;
+        let half = tool.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max).min(26.0) + 1.0;
         let folder = tempfile::tempdir().expect("temporary folder");
         let program = format!(
             "G17 G54 G90 G94 G710 G60\nT=\"{}\"\nM6\nG0 X0 Y0 Z5 S3000 M3 D1\nG1 Z-{depth} F200\nG0 Z5\nM5\nM30\n",

@@ -104,6 +104,8 @@ const ROUNDED: f64 = 0.1;
 pub(crate) struct Descent {
     /// Of the block so far, radian against the plane across the axis.
     pub(crate) angle: f64,
+    /// The steeper of this angle and that of the block before, which has gone down a part of the pillar, radian.
+    pub(crate) steepest: f64,
     /// Ways of the block down and aside so far, mm.
     pub(crate) way: [f64; 2],
     /// Way down while the region without edges covers one place, mm.
@@ -132,7 +134,7 @@ impl Descent {
         let [down, aside] = self.way;
         match slope {
             Some(slope) if slope > 0.0 && self.angle > slope && down - aside * slope.tan() <= ROUNDED => {
-                Self { angle: slope, ..self }
+                Self { angle: slope, steepest: if self.steepest > self.angle { self.steepest } else { slope }, ..self }
             }
             _ => self,
         }
@@ -148,7 +150,7 @@ impl Descent {
             None => TO_AND_FRO * cutter_radius(tool) * angle.tan() + contact,
         };
         let within = flat && if tool.dead_center.is_some() { self.pillar <= stub } else { self.stub <= stub };
-        let usual = IN_AND_BACK * USUAL_DEAD_CENTER * cutter_radius(tool) * self.angle.tan() + contact;
+        let usual = IN_AND_BACK * USUAL_DEAD_CENTER * cutter_radius(tool) * self.steepest.tan() + contact;
         match tool.cuts_at_center() {
             Some(true) => Judgement::Allowed,
             None => Judgement::Unknown,
@@ -168,6 +170,8 @@ pub(crate) struct PlungeWatch {
     /// Ways of the block in material, mm; what is less than touching is carried into the next block.
     down: f64,
     aside: f64,
+    /// Angle of the last block that went down, radian.
+    angle_before: f64,
     /// Way down in material with this tool, mm, and the places where it stood at less.
     sunk: f64,
     places: VecDeque<(Point, f64)>,
@@ -190,6 +194,7 @@ impl PlungeWatch {
         }
         if self.block != piece.block {
             if self.down > contact {
+                self.angle_before = self.down.atan2(self.aside);
                 (self.down, self.aside) = (0.0, 0.0);
             }
             self.block = piece.block;
@@ -219,8 +224,10 @@ impl PlungeWatch {
         }
         self.down += in_material;
         self.aside += aside * in_material / down;
+        let angle = self.down.atan2(self.aside);
         (self.down > contact || stub > contact).then(|| Descent {
-            angle: self.down.atan2(self.aside),
+            angle,
+            steepest: angle.max(self.angle_before),
             way: [self.down, self.aside],
             pillar,
             stub,
@@ -407,12 +414,12 @@ mod tests {
 
     #[test]
     fn the_angle_is_that_of_the_block_where_the_path_is_rounded() {
-        let measured = Descent { angle: 0.05, way: [0.1, 2.0], pillar: 0.1, stub: 0.1 };
+        let measured = Descent { angle: 0.05, steepest: 0.05, way: [0.1, 2.0], pillar: 0.1, stub: 0.1 };
         let slope = 0.045_f64;
         assert_eq!(measured.with_slope(Some(slope)).angle, slope);
         assert_eq!(measured.with_slope(None).angle, 0.05);
         // A way down that no rounding explains stays as it is measured.
-        let steep = Descent { angle: 1.0, way: [3.0, 2.0], pillar: 0.1, stub: 0.1 };
+        let steep = Descent { angle: 1.0, steepest: 1.0, way: [3.0, 2.0], pillar: 0.1, stub: 0.1 };
         assert_eq!(steep.with_slope(Some(slope)).angle, 1.0);
     }
 
@@ -448,7 +455,7 @@ mod tests {
         let unknown = flat.clone().build().expect("tool");
         assert!(super::core(&unknown, 0.2).is_some());
         assert_eq!(
-            Descent { angle: 0.1, way: [0.0; 2], pillar: 0.0, stub: 0.2 }.judged(&unknown, CONTACT),
+            Descent { angle: 0.1, steepest: 0.1, way: [0.0; 2], pillar: 0.0, stub: 0.2 }.judged(&unknown, CONTACT),
             Judgement::Unknown
         );
         assert!(super::core(&flat.center_cutting(true).build().expect("tool"), 0.2).is_none());
