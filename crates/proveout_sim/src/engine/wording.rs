@@ -53,12 +53,12 @@ pub(super) fn material(
         // What clamps or carries the cutter is beside the material more often than below it.
         let cuts = matches!(what, Swept::Body(Role::Cutting) | Swept::Entry | Swept::Core);
         let deep = if cuts { "mm deep" } else { "mm below the nearest free surface" };
-        format!(
-            "{part} of {} meets material{how}: {:.3} {deep}, {:.3} mm3 in this piece",
-            tool.name,
-            process::depth(report),
-            report.volume_mm3
-        )
+        // Between the rays a depth is known, and no volume.
+        let volume = match report.volume_mm3 {
+            volume if volume >= LEAST_VOLUME_MM3 => format!(", {volume:.3} mm3 in this piece"),
+            _ => String::new(),
+        };
+        format!("{part} of {} meets material{how}: {:.3} {deep}{volume}", tool.name, process::depth(report))
     };
     let mut f = FindingLog::of(code, message);
     f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
@@ -70,6 +70,9 @@ pub(super) fn material(
     f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
     f
 }
+
+/// Volumes that are printed as zero are left out, mm³.
+const LEAST_VOLUME_MM3: f64 = 0.0005;
 
 /// Dimensions on which a finding about a part of the tool hangs and that nobody told, in words; nothing where all are told.
 pub(super) fn chosen_of_tool(tools: &ToolLibrary, index: usize, part: &str) -> String {
