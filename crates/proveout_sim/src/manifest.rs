@@ -310,8 +310,10 @@ pub(crate) fn names_below(folder: &Path) -> std::io::Result<Vec<String>> {
 
 /// A path as seen from a folder, with `/` between; as it is where one of the two is not there.
 pub(crate) fn relative(folder: &Path, path: &Path) -> String {
-    let from = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let (Ok(from), Ok(to)) = (from.canonicalize(), path.canonicalize()) else { return path.display().to_string() };
+    // The folder of a bare file name is the empty path.
+    let or_here =
+        |path: &Path| if path.as_os_str().is_empty() { Path::new(".").canonicalize() } else { path.canonicalize() };
+    let (Ok(from), Ok(to)) = (or_here(folder), or_here(path)) else { return path.display().to_string() };
     let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     let up = from.components().skip(shared).map(|_| "..".to_owned());
     let down = to.components().skip(shared).map(|c| c.as_os_str().to_string_lossy().into_owned());

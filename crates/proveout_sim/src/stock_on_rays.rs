@@ -5,7 +5,7 @@
 
 use proveout_stock::{RawBody, TriDexel};
 
-use crate::{error::SimError, scene::Scene};
+use crate::{error::SimError, mesh_unit, scene::Scene};
 
 /// Part of its volume by which a stock may differ on the rays of any direction.
 pub(crate) const SHARE: f64 = 1.0 / 3.0;
@@ -17,6 +17,8 @@ const TRIES: i32 = 40;
 const MOST_RAYS: f64 = 4e6;
 /// A box smaller than this in all directions is no workpiece, mm: meters or inches taken for millimeters.
 const SMALL_MM: f64 = 0.5;
+/// A mesh without a unit that is smaller than this may have been written in inches, mm.
+const SMALL_IN_INCHES_MM: f64 = 10.0;
 
 /// Volume on the rays of the three directions, by whole cells, mm³.
 fn on_rays(stock: &TriDexel) -> [f64; 3] {
@@ -55,15 +57,16 @@ pub(crate) fn check(scene: &Scene, body: &RawBody, stock: &TriDexel) -> Result<(
         || format!("take a resolution_mm below {:.6} mm", size.min() / 3.0),
         |cell| format!("a resolution_mm of {cell} mm would do"),
     );
-    let unit = if size.max() < SMALL_MM {
+    let in_unit = |(name, word, factor): (&str, &str, f64)| {
+        let [x, y, z] = [0, 1, 2].map(|a| factor * size[a]);
         format!(
-            "; if the drawing is {:.3} x {:.3} x {:.3} mm, the stock was written in meters: write mesh_unit = \"m\" under [stock]",
-            1e3 * size.x,
-            1e3 * size.y,
-            1e3 * size.z
+            "; if the drawing is {x:.3} x {y:.3} x {z:.3} mm, the stock was written in {name}: write mesh_unit = \"{word}\" under [stock]"
         )
-    } else {
-        String::new()
+    };
+    let unit = match size.max() {
+        size if size < SMALL_MM => in_unit(("meters", "m", 1e3)),
+        size if size < SMALL_IN_INCHES_MM && mesh_unit::is_stock_in_doubt(scene) => in_unit(("inches", "inch", 25.4)),
+        _ => String::new(),
     };
     Err(scene.fault(scene.file.resolution_mm.span().start, message, finer + &unit).into())
 }

@@ -272,7 +272,7 @@ fn seeds(shop: &Workshop) -> Vec<Seed> {
         shop.write(name, &bytes);
         let scene = format!("mesh-{name}.toml");
         let text = shop.read("scene.toml")
-            + &format!("[part]\nmesh = \"{name}\"\n[[fixture]]\nname = \"f\"\nmesh = \"{name}\"\n");
+            + &format!("[part]\nmesh = \"{name}\"\n[[fixture]]\nname = \"f\"\nmesh = \"{name}\"\nmesh_unit = \"mm\"\n");
         shop.write(&scene, text);
         put(
             name,
