@@ -309,8 +309,8 @@ impl Search<'_> {
         let corners = std::cell::OnceCell::new();
         let faces = &place.faces;
         let kept = place.items.iter().copied().filter(|item| {
-            let Some(near) = sweeps.distance(*item, &center) else { return true };
             let error = sweeps.distance_error(*item);
+            let Some(near) = sweeps.distance_within(*item, &center, half + error) else { return true };
             if near.distance > half + error {
                 return false;
             }

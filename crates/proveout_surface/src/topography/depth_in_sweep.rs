@@ -8,7 +8,7 @@
 //! ```
 //!
 //! **Distance.** The signed distance to a convex body is a convex function of the point. While the axis stands still, the point moves straight
-//! in the frame of the tool, so that the distance is a convex function of time, and the bisection of its derivative finds the least. A piece
+//! in the frame of the tool, so that the distance is a convex function of time, and its tangents close in on the least. A piece
 //! that turns is cut into parts that turn so little that no point of the tool leaves its chord by more than [`BULGE`].
 //!
 //! **Half space.** A body of revolution with the unit axis a reaches `h(n) = max (r sqrt(1 - (n.a)^2) + z n.a)` along n over its generating
@@ -29,8 +29,11 @@ const BULGE: f64 = 5e-5;
 const MOST_PARTS: f64 = 512.0;
 /// Members of a group.
 const GROUP: usize = 8;
-/// Steps of the bisection: 2^-28 of the way of a piece.
-const HALVINGS: usize = 28;
+/// Most steps of the search for the nearest time, and the error at which it ends, mm.
+const STEPS: usize = 40;
+const KNOWN: f64 = 1e-8;
+/// What the distance of a piece that turns may lie below its tangents, mm.
+const BEND: f64 = 5e-5;
 /// Axes that differ by less are one.
 const SAME_AXIS: f64 = 1e-12;
 
@@ -260,56 +263,95 @@ impl SweptBodies {
 
     /// The largest error of [`Self::distance`], mm.
     pub fn distance_error(&self, item: SweepItem) -> f64 {
-        1e-7 + self.moves.get(item.index as usize).map_or(0.0, |m| 2.0 * m.bulge)
+        1e-7 + self.moves.get(item.index as usize).map_or(0.0, |m| if m.bulge > 0.0 { 2.0 * BEND } else { 0.0 })
+    }
+
+    /// The same where only what is nearer than `far` counts: what is known to be farther is given as some distance beyond it.
+    pub fn distance_within(&self, item: SweepItem, p: &Point, far: f64) -> Option<InSweep> {
+        let part = self.moves.get(item.index as usize).filter(|_| item.level == 0)?;
+        Some(self.nearest(part, p, [f64::NEG_INFINITY, far]))
     }
 
     /// Least distance over time; the search ends once it is `enough` or less, or is known to be more than `far`.
+    ///
+    /// While the axis stands still the distance is convex in time and lies above its tangents: the least is at an end from which it rises,
+    /// or between two times that fall to each other, above the place where their tangents meet. A turn by the angle a on the way s bends the
+    /// way of the point in the frame of the tool by at most `(|q| a + 2 s) a / 2`, with q from the tip to the point; time is searched in parts
+    /// that bend by [`BEND`] at most.
     fn nearest(&self, part: &Move, p: &Point, [enough, far]: [f64; 2]) -> InSweep {
         let outline = &self.bodies[part.body as usize].0;
-        let turns = (part.to.axis - part.from.axis).norm() > SAME_AXIS;
+        let turn = part.to.axis - part.from.axis;
+        let turns = turn.norm() > SAME_AXIS;
         let way = part.to.tip - part.from.tip;
+        // Distance, and its rate.
         let at = |time: f64| {
-            let axis =
-                if turns { (part.from.axis * (1.0 - time) + part.to.axis * time).normalize() } else { part.from.axis };
-            let tip = part.from.tip + way * time;
-            let q = p - tip;
+            let (axis, turning) = if turns {
+                let chord = part.from.axis + turn * time;
+                let length = chord.norm();
+                let axis = chord / length;
+                (axis, (turn - axis * turn.dot(&axis)) / length)
+            } else {
+                (part.from.axis, Vector::zeros())
+            };
+            let q = p - (part.from.tip + way * time);
             let z = q.dot(&axis);
             let out = q - axis * z;
             let r = out.norm();
             let (distance, gradient) = outline.distance(r, z);
             let radial = if r > 1e-12 { out / r } else { Vector::zeros() };
-            InSweep { distance, normal: radial * gradient[0] + axis * gradient[1] }
+            let along = q.dot(&turning) - way.dot(&axis);
+            let aside = -radial.dot(&way) - z * radial.dot(&turning);
+            let seen = InSweep { distance, normal: radial * gradient[0] + axis * gradient[1] };
+            (seen, gradient[0] * aside + gradient[1] * along)
         };
-        let (mut lo, mut hi) = (0.0, 1.0);
-        // From the middle no time is farther than half of the way.
-        let middle = at(0.5);
-        if !turns && middle.distance - 0.5 * way.norm() > far {
-            return middle;
-        }
-        let (first, last) = (at(0.0), at(1.0));
-        let mut best = if last.distance < first.distance { last } else { first };
-        // A turn of the axis moves the point in the frame of the tool as well.
-        let rate = |time: f64, here: &InSweep| {
-            if turns {
-                let step = 1e-4;
-                (at(time + step).distance - at(time - step).distance) / (2.0 * step)
-            } else {
-                -here.normal.dot(&way)
-            }
-        };
-        if !turns && way.norm_squared() == 0.0 {
-            return best;
-        }
-        for _ in 0..HALVINGS {
-            if best.distance <= enough {
+        let mut from = at(0.0);
+        let mut best = from.0;
+        let (way, angle) = (way.norm(), turn.norm() * 1.01);
+        let reach = (p - part.from.tip).norm() + way;
+        // No point moves faster in the frame of the tool.
+        let most = way + reach * angle;
+        // What is known to be farther than this is not searched.
+        let far = |best: &InSweep| far.min(best.distance);
+        let parts = (0.5 * (reach * angle + 2.0 * way) * angle / BEND).sqrt().ceil().clamp(1.0, MOST_PARTS);
+        for k in 0..parts as usize {
+            if best.distance <= enough || k == 0 && from.0.distance - most > far(&best) {
                 break;
             }
-            let time = 0.5 * (lo + hi);
-            let here = at(time);
-            if here.distance < best.distance {
-                best = here;
+            let (begin, end) = (k as f64 / parts, (k + 1) as f64 / parts);
+            if from.0.distance - most / parts > far(&best) {
+                from = at(end);
+                if from.0.distance < best.distance {
+                    best = from.0;
+                }
+                continue;
             }
-            if rate(time, &here) > 0.0 { hi = time } else { lo = time }
+            let to = at(end);
+            if to.0.distance < best.distance {
+                best = to.0;
+            }
+            let (mut lo, mut hi) = ((begin, from.0.distance, from.1), (end, to.0.distance, to.1));
+            from = to;
+            if lo.2 >= 0.0 || hi.2 <= 0.0 {
+                continue;
+            }
+            for _ in 0..STEPS {
+                let meet = (hi.1 - lo.1 + lo.2 * lo.0 - hi.2 * hi.0) / (lo.2 - hi.2);
+                let bound = lo.1 + lo.2 * (meet - lo.0) - if turns { BEND } else { 0.0 };
+                if best.distance <= enough || bound > far(&best) - KNOWN || hi.0 - lo.0 < 1e-9 {
+                    break;
+                }
+                let room = 0.05 * (hi.0 - lo.0);
+                let time = meet.clamp(lo.0 + room, hi.0 - room);
+                let (here, rate) = at(time);
+                if here.distance < best.distance {
+                    best = here;
+                }
+                if rate > 0.0 {
+                    hi = (time, here.distance, rate);
+                } else {
+                    lo = (time, here.distance, rate);
+                }
+            }
         }
         best
     }
