@@ -24,6 +24,11 @@ impl BlockEnds {
         self.last = ends.map(|(_, pose)| pose).or(self.last);
     }
 
+    /// Whether a block ends in the stretch, so that its slope is known.
+    pub(crate) fn has_ended(chunk: &Chunk, block: u32) -> bool {
+        chunk.blocks.binary_search_by_key(&block, |b| b.index).is_ok()
+    }
+
     /// Angle of a block of the stretch against the plane across the tool axis, radian; none where the block has not ended, turns the tool,
     /// or is no motion in feed.
     pub(crate) fn slope(&self, chunk: &Chunk, block: u32) -> Option<f64> {

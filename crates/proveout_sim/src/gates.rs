@@ -61,6 +61,12 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
         // What touches came too near before.
         counts.push(format!("{} x bodies that hit each other", log.near_misses_of_hits()));
     }
+    if name == "near_miss" && counts.is_empty() {
+        let hits: u64 = codes("collision").iter().map(count).sum();
+        if hits > 0 {
+            counts.push(format!("{hits} x bodies that hit each other"));
+        }
+    }
     let (state, reason) = if !counts.is_empty() {
         let more = if left_out.is_empty() { String::new() } else { format!("; not checked: {left_out}") };
         (State::Fail, counts.join(", ") + &more)

@@ -70,7 +70,8 @@ const SHORT_LINES: u32 = 3000;
 const SMALL_STOCK: u64 = 48 << 20;
 
 /// The same for the tools whose length was chosen and not measured, where the program is short and the stock small: such a search runs the program
-/// about ten times. Empty where no length is assumed.
+/// about ten times, with the cells of a preview, since nothing but the holder is asked. Empty where no length is assumed, and where such cells do not
+/// hold the stock.
 ///
 /// # Errors
 /// As [`crate::run::run`].
@@ -101,7 +102,10 @@ pub fn least_of_assumed(scene: &Path, choice: &Choice, prepared: &Prepared) -> R
         let tool = library.tools.get(index)?;
         Some((tool.name.clone(), tool.overhang()?, tool.clamping_range()?))
     });
-    known.map(|(name, now, range)| search(scene, choice, &name, now, range, &mut |_| ())).collect()
+    let coarse = Choice { preview: true, ..choice.clone() };
+    let found: Result<Vec<Overhang>, SimError> =
+        known.map(|(name, now, range)| search(scene, &coarse, &name, now, range, &mut |_| ())).collect();
+    Ok(found.unwrap_or_default())
 }
 
 /// Name, overhang and range of the tools in the spindle that have a holder.

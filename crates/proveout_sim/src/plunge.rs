@@ -128,6 +128,14 @@ pub(crate) enum Judgement {
 }
 
 impl Descent {
+    /// The same of a block that has not ended: the rounding of its first corner may have gone down some of its way. The block is judged
+    /// again, with its slope, when it ends.
+    pub(crate) fn without_rounding(self) -> Self {
+        let [down, aside] = self.way;
+        let angle = (down - ROUNDED).max(0.0).atan2(aside).min(self.angle);
+        if aside > 0.0 { Self { angle, ..self } } else { self }
+    }
+
     /// The same with the slope of the block as it is programmed, radian, where the path is steeper by no more than the rounding of its
     /// corners makes it.
     pub(crate) fn with_slope(self, slope: Option<f64>) -> Self {

@@ -46,11 +46,12 @@ pub(crate) fn check(scene: &Scene, body: &RawBody, stock: &TriDexel) -> Result<(
     let cells = if x == y && y == z { format!("{x} mm") } else { format!("{x} x {y} x {z} mm") };
     let volume = own.map_or_else(String::new, |own| format!(" of its {own:.6} mm3"));
     let message = format!(
-        "the stock of {:.4} x {:.4} x {:.4} mm has {worst:.6} mm3{volume} on rays {cells} apart, more than {:.0} percent off: most of it lies \
+        "the stock of {:.4} x {:.4} x {:.4} mm has {:.6} mm3{volume} on rays {cells} apart, more than {:.0} percent off: most of it lies \
          between the rays, where no cut would be seen",
         size.x,
         size.y,
         size.z,
+        worst.max(0.0) + 0.0,
         100.0 * SHARE
     );
     let finer = fitting(body, stock).map_or_else(

@@ -114,7 +114,7 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
         say!("\n  published values");
         for p in &c.published {
             let band = match (p.reproduced, p.band) {
-                (Some(found), _) => format!("  {}", found.word()),
+                (Some(found), _) => format!("  {}", p.kind.judged(found.word())),
                 (None, Some([low, high])) => format!("  band {low} to {high}: {}", word(p.state)),
                 (None, None) => String::new(),
             };

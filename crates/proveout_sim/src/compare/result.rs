@@ -86,9 +86,9 @@ impl Comparison {
         (!all.is_empty()).then(|| all.join(", "))
     }
 
-    /// Re-scheduled programs whose texts are the same to the byte, in one line: two results of them are one. None where all differ.
+    /// Programs whose texts are the same to the byte, in one line: two results of them are one. None where all differ.
     pub fn same_texts_in_words(&self) -> Option<String> {
-        let text = |p: &ProgramFigures| p.digests.get("made_program").cloned();
+        let text = |p: &ProgramFigures| p.digests.get("made_program").or_else(|| p.digests.get("program")).cloned();
         let mut by_text: BTreeMap<String, Vec<&str>> = BTreeMap::new();
         for (name, program) in self.order.iter().filter_map(|n| self.programs.get_key_value(n)) {
             if let Some(digest) = text(program) {

@@ -9,6 +9,7 @@ use proveout_tool::Role;
 
 use super::{Engine, UnknownPlunge, wording};
 use crate::{
+    block_slope::BlockEnds,
     bodies::Hit,
     engagement::Engagement,
     finding::{self, Finding},
@@ -95,7 +96,11 @@ impl Engine<'_> {
         let Some(core) = self.cutters.core(index) else { return };
         let contact = self.prepared.scene.file.tolerances.contact_mm;
         let Some(descent) = self.plunge.follow((index, tool), piece, met, core, contact) else { return };
-        let descent = descent.with_slope(self.block_ends.slope(chunk, piece.block));
+        let descent = if BlockEnds::has_ended(chunk, piece.block) {
+            descent.with_slope(self.block_ends.slope(chunk, piece.block))
+        } else {
+            descent.without_rounding()
+        };
         match descent.judged(tool, contact) {
             Judgement::Allowed => {}
             Judgement::Unknown => {

@@ -223,6 +223,11 @@ impl Interpreter {
             }
             (None, None) if (axes || p.has_polar()) && motion.is_none() && !Self::offsets_take_axes(p) => {
                 let message = "axis letters stand without a motion word in force";
+                if p.g(Group::OneShot) == Some(40) {
+                    return Err(
+                        Fault::new(codes::MISSING_VALUE, span, message).help("a dwell is written G4 P0.5 (seconds)")
+                    );
+                }
                 Err(Fault::new(codes::MISSING_VALUE, span, message).help("write G0 or G1 before them"))
             }
             _ => Ok(()),
