@@ -96,23 +96,25 @@ impl Engine<'_> {
         let Some(core) = self.cutters.core(index) else { return };
         let contact = self.prepared.scene.file.tolerances.contact_mm;
         let Some(descent) = self.plunge.follow((index, tool), piece, met, core, contact) else { return };
-        let descent = if BlockEnds::has_ended(chunk, piece.block) {
-            descent.with_slope(self.block_ends.slope(chunk, piece.block))
+        let measured = descent.angle;
+        let (descent, shown) = if BlockEnds::has_ended(chunk, piece.block) {
+            let descent = descent.with_slope(self.block_ends.slope(chunk, piece.block));
+            (descent, descent.angle)
         } else {
-            descent.without_rounding()
+            (descent.without_rounding(), measured)
         };
         match descent.judged(tool, contact) {
             Judgement::Allowed => {}
             Judgement::Unknown => {
                 let steepest = self.unknown_plunges.entry(index);
                 let steepest = steepest.or_insert(UnknownPlunge { angle: 0.0, block: piece.block });
-                if descent.angle > steepest.angle {
-                    *steepest = UnknownPlunge { angle: descent.angle, block: piece.block };
+                if shown > steepest.angle {
+                    *steepest = UnknownPlunge { angle: shown, block: piece.block };
                 }
             }
             Judgement::Fault { angle, stub } => {
                 let left = if tool.dead_center.is_some() { descent.pillar } else { descent.stub };
-                let finding = wording::plunge(tool, descent.angle, angle, [left, stub]);
+                let finding = wording::plunge(tool, shown, angle, [left, stub]);
                 let mut f = self.at_piece(finding, piece, piece.time[0]);
                 f.point_mm = met.and_then(|r| r.first_point).map(|p| [p.x, p.y, p.z]);
                 self.log.push(f);
