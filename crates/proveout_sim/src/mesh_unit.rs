@@ -198,7 +198,9 @@ fn refused(
 ) -> InputError {
     let looks = unit.map_or_else(String::new, |unit| format!("; its numbers look like {unit}"));
     let message = format!("{who}: the mesh of {} {what}{looks}", measures(own));
-    let word = unit.and_then(|unit| UNITS.iter().find(|u| u.2 == unit)).map_or("inch", |u| u.1);
+    // Half a millimeter is no workpiece and no clamp in inches either.
+    let otherwise = if own.size().max() < 0.5 { "m" } else { "inch" };
+    let word = unit.and_then(|unit| UNITS.iter().find(|u| u.2 == unit)).map_or(otherwise, |u| u.1);
     let help = format!(
         "a mesh file states no unit: write mesh_unit = \"{word}\" beside `mesh` (mm, cm, m or inch), or mesh_unit = \"mm\" if size and place are meant"
     );
