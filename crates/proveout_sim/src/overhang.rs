@@ -69,9 +69,9 @@ const SHORT_LINES: u32 = 3000;
 /// Largest stock for the same, bytes.
 const SMALL_STOCK: u64 = 48 << 20;
 
-/// The same for the tools whose length was chosen and not measured, where the program is short and the stock small: such a search runs the program
-/// about ten times, with the cells of a preview, since nothing but the holder is asked. Empty where no length is assumed, and where such cells do not
-/// hold the stock.
+/// The same for tools whose length was chosen and not measured, if the program is short and the stock small. The search
+/// runs the program about ten times for each tool, at the coarse cells of a preview. Empty if no length is assumed, or
+/// if the stock cannot be represented at those cells.
 ///
 /// # Errors
 /// As [`crate::run::run`].

@@ -128,8 +128,8 @@ pub(crate) enum Judgement {
 }
 
 impl Descent {
-    /// The same of a block that has not ended: the rounding of its first corner may have gone down some of its way. The block is judged
-    /// again, with its slope, when it ends.
+    /// The same for a block that has not ended yet: part of the way down may come from the rounding of its first corner.
+    /// The block is judged again with its programmed slope when it ends.
     pub(crate) fn without_rounding(self) -> Self {
         let [down, aside] = self.way;
         let angle = (down - ROUNDED).max(0.0).atan2(aside).min(self.angle);

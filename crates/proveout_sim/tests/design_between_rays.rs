@@ -93,7 +93,7 @@ fn an_edge_that_is_cut_off_between_the_rays_fails_and_one_that_is_touched_passes
         let depth = across.min(down);
         assert_eq!(gate(&v, "gouge").0, State::Fail, "{degrees} {across}: {}", gate(&v, "gouge").1);
         let found = worst(&v, GOUGE.code).unwrap();
-        // Where rays meet the gouge its depth is the deepest on a ray; along an edge that no ray runs on, that is less by a part of a cell.
+        // If rays meet the gouge, its depth is the deepest on any ray. On a turned edge the deepest point lies between rays.
         let least = if degrees == 23.0 { 0.9 } else { 0.97 };
         assert!(found / depth < 1.03 && found / depth > least, "{degrees}: {found} {depth}");
         let (_, moves) = along_edge(degrees, 0.0, 2.0, way);

@@ -19,10 +19,11 @@
 //! that meet. In a concave edge or corner the faces fall into groups with normals `n_k`, and the shortest d with
 //! `n_k . d >= top_k - least(n_k)` for all k is asked.
 //!
-//! **Boxes.** A box in which some piece cannot be moved out is halved, down to a small part of t. Boxes whose points are all less deep than t,
-//! pieces that do not reach into a box, and boxes outside of the design drop out. Where the middle of a box lies inside of a piece and
-//! deeper than t, the gouge is found. Its depth is searched by raising t to 1.3 times the depth that is known and going on, and in the deepest
-//! blocks by climbing from there: in ever smaller steps from place to place of the pieces, as long as a place is deeper.
+//! **Boxes.** A box in which some piece cannot be moved out is halved, down to a small part of t. Boxes whose points are
+//! all less deep than t, pieces that do not reach into a box, and boxes outside of the design drop out. If the middle of
+//! a box, or the point of a piece next to it, lies deeper than t, the gouge is found. The search then raises t to 1.3
+//! times the known depth and continues for a few boxes. In the deepest blocks it climbs in shrinking steps to the
+//! deepest point.
 //! A face mill on a flat face is decided in one box, a ball in a fillet in boxes of `sqrt(8 R t)`.
 //!
 //! **Result.** Gouges deeper than the allowed depth by more than [`Overcut::grain`] are found; what is less deep than the allowed depth is none.
@@ -237,7 +238,8 @@ impl Search<'_> {
         out
     }
 
-    /// The deepest place that a climb from a gouge reaches in its block or next to it. Each step ends in a piece, so that the depth is one that was cut.
+    /// Climbs from a gouge to the deepest point in its block or beside it. Every step ends inside a swept piece, so the
+    /// depth was really cut.
     fn climbed(&self, place: &Place, known: Worst) -> Worst {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds.expanded(self.on.block));
         let mut groups = place.items.clone();
@@ -327,7 +329,7 @@ impl Search<'_> {
             let highest = corner(&widened, &n);
             let is_kept = !(top <= level && (highest.coords.dot(&n) <= level || self.is_outside(&highest)));
             if is_kept && out.best.is_none() {
-                // The middle of the box lies beside the piece, or hardly in it: the nearest places in it are deep enough as well.
+                // The middle of the box may lie just outside of the piece: try the nearest points inside it.
                 let into = |way: f64| center + n * (near.distance + way + 1.1 * error).max(0.0);
                 out.best = self.gouge_at(*item, &into(1e-6)).or_else(|| self.gouge_at(*item, &into(0.5 * half)));
             }

@@ -25,8 +25,8 @@ pub enum DesignError {
 ///
 /// The sign comes from the angle-weighted pseudo-normal of the face, edge or vertex that holds the nearest point
 /// (Baerentzen and Aanaes, Signed distance computation using the angle weighted pseudonormal, 2005, theorem 1), which
-/// is right everywhere off the surface of one closed shell. Where shells touch, the nearest face may lie inside of the solid: of a mesh of several
-/// shells, a point is inside where it is in more shells than in their cavities.
+/// is right everywhere off the surface of one closed shell. Where shells touch, the nearest face may lie inside of the
+/// solid. In a mesh of several shells, a point is therefore inside if more bodies than cavities contain it.
 #[derive(Clone, Debug)]
 pub struct DesignMesh {
     mesh: ParryMesh,
@@ -35,7 +35,7 @@ pub struct DesignMesh {
     shells: Vec<Shell>,
 }
 
-/// Triangles that hang together over their edges.
+/// Triangles connected by shared edges.
 #[derive(Clone, Debug)]
 struct Shell {
     mesh: ParryMesh,
@@ -44,7 +44,7 @@ struct Shell {
 }
 
 impl Shell {
-    /// How often it goes round a point: 1 in a body, -1 in a cavity.
+    /// Winding number at a point: 1 inside a body, -1 inside a cavity, else 0.
     fn turns(&self, p: &Point) -> i32 {
         let is_in_room = self.bounds.contains(p)
             && nearest_of(&self.mesh, p, f64::MAX).is_some_and(|n| (n.distance < 0.0) != self.is_cavity);

@@ -22,16 +22,17 @@
 //! cube that is empty stays so, since material only goes away: it is remembered over the whole run, and eight empty cubes are an empty
 //! one. So open space is proved once, in large cubes.
 //!
-//! *Cleared.* Where S slides along a wall that a cutter has left a moment ago, cubes would have to be as small as the touch. There, half
-//! spaces decide. What S takes up of B lies in the polytope P of B with `b + g . (x - c) <= -touch`, for each plane (b, g) that bounds `F_S` from
-//! below: that of the whole body, and that of each line or arc of its outline. A cut `S_i` that does not turn is convex, since `F_i` is convex in place and
-//! time: when all corners of P are in it, P is, whatever its size. A cut that turns is taken in parts that bend by at most k, and its corners must be
-//! deeper by k. So a flat wall is cleared in one cube, and a round one of the radius r, behind the same body on the same way, in cubes of
-//! `sqrt(2 r touch)`. Against a face of R with the distance d of c beyond it and the normal n, the two half spaces have nothing in common where
-//! `b + d + touch > |g + n| h`.
+//! *Cleared.* Where S slides along a wall that a cutter has just made, cubes would have to be as small as the touch.
+//! Half spaces decide there. S fills at most the polytope P of B with `b + g . (x - c) <= -touch` for each plane (b, g)
+//! that bounds `F_S` from below: one plane of the whole body, and one of each line or arc of its outline. A cut `S_i`
+//! that does not turn is convex, because `F_i` is convex in place and time. If all corners of P lie in it, all of P does,
+//! whatever its size. A cut that turns is split into parts that bend by at most k, and the corners must lie deeper by k.
+//! A flat wall is so cleared in one cube. A round wall of radius r, followed by the same body, takes cubes of
+//! `sqrt(2 r touch)`. At a face of R with the normal n, and c at the distance d beyond it, S and R have nothing in
+//! common if `b + d + touch > |g + n| h`.
 //!
-//! *Depth.* The deepest place is climbed to from the first one that is found, in ever smaller steps; a short search goes on for places that are
-//! deeper by a quarter. The depth that is told is that of a place: the true one may be more.
+//! *Depth.* From the first place found, a climb in shrinking steps looks for the deepest one. A short search then looks
+//! for places a quarter deeper. The reported depth is that of a real place; the greatest depth may be larger.
 //!
 //! *Tolerances.* Material thinner than two micrometers (`FILM` on each side) is none: so much may the cuts on the rays be off
 //! (`sweep_bound_mm`), and two passes that just touch leave no film. Cubes end at 4 micrometers, where the center decides. So every place where

@@ -78,7 +78,7 @@ impl Moving {
         Self { motion: *motion, way: motion.to.tip - motion.from.tip, turn, angle }
     }
 
-    /// A motion in parts that bend little over a body that reaches so far from its tip: each has one plane that bounds it.
+    /// Splits a motion so that one plane bounds each part; `reach` is the largest distance of the body from its tip, mm.
     pub(super) fn parts(motion: &SweepMotion, reach: f64) -> Vec<SweepMotion> {
         let whole = Self::new(motion);
         let parts = (whole.bend(reach) / BEND).sqrt().ceil().clamp(1.0, PARTS) as u32;

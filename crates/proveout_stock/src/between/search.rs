@@ -26,7 +26,7 @@ const LAST_STEP: f64 = 1e-4;
 const MOST_STEPS: usize = 200;
 /// Points lie on the inner side of faces by so much more, mm.
 const ROUNDING: f64 = 1e-9;
-/// Movers that climb from one place, at most.
+/// Most movers whose depth is climbed from one place.
 const MOST_CLIMBED: usize = 3;
 
 /// A body that must not meet material.
@@ -206,7 +206,8 @@ impl Search<'_, '_> {
         self.open.get_or_insert((cube.center, cube.edge));
     }
 
-    /// The cuts of some that reach into a cube, the deepest at its middle first; none when one of them takes up the whole cube.
+    /// Those of `near` that reach into a cube, the one that covers its center deepest first; none if one of them empties
+    /// the cube.
     fn reaching(&mut self, cube: &Cube, near: Vec<u32>) -> Option<Vec<u32>> {
         let (radius, tried) = (cube.radius(), cube.key().map_or(0, |k| self.store.tried(k)));
         let is_filtered = radius <= BY_PLANES[usize::from(near.len() > FEW_CUTS)];
@@ -318,7 +319,8 @@ impl Search<'_, '_> {
         best
     }
 
-    /// Directions of a step of a climb: those of a lattice, and along faces of the mover and of the raw stock that are near, one by one and two by two.
+    /// Directions that a climb tries: 26 of a lattice, along each near face of the mover and the raw stock, and along the
+    /// edges where two of them meet.
     fn ways_up(&mut self, mover: &Mover<'_>, p: &Point, step: f64) -> Vec<Vector> {
         let lattice = (0..27).filter(|k| *k != 13);
         let of_lattice = |k: i32| Vector::new(f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1));
@@ -341,7 +343,8 @@ impl Search<'_, '_> {
         ways.into_iter().filter_map(|way| way.try_normalize(1e-9)).collect()
     }
 
-    /// True where what a mover takes up of a cube is outside of the raw stock, or within one cut. If not, the middle of it is looked at.
+    /// Whether the part of a cube that a mover fills lies outside of the raw stock or within one cut. If not, the middle of
+    /// that part is checked for material.
     fn is_cleared(&mut self, m: u32, cube: &Cube, cuts: &[u32]) -> bool {
         let all = self.movers;
         let mover = &all[m as usize];
@@ -401,8 +404,8 @@ fn corner(bounds: &Aabb, k: u8) -> Point {
     Point::new(at(0), at(1), at(2))
 }
 
-/// Corners of the part of a cube in which all of some functions are at most `-shrink`: each point in which three of the planes meet and that all
-/// others leave in. With more planes than are used at once the part is taken larger.
+/// Corners of the part of a cube in which every half space is at most `-shrink`: the points where three planes meet and
+/// that no other plane cuts off. Planes beyond the first [`MOST_PLANES`] are ignored, which only makes the part larger.
 fn corners_of_part(cube: &Cube, half_spaces: &[HalfSpace], shrink: f64) -> Vec<Point> {
     /// Points so far beyond a plane count as in it, mm.
     const ROUNDING: f64 = 1e-7;

@@ -23,7 +23,8 @@ use proveout_tool::Profile;
 
 use super::{PathPiece, outline::Outline};
 
-/// A part of a piece that turns may leave its chord by so much, mm: a third of the least grain of a search for gouges, so that none stays open.
+/// Largest distance of a part of a turning piece from its chord, mm. Below a third of the grain of a gouge search, no
+/// block stays undecided.
 const BULGE: f64 = 5e-5;
 /// Most parts of a piece.
 const MOST_PARTS: f64 = 512.0;
@@ -266,7 +267,7 @@ impl SweptBodies {
         1e-7 + self.moves.get(item.index as usize).map_or(0.0, |m| if m.bulge > 0.0 { 2.0 * BEND } else { 0.0 })
     }
 
-    /// The same where only what is nearer than `far` counts: what is known to be farther is given as some distance beyond it.
+    /// The same, but stops early once the point is known to be farther than `far`; the result is then some value above it.
     pub fn distance_within(&self, item: SweepItem, p: &Point, far: f64) -> Option<InSweep> {
         let part = self.moves.get(item.index as usize).filter(|_| item.level == 0)?;
         Some(self.nearest(part, p, [f64::NEG_INFINITY, far]))
@@ -274,10 +275,10 @@ impl SweptBodies {
 
     /// Least distance over time; the search ends once it is `enough` or less, or is known to be more than `far`.
     ///
-    /// While the axis stands still the distance is convex in time and lies above its tangents: the least is at an end from which it rises,
-    /// or between two times that fall to each other, above the place where their tangents meet. A turn by the angle a on the way s bends the
-    /// way of the point in the frame of the tool by at most `(|q| a + 2 s) a / 2`, with q from the tip to the point; time is searched in parts
-    /// that bend by [`BEND`] at most.
+    /// Without a turn, the distance is convex in time and lies above its tangents. The least value is at an end from which
+    /// it rises, or above the point where a falling and a rising tangent meet. A turn by the angle a over the way s bends
+    /// the path of the point in the tool frame by at most `(|q| a + 2 s) a / 2`, with q from the tip to the point. Time is
+    /// then searched in parts that bend by at most [`BEND`].
     fn nearest(&self, part: &Move, p: &Point, [enough, far]: [f64; 2]) -> InSweep {
         let outline = &self.bodies[part.body as usize].0;
         let turn = part.to.axis - part.from.axis;
