@@ -54,7 +54,7 @@ fn fusion_for_a_haas_in_inch_with_the_zero_at_home() {
         told: &[
             "unit: inch",
             "tool T4: chamfer D9.525",
-            "tool T6: flat D6.35",
+            "tool T6: tap D6.35",
             "chosen: Z is sent to 0 of the machine (G53, SUPA or M91, lines 13,",
             "zero = \"home\"",
         ],
