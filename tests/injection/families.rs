@@ -5,7 +5,7 @@
 
 use proveout_geom::TriMesh;
 
-use crate::{
+use crate::injection::{
     random::Random,
     shop::{Case, EndMill, Moves, Stock},
     solids::{convex_bar, grid_solid},

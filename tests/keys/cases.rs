@@ -2,7 +2,7 @@
 
 use toml::{Table, Value};
 
-use crate::setups::{Files, Setup};
+use crate::keys::setups::{Files, Setup};
 
 /// A key, where it acts, and what is changed: file, path in it, and the new value as TOML; an empty value takes the key out.
 #[derive(Debug)]

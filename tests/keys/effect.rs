@@ -19,7 +19,7 @@ use proveout_sim::{
     verdict::Verdict,
 };
 
-use crate::setups::{Files, Setup};
+use crate::keys::setups::{Files, Setup};
 
 /// A text that tells everything, or why nothing was done.
 pub(crate) type Left = Result<String, String>;

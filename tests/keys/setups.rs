@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fs};
 
 use proveout_tests::root;
 
-use crate::texts::{
+use crate::keys::texts::{
     BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, FLANK, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, SURFACE,
     SURFACE_BLADE, SURFACE_PROGRAM, TOOLS, five, hybrid, hybrid_servo, one_tool, paths, shortened, stl,
 };

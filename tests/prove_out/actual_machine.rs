@@ -2,7 +2,7 @@
 
 use proveout_sim::{run::RunResult, scene::DynamicsFile, verdict::State};
 
-use crate::bench::{Bench, end_mill, fanuc, gate};
+use crate::prove_out::bench::{Bench, end_mill, fanuc, gate};
 
 const INSPECT: &str = "[[inspect]]\nname = \"floor\"\nfrom_mm = [30.125, 10.125, 5]\ndirection = \"-z\"\nnominal_mm = -3\ntolerance_mm = 0.002\n\
                        [[inspect]]\nname = \"right wall\"\nfrom_mm = [30.125, 10.125, -1.125]\ndirection = \"+x\"\nnominal_mm = 35.125\ntolerance_mm = 0.01\n\

@@ -2,7 +2,7 @@
 
 use proveout_sim::{run::RunResult, scene::DynamicsFile, verdict::State};
 
-use crate::bench::{Bench, end_mill, fanuc, findings, gate, line_of, state};
+use crate::prove_out::bench::{Bench, end_mill, fanuc, findings, gate, line_of, state};
 
 const RAPID: &str = "process-rapid-in-material";
 

@@ -12,7 +12,7 @@ use proveout_sim::{Prepared, programs};
 use proveout_tests::root;
 use proveout_tool::ToolLibrary;
 
-use crate::planned::{CHORD_MM, GOUGE_MM, TOLERANCE_MM, as_planned, gates_pass, proved};
+use crate::prove_out::planned::{CHORD_MM, GOUGE_MM, TOLERANCE_MM, as_planned, gates_pass, proved};
 
 /// What is cut, where it stands, and with what.
 struct Job {

@@ -2,7 +2,7 @@
 
 use proveout_sim::{run::RunResult, verdict::State};
 
-use crate::bench::{Bench, end_mill, fanuc, findings, gate, line_of, state};
+use crate::prove_out::bench::{Bench, end_mill, fanuc, findings, gate, line_of, state};
 
 fn bench(tool: &str, program: &str) -> Bench {
     Bench {

@@ -2,7 +2,7 @@
 
 use proveout_sim::verdict::State;
 
-use crate::bench::{Bench, end_mill, fanuc, findings, gate, line_of, state};
+use crate::prove_out::bench::{Bench, end_mill, fanuc, findings, gate, line_of, state};
 
 /// A tall wall beside the spindle: x 90..130, up to 450 mm over the work zero.
 fn wall(program: &str) -> Bench {

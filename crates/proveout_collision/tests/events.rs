@@ -1,6 +1,6 @@
 //! Injected events with closed forms: thin grazes, swings past an edge, cut corners, bodies inside of others.
 //!
-//! `PROVEOUT_EVENTS=10000 cargo test -p proveout_collision --test events` runs ten thousand of them; without the variable it is a hundredth.
+//! `PROVEOUT_EVENTS=10000 cargo test -p proveout_collision --test collision events::` runs ten thousand of them; without the variable it is a hundredth.
 //!
 //! Corners that the generator visits: overlaps and misses from 1 to 100 micrometers, in equal shares of the decades; walls of 0.2 mm; grazes along a
 //! wall and over its top; swings of 90 to 350 degrees in both senses; corners passed at any angle within their normal cone, and
@@ -10,8 +10,6 @@
 //! Of every event it is known whether the parts meet, and when first. Those that meet are found, never late, and no further apart than what is
 //! stated: 0.2 micrometers, and 1e-5 mm for rounding. Those that miss are not named.
 
-mod common;
-
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
@@ -20,7 +18,7 @@ use proveout_geom::{Aabb, Point, Pose, Vector, box_mesh};
 use proveout_machine::{JointValues, Machine};
 use proveout_tool::{Cutter, HolderSection, Tool, ToolBuilder};
 
-use common::Random;
+use crate::common::Random;
 
 /// Nearness that counts as a touch, mm: the tolerance of the advancement (2e-4), the slack for rounding (1e-5), and what a proved distance of a
 /// tool may be below the true one (1e-7).

@@ -1,8 +1,6 @@
 //! Interference against dense sampling by an oracle that shares no code: points on the tool's surface, placed by the
 //! forward kinematics of the machine, against closed-form distances of boxes.
 
-mod common;
-
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -11,7 +9,7 @@ use proveout_geom::{Aabb, Point, Pose, ToolPose, TriMesh, Vector, box_mesh, cyli
 use proveout_machine::{Attachment, JointValues, Machine, MachineBody};
 use proveout_tool::{Cutter, HolderSection, Tool, ToolBuilder};
 
-use common::Random;
+use crate::common::Random;
 
 /// X Y Z in the tool, B and C in the table; gauge line at the machine zero with all joints at zero.
 fn machine() -> Machine {

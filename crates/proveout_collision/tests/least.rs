@@ -1,8 +1,6 @@
 //! The least clearance of every pair, and the spans that prove it.
 #![allow(clippy::print_stdout, reason = "the figures of a run by hand")]
 
-mod common;
-
 use std::path::Path;
 
 use proveout_collision::{Fixture, Interference, PairClearance, ProvedSpan, SolidPair};
@@ -10,7 +8,7 @@ use proveout_geom::{Aabb, Point, TriMesh, box_mesh, cylinder_mesh};
 use proveout_machine::{Attachment, JointValues, Machine};
 use proveout_tool::{ToolId, ToolLibrary};
 
-use common::Random;
+use crate::common::Random;
 
 fn root() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

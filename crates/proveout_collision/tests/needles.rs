@@ -1,6 +1,6 @@
 //! Needles and plates at known small distances from the parts of a tool: nothing that keeps apart is called a contact.
 //!
-//! `PROVEOUT_NEEDLES=5000 cargo test -p proveout_collision --test needles` makes five thousand of each kind; without the variable it is a hundredth.
+//! `PROVEOUT_NEEDLES=5000 cargo test -p proveout_collision --test collision needles::` makes five thousand of each kind; without the variable it is a hundredth.
 //!
 //! A long thin body is put at its distance by construction. At a point of the tool with outward normal n (on a face, the side of a cylinder or cone, a rim) a
 //! box is turned at random until one of its corners, edges or faces is its lowest along n, and shifted until that lies at the distance. Two parallel planes
@@ -9,8 +9,6 @@
 //! Motions: the tool goes straight along a direction across n, through the place in the middle of its way. The distance of two convex bodies along a
 //! straight way is convex, so that it is least in the middle. Or the table turns about an axis through the needle's nearest place, along n: there the planes
 //! turn into themselves.
-
-mod common;
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -21,7 +19,7 @@ use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh};
 use proveout_machine::{JointValues, Machine};
 use proveout_tool::{Cutter, HolderSection, Tool, ToolBuilder};
 
-use common::Random;
+use crate::common::Random;
 
 const GAUGE: f64 = 150.0;
 

@@ -3,8 +3,6 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail by panic; counts are worth seeing")]
 
-mod common;
-
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proveout_collision::{
@@ -14,7 +12,7 @@ use proveout_collision::{
 use proveout_geom::{Aabb, Point, ToolPose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_tool::{Cutter, HolderSection, Role, Tool, ToolBuilder};
 
-use common::Random;
+use crate::common::Random;
 
 const HALF_DEGREE: f64 = PI / 360.0;
 

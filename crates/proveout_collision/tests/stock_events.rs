@@ -1,14 +1,12 @@
 //! Bodies against the in-process stock: injected events whose truth is a closed form, half of them hits by 1 to 100 micrometers, half of them
 //! misses that begin at the stated error.
 //!
-//! 25 by default, as many as `PROVEOUT_STOCK_EVENTS` says else (`PROVEOUT_STOCK_EVENTS=2500 cargo test --workspace --test stock_events`).
+//! 25 by default, as many as `PROVEOUT_STOCK_EVENTS` says else (`PROVEOUT_STOCK_EVENTS=2500 cargo test --workspace --test collision stock_events::`).
 //! The generator visits: fins of 0.2 to 1 mm, thinner and thicker than a cell, grazed at their upper edge and at their end; pins, upright and
 //! turned any way against the rays, passed sideways and swung past by 90 to 350 degrees, also where the swing does not reach; walls
 //! that are run at; material inside of a solid body and in the cavity of a hollow one. Cells of another edge along each axis, no multiple of the stock;
 //! a raw box that is far larger than the material that is grazed, so that it does not decide.
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
-
-mod common;
 
 use std::path::Path;
 
@@ -18,7 +16,7 @@ use proveout_machine::{Attachment, JointValues, Machine, MachineBody};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_tool::{Profile, Segment};
 
-use common::Random;
+use crate::common::Random;
 
 /// A distance that counts as none, mm: what ends the advancement, and the slack of iterated distances.
 const TOLERANCE_MM: f64 = 0.006;

@@ -1,14 +1,12 @@
 //! Clearance of one tool pose against distances of densely sampled points of the tool from a box in closed form.
 
-mod common;
-
 use std::f64::consts::TAU;
 
 use proveout_collision::ToolClearance;
 use proveout_geom::{Aabb, Point, ToolPose, Vector, box_mesh};
 use proveout_tool::{Cutter, HolderSection, Role, Tool, ToolBuilder};
 
-use common::Random;
+use crate::common::Random;
 
 fn tool() -> Tool {
     let section = |diameter, top_diameter, length| HolderSection { diameter, top_diameter, length };

@@ -3,11 +3,9 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
 use std::{path::Path, time::Instant};
 
-use common::{Program, bc_machine, motion, run_with, tool};
+use crate::common::{Program, bc_machine, motion, run_with, tool};
 use proveout_controller::Settings;
 use proveout_nc::{Op, SplineMotion};
 

@@ -1,9 +1,8 @@
 //! What is not a number is refused at its block, wherever it stands; limits that nobody has stated are named and do not stop
 //! the plan.
 
-mod common;
-
-use common::{Program, axes, bc_machine, motion, run, tool};
+use crate::common;
+use crate::common::{Program, axes, bc_machine, motion, run, tool};
 use proveout_controller::{Controller, Dynamics, RunError, Settings};
 use proveout_machine::Machine;
 use proveout_nc::{

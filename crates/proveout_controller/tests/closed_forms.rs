@@ -1,8 +1,6 @@
 //! Times of simple motions against closed forms that share no code with the planner.
 
-mod common;
-
-use common::{Program, bc_machine, run};
+use crate::common::{Program, bc_machine, run};
 use proveout_controller::{BlockKind, Event, MoveKind};
 use proveout_machine::Machine;
 use proveout_nc::{Dwell, Op};

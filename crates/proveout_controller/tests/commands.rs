@@ -1,8 +1,7 @@
 //! Commands of real programs: threads, overrides, splines, probing, retraction.
 
-mod common;
-
-use common::{Program, Run, axes, bc_machine, motion, run, run_with, tool};
+use crate::common;
+use crate::common::{Program, Run, axes, bc_machine, motion, run, run_with, tool};
 use proveout_controller::{BlockKind, Event, RunError, Settings};
 use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;

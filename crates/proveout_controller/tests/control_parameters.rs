@@ -1,11 +1,10 @@
 //! What parameters of a control decide about the motion: the position on a tilted plane, the time of blocks that turn rotary axes,
 //! blocks without a way, and the contour error of the drives.
 
-mod common;
-
+use crate::common;
 use std::path::Path;
 
-use common::{Program, Random, motion, run, run_with, tool};
+use crate::common::{Program, Random, motion, run, run_with, tool};
 use proveout_controller::{Dynamics, Event, Settings};
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::{FeedCounts, Motion, Op, RotarySolution};

@@ -2,11 +2,9 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
 use std::path::Path;
 
-use common::{Program, motion, run_with, tool};
+use crate::common::{Program, motion, run_with, tool};
 use proveout_controller::Settings;
 use proveout_geom::{
     ToolPose, Vector,

@@ -2,11 +2,9 @@
 //!
 //! Masses in kg, forces in N (1 N = 1000 kg mm/s²), mm, s.
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::Random;
+use crate::common::Random;
 use proveout_controller::servo::{DriveModel, DriveState, Reference};
 use proveout_machine::{Drive, ElasticMode, Encoder, VelocityGain};
 

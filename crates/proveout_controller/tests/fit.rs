@@ -2,9 +2,7 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
-use common::{Program, Random, Run, bc_machine, limit_use, motion, run_with, tool};
+use crate::common::{Program, Random, Run, bc_machine, limit_use, motion, run_with, tool};
 use proveout_controller::{Dynamics, MoveKind, Settings};
 use proveout_geom::Point;
 use proveout_nc::Op;

@@ -1,10 +1,8 @@
 //! The depth that a program names is reached: all drilling cycles of the four languages, and reversals of every other kind.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Program, Random, bc_machine, for_all, motion, run_with, tool};
+use crate::common::{Program, Random, bc_machine, for_all, motion, run_with, tool};
 use proveout_controller::{Chunk, Controller, MoveKind, Settings};
 use proveout_machine::Machine;
 use proveout_nc::{AxisValues, Dialect, Op, Program as NcProgram, Settings as NcSettings};

@@ -3,11 +3,9 @@
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
 use std::path::Path;
 
-use common::{Program, run_with};
+use crate::common::{Program, run_with};
 use proveout_controller::{
     Controller, Dynamics, Event, LimitKind, Settings,
     dynamics::RigidTree,

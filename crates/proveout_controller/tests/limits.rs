@@ -2,11 +2,9 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
 use std::sync::Mutex;
 
-use common::{Program, Random, Run, bc_machine, for_all, limit_use, run_with, tool};
+use crate::common::{Program, Random, Run, bc_machine, for_all, limit_use, run_with, tool};
 use proveout_controller::{Dynamics, Settings};
 use proveout_geom::Point;
 use proveout_machine::Machine;

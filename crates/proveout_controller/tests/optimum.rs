@@ -15,9 +15,7 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
-use common::{Program, Random, bc_machine, motion, run_with, tool};
+use crate::common::{Program, Random, bc_machine, motion, run_with, tool};
 use proveout_controller::{Sample, Settings};
 use proveout_machine::Machine;
 use proveout_nc::{Op, SplineMotion};

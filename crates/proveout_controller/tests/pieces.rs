@@ -3,9 +3,7 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
-use common::{Program, Random, Run, bc_machine, for_all, run_with, tool};
+use crate::common::{Program, Random, Run, bc_machine, for_all, run_with, tool};
 use proveout_controller::{MoveKind, Piece, Sample, Settings};
 use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};

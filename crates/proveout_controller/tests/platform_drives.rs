@@ -2,11 +2,9 @@
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
 use std::path::Path;
 
-use common::{Program, Run, run_with, tool};
+use crate::common::{Program, Run, run_with, tool};
 use proveout_controller::{
     Controller, Dynamics, Event, LimitKind, Sample, Settings, servo::Plant, servo::without_drive,
 };

@@ -9,11 +9,9 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
 use std::path::Path;
 
-use common::{Program, Random, Run, for_all, motion, run_with, tool};
+use crate::common::{Program, Random, Run, for_all, motion, run_with, tool};
 use proveout_controller::{Dynamics, Event, LimitKind, Settings};
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};

@@ -1,11 +1,9 @@
 //! Where positions come from: work offsets on machines with their zero on the table and at home, in every structure and
 //! language; reference points; what stays where behind motions of machine axes under tool center point control.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Random, for_all, tool};
+use crate::common::{Random, for_all, tool};
 use proveout_controller::{Chunk, Controller, Dynamics, MoveKind, RunError, Settings};
 use proveout_geom::{ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};

@@ -3,11 +3,10 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
+use crate::common;
 use std::path::{Path, PathBuf};
 
-use common::{limit_use, tool};
+use crate::common::{limit_use, tool};
 use proveout_controller::{BlockKind, Chunk, Controller, Event, Settings, Summary};
 use proveout_machine::Machine;
 use proveout_nc::{Op, Program, Settings as NcSettings, ToolAction, ToolName};

@@ -3,11 +3,9 @@
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::Random;
+use crate::common::Random;
 use nalgebra::Matrix3;
 use proveout_controller::dynamics::{RapierPlant, RigidTree, STANDARD_GRAVITY};
 use proveout_geom::Vector;

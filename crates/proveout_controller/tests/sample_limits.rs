@@ -5,15 +5,14 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
+use crate::common;
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
     sync::Mutex,
 };
 
-use common::{Program, Random, Run, for_all, motion, run_with, tool};
+use crate::common::{Program, Random, Run, for_all, motion, run_with, tool};
 use proveout_controller::{Chunk, Controller, Settings, Summary};
 use proveout_geom::Point;
 use proveout_machine::Machine;

@@ -2,12 +2,10 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
 use std::path::Path;
 use std::sync::Mutex;
 
-use common::{Program, Random, bc_machine, for_all, run_with, tool};
+use crate::common::{Program, Random, bc_machine, for_all, run_with, tool};
 use proveout_controller::Settings;
 use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;

@@ -2,11 +2,10 @@
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
+use crate::common;
 use std::path::Path;
 
-use common::{Program, Run, run_with, tool};
+use crate::common::{Program, Run, run_with, tool};
 use proveout_controller::{Controller, Dynamics, Event, LimitKind, Settings, servo::Plant};
 use proveout_geom::Point;
 use proveout_machine::{Encoder, Machine};

@@ -2,9 +2,8 @@
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-mod common;
-
-use common::{Program, Random, bc_machine, limit_use, run, run_with, tool};
+use crate::common;
+use crate::common::{Program, Random, bc_machine, limit_use, run, run_with, tool};
 use proveout_controller::{BlockKind, Dynamics, Event, MoveKind, Settings};
 use proveout_machine::RapidMode;
 use proveout_nc::{Dwell, Op, Spindle, SpindleDirection, ToolAction, ToolName};

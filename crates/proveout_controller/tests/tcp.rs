@@ -1,8 +1,6 @@
 //! Tool center point control, machine coordinates, tool length, pieces.
 
-mod common;
-
-use common::{Program, Random, axes, bc_machine, motion, run, run_with, tool};
+use crate::common::{Program, Random, axes, bc_machine, motion, run, run_with, tool};
 use proveout_controller::{Dynamics, Event, LimitKind, Piece, RunError, Settings};
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};

@@ -1,8 +1,6 @@
 //! First blocks of a tilted plane: the program gives some work coordinates, the machine has the others.
 
-mod common;
-
-use common::{Program, bc_machine, motion, run_with, tool};
+use crate::common::{Program, bc_machine, motion, run_with, tool};
 use proveout_controller::{Dynamics, Settings};
 use proveout_geom::{Point, Vector};
 use proveout_nc::{AxisValues, FrameChange, Motion, Op};

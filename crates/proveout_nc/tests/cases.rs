@@ -1,6 +1,6 @@
 //! Case folders: programs with the commands they must give, and programs with the error they must raise.
 //!
-//! `PROVEOUT_BLESS=1 cargo test -p proveout_nc --test cases` writes the expected lines anew; read the difference.
+//! `PROVEOUT_BLESS=1 cargo test -p proveout_nc --test nc cases::` writes the expected lines anew; read the difference.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

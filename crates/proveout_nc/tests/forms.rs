@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
-mod common;
-
-use common::cases;
+use crate::common::cases;
 use proptest::prelude::*;
 use proveout_nc::{AxisValues, Control, Dialect, Op, Program, ReferencePoints, Settings};
 

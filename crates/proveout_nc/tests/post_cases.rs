@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{post, same_commands};
+use crate::common::{post, same_commands};
 use proveout_nc::post::{PostError, PostSettings};
 use proveout_nc::{Command, Dialect, Program, Settings, WorkOffset};
 

@@ -2,9 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
-mod common;
-
-use common::{ops, post, same_commands};
+use crate::common;
+use crate::common::{ops, post, same_commands};
 use proptest::prelude::*;
 use proveout_nc::post::{EdgeNumbers, PostError, PostSettings, post_for};
 use proveout_nc::{Dialect, Op, Settings, WorkOffset};

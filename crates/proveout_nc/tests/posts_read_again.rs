@@ -3,12 +3,10 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::post;
+use crate::common::post;
 use proveout_nc::post::{Difference, PostError, PostSettings, verify};
 use proveout_nc::{Dialect, Program, ReferencePoints, Settings};
 

@@ -1,7 +1,6 @@
 //! A whole run folder, read back by other readers than the writers.
 
-mod support;
-
+use crate::support;
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs::{self, File},
@@ -9,10 +8,10 @@ use std::{
     sync::{Mutex, OnceLock},
 };
 
+use crate::support::Shown;
 use arrow_array::{Array, RecordBatch, cast::AsArray, types::Float64Type, types::UInt32Type};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use proveout_record::{RerunMode, observers};
-use support::Shown;
 
 /// A message that is markup wherever it goes through unescaped.
 const EVIL: &str = "</script><script>alert(1)</script><img src='https://evil.example/x'>";

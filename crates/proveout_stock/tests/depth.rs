@@ -2,9 +2,8 @@
 //! see along other directions, and however the motion is cut into pieces.
 #![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
-mod common;
-
-use common::{Random, ball, cuboid, drill, flat, pose, probe, remove};
+use crate::common;
+use crate::common::{Random, ball, cuboid, drill, flat, pose, probe, remove};
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Depths, Measure, SweepItem, SweepReport, TriDexel};
 use proveout_tool::Profile;

@@ -1,11 +1,9 @@
 //! Engagement against closed forms.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use common::{GIB, ball, bull, cuboid, flat, pose, remove};
+use crate::common::{GIB, ball, bull, cuboid, flat, pose, remove};
 use proveout_geom::{Pose, ToolPose, Vector, rad};
 use proveout_stock::{Contact, SweepItem, TriDexel};
 use proveout_tool::Profile;

@@ -1,9 +1,7 @@
 //! The stock in files, in other poses and at earlier moments.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
-use common::{GIB, Random, ball, bull, cuboid, flat, pose, random_cutter, remove};
+use crate::common::{GIB, Random, ball, bull, cuboid, flat, pose, random_cutter, remove};
 use proveout_geom::{Point, Pose, ToolPose, Vector, cylinder_mesh, rad};
 use proveout_stock::{HistoryError, StockError, StockFileError, SurfacePoint, SweepItem, TriDexel};
 

@@ -1,11 +1,9 @@
 //! Closed forms and laws of the stock.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{GIB, Random, ball, bull, cuboid, flat, pose, probe, random_cutter, remove};
+use crate::common::{GIB, Random, ball, bull, cuboid, flat, pose, probe, random_cutter, remove};
 use proveout_geom::{Point, ToolPose, Vector, box_mesh, cylinder_mesh};
 use proveout_stock::{StockError, SurfacePoint, SweepItem, TriDexel};
 

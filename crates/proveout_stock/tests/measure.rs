@@ -1,11 +1,9 @@
 //! Sections, distances and thicknesses against closed forms.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{GIB, Random, ball, cuboid, flat, pose, remove};
+use crate::common::{GIB, Random, ball, cuboid, flat, pose, remove};
 use proveout_geom::{Point, Vector};
 use proveout_stock::{Outline, Probe, TriDexel};
 

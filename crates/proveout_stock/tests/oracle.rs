@@ -2,9 +2,7 @@
 //! and out of the swept body, to one micrometer in the direction of the normal.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
-use common::{GIB, KINDS, Random, oracle, pose, random_cutter, remove};
+use crate::common::{GIB, KINDS, Random, oracle, pose, random_cutter, remove};
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{SweepMotion, TriDexel};
 use proveout_tool::Profile;

@@ -1,11 +1,9 @@
 //! Parts of the stock against what is cut apart by construction.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
 use std::f64::consts::{PI, TAU};
 
-use common::{GIB, cuboid, flat, pose, remove};
+use crate::common::{GIB, cuboid, flat, pose, remove};
 use proveout_stock::{Cells, Coherence, Interval, TriDexel};
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];

@@ -1,11 +1,9 @@
 //! Finer patches against whole stocks of their cells, and against closed forms.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
 use std::collections::BTreeMap;
 
-use common::{GIB, Random, ball, cuboid, flat, line, pose, probe, random_cutter, remove};
+use crate::common::{GIB, Random, ball, cuboid, flat, line, pose, probe, random_cutter, remove};
 use proveout_geom::{Aabb, Point, Pose, Vector, box_mesh};
 use proveout_stock::{
     Action, Interval, Patch, PatchError, PatchPlan, RawBody, StockError, SurfaceMesh, SurfacePoint, SweepItem,

@@ -1,9 +1,7 @@
 //! The triangle mesh of the stock.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
-use common::{GIB, ball, bull, cuboid, flat, pose, probe, remove};
+use crate::common::{GIB, ball, bull, cuboid, flat, pose, probe, remove};
 use proveout_geom::{Point, TriMesh, Vector};
 use proveout_stock::{SurfaceMesh, TileId, TriDexel};
 

@@ -1,9 +1,7 @@
 //! One volume: what cuts take and what they leave make up the stock, and plain faces are exact whatever the cells.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
-mod common;
-
-use common::{GIB, Random, ball, cuboid, flat, pose, random_cutter, remove};
+use crate::common::{GIB, Random, ball, cuboid, flat, pose, random_cutter, remove};
 use proveout_geom::{Point, Pose, Vector};
 use proveout_stock::{SweepItem, TriDexel, Volume};
 

@@ -10,7 +10,8 @@ use std::{
 use crate::{
     Failure,
     checks::{architecture, book, findings, layers, test_command},
-    cone_frustum, figures, files, machine_models, test_programs,
+    cone_frustum, figures, files, machine_models,
+    test_programs::{self, Selection},
     tools::{self, DENY, TYPOS},
     workspace::{Workspace, cargo},
 };
@@ -28,6 +29,7 @@ struct Step {
 struct Context {
     root: PathBuf,
     workspace: Workspace,
+    tests: Selection,
 }
 
 const STEPS: &[Step] = &[
@@ -63,14 +65,27 @@ const STEPS: &[Step] = &[
     },
 ];
 
-/// Runs all steps, or the one named, and stops at the first failure.
+/// Steps that take minutes for little that the others do not see: only `cargo xtask nightly` runs them.
+const NIGHTLY: &[&str] = &["figures"];
+
+/// Runs what must hold before a change lands, or the one step named, and stops at the first failure.
 pub(crate) fn run(root: &Path, only: Option<&str>) -> Result<(), Failure> {
-    let steps: Vec<&Step> = STEPS.iter().filter(|s| only.is_none_or(|name| name == s.name)).collect();
+    let steps: Vec<&Step> =
+        STEPS.iter().filter(|s| only.map_or(!NIGHTLY.contains(&s.name), |name| name == s.name)).collect();
     if steps.is_empty() {
         let names: Vec<&str> = STEPS.iter().map(|s| s.name).collect();
         return Err(Failure(format!("no step {:?}; steps: {}", only.unwrap_or_default(), names.join(", "))));
     }
-    let context = Context { root: root.to_path_buf(), workspace: Workspace::read(root)? };
+    run_steps(root, &steps, Selection::Usual)
+}
+
+/// Runs all steps with all tests, those that take long included.
+pub(crate) fn nightly(root: &Path) -> Result<(), Failure> {
+    run_steps(root, &STEPS.iter().collect::<Vec<_>>(), Selection::All)
+}
+
+fn run_steps(root: &Path, steps: &[&Step], tests: Selection) -> Result<(), Failure> {
+    let context = Context { root: root.to_path_buf(), workspace: Workspace::read(root)?, tests };
     let start = Instant::now();
     let mut lines = Vec::new();
     for (index, step) in steps.iter().enumerate() {
@@ -184,7 +199,7 @@ fn tests(context: &Context) -> Result<String, Failure> {
         total.add(line);
         left_out.extend(line.trim().strip_prefix(LEFT_OUT).map(str::to_owned));
     };
-    let mut result = test_programs::run(&context.root, &mut line);
+    let mut result = test_programs::run(&context.root, &[], context.tests, &mut line);
     let documented = Command::new(cargo())
         .args(["test", "--workspace", "--locked", "--doc"])
         .current_dir(&context.root)
@@ -196,7 +211,9 @@ fn tests(context: &Context) -> Result<String, Failure> {
         let before = result.err().map_or_else(String::new, |Failure(text)| text + "\n");
         result = Err(Failure(format!("{before}failed: examples in the documentation")));
     }
-    result.map(|()| account(&total, &left_out)).map_err(|Failure(text)| Failure(format!("{total}\n{text}")))
+    result
+        .map(|slowest| format!("{}\n  {:<13} {:>9}  {slowest}", account(&total, &left_out), "", ""))
+        .map_err(|Failure(text)| Failure(format!("{total}\n{text}")))
 }
 
 /// Begin of the line by which a test tells that it passed without looking, for lack of data; past the capture of the harness.

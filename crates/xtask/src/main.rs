@@ -14,6 +14,7 @@ mod files;
 #[cfg(any(test, feature = "certificates"))]
 mod jobs;
 mod machine_models;
+mod quick;
 #[cfg(any(test, feature = "schemas"))]
 mod schemas;
 mod test_programs;
@@ -44,6 +45,8 @@ cargo xtask COMMAND
 
   ci               everything that must hold before a change lands
   ci --only STEP   one step of it
+  quick            format, lints and tests of the crates that changed since the last commit; --since REF: since that one
+  nightly          all of ci, the tests that take long, and the figures of all pages
   deps             which crate uses which
   cone-frustum     write the programs of scenes/cone-frustum
   machine-models   write the glTF models of machines/ and the body tables of their machine.toml
@@ -81,6 +84,9 @@ fn run(words: &[&str]) -> Result<(), Failure> {
         }
         ["ci"] => ci::run(&root, None),
         ["ci", "--only", step] => ci::run(&root, Some(step)),
+        ["nightly"] => ci::nightly(&root),
+        ["quick"] => quick::run(&root, "HEAD"),
+        ["quick", "--since", reference] => quick::run(&root, reference),
         ["deps"] => {
             let workspace = workspace::Workspace::read(&root)?;
             print!("{}", checks::layers::table(&workspace));

@@ -1,38 +1,46 @@
-//! The test programs of the workspace, several beside each other. `cargo test` starts one after the other, and while the last test of each runs
-//! alone the other cores wait: a sixth of the time on two cores. Here each program has one thread for its tests, there are as many programs at
-//! once as cores, and those that take longest come first.
+//! The test programs of the workspace, run in parallel by module.
+//!
+//! `cargo test` starts one program after the other, and the other cores wait while the last test of each runs alone: a sixth of the time on two
+//! cores. Here every top-level module of a program is a group of its own. A group runs on one thread, as many groups at once as there are
+//! cores, and those that take longest come first.
 
 use std::{
-    collections::VecDeque,
+    collections::{BTreeMap, VecDeque},
     path::{Path, PathBuf},
     process::{Command, Stdio},
     sync::{Mutex, PoisonError},
     thread,
+    time::{Duration, Instant},
 };
 
 use serde_json::Value;
 
 use crate::{Failure, workspace::cargo};
 
-/// Programs that take longest, the first one first; the order of all others does not matter.
-const LONG: [&str; 14] = [
-    "prove_out",
-    "keys",
-    "command_lines",
-    "reschedule",
-    "hostile",
-    "first_part",
-    "loose_parts",
-    "roughness_maps",
-    "blade_kinds",
-    "judging",
-    "proveout_stock",
-    "report_page",
-    "proveout_collision",
-    "xtask",
+/// Groups that take longest, as `program/module`, the longest first; the order of all others does not matter.
+const LONG: [&str; 16] = [
+    "prove_outs/prove_out",
+    "cli/reschedule",
+    "cli/command_lines",
+    "cli/hostile",
+    "cli/first_part",
+    "prove_outs/keys",
+    "sim/loose_parts",
+    "xtask/schemas",
+    "sim/judging",
+    "sim/roughness_maps",
+    "geom/blade_kinds",
+    "cli/sweep",
+    "cli/report_page",
+    "proveout_collision/least",
+    "controller/poles",
+    "prove_outs/injection",
 ];
 
-/// One of them.
+/// How many of the slowest groups the account names.
+const SLOWEST: usize = 12;
+
+/// One test program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Program {
     name: String,
@@ -41,41 +49,96 @@ struct Program {
     folder: PathBuf,
 }
 
-/// Builds all, runs all, and hands every line of their output to `line`; a failure does not keep the others from running.
+/// The tests of one top-level module of a program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Group {
+    program: Program,
+    module: String,
+    tests: Vec<String>,
+}
+
+impl Group {
+    fn name(&self) -> String {
+        format!("{}/{}", self.program.name, self.module)
+    }
+}
+
+/// Which tests run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Selection {
+    /// Those that are not marked `#[ignore]`.
+    Usual,
+    /// Those marked `#[ignore]` as well.
+    All,
+}
+
+/// Builds all programs, runs all groups, and hands every line of their output to `line`. A failure does not keep the others from running.
+/// Returns the slowest groups with their times.
 ///
 /// # Errors
-/// Those that failed, by name.
-pub(crate) fn run(root: &Path, line: &mut (dyn FnMut(&str) + Send)) -> Result<(), Failure> {
-    let programs = built(root)?;
-    let (all, threads) = (programs.len(), thread::available_parallelism().map_or(1, usize::from));
-    let waiting = Mutex::new(VecDeque::from(programs));
-    let told = Mutex::new((0, Vec::new(), line));
+/// The groups that failed, by name.
+pub(crate) fn run(
+    root: &Path,
+    packages: &[&str],
+    selection: Selection,
+    line: &mut (dyn FnMut(&str) + Send),
+) -> Result<String, Failure> {
+    let mut groups = Vec::new();
+    for program in built(root, packages)? {
+        groups.extend(groups_of(&program)?);
+    }
+    groups.sort_by_key(|g| LONG.iter().position(|name| *name == g.name()).unwrap_or(LONG.len()));
+    let (all, threads) = (groups.len(), thread::available_parallelism().map_or(1, usize::from));
+    let waiting = Mutex::new(VecDeque::from(groups));
+    let shared = Mutex::new((Vec::new(), Vec::new(), line));
     thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
-                while let Some(program) = waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front() {
-                    let (text, passed) = called(&program);
-                    let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-                    let (ended, failed, line) = &mut *told;
-                    *ended += 1;
-                    line(&format!("{ended} of {all}: {} in {}", program.name, program.folder.display()));
+                while let Some(group) = next(&waiting) {
+                    let start = Instant::now();
+                    let (text, passed) = called(&group, selection);
+                    let time = start.elapsed();
+                    let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+                    let (times, failed, line) = &mut *shared;
+                    times.push((time, group.name()));
+                    line(&format!("{} of {all}: {} in {:.1} s", times.len(), group.name(), time.as_secs_f64()));
                     text.lines().for_each(&mut *line);
                     if !passed {
-                        failed.push(program.name.clone());
+                        failed.push(group.name());
                     }
                 }
             });
         }
     });
-    let (_, failed, _) = told.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if failed.is_empty() { Ok(()) } else { Err(Failure(format!("failed: {}", failed.join(", ")))) }
+    let (times, failed, _) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if failed.is_empty() { Ok(slowest(times)) } else { Err(Failure(format!("failed: {}", failed.join(", ")))) }
 }
 
-/// Output of a program, and whether its tests passed.
-fn called(program: &Program) -> (String, bool) {
-    let output = Command::new(&program.path)
-        .current_dir(&program.folder)
-        .env("CARGO_MANIFEST_DIR", &program.folder)
+fn next(waiting: &Mutex<VecDeque<Group>>) -> Option<Group> {
+    waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
+}
+
+/// The slowest groups, one a line.
+fn slowest(mut times: Vec<(Duration, String)>) -> String {
+    times.sort_by(|a, b| b.cmp(a));
+    let sum: f64 = times.iter().map(|(t, _)| t.as_secs_f64()).sum();
+    let mut text = format!("{} groups, {sum:.0} s on all threads together", times.len());
+    for (time, name) in times.iter().take(SLOWEST) {
+        text += &format!("\n  {:<13} {:>7.1} s  {name}", "", time.as_secs_f64());
+    }
+    text
+}
+
+/// Output of a group, and whether its tests passed.
+fn called(group: &Group, selection: Selection) -> (String, bool) {
+    let mut command = Command::new(&group.program.path);
+    command.arg("--exact").args(&group.tests);
+    if selection == Selection::All {
+        command.arg("--include-ignored");
+    }
+    let output = command
+        .current_dir(&group.program.folder)
+        .env("CARGO_MANIFEST_DIR", &group.program.folder)
         .env("RUST_TEST_THREADS", "1")
         .output();
     match output {
@@ -84,14 +147,19 @@ fn called(program: &Program) -> (String, bool) {
             let ended = if output.status.success() { String::new() } else { format!("\n{}", output.status) };
             (text + &ended, output.status.success())
         }
-        Err(e) => (format!("cannot start {}: {e}", program.path.display()), false),
+        Err(e) => (format!("cannot start {}: {e}", group.program.path.display()), false),
     }
 }
 
-/// Builds the test programs and lists them, the long ones first.
-fn built(root: &Path) -> Result<Vec<Program>, Failure> {
-    let output = Command::new(cargo())
-        .args(["test", "--workspace", "--locked", "--no-run", "--message-format", "json-render-diagnostics"])
+/// Builds the test programs of some packages, or of all.
+fn built(root: &Path, packages: &[&str]) -> Result<Vec<Program>, Failure> {
+    let mut command = Command::new(cargo());
+    command.args(["test", "--locked", "--no-run", "--message-format", "json-render-diagnostics"]);
+    if packages.is_empty() {
+        command.arg("--workspace");
+    }
+    command.args(packages.iter().flat_map(|p| ["--package", *p]));
+    let output = command
         .current_dir(root)
         .stderr(Stdio::inherit())
         .output()
@@ -99,15 +167,11 @@ fn built(root: &Path) -> Result<Vec<Program>, Failure> {
     if !output.status.success() {
         return Err(Failure("the tests could not be built".into()));
     }
-    let mut programs: Vec<Program> = String::from_utf8_lossy(&output.stdout).lines().filter_map(program).collect();
-    if programs.is_empty() {
-        return Err(Failure("cargo names no test program".into()));
-    }
-    programs.sort_by_key(|p| LONG.iter().position(|name| *name == p.name).unwrap_or(LONG.len()));
-    Ok(programs)
+    let programs: Vec<Program> = String::from_utf8_lossy(&output.stdout).lines().filter_map(program).collect();
+    if programs.is_empty() { Err(Failure("cargo names no test program".into())) } else { Ok(programs) }
 }
 
-/// A test program, where a message of cargo tells of one.
+/// A test program, where a message of cargo names one.
 fn program(message: &str) -> Option<Program> {
     let message: Value = serde_json::from_str(message).ok()?;
     if message["reason"] != "compiler-artifact" || message["profile"]["test"] != true {
@@ -118,6 +182,30 @@ fn program(message: &str) -> Option<Program> {
         path: message["executable"].as_str()?.into(),
         folder: Path::new(message["manifest_path"].as_str()?).parent()?.to_owned(),
     })
+}
+
+/// Asks a program for its tests and groups them by module.
+fn groups_of(program: &Program) -> Result<Vec<Group>, Failure> {
+    let output = Command::new(&program.path)
+        .args(["--list", "--format", "terse"])
+        .current_dir(&program.folder)
+        .output()
+        .map_err(|e| Failure(format!("cannot start {}: {e}", program.path.display())))?;
+    if !output.status.success() {
+        return Err(Failure(format!("{} does not list its tests", program.name)));
+    }
+    Ok(grouped(program, &String::from_utf8_lossy(&output.stdout)))
+}
+
+fn grouped(program: &Program, list: &str) -> Vec<Group> {
+    let mut modules: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for test in list.lines().filter_map(|l| l.strip_suffix(": test")) {
+        modules.entry(test.split("::").next().unwrap_or(test)).or_default().push(test.to_owned());
+    }
+    modules
+        .into_iter()
+        .map(|(module, tests)| Group { program: program.clone(), module: module.to_owned(), tests })
+        .collect()
 }
 
 #[cfg(test)]
@@ -141,13 +229,30 @@ mod tests {
     }
 
     #[test]
-    fn a_program_that_fails_or_is_not_there_is_told() {
+    fn a_group_is_the_tests_of_a_module() {
+        let program = Program { name: "sim".into(), path: "sim".into(), folder: ".".into() };
+        let groups = grouped(&program, "keys::a: test\nkeys::deep::b: test\nother: test\nkeys::c: benchmark\n\n");
+        let all: Vec<(String, usize)> = groups.iter().map(|g| (g.name(), g.tests.len())).collect();
+        assert_eq!(all, [("sim/keys".to_owned(), 2), ("sim/other".to_owned(), 1)]);
+    }
+
+    #[test]
+    fn a_program_that_fails_or_is_missing_is_reported() {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let missing = Program { name: "none".into(), path: folder.path().join("none"), folder: folder.path().into() };
-        let (text, passed) = called(&missing);
+        let group = |path: PathBuf, folder: PathBuf| Group {
+            program: Program { name: "none".into(), path, folder },
+            module: "none".into(),
+            tests: vec!["none".into()],
+        };
+        let (text, passed) = called(&group(folder.path().join("none"), folder.path().into()), Selection::Usual);
         assert!(!passed && text.contains("cannot start"), "{text}");
         let here = std::env::current_exe().expect("this program");
-        let listing = Program { name: "this".into(), path: here, folder: folder.path().join("none") };
-        assert!(!called(&listing).1, "a folder that is not there");
+        assert!(!called(&group(here, folder.path().join("none")), Selection::All).1, "a folder that does not exist");
+    }
+
+    #[test]
+    fn the_slowest_come_first() {
+        let text = slowest(vec![(Duration::from_secs(1), "a".into()), (Duration::from_secs(3), "b".into())]);
+        assert!(text.starts_with("2 groups, 4 s") && text.find("3.0 s  b") < text.find("1.0 s  a"), "{text}");
     }
 }

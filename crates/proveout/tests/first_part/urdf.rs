@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::desk::{Desk, believable, gate, open_by_setup_alone};
+use crate::first_part::desk::{Desk, believable, gate, open_by_setup_alone};
 
 const HEAD: &str = "machine head.urdf --tool-link nose --table-link table --axis-names joint_1=X,joint_2=Y,joint_3=Z --tool-direction -z --output head";
 

@@ -3,7 +3,7 @@
 
 use std::{fmt::Write as _, fs};
 
-use crate::{
+use crate::hostile::{
     meshes::glb,
     workshop::{HUNG, Workshop, proveout_within, root},
 };

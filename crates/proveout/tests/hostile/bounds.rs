@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::workshop::{PROGRAM, Workshop};
+use crate::hostile::workshop::{PROGRAM, Workshop};
 
 /// Values of scene, machine and tools that no workshop has: file, what stands there, what comes instead, what is told.
 const MAGNITUDES: [(&str, &str, &str, [&str; 2]); 12] = [

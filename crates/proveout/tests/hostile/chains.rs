@@ -1,6 +1,6 @@
 //! Formulas of ten thousand terms without a bracket: every language, every operator.
 
-use crate::workshop::{Workshop, proveout};
+use crate::hostile::workshop::{Workshop, proveout};
 
 const TERMS: usize = 10_000;
 

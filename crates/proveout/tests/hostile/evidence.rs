@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs};
 
-use crate::{
+use crate::hostile::{
     meshes::triangle,
     workshop::{PROGRAM, Workshop},
 };

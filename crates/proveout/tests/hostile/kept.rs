@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::workshop::Workshop;
+use crate::hostile::workshop::Workshop;
 
 #[test]
 fn files_of_the_user_stay_in_a_run_folder() {

@@ -4,7 +4,7 @@
 //! `PROVEOUT_KILLS` sets how many (200 for a whole check), `PROVEOUT_KILL_SEED` the seed.
 //!
 //! ```text
-//! PROVEOUT_KILLS=200 cargo test -p proveout --test hostile -- killed --nocapture
+//! PROVEOUT_KILLS=200 cargo test -p proveout --test cli hostile:: -- killed --nocapture
 //! ```
 
 #![expect(clippy::print_stderr, reason = "a long check tells what it did")]
@@ -19,7 +19,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::{
+use crate::hostile::{
     mutation::{Random, number},
     workshop::{HUNG, Told, Workshop},
 };

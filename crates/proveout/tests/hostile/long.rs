@@ -1,7 +1,7 @@
 //! Memory does not grow with the length of a program: a seeded walk of short blocks at G64, long enough to show it.
 //!
 //! ```text
-//! PROVEOUT_MINUTES=600 cargo test -p proveout --test hostile -- long_program --nocapture
+//! PROVEOUT_MINUTES=600 cargo test -p proveout --test cli hostile:: -- long_program --nocapture
 //! ```
 
 #![expect(clippy::print_stderr, reason = "a long measurement tells what it found")]
@@ -14,7 +14,7 @@ use std::{
     time::Duration,
 };
 
-use crate::{
+use crate::hostile::{
     mutation::{Random, number},
     workshop::Workshop,
 };

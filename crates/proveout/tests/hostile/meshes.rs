@@ -1,6 +1,6 @@
 //! Mesh files whose counts, nodes and indices are not what they say.
 
-use crate::workshop::Workshop;
+use crate::hostile::workshop::Workshop;
 
 /// A glTF binary from its JSON and its binary chunk.
 pub(crate) fn glb(json: &str, bin: &[u8]) -> Vec<u8> {

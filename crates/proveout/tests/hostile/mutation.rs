@@ -6,14 +6,14 @@
 //! `PROVEOUT_MUTATION_SEED` the seed; an input that failed is kept below the target folder and named with its seed.
 //!
 //! ```text
-//! PROVEOUT_MUTATIONS=20000 cargo test -p proveout --test hostile -- mutation --nocapture
+//! PROVEOUT_MUTATIONS=20000 cargo test -p proveout --test cli hostile:: -- mutation --nocapture
 //! ```
 
 #![expect(clippy::print_stderr, reason = "a failing input is named with its seed, and a long run tells what it did")]
 
 use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 
-use crate::workshop::{PROGRAM, Workshop, proveout_within};
+use crate::hostile::workshop::{PROGRAM, Workshop, proveout_within};
 
 /// Time of a processor that a call may take, s.
 const MOST_S: u64 = 20;

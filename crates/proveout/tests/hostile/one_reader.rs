@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::workshop::Workshop;
+use crate::hostile::workshop::Workshop;
 
 const FILES: [&str; 3] = ["scene.toml", "machine/machine.toml", "tools.toml"];
 

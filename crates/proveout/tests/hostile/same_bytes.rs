@@ -3,7 +3,7 @@
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use crate::workshop::{PROGRAM, Workshop, proveout, root};
+use crate::hostile::workshop::{PROGRAM, Workshop, proveout, root};
 
 fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).expect("JSON")

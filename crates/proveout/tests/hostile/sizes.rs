@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::workshop::Workshop;
+use crate::hostile::workshop::Workshop;
 
 /// A box as STL text, its numbers divided by `unit`.
 fn stl(min: [f64; 3], max: [f64; 3], unit: f64) -> String {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{
+use crate::kinematics::{
     branches::bc,
     common::{Random, random_joints, random_machine},
 };

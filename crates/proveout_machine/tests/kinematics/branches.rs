@@ -2,7 +2,7 @@
 
 use std::{f64::consts::PI, path::Path};
 
-use crate::common::{Random, random_joints, rest};
+use crate::kinematics::common::{Random, random_joints, rest};
 use proveout_geom::{Point, ToolPose, Vector, rad};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Random, rest};
+use crate::kinematics::common::{Random, rest};
 use proveout_geom::{Point, ToolPose, Vector, deg, rad, wrap_near};
 use proveout_machine::{Direction, JointValues, Machine, Platform, PlatformError, kinematics_csv};
 

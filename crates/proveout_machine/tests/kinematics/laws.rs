@@ -1,7 +1,7 @@
 //! Laws that hold on every machine: inverse undoes forward, forward undoes inverse, derivatives are differences. One
 //! thousand random machines with skew axes on both sides, 115 poses each, of which 100,000 are away from singular ones.
 
-use crate::common::{Random, count, random_joints, random_machine};
+use crate::kinematics::common::{Random, count, random_joints, random_machine};
 use proveout_geom::{Pose, wrap_near};
 use proveout_machine::{JointValues, Machine};
 

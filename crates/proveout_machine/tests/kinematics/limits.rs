@@ -1,6 +1,6 @@
 //! Limits of a state of motion: each kind alone, with value and limit, and none when all are kept.
 
-use crate::{branches::bc, hybrid::machine_2};
+use crate::kinematics::{branches::bc, hybrid::machine_2};
 use proveout_geom::rad;
 use proveout_machine::{JointValues, LimitKind, Limited, MotionState};
 

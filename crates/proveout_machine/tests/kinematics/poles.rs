@@ -1,6 +1,6 @@
 //! Branches that are kept past poles, and the ways out of them.
 
-use crate::{
+use crate::kinematics::{
     branches::{Y, Z, machine, types},
     common::{Random, random_joints, random_machine},
 };

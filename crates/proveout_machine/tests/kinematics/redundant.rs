@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{
+use crate::kinematics::{
     branches::{Y, Z, machine},
     common::{Random, random_joints, rest},
 };

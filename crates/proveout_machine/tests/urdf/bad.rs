@@ -2,7 +2,7 @@
 
 use proveout_machine::{UrdfOptions, import_urdf};
 
-use crate::{Desk, Random, between, of_head, sample_text};
+use crate::urdf::{Desk, Random, between, of_head, sample_text};
 
 /// The trunnion with one change.
 fn changed(from: &str, to: &str) -> String {

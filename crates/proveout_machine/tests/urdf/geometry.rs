@@ -3,7 +3,7 @@
 use proveout_geom::{Aabb, Point, box_mesh, write_stl};
 use proveout_machine::{Attachment, JointValues, Machine, MachineBody, import_urdf};
 
-use crate::{Desk, between, of_head, sample};
+use crate::urdf::{Desk, between, of_head, sample};
 
 /// Three slides on the tool, a table link with the given shapes, and one on Z.
 fn mill(on_table: &str, on_z: &str) -> String {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use proveout_machine::{Carries, JointValues, Machine, UrdfOptions, import_urdf};
 
-use crate::{
+use crate::urdf::{
     Desk, Random, between, of_head,
     oracle::{M4, OracleJoint, joints, root_from_link, times, undone},
     sample, sample_text,

@@ -4,9 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proveout_nc::{Dialect, Overcut, OvercutKind};
 
-use crate::program::{Block, Contour, DIALECTS, Form, Read};
-use crate::shape::{Point, Shape, far};
-use crate::{judge, walls};
+use crate::gouge_free::program::{Block, Contour, DIALECTS, Form, Read};
+use crate::gouge_free::shape::{Point, Shape, far};
+use crate::gouge_free::{judge, walls};
 
 fn contour(from: Point, start: Point, blocks: Vec<Block>, to: Point, left: bool, radius: f64) -> Contour {
     Contour { from, start, blocks, to, left, radius, digits: 9 }

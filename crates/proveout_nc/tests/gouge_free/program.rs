@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use proveout_nc::{Compensation, Diagnostic, Dialect, Op, Overcut, Program, Settings, ToolName, ToolRadii};
 
-use crate::shape::{Point, Shape, far};
+use crate::gouge_free::shape::{Point, Shape, far};
 
 /// One block of a contour.
 #[derive(Clone, Copy, Debug)]

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use crate::program::{Block, Contour};
-use crate::shape::{Point, far};
+use crate::gouge_free::program::{Block, Contour};
+use crate::gouge_free::shape::{Point, far};
 
 #[derive(Clone, Debug)]
 pub(crate) struct Random(u64);

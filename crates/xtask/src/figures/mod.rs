@@ -204,7 +204,7 @@ fn well_named(runs: &[Run], pages: &[Page]) -> Result<(), Failure> {
 
 /// The product as the tests build it, so that `ci` builds it once.
 fn program(root: &Path) -> Result<PathBuf, Failure> {
-    let build = ["test", "--quiet", "--workspace", "--locked", "--no-run", "--test", "command_lines"];
+    let build = ["test", "--quiet", "--workspace", "--locked", "--no-run", "--test", "cli"];
     let status = Command::new(cargo()).args(build).current_dir(root).status();
     if !status.map_err(|e| Failure(format!("cannot start cargo: {e}")))?.success() {
         return Err(Failure("the product could not be built".into()));

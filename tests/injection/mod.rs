@@ -7,8 +7,8 @@
 //!   only for coarser cells);
 //! - a clean twin never says `fail`, and at least 95 percent of the gates of clean twins are decided at the default cell.
 //!
-//! `cargo test -p proveout_tests --test injection` runs a hundredth of the cases, 48 of them; all of them run with
-//! `PROVEOUT_INJECTIONS=4800 cargo test -p proveout_tests --test injection -- --nocapture`. `PROVEOUT_INJECTION=N` runs one
+//! `cargo test -p proveout_tests --test prove_outs injection::` runs a hundredth of the cases, 48 of them; all of them run with
+//! `PROVEOUT_INJECTIONS=4800 cargo test -p proveout_tests --test prove_outs injection:: -- --nocapture`. `PROVEOUT_INJECTION=N` runs one
 //! case alone and prints what its gates say.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a failed test says why; the table is for people")]
 

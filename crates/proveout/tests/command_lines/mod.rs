@@ -1,5 +1,5 @@
 //! Every command line of the pages, of the help texts and of `more.txt` runs as a person types it, and its output is compared with
-//! what it was. After a wanted change: `INSTA_UPDATE=always cargo test -p proveout --test command_lines`, and look at the difference.
+//! what it was. After a wanted change: `INSTA_UPDATE=always cargo test -p proveout --test cli command_lines::`, and look at the difference.
 //! That every option is in one of these lines, and that clap takes them, is held by the tests of `src/every_option.rs`.
 
 mod pages;
@@ -16,7 +16,7 @@ use std::{
 
 use insta_cmd::assert_cmd_snapshot;
 
-use crate::{
+use crate::command_lines::{
     pages::{Shown, commands, examples, listed, long_commands, pages},
     sandbox::{root, sandbox},
     typed::{Typed, typed},

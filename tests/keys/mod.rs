@@ -21,7 +21,7 @@ use std::{
     thread,
 };
 
-use crate::{
+use crate::keys::{
     cases::{CASES, DESCRIBING},
     effect::Left,
     setups::Setup,

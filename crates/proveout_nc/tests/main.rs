@@ -1,0 +1,35 @@
+//! Integration tests of `proveout_nc`, one module a subject, in one program: it links once.
+
+mod apt_sense_and_unit;
+mod cases;
+mod common;
+mod compensation;
+mod control_built_in;
+mod control_keys;
+mod control_parameters;
+mod control_unknown;
+mod diagnostics_pages;
+mod forms;
+mod fuzz;
+mod gouge_free;
+mod grbl_words;
+mod heidenhain;
+mod iso_properties;
+mod iso_words;
+mod json_page;
+mod line_ends;
+mod linuxcnc_blocks;
+mod machine_data;
+mod milling_cycles;
+mod post_cases;
+mod posts;
+mod posts_read_again;
+mod properties;
+mod recovery;
+mod rs274;
+mod siemens_contours;
+mod siemens_slots;
+mod siemens_splines;
+mod siemens_words;
+mod spinner;
+mod words_have_use;

@@ -1,0 +1,4 @@
+//! Integration tests of `proveout_record`, one module a subject, in one program: it links once.
+
+mod run_folder;
+mod support;

@@ -1,0 +1,14 @@
+//! Integration tests of `proveout_toolpath`, one module a subject, in one program: it links once.
+
+mod blade_surface;
+mod min_angular_acceleration;
+mod multi_scale;
+mod path_contact;
+mod path_flank;
+mod path_strategies;
+mod path_studies;
+mod s_theta;
+mod singularity;
+mod smooth;
+mod smooth_rows;
+mod taut_string_lp;
