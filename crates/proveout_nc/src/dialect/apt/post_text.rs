@@ -3,7 +3,7 @@
 //! `INSERT` goes into the program of the control unchanged. Comments, and what `CAMWorks` writes
 //! about tool and stock, have no effect. Words of a control (`G68.2 X0`, `M8`) would move it or
 //! change what follows, and are refused. Only its post-processor knows the effect of any other
-//! text: it is not followed, and a note says so.
+//! text: it is not followed, and an assumption says so.
 
 use super::reader::AptReader;
 use super::statement::{Bad, Statement};
