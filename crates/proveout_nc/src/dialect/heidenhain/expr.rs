@@ -1,8 +1,8 @@
 //! Formulas of Q parameters: `Q1 = Q2 * SIN 30 + SQRT Q5`.
 //!
 //! Priorities after the user's manual (HEIDENHAIN, *TNC 640 Klartext programming*, "Entering
-//! formulas directly"): a function applies to the operand after it; then `^`, then `* / %`, then `+
-//! -`. Operators of the same priority run from left to right.
+//! formulas directly"): a function applies to the operand after it; then `^`, then `* / %`, then
+//! `+ -`. Operators of the same priority run from left to right.
 
 use super::lexer::{Lexer, refused, unknown};
 use super::words::Param;
