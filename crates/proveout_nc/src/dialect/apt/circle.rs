@@ -86,7 +86,7 @@ impl AptReader {
         Ok(())
     }
 
-    /// INDIRV/i,j,k and INDIRP/x,y,z: where the circle sets off to.
+    /// INDIRV/i,j,k and INDIRP/x,y,z: direction in which the circle starts.
     pub(crate) fn direction_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 3];
         let count = self.numbers(source, st, &mut n)?;
@@ -218,7 +218,8 @@ impl AptReader {
 
 /// The sweep of an arc with a programmed angle: whole turns more than the short way, as far as rounding allows.
 fn turned(arc: PlaneArc, angle: f64) -> Option<f64> {
-    // The angle has at least two decimals of a degree; short arcs of rounded points turn by more than that.
+    // The angle has at least two decimals of a degree; short arcs with rounded points may differ by
+    // more than that.
     let limit = 0.01_f64.to_radians() + 0.02 / arc.radius.max(1e-6);
     let short = arc.sweep % TAU;
     let turns = ((angle - short) / TAU).round().max(0.0);
@@ -226,7 +227,7 @@ fn turned(arc: PlaneArc, angle: f64) -> Option<f64> {
     ((sweep - angle).abs() <= limit && sweep > 0.0).then_some(sweep)
 }
 
-/// A direction along an axis, exactly so, where six digits mean it.
+/// A direction along an axis, made exact where six digits mean it.
 fn snapped(direction: [f64; 3]) -> [f64; 3] {
     for axis in 0..3 {
         if direction[axis].abs() > 1.0 - 1e-9 {

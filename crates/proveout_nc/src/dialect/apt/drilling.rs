@@ -1,4 +1,4 @@
-//! `CYCLE`: at every point until `CYCLE/OFF` a hole is made along the tool axis.
+//! `CYCLE`: machines a hole along the tool axis at every point until `CYCLE/OFF`.
 //!
 //! ```text
 //!   ----+----------------+----  travel: CLEAR, or where the tool came from
@@ -21,11 +21,12 @@ use crate::{Dwell, Feed, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: f64 = 10_000.0;
-/// Distance to the last depth at which a deep hole goes on in feed, mm: controls have it as a parameter.
+/// Distance above the last depth at which a deep hole continues at feed, mm: a parameter on
+/// controls.
 const DEEP_AHEAD_MM: f64 = 1.0;
-/// Lift that breaks a chip, mm: controls have it as a parameter.
+/// Lift that breaks a chip, mm: a parameter on controls.
 const CHIP_LIFT_MM: f64 = 1.0;
-/// Heights nearer than this are the same, mm.
+/// Heights closer than this count as equal, mm.
 const SAME_MM: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +35,7 @@ enum Kind {
     /// Full retraction after each infeed.
     Deep,
     BreakChip,
-    /// Out in feed.
+    /// Retracts at feed.
     Bore,
     Tap,
 }
@@ -43,7 +44,7 @@ enum Kind {
 enum Retract {
     /// To the height of travel.
     Travel,
-    /// To the height at which the tool stood when the cycle began.
+    /// To the tool height at the start of the cycle.
     Start,
     /// Above the point, mm.
     Height(f64),
@@ -119,7 +120,7 @@ impl AptReader {
         let mut at = 1;
         let mut kind = match word.as_str() {
             "DRILL" | "FACE" => Kind::Drill,
-            // Without a word its first value may be the diameter of the cone.
+            // If it has no word, its first value may be the diameter of the cone.
             "CSINK" | "THRU" if st.items.get(1).is_some_and(|item| item.token == Token::Word) => Kind::Drill,
             // CAMWorks gives the first infeed of DEEP2 and that of the others.
             "DEEP" | "DEEP2" => Kind::Deep,
@@ -157,7 +158,7 @@ impl AptReader {
 
     fn cycle_values(&self, source: &Source, items: &[Item]) -> Result<Values, Box<Bad>> {
         let mut v = Values::default();
-        // Values without a word: the depth, the feed beside its unit, the clearance.
+        // Values without a word: the depth, the feed next to its unit, the clearance.
         let mut bare: Vec<(f64, &Item)> = Vec::new();
         let mut at = 0;
         let unit = self.own.unit;
@@ -223,7 +224,7 @@ impl AptReader {
                     }
                     _ => v.retract = Some(Retract::Height(value()? * unit)),
                 },
-                // Some writers leave RTRCTO out before its value.
+                // Some writers omit RTRCTO before its value.
                 "AUTO" => v.retract = Some(Retract::Start),
                 _ => return Err(refused(&word, item)),
             }
@@ -307,7 +308,8 @@ impl AptReader {
         let axis = self.own.axis;
         let at = |height: f64| frame::add_scaled(point, axis, height);
         if let Some(here) = self.position.work.xyz() {
-            // Above the travel height the tool goes across first, below it rises first: never across at less than travel.
+            // Above the travel height the tool first moves across; below, it first rises: it never
+            // moves across below that height.
             let offset = frame::sub(here, point);
             let height = frame::dot(offset, axis);
             let across = frame::norm(frame::add_scaled(offset, axis, -height));

@@ -1,14 +1,14 @@
 //! Motions before the first feed.
 //!
-//! CL data often begins without `FEDRAT`: the post-processor or the control has a feed of its own there. What it is stands
-//! nowhere in the text, so that such a motion comes without a feed, with a note, unless the settings give one. A control refuses to
-//! run a motion in feed without a feed.
+//! CL data often begins without `FEDRAT`: the post-processor or the control has a feed of its own
+//! there. The text does not give its value, so such a motion comes without a feed, with a note,
+//! unless the settings give one. A control refuses to run a feed motion without a feed.
 
 use super::reader::AptReader;
 use crate::Feed;
 
 impl AptReader {
-    /// Before a motion in feed: takes the feed of the settings where the program has given none.
+    /// Before a feed motion: takes the feed of the settings if the program has given none.
     pub(crate) fn need_feed(&mut self) {
         if self.technology.feed.is_some() {
             return;

@@ -1,11 +1,11 @@
-//! Items of statements that nothing takes: they are refused by name, as a word without a meaning is.
+//! Items of statements that nothing uses: they are refused by name, like a word without a meaning.
 
 use super::reader::AptReader;
 use super::statement::{Bad, Statement, Token};
 use crate::codes;
 use crate::source::Source;
 
-/// Refuses the first item of a statement behind those that it takes.
+/// Refuses the first item of a statement that exceeds what it takes.
 pub(super) fn all_used(source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
     let most = match st.major.as_str() {
         "STOP" | "OPSTOP" | "GOHOME" => 0,
@@ -29,7 +29,7 @@ pub(super) fn all_used(source: &Source, st: &Statement) -> Result<(), Box<Bad>> 
     }
 }
 
-/// The numbers of a statement are not more than it takes.
+/// Refuses a number beyond those that the statement takes, and a word that appears twice.
 fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad>> {
     let mut numbers = st.items.iter().filter(|item| matches!(item.token, Token::Number(_)));
     let extra = numbers.nth(most);
@@ -55,7 +55,7 @@ fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad
     }
 }
 
-/// What stands in a tool statement behind the number and its offset: lengths, positions in the magazine.
+/// Items of a tool statement after the number and its offset: lengths, positions in the magazine.
 pub(super) fn beside_tool(source: &Source, st: &Statement) -> Vec<String> {
     let skip = usize::from(st.items.first().is_some_and(|item| AptReader::word(source, item) == "TOOL"));
     let mut rest = st.items.iter().skip(skip + 1).peekable();

@@ -1,14 +1,17 @@
 //! APT cutter location data.
 //!
-//! Words after ISO 4343:2000 (major words of the processor output and of post-processor statements), with the forms that
-//! CAM systems write: CATIA V5 (`TLON,GOFWD/ (CIRCLE/...)`, `INDIRV`, `TLAXIS`), NX (`CIRCLE/` with tolerances, `MSYS`,
-//! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`), `CAMWorks` (`UNIT/`, `CSYS/`, `TRNTYP/`,
-//! `CYCLE/DEEP2`) and the ISO 4343 output of Autodesk's posts (`MOVARC/..,ANGLE,..`). [`statement`] cuts the text, [`words`] lists what is read with a note or refused,
-//! [`reader`] runs the statements, [`path`] moves, [`circle`] and [`drilling`] do what their names say, [`writer`] tells who wrote the text.
+//! Words after ISO 4343:2000 (major words of the processor output and of post-processor
+//! statements), with the forms that CAM systems write: CATIA V5 (`TLON,GOFWD/ (CIRCLE/...)`,
+//! `INDIRV`, `TLAXIS`), NX (`CIRCLE/` with tolerances, `MSYS`, `TOOL PATH`,
+//! `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`), `CAMWorks` (`UNIT/`, `CSYS/`,
+//! `TRNTYP/`, `CYCLE/DEEP2`) and the ISO 4343 output of Autodesk's posts (`MOVARC/..,ANGLE,..`).
+//! [`statement`] splits the text into statements, [`words`] lists what is read with a note or
+//! refused, [`reader`] runs the statements, [`path`], [`circle`] and [`drilling`] make the motions,
+//! [`writer`] determines which system wrote the text.
 //!
-//! CL data knows no machine and no zero point: its coordinates are those of work offset G54, and the first command says
-//! so. Without tool vectors it runs with the axes of the machine; from the first vector on, tool center point control is
-//! on and every motion carries the tool axis.
+//! CL data contains no machine and no zero point: its coordinates are those of work offset G54, and
+//! the first command says so. Without tool vectors it runs with the axes of the machine. From the
+//! first vector on, tool center point control is on and every motion carries the tool axis.
 
 mod circle;
 mod drilling;
@@ -38,7 +41,7 @@ pub(crate) fn open(source: Source, settings: &Settings) -> Box<dyn Reader> {
     Box::new(reader::begin(source, settings))
 }
 
-/// Major words that neither the reader nor the control file gives a meaning.
+/// Major words defined neither by the reader nor by the control file.
 pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
     let mut statement = Statement::default();
     let mut at = Mark::START;
@@ -65,7 +68,7 @@ pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut U
     }
 }
 
-/// All faults of single statements: grammar, and words that are refused wherever they stand.
+/// All faults of single statements: grammar, and words that are refused in any context.
 pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     let mut statement = Statement::default();

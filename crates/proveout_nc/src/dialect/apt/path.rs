@@ -74,7 +74,8 @@ impl AptReader {
         })
     }
 
-    /// Goes to a point as the statements before have asked: along a circle, through a cycle, or straight.
+    /// Moves to a point as the statements before have asked: along a circle, through a cycle, or
+    /// straight.
     pub(crate) fn go_to(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
         if let Some(circle) = self.own.circle.take() {
             return self.go_circle(&circle, point, place);
@@ -208,8 +209,8 @@ impl AptReader {
         Ok(())
     }
 
-    /// MSYS/origin, x axis, y axis: the coordinate system of an NX operation. The first one is that of the program; a
-    /// later one is seen from it.
+    /// MSYS/origin, x axis, y axis: the coordinate system of an NX operation. The first one is that
+    /// of the program; later ones are relative to it.
     pub(crate) fn msys(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 9];
         let count = self.numbers(source, st, &mut n)?;

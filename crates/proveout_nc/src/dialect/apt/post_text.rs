@@ -1,8 +1,9 @@
 //! `INSERT`, `PPWORD` and `PPFUN`: text that is meant for one post-processor or control.
 //!
-//! `INSERT` goes into the program of the control as it stands. Comments and what `CAMWorks` tells of tool and stock do nothing. Words
-//! of a control (`G68.2 X0`, `M8`) would move it or change what follows, and are refused. What any other text does is known to
-//! its post-processor alone: it is not followed, and that is said.
+//! `INSERT` goes into the program of the control unchanged. Comments, and what `CAMWorks` writes
+//! about tool and stock, have no effect. Words of a control (`G68.2 X0`, `M8`) would move it or
+//! change what follows, and are refused. Only its post-processor knows the effect of any other
+//! text: it is not followed, and an assumption says so.
 
 use super::reader::AptReader;
 use super::statement::{Bad, Statement};
@@ -41,7 +42,7 @@ fn is_comment(text: &str) -> bool {
         || text.starts_with("Stock Size ")
 }
 
-/// Words of a control alone: letters with a number, one behind the other, or a call.
+/// Only words of a control: letters with a number in sequence, or a call.
 fn is_block(text: &str) -> bool {
     let mut words = 0;
     let mut bytes = text.bytes().filter(|b| !b.is_ascii_whitespace()).peekable();

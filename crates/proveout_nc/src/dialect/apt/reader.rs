@@ -1,4 +1,4 @@
-//! Runs the statements of CL data one by one; nothing that was executed is kept.
+//! Runs the statements of CL data one by one; executed statements are not kept.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use crate::{CompSide, Offset, Op, Settings, SpindleDirection, ToolAction, ToolNa
 
 /// Millimeters of an inch.
 pub(crate) const INCH: f64 = 25.4;
-/// Names that a text may define.
+/// Most names that a text may define.
 const MAX_NAMES: usize = 100_000;
 
 /// A circle that waits for the point where it ends.
@@ -27,18 +27,18 @@ const MAX_NAMES: usize = 100_000;
 pub(crate) struct PendingCircle {
     pub(crate) center: [f64; 3],
     pub(crate) normal: [f64; 3],
-    /// None: that of the start.
+    /// None: given by the start point.
     pub(crate) radius: Option<f64>,
     /// Programmed angle, radian.
     pub(crate) angle: Option<f64>,
-    /// A circle of NX: start and end at one point are no motion there, not a full turn.
+    /// A circle of NX: with start and end at one point it is no motion, not a full turn.
     pub(crate) zero_at_one_point: bool,
 }
 
 /// CL data being executed.
 pub(crate) type AptReader = Channel<Apt>;
 
-/// What CL data keep.
+/// State of CL data.
 #[derive(Debug)]
 pub(crate) struct Apt {
     started: bool,
@@ -50,7 +50,7 @@ pub(crate) struct Apt {
     pub(crate) local: Frame,
     pub(crate) shift: [f64; 3],
     pub(crate) first_msys: Option<Frame>,
-    /// What the text says of itself.
+    /// What the text says about itself.
     pub(crate) facts: super::writer::Facts,
     /// The last statement was END-OF-PATH of an NX operation.
     path_ended: bool,
@@ -66,13 +66,13 @@ pub(crate) struct Apt {
     pub(crate) last_direction: SpindleDirection,
     pub(crate) side: CompSide,
     pub(crate) circle: Option<PendingCircle>,
-    /// INDIRV: where the next circle sets off to.
+    /// INDIRV: direction in which the next circle starts.
     pub(crate) forward: Option<[f64; 3]>,
     pub(crate) cycle: Option<Cycle>,
     pub(crate) cycle_on: bool,
     /// Point of the hole in work.
     pub(crate) hole: [f64; 3],
-    /// Where the tool stood when the cycle began.
+    /// Tool position when the cycle began.
     pub(crate) cycle_from: Option<[f64; 3]>,
     pub(crate) home: Option<([f64; 3], [f64; 3])>,
     /// The program loads a tool by its number.
@@ -162,7 +162,7 @@ impl Language for Apt {
 
     fn moving(_channel: &mut AptReader) {}
 
-    /// CL data know tip and tool axis alone.
+    /// CL data contains only tip and tool axis.
     fn mixed_feed(_channel: &AptReader) -> UsualFeed {
         UsualFeed::Rule(MixedFeed::Linear)
     }
@@ -274,14 +274,14 @@ impl AptReader {
         super::items::all_used(source, st)
     }
 
-    /// Does a word of the control file; false where it lists none of this name.
+    /// Executes a word of the control file; false if it lists none of this name.
     fn listed_word(&mut self, major: &str) -> bool {
         let Some((at, _)) = self.settings.control.words.name(major) else { return false };
         self.tell_listed(at, "");
         true
     }
 
-    /// Takes a work offset into effect and tells it.
+    /// Puts a work offset into effect and emits it.
     pub(crate) fn work_offset(&mut self, word: &str) {
         let values = self.own.offsets.get(word).copied().unwrap_or_default();
         self.own.settable = Frame::from(values);
@@ -289,7 +289,7 @@ impl AptReader {
         self.take_frame(word);
     }
 
-    /// Takes the frames into effect and tells a change.
+    /// Puts the frames into effect and emits the result if it has changed.
     pub(crate) fn take_frame(&mut self, word: &str) {
         let total = self.own.settable.then(&self.own.local).then(&Frame::translation(self.own.shift));
         if total == *self.position.frame() {
@@ -346,7 +346,7 @@ impl AptReader {
         Err(item.place.bad(codes::BAD_VALUE, "the number is out of range", "write a number below 1e15"))
     }
 
-    /// All items as numbers, into a buffer; how many there are.
+    /// All items as numbers, into a buffer; returns their number.
     pub(crate) fn numbers<const N: usize>(
         &self,
         source: &Source,
@@ -390,12 +390,12 @@ impl AptReader {
         self.emit(Op::Tool(ToolAction::Select(tool.clone())));
         self.emit(Op::Tool(ToolAction::Change(tool)));
         self.emit(Op::Offset(Offset::ToolEdge { edge }));
-        // The change moves the machine to where its tool changer is.
+        // The change moves the machine to its tool changer.
         self.position.forget(0b111);
     }
 }
 
-/// The fault of a statement whose word no state makes valid.
+/// The fault of a statement whose word is not valid in any state.
 pub(crate) fn refused_word(st: &Statement, control: &Control) -> Option<Box<Bad>> {
     if st.major.is_empty() || st.assignment {
         return None;
@@ -420,7 +420,7 @@ fn shown(word: &str) -> String {
     if word.chars().count() <= 40 { word.to_owned() } else { word.chars().take(40).chain("...".chars()).collect() }
 }
 
-/// A statement that takes so many items and has another number of them.
+/// The fault of a statement that takes a certain number of items and has another number of them.
 pub(crate) fn arity(place: Place, word: &str, count: usize, want: &str) -> Box<Bad> {
     place.bad(codes::ARGUMENTS, format!("{word} with {count} values"), format!("give {want}"))
 }

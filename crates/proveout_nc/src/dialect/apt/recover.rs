@@ -1,4 +1,4 @@
-//! Going on behind a fault, for [`crate::check`], and the text behind the end.
+//! Continues after a fault, for [`crate::check`], and classifies the text after the end.
 
 use super::reader::AptReader;
 use super::statement::{self, Statement};
@@ -10,7 +10,7 @@ use crate::diagnostic::Diagnostic;
 use crate::not_run::NotRun;
 use crate::source::Mark;
 
-/// A fault that may follow from one before.
+/// Whether a fault may follow from an earlier one.
 pub(super) fn may_follow(channel: &AptReader, fault: &Diagnostic) -> bool {
     let doubt = channel.recovery.faults.doubt;
     if channel.recovery.faults.stage == Stage::Unread {
@@ -27,7 +27,7 @@ pub(super) fn may_follow(channel: &AptReader, fault: &Diagnostic) -> bool {
     }
 }
 
-/// What later statements have set anew is in doubt no more.
+/// Clears the doubt about what later statements have set again.
 pub(super) fn settle_doubt(channel: &mut AptReader) {
     let doubt = &mut channel.recovery.faults.doubt;
     if !doubt.any() {
@@ -39,7 +39,7 @@ pub(super) fn settle_doubt(channel: &mut AptReader) {
     doubt.feed &= channel.technology.feed.is_none();
 }
 
-/// What a statement that has failed leaves in doubt.
+/// What a failed statement leaves in doubt.
 pub(super) fn doubt_of(statement: &Statement) -> Doubt {
     if statement.assignment {
         return Doubt { values: true, ..Doubt::NONE };
@@ -47,7 +47,8 @@ pub(super) fn doubt_of(statement: &Statement) -> Doubt {
     match statement.major.as_str() {
         "GOTO" | "GODLTA" | "FROM" | "HOME" | "GOHOME" => Doubt { axes: 0b111, ..Doubt::NONE },
         "CIRCLE" | "MOVARC" | "INDIRV" | "INDIRP" | "TLON,GOFWD" => {
-            // The point behind it is the end of a circle that is lost, and cannot be the end of another.
+            // The point after it is the end of a circle that is lost, and cannot be the end of
+            // another.
             Doubt { axes: 0b111, modal: true, ..Doubt::NONE }
         }
         "FEDRAT" | "RAPID" => Doubt { feed: true, ..Doubt::NONE },

@@ -1,4 +1,5 @@
-//! Cuts text into statements: `major/minor,minor,...`, `$` at the end of a line continues it, `$$` begins a comment.
+//! Splits text into statements: `major/minor,minor,...`, `$` at the end of a line continues it,
+//! `$$` begins a comment.
 
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
@@ -51,7 +52,7 @@ pub(crate) enum Token {
     Word,
     Open,
     Close,
-    /// Behind the major word of a nested definition, `(CIRCLE/...`.
+    /// After the major word of a nested definition, `(CIRCLE/...`.
     Slash,
 }
 
@@ -64,11 +65,11 @@ pub(crate) struct Item {
 /// One statement; used again for the next one, so that plain statements allocate nothing.
 #[derive(Debug)]
 pub(crate) struct Statement {
-    /// Major word: upper case, single blanks inside (`TOOL PATH`), none beside commas (`TLON,GOFWD`). Empty for a line
-    /// without a statement.
+    /// Major word: upper case, single blanks inside (`TOOL PATH`), none next to commas
+    /// (`TLON,GOFWD`). Empty for a line without a statement.
     pub(crate) major: String,
     pub(crate) head: Place,
-    /// Items behind the slash.
+    /// Items after the slash.
     pub(crate) items: Vec<Item>,
     /// The rest of the line for words that take a text (`PPRINT`).
     pub(crate) literal: Place,
@@ -89,7 +90,8 @@ const TEXTS: [&str; 12] = [
     "LPRINT",
 ];
 
-/// Reads the statement that begins at a line, and gives the line behind it; none at the end of the text.
+/// Reads the statement that begins at a line, and returns the line after it; none at the end of the
+/// text.
 pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Result<(), Box<Bad>>, Mark)> {
     let (line, mut next) = source.line(at)?;
     out.items.clear();
@@ -109,7 +111,7 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
     if let Some(rest) = text_word(body) {
         out.major.push_str(&body[..rest]);
         out.major.make_ascii_uppercase();
-        // The text is taken as it stands, with what would elsewhere be a comment.
+        // The text is taken unchanged, including what would elsewhere be a comment.
         let tail = line.get(start + rest..).unwrap_or_default();
         let lead = tail.len() - tail.trim_start().trim_start_matches('/').trim_start().len();
         out.head.span = Span::new(start, start + rest);
@@ -140,14 +142,15 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
         }
         (open, last, next) = (more, next, after);
     }
-    // CATIA leaves values of TOOLNO out; none of them has an effect.
+    // CATIA omits values of TOOLNO; none of them has an effect.
     if result.is_err() && out.major == "TOOLNO" {
         result = Ok(());
     }
     Some((result, next))
 }
 
-/// Behind the lines of numbers that go on from a remark of Creo, such as `$$-> CSYS / 1.0, 0.0, $`; others are statements.
+/// Skips the lines of numbers that continue a remark of Creo, such as `$$-> CSYS / 1.0, 0.0, $`;
+/// other lines are statements.
 fn behind_numbers(source: &Source, mut at: Mark) -> Mark {
     while let Some((line, next)) = source.line(at) {
         let numbers = line.bytes().all(|b| b.is_ascii_digit() || b" \t+-.,eE$".contains(&b));
@@ -162,7 +165,7 @@ fn behind_numbers(source: &Source, mut at: Mark) -> Mark {
     at
 }
 
-/// A line without its comment and its `$`; true when the next line goes on.
+/// A line without its comment and its `$`; true when the next line continues it.
 fn code_of(line: &str) -> (&str, bool) {
     let bytes = line.as_bytes();
     let code = match bytes.iter().position(|&b| b == b'$') {
@@ -197,7 +200,7 @@ fn major_word(text: &str, out: &mut String) {
     }
 }
 
-/// Items of a line. `value`: a value stands before, so a comma must come next.
+/// Items of a line. `value`: the previous item is a value, so a comma must come next.
 fn items(code: &str, from: usize, mark: Mark, value: &mut bool, out: &mut Vec<Item>) -> Result<(), Box<Bad>> {
     let mut s = Scanner::new(code);
     s.set_pos(from);

@@ -1,5 +1,5 @@
-//! Coordinate systems as `CAMWorks` tells them: `TRNTYP` before each operation, and `CSYS` with three rows of four values, the
-//! axes of the system in its columns and its origin in the fourth.
+//! Coordinate systems in the form of `CAMWorks`: `TRNTYP` before each operation, and `CSYS` with
+//! three rows of four values, the axes of the system in its columns and its origin in the fourth.
 //!
 //! ```text
 //!   CSYS/ xx, yx, zx, ox,
@@ -12,12 +12,13 @@ use super::statement::{Bad, Statement};
 use crate::codes;
 use crate::source::Source;
 
-/// How far the values of a system that is none may be from those of the identity: CL data has six digits.
+/// Values that differ by no more than this from the identity mean no change of system: CL data has
+/// six digits.
 const SAME: f64 = 1e-6;
 
 impl AptReader {
-    /// CSYS: only the system of the program itself; whether points of another one are seen from it or from the part is a
-    /// matter of the CAM system's setup.
+    /// CSYS: only the system of the program itself. Whether the points of another system refer to
+    /// it or to the part depends on the setup of the CAM system.
     pub(crate) fn csys(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 12];
         let count = self.numbers(source, st, &mut n)?;

@@ -10,9 +10,9 @@ use crate::{CompSide, CutterComp, Dwell, Feed, Op, SpindleDirection, ToolName};
 /// Unit of a feed value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FeedUnit {
-    /// Per minute, in so many mm.
+    /// Per minute; the value is the unit length in mm.
     Minute(f64),
-    /// Per revolution, in so many mm.
+    /// Per revolution; the value is the unit length in mm.
     Revolution(f64),
 }
 
@@ -188,7 +188,7 @@ impl AptReader {
         Ok(())
     }
 
-    /// Number of a tool, and of its offset where the statement gives one.
+    /// Number of a tool, and of its offset if the statement gives one.
     fn tool_number(&self, source: &Source, st: &Statement) -> Result<(ToolName, Option<u32>), Box<Bad>> {
         let skip = usize::from(st.items.first().is_some_and(|i| Self::word(source, i) == "TOOL"));
         let Some(item) = st.items.get(skip) else {
@@ -229,7 +229,8 @@ impl AptReader {
         Ok(())
     }
 
-    /// Tells what a tool statement has besides the tool and its offset: the tool library gives dimensions.
+    /// Notes the items of a tool statement other than the tool and its offset: the tool library
+    /// gives dimensions.
     fn beside_tool(&mut self, source: &Source, st: &Statement) {
         let beside = super::items::beside_tool(source, st);
         if !beside.is_empty() {
@@ -362,7 +363,7 @@ impl AptReader {
     }
 }
 
-/// Words that stand in FEDRAT on some posts and are not numbers.
+/// Words that some posts write in FEDRAT and that are not numbers.
 fn is_known_word(word: &str) -> bool {
     matches!(word, "INVERS" | "LENGTH" | "MAXIPM" | "SCALE" | "LOCK" | "OFF" | "ON" | "RAPID" | "AUTO" | "LAST")
 }

@@ -1,11 +1,11 @@
-//! What is done with each major word that is no motion.
+//! What is done with each major word that is not a motion.
 
 /// How a word is treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
     /// The reader executes it.
     Done,
-    /// Named in a note, without effect on motion, removal or time.
+    /// Reported in a note, without effect on motion, removal or time.
     Note,
     /// Refused, with the remedy.
     Refused(&'static str),
@@ -121,7 +121,8 @@ const POINTS: &str = "write the path as GOTO points (linearized output of the CA
 const SOURCE: &str = "this is APT source: run it through the APT processor and give its CL data";
 const ROTARY: &str = "give the tool axis as a vector with GOTO, so that it holds for every machine";
 
-/// Words that move the tool or change the meaning of coordinates in a way that is not followed.
+/// Words that move the tool or change the meaning of coordinates in a way that the twin does not
+/// follow.
 pub(crate) const REFUSED: [(&str, &str); 51] = [
     ("ARCDAT", POINTS),
     ("CALL", SOURCE),
@@ -178,11 +179,11 @@ pub(crate) const REFUSED: [(&str, &str); 51] = [
 
 /// What is done with a major word.
 pub(crate) fn classify(major: &str) -> Class {
-    // The words of a path come first: they are nearly all of a file.
+    // The words of a path come first: they make up nearly all of a file.
     if matches!(major, "GOTO" | "FEDRAT" | "RAPID") || DONE.binary_search(&major).is_ok() {
         return Class::Done;
     }
-    // CAMWorks tells lengths of the tool with words of its own: CSI_SET_FLUTE_LENGTH.
+    // CAMWorks writes lengths of the tool with words of its own: CSI_SET_FLUTE_LENGTH.
     if NOTES.binary_search(&major).is_ok() || major.starts_with("CSI_SET_") {
         return Class::Note;
     }

@@ -1,13 +1,15 @@
-//! What CL data says of itself, looked up before it is run: the system that wrote it, the sense of its circles, the unit of its lengths.
+//! What CL data says about itself, read before it is run: the system that wrote it, the sense of
+//! its circles, the unit of its lengths.
 //!
 //! ```text
 //!   CIRCLE/ x,y,z, i,j,k, r          Creo, CAMWorks: counter-clockwise about i,j,k (right hand)
 //!   CIRCLE/ ..., t, f, d, e          NX, 11 values: "assuming a clockwise direction" about i,j,k
 //! ```
 //!
-//! The sense of Creo after PTC, "CL output for circular interpolation"; that of NX after Siemens, *CLSF Manager*, "CIRCLE". The path before
-//! and behind a circle is nearly always tangent to it, and the tangents check the sense. Lengths without UNITS count in the unit of
-//! the feeds, and where no feed names one nothing says it: mm is assumed.
+//! The sense of Creo after PTC, "CL output for circular interpolation"; that of NX after Siemens,
+//! *CLSF Manager*, "CIRCLE". The path before and after a circle is nearly always tangent to it, and
+//! the tangents check the sense. Lengths without UNITS count in the unit of the feeds. Where no
+//! feed names a unit either, mm is assumed.
 
 use super::reader::INCH;
 use super::statement::{self, Statement, Token};
@@ -16,27 +18,28 @@ use crate::source::{Mark, Source};
 
 /// Cosine of the angle within which two directions are tangent, one degree.
 const TANGENT: f64 = 0.999_847_7;
-/// Circles that are looked at.
+/// Most circles that are evaluated.
 const MAX_CIRCLES: usize = 5000;
 
-/// What stands in the text.
+/// What the text contains.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Facts {
     /// CIRCLE runs clockwise about its normal.
     pub(crate) clockwise: bool,
-    /// What is taken for granted for circles.
+    /// The assumption about the sense of circles.
     pub(crate) sense_assumed: Option<String>,
-    /// mm of a length before UNITS; none where the control states it, or UNITS stands before the first length.
+    /// mm of a length before UNITS; none where the control states it, or UNITS comes before the
+    /// first length.
     pub(crate) unit: Option<f64>,
-    /// What is taken for granted for lengths.
+    /// The assumption about the unit of lengths.
     pub(crate) unit_assumed: Option<String>,
-    /// Feeds in mm have told that lengths are: a note.
+    /// The note that lengths are in mm because the feeds are.
     pub(crate) unit_told: Option<String>,
-    /// Feeds in inch and in mm stand with lengths that no UNITS covers: their lines.
+    /// Lines of an inch feed and of a mm feed, when no UNITS covers the lengths.
     pub(crate) unit_contradicts: Option<[u32; 2]>,
 }
 
-/// The system that has written CL data, as far as it makes a difference.
+/// The system that wrote CL data, as far as it makes a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Writer {
     Nx,
@@ -45,7 +48,7 @@ enum Writer {
     Unknown,
 }
 
-/// Tangents of circles at the path before and behind them.
+/// Counts of circles tangent to the path before and after them, by sense.
 #[derive(Clone, Copy, Debug, Default)]
 struct Votes {
     clockwise: usize,
@@ -81,7 +84,7 @@ impl Votes {
     }
 }
 
-/// Looks the whole text up.
+/// Reads the whole text.
 pub(crate) fn facts(source: &Source, stated_clockwise: Option<bool>, stated_unit: Option<f64>) -> Facts {
     let mut look = Look::default();
     let (mut st, mut at) = (Statement::default(), Mark::START);
@@ -93,7 +96,7 @@ pub(crate) fn facts(source: &Source, stated_clockwise: Option<bool>, stated_unit
             look.remark(source, at);
         }
         at = next;
-        // Without circles the unit is all there is to find, and UNITS mostly stands in front.
+        // Without circles only the unit is looked for, and UNITS is mostly at the beginning.
         if !circles && look.covered {
             break;
         }
@@ -115,11 +118,11 @@ struct Look {
     right_hand: Option<&'static str>,
     votes: Votes,
     here: Option<[f64; 3]>,
-    /// Direction of the straight motion that came last.
+    /// Direction of the last straight motion.
     along: Option<[f64; 3]>,
     open: Option<Circle>,
     rapid: bool,
-    /// UNITS stands before the first length.
+    /// UNITS comes before the first length.
     covered: bool,
     has_length: bool,
     inch_feed: Option<u32>,
@@ -185,7 +188,7 @@ impl Look {
         if values.len() >= 11 {
             self.eleven += 1;
         }
-        // Behind a circle comes another one: its tangent tells nothing without the sense.
+        // Another circle follows: its tangent says nothing without the sense.
         self.close(None);
         let (Some(here), [x, y, z, i, j, k, ..]) = (self.here, values.as_slice()) else { return };
         let Some(normal) = frame::unit([*i, *j, *k]) else { return };

@@ -2,16 +2,17 @@
 //!
 //! ```text
 //!   PS start      LT: the line PH-PA goes on in the direction of the contour, LEN long
-//!   PH auxiliary  LN: the line PH-PA stands square on the contour, on the side of the radius compensation
+//!   PH auxiliary  LN: the line PH-PA is normal to the contour, on the side of the radius compensation
 //!   PA first      CT: an arc of radius R and angle CCA ends in the direction of the contour
 //!   PE last       LCT: a line from PS touches an arc of radius R that ends in the direction of the contour
 //!   PN end        DEP the same backwards from PE
 //! ```
 //!
-//! Geometry after HEIDENHAIN, *TNC 640 Klartext programming*, "Approaching and departing a contour". From PS to PH the feed of
-//! the block before holds, rapid after FMAX; first in the working plane, then along the tool axis. An approach waits until
-//! the first element of the contour is known. RL and RR say on which side the contour is approached: R0 is refused for LN,
-//! CT and LCT.
+//! Geometry after HEIDENHAIN, *TNC 640 Klartext programming*, "Approaching and departing a
+//! contour". The way from PS to PH runs at the feed of the previous block, at rapid after FMAX:
+//! first in the working plane, then along the tool axis. An approach waits until the first element
+//! of the contour is known. RL and RR say on which side the contour is approached; R0 is refused
+//! for LN, CT and LCT.
 
 use super::circle::FULL_CIRCLE;
 use super::interpreter::Interpreter;
@@ -64,8 +65,8 @@ fn touch(from: Point, center: Point, radius: f64, ccw: bool) -> Option<Point> {
     if distance <= radius {
         return None;
     }
-    // The angle at the center between the point and the foot has the cosine radius / distance; a counter-clockwise run goes
-    // on from the foot that lies that angle ahead.
+    // The angle at the center between the point and the foot has the cosine radius / distance. A
+    // counter-clockwise run continues from the foot that is that angle ahead.
     let angle = (radius / distance).acos();
     let foot = arc::end_after(from, center, angle, !ccw);
     let scale = radius / distance;
@@ -76,7 +77,7 @@ fn cannot(span: Span, message: &str, help: &str) -> Fault {
     Fault::new(codes::ARC_GEOMETRY, span, message).help(help)
 }
 
-/// Arcs that are computed here meet their ends up to rounding, mm.
+/// Tolerance of the end points of arcs computed here, mm: covers rounding only.
 const EXACT: ArcTolerance = ArcTolerance::absolute(1e-6);
 
 impl Interpreter {
@@ -134,12 +135,12 @@ impl Interpreter {
         }
     }
 
-    /// The point of the block, Cartesian or (PLT, PLN, PCT, PLCT) by PR and PA about the pole.
+    /// The end point of the block: Cartesian, or by PR and PA about the pole (PLT, PLN, PCT, PLCT).
     fn lead_goal(&mut self, w: &Words, span: Span) -> Result<Goal, Fault> {
         if w.polar_radius.is_some() || w.polar_angle.is_some() { self.polar_point(w, span) } else { self.goal(w, span) }
     }
 
-    /// APPR: the position is PA from here, the motions follow when the contour goes on.
+    /// APPR: the position is PA from here on; the motions follow when the contour goes on.
     pub(crate) fn approach(&mut self, lead: Lead, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
         if rapid {
             return Err(Fault::new(codes::NO_FEED, span, "an approach needs a feed and has FMAX").help("write F"));
@@ -155,7 +156,8 @@ impl Interpreter {
         self.flat(span)?;
         let goal = self.lead_goal(w, span)?;
         let motion = self.complete(goal, span)?;
-        // The feed of the block was told; the way to PH needs the one before it.
+        // The feed of this block is already emitted. The way to PH runs at the feed of the block
+        // before.
         self.modal.approach = Some(Approach {
             lead,
             from,
@@ -209,7 +211,7 @@ impl Interpreter {
                 (helper, Some((arc, side < 0.0)))
             }
         };
-        // The motions are made as if they were executed at the place of the APPR block.
+        // The motions are emitted as if they were executed at the APPR block.
         let (work, base, location) = (self.position.work, self.position.base, self.location.clone());
         let later: Vec<(Command, ())> = self.queue.drain(a.at.min(self.queue.len())..).collect();
         let (feed, told, kept) = (self.technology.feed, self.technology.told_feed, self.modal.tangent);
@@ -225,7 +227,7 @@ impl Interpreter {
         }
         self.technology.feed = a.feed;
         self.lead_on(first, arc, span)?;
-        // What the blocks since then have told comes behind.
+        // The commands queued since the APPR block come after these and count on its feed.
         self.tell_feed();
         self.technology.feed = feed;
         self.technology.told_feed = told;
@@ -263,7 +265,7 @@ impl Interpreter {
         }
     }
 
-    /// DEP: departure from the end of the contour; compensation is off behind it.
+    /// DEP: departure from the end of the contour. Compensation is off after it.
     pub(crate) fn depart(&mut self, lead: Lead, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
         if rapid {
             return Err(Fault::new(codes::NO_FEED, span, "a departure needs a feed and has FMAX").help("write F"));

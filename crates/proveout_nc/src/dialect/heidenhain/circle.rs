@@ -35,8 +35,9 @@ pub(crate) fn plane_of(normal: usize) -> [usize; 3] {
 }
 
 impl Interpreter {
-    /// CC: a new pole; an axis that is not written keeps its value, none at all takes the position. Two axes of another plane than
-    /// the working plane put the circles into that plane.
+    /// CC: a new pole. An axis that is not written keeps its value; without any axis the pole is
+    /// the position. Two axes of another plane than the working plane put the circles into that
+    /// plane.
     pub(crate) fn pole_block(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
         if !w.functions.is_empty() || w.feed.is_some() {
             return Err(Fault::new(codes::CONFLICT, span, "CC takes coordinates only")
@@ -69,7 +70,7 @@ impl Interpreter {
         if named & LINEAR == named && named.count_ones() == 2 {
             return Ok((LINEAR & !named).trailing_zeros() as usize);
         }
-        // One axis changes the pole that is there.
+        // A single axis changes the pole in force.
         match self.modal.pole {
             Some(pole) if named != 0 && lies_in(pole.normal) => Ok(pole.normal),
             _ if lies_in(work) => Ok(work),
@@ -288,12 +289,12 @@ impl Interpreter {
         self.arc_in(pole.normal, goal, arc, clockwise, span)
     }
 
-    /// Hands an arc in the working plane out.
+    /// Emits an arc in the working plane.
     pub(crate) fn arc_to(&mut self, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<(), Fault> {
         self.arc_in(self.modal.normal, goal, arc, clockwise, span)
     }
 
-    /// Hands an arc in the plane square to an axis out.
+    /// Emits an arc in the plane square to an axis.
     fn arc_in(&mut self, normal: usize, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<(), Fault> {
         self.need_feed(span)?;
         if normal != self.modal.normal {
@@ -318,7 +319,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// An arc outside of the working plane can be no element behind RND, CHF or APPR, nor be compensated.
+    /// An arc outside the working plane cannot be an element after RND, CHF or APPR, and cannot be
+    /// compensated.
     fn needs_no_plane(&self, span: Span) -> Result<(), Fault> {
         if self.modal.corner.is_none()
             && self.modal.approach.is_none()

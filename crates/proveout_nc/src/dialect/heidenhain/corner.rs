@@ -9,8 +9,9 @@
 //!                    of another radius about the same center.
 //! ```
 //!
-//! The element before waits in the queue until the next one is known, then loses its end behind T1; the next begins at T2.
-//! Limits: both elements lie in the working plane and turn no rotary axis; a chamfer stands between two lines.
+//! The previous element waits in the queue until the next one is known. It then ends at T1, and the
+//! next one begins at T2. Limits: both elements lie in the working plane and move no rotary axis; a
+//! chamfer joins two lines.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +23,8 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
 
-/// Feet of the rounding may lie this far outside of an element, mm: rounding of coordinates, not geometry.
+/// Feet of the rounding may lie this far outside an element, mm: allows for rounded coordinates,
+/// not for geometry.
 const SLACK_MM: f64 = 1e-6;
 
 type Point = [f64; 2];
@@ -264,7 +266,8 @@ impl Interpreter {
         Ok(op)
     }
 
-    /// Shortens the waiting element, puts the corner behind it, gives the point where the next element begins.
+    /// Shortens the waiting element, inserts the corner after it, and returns the point where the
+    /// next element begins.
     fn corner_between(&mut self, next: Element, span: Span) -> Result<Point, Fault> {
         let at = |fault: Fault| Fault { span, ..fault };
         let Some(corner) = self.modal.corner.take() else { return Err(no_element(span)) };
@@ -353,7 +356,8 @@ impl Interpreter {
             }
         };
         let mut ops = vec![op];
-        // A feed of RND and CHF holds for the corner only. The feed before it is in force until the next block tells its own.
+        // A feed of RND or CHF holds for the corner only. The previous feed holds again until the
+        // next block sets its own.
         if let (Some(feed), Some(before)) = (corner.feed, self.feed_before_corner()) {
             ops = vec![Op::Feed(feed), ops.remove(0), Op::Feed(before)];
         }

@@ -41,13 +41,13 @@ pub(crate) struct OldCycle {
 }
 
 impl Interpreter {
-    /// Everything that waits for a next block is finished: at the end of a program, at calls.
+    /// Finishes everything that waits for a next block: at the end of a program, at calls.
     pub(crate) fn settle(&mut self) -> Result<(), Fault> {
         self.finish_old_cycle()?;
         self.settle_contour(Span::default())
     }
 
-    /// No corner and no approach waits.
+    /// Refuses a corner, an approach or a free contour that still waits for its next element.
     pub(crate) fn settle_contour(&mut self, span: Span) -> Result<(), Fault> {
         if let Some(fault) = self.free_is_open(span) {
             return Err(fault);
@@ -226,7 +226,7 @@ impl Interpreter {
             }
         }
         let solution = self.usual_solution();
-        // Without a feed the control turns no axis, and the clearance has no use.
+        // Without a feed the control turns no axis, and the clearance has no effect.
         if feed.is_none() && ahead != 0.0 {
             self.note("the set-up clearance of CYCL DEF 19 has no effect: without F the control turns no axis");
         }
@@ -287,7 +287,7 @@ impl Interpreter {
         if [tolerance, angle].into_iter().flatten().any(|v| !(v >= 0.0 && v.is_finite())) {
             return Err(Fault::new(codes::BAD_VALUE, span, "a tolerance must not be negative").help("write T0.02"));
         }
-        // T0 is the standard of the control, as no value at all.
+        // T0 selects the default tolerance of the control, as a block without a value does.
         let tolerance = tolerance.filter(|t| *t > 0.0);
         self.emit(Op::PathMode(PathMode::Continuous { tolerance, orientation_tolerance: angle.filter(|a| *a > 0.0) }));
         Ok(())
@@ -330,7 +330,8 @@ impl Interpreter {
     fn old_pocket(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
         let number = cycle.number;
         let words = || cycle.words.iter();
-        // The value of a part: that of this letter, or, without one, the first that is no feed.
+        // The value of a part: the one with this letter, or, without a letter, the first that is
+        // not a feed.
         let value = |part: u32, letter: Option<&str>| -> Result<Option<f64>, Fault> {
             let wanted = |word: &&(u32, OldWord)| {
                 word.0 == part
@@ -397,7 +398,7 @@ impl Interpreter {
         self.define_cycle(Cycle::Program(name));
     }
 
-    /// CYCL DEF with Q parameters: the values are those of now, and the parameters take them.
+    /// CYCL DEF with Q parameters: values are evaluated now and assigned to the parameters.
     pub(crate) fn cycle(&mut self, number: u32, list: &[(Param, CycleValue, Span)], span: Span) -> Result<(), Fault> {
         let mut values = BTreeMap::new();
         for (param, value, at) in list {
@@ -439,7 +440,7 @@ impl Interpreter {
         }
     }
 
-    /// A cycle of the machine builder, which the control file gives a meaning.
+    /// A cycle of the machine builder, as defined by the control file.
     fn builder_cycle(&mut self, number: u32, span: Span) -> Result<(), Fault> {
         let word = format!("CYCL{number}");
         let control = std::sync::Arc::clone(&self.settings.control);
@@ -482,7 +483,7 @@ impl Interpreter {
         }
     }
 
-    /// Feed of a cycle parameter; none is rapid.
+    /// Feed of a cycle parameter; none means rapid.
     pub(crate) fn cycle_feed(
         &self,
         values: &BTreeMap<u32, Setting>,
@@ -509,7 +510,7 @@ impl Interpreter {
         }
     }
 
-    /// Runs the cycle that is defined, where the tool stands.
+    /// Runs the defined cycle at the tool position.
     pub(crate) fn run_cycle(&mut self, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
         match self.modal.cycle.clone() {

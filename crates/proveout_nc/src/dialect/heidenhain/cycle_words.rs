@@ -146,7 +146,7 @@ pub(crate) fn cycle_values(x: &mut Lexer<'_>) -> Result<Vec<(Param, CycleValue, 
         let assigned = match x.param() {
             Ok(Some(param)) => {
                 x.blanks();
-                // A feed by name also stands without `=`.
+                // A feed by name may also come without `=`.
                 (x.s.take(b'=') || !values.is_empty() && ["FAUTO", "FMAX", "FU"].iter().any(|word| x.at(word)))
                     .then_some(param)
             }

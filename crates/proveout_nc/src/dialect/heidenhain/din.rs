@@ -49,7 +49,7 @@ pub(super) struct Raw {
 /// Reads a block.
 pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
     block.clear();
-    // The star ends a block; text behind it is a comment of the sender.
+    // The star ends a block; a comment may follow it.
     let code = text.find(';').map_or(text, |at| &text[..at]);
     let end = code.rfind('*').filter(|at| code[at + 1..].trim().is_empty()).unwrap_or(text.len());
     let body = if end < text.len() && !text[..end].trim_start().is_empty() { &text[..end] } else { text };
@@ -252,7 +252,7 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
     Ok(())
 }
 
-/// Takes a word that stands once in its block.
+/// Stores a word that may appear only once in its block.
 fn once<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), Fault> {
     if slot.replace(value).is_some() {
         return Err(twice(word, span));
@@ -324,7 +324,7 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
     if raw.tool.is_some() || raw.speed.is_some() || axis.is_some() && block.words.programmed == 0 {
         let [length, radius, corner] = raw.delta;
         let call = ToolCall { tool: raw.tool, axis, speed: raw.speed, feed: block.words.feed, length, radius, corner };
-        // G40, G90 and M functions beside T act as in a block of their own.
+        // G40, G90 and M functions in a block with T act as in a block of their own.
         let more = raw.din.path.is_some() || raw.din.incremental.is_some() || block.words.side.is_some();
         if more || !block.words.functions.is_empty() {
             return Ok(Statement::Din(Box::new(DinBlock { tool: Some(call), ..raw.din })));

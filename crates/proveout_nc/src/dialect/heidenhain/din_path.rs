@@ -52,7 +52,7 @@ impl Interpreter {
             w.clockwise = self.modal.din_clockwise;
         }
         if matches!(code, 0 | 10) {
-            // F beside a rapid motion holds for the motions behind it.
+            // F in a rapid block holds for the motions after it.
             if let Some(word) = w.feed
                 && let Some(feed) = self.feed_of(word, span)?
             {

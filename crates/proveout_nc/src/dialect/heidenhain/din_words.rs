@@ -1,14 +1,14 @@
-//! Words of a DIN/ISO block that its meaning has no use for: they are refused by name.
+//! Words of a DIN/ISO block that its statement does not use: they are refused by name.
 
 use super::din::Raw;
 use super::words::{Block, Statement};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
-/// Words that stand in a block, by name, with their number.
+/// Words present in a block, by name, with their number.
 pub(super) struct Present {
     names: [(&'static str, usize); 20],
-    /// G word that gives the block its meaning, above those of the path.
+    /// The G word that defines the block; it takes precedence over those of the path.
     special: Option<u32>,
     /// Number of the D word.
     function: Option<u32>,
@@ -36,7 +36,7 @@ const UNIT: usize = 4;
 const POLE: usize = 5;
 const R: usize = 6;
 
-/// The words of a block before its meaning takes them.
+/// The words of a block, before its statement takes them.
 pub(super) fn present(raw: &Raw, block: &Block) -> Present {
     let count = |codes: &[u32]| raw.g.iter().filter(|(g, _)| codes.contains(g)).count();
     let some = |there: bool| usize::from(there);

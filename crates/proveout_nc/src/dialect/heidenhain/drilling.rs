@@ -24,7 +24,7 @@ use crate::{Feed, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: u32 = 10_000;
-/// Way in which the boring bar is set free of the wall in cycle 202, mm: fixed in the control.
+/// Retraction of the boring bar from the wall in cycle 202, mm: fixed in the control.
 const FREE_MM: f64 = 0.2;
 
 type Values = BTreeMap<u32, Setting>;
@@ -46,7 +46,8 @@ impl Holes for Heidenhain {
 }
 
 impl Interpreter {
-    /// What can be told to be wrong or unread when the cycle is defined.
+    /// Checks the parameters when the cycle is defined: refuses unsupported ones, a missing Q200
+    /// and a depth of zero.
     pub(crate) fn check_cycle(&self, number: u32, values: &Values, span: Span) -> Result<(), Fault> {
         let zero = |key: u32, what: &str, remedy: &str| -> Result<(), Fault> {
             match values.get(&key) {
@@ -102,7 +103,7 @@ impl Interpreter {
         let clear = surface + clearance;
         Ok(Heights {
             clear,
-            // The second clearance acts only above the first.
+            // The second clearance has an effect only above the first.
             second: second.max(clear),
             surface,
             depth: surface + depth,
@@ -118,7 +119,7 @@ impl Interpreter {
         goal
     }
 
-    /// Moves to a hole and runs the cycle there, first up where the tool stands below the clearance.
+    /// Moves to a hole and runs the cycle there. A tool below the clearance first goes up.
     pub(crate) fn hole(
         &mut self,
         number: u32,
@@ -141,7 +142,7 @@ impl Interpreter {
         self.drill(number, values, lift, span)
     }
 
-    /// Runs a drilling or milling cycle where the tool stands.
+    /// Runs a drilling or milling cycle at the tool position.
     pub(crate) fn drill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
         if super::milling::CYCLES.contains(&number) {
             return self.mill(number, values, lift, span);
@@ -194,12 +195,12 @@ impl Interpreter {
         self.course(&[Stroke::Rapid(h.second)], span)
     }
 
-    /// Q208: feed of retraction; 0 as down, MAX and none as rapid.
+    /// Q208: feed of retraction. 0 means as down; MAX and none mean rapid.
     fn retraction_feed(&self, values: &Values, down: Option<Feed>, span: Span) -> Result<Option<Feed>, Fault> {
         match values.get(&208) {
             None | Some(Setting::Max) => Ok(None),
             Some(Setting::Number(v)) if *v == 0.0 => Ok(down),
-            // The control takes the input limit for rapid.
+            // The control reads the input limit as rapid.
             Some(Setting::Number(v)) if *v >= 99999.0 => Ok(None),
             _ => self.cycle_feed(values, 208, span),
         }
@@ -296,7 +297,8 @@ impl Interpreter {
         self.course(&[Stroke::wait(Some(dwell_bottom)), Stroke::at(h.clear, up)], span)
     }
 
-    /// 202: the spindle is oriented, the bar set free of the wall, drawn out and brought back to the middle.
+    /// 202: orients the spindle, moves the bar off the wall, retracts it and brings it back to the
+    /// middle.
     fn bore_back(&mut self, values: &Values, h: Heights, down: Option<Feed>, span: Span) -> Result<(), Fault> {
         let direction = self.technology.direction;
         let way = self.cycle_number(values, 214, Some(0.0), span)?;
@@ -365,7 +367,7 @@ impl Interpreter {
                     .help("check Q257"));
                 }
                 reached += infeed;
-                // Q256 zero: out of the hole to clear the chips.
+                // Q256 zero: retracts out of the hole to clear the chips.
                 let to = if back > 0.0 { h.surface + h.down * (reached - back) } else { h.clear };
                 self.course(&[thread(h.surface + h.down * reached, cut), thread(to, out)], span)?;
             }

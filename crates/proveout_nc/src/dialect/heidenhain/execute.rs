@@ -1,4 +1,4 @@
-//! Executes blocks that are no paths.
+//! Executes blocks that are not paths.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ impl Interpreter {
     ) -> Result<(), Fault> {
         let span = block.span;
         match statement {
-            // These may stand between the elements of a contour.
+            // These are allowed between the elements of a contour.
             Statement::Empty | Statement::Path(_) => Ok(()),
             Statement::Note(text) => {
                 self.modal.held &= self.modal.corner.is_some();
@@ -172,7 +172,8 @@ impl Interpreter {
             ToolRef::Number(value) => {
                 let number = self.variables.value(*value, span)?;
                 if number > 0.0 && (number * 10.0).fract() == 0.0 && number.fract() != 0.0 {
-                    // `TOOL CALL 5.2`: an index of the tool table, a tool of its own.
+                    // `TOOL CALL 5.2`: an index of the tool table, which counts as a tool of its
+                    // own.
                     return Ok(ToolName::Name(format!("{number}")));
                 }
                 if !(0.0..=4_294_967_295.0).contains(&number) || number.fract() != 0.0 {
@@ -248,7 +249,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// FN 23: center and radius of the circle through three points, which stand in six parameters.
+    /// FN 23: center and radius of the circle through three points, given in six parameters.
     fn circle_data(&mut self, target: super::words::Param, from: super::words::Param, span: Span) -> Result<(), Fault> {
         let mut p = [0.0; 6];
         for (slot, by) in p.iter_mut().zip(0u32..) {

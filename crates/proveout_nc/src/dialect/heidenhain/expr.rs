@@ -1,7 +1,8 @@
 //! Formulas of Q parameters: `Q1 = Q2 * SIN 30 + SQRT Q5`.
 //!
-//! Priorities after the user's manual (HEIDENHAIN, *TNC 640 Klartext programming*, "Entering formulas directly"): a function
-//! binds to the operand behind it, then `^`, then `* / %`, then `+ -`; operators of the same priority run from left to right.
+//! Priorities after the user's manual (HEIDENHAIN, *TNC 640 Klartext programming*, "Entering
+//! formulas directly"): a function applies to the operand after it; then `^`, then `* / %`, then
+//! `+ -`. Operators of the same priority run from left to right.
 
 use super::lexer::{Lexer, refused, unknown};
 use super::words::Param;
@@ -94,7 +95,7 @@ impl<'a> Formulas<'a> for Lexer<'a> {
     }
 }
 
-/// PI, or a function with the operand behind it.
+/// PI, or a function with its operand.
 fn named(x: &mut Lexer<'_>, depth: u32) -> Result<Expr, Fault> {
     let start = x.pos();
     let word = x.letters();

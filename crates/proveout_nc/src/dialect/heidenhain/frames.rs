@@ -4,11 +4,13 @@
 //! base = preset (247) * transforms before tilting * tilted plane * transforms in the plane [* PLANE RELATIVE * ...] * work
 //! ```
 //!
-//! HEIDENHAIN, *TNC 620 User's Manual 2022*, "Reference systems": the workpiece system W-CS stands on the preset; datum shift and
-//! mirroring before tilting, and PLANE, lead from W-CS to the working plane system WPL-CS; cycles 7, 8, 10, 11, 26 and PLANE
-//! RELATIVE lead from there to the input system I-CS; "the result of transformations built up on each other depends on the
-//! programming sequence". So each system keeps a list in the order of the program: a cycle that is defined again replaces its
-//! value at its place in the list, one that is reset leaves it, a new one acts within those before it.
+//! HEIDENHAIN, *TNC 620 User's Manual 2022*, "Reference systems": the workpiece system W-CS is
+//! referenced to the preset. Datum shift and mirroring before tilting, and PLANE, lead from W-CS to
+//! the working plane system WPL-CS; cycles 7, 8, 10, 11, 26 and PLANE RELATIVE lead from there to
+//! the input system I-CS; "the result of transformations built up on each other depends on the
+//! programming sequence". So each system keeps a list in the order of the program. A cycle that is
+//! defined again replaces its value at its place in the list, a reset removes it, and a new one
+//! acts within those before it.
 
 use super::interpreter::Interpreter;
 use super::words::{Coordinate, Words};
@@ -45,20 +47,21 @@ struct Zone {
 #[derive(Clone, Debug)]
 pub(crate) struct Frames {
     preset: Frame,
-    /// The first motion of a linear axis before a preset is called, with nothing that says which one is active: its line.
+    /// Line of the first motion of a linear axis before a preset is called, if the active preset is
+    /// not stated.
     before_preset: Option<u32>,
-    /// Nothing says where the preset that is active at the start is.
+    /// The position of the preset that is active at the start is not known.
     untold: bool,
-    /// The first has no tilt.
+    /// The first zone has no tilt.
     zones: Vec<Zone>,
 }
 
-/// Most PLANE RELATIVE blocks one on the other.
+/// Most PLANE RELATIVE blocks on top of each other.
 const MAX_ZONES: usize = 100;
 
 impl Frames {
     pub(crate) fn new(settings: &Settings) -> Self {
-        // Row 0 of the preset table is what the operator has set.
+        // Row 0 of the preset table is set by the operator.
         let told = settings.work_offsets.get("PRESET0").copied();
         let (preset, untold) = (told.unwrap_or_default(), told.is_none());
         Self {
@@ -80,7 +83,7 @@ impl Frames {
         self.zones.len() > 1
     }
 
-    /// Ends the tilted plane; transforms that were programmed in it go on acting.
+    /// Ends the tilted plane. Transforms programmed in it stay in force.
     pub(crate) fn untilt(&mut self) {
         let later: Vec<Entry> = self.zones.drain(1..).flat_map(|zone| zone.list).collect();
         if let Some(first) = self.zones.first_mut() {
@@ -90,7 +93,7 @@ impl Frames {
         }
     }
 
-    /// A new plane on the datum, or one on the other.
+    /// A new plane on the datum, or (`relative`) on top of the plane in force.
     pub(crate) fn tilt(&mut self, tilt: Frame, relative: bool) -> bool {
         if !relative {
             self.zones.truncate(1);
@@ -123,7 +126,7 @@ fn put(list: &mut Vec<Entry>, entry: Entry) {
 }
 
 impl Interpreter {
-    /// Takes the transforms into effect and tells them.
+    /// Puts the transforms into effect and emits the resulting frame.
     pub(crate) fn take_frames(&mut self, word: &str, span: Span) -> Result<(), Fault> {
         let total = self.modal.frames.total();
         let finite = total.translation.iter().chain(total.linear.iter().flatten()).all(|v| v.is_finite());
@@ -211,7 +214,7 @@ impl Interpreter {
         self.define(Transform::Shift, values, frame, word, span)
     }
 
-    /// Mirror of the axes in the bit mask; none ends it.
+    /// Mirrors the axes in the bit mask; an empty mask ends the mirror.
     pub(crate) fn mirror(&mut self, axes: u16, word: &str, span: Span) -> Result<(), Fault> {
         if axes >> 3 != 0 {
             return Err(super::lexer::refused("a mirror of rotary axes", span, "mirror X, Y, Z"));

@@ -26,7 +26,8 @@ use crate::frame::sin_cos_degrees;
 
 type Point = [f64; 2];
 
-/// How far a point may be from where its other data put it, mm: coordinates are written with three decimals.
+/// How far a point may be from where its other data put it, mm: coordinates are written with three
+/// decimals.
 const WRITTEN_MM: f64 = 0.005;
 
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +96,8 @@ fn way(from: Point, to: Point) -> f64 {
     (to[0] - from[0]).hypot(to[1] - from[1])
 }
 
-/// Direction of the line that leaves one circle and meets another, both in their sense; a point is a circle without radius.
+/// Direction of the line that leaves one circle and meets another, each in its own sense. A point
+/// is a circle of radius zero.
 fn tangent(from: Circle, to: Circle) -> Option<Point> {
     let d = [to.center[0] - from.center[0], to.center[1] - from.center[1]];
     let sine = (to.signed - from.signed) / d[0].hypot(d[1]);
@@ -112,7 +114,7 @@ fn contact(circle: Circle, d: Point) -> Point {
 }
 
 impl Interpreter {
-    /// The block behind elements that wait ends no contour.
+    /// The fault of a block that follows waiting elements and does not determine their ends.
     pub(super) fn free_is_open(&mut self, span: Span) -> Option<Fault> {
         if !self.own.free.waits() {
             return None;

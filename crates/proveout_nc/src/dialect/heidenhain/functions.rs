@@ -1,6 +1,7 @@
 //! M functions: those that act at the start of a block, and those that act at its end.
 //!
-//! Which is which after HEIDENHAIN, *TNC 640 Klartext programming*, "Miscellaneous functions" and its overview of M functions.
+//! Assignment after HEIDENHAIN, *TNC 640 Klartext programming*, "Miscellaneous functions" and its
+//! overview of M functions.
 
 use super::interpreter::{Heidenhain, Interpreter};
 use super::lexer::{Lexer, refused};
@@ -21,7 +22,7 @@ pub(crate) const NOTHING: u32 = u32::MAX;
 /// Most blocks that M120 LA allows.
 const MOST_AHEAD: f64 = 99.0;
 
-/// Reads the number behind an `M` that began at `start`, and the words that belong to the function.
+/// Reads the number after an `M` that began at `start`, and the words that belong to the function.
 pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
     x.blanks();
     if x.s.at_end() || x.peek().is_ascii_alphabetic() {
@@ -41,7 +42,8 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
             x.s.bump();
             m.axes |= 1 << index;
         },
-        // The words behind these belong to them: limits of handwheel superimposition, filters, look-ahead.
+        // The words after these belong to them: limits of handwheel superimposition, filters,
+        // look-ahead.
         118 => {
             while {
                 x.blanks();
@@ -102,7 +104,7 @@ pub(crate) fn refused_function(m: &MWord, control: &Control) -> Option<Fault> {
         let Meaning::Refuse(remedy) = &listed.meaning else { return None };
         return Some(refused_by(control, &listed.word, m.span, remedy));
     }
-    // Two axes are those of the five-axis machine; one of them alone makes it another kinematics.
+    // Two axes are those of the five-axis machine; only one of them would be another kinematics.
     let one_axis = code == 138 && m.axes.count_ones() == 1;
     if let Some(remedy) = if one_axis { Some(ONE_SWIVEL_AXIS) } else { remedy(code) } {
         return Some(refused(&format!("M{code}"), m.span, remedy));
@@ -110,7 +112,8 @@ pub(crate) fn refused_function(m: &MWord, control: &Control) -> Option<Fault> {
     (control.refuses_unlisted && !is_known(code)).then(|| unlisted(control, &format!("M{code}"), m.span))
 }
 
-/// What the reader does with a function that neither it nor the control file gives a meaning; none for the others.
+/// What the reader does with a function defined neither by itself nor by the control file; none for
+/// the others.
 pub(crate) fn unlisted_function(m: &MWord, control: &Control) -> Option<&'static str> {
     if control.words.m(m.code).is_some() {
         return None;
@@ -123,12 +126,12 @@ pub(crate) fn unlisted_function(m: &MWord, control: &Control) -> Option<&'static
     }
 }
 
-/// Functions that the language has; those of the builder of the machine are others.
+/// Functions of the language; all others are those of the machine builder.
 fn is_known(code: u32) -> bool {
     matches!(code, 0..=9 | 13 | 14 | 30 | 89..=92 | 94 | 97..=99 | 101..=149 | NOTHING)
 }
 
-/// The reader does this function by itself, without words of its own behind it.
+/// The reader executes this function itself, and no words of its own follow it.
 pub(crate) fn does_function(code: u32) -> bool {
     matches!(code, 0 | 1 | 3..=5 | 7..=9 | 13 | 14 | 89 | 91 | 92 | 99 | 126..=129 | 136 | 137)
 }
@@ -170,7 +173,8 @@ impl Interpreter {
                 128 => {
                     self.settings.check_kinematics(KinematicsKind::Tcp, "M128", m.span)?;
                     if let Some(feed) = m.feed {
-                        // It bounds the compensating motions of the linear axes, which the machine's limits bound too.
+                        // Limits the compensating motions of the linear axes, which the limits of
+                        // the machine bound too.
                         if let Some(crate::Feed::PerTime(feed)) = self.feed_of(feed, m.span)? {
                             self.note(format!("M128 F{}", (feed * 60.0 * 1e6).round() / 1e6));
                         }
@@ -200,7 +204,8 @@ impl Interpreter {
                     self.retract(distance, m.feed, span)?;
                 }
                 94 => {
-                    // The display of a rotary axis is brought below one turn: its program value is not known any more.
+                    // Reduces the display of a rotary axis to less than one turn: its program value
+                    // is then unknown.
                     let axes = if m.axes & super::motion::ROTARY != 0 { m.axes } else { super::motion::ROTARY };
                     self.position.forget(axes & super::motion::ROTARY);
                     self.note("M94");
@@ -227,7 +232,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Stop and end of the program, behind everything else of the block.
+    /// Stop and end of program, after everything else in the block.
     pub(crate) fn functions_last(&mut self, w: &Words) {
         for m in &w.functions {
             match m.code {
@@ -254,8 +259,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// M140 MB: retraction along the tool axis. Where the reader knows direction and start it is a motion, elsewhere a
-    /// command of its own.
+    /// M140 MB: retraction along the tool axis. It is a motion where the reader knows direction and
+    /// start, otherwise a command of its own.
     pub(crate) fn retract(&mut self, distance: Option<f64>, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
         if distance.is_some_and(|d| !(d >= 0.0 && d.is_finite())) {
             return Err(
@@ -269,7 +274,8 @@ impl Interpreter {
             self.tell_feed();
         }
         let known = self.position.base.xyz().zip(self.position.work.xyz());
-        // The tool stands along the tool axis of the plane, or upright where nothing has inclined it.
+        // The tool points along the tool axis of the plane; it is upright where nothing has
+        // inclined it.
         let upright = !self.modal.inclined || (3..6).all(|axis| self.position.base.get(axis) == Some(0.0));
         let axis_known = !self.modal.tcpm && (self.modal.frames.tilted() || upright);
         match (distance, known) {

@@ -37,7 +37,7 @@ pub(crate) struct Labels {
     pub(crate) unreadable: bool,
 }
 
-/// Key of a label: numbers and names live in one space.
+/// Key of a label: numbers and names share one namespace.
 pub(crate) fn label_key(number: f64) -> String {
     format!("{number}")
 }
@@ -49,7 +49,7 @@ impl Labels {
         let mut at = Mark::START;
         let mut block = Block::default();
         while let Some((line, next)) = source.line(at) {
-            // Only lines that can hold a label are looked at closely.
+            // Only lines that may hold a label are parsed.
             let found = if din { line.contains("G98") || line.contains("g98") } else { has_label(line) };
             if found {
                 let parsed = if din { din::parse(line, &mut block) } else { parser::parse(line, &mut block) };
@@ -102,7 +102,7 @@ impl CallLevel {
     }
 }
 
-/// What a TNC keeps besides the modal state.
+/// What a TNC keeps in addition to the modal state.
 #[derive(Debug, Default)]
 pub(crate) struct Heidenhain {
     /// The main program is DIN/ISO.
@@ -113,13 +113,13 @@ pub(crate) struct Heidenhain {
     selected: Option<String>,
     /// The block that is executed is DIN/ISO.
     pub(crate) din_now: bool,
-    /// The fault is one of an earlier block, of this line, that waited for its end.
+    /// Line of an earlier block, if the fault is one of that block, which waited for its end.
     earlier: Option<u32>,
-    /// The fault that was placed last was such a one.
+    /// The last reported fault was one of an earlier block.
     pub(super) earlier_failed: bool,
-    /// The element that waited for its corner went out with a fault.
+    /// A fault released the element that waited for its corner.
     pub(super) element_out: bool,
-    /// Motions since the position is known again, and where the last one went.
+    /// Motions since the position became known again, and where the last one ended.
     pub(super) since: u32,
     pub(super) last: crate::AxisValues,
     /// Elements of a free contour that wait for their ends.
@@ -211,7 +211,7 @@ impl Language for Heidenhain {
     }
 
     fn follows(channel: &Interpreter, fault: &Diagnostic) -> bool {
-        // What a fault itself takes out is no reason for it.
+        // A fault is not a consequence of what it takes out itself.
         channel.recovery.failed.as_ref().map_or_else(|| recover::may_follow(channel, fault), |failed| failed.follows)
     }
 
@@ -253,7 +253,7 @@ impl Language for Heidenhain {
 }
 
 impl Interpreter {
-    /// Places a fault; that of an earlier block in the line of that block.
+    /// Places a fault; a fault of an earlier block is placed in the line of that block.
     fn fail(&mut self, loaded: &Arc<Loaded>, at: Mark, text: &str, fault: Fault) -> Box<Diagnostic> {
         let earlier = self.own.earlier.take();
         self.own.earlier_failed = earlier.is_some();
@@ -270,7 +270,7 @@ impl Interpreter {
         diagnostic
     }
 
-    /// The text ends without END PGM: as END PGM.
+    /// A text that ends without END PGM is treated as if it had one.
     fn end_of_text(&mut self) -> Result<(), Fault> {
         let label = self.stack.last().is_some_and(|level| !level.own.program);
         if label {
@@ -314,15 +314,15 @@ impl Interpreter {
         if !block.words.functions.is_empty() {
             self.list_functions(block)?;
         }
-        // The place of a joined block is that of its first line.
+        // A joined block is located at its first line.
         self.recovery.faults.stage = Stage::Acting;
         let first = if found.joined { text.split('\n').next().unwrap_or(text) } else { text };
-        // What an earlier block left open is told with the place of that block.
+        // A fault of a cycle left open by an earlier block is reported at the place of that block.
         if self.modal.pending_cycle.is_some()
             && !matches!(block.statement, Statement::OldCycle { part: 1.., .. } | Statement::OldCycleProgram(_))
             && let Err(fault) = self.finish_old_cycle()
         {
-            // The block itself is run when the run goes on.
+            // The block itself is run when the run continues.
             self.own.earlier = Some(self.location.line);
             self.set_cursor(at);
             return Err(fault);
@@ -397,7 +397,7 @@ impl Interpreter {
         self.count_pass(span)
     }
 
-    /// LBL 0: back to the block behind the call.
+    /// LBL 0: returns to the block after the call.
     pub(crate) fn label_end(&mut self) {
         if self.stack.last().is_some_and(|level| !level.own.program) {
             self.stack.pop();
@@ -413,7 +413,7 @@ impl Interpreter {
 
     fn room(&mut self, span: Span) -> Result<(), Fault> {
         self.room_for_call("the call stands", span)?;
-        // Calls within calls can multiply without a jump back.
+        // Nested calls can multiply without a jump back.
         self.own.calls += 1;
         if self.own.calls > self.settings.limits.max_loop_passes {
             let message = format!("the program has made {} calls, which is the limit", self.own.calls - 1);

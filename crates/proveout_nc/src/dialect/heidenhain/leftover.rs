@@ -1,4 +1,5 @@
-//! What the text that was not run is: programs, labels that nothing calls, branches, text behind the end.
+//! Classifies the text that was not run: programs, labels that nothing calls, branches, text after
+//! the end of the program.
 
 use super::interpreter::{Interpreter, Loaded, label_key};
 use super::words::{Block, Label, Statement, Value};
@@ -8,7 +9,7 @@ use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 
 impl Interpreter {
-    /// A block with code stands in front of this one.
+    /// Whether a block with code comes before this one.
     pub(crate) fn follows_code(&self, loaded: &Loaded, at: Mark) -> bool {
         let mut buffer = String::new();
         let mut block = Block::default();
@@ -43,7 +44,7 @@ fn parse(din: bool, text: &str, block: &mut Block) -> bool {
     if din { din::parse(text, block).is_ok() } else { parser::parse(text, block).is_ok() }
 }
 
-/// How a file is built. Blocks can take several lines, so that the whole text is gone through once.
+/// Structure of a file. Blocks can take several lines, so the whole text is read once.
 struct Plan {
     parts: Vec<Stretch>,
     regions: Vec<Stretch>,
@@ -117,7 +118,8 @@ fn key_of(label: &Label) -> Option<String> {
     }
 }
 
-/// Labels that a block calls or jumps to; none where one is computed, so that it can be any.
+/// Labels that a block calls or jumps to; none when a target is computed, because it can then be
+/// any label.
 fn named_labels(loaded: &Loaded) -> Option<Vec<String>> {
     let mut named = Vec::new();
     if loaded.index.labels.is_empty() {

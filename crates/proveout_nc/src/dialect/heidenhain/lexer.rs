@@ -12,7 +12,8 @@ pub(crate) use crate::diagnostic::refused;
 pub(crate) struct Lexer<'a> {
     pub(crate) s: Scanner<'a>,
     text: &'a str,
-    /// A comma is a decimal sign, as on controls that are set up so; in DIN/ISO it parts the number of a label from its repeats.
+    /// A comma is a decimal sign, as on controls with that setting. In DIN/ISO it separates a label
+    /// number from its repeats.
     comma: bool,
 }
 
@@ -87,7 +88,7 @@ impl<'a> Lexer<'a> {
         bytes.len() >= word.len() && bytes[..word.len()].eq_ignore_ascii_case(word.as_bytes())
     }
 
-    /// Takes this upper-case text if it is next, blanks before it skipped, and no letter follows it.
+    /// Takes this upper-case text if it is next and no letter follows it; skips blanks before it.
     pub(crate) fn word(&mut self, word: &str) -> bool {
         let before = self.pos();
         self.blanks();
@@ -207,7 +208,7 @@ impl<'a> Lexer<'a> {
         Err(Fault::new(codes::BAD_VALUE, self.span_from(start), "the number is too large").help("use fewer digits"))
     }
 
-    /// The value that must stand behind a word that began at `start`.
+    /// The value required after a word that began at `start`.
     pub(crate) fn need(&mut self, start: usize) -> Result<Value, Fault> {
         let end = self.pos();
         self.value()?.ok_or_else(|| {
@@ -218,7 +219,7 @@ impl<'a> Lexer<'a> {
         })
     }
 
-    /// Feed behind the `F` that was taken at `start`.
+    /// Feed after the `F` taken at `start`.
     pub(crate) fn feed(&mut self, start: usize) -> Result<FeedWord, Fault> {
         self.blanks();
         let timed = self.at("MAXT") && !matches!(self.peek_at(4), b'X' | b'Y' | b'Z');
@@ -245,7 +246,7 @@ impl<'a> Lexer<'a> {
         Ok(FeedWord::Value(self.need(start)?))
     }
 
-    /// Fault for what stands at this place.
+    /// Fault for the text at the current position.
     pub(crate) fn unexpected(&mut self) -> Fault {
         self.blanks();
         let start = self.pos();

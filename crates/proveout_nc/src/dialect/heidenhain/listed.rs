@@ -1,4 +1,4 @@
-//! Functions whose meaning a control file gives, and what it says of the data of the control.
+//! Functions defined by a control file, and its statements about the data of the control.
 
 use super::functions::refused_function;
 use super::interpreter::Interpreter;
@@ -11,11 +11,12 @@ use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
 use crate::{SpindleDirection, ToolName};
 
-/// Functions of the control file have codes from this number on, by their place in its table.
+/// Codes of control file functions start at this number, ordered by their place in its table.
 pub(super) const LISTED: u32 = 4_000_000_000;
 
 impl Interpreter {
-    /// Puts what the control file says in the place of its functions, and refuses what is not valid on any machine.
+    /// Replaces functions by what the control file defines for them, and refuses those that are not
+    /// valid on any machine.
     pub(super) fn list_functions(&mut self, block: &mut Block) -> Result<(), Fault> {
         let control = &self.settings.control;
         let mut more: Vec<MWord> = Vec::new();
@@ -41,7 +42,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Does a function of the control file.
+    /// Executes a function of the control file.
     pub(super) fn act_listed(&mut self, code: u32, span: Span) -> Result<(), Fault> {
         let at = code.saturating_sub(LISTED) as usize;
         let Some(Listed { word, meaning, .. }) = self.settings.control.words.at(at).cloned() else { return Ok(()) };
@@ -107,7 +108,8 @@ impl Interpreter {
         }
     }
 
-    /// A program that is not there: refused, or left out where the control says so. Where the tool then stands is not known.
+    /// A program that does not exist: refused, or skipped where the control file says so. The tool
+    /// position is then unknown.
     pub(super) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
         if !self.leave_out(name) {
             let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);

@@ -1,10 +1,11 @@
 //! Heidenhain TNC: Klartext and DIN/ISO.
 //!
-//! Text runs through [`text`] (lines to blocks), [`parser`] (Klartext; [`statements`], [`cycle_words`], [`plane_words`],
-//! [`q_functions`], [`expr`] for its parts) or
-//! [`din`] (DIN/ISO) into the words of [`words`], and [`interpreter`] (labels, jumps, program calls), which executes paths in
-//! [`motion`], [`positioning`], [`circle`], [`corner`] and [`approach`], everything else in [`execute`], [`functions`], [`frames`], [`plane`],
-//! [`cycle`], [`drilling`], [`milling`] and [`pattern`].
+//! Text runs through [`text`] (lines to blocks), then [`parser`] (Klartext; [`statements`],
+//! [`cycle_words`], [`plane_words`], [`q_functions`], [`expr`] for its parts) or [`din`] (DIN/ISO)
+//! into the words of [`words`]. [`interpreter`] (labels, jumps, program calls) executes paths in
+//! [`motion`], [`positioning`], [`circle`], [`corner`] and [`approach`], and everything else in
+//! [`execute`], [`functions`], [`frames`], [`plane`], [`cycle`], [`drilling`], [`milling`] and
+//! [`pattern`].
 //!
 //! Language after HEIDENHAIN, *TNC 640 User's Manual, Klartext programming* and *Programming of machining cycles* (34059x), and the
 //! *iTNC 530* manuals (340 49x) for the old forms of cycles.
@@ -57,7 +58,7 @@ pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, se
     Box::new(interpreter::begin(dialect, source, folder, settings))
 }
 
-/// The reader does this word by itself; words that end or call programs are left out.
+/// The reader executes this word itself. Words that end or call programs are excluded.
 pub(crate) fn does_word(word: Builtin) -> bool {
     match word {
         Builtin::G(_) => false,
@@ -65,7 +66,7 @@ pub(crate) fn does_word(word: Builtin) -> bool {
     }
 }
 
-/// Functions that neither the reader nor the control file gives a meaning.
+/// Functions defined neither by the reader nor by the control file.
 pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
     let mut block = words::Block::default();
     let mut buffer = String::new();
@@ -108,7 +109,7 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
     }
 }
 
-/// All faults of single blocks: grammar, and words that are refused wherever they stand.
+/// All faults of single blocks: grammar, and words that are refused in any context.
 pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     let mut block = words::Block::default();

@@ -109,7 +109,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Tells words of a motion in a block that has none.
+    /// Notes the words of a motion that have no effect in a block that moves no axis.
     fn tell_idle(&mut self, path: Path, w: &Words) {
         if path == Path::Nothing && w.feed == Some(FeedWord::Max) {
             self.note("FMAX has no effect: the block moves no axis");
@@ -131,7 +131,8 @@ impl Interpreter {
             };
             self.emit(Op::CutterComp(CutterComp { side: told, offset: None, radius: None }));
         }
-        // M120 ends with R0. The contour before is still under way then, so that it is forgotten at the next RL or RR.
+        // M120 ends with R0. The contour before is still in progress then, so it is forgotten at
+        // the next RL or RR.
         if side == Side::Off {
             self.modal.look_ahead_ended = true;
         } else if std::mem::take(&mut self.modal.look_ahead_ended) {
@@ -154,7 +155,8 @@ impl Interpreter {
         }
     }
 
-    /// Whether an F is rapid traverse by its number. Controls before FMAX had the highest number of theirs for it.
+    /// Whether an F is rapid traverse by its number. Controls before FMAX used their highest feed
+    /// number for it.
     pub(crate) fn rapid_by_number(&mut self, feed: Option<Feed>) {
         let Some(Feed::PerTime(feed)) = feed else {
             self.modal.rapid_number = false;
@@ -324,7 +326,8 @@ impl Interpreter {
         let mut end = goal.end;
         let mut mask = goal.programmed;
         if mask & LINEAR != 0 && self.position.base.xyz().is_none() && end.xyz().is_some() {
-            // All three are known by now although no block before could give base coordinates.
+            // All three are known by now, although no block before could determine base
+            // coordinates.
             mask |= LINEAR;
         }
         let mut end_base = match self.position.base_of(&end, mask) {
@@ -350,7 +353,7 @@ impl Interpreter {
                     )
                     .help("switch the axis-specific scaling off"));
                 }
-                // The rotary axes follow the vector; the program does not know where they stand.
+                // The rotary axes follow the vector; the reader does not know their positions.
                 for axis in 3..6 {
                     end.clear(axis);
                     end_base.clear(axis);
@@ -401,7 +404,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Hands a straight motion out; one with rotary words leaves the tool inclined.
+    /// Emits a straight motion; one with rotary words leaves the tool inclined.
     #[inline]
     pub(crate) fn drive(&mut self, motion: Motion, rapid: bool) {
         self.modal.inclined |= motion.programmed & ROTARY != 0 || motion.tool_axis.is_some();

@@ -20,7 +20,7 @@ fn read(text: &str, block: &mut Block) -> Result<(), Fault> {
     let mut x = Lexer::new(text);
     let start = head(&mut x, block);
     if x.s.at_end() || x.s.peek() == b'*' || x.s.peek() == b'%' {
-        // `* - text` structures the program for the eye.
+        // `* - text` is a structure comment.
         return Ok(());
     }
     if x.peek() == b'L' && !x.peek_at(1).is_ascii_alphabetic() {
@@ -35,7 +35,7 @@ fn read(text: &str, block: &mut Block) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Block number and `/`; gives the place of the first word.
+/// Block number and `/`; returns the position of the first word.
 pub(crate) fn head(x: &mut Lexer<'_>, block: &mut Block) -> usize {
     x.blanks();
     for _ in 0..2 {

@@ -106,7 +106,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Up along the tool axis where the tool stands lower.
+    /// Retracts along the tool axis where the tool is lower.
     fn lift_to(&mut self, height: f64, span: Span) -> Result<(), Fault> {
         let axis = self.modal.normal;
         if self.position.work.get(axis).is_some_and(|z| z >= height) {

@@ -1,9 +1,10 @@
 //! Tilted working plane (PLANE, cycle 19) and tool center point control (M128, FUNCTION TCPM).
 //!
-//! A plane is told as a frame. Its base coordinates are those of the table, so tool center point control is told on with it.
-//! Where the control turns the rotary axes itself (TURN), the way is a motion that carries only the tool axis, before tool
-//! center point control goes on: the linear axes stand still. With MOVE they follow. With STAY the rotary words of the program
-//! turn them, as numbers or as Q120, Q121, Q122, which the control has computed.
+//! A plane is emitted as a frame. Its base coordinates are those of the table, so tool center point
+//! control is emitted as on with it. Where the control turns the rotary axes itself (TURN), the way
+//! is a motion that carries only the tool axis, before tool center point control goes on: the
+//! linear axes do not move. With MOVE they follow. With STAY the rotary words of the program turn
+//! them, as numbers or as Q120, Q121, Q122, which the control has computed.
 //!
 //! Angles after HEIDENHAIN, *TNC 640 Klartext programming*, "The PLANE function": SPA, SPB, SPC turn about the fixed axes X, then
 //! Y, then Z of the workpiece system, which is Rz Ry Rx; EULPR, EULNU, EULROT about Z, the turned X, the turned Z; a VECTOR
@@ -22,7 +23,7 @@ use crate::{Motion, Offset, Op, OrientationInterpolation, RotarySolution, Tcp};
 
 const PLANE_PARAMS: [u32; 3] = [120, 121, 122];
 
-/// A tilted plane as it is defined.
+/// A tilted plane as defined in the program.
 pub(crate) struct Tilt {
     pub(crate) frame: Frame,
     /// On top of the plane in force.
@@ -35,14 +36,14 @@ pub(crate) struct Tilt {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
     pub(crate) positioning: Positioning,
-    /// DIST of MOVE: the center of the turn lies so much ahead of the tip, away from the holder, mm.
+    /// DIST of MOVE: how far the center of the turn is ahead of the tip, away from the holder, mm.
     pub(crate) ahead: f64,
     pub(crate) feed: Option<FeedWord>,
     /// Which of two positions of the rotary axes is taken.
     pub(crate) solution: RotarySolution,
 }
 
-/// Where the rotary axes turn by themselves.
+/// Where the rotary axes turn when they move alone.
 enum Target {
     ToolAxis([f64; 3]),
     /// A, B, C, degrees.
@@ -52,7 +53,8 @@ enum Target {
 }
 
 impl Interpreter {
-    /// Tells tool center point control when it has changed; what base coordinates mean changes with it.
+    /// Emits tool center point control when it has changed; the meaning of base coordinates changes
+    /// with it.
     pub(crate) fn tell_tcp(&mut self) {
         self.tell_tcp_as(self.modal.tcpm || self.modal.frames.tilted());
     }
@@ -312,12 +314,13 @@ impl Interpreter {
         Ok(())
     }
 
-    /// MOVE: turns the rotary axes while the linear ones follow, so that the point ahead of the tip stays on the workpiece.
+    /// MOVE: turns the rotary axes while the linear ones follow, so that the point ahead of the tip
+    /// stays on the workpiece.
     fn turn_ahead(&mut self, target: Target, way: Way, span: Span) -> Result<(), Fault> {
         if way.ahead == 0.0 {
             return self.turn(target, way, span);
         }
-        // The tip does not stay, and where it comes to stand hangs on where the rotary axes stand.
+        // The tip moves, and its end position depends on the positions of the rotary axes.
         self.position.forget(LINEAR);
         self.emit(Op::Offset(Offset::TurnCenter { ahead: way.ahead }));
         self.turn(target, way, span)?;
@@ -325,7 +328,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Turns the rotary axes by themselves: onto a tool axis, or all of them to zero.
+    /// Turns the rotary axes alone: onto a tool axis, or all of them to zero.
     fn turn(&mut self, target: Target, way: Way, span: Span) -> Result<(), Fault> {
         let feed = way.feed;
         let rapid = matches!(feed, None | Some(FeedWord::Max));

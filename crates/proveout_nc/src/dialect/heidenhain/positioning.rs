@@ -96,7 +96,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Machine coordinate of the machine builder's datum (M92), which the program cannot give.
+    /// Machine coordinate of the machine builder's datum (M92): the program cannot contain it.
     fn machine_datum(&self, axis: usize, span: Span) -> Result<f64, Fault> {
         let name = format!("M92_{}", AXIS_LETTERS[axis]);
         self.settings.variables.get(&name).map(|v| if (3..6).contains(&axis) { v.to_radians() } else { *v }).ok_or_else(

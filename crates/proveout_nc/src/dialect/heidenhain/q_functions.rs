@@ -20,7 +20,7 @@ fn as_expr(value: Value) -> Expr {
     }
 }
 
-/// What function `FN 0` to `FN 13` or `D00` to `D13` makes of its terms; none for others.
+/// What function `FN 0` to `FN 13` or `D00` to `D13` computes from its terms; none for others.
 pub(crate) fn arithmetic(number: u32, first: Value, second: Option<Value>) -> Option<Expr> {
     let one = |function| Some(Expr::Unary(function, Box::new(as_expr(first))));
     let two = |operator| Some(Expr::pair(operator, as_expr(first), as_expr(second?)));

@@ -1,4 +1,4 @@
-//! What a fault leaves in doubt on a TNC, and where its run goes on.
+//! What a fault leaves in doubt on a TNC, and where the run continues after it.
 //!
 //! A block of path words is executed with the words that could be read; everything else that a block with a fault would have
 //! set is in doubt.
@@ -10,10 +10,11 @@ use crate::channel::doubt::{Doubt, Stage};
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 
-/// Motions that a corner looks back: the start of the element before it.
+/// How many motions a corner looks back: to the start of the element before it.
 const LOOKED_BACK: u32 = 3;
 
-/// A fault that may follow from one before. What a call finds missing may stand in a block that is lost.
+/// Whether a fault may follow from an earlier one. What a call does not find may be in a block that
+/// was lost.
 pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     let faults = &channel.recovery.faults;
     let call = faults.stage != Stage::Unread && matches!(fault.code, codes::UNKNOWN_WORD | codes::SYNTAX);
@@ -22,7 +23,7 @@ pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     faults.doubt.hides(fault, faults.stage) || call && faults.doubt.modal || target || corner
 }
 
-/// What later blocks have set anew is in doubt no more.
+/// Clears the doubt about what later blocks have set again.
 pub(super) fn settle_doubt(channel: &mut Interpreter) {
     if !channel.recovery.faults.doubt.any() && !channel.own.element_out {
         return;
@@ -40,18 +41,18 @@ pub(super) fn settle_doubt(channel: &mut Interpreter) {
     doubt.tool &= channel.technology.in_spindle.is_none();
 }
 
-/// Nothing waits for its end any more.
+/// Drops what waits for its end.
 pub(super) fn nothing_waits(channel: &mut Interpreter) {
     (channel.modal.corner, channel.modal.approach, channel.modal.departing) = (None, None, None);
     channel.modal.held = false;
 }
 
-/// Goes on behind the block that has failed; gives what is in doubt there.
+/// Continues after the failed block; returns what is in doubt there.
 pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Labels>) -> Doubt {
     match (failed.code, channel.recovery.faults.stage) {
         (codes::NO_END | codes::JUMP_TARGET, _) => Doubt::NONE,
         (codes::STRUCTURE, _) if failed.line.is_empty() => {
-            // A label whose text ends with the file: as if LBL 0 stood there.
+            // A label whose text ends with the file: as if LBL 0 followed.
             channel.label_end();
             Doubt::NONE
         }
@@ -84,12 +85,12 @@ fn doubt_of(text: &str) -> Doubt {
     Doubt { values: words.contains('='), ..Doubt::of_text(words) }
 }
 
-/// Executes the words of a path that could be read; gives what is in doubt behind it.
+/// Executes the words of a path that could be read; returns what is in doubt after it.
 fn salvage_path(channel: &mut Interpreter, text: &str) -> Doubt {
     let mut block = channel.block.take().unwrap_or_default();
     if let Statement::Path(path) = block.statement {
         block.statement = Statement::Empty;
-        // Its faults belong to the fault that was told.
+        // Its faults belong to the fault already reported.
         let _ = channel.path(path, &block.words, block.span);
         nothing_waits(channel);
     }

@@ -32,13 +32,13 @@ pub(crate) struct State {
     pub(crate) spatial: bool,
     pub(crate) interpolation: OrientationInterpolation,
     pub(crate) told_tcp: Option<Tcp>,
-    /// A rotary axis or the tool axis was programmed, so that the tool may stand inclined.
+    /// A rotary axis or the tool axis was programmed, so the tool may be inclined.
     pub(crate) inclined: bool,
     /// M126
     pub(crate) shortest: bool,
     /// The last F is a number that the control file takes for rapid traverse.
     pub(crate) rapid_number: bool,
-    /// An F that older controls take for rapid traverse has been told.
+    /// The note about an F that older controls read as rapid traverse has been issued.
     pub(crate) rapid_number_told: bool,
     /// Last positioning block had FMAX.
     pub(crate) rapid_before: bool,
@@ -68,7 +68,7 @@ pub(crate) struct State {
     pub(crate) din_path: u32,
     /// DIN/ISO: direction of the last arc, for G05 and G15.
     pub(crate) din_clockwise: Option<bool>,
-    /// Q120 to Q122 stand for the rotary positions of the tilted plane.
+    /// Q120 to Q122 hold the rotary positions of the tilted plane.
     pub(crate) plane_angles: bool,
     /// Which of two positions of the rotary axes the plane takes.
     pub(crate) plane_solution: RotarySolution,

@@ -1,4 +1,4 @@
-//! Klartext blocks that are no paths: tools, cycles, labels, calls, jumps, functions.
+//! Klartext blocks that are not paths: tools, cycles, labels, calls, jumps, functions.
 
 use super::expr;
 use super::lexer::{Lexer, refused, unknown};
@@ -8,7 +8,7 @@ use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::{Fault, Span, twice};
 
-/// Reads the statement that begins with these letters; false when they begin none.
+/// Reads the statement that begins with these letters; false when none does.
 pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut Block) -> Result<bool, Fault> {
     block.statement = match word {
         "BEGIN" => {
@@ -119,7 +119,7 @@ fn tool(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Result<(), Fault>
                 return Err(Fault::new(codes::MISSING_VALUE, x.span_from(start), "TOOL DEF names no tool")
                     .help("write TOOL DEF 5"));
             };
-            // `TOOL DEF 5 L+10 R+3` fills the tool table, which the scene gives.
+            // `TOOL DEF 5 L+10 R+3` fills the tool table, which comes from the scene.
             block.statement = Statement::ToolDef(tool, x.rest().to_owned());
             Ok(())
         }
@@ -186,7 +186,7 @@ fn tool_word(x: &mut Lexer<'_>, call: &mut ToolCall) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Takes a word that stands once in its block.
+/// Stores a word that may appear only once in its block.
 fn once<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), Fault> {
     if slot.replace(value).is_some() {
         return Err(twice(word, span));

@@ -1,4 +1,5 @@
-//! Which words a path block of Klartext takes. A word that its block has no use for is refused by name.
+//! Which words a path block of Klartext takes. A word that its block does not use is refused by
+//! name.
 //!
 //! After HEIDENHAIN, *TNC 640 Klartext programming*, "Programming contours": CC takes coordinates alone, a direction DR belongs to
 //! circles about a pole or with a radius, PR and PA to polar paths, rapid traverse FMAX to straight blocks.
@@ -28,7 +29,7 @@ fn takes(path: Path, word: Word) -> bool {
     match path {
         Path::Nothing => matches!(word, Side | Function | Feed | Rapid),
         Path::Line | Path::Normal => !matches!(word, PolarRadius | PolarAngle | Turn),
-        // What else stands there has a message of its own.
+        // Feed and functions in a CC block get a message of their own.
         Path::Pole => matches!(word, Axis(_) | Feed | Function),
         Path::Arc | Path::Radius => !matches!(word, PolarRadius | PolarAngle | Rapid),
         Path::Tangent => !matches!(word, PolarRadius | PolarAngle | Turn | Rapid),
@@ -43,7 +44,7 @@ fn takes(path: Path, word: Word) -> bool {
     }
 }
 
-/// Refuses a word that the block has no use for.
+/// Refuses a word that the block does not use.
 pub(super) fn check(path: Path, word: Word, text: &str, span: Span) -> Result<(), Fault> {
     if takes(path, word) {
         return Ok(());
@@ -86,7 +87,7 @@ fn refuse(block: &str, word: &str, span: Span) -> Fault {
     Fault::new(codes::CONFLICT, span, format!("{block} does not take `{word}`")).help("write it in another block")
 }
 
-/// The first word of a block that is none of axes, feed and functions.
+/// The first word of a block that is not an axis, a feed or a function.
 fn extra(w: &Words) -> Option<&'static str> {
     if w.polar_radius.is_some() {
         return Some("PR");
@@ -176,7 +177,8 @@ pub(super) fn plane_angle(plane: &Plane, name: &str, span: Span) -> Result<(), F
 /// Words without a value that belong to paths and planes.
 const PATH_WORDS: [&str; 10] = ["DR+", "DR-", "FMAX", "FAUTO", "R0", "RL", "RR", "MOVE", "TURN", "STAY"];
 
-/// Words of a cycle in the old form that it has no use for. Words without a value are its texts, in the language of the control.
+/// Words that a cycle in the old form does not use. Words without a value are its texts, in the
+/// language of the control.
 pub(super) fn old_cycle(number: u32, words: &[(u32, OldWord)]) -> Result<(), Fault> {
     let unused = |word: &OldWord| {
         let name = if word.name.is_empty() { "the second value" } else { &word.name };
@@ -196,7 +198,7 @@ pub(super) fn old_cycle(number: u32, words: &[(u32, OldWord)]) -> Result<(), Fau
     let mut seen = [false; 8];
     let mut named: Vec<&str> = Vec::new();
     for (part, word) in words {
-        // Words of paths are no texts of a cycle.
+        // Words of paths are not texts of a cycle.
         let of_path = word.value.is_none() && PATH_WORDS.contains(&word.name.as_str());
         let own = match number {
             _ if of_path && number != 19 && !(matches!(number, 4 | 5) && word.name.starts_with("DR")) => false,

@@ -1,4 +1,5 @@
-//! Lines to blocks: continuation with `~`, and cycles whose parameters stand on lines of their own.
+//! Joins lines to blocks: continuation with `~`, and cycles with each parameter on a line of its
+//! own.
 
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::source::{Mark, Source};
@@ -16,7 +17,7 @@ pub(crate) struct Text<'a> {
     pub(crate) joined: bool,
 }
 
-/// `~` ends the line, or stands in front of its comment.
+/// `~` ends the line, or comes right before its comment.
 fn continued(line: &str) -> bool {
     let ends = |text: &str| text.trim_end().ends_with('~');
     ends(line) || line.split_once(';').is_some_and(|(code, _)| ends(code))
@@ -47,7 +48,7 @@ fn parameter_line(line: &str) -> bool {
 /// The block that starts at the mark; `buffer` holds joined lines.
 pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) -> Option<Text<'a>> {
     let (line, mut next) = source.line(at)?;
-    // The common case first: nothing of a plain block looks like a continuation.
+    // The common case first: a plain block shows no sign of a continuation.
     let last = line.as_bytes().last().copied().unwrap_or(0);
     let joins = (matches!(last, b'~' | b' ' | b'\t') || line.contains('~')) && continued(line);
     let cycle = !joins
@@ -73,7 +74,7 @@ pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) ->
     Some(Text { text: buffer, next, joined: true })
 }
 
-/// Line of the block, counted from its first, and the span in it.
+/// Line of the block, counted from its first, and the span in that line.
 fn place(text: &str, span: Span) -> (u32, &str, Span) {
     let mut start = 0;
     for (at, line) in text.split('\n').enumerate() {

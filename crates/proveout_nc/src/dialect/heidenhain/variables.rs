@@ -47,7 +47,7 @@ impl Variables {
         self.numbers.get(&param).copied().or_else(|| self.settings.get(&param.name()).copied())
     }
 
-    /// A value of the settings by its name.
+    /// A value that the settings give, by its name.
     pub(super) fn given(&self, name: &str) -> Option<f64> {
         self.settings.get(name).copied()
     }
@@ -65,7 +65,7 @@ impl Variables {
         Ok(())
     }
 
-    /// Takes a value away: it is not known any more.
+    /// Removes a value: it is no longer known.
     pub(crate) fn forget(&mut self, param: Param) {
         self.numbers.remove(&param);
     }

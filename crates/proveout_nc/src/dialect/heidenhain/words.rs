@@ -1,4 +1,4 @@
-//! A block as written: the words of both forms of the language, before anything is done.
+//! A block as written: the words of both forms of the language, before any of them is executed.
 
 use crate::diagnostic::Span;
 
@@ -36,7 +36,7 @@ impl Param {
     }
 }
 
-/// What stands behind an address.
+/// The value after an address.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Value {
     Number(f64),
@@ -75,7 +75,7 @@ pub(crate) struct MWord {
     /// `MB MAX`
     pub(crate) max: bool,
     pub(crate) feed: Option<FeedWord>,
-    /// Axes named behind M94, M138: bit mask.
+    /// Axes named after M94, M138: bit mask.
     pub(crate) axes: u16,
     pub(crate) span: Span,
 }
@@ -285,7 +285,7 @@ pub(crate) struct Plane {
     pub(crate) feed: Option<FeedWord>,
     /// SEQ and SYM.
     pub(crate) choice: Option<TiltChoice>,
-    /// `TABLE ROT` and the like, told in a note.
+    /// `TABLE ROT` and the like, reported in a note.
     pub(crate) options: Vec<String>,
 }
 
@@ -308,7 +308,7 @@ pub(crate) struct Tcpm {
     pub(crate) spatial: bool,
     /// PATHCTRL VECTOR
     pub(crate) vector: bool,
-    /// What else stands in the block, for a note.
+    /// Other words of the block, for a note.
     pub(crate) options: Vec<String>,
 }
 
@@ -347,7 +347,7 @@ pub(crate) enum Statement {
     End,
     Path(Path),
     ToolCall(ToolCall),
-    /// What stands behind the tool is told in a note.
+    /// The tool, and the text after it, which is reported in a note.
     ToolDef(ToolRef, String),
     /// `CYCL DEF 7.1 X+10`.
     OldCycle {
@@ -405,7 +405,7 @@ pub(crate) struct Block {
     pub(crate) skip: bool,
     pub(crate) words: Words,
     pub(crate) statement: Statement,
-    /// G90 (false) or G91 beside a G word that is no path: it holds from here.
+    /// G90 (false) or G91 together with a G word that is not a path function: it holds from here.
     pub(crate) incremental: Option<bool>,
     pub(crate) span: Span,
 }

@@ -1,8 +1,8 @@
 //! What a block does, once all of its words are known.
 //!
-//! Order within a block: G words and frames, transformation, feed, speed, tool and edge, functions before the motion
-//! (M3 M4 M6 M7 M8 M19 and machine-builder functions), compensation, motion or dwell, functions behind it (M5 M9 M0 M1),
-//! cycle or subprogram call, end of program.
+//! Order within a block: G words and frames, transformation, feed, speed, tool and edge, functions
+//! before the motion (M3 M4 M6 M7 M8 M19 and machine-builder functions), compensation, motion or
+//! dwell, functions after the motion (M5 M9 M0 M1), cycle or subprogram call, end of program.
 
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ impl Interpreter {
             let message = "an axis named by the machine, such as X1=, or FP= stands without G74 or G75";
             return Err(Fault::new(codes::UNKNOWN_WORD, span, message).help("write the axis as X, Y, Z, A, B or C"));
         }
-        // Plain blocks, which are nearly all of a program, have none of them.
+        // Plain blocks, which make up nearly all of a program, have none of them.
         if p.may_be_left() {
             self.without_use(p, span)?;
         }

@@ -170,7 +170,7 @@ impl Interpreter {
         self.go_around(motion, [center, normal], &plane_arc, span)
     }
 
-    /// Hands the arc out and keeps the direction at its end.
+    /// Emits the arc and keeps the direction at its end.
     fn go_around(&mut self, motion: Motion, circle: [[f64; 3]; 2], arc: &PlaneArc, span: Span) -> Result<(), Fault> {
         let [center, normal] = circle;
         let end = motion.end.xyz().unwrap_or(center);

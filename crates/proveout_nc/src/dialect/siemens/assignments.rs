@@ -44,7 +44,7 @@ impl Interpreter {
     /// The axis that `POS[X]`, `AX[_AXIS]` or `PO[X]` names, by its letter or by a variable of type AXIS.
     pub(super) fn named_axis(&self, word: &str, axis: &Expr, span: Span) -> Result<usize, Fault> {
         let name = match axis {
-            // `X`, `B1`: an axis and no variable.
+            // `X`, `B1`: an axis, not a variable.
             Expr::Name(name)
                 if name.bytes().skip(1).all(|b| b.is_ascii_digit()) && !self.variables.is_defined(name) =>
             {

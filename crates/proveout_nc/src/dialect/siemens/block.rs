@@ -1,4 +1,4 @@
-//! Collects the words of a block; [`super::act`] does what they ask for.
+//! Collects the words of a block; [`super::act`] executes them.
 
 use super::eval::{self, Val};
 use super::expr::Expr;
@@ -27,7 +27,7 @@ impl Interpreter {
         if self.own.curve.is_some()
             && let Err(cut) = self.curve_before(block)
         {
-            // A block that is wrong by itself has cut the curve short.
+            // If the block that cut the curve short is faulty itself, its own fault is returned.
             return Err(self.fault_of_words(block, line).unwrap_or(cut));
         }
         let mut pending = Pending::default();
@@ -41,7 +41,7 @@ impl Interpreter {
         self.act(&mut pending, block)
     }
 
-    /// What is wrong with the words of a block, whatever is in force; variables are not set.
+    /// Faults in the words of a block that do not depend on the state in force; sets no variables.
     fn fault_of_words(&mut self, block: &Block, line: &str) -> Option<Fault> {
         let mut pending = Pending::default();
         let sets = |kind: &WordKind| matches!(kind, WordKind::Assign { .. } | WordKind::Address { letter: b'R', .. });
@@ -192,7 +192,7 @@ impl Interpreter {
             }
             (b'T', 1) => put_once(&mut p.tool, self.tool_name(value, span)?, "T", span)?,
             (b'S' | b'M' | b'H', _) => {
-                // Another spindle than the one of the tool, or a function to the machine.
+                // A spindle other than that of the tool, or a function sent to the machine.
                 let number = self.number(value, span)?;
                 self.note(format!("{}{extension}={number}", char::from(letter)));
             }
@@ -234,7 +234,7 @@ impl Interpreter {
         self.own_g(p, code, span)
     }
 
-    /// A G word as the reader alone takes it.
+    /// A G word as the reader takes it without a control file.
     pub(super) fn own_g(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
         let group = words::g_group(code).and_then(|group| p.groups.get_mut(group));
         if let Some(other) = group.and_then(|group| group.replace(code)).filter(|&other| other != code) {
@@ -251,7 +251,7 @@ impl Interpreter {
             331 => modal.interpolation = Interpolation::TapIn,
             332 => modal.interpolation = Interpolation::TapOut,
             63 => {
-                // Feed and speed are programmed to fit; the chuck takes up what they differ.
+                // Feed and speed are programmed to match; the chuck takes up the difference.
                 p.tapping_feed = true;
                 self.note("G63");
             }
@@ -398,7 +398,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// TRAORI(n, X, Y, Z, A, B): the twin has one kinematics, that of the machine file, and the tool along its spindle.
+    /// TRAORI(n, X, Y, Z, A, B): the twin has one kinematics, that of the machine file, and the
+    /// tool along its spindle.
     fn check_data_set(&self, call: &Call, span: Span) -> Result<(), Fault> {
         let values = self.arguments(call, span)?;
         // Number of the data set, direction of the tool, offsets of the rotary axes.
@@ -437,7 +438,7 @@ fn set_once(already: bool, letter: char, span: Span) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Takes a word that stands once in its block.
+/// Stores a word that may appear only once in its block.
 pub(super) fn put_once<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), Fault> {
     if slot.replace(value).is_some() {
         return Err(twice(word, span));
@@ -455,7 +456,7 @@ fn unknown_word(span: Span, line: &str) -> Fault {
         .help("see the coverage table for the words that are read")
 }
 
-/// The fault of a word that no state of the control makes valid.
+/// The fault of a word that is not valid in any state of the control.
 pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
     let span = word.span;
     let listed = match &word.kind {
@@ -500,7 +501,7 @@ pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
     }
 }
 
-/// A word that neither the reader nor the control file gives a meaning, and what the reader does with it.
+/// A word defined neither by the reader nor by the control file, and what the reader does with it.
 pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, &'static str)> {
     match &word.kind {
         WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) }
@@ -531,7 +532,7 @@ pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, 
     }
 }
 
-/// G words that are done.
+/// G words that are executed.
 pub(super) fn does_g(code: i64) -> bool {
     matches!(
         code,
@@ -539,7 +540,7 @@ pub(super) fn does_g(code: i64) -> bool {
     )
 }
 
-/// M words that are done.
+/// M words that are executed.
 pub(super) fn is_function(code: u32) -> bool {
     matches!(code, 0..=9 | 17 | 30)
 }

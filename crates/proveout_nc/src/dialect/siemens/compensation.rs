@@ -1,7 +1,8 @@
 //! Words of cutter radius compensation: G40 to G42 and what belongs to them.
 //!
-//! The reader tells [`CutterComp`] and keeps the style; the path of the tool center is made by the stage behind all readers
-//! ([`crate::compensation`]). After Siemens, *NC programming, Fundamentals*, "Tool radius compensation".
+//! The reader emits [`CutterComp`] and keeps the style. The stage after all readers computes the
+//! path of the tool center ([`crate::compensation`]). After Siemens, *NC programming,
+//! Fundamentals*, "Tool radius compensation".
 
 use super::interpreter::Interpreter;
 use super::modal::Compensation;
@@ -32,7 +33,7 @@ impl Interpreter {
         self.note(format!("G{code}"));
     }
 
-    /// Words without value that belong to compensation; false when the name is none of them.
+    /// Words without a value that belong to compensation; false for any other name.
     pub(crate) fn compensation_name(&mut self, name: &str) -> bool {
         let state = &mut self.modal.compensation;
         match name {
@@ -52,7 +53,7 @@ impl Interpreter {
         true
     }
 
-    /// Takes G40, G41, G42 of a block into effect, behind its tool and edge.
+    /// Puts G40, G41, G42 of a block into effect, after its tool and edge.
     pub(crate) fn compensate(&mut self, side: CompSide, span: Span) -> Result<(), Fault> {
         let state = self.modal.compensation;
         if side != CompSide::Off {
@@ -78,7 +79,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Another edge (D) was taken: its radius is another one.
+    /// Another edge (D) was selected; its radius may differ.
     pub(crate) fn edge_changed_radius(&mut self) {
         if self.modal.compensation.side != CompSide::Off {
             self.tell_compensation();
@@ -87,7 +88,8 @@ impl Interpreter {
 
     pub(crate) fn tell_compensation(&mut self) {
         let side = self.modal.compensation.side;
-        // D0 switches all data of the tool off, its radius too. Other edges have the radius of the tool.
+        // D0 switches off all data of the tool, including its radius. Other edges have the radius
+        // of the tool.
         let radius = (side != CompSide::Off && self.own.edge == Some(0)).then_some(0.0);
         self.emit(Op::CutterComp(CutterComp { side, offset: None, radius }));
     }

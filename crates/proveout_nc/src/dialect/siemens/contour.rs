@@ -3,7 +3,7 @@
 //! ```text
 //!   CYCLE72("PART", ..)            the subprogram PART, else the blocks between the labels E_LAB_A_PART: and E_LAB_E_PART:
 //!   CYCLE72("PIECE:PIECE_E", ..)   the blocks from the label PIECE: to the label PIECE_E:, both lines included
-//!   CYCLE62("PART",1,,)            names a contour for the cycle behind it; with 2 by the labels of arguments 3 and 4
+//!   CYCLE62("PART",1,,)            names a contour for the next cycle; with 2 by the labels of arguments 3 and 4
 //! ```
 //!
 //! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Programming the contour": the first block is the start point,
@@ -30,7 +30,7 @@ const MAX_BLOCKS: usize = 20_000;
 /// Ends closer than this are one point, mm.
 const SAME_MM: f64 = 1e-9;
 
-/// A contour by what calls it.
+/// A contour, by the cycle that calls it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Named {
     Program(String),
@@ -91,7 +91,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// The contour that the argument names, else the one that CYCLE62 has called.
+    /// The contour that the argument names, or else the one called by CYCLE62.
     pub(super) fn named_contour(&mut self, name: &str, values: &[Option<Val>], span: Span) -> Result<Named, Fault> {
         let called = std::mem::take(&mut self.own.contours);
         if let Some(text) = text_of(values, 0) {
@@ -140,7 +140,8 @@ impl Interpreter {
         Ok((loaded, Section { start: from, end }))
     }
 
-    /// The path of a contour in the working plane, work coordinates. State of the program stays as it is.
+    /// The path of a contour in the working plane, work coordinates. The state of the program does
+    /// not change.
     pub(super) fn contour(&mut self, named: &Named, span: Span) -> Result<Pass, Fault> {
         if self.own.in_contour {
             return Err(wrong(named, "it is called within another contour", span));
@@ -183,7 +184,7 @@ impl Interpreter {
         let mut blocks = 0;
         loop {
             let over = self.stack.len() <= depth;
-            // What waits for the next block comes out as it does at the end of a program.
+            // What waits for the next block is emitted as at the end of a program.
             self.done = over;
             while let Some(command) = Siemens::hand_out(self) {
                 commands.push(command);
@@ -200,7 +201,8 @@ impl Interpreter {
             }
             if let Err(fault) = Siemens::step(self) {
                 self.recovery.failed = None;
-                // A line that cannot be read, or that holds a word that is never read, is told by itself.
+                // A line that cannot be read, or with a word that is always refused, is reported
+                // separately.
                 self.own.contour_torn = self.recovery.faults.stage != Stage::Acting;
                 return Err(wrong(named, &format!("line {}: {}", fault.line, fault.message), span));
             }

@@ -27,17 +27,17 @@ use crate::{CompSide, CutterComp, Feed, Op};
 /// Most infeeds.
 const MAX_INFEEDS: usize = 10_000;
 
-/// A way onto the contour or off it.
+/// A path onto the contour or off it.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     /// 1 straight, 2 quarter, 3 half circle.
     kind: u32,
-    /// The tool comes down, or goes up, on it.
+    /// The tool moves down or up along it.
     in_space: bool,
     length: f64,
 }
 
-/// What is done at every depth. Ways on and off are paths of the tool center.
+/// What is done at every depth. Paths on and off are those of the tool center.
 struct Course {
     on: Pass,
     path: Pass,
@@ -58,7 +58,8 @@ impl Interpreter {
     pub(super) fn path_milling(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
         let values = self.arguments(call, span)?;
         let named = self.named_contour(&call.name, &values, span)?;
-        // Places as in the other cycles, where the first argument is the retraction plane.
+        // The arguments are counted as in the other cycles, whose first argument is the retraction
+        // plane.
         let words = Words::behind_first(&call.name, &values, self.modal.units.length(), span);
         let before = self.technology.feed;
         self.mill_contour(&named, &words)?;
@@ -167,7 +168,8 @@ impl Interpreter {
             let (height, feed) = if c.on_in_space { (Some(depth), c.down) } else { (None, c.mill) };
             self.mill_leg(&place, *leg, height, feed, span)?;
         }
-        // The tool stands beside the start of the contour already: its center does not move here, nor behind the end.
+        // The tool center is already at its offset from the contour: it moves neither here nor
+        // after the end.
         if c.side != CompSide::Off {
             self.emit(comp(c.side));
         }
@@ -226,8 +228,8 @@ impl Way {
         Ok(Self { kind: units, in_space, length })
     }
 
-    /// The way of the tool center to beside the start of a path. `left`: the tool runs on its left. `beside`: from the contour to the
-    /// tool center.
+    /// The path of the tool center to the start of a contour, offset to one side. `left`: the tool
+    /// runs on its left. `beside`: distance from the contour to the tool center.
     fn onto(self, path: &Pass, beside: f64, left: bool) -> Pass {
         let plus = |q: Point, d: Point, by: f64| [q[0] + by * d[0], q[1] + by * d[1]];
         let Some(t) = path.heading() else { return Pass { start: path.start, legs: Vec::new() } };

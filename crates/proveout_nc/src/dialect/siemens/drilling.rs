@@ -1,8 +1,9 @@
 //! Drilling cycles and hole patterns, expanded to motions.
 //!
-//! Courses after the programming manual (Siemens, *NC programming, cycles*: CYCLE81, CYCLE82, CYCLE83, HOLES1, HOLES2;
-//! the others in [`super::tapping`] and [`super::boring`]). All lengths run along the normal of the working plane; the drilling direction is from the retraction plane to
-//! the final depth.
+//! Courses after the programming manual (Siemens, *NC programming, cycles*: CYCLE81, CYCLE82,
+//! CYCLE83, HOLES1, HOLES2; the others in [`super::tapping`] and [`super::boring`]). All lengths
+//! run along the normal of the working plane; the drilling direction is from the retraction plane
+//! to the final depth.
 
 use std::sync::Arc;
 
@@ -16,8 +17,8 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Dwell, Feed, Motion};
 
-/// Clearance before the last depth when CYCLE83 comes back into the hole, chosen by the cycle: 0.6 mm up to 30 mm depth,
-/// then depth/50, at most 7 mm.
+/// Clearance before the last depth when CYCLE83 returns into the hole, chosen by the cycle: 0.6 mm
+/// up to 30 mm depth, then depth/50, at most 7 mm.
 fn anticipation(depth: f64) -> f64 {
     if depth <= 30.0 { 0.6 } else { (depth / 50.0).min(7.0) }
 }
@@ -83,7 +84,7 @@ impl Holes for Siemens {
 }
 
 impl Interpreter {
-    /// Runs a cycle of the control; false when the name is none.
+    /// Runs a cycle of the control; false when there is none of this name.
     pub(crate) fn run_cycle(&mut self, call: &Call, span: Span) -> Result<bool, Fault> {
         match call.name.as_str() {
             "CYCLE832" => self.cycle832(call, span)?,
@@ -135,7 +136,7 @@ impl Interpreter {
             _ => return Ok(()),
         };
         let value = |at: usize| number(values, at, name, span).map(|v| v.unwrap_or(0.0));
-        // A call of CYCLE81 with a dwell in front of the modes is written by Operate, too.
+        // Operate also writes a call of CYCLE81 with a dwell before the modes.
         let at = if name == "CYCLE81" && values.len() > 8 { 6 } else { at };
         let (geometry, plane, alternative) = (value(at)?, value(at + 1)?, value(at + 2)?);
         if geometry != 0.0 {
@@ -173,7 +174,8 @@ impl Interpreter {
         let absolute = number(values, 3, name, span)?.map(|v| v * length);
         let relative = number(values, 4, name, span)?.map(|v| v.abs() * length);
         let depth = match (absolute, relative) {
-            // The sign of the relative depth is without meaning; it leads away from the retraction plane.
+            // The sign of the relative depth has no meaning; it leads away from the retraction
+            // plane.
             (_, Some(relative)) if relative > 0.0 => {
                 reference - relative * if retraction >= reference { 1.0 } else { -1.0 }
             }
@@ -278,7 +280,7 @@ impl Interpreter {
             if self.technology.feed != feed {
                 self.set_feed(feed);
             }
-            // A dwell of zero at the final depth is the one of the other depths.
+            // A dwell of zero at the final depth means the dwell of the other depths.
             let dwell = if last { value(15)?.filter(|v| *v != 0.0).or(at_depth) } else { at_depth };
             self.course(&[wait(dwell)], span)?;
             if last {
@@ -414,7 +416,8 @@ fn infeeds(total: f64, first: f64, degression: f64, smallest: Option<f64>, lengt
     let mut list = Vec::new();
     let mut rest = total;
     let mut infeed = first.min(total);
-    // No smallest infeed given: the degression itself is the smallest, so that infeeds never vanish.
+    // If no smallest infeed is given, the degression itself is the smallest, so infeeds never
+    // vanish.
     let amount = degression.max(0.0) * length;
     let floor = smallest.filter(|s| *s > 0.0).unwrap_or(if degression > 0.0 { amount } else { 0.0 });
     while rest > 1e-9 {

@@ -46,11 +46,11 @@ pub(crate) struct Variable {
 #[derive(Debug)]
 pub(crate) struct Variables {
     params: BTreeMap<u32, f64>,
-    /// Values given by the settings and by nobody else.
+    /// Values given only by the settings.
     given: BTreeMap<String, f64>,
-    /// Local variables, one map for each call level; those of the main program are seen from subprograms.
+    /// Local variables, one map for each call level; subprograms see those of the main program.
     levels: Vec<BTreeMap<String, Variable>>,
-    /// System variables with the values that they have before the line in work.
+    /// System variables with their values before the current line.
     system: BTreeMap<String, f64>,
     elements: usize,
     max_elements: usize,
@@ -83,7 +83,7 @@ impl Variables {
         self.levels.push(BTreeMap::new());
     }
 
-    /// Leaves a call level and hands its variables out.
+    /// Leaves a call level and returns its variables.
     pub(crate) fn leave(&mut self) -> BTreeMap<String, Variable> {
         let level = self.levels.pop().unwrap_or_default();
         self.elements = self.elements.saturating_sub(level.values().map(|v| v.values.len()).sum());
@@ -253,7 +253,7 @@ impl Variables {
             "_ORI_FINISH" => 11.0,
             "_ORI_SEMIFIN" => 12.0,
             "_ORI_ROUGH" => 13.0,
-            // Added to one of them, so that only other digits differ.
+            // Added to one of them; changes only other digits.
             "_TOP_SURFACE_SMOOTH_ON" => 100.0,
             "_TOP_SURFACE_SMOOTH_OFF" => 200.0,
             _ if is_axis(name) => return Ok(Val::Text(name.to_owned())),
@@ -343,7 +343,7 @@ fn position(name: &str, sizes: &[usize], indices: &[usize], span: Span) -> Resul
     Ok(at)
 }
 
-/// Value as a variable of this type keeps it: INT is rounded, BOOL is 0 or 1.
+/// A value as a variable of this type stores it: INT is rounded, BOOL is 0 or 1.
 fn convert(kind: Type, value: Val, name: &str, span: Span) -> Result<Val, Fault> {
     match (kind, value) {
         (Type::Text, Val::Text(text)) => Ok(Val::Text(text)),
@@ -376,7 +376,7 @@ pub(crate) fn shown(value: &Val) -> String {
 }
 
 impl Variable {
-    /// The value of a variable that is no array.
+    /// The value of a variable that is not an array.
     pub(crate) fn single(&self) -> Option<&Val> {
         self.values.first().filter(|_| self.sizes.is_empty())
     }

@@ -2,7 +2,8 @@
 //!
 //! Priorities as in the programming manual (Siemens, *NC programming*, "Priority of the operations"): NOT and sign bind
 //! strongest, then `* / DIV MOD`, `+ -`, `B_AND`, `B_XOR`, `B_OR`, `AND`, `XOR`, `OR`, `<<`, and the comparisons last.
-//! A chain of comparisons, which `IF R1==1 AND R2==2` is under these rules, is refused: it is never what was meant.
+//! A chain of comparisons, which `IF R1==1 AND R2==2` is under these rules, is refused: it is never
+//! intended.
 
 use crate::channel::expression::{self, Function, Indexed, Operator};
 use crate::channel::formula::{self, Formulas, Grammar};
@@ -78,7 +79,7 @@ impl<'a> Formulas<'a> for Scanner<'a> {
     }
 }
 
-/// Parses an expression; the scanner stands behind it afterwards.
+/// Parses an expression and leaves the scanner after it.
 pub(crate) fn expression(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
     formula::formula(s, 0)
 }
@@ -179,7 +180,7 @@ fn named(s: &mut Scanner<'_>, depth: u32) -> Result<Expr, Fault> {
     }
 }
 
-/// `[a, b]`; the scanner stands on the bracket.
+/// `[a, b]`; the scanner is at the bracket.
 pub(crate) fn indices(s: &mut Scanner<'_>, depth: u32) -> Result<Vec<Expr>, Fault> {
     let start = s.pos();
     s.bump();
@@ -194,7 +195,7 @@ pub(crate) fn indices(s: &mut Scanner<'_>, depth: u32) -> Result<Vec<Expr>, Faul
     }
 }
 
-/// `(a, , b)`; the scanner stands on the bracket. An argument left out is none.
+/// `(a, , b)`; the scanner is at the bracket. An omitted argument is none.
 pub(crate) fn arguments(s: &mut Scanner<'_>) -> Result<Vec<Option<Expr>>, Fault> {
     arguments_at(s, 0)
 }

@@ -7,7 +7,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::{AXIS_LETTERS, FeedCounts};
 
 impl Interpreter {
-    /// `FGROUP(X, Y, C)`; `FGROUP()` goes back to what the machine data say.
+    /// `FGROUP(X, Y, C)`; `FGROUP()` returns to the machine data.
     pub(super) fn feed_group(&mut self, arguments: &[Option<Expr>], span: Span) -> Result<(), Fault> {
         let mut axes = 0_u16;
         for argument in arguments.iter().flatten() {

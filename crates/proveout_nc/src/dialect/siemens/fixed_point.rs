@@ -5,10 +5,12 @@
 //!   G75 FP=2 X1=0 Y1=0  fixed point 2 of X1 and Y1; FP=1 without FP
 //! ```
 //!
-//! The values behind the axes are without meaning; the axes are named by the machine (`X1`) or by their letter. Offsets, frames and
-//! the tool length are not counted. After Siemens, *Programming Manual Fundamentals* (840D sl), "Reference point approach (G74)" and
-//! "Approaching a fixed point (G75)": the points are machine data of each axis (MD34100, MD30600). The twin has the two reference
-//! points of the machine file; a program that is read without a machine goes to machine zero, with a note, as G28 does.
+//! The values after the axes have no meaning. The axes are named by the machine (`X1`) or by their
+//! letter. Offsets, frames and the tool length do not count. After Siemens, *Programming Manual
+//! Fundamentals* (840D sl), "Reference point approach (G74)" and "Approaching a fixed point (G75)":
+//! the points are machine data of each axis (MD34100, MD30600). The twin has the two reference
+//! points of the machine file; a program that is read without a machine goes to machine zero, with
+//! a note, as G28 does.
 
 use super::block::LINEAR;
 use super::interpreter::Interpreter;

@@ -210,7 +210,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A component of a frame as a number: `$P_UIFR[1,X,TR]`; none when the expression is no such thing.
+    /// A component of a frame as a number: `$P_UIFR[1,X,TR]`; none for any other expression.
     pub(crate) fn frame_component(&self, name: &str, indices: &[Expr], span: Span) -> Option<f64> {
         let (own, Some((axis, Expr::Name(part)))) = Self::component(name, indices) else { return None };
         let frame = self.frame_by_name(name, own, span).ok()?;

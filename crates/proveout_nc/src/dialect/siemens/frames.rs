@@ -20,7 +20,7 @@ use crate::machine_data::KinematicsKind;
 use crate::{Motion, Offset, Op, PathMode, RotarySolution};
 
 impl Interpreter {
-    /// Takes the frames of the modal state into effect and tells them.
+    /// Puts the frames of the modal state into effect and emits the resulting frame.
     pub(crate) fn take_frames(&mut self, word: &str) {
         let total = self.modal.frames.total();
         self.position.set_frame(total);
@@ -145,7 +145,7 @@ impl Interpreter {
 
     /// CTOL=, OTOL=: tolerances of the contour (mm) and of the orientation (degrees).
     pub(crate) fn tolerance_word(&mut self, name: &str, value: f64, span: Span) -> Result<(), Fault> {
-        // A negative value takes the word out of effect.
+        // A negative value cancels the word.
         let given = (value >= 0.0).then_some(value);
         if !value.is_finite() {
             return Err(
@@ -170,11 +170,13 @@ impl Interpreter {
         Ok(())
     }
 
-    /// `CYCLE832(tolerance, mode, orientation tolerance)`; without arguments it goes back to the mode before.
+    /// `CYCLE832(tolerance, mode, orientation tolerance)`; without arguments it returns to the
+    /// previous mode.
     pub(crate) fn cycle832(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
         let values = self.arguments(call, span)?;
         let tolerance = number(&values, 0, "CYCLE832", span)?;
-        // The last digit of the mode is the kind of machining, 0 switches off; older programs code more in higher digits.
+        // The last digit of the mode is the kind of machining, 0 switches it off; older programs
+        // code more in higher digits.
         let mode = number(&values, 1, "CYCLE832", span)?.unwrap_or(if tolerance.is_some() { 1.0 } else { 0.0 });
         if mode.round().rem_euclid(10.0) == 0.0 {
             let before = self.modal.mode_before_cycle832.take().unwrap_or(self.modal.path_mode);
@@ -201,14 +203,16 @@ impl Interpreter {
 
     /// `CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, ...)`: a swivel plane, axis by axis.
     ///
-    /// MODE: bits 7-6 are 0 for axis by axis; bits 1-0, 3-2, 5-4 name the first, second and third axis of rotation with
-    /// 1 X, 2 Y, 3 Z. The plane is `T(X0 Y0 Z0) R1 R2 R3 T(X1 Y1 Z1)`, each rotation about the turned axis. With DIR not
-    /// zero the rotary axes turn the tool upright on the plane, with the lower (below zero) or the higher angle of the reference axis: this is told as a rapid motion that carries only the tool
-    /// axis, before tool center point control goes on, so that the linear axes stand still.
+    /// MODE: bits 7-6 are 0 for axis by axis; bits 1-0, 3-2, 5-4 name the first, second and third
+    /// axis of rotation with 1 X, 2 Y, 3 Z. The plane is `T(X0 Y0 Z0) R1 R2 R3 T(X1 Y1 Z1)`, each
+    /// rotation about the turned axis. With DIR not zero the rotary axes turn the tool upright on
+    /// the plane, with the lower (below zero) or the higher angle of the reference axis. This is
+    /// emitted as a rapid motion that carries only the tool axis, before tool center point control
+    /// goes on, so that the linear axes do not move.
     pub(crate) fn cycle800(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
         const NAME: &str = "CYCLE800";
         let values = self.arguments(call, span)?;
-        // An empty name stands for the only data set, "0" deselects.
+        // An empty name selects the only data set, "0" deselects.
         let deselected = matches!(values.get(1), Some(Some(Val::Text(name))) if name.trim() == "0");
         if self.own.tool_framed {
             return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` stands while TOROT or TOFRAME is in force")
@@ -292,7 +296,7 @@ impl Interpreter {
             self.modal.frames.swivel = plane;
             self.modal.frames.programmable = Frame::IDENTITY;
         }
-        // Coordinates before and behind a swivel are not those of the same axes.
+        // Coordinates before and after a swivel refer to different axes.
         self.position.forget(0b111);
         self.take_frames(NAME);
         if direction != 0.0 {
@@ -304,8 +308,9 @@ impl Interpreter {
         Ok(())
     }
 
-    /// DIR of CYCLE800: the lower or the higher angle of the axis that the builder of the machine refers it to. Where that position is
-    /// out of travel, the control takes the other one (828D, *Operating manual Milling*, "Swivel plane", parameter "Direction").
+    /// DIR of CYCLE800: the lower or the higher angle of the axis that the machine builder has
+    /// chosen as reference. Where that position is out of travel, the control takes the other one
+    /// (828D, *Operating manual Milling*, "Swivel plane", parameter "Direction").
     fn swivel_solution(&mut self, higher: bool) -> RotarySolution {
         let turned = self.modal.frames.swivel.apply_vector([0.0, 0.0, 1.0])[2] < 1.0 - 1e-12;
         if turned
@@ -345,7 +350,7 @@ impl Interpreter {
         self.emit(Op::Rapid(motion));
     }
 
-    /// Values of the arguments of a call; an argument left out is none.
+    /// Values of the arguments of a call; an omitted argument is none.
     pub(crate) fn arguments(&self, call: &Call, span: Span) -> Result<Vec<Option<Val>>, Fault> {
         let list = call.arguments.as_deref().unwrap_or_default();
         list.iter().map(|argument| argument.as_ref().map(|expr| self.variables.eval(expr, span)).transpose()).collect()

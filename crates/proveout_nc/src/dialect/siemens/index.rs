@@ -1,7 +1,8 @@
 //! Structure of a program file: sections, labels, and the partner line of every opening or closing word.
 //!
-//! Made once when a file is loaded, so that a jump or a skipped branch costs one look-up and an unclosed loop is reported
-//! before anything runs. Only lines that begin with a word are looked at closely: plain motion blocks cost a few bytes.
+//! Built once when a file is loaded, so that a jump or a skipped branch costs one look-up and an
+//! unclosed loop is reported before anything runs. Only lines that begin with a word are examined:
+//! plain motion blocks cost a few bytes.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +16,7 @@ use crate::source::{Mark, Source};
 /// A stretch of the text: a program or subprogram.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
-    /// First line, and the line behind the last.
+    /// First line, and the line after the last.
     pub(crate) lines: [u32; 2],
     pub(crate) name: Option<String>,
     /// It begins with PROC, or its header line ends with `_SPF`.
@@ -93,7 +94,7 @@ fn head(line: &str) -> Option<Head<'_>> {
     }
     let mut label = None;
     loop {
-        // An address letter and its number: nothing that structures a program begins like this.
+        // An address letter and its number: no structural word begins like this.
         let long = (s.peek().is_ascii_alphabetic() || s.peek() == b'_')
             && matches!(s.peek_at(1), b'A'..=b'Z' | b'a'..=b'z' | b'_' | b'0'..=b'9');
         if !long {
@@ -214,7 +215,7 @@ impl Index {
         block: &mut Block,
         faults: &mut Vec<Diagnostic>,
     ) {
-        // An address letter with its number structures nothing.
+        // An address letter with its number has no structural meaning.
         if head.word.as_bytes().get(1).is_some_and(u8::is_ascii_digit) {
             return;
         }
@@ -255,13 +256,13 @@ impl Index {
             }
             _ => return,
         };
-        // IF with a jump and REPEAT with a label are complete in themselves. A line with a fault of its own is reported
-        // when it is read; whether it opens something is told from its jump word.
+        // IF with a jump and REPEAT with a label are complete by themselves. A line with a fault of
+        // its own is reported when it is read; its jump word shows whether it opens something.
         let complete = matches!(kind, Open::If | Open::Repeat)
             && match parser::parse_line(line, block) {
                 Ok(()) => !matches!(block.statement, Some(Statement::If(_) | Statement::Repeat)),
                 Err(_) if kind == Open::If => line.to_ascii_uppercase().contains("GOTO"),
-                // A label behind it.
+                // A label after it.
                 Err(_) => {
                     let rest = line.get(head.word_span.end as usize..).unwrap_or_default();
                     rest.trim_start().starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
@@ -272,7 +273,7 @@ impl Index {
         }
     }
 
-    /// The nearest line of the section with this label behind (`forward`) or before a line.
+    /// The nearest line of the section with this label, after a line (`forward`) or before it.
     pub(crate) fn label(&self, name: &str, section: Section, from: usize, forward: bool) -> Option<Mark> {
         let marks = self.labels.get(name)?;
         let inside = |m: &&Mark| m.offset >= section.start.offset && m.offset < section.end;
@@ -284,7 +285,7 @@ impl Index {
     }
 }
 
-/// The line with this block number, looked for from a line on in one direction.
+/// The line with this block number, searched from a line on in one direction.
 pub(crate) fn find_block_number(
     source: &Source,
     section: Section,

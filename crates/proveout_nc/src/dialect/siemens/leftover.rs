@@ -1,4 +1,5 @@
-//! What the text that was not run is: programs, subprograms, branches, text behind the end.
+//! Classifies the text that was not run: programs, subprograms, branches, text after the end of the
+//! program.
 
 use super::expr::Expr;
 use super::interpreter::{Interpreter, Loaded};
@@ -35,7 +36,8 @@ pub(super) fn not_run(channel: &Interpreter) -> Vec<NotRun> {
     found
 }
 
-/// Labels and block numbers that a jump of the text names; none where a target is computed, so that it can be any.
+/// Labels and block numbers that a jump in the text names; none when a target is computed, because
+/// it can then be any.
 struct Targets(Option<Vec<String>>);
 
 impl Targets {
@@ -44,7 +46,7 @@ impl Targets {
         let (mut block, mut at) = (Block::default(), Mark::START);
         while let Some((line, next)) = source.line(at) {
             at = next;
-            // Plain blocks hold none of the words.
+            // Plain blocks contain none of the words.
             let longer = line.as_bytes().windows(4).any(|w| w.iter().all(u8::is_ascii_alphabetic));
             if !longer || parser::parse_line(line, &mut block).is_err() {
                 continue;
@@ -87,7 +89,7 @@ impl Targets {
 fn role(line: &str, _: Mark, targets: &Targets) -> Role {
     let mut block = Block::default();
     if parser::parse_line(line, &mut block).is_err() {
-        // Faults are told by themselves.
+        // Faults are reported separately.
         return Role { code: !line.trim().is_empty(), ..Role::default() };
     }
     let named = block.label.as_ref().is_some_and(|label| targets.holds(label))
@@ -135,7 +137,7 @@ fn role(line: &str, _: Mark, targets: &Targets) -> Role {
     Role { code, moves, flow }
 }
 
-/// Names that the reader does not do as words of their own: cycles and subprograms.
+/// Names that the reader does not execute as words of its own: cycles and subprograms.
 fn is_call(name: &str) -> bool {
     const WORDS: [&str; 30] = [
         "MSG",

@@ -1,4 +1,4 @@
-//! Words whose meaning a control file gives.
+//! Words defined by a control file.
 
 use super::block::is_function;
 use super::interpreter::{Interpreter, missing_subprogram};
@@ -9,11 +9,12 @@ use crate::control::words::{Builtin, Listed};
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::listed::{refused_by, unlisted};
 
-/// Words of the control file stand among the functions, from this number on by their place in its table.
+/// Codes of control file words among the functions start at this number, ordered by their place in
+/// its table.
 pub(super) const LISTED: u32 = 2_000_000_000;
 
 impl Interpreter {
-    /// An M word: of the control file, else of the reader.
+    /// An M word: of the control file, or else of the reader.
     pub(super) fn m_word(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
         if let Some((at, listed)) = self.settings.control.words.m(code) {
             let listed = listed.clone();
@@ -53,7 +54,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A subprogram that is not there: refused, or left out where the control says so. Where the tool then stands is not known.
+    /// A subprogram that does not exist: refused, or skipped where the control file says so. The
+    /// tool position is then unknown.
     pub(super) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
         if !self.leave_out(name) {
             return Err(missing_subprogram(name, span));

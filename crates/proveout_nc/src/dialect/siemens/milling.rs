@@ -6,14 +6,17 @@
 //!   POCKET4(RTP, RFP, SDIS, DP, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA, AP1, AD, RAD1, DP1)
 //! ```
 //!
-//! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Milling cycles": the pocket from its center outwards,
-//! infeeds of equal depth and width, none above MID and MIDA (MIDA 0: 80 percent of the diameter), the wall once and then the base
-//! where they have an allowance; the first line of a surface MIDA inside of its edge, the last one at its width and FDP1 less the
-//! radius, equal steps between them. What the guide leaves open - the way back to the center for the next depth, how rings are
-//! joined, what FDP counts from - is chosen here and told as an assumption.
+//! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Milling cycles": the
+//! pocket from its center outwards, infeeds of equal depth and width, none above MID and MIDA (MIDA
+//! 0: 80 percent of the diameter), the wall once and then the base where they have an allowance;
+//! the first line of a surface MIDA inside its edge, the last one at its width and FDP1 less the
+//! radius, equal steps between them. The guide leaves some things open: the way back to the center
+//! for the next depth, how rings are joined, what FDP counts from. These are chosen here and
+//! reported as an assumption.
 //!
-//! The path needs the radius of the tool: that of the scene, or the variable `$P_TOOLR`. Where neither gives it and the path of the
-//! tool center is not asked for, a pocket is its finished wall, once, with cutter compensation.
+//! The path needs the radius of the tool, from the scene or from the variable `$P_TOOLR`. Where
+//! neither gives it and the path of the tool center is not requested, a pocket is its finished
+//! wall, once, with cutter compensation.
 
 use super::eval::Val;
 use super::frames::number;
@@ -31,9 +34,9 @@ use crate::{AxisValues, Feed, Motion, SpindleDirection};
 pub(crate) const MILLING: [&str; 9] =
     ["POCKET3", "POCKET4", "CYCLE71", "CYCLE61", "SLOT1", "SLOT2", "LONGHOLE", "CYCLE76", "CYCLE77"];
 
-/// Part of the tool diameter that is the widest infeed where MIDA gives none.
+/// Share of the tool diameter that is the largest infeed width where MIDA gives none.
 pub(super) const USUAL_WIDTH: f64 = 0.8;
-/// Widest way between two rings that leaves no posts in their corners, in radii of the tool.
+/// Largest distance between two rings that leaves no posts in their corners, in radii of the tool.
 pub(super) const WIDEST_STEP: f64 = 1.7;
 /// Radius of the arc onto the wall, mm.
 pub(super) const LEAD_MM: f64 = 2.0;
@@ -74,17 +77,17 @@ pub(super) struct Words<'a> {
     values: &'a [Option<Val>],
     length: f64,
     pub(super) span: Span,
-    /// Arguments of the cycle in front of the first one here.
+    /// Number of arguments of the cycle before the first one here.
     before: usize,
 }
 
 impl<'a> Words<'a> {
-    /// The arguments behind the first one.
+    /// The arguments after the first one.
     pub(super) fn behind_first(name: &'a str, values: &'a [Option<Val>], length: f64, span: Span) -> Self {
         Self { name, values: values.get(1..).unwrap_or_default(), length, span, before: 1 }
     }
 
-    /// Place of an argument as it is counted in the call, from 1.
+    /// Position of an argument in the call, counted from 1.
     pub(super) fn place(&self, at: usize) -> usize {
         at + self.before + 1
     }
@@ -135,7 +138,7 @@ impl Words<'_> {
         self.number(at)?.map(|v| v * self.length).ok_or_else(|| self.missing(at, what))
     }
 
-    /// Without sign; zero where it is left out.
+    /// Without sign; zero where it is omitted.
     pub(super) fn size(&self, at: usize) -> Result<f64, Fault> {
         Ok(self.or_zero(at)?.abs() * self.length)
     }
@@ -157,7 +160,7 @@ impl Words<'_> {
         Err(self.fault(codes::UNSUPPORTED_WORD, message, "let the CAM system write the motions"))
     }
 
-    /// Arguments from `from` on are none of the cycle's.
+    /// The cycle has no arguments from `from` on.
     pub(super) fn no_more(&self, from: usize) -> Result<(), Fault> {
         let Some(at) = surplus(self.values, from) else { return Ok(()) };
         let message = format!("argument {} of `{}` is not read", self.place(at), self.name);
@@ -192,7 +195,8 @@ impl Words<'_> {
         self.heights_by(None)
     }
 
-    /// The same where the depth may be relative (DPR), without sign, away from the retraction plane.
+    /// The same where the depth may be relative (DPR), without sign, away from the retraction
+    /// plane.
     pub(super) fn heights_by(&self, relative: Option<usize>) -> Result<Heights, Fault> {
         let (retraction, reference) = (self.need(0, "retraction plane")?, self.need(1, "reference plane")?);
         let depth = match relative.map_or(Ok(0.0), |at| self.size(at))? {
@@ -216,15 +220,16 @@ impl Words<'_> {
     }
 }
 
-/// The equal share of a way that is not above the greatest one; the whole where none is given.
+/// The largest equal share of a distance that does not exceed the limit; the whole distance where
+/// no limit is given.
 pub(super) fn share(way: f64, greatest: f64) -> f64 {
     if greatest > 0.0 { way / (way / greatest - 1e-9).ceil().max(1.0) } else { way }
 }
 
-/// Where the arguments of a pocket stand behind those of its shape.
+/// Positions of a pocket's arguments, after those of its shape.
 struct Places {
     depth: usize,
-    /// Sizes of a pocket that is there before: AP1, AP2, AD.
+    /// Sizes of an existing pocket: AP1, AP2, AD.
     roughed: &'static [usize],
     radius: usize,
 }
@@ -234,9 +239,9 @@ struct Places {
 struct PocketModes {
     /// 1: the depth is relative.
     depth: f64,
-    /// The whole pocket is milled, whatever the sizes of one that is there before say.
+    /// The whole pocket is milled, regardless of the sizes of an existing one.
     whole: bool,
-    /// MIDA is a part of the diameter of the tool.
+    /// MIDA is a percentage of the tool diameter.
     percent: bool,
 }
 
@@ -324,7 +329,7 @@ impl Interpreter {
         let Some(radius) = self.tool_radius(words)? else {
             return self.wall_alone(words, (place, shape, [0.0; 2]), h, (mill, down), climb);
         };
-        // Corners smaller than the tool become those of the tool.
+        // Corners smaller than the tool get the radius of the tool.
         let Shape::Rounded { a, b, .. } = shape else { return Ok(()) };
         let shape = Shape::Rounded { a, b, corner: corner.max(radius) };
         let room = shape.half_width() - radius;
@@ -394,7 +399,7 @@ impl Interpreter {
         Ok(PocketModes { depth: words.digit(28, 1.0)?, whole: rest == 1.0, percent: words.digit(28, 10.0)? == 1.0 })
     }
 
-    /// Tens of VARI: how the tool comes to a depth, and in which feed; none is at rapid rate.
+    /// Tens of VARI: how the tool moves to a depth, and at which feed; none means rapid.
     fn insertion(
         &self,
         words: &Words<'_>,

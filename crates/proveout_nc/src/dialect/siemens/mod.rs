@@ -1,11 +1,14 @@
 //! Siemens Sinumerik 840D sl.
 //!
-//! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
-//! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks: [`block`] and [`assignments`]
-//! collect their words, [`act`] does them with [`motion`], [`arcs`], [`polar`], [`frames`], [`technology`],
-//! [`splines`], [`compensation`] and the cycles in [`drilling`], [`tapping`] and [`boring`]. [`corners`] puts chamfers and roundings between
-//! motions, [`waiting`] holds rapids back whose end is not known yet, [`fixed_point`] goes to points of the machine, [`contour`] and
-//! [`contour_milling`] mill along a subprogram, [`frame_values`] and [`system`] are variables of the control, [`words`] lists what is read with a note or refused.
+//! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the
+//! language), [`index`] (structure of a file, once), and [`interpreter`] (control flow and calls),
+//! which executes plain blocks: [`block`] and [`assignments`] collect their words, [`act`] executes
+//! them with [`motion`], [`arcs`], [`polar`], [`frames`], [`technology`], [`splines`],
+//! [`compensation`] and the cycles in [`drilling`], [`tapping`] and [`boring`]. [`corners`] inserts
+//! chamfers and roundings between motions, [`waiting`] holds rapids back whose end is not known
+//! yet, [`fixed_point`] moves to points of the machine, [`contour`] and [`contour_milling`] mill
+//! along a subprogram, [`frame_values`] and [`system`] are variables of the control, [`words`]
+//! lists what is read with a note or refused.
 
 mod act;
 mod arcs;
@@ -56,7 +59,7 @@ use crate::diagnostic::{Diagnostic, Fault};
 use crate::settings::Settings;
 use crate::source::Source;
 
-/// The reader does this word by itself; words that end programs are left out.
+/// The reader executes this word itself. Words that end programs are excluded.
 pub(crate) fn does_word(word: Builtin) -> bool {
     match word {
         Builtin::G(code) => code.is_multiple_of(10) && block::does_g(i64::from(code / 10)),
@@ -69,8 +72,8 @@ pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings)
     Box::new(interpreter::begin(source, folder, settings))
 }
 
-/// Words that neither the reader nor the control file gives a meaning. Names that are no word of the reader may be subprograms:
-/// they are told where they are run.
+/// Words defined neither by the reader nor by the control file. Names that are not words of the
+/// reader may be subprograms: they are reported when they are run.
 pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
     each_line(source, parser::parse_line, |at, line, block| {
         let unlisted =
@@ -79,7 +82,7 @@ pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut U
     });
 }
 
-/// All faults of single lines: grammar, and words that are refused wherever they stand.
+/// All faults of single lines: grammar, and words that are refused in any context.
 pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     each_line(source, parser::parse_line, |at, line, block: Result<&parser::Block, Fault>| {

@@ -86,10 +86,10 @@ pub(crate) struct Modal {
     pub(crate) exact_stop: bool,
     /// Corner treatment of the G words.
     pub(crate) path_mode: PathMode,
-    /// Mode to come back to when CYCLE832 ends.
+    /// Mode to return to when CYCLE832 ends.
     pub(crate) mode_before_cycle832: Option<PathMode>,
     pub(crate) orientation: OrientationInterpolation,
-    /// How A2= B2= C2= are read; none where no word and no control file has said it.
+    /// How A2= B2= C2= are read; none if no word and no control file has stated it.
     pub(crate) angles: Option<OrientationAngles>,
     /// ORIMKS: vectors are meant in the machine frame.
     pub(crate) machine_vectors: bool,
@@ -111,7 +111,7 @@ pub(crate) struct Modal {
     pub(crate) spline_degree: usize,
 }
 
-/// Cutter radius compensation as it is programmed.
+/// Cutter radius compensation as programmed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Compensation {
     pub(crate) side: CompSide,
@@ -172,7 +172,7 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
-    /// The frames that do not come with a swiveled tool.
+    /// The frames without that of a swiveled tool.
     pub(crate) fn without_swivel(&self) -> Frame {
         self.base.then(&self.settable).then(&self.programmable)
     }
@@ -183,7 +183,8 @@ impl Frames {
 }
 
 impl Modal {
-    /// State after reset: G1, G17, G71, G90, G94, G60, G500. What the control states goes before.
+    /// State after reset: G1, G17, G71, G90, G94, G60, G500. Settings of the control file take
+    /// precedence.
     pub(crate) fn new(orientation: OrientationInterpolation, control: &Control) -> Self {
         let start = &control.start;
         Self {

@@ -143,7 +143,8 @@ impl Interpreter {
         finite(axis, target, span)
     }
 
-    /// Positions of DC, ACP and ACN lie within one turn (alarm 16830), unless the control converts them (bit 0 of MD30455).
+    /// Positions of DC, ACP and ACN are within one turn (alarm 16830), unless the control converts
+    /// them (bit 0 of MD30455).
     fn within_modulo(&self, axis: usize, degrees: f64, span: Span) -> Result<(), Fault> {
         let converts = self.settings.control.parameters.outside_modulo == Some(OutsideModulo::Convert);
         if converts || (0.0..360.0).contains(&degrees) {
@@ -172,7 +173,7 @@ impl Interpreter {
         }
         motion.tool_axis_base = frame::unit(frame.apply_vector(axis));
         motion.tool_axis = Some(axis);
-        // The rotary axes follow the vector; the program does not know where they stand.
+        // The rotary axes follow the vector; the reader does not know their positions.
         for axis in 3..6 {
             motion.end.clear(axis);
             motion.end_base.clear(axis);
@@ -216,8 +217,8 @@ impl Interpreter {
         Ok(frame.apply_vector([0.0, 0.0, 1.0]))
     }
 
-    /// Angles A2= B2= C2= are used. As it is delivered, the control begins with ORIEULER (*Fundamentals*, G group 50); MD20150 and
-    /// MD21100 may say ORIRPY.
+    /// Angles A2= B2= C2= are used. By default the control begins with ORIEULER (*Fundamentals*, G
+    /// group 50); MD20150 and MD21100 may select ORIRPY.
     pub(super) fn orientation_angles(&mut self) {
         if self.modal.angles.is_some() {
             return;
@@ -274,8 +275,9 @@ impl Interpreter {
         }
         self.position.moved_in_machine(&end, p.programmed, self.own.tcp());
         if self.own.transformed {
-            // Frames end at the basic coordinate system, which lies on this side of the transformation (Siemens, *Basic functions*,
-            // K2, "Frames"): the control counts SUPA in the coordinates of the tip.
+            // Frames end at the basic coordinate system, which is on the program's side of the
+            // transformation (Siemens, *Basic functions*, K2, "Frames"): the control counts SUPA in
+            // the coordinates of the tip.
             self.note(format!(
                 "{ASSUMED}SUPA, G53 or G153 under TRAORI gives positions of the machine axes; the control counts them in the basic \
                  coordinates of the transformation: write TRAFOOF before them"

@@ -155,7 +155,7 @@ impl Block {
         self.span = Span::default();
     }
 
-    /// Addresses with numbers and nothing else.
+    /// Addresses that take only numbers.
     pub(crate) fn is_plain(&self) -> bool {
         let plain = |word: &Word| matches!(word.kind, WordKind::Address { value: Value::Number(_), .. });
         self.statement.is_none() && self.words.iter().all(plain)

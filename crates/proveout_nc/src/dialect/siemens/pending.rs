@@ -1,10 +1,10 @@
-//! The words of one block, sorted: what the block asks for, before anything is done.
+//! The words of one block, sorted: what the block asks for, before anything is executed.
 
 use super::tool_frame::ToolFrame;
 use crate::diagnostic::Span;
 use crate::{CompSide, ToolName};
 
-/// How a coordinate is meant.
+/// How a coordinate is to be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reference {
     /// As G90 and G91 say.
@@ -84,7 +84,7 @@ impl FrameWord {
 pub(crate) struct Pending {
     /// Axes in the order of [`crate::AXIS_LETTERS`].
     pub(crate) axes: [Option<Coordinate>; 9],
-    /// Bit i: axis i stands in the block.
+    /// Bit i: axis i is programmed in the block.
     pub(crate) programmed: u16,
     /// I, J, K.
     pub(crate) center: [Option<Coordinate>; 3],
@@ -110,7 +110,7 @@ pub(crate) struct Pending {
     pub(crate) rounding: Option<f64>,
     /// M words in the order of the block.
     pub(crate) functions: Vec<u32>,
-    /// The word that switches the transformation, where it is not TRAORI.
+    /// The word that switches the transformation, if it is not TRAORI.
     pub(crate) transformation_word: Option<String>,
     /// Subprogram that a word of the control file calls.
     pub(crate) listed_call: Option<String>,
@@ -149,7 +149,7 @@ pub(crate) struct Pending {
     pub(crate) positioning: bool,
     /// G25, G26: the axes and S of the block are limits.
     pub(crate) limits: Option<u32>,
-    /// G63: this block is straight and in feed, whatever interpolation is in force.
+    /// G63: this block is straight and at feed, whatever interpolation is in force.
     pub(crate) tapping_feed: bool,
     /// G74, G75.
     pub(crate) fixed_point: Option<u32>,
@@ -159,12 +159,12 @@ pub(crate) struct Pending {
     pub(crate) machine_axes: u16,
     /// G40, G41, G42.
     pub(crate) compensation: Option<CompSide>,
-    /// The G word of each group of [`super::words::g_group`] that stands in the block.
+    /// The G word that the block has of each group of [`super::words::g_group`].
     pub(crate) groups: [Option<u32>; 7],
 }
 
 impl Pending {
-    /// The block has a word that only some kinds of blocks take.
+    /// The block has a word that only some kinds of blocks use.
     pub(crate) fn may_be_left(&self) -> bool {
         let numbers = [
             self.radius,

@@ -28,7 +28,7 @@ impl Interpreter {
             [true, false] => (u, v),
             [false, true] => (v, u),
             [true, true] => {
-                // The end of the second of two lines, where the first one has failed.
+                // The end of the second of two lines, after the first one failed.
                 if self.own.two_lines_torn {
                     return Ok(());
                 }
@@ -103,7 +103,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Replaces AP= and RP= of a motion by the coordinates that they mean.
+    /// Replaces AP= and RP= of a motion by the coordinates they define.
     pub(crate) fn resolve_polar(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let [u, v, _] = self.modal.plane_axes();
         if p.programmed & (1 << u | 1 << v) != 0 {

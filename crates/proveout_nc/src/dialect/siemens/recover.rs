@@ -1,4 +1,4 @@
-//! What a fault leaves in doubt on an 840D, and where its run goes on.
+//! What a fault leaves in doubt on an 840D, and where the run continues after it.
 
 use super::index::Index;
 use super::interpreter::{Interpreter, Siemens};
@@ -8,7 +8,7 @@ use crate::channel::{Failed, Salvage, TakenOut};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 
-/// A fault that may follow from one before.
+/// Whether a fault may follow from an earlier one.
 pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     let faults = &channel.recovery.faults;
     // A subprogram whose head cannot be read.
@@ -23,7 +23,7 @@ pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     faults.doubt.hides(fault, faults.stage) || call || position || contour
 }
 
-/// What later blocks have set anew is in doubt no more.
+/// Clears the doubt about what later blocks have set again.
 pub(super) fn settle_doubt(channel: &mut Interpreter) {
     channel.own.two_lines_torn = false;
     channel.own.contour_torn = false;
@@ -39,10 +39,10 @@ pub(super) fn settle_doubt(channel: &mut Interpreter) {
     doubt.mode &= !(letter(&|l| l == b'G') && letter(&|l| matches!(l, b'X'..=b'Z')));
 }
 
-/// Goes on behind the block that has failed; gives what is in doubt there.
+/// Continues after the failed block; returns what is in doubt there.
 pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Doubt {
     match (failed.code, channel.recovery.faults.stage) {
-        // Jumps and loops: the flow goes on with the next block.
+        // Jumps and loops: the run continues with the next block.
         (_, stage) if is_flow(&failed.line) => {
             channel.own.next_pass_of_for = false;
             if failed.times > 1
@@ -51,7 +51,7 @@ pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Doubt 
                 channel.continue_after(&failed.loaded, *end);
             }
             let defines = failed.line.to_ascii_uppercase().contains("DEF") || failed.line.contains('=');
-            // Where it would have gone is not known if the text cannot be read.
+            // If the text cannot be read, its jump target is not known.
             if stage == Stage::Unread { Doubt::ALL } else { Doubt { values: defines, ..Doubt::NONE } }
         }
         (_, Stage::Unread) => channel.salvage_words(failed, true),
@@ -85,7 +85,7 @@ impl Salvage for Siemens {
     }
 }
 
-/// The line begins with a word that steers the flow or defines.
+/// The line begins with a word of control flow or a definition.
 fn is_flow(line: &str) -> bool {
     const WORDS: [&str; 16] = [
         "IF", "ELSE", "ENDIF", "FOR", "ENDFOR", "WHILE", "ENDWHILE", "REPEAT", "REPEATB", "UNTIL", "LOOP", "ENDLOOP",
@@ -94,7 +94,7 @@ fn is_flow(line: &str) -> bool {
     let upper = line.to_ascii_uppercase();
     let mut words = upper.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').filter(|word| !word.is_empty());
     let first = words.find(|word| {
-        // Block numbers and labels stand in front.
+        // Block numbers and labels come first.
         !(word.strip_prefix('N').is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
             || upper.contains(&format!("{word}:")))
     });

@@ -15,10 +15,12 @@
 //!    |RAD '------'
 //! ```
 //!
-//! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Milling cycles". An elongated hole: to the next depth
-//! in FFD at each end of its way, to and fro in FFP1, the nearer end of the next hole first. A slot: infeeds at one place, rings
-//! with the allowance FAL, then the wall in FFP2 with the speed SSF. A spigot: at each depth once around, onto it and off it on half
-//! circles beside the positive first axis, and down where they meet. Parameters are those of the guide, from memory.
+//! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Milling cycles". An
+//! elongated hole: to the next depth at FFD at each end of its way, to and fro at FFP1, the nearer
+//! end of the next hole first. A slot: infeeds at one place, rings with the allowance FAL, then the
+//! wall at FFP2 with the speed SSF. A spigot: once around at each depth, onto it and off it on half
+//! circles on the side of the positive first axis, and down where they meet. Parameters are those
+//! of the guide, from memory.
 
 use super::drilling::MAX_INFEEDS;
 use super::eval::Val;
@@ -34,7 +36,8 @@ use crate::{CompSide, CutterComp, Feed, Op, SpindleDirection};
 /// Most slots of one cycle.
 const MOST: f64 = 10_000.0;
 
-/// Where the slots lie: how many, about which center, at which distance, from which angle in which steps.
+/// Positions of the slots: how many, about which center, at which distance, from which angle in
+/// which steps.
 struct Row {
     count: u32,
     center: Point,
@@ -321,7 +324,7 @@ impl Interpreter {
             true => vec![total],
             false => depths(total - floor, words.size(at)?, words)?,
         };
-        // The half circle reaches from SDIS beside the blank to the path around the spigot.
+        // The half circle spans from SDIS outside the blank to the path around the spigot.
         let beside = a.max(blank) + radius + side + (h.clear - h.surface).abs();
         let lead = (0.5 * (beside - (a + radius + allowance))).max(LEAD_MM);
         let ring = shape.ring(-(radius + allowance));
@@ -360,8 +363,9 @@ impl Interpreter {
         Ok(if words.number(at)?.is_some_and(|f| f > 0.0) { self.milling_feed(words, at)? } else { other })
     }
 
-    /// The finished wall at its depth, with cutter compensation: what a program says without its tools. `start`: where the tool
-    /// goes down, in the cycle. `left`: the tool runs on the left of the wall, counter-clockwise inside and clockwise outside.
+    /// The finished wall at its depth, with cutter compensation: all that a program without its
+    /// tools says of the path. `start`: where the tool goes down, in the cycle. `left`: the tool
+    /// runs on the left of the wall, counter-clockwise inside and clockwise outside.
     pub(super) fn wall_alone(
         &mut self,
         words: &Words<'_>,
@@ -392,7 +396,7 @@ impl Interpreter {
     }
 }
 
-/// The arguments behind those that a cycle has.
+/// The first argument that is set after the last one the cycle has.
 pub(super) fn surplus(values: &[Option<Val>], from: usize) -> Option<usize> {
     let set = |value: &Option<Val>| value.as_ref().is_some_and(|value| *value != Val::Number(0.0));
     values.iter().skip(from).position(set).map(|at| from + at)

@@ -1,18 +1,21 @@
 //! Splines and polynomials: BSPLINE, CSPLINE, ASPLINE, POLY.
 //!
 //! ```text
-//!   BSPLINE   points are control points, PW their weights, SD the degree; the curve begins where the tool stands and ends at the
-//!             last point, so that the end knots stand degree + 1 times. The intervals between the other knots are PL = 1
+//!   BSPLINE   points are control points, PW their weights, SD the degree; the curve begins at the tool position
+//!             and ends at the last point, so the end knots repeat degree + 1 times. The intervals between the other
+//!             knots are PL = 1
 //!   CSPLINE   through all points, continuous in direction and curvature
 //!   ASPLINE   through all points, directions from two neighbors on either side (H. Akima, J. ACM 17, 1970, eq. 1)
 //!   POLY      x(p) = x0 + a1 p + a2 p^2 + .. + a5 p^5, p from 0 to PL; PO[X]=(end, a2, a3, a4, a5); a1 follows from the end
 //! ```
 //!
-//! After Siemens, *NC programming, Job planning*, "Spline interpolation" and "Polynomial interpolation". The parameter of C and A
-//! splines is the length of the chords, BAUTO and EAUTO are not-a-knot ends, BNAT and ENAT have no curvature, BTAN and ETAN go on
-//! from the block before and into the one behind: the manual says no more, and a note tells what is taken. A curve ends where a
-//! block stands that is more than a point; curves of X, Y and Z are read. Where the program does not know one of the three, and the
-//! curve leaves it alone, the curve is given as chords of the other two: a Bezier curve has all three.
+//! After Siemens, *NC programming, Job planning*, "Spline interpolation" and "Polynomial
+//! interpolation". The parameter of C and A splines is the length of the chords. BAUTO and EAUTO
+//! are not-a-knot ends, BNAT and ENAT have no curvature, BTAN and ETAN continue from the block
+//! before and into the one after: the manual says no more, and a note reports what is assumed. A
+//! curve ends at a block that is more than a point. Curves of X, Y and Z are read. Where the
+//! program does not know one of the three, and the curve does not use it, the curve is emitted as
+//! chords of the other two: a Bezier curve needs all three.
 
 use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, SplineEnd, SplineKind};
@@ -26,7 +29,7 @@ use crate::{CompSide, Feed, Location, Motion, Op, SplineMotion};
 
 /// Most points of one curve.
 const MAX_POINTS: usize = 100_000;
-/// Most commands of one curve: they are kept until they are handed out.
+/// Most commands of one curve: they are kept until they are emitted.
 const MAX_COMMANDS: usize = 200_000;
 /// Highest degree of a polynomial.
 const MAX_DEGREE: usize = 5;
@@ -64,7 +67,7 @@ fn plus(a: Vector, b: Vector, by: f64) -> Vector {
 }
 
 impl Interpreter {
-    /// A block that is no more than a point of the curve: axes, F, PW, PL, SD.
+    /// A block that is only a point of the curve: axes, F, PW, PL, SD.
     fn is_point(block: &Block) -> bool {
         block.statement.is_none()
             && block.words.iter().all(|word| match &word.kind {
@@ -76,7 +79,8 @@ impl Interpreter {
             })
     }
 
-    /// Before a block is executed: a curve ends where the block is more than a point. With ETAN it waits for the words of the block.
+    /// Before a block is executed: a curve ends if the block is more than a point. With ETAN it
+    /// waits for the words of the block.
     pub(super) fn curve_before(&mut self, block: &Block) -> Result<(), Fault> {
         if self.own.curve.is_none() || Self::is_point(block) || self.modal.spline_end == SplineEnd::Tangent {
             return Ok(());
@@ -84,7 +88,7 @@ impl Interpreter {
         self.end_curve(None)
     }
 
-    /// The direction into which ETAN goes on: that of a straight block.
+    /// The direction in which ETAN continues: that of a straight block.
     pub(super) fn curve_into(&mut self, p: &Pending, block: &Block, span: Span) -> Result<(), Fault> {
         if self.own.curve.is_none() || Self::is_point(block) {
             return Ok(());
@@ -153,7 +157,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Hands the curve out. `into`: direction of the block behind it.
+    /// Emits the curve. `into`: direction of the block after it.
     pub(super) fn end_curve(&mut self, into: Option<Vector>) -> Result<(), Fault> {
         let Some(curve) = self.own.curve.take() else { return Ok(()) };
         let here = self.location.clone();
@@ -165,10 +169,11 @@ impl Interpreter {
         self.location = here;
         self.technology.feed = feed;
         if std::mem::take(&mut self.own.curve_torn) {
-            // Behind a fault in its blocks the curve is not the one that is meant.
+            // After a fault in its blocks the curve is not the intended one.
             return Ok(());
         }
-        // A fault that follows from one before must not hide what is wrong with the block that ends the curve.
+        // A fault that follows from an earlier one must not hide a fault of the block that ends the
+        // curve.
         result.or_else(|fault| if self.recovery.faults.doubt.hides_shape(fault.code) { Ok(()) } else { Err(fault) })
     }
 
@@ -198,7 +203,7 @@ impl Interpreter {
         }
         let end = knots.last().copied().unwrap_or(0.0);
         knots.extend(std::iter::repeat_n(end, degree));
-        // A knot that stands more often than the degree tears the curve.
+        // A knot with a multiplicity above the degree tears the curve.
         let torn = |run: &[f64]| run.iter().all(|knot| *knot == run[0]);
         if knots[1..knots.len() - 1].windows(degree + 1).any(torn) {
             return Err(Fault::new(
@@ -234,7 +239,7 @@ impl Interpreter {
         }
     }
 
-    /// A Bezier piece as a cubic, or as chords; the number of chords.
+    /// Emits a Bezier piece as a cubic, or as chords; returns the number of chords.
     fn bezier(&mut self, piece: &[Homogeneous], point: &SplinePoint) -> Result<usize, Fault> {
         let flat = point.motion.end.xyz().is_none();
         if let Some([_, first, second, to]) = spline::cubic(piece).filter(|_| !flat) {
@@ -345,8 +350,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Where a curve begins. An axis that the program does not know is zero and has no meaning: the curve must leave it alone, and
-    /// the frame must not mix it with the others.
+    /// Where a curve begins. An axis that the program does not know is zero and has no meaning: the
+    /// curve must not use it, and the frame must not mix it with the others.
     fn curve_start(&self, p: &Pending, what: &str, span: Span) -> Result<Vector, Fault> {
         let work = self.position.work;
         let linear = &self.position.frame().linear;
@@ -429,7 +434,7 @@ impl Interpreter {
     }
 }
 
-/// What holds at an end of a spline.
+/// Condition at an end of a spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum End {
     Free,
@@ -437,8 +442,9 @@ enum End {
     Slope(f64),
 }
 
-/// Slopes of the cubic spline through values at chord lengths `h` apart, continuous in the second derivative (C. de Boor, *A
-/// Practical Guide to Splines*, 1978, chapter IV): three in a row, and a condition at either end; not-a-knot where it is free.
+/// Slopes of the cubic spline through values at chord lengths `h` apart, continuous in the second
+/// derivative (C. de Boor, *A Practical Guide to Splines*, 1978, chapter IV): three in a row, and a
+/// condition at either end; not-a-knot where it is free.
 fn cubic_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
     let n = y.len();
     let d: Vec<f64> = (0..n - 1).map(|i| (y[i + 1] - y[i]) / h[i]).collect();
@@ -483,11 +489,12 @@ fn cubic_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
     s
 }
 
-/// Slopes of Akima's spline: between the chords before and behind, each weighted by the change of direction beyond the other.
+/// Slopes of Akima's spline: between the chords before and after, each weighted by the change of
+/// direction beyond the other.
 fn akima_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
     let n = y.len();
     let d: Vec<f64> = (0..n - 1).map(|i| (y[i + 1] - y[i]) / h[i]).collect();
-    // Two chords are put before and behind, on the parabola through the last three points.
+    // Two chords are added at either end, on the parabola through the last three points.
     let at = |i: i64| -> f64 {
         let last = d.len() as i64 - 1;
         let get = |k: i64| d[k.clamp(0, last) as usize];

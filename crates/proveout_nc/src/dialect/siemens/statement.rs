@@ -6,7 +6,7 @@ use crate::codes;
 use crate::diagnostic::Fault;
 use crate::scan::Scanner;
 
-/// Reads the rest of a statement that begins with this word; none when the word begins no statement.
+/// Reads the rest of a statement that begins with this word; none if no statement begins with it.
 pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result<Option<Statement>, Fault> {
     Ok(Some(match name {
         "IF" => {
@@ -42,7 +42,8 @@ pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result
         "DEF" => define(s, start)?,
         "PROC" => proc(s, start)?,
         "EXTERN" => {
-            // Only declares the parameters of a subprogram, which are read from the subprogram itself.
+            // Only declares the parameters of a subprogram; they are read from the subprogram
+            // itself.
             while !s.at_end() && s.peek() != b';' {
                 s.bump();
             }
@@ -287,7 +288,7 @@ fn open_sizes(s: &mut Scanner<'_>) -> Result<Vec<Option<Expr>>, Fault> {
     }
 }
 
-/// The call behind MCALL: `NAME`, `NAME(...)`, `L100`; none when the block ends.
+/// The call after MCALL: `NAME`, `NAME(...)`, `L100`; none when the block ends.
 fn call(s: &mut Scanner<'_>) -> Result<Option<Call>, Fault> {
     s.skip_blanks();
     let name = s.identifier().to_ascii_uppercase();

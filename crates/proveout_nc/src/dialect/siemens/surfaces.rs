@@ -22,9 +22,9 @@ struct Surface {
     sides: [f64; 2],
     turn: f64,
     infeed: f64,
-    /// Greatest way between two lines, mm.
+    /// Largest distance between two lines, mm.
     greatest: f64,
-    /// Way beyond the ends of a line, and of the last line.
+    /// Overrun beyond the ends of a line, and of the last line.
     beyond: f64,
     over: f64,
     floor: f64,

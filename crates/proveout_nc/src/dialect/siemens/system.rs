@@ -1,9 +1,10 @@
 //! System variables that a program reads.
 //!
-//! Their values are made when a line names one: `$P_EP[X]`, `$AA_IW[X]` (programmed position), `$AA_IM[B]` (rotary axes
-//! only: machine positions of the linear axes depend on tool and machine), `$P_TOOLNO`, `$P_TOOL`, `$P_TOOLR`, `$P_GG[n]`,
-//! `$P_F`, `$P_S`, `$P_SEARCH`, `$P_SIM`, `$P_ISTEST`, and components of frames. Others are refused by name unless the
-//! settings give their value.
+//! Their values are computed when a line names one: `$P_EP[X]`, `$AA_IW[X]` (programmed position),
+//! `$AA_IM[B]` (rotary axes only: machine positions of the linear axes depend on tool and machine),
+//! `$P_TOOLNO`, `$P_TOOL`, `$P_TOOLR`, `$P_GG[n]`, `$P_F`, `$P_S`, `$P_SEARCH`, `$P_SIM`,
+//! `$P_ISTEST`, and components of frames. Others are refused by name unless the settings give their
+//! value.
 
 use super::expr::Expr;
 use super::interpreter::Interpreter;
@@ -15,10 +16,11 @@ use crate::settings::Compensation;
 use crate::{AXIS_LETTERS, CompSide, Feed, PathMode, ToolName};
 
 impl Interpreter {
-    /// Gives the variables the values of the system variables as they are before this line.
+    /// Gives the variables the values of the system variables before this line.
     pub(crate) fn refresh_system(&mut self, block: &Block) {
         let mut values: Vec<(String, f64)> = Vec::new();
-        // Conversion to degrees and back leaves the last bits; programs compare such values.
+        // Rounded to 1e-9: conversion to degrees and back changes the last bits, and programs
+        // compare such values.
         let mut put = |name: &str, value: f64| values.push((name.to_owned(), (value * 1e9).round() / 1e9));
         let length = self.modal.units.length();
         for (axis, letter) in AXIS_LETTERS.iter().enumerate() {

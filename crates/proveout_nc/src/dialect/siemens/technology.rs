@@ -14,12 +14,12 @@ impl Interpreter {
     pub(super) fn feed_mode(&mut self, mode: FeedMode) {
         if self.modal.feed_mode != mode {
             self.modal.feed_mode = mode;
-            // A number keeps no meaning across modes: F must be programmed anew.
+            // A number has no meaning in another mode: F must be programmed again.
             self.technology.feed = None;
         }
     }
 
-    /// Takes a corner treatment into effect and tells it.
+    /// Puts a corner treatment into effect and emits it.
     pub(crate) fn path_mode(&mut self, mode: PathMode) {
         self.modal.path_mode = mode;
         self.emit(Op::PathMode(mode));
@@ -30,9 +30,9 @@ impl Interpreter {
         self.tell_tcp();
     }
 
-    /// Hands the state of the tool center point control out.
+    /// Emits the state of tool center point control.
     pub(crate) fn tell_tcp(&mut self) {
-        // ORIMKS interpolates the machine axes whatever else is said.
+        // ORIMKS interpolates the machine axes regardless of the other words.
         let interpolation =
             if self.modal.machine_vectors { OrientationInterpolation::Axes } else { self.modal.orientation };
         self.emit(Op::Tcp(Tcp { on: self.own.tcp(), interpolation }));
@@ -78,7 +78,7 @@ impl Interpreter {
             self.edge_changed_radius();
         }
         if before != Some(edge) {
-            // The tool stands still and its tip is now another point.
+            // The tool does not move, but its tip is now another point.
             let turned = self.own.tcp() || self.position.frame().is_rotated();
             self.position.forget(if turned { LINEAR } else { 1 << self.modal.normal });
             self.own.tangent = None;
@@ -148,7 +148,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// FB=: a feed for this block only; the answer is the feed to come back to.
+    /// FB=: a feed for this block only; returns the feed to go back to.
     pub(super) fn block_feed(&mut self, p: &Pending, span: Span) -> Result<Option<Option<Feed>>, Fault> {
         let Some(value) = p.block_feed else { return Ok(None) };
         let before = self.technology.feed;

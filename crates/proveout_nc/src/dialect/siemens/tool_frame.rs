@@ -8,9 +8,11 @@
 //!     +------ X
 //! ```
 //!
-//! After Siemens, *NC programming, Job planning*, "Frame generation according to tool orientation (TOFRAME, TOROT, PAROT)": the frame of
-//! the tool stands between the settable and the programmable frame (`$P_TOOLFRAME`), and MD21110 (X axis in the old XZ plane) is at its
-//! standard. Where the tool points must be said by a tool vector (A3= B3= C3=): which way rotary axes turn it is data of the machine.
+//! After Siemens, *NC programming, Job planning*, "Frame generation according to tool orientation
+//! (TOFRAME, TOROT, PAROT)": the tool frame (`$P_TOOLFRAME`) comes between the settable and the
+//! programmable frame, and MD21110 (X axis in the old XZ plane) has its default value. A tool
+//! vector (A3= B3= C3=) must give the direction of the tool: which way rotary axes turn it is data
+//! of the machine.
 
 use super::interpreter::Interpreter;
 use super::pending::Pending;
@@ -18,10 +20,10 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 
-/// Sine of the least angle between the tool and the old Y axis: below it X' is not told.
+/// Sine of the smallest angle between the tool and the old Y axis; below it X' is not determined.
 const LEAST_SINE: f64 = 1e-6;
 
-/// What the words ask for.
+/// What the words request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ToolFrame {
     /// TOROT
@@ -52,7 +54,8 @@ impl ToolFrame {
 }
 
 impl Interpreter {
-    /// Behind a motion: where the tool points, base coordinates; none where rotary axes say it.
+    /// After a motion: the direction of the tool, base coordinates; none where rotary axes
+    /// determine it.
     pub(super) fn keep_tool_axis(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
         if p.has_orientation() {
             let axis = self.tool_axis(p, span)?;

@@ -7,9 +7,10 @@
 //!            a     b                start + s (cos a, sin a) = corner = end - t (cos b, sin b),   s, t >= 0
 //! ```
 //!
-//! After Siemens, *NC programming, Fundamentals*, "Contour definitions: two straight lines": the second line follows in the next
-//! block and its end is written in Cartesian coordinates. The first line waits here for it, with what was in force in its block;
-//! nothing else may stand between the two, so that nothing changes on the way to the corner.
+//! After Siemens, *NC programming, Fundamentals*, "Contour definitions: two straight lines": the
+//! second line follows in the next block and its end is written in Cartesian coordinates. The first
+//! line waits here for it, with what was in force in its block. No other block may come between the
+//! two, so nothing changes on the way to the corner.
 
 use super::interpreter::Interpreter;
 use super::modal::{Interpolation, Modal};
@@ -19,7 +20,8 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
 
-/// Sine of the least angle between the two lines: below it the corner is not told apart from where rounding puts it.
+/// Sine of the smallest angle between the two lines; below it rounding determines the position of
+/// the corner.
 const LEAST_SINE: f64 = 1e-6;
 
 /// The first of two lines, which waits for the second one.
@@ -35,7 +37,7 @@ pub(crate) struct FirstLine {
 }
 
 impl Interpreter {
-    /// Keeps a line that has its angle alone; its words beside the motion are executed at once.
+    /// Keeps a line that has only its angle; the words other than its motion are executed at once.
     pub(super) fn hold_first_line(&mut self, p: &mut Pending, angle: f64, span: Span) -> Result<(), Fault> {
         let plane = self.modal.plane_axes();
         let refuse = |message: &str, help: &str| Err(Fault::new(codes::CONFLICT, span, message).help(help));
@@ -84,7 +86,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// No second line follows the first one.
+    /// The fault when no second line follows the first one.
     pub(super) fn no_second_line(&mut self, span: Span) -> Fault {
         let line = self.own.first_line.take().map_or(0, |first| first.location.line);
         Fault::new(
@@ -95,7 +97,8 @@ impl Interpreter {
         .help("write the second line there with its angle and both coordinates of its end")
     }
 
-    /// The block behind the first line: gives the first line to the corner, and leaves the second one as a line to its end.
+    /// The block after the first line: gives the first line to the corner, and leaves the second
+    /// one as a line to its end.
     pub(super) fn second_line(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let plane = self.modal.plane_axes();
         let [u, v, _] = plane;

@@ -1,14 +1,15 @@
 //! Rapid motions on a turned plane of which one coordinate is not known yet.
 //!
 //! ```text
-//!   SUPA G0 Z0 D0          the axes of the machine: no coordinate of the tip is known behind it
+//!   SUPA G0 Z0 D0          the axes of the machine: no coordinate of the tip is known after it
 //!   CYCLE800(..)           the plane turns
 //!   G0 X10 Y5              where the tip goes depends on a Z that only the machine knows: there it stays
 //!   G0 Z50                 now all three are known
 //! ```
 //!
-//! Posts write every change of plane like this. The motion is made as it stands, with the axes without a word where the machine has
-//! them, and what it has told is kept for the motion that tells the rest.
+//! Posts write every change of plane like this. The motion is made as written; axes without a word
+//! stay at their machine position. The coordinates it sets are kept for the motion that sets the
+//! rest.
 
 use super::interpreter::Interpreter;
 use super::pending::Pending;
@@ -17,7 +18,7 @@ use crate::AxisValues;
 use super::block::LINEAR;
 
 impl Interpreter {
-    /// Puts what rapid motions have told into the end of a motion that tells the rest.
+    /// Adds the coordinates set by earlier rapid motions to the end of a motion that sets the rest.
     pub(super) fn with_kept(&mut self, end: &mut AxisValues, programmed: &mut u16) {
         if *programmed & LINEAR == 0 {
             return;
@@ -35,7 +36,8 @@ impl Interpreter {
         }
     }
 
-    /// Makes a rapid motion whose end is not known in all coordinates; false where it is. `words`: the axes that its own block names.
+    /// Makes a rapid motion whose end is not known in all coordinates; returns false where it is
+    /// known. `words`: the axes named by its own block.
     pub(super) fn rapid_left_open(&mut self, end: AxisValues, programmed: u16, words: u16, exact_stop: bool) -> bool {
         let open = programmed & LINEAR != 0 && end.xyz().is_none() && self.motion_to(end, programmed).is_err();
         if open {
@@ -50,12 +52,13 @@ impl Interpreter {
         open
     }
 
-    /// What rapid motions have told says nothing of coordinates that count otherwise.
+    /// Drops the coordinates kept from rapid motions: they do not hold once coordinates count
+    /// differently.
     pub(super) fn forget_kept(&mut self) {
         self.own.held = AxisValues::NONE;
     }
 
-    /// Forgets it where words of the block change what coordinates mean.
+    /// Drops them where words of the block change the meaning of coordinates.
     pub(super) fn forget_kept_before(&mut self, p: &Pending) {
         let edge = p.edge.is_some_and(|edge| self.own.edge != Some(edge));
         let changes = p.machine

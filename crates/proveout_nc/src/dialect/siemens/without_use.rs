@@ -1,7 +1,9 @@
-//! Words of a block that nothing in it takes: they are refused by name, as a word without a meaning is.
+//! Words of a block that nothing in it uses: they are refused by name, like a word without a
+//! meaning.
 //!
-//! Each kind of block takes the words of its own motion. What a Sinumerik would alarm on or leave out silently, such as AR= beside
-//! TRANS or I beside G4, is no part of a program that was read as it is meant.
+//! Each kind of block uses the words of its own motion. A Sinumerik would raise an alarm on other
+//! words or silently ignore them, such as AR= with TRANS or I with G4. A program with such words is
+//! not read as intended.
 
 use super::interpreter::Interpreter;
 use super::modal::Interpolation;
@@ -99,7 +101,7 @@ impl Interpreter {
         }
     }
 
-    /// The first word of a block that nothing in it takes.
+    /// The first word of a block that nothing in it uses.
     pub(super) fn without_use(&self, p: &Pending, span: Span) -> Result<(), Fault> {
         let kind = self.kind_of(p);
         let path = matches!(kind, Kind::Straight | Kind::Arc | Kind::Tangent | Kind::Through);
@@ -108,7 +110,7 @@ impl Interpreter {
         let [u, v, _] = self.modal.plane_axes();
         let in_plane = p.axes[u].is_some() || p.axes[v].is_some();
         let turned = matches!(kind, Kind::Frame(FrameWord::Rot | FrameWord::ARot));
-        // What stands in the block, what takes it, and whether this block is one of these.
+        // For each word: whether the block has it, its description, and whether this block uses it.
         let frame = p.frame.is_some() || p.offset.is_some() || p.tool_frame.is_some() || p.transformation.is_some();
         let words: [(bool, &str, bool); 26] = [
             (p.turns.is_some(), "TURN=, which belongs to G2, G3 and CIP", matches!(kind, Kind::Arc | Kind::Through)),
@@ -120,7 +122,7 @@ impl Interpreter {
             (
                 p.radius.is_some(),
                 "CR=, which belongs to G2 and G3",
-                // A straight block and a spline tell it by themselves.
+                // A straight block and a spline report it themselves.
                 matches!(kind, Kind::Arc | Kind::Straight | Kind::Spline | Kind::Thread),
             ),
             (p.plane_angle.is_some(), "RPL=, which belongs to ROT and AROT", turned),
@@ -195,7 +197,7 @@ impl Interpreter {
         Err(Fault::new(codes::CONFLICT, span, message).help("take it out, or write the word that it belongs to"))
     }
 
-    /// I, J or K beside that of the thread.
+    /// Refuses I, J or K in addition to that of the thread.
     pub(super) fn second_pitch(p: &Pending, axis: usize, span: Span) -> Result<(), Fault> {
         let Some(other) = (0..3).find(|&other| other != axis && p.center[other].is_some()) else { return Ok(()) };
         let letter = ['I', 'J', 'K'][other];

@@ -1,13 +1,14 @@
 //! Words of the 840D language that need no code of their own: read with a note, or refused with the remedy.
 
-/// How a word is met.
+/// How a word is treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
     /// Read, named in a note, without effect on the twin.
     Note,
-    /// Read and not done, which another setting of the twin may make up for: told as an assumption.
+    /// Read and not executed; another setting of the twin may make up for it: reported as an
+    /// assumption.
     Assumed(&'static str),
-    /// Known on the control and not done here.
+    /// Known on the control and not executed here.
     Refused(&'static str),
     Unknown,
 }
@@ -134,7 +135,7 @@ pub(crate) fn g_group(code: u32) -> Option<usize> {
     })
 }
 
-/// Remedy for a G word that the control knows and this reader does not do.
+/// Remedy for a G word that the control knows and this reader does not execute.
 pub(crate) fn refused_g(code: u32) -> Option<&'static str> {
     Some(match code {
         5 | 7 => "program the path with G1",

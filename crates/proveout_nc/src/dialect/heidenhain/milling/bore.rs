@@ -69,7 +69,7 @@ impl Interpreter {
         let center = self.flat(span)?;
         self.come_over(center, h.clear, span)?;
         if path <= NO_WIDTH_MM {
-            // A hole of the diameter of the tool is drilled.
+            // A hole of the tool diameter is drilled.
             self.mill_to(None, Some(h.depth), feed, span)?;
             self.mill_to(None, Some(h.clear), None, span)?;
             return self.mill_to(None, Some(h.second), None, span);
@@ -81,7 +81,8 @@ impl Interpreter {
             } else {
                 self.overlap(values, radius, span)?
             };
-            // What lies within the innermost helix: nothing, or what was roughed before.
+            // Adds helices inwards until only what was roughed before is left inside the innermost
+            // one.
             while let Some(&innermost) = radii.last()
                 && innermost - radius > roughed.max(NO_WIDTH_MM)
                 && radii.len() < MAX_PASSES
@@ -131,7 +132,7 @@ impl Interpreter {
             return Err(Fault::new(codes::BAD_VALUE, span, format!("Q355 is {per_step}"))
                 .help("write 0, 1 or the number of threads that the tool cuts at once"));
         }
-        // As the manual pictures them: climb turns counter-clockwise, with M4 the other way round.
+        // As the figures in the manual show: climb turns counter-clockwise, with M4 the other way.
         let counter = self.climbs(values, span)?;
         // A right-hand thread rises where the tool turns counter-clockwise.
         let rises = counter == (pitch > 0.0);

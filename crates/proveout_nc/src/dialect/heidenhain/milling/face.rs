@@ -1,5 +1,6 @@
-//! Cycle 232: face milling in meanders (Q389=0, 1) or line by line (2). Cycle 233: the same along either axis (Q350), from where the
-//! tool stands; in meanders that end outside of the surface (0) or at its edge (1), line by line to the same ends (2, 3).
+//! Cycle 232: face milling in meanders (Q389=0, 1) or line by line (2). Cycle 233: the same along
+//! either axis (Q350), from the tool position; in meanders that end outside the surface (0) or at
+//! its edge (1), or line by line to the same ends (2, 3).
 //!
 //! ```text
 //!   Q226 + Q219   ------------>      passes side by side, no farther apart than the overlap says, all alike; their middles lie
@@ -63,7 +64,7 @@ impl Interpreter {
             self.cycle_feed(values, 385, span)?,
             self.cycle_feed(values, 253, span)?,
         );
-        // Equal passes and equal infeeds, none above what is allowed.
+        // Equal passes and equal infeeds, none above the allowed size.
         let passes = (width.abs() / self.overlap(values, radius, span)? - 1e-9).ceil().max(1.0);
         let total = top - bottom;
         let rough = total.signum() * (total.abs() - allowance).max(0.0);
@@ -157,7 +158,8 @@ impl Interpreter {
             self.cycle_feed(values, 253, span)?,
         );
         let (along, over) = if main { (0, 1) } else { (1, 0) };
-        // Where the tool stands: the corner that the signs of the sides count from, the middle, or a corner from the lower left on.
+        // Tool position by Q367: -1 the corner that the signs of the side lengths refer to, 0 the
+        // middle, 1 to 4 a corner, counter-clockwise from the lower left.
         let here = self.flat(span)?;
         let [a, b] = sides.map(f64::abs);
         let (corner, signs) = match position {

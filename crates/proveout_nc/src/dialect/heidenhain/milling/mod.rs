@@ -1,16 +1,21 @@
 //! Milling cycles, expanded to the motions of the control.
 //!
-//! 251 rectangular pocket, 252 circular pocket, 253 slot, 254 circular slot ([`pocket`]), 256 rectangular stud, 257 circular stud
-//! ([`stud`]), 208 bore milling, 262 thread milling ([`bore`]), 263 to 265 threads that are countersunk, drilled or milled downwards
-//! ([`thread`]), 232 and 233 face milling ([`face`]), 230 and 231 lines over flat and ruled surfaces ([`ruled`]), the old pockets 4 and 5 as 251 and 252, and those of 210 to 215 ([`old`]).
+//! 251 rectangular pocket, 252 circular pocket, 253 slot, 254 circular slot ([`pocket`]), 256
+//! rectangular stud, 257 circular stud ([`stud`]), 208 bore milling, 262 thread milling ([`bore`]),
+//! 263 to 265 threads that are countersunk, drilled or milled downwards ([`thread`]), 232 and 233
+//! face milling ([`face`]), 230 and 231 lines over flat and ruled surfaces ([`ruled`]), the old
+//! pockets 4 and 5 as 251 and 252, and those of 210 to 215 ([`old`]).
 //!
-//! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), chapters "Pocket milling / stud milling / slot
-//! milling", "Drilling" (208), "Threading" (262) and "Face milling" (232, 233): which material is taken in which order, on which side,
-//! with which infeeds and feeds. What they leave to the control - the plunging angle of the tool table, the radius of leads, how
-//! passes are joined - is chosen here and told as an assumption when the cycle is defined.
+//! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), chapters "Pocket
+//! milling / stud milling / slot milling", "Drilling" (208), "Threading" (262) and "Face milling"
+//! (232, 233): which material is cut in which order, on which side, with which infeeds and feeds.
+//! The manual leaves some things to the control: the plunging angle of the tool table, the radius
+//! of leads, how passes are joined. These are chosen here and reported as an assumption when the
+//! cycle is defined.
 //!
-//! The path needs the radius of the tool. It comes from the tools of the scene or as `Q108`. Where neither gives it and the path
-//! of the tool center is not asked for, the finished wall is given once, at its depth, with cutter compensation.
+//! The path needs the radius of the tool, from the tools of the scene or from `Q108`. Where neither
+//! gives it and the path of the tool center is not requested, the finished wall is emitted once, at
+//! its depth, with cutter compensation.
 
 mod bore;
 mod face;
@@ -39,14 +44,14 @@ type Values = BTreeMap<u32, Setting>;
 pub(crate) const CYCLES: [u32; 21] =
     [208, 210, 211, 212, 213, 214, 215, 230, 231, 232, 233, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
 
-/// Largest overlap factor that leaves no posts in the corners between rings: a ring reaches the corner that the one around it
-/// has left where (k - R) sqrt(2) is at most R.
+/// Largest overlap factor that leaves no posts in the corners between rings: a ring reaches the
+/// corner left by the ring around it if (k - R) sqrt(2) is at most R.
 const LARGEST_OVERLAP: f64 = 1.7;
-/// Plunging angle where the tool table would give it, degrees: chosen, what makers allow for milling cutters that do not cut at
-/// their center.
+/// Plunging angle, degrees, in place of the one in the tool table. Chosen: the angle that
+/// manufacturers allow for milling cutters that do not cut at their center.
 const PLUNGE_ANGLE_DEG: f64 = 3.0;
 
-/// Fall of a plunge for each length of its way.
+/// Descent of a plunge per length of its path.
 fn plunge_slope() -> f64 {
     PLUNGE_ANGLE_DEG.to_radians().tan()
 }
@@ -77,7 +82,7 @@ impl Mills for Heidenhain {
 }
 
 impl Interpreter {
-    /// What can be told to be wrong when the cycle is defined, and what is taken for granted.
+    /// Checks the parameters when the cycle is defined, and reports what is assumed.
     pub(crate) fn check_milling(&mut self, number: u32, values: &Values, span: Span) -> Result<(), Fault> {
         let (needed, assumed): (&[u32], &str) = match number {
             208 => bore::bore_words(),
@@ -157,7 +162,7 @@ impl Interpreter {
         self.mill(if number == 4 { 251 } else { 252 }, &values, 0.0, span)
     }
 
-    /// Runs a milling cycle where the tool stands.
+    /// Runs a milling cycle at the tool position.
     pub(crate) fn mill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
         if old::OLD.contains(&number) {
             return self.mill_old(number, values, lift, span);
@@ -222,7 +227,7 @@ impl Interpreter {
         })
     }
 
-    /// Q351: +1 climb, -1 up-cut. With M4 the tool runs the other way round.
+    /// Q351: +1 climb, -1 up-cut. With M4 the tool rotates the other way.
     fn climbs(&self, values: &Values, span: Span) -> Result<bool, Fault> {
         let way = self.cycle_number(values, 351, Some(1.0), span)?;
         if way.abs() != 1.0 {
@@ -232,7 +237,7 @@ impl Interpreter {
         Ok((way > 0.0) == (self.technology.direction != SpindleDirection::CounterClockwise))
     }
 
-    /// Way between two passes, mm.
+    /// Distance between two passes, mm.
     fn overlap(&self, values: &Values, radius: f64, span: Span) -> Result<f64, Fault> {
         let factor = self.cycle_number(values, 370, Some(1.0), span)?;
         if !(factor > 0.0 && factor < 2.0) {
@@ -242,7 +247,8 @@ impl Interpreter {
         Ok(factor.min(LARGEST_OVERLAP) * radius)
     }
 
-    /// The finished wall at its depth with cutter compensation: what a program without its tool table says of the path.
+    /// The finished wall at its depth with cutter compensation: all that a program without its tool
+    /// table says of the path.
     fn mill_wall_alone(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
         let unknown = |message: &str| {
             Fault::new(
@@ -286,7 +292,7 @@ impl Interpreter {
         let start = place.at(ring.start);
         self.come_over(if inside { here } else { start }, h.clear, span)?;
         self.mill_to(None, Some(h.depth), feed, span)?;
-        // Climb has the tool on the left of its contour, whichever way round.
+        // In climb milling the tool is on the left of its contour, whichever way it runs.
         let side = if climb { CompSide::Left } else { CompSide::Right };
         self.emit(Op::CutterComp(CutterComp { side, offset: None, radius: None }));
         self.mill_pass(&place, &ring, feed, span)?;

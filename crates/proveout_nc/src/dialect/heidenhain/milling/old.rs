@@ -9,8 +9,9 @@
 //! | 214 circular pocket finishing | 252, the wall | Q222 before, Q223 finished |
 //! | 215 circular stud finishing | 257, the wall | the same |
 //!
-//! Parameters after HEIDENHAIN, *iTNC 530 cycles* (60 642x), chapter "Pocket, stud and slot milling", from memory. The tool comes to the center
-//! at the second set-up clearance, mills, and stays above the center.
+//! Parameters after HEIDENHAIN, *iTNC 530 cycles* (60 642x), chapter "Pocket, stud and slot
+//! milling", from memory. The tool moves to the center at the second set-up clearance, mills, and
+//! stops above the center.
 
 use super::Values;
 use crate::codes;
@@ -21,7 +22,8 @@ use crate::dialect::heidenhain::interpreter::Interpreter;
 /// Cycles of this form.
 pub(super) const OLD: std::ops::RangeInclusive<u32> = 210..=215;
 
-/// Allowance of a wall where the cycle states none, mm: it only says that there is something to finish.
+/// Allowance of a wall where the cycle states none, mm: it only marks that there is something to
+/// finish.
 const SOME_MM: f64 = 1.0;
 
 /// Parameters that the control writes, and what is taken for granted.
@@ -91,7 +93,7 @@ impl Interpreter {
                 if number == 214 { 252 } else { 257 }
             }
         };
-        // 210 and 211 plunge in the feed of milling where Q206 is not there.
+        // 210 and 211 plunge at the milling feed if Q206 is not given.
         if let Some(feed) = values.get(&207) {
             mapped.entry(206).or_insert(*feed);
         }

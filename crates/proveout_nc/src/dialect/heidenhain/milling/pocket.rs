@@ -1,7 +1,8 @@
 //! Cycles 251 to 254: pockets and slots, from the inside out.
 //!
-//! Rings of the tool center lie one overlap apart, counted from the wall; the innermost one leaves no more than the radius of
-//! the tool inside of it, or is the spine. Cycles 253 and 254 have no overlap factor: one radius is taken.
+//! Rings of the tool center are one overlap apart, counted from the wall. The innermost one leaves
+//! no more than the radius of the tool inside it, or is the spine. Cycles 253 and 254 have no
+//! overlap factor: one radius is used.
 
 use super::{Values, plunge_slope};
 use crate::channel::milling::{self, Job, Plan, Plunge};
@@ -70,7 +71,8 @@ impl Interpreter {
                 let (a, b) = (0.5 * len(218)?, 0.5 * len(219)?);
                 let corner = self.mm(values, 220, Some(0.0), span)?.abs();
                 let angle = number_of(224)?;
-                // The corner that the tool stands at: the middle, or one of four from the lower left one on.
+                // Tool position: the middle, or one of the four corners, counter-clockwise from the
+                // lower left.
                 let from = [[0.0, 0.0], [-a, -b], [a, -b], [a, b], [-a, b]][position(4.0)?];
                 let place = about(here, from, angle);
                 Ok((place, Shape::Rounded { a, b, corner: corner.min(a).min(b) }, 0, 0.0))
@@ -124,7 +126,7 @@ impl Interpreter {
         span: Span,
     ) -> Result<Vec<Plan>, Fault> {
         let (place, shape, repeats, step) = self.pocket_shape(number, values, here, span)?;
-        // Corners smaller than the tool become those of the tool.
+        // Corners smaller than the tool get the radius of the tool.
         let shape = match shape {
             Shape::Rounded { a, b, corner } => Shape::Rounded { a, b, corner: corner.max(job.radius) },
             other => other,
@@ -192,7 +194,7 @@ impl Interpreter {
     }
 }
 
-/// The place of a shape of which a point lies where the tool stands, turned about it.
+/// The place of a shape, turned by an angle about one of its points, which is at the tool position.
 pub(super) fn about(here: Point, point: Point, degrees: f64) -> Place {
     let turned = Place::new([0.0; 2], degrees).at(point);
     Place::new([here[0] - turned[0], here[1] - turned[1]], degrees)

@@ -7,7 +7,7 @@
 //!            Q225 - R           Q225 + Q218 + R
 //!
 //!   231       4 - - - - - - 3             line i of n runs from 1 + t (4 - 1) to 2 + t (3 - 2), t = i / (n - 1);
-//!            /             /              behind it up by the diameter of the tool, back above the start of the line, down,
+//!            /             /              at its end up by the tool diameter, back above the start of the line, down,
 //!           1 ----------> 2               and over to the next one
 //! ```
 //!
@@ -40,7 +40,7 @@ pub(super) fn words(number: u32) -> (&'static [u32], &'static str) {
 }
 
 impl Interpreter {
-    /// Q240: how many lines, and the share of the way across that lies before each.
+    /// Lines by Q240: for each, its position as a share of the way across.
     fn lines(&self, number: u32, values: &Values, least: f64, span: Span) -> Result<Vec<f64>, Fault> {
         let count = self.cycle_number(values, 240, None, span)?;
         if count.fract() != 0.0 || !(least..=MAX_LINES).contains(&count) {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!        blank                 rings of the tool center, one overlap apart, from the blank to the finished stud; the tool
-//!     .----------.    s        plunges at s, 2 mm beside the blank, comes onto the ring on a half circle, and leaves
+//!     .----------.    s        plunges at s, 2 mm clear of the blank, comes onto the ring on a half circle, and leaves
 //!     |  .----.  |  (          the last one on another
 //!     |  |stud|  |   ' start of a ring
 //!     '----------'
@@ -29,7 +29,8 @@ pub(super) fn words(number: u32) -> (&'static [u32], &'static str) {
 }
 
 impl Interpreter {
-    /// Where the stud lies, its wall, the largest thickness of the material around it, and half of the blank along the first axis.
+    /// Where the stud lies, its wall, the largest thickness of the material around it, and half of
+    /// the blank along the first axis.
     pub(super) fn stud_shape(
         &self,
         number: u32,

@@ -3,13 +3,14 @@
 //! ```text
 //!   263   countersink at the front (Q358 deep, Q359 off the middle), then one turn of the thread
 //!   264   drilled in infeeds Q202 to Q356, out to the set-up clearance and back to Q258 above the last depth; then one turn
-//!   265   countersink before (Q360=0) or behind (1) the thread, which is one helix from the surface down to its depth
+//!   265   countersink before (Q360=0) or after (1) the thread, which is one helix from the surface down to its depth
 //! ```
 //!
-//! After HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), "Thread milling/countersinking", "Thread
-//! drilling/milling", "Helical thread drilling/milling". Refused by name: the countersunk hole of 263 (Q356), because how the tool
-//! comes to the core diameter depends on the room there; chip breaking (Q257) and the countersink (Q358) of 264, and a hole of 264
-//! in which the leads of the thread would cut the ground.
+//! After HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), "Thread
+//! milling/countersinking", "Thread drilling/milling", "Helical thread drilling/milling". Refused
+//! by name: the countersunk hole of 263 (Q356), because the approach to the core diameter depends
+//! on the room there; chip breaking (Q257) and the countersink (Q358) of 264; a hole of 264 in
+//! which the leads of the thread would cut the bottom.
 
 use std::f64::consts::TAU;
 
@@ -96,7 +97,7 @@ impl Interpreter {
         self.mill_to(None, Some(h.second), None, span)
     }
 
-    /// Q360: countersink behind the thread.
+    /// Q360: countersink after the thread.
     fn thread_flag(&self, values: &Values, span: Span) -> Result<bool, Fault> {
         match self.cycle_number(values, 360, Some(0.0), span)? {
             0.0 => Ok(false),
@@ -127,7 +128,7 @@ impl Interpreter {
             if i + 1 < depths.len() {
                 self.mill_to(None, Some(clear), None, span)?;
                 let ahead = surface + down * (depth - stop);
-                // Not above where it has come out to.
+                // Not above the height it has retracted to.
                 let ahead = if down < 0.0 { ahead.min(clear) } else { ahead.max(clear) };
                 self.mill_to(None, Some(ahead), None, span)?;
             }

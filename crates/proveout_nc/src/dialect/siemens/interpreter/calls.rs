@@ -88,7 +88,7 @@ impl Interpreter {
         Ok(true)
     }
 
-    /// The array that is given for a parameter.
+    /// The array passed for a parameter.
     fn array_argument(&self, parameter: &Parameter, argument: Option<&Expr>, span: Span) -> Result<Variable, Fault> {
         let name = &parameter.name;
         let array = match argument {
@@ -129,7 +129,7 @@ impl Interpreter {
             if let (false, Expr::Name(name)) = (variable.sizes().is_empty(), &outside) {
                 self.variables.take_over(name, variable);
             } else if let Some(value) = variable.single() {
-                // The target was read when the call was made, so that it can be assigned now.
+                // The target was read when the call was made, so it can be assigned now.
                 let _ = self.assign_expr(&outside, value.clone(), Span::default());
             }
         }
@@ -179,7 +179,7 @@ pub(crate) fn missing_subprogram(name: &str, span: Span) -> Fault {
         .help(format!("put {name}.SPF into the folder of the program, or `PROC {name}` into its file"))
 }
 
-/// Parameters of a subprogram, whether it saves modal state, and its first line behind PROC.
+/// Parameters of a subprogram, whether it saves modal state, and its first line after PROC.
 fn procedure_head(loaded: &Loaded, section: Section) -> Result<(Vec<Parameter>, bool, Mark), Fault> {
     let mut block = Block::default();
     let mut at = section.start;
@@ -188,7 +188,7 @@ fn procedure_head(loaded: &Loaded, section: Section) -> Result<(Vec<Parameter>, 
             break;
         }
         if let Err(fault) = parser::parse_line(line, &mut block) {
-            // A fault of another line than PROC is told when that line is run.
+            // A fault in another line than PROC is reported when that line is run.
             let word = line.trim_start().get(..4).unwrap_or_default();
             if word.eq_ignore_ascii_case("PROC") {
                 return Err(fault);

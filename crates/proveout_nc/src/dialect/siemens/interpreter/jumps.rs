@@ -114,7 +114,7 @@ impl Interpreter {
         };
         let Some(level) = self.stack.last_mut() else { return Ok(()) };
         let resume = level.cursor;
-        // A repetition that was left by a jump is given up when its REPEAT is reached again.
+        // A repetition left by a jump is dropped when its REPEAT is reached again.
         if let Some(old) = level.own.repetitions.iter().position(|r| r.resume == resume) {
             level.own.repetitions.truncate(old);
         }

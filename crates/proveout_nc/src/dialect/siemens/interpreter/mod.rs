@@ -33,7 +33,7 @@ pub(crate) type Loaded = channel::Loaded<Index>;
 /// A Siemens program being executed.
 pub(crate) type Interpreter = Channel<Siemens>;
 
-/// Part of a program that a REPEAT with labels runs again.
+/// Part of a program that a REPEAT with labels repeats.
 #[derive(Debug)]
 pub(crate) struct Repetition {
     first: Mark,
@@ -63,7 +63,8 @@ pub(crate) struct ModalCall {
 }
 
 impl ModalCall {
-    /// A fault of the cycle stands where the position is; what it may lie in stands at the MCALL.
+    /// Adds the line of the MCALL, which may contain the cause, to a fault of its cycle. The fault
+    /// itself is located at the block with the position.
     pub(crate) fn told(&self, mut fault: Fault, file: &str) -> Fault {
         let (own, line) = &self.place;
         let other = if **own == *file { String::new() } else { format!(" of {own}") };
@@ -73,7 +74,7 @@ impl ModalCall {
     }
 }
 
-/// What an 840D keeps besides the modal state, and SAVE does not touch.
+/// What an 840D keeps in addition to the modal state; SAVE does not affect it.
 #[derive(Debug, Default)]
 pub(crate) struct Siemens {
     /// Chamfers and roundings between the motions.
@@ -87,7 +88,7 @@ pub(crate) struct Siemens {
     pub(crate) frame_variables: BTreeMap<String, Frame>,
     /// The first of two lines by their angles waits for the second one.
     pub(crate) first_line: Option<Box<FirstLine>>,
-    /// A fault stands where the first of two lines was.
+    /// A fault took the place of the first of two lines.
     pub(crate) two_lines_torn: bool,
     /// Direction of motion at the end of the last motion, work coordinates: for CT.
     pub(crate) tangent: Option<[f64; 3]>,
@@ -105,19 +106,19 @@ pub(crate) struct Siemens {
     /// Pitch of the last thread block, mm, with its sign.
     pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
-    /// Coordinates that rapid motions on a turned plane have told, of which one is still open.
+    /// Coordinates that rapid motions on a turned plane have set while one is still unknown.
     pub(crate) held: AxisValues,
     /// Contours that CYCLE62 has called since the last milling of one.
     pub(crate) contours: Vec<super::contour::Named>,
-    /// A contour has failed at a line whose fault is told by itself.
+    /// A contour has failed at a line whose fault is reported separately.
     pub(crate) contour_torn: bool,
     /// A contour is run for its path.
     pub(crate) in_contour: bool,
     /// TRAORI.
     pub(crate) transformed: bool,
-    /// CYCLE800 stands in a plane.
+    /// CYCLE800 has swiveled the plane.
     pub(crate) swiveled: bool,
-    /// The reference axis of CYCLE800 has been told.
+    /// The assumption about the reference axis of CYCLE800 has been reported.
     pub(crate) reference_told: bool,
     /// Axes of FGROUP, by bits.
     pub(crate) feed_group: Option<u16>,
@@ -125,7 +126,7 @@ pub(crate) struct Siemens {
     pub(crate) feed_reference: [Option<f64>; 3],
     /// Where the tool points by its last vector, base coordinates.
     pub(crate) tool_axis: Option<[f64; 3]>,
-    /// TOROT or TOFRAME is in force, in the place of the swivel plane.
+    /// TOROT or TOFRAME is in force, in place of the swivel plane.
     pub(crate) tool_framed: bool,
 }
 
@@ -273,7 +274,7 @@ impl Lines for Siemens {
         }
     }
 
-    /// The end of the text ends the program as M30 and the subprogram as M17 do.
+    /// The end of the text acts as M30 in a program and as M17 in a subprogram.
     fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
         let waits = channel.own.first_line.is_some();
         let ended = if waits { Err(channel.no_second_line(Span::new(0, 0))) } else { channel.end_curve(None) };
