@@ -5,8 +5,9 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
 
-/// Nesting of brackets, signs, functions and rising priorities in one formula. Operators of one nesting stand side by side in
-/// [`Expr::Chain`], so that the depth of a formula is bounded and its length is not.
+/// Nesting of brackets, signs, functions and rising priorities in one formula. Operators of one
+/// nesting level follow each other in [`Expr::Chain`], so that the depth of a formula is bounded
+/// and its length is not.
 pub(crate) const MAX_DEPTH: u32 = 60;
 
 /// Bytes of a text.
@@ -105,7 +106,7 @@ pub(crate) enum Operator {
     LessEqual,
     Greater,
     GreaterEqual,
-    /// Texts one behind the other.
+    /// Concatenates texts.
     Join,
     /// Between frames.
     Chain,

@@ -13,7 +13,7 @@ use crate::settings::Dialect;
 
 /// Most words of one file.
 const MOST_WORDS: usize = 10_000;
-/// Most words that one word may stand for.
+/// Most words that one word may expand to.
 const MOST_BUILTIN: usize = 4;
 
 /// Puts the words of a file into the table of the control.

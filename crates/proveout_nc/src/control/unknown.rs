@@ -13,7 +13,7 @@ use crate::settings::{Dialect, Settings};
 
 /// Lines that cannot be read of which the table shows the place.
 const SHOWN_LINES: usize = 5;
-/// Faults behind which the run goes on to find further names.
+/// Limit of faults after which the run goes on to find further names.
 const MOST_FAULTS: u32 = 200_000;
 
 /// A word of a program that its control has no meaning for.
@@ -27,7 +27,7 @@ pub struct UnknownWord {
     pub first: (String, u32, u32),
     /// Text of its line.
     pub line: String,
-    /// What the reader does with it as things stand.
+    /// What the reader does with it now.
     pub now: &'static str,
 }
 

@@ -34,7 +34,8 @@ pub struct HeidenhainPost<W> {
     /// Coordinates of the datum instead of those of the commands.
     flat: bool,
     tilted: bool,
-    /// A tilted plane that waits to be told whether the control turns the tool upright on it.
+    /// A tilted plane not yet written: the next command decides whether the control orients the
+    /// tool normal to it.
     tilt: Option<[f64; 3]>,
     swiveled: bool,
     shifted: bool,
