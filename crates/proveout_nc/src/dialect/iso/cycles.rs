@@ -145,7 +145,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A `LinuxCNC` keeps the numbers of a cycle, and reads them in another unit once G20 or G21 stands between.
+    /// A `LinuxCNC` keeps the numbers of a cycle, and reads them in another unit after a G20 or G21
+    /// in between.
     fn unit_of_cycle(&mut self, code: u32, span: Span) -> Result<(), Fault> {
         let unit = self.modal.unit();
         let before = self.own.cycle.unit.replace(unit);
@@ -157,7 +158,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81): the hole begins where the tool stands.
+    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81): the hole
+    /// begins at the present height.
     fn r_plane_of_haas(&mut self, code: u32) {
         if self.own.flavor != Flavor::Haas || self.own.cycle.r.is_some() {
             return;
@@ -195,8 +197,9 @@ impl Interpreter {
         if moves { self.cycle_motion(end, programmed, true, span) } else { Ok(()) }
     }
 
-    /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must be where the axis stands (*G-code reference*, "Canned
-    /// cycles", errors). On a Fanuc and a Haas they take part in the positioning.
+    /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must name its present
+    /// position (*G-code reference*, "Canned cycles", errors). On a Fanuc and a Haas they take part
+    /// in the positioning.
     fn no_rotary_motion(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
         if !self.own.flavor.is_linuxcnc() {
             return Ok(());
@@ -269,7 +272,8 @@ impl Interpreter {
         }
     }
 
-    /// Tells words of a hole that this cycle has no use for; the control keeps P and Q for a later one.
+    /// Notes words of a hole that this cycle has no use for; the control keeps P and Q for a later
+    /// one.
     fn tell_idle_words(&mut self, p: &Pending, code: u32) {
         if self.settings.control.depth_in_i || self.settings.control.stated_returns {
             return;
@@ -300,7 +304,7 @@ impl Interpreter {
             return unsupported(format!("`{}`", g_name(code)));
         }
         if p.g(Group::Cycle).is_some() {
-            // Each definition stands by itself: without K there is no dwell.
+            // A definition keeps nothing of the one before: without K there is no dwell.
             self.own.cycle.p = None;
         }
         let normal = AXES[self.modal.normal];
@@ -328,9 +332,10 @@ impl Interpreter {
         }
     }
 
-    /// G83 of a Fagor: Z is the plane above the hole, I each infeed and J their number; the tool comes out to the plane behind each,
-    /// and back at rapid rate to 1 mm above the last depth (CNC 8055, *Programming manual*, "G83. Deep-hole drilling canned cycle
-    /// with constant peck").
+    /// G83 of a Fagor: Z is the plane above the hole, I each infeed and J their number. After each
+    /// infeed the tool comes out to the plane, and goes back at rapid rate to 1 mm above the last
+    /// depth (CNC 8055, *Programming manual*, "G83. Deep-hole drilling canned cycle with constant
+    /// peck").
     fn depth_in_infeeds(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let normal = AXES[self.modal.normal];
         let given = p.any_free(&[normal, b'I', b'J']);
@@ -595,7 +600,7 @@ impl Interpreter {
         let down = Stroke::Thread { to: levels.depth, pitch, turn };
         let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
         if self.own.flavor.is_linuxcnc() {
-            // The dwell stands at the bottom alone.
+            // The dwell is at the bottom only.
             return self.course(&[down, wait, up], span);
         }
         self.course(&[down, wait, up, wait], span)
