@@ -2,8 +2,8 @@
 //!
 //! Line ends are made LF when a text is taken over, so that all later stages meet one kind. Texts
 //! have CR LF, a single CR (old Macs, some serial lines), or a mix of both. Where a text has line
-//! feeds at all, a CR next to one belongs to it (`CR CR LF` of a transfer that converted twice, `LF
-//! CR CR` of a punch); any other CR ends a line.
+//! feeds at all, a CR next to one belongs to it (`CR CR LF` of a transfer that converted twice,
+//! `LF CR CR` of a punch); any other CR ends a line.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,9 +1,10 @@
 //! B-splines and NURBS: cut into Bezier pieces, each of which is a cubic of the command model or a row of chords.
 //!
-//! A knot that is inserted (W. Boehm, *Inserting new knots into B-spline curves*, 1980) leaves the curve as it is. With every inner
-//! knot as often there as the degree says, the control points of a piece are those of a Bezier curve. Such a curve lies in the
-//! convex hull of its control points (of the projected ones, where all weights are positive), so that no point of it is farther
-//! from a chord than they are: pieces are halved until that distance is within the tolerance.
+//! Inserting a knot (W. Boehm, *Inserting new knots into B-spline curves*, 1980) leaves the curve
+//! unchanged. Once every inner knot is repeated as often as the degree, the control points of a
+//! piece are those of a Bezier curve. Such a curve lies in the convex hull of its control points (of
+//! the projected ones, where all weights are positive), so that no point of it is farther from a
+//! chord than they are. Pieces are halved until that distance is within the tolerance.
 
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

@@ -1,8 +1,8 @@
 //! Blocks so short that the tool passes them.
 //!
 //! Programs of CAM systems have blocks of a few micrometers that turn because their coordinates are
-//! rounded. At an inside corner of such a crumb the equidistants meet beyond its end, `o tan(w /
-//! 2)` from the corner for a turn of `w`, however little the crumb projects from the contour:
+//! rounded. At an inside corner of such a crumb the equidistants meet beyond its end,
+//! `o tan(w / 2)` from the corner for a turn of `w`, however little the crumb projects from the contour:
 //!
 //! ```text
 //!              p              the tool center at the end of the first block
