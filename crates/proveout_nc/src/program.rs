@@ -62,7 +62,7 @@ impl Program {
         }
     }
 
-    /// The program with whatever is wrong with its structure.
+    /// The program, even where its structure is wrong.
     fn lenient(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Result<Self, Diagnostics> {
         let with_offsets = settings.with_radius_offsets();
         let settings = with_offsets.as_ref().unwrap_or(settings);
@@ -132,7 +132,7 @@ impl Program {
         &self.settings
     }
 
-    /// Text of the files of the program that its run has not reached. To be asked when the run is over.
+    /// Text of the files of the program that its run has not reached. Call it when the run is over.
     pub fn not_run(&self) -> Vec<NotRun> {
         self.commands.reader().not_run()
     }

@@ -136,7 +136,8 @@ impl Default for Limits {
 
 /// Settings of a reader.
 ///
-/// [`Settings::of_control`] takes from a control what it states; whoever calls may then change single settings.
+/// [`Settings::of_control`] takes from a control what it states; the caller may then change single
+/// settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Language of the program.
@@ -151,12 +152,13 @@ pub struct Settings {
     pub subprogram_folders: Vec<PathBuf>,
     /// Levels 0 to 9 of blocks with `/` that are skipped: bit i for level i.
     pub skipped_levels: u16,
-    /// Somebody states which levels are skipped; where not, a block with `/` is run and the program is `assumed` to have the switch off.
+    /// The skipped levels are stated; otherwise a block with `/` is run and the program is
+    /// `assumed` to have the switch off.
     pub skip_stated: bool,
     /// How the switch of the optional stop (M1) is set.
     pub optional_stop: OptionalStop,
-    /// Largest difference between the radius at the start and at the end of an arc. None: 0.01 mm (as `MD21000` of an 840D), on a
-    /// `LinuxCNC` what its interpreter takes.
+    /// Largest difference between the radius at the start and at the end of an arc. None: 0.01 mm
+    /// (as `MD21000` of an 840D), on a `LinuxCNC` the tolerance of its interpreter.
     pub arc_tolerance: Option<ArcTolerance>,
     /// How a Fanuc and a Haas read numbers without a decimal point.
     pub whole_numbers: WholeNumbers,

@@ -202,7 +202,7 @@ impl ProgramText {
         self.source.text.split('\n').take(self.lines())
     }
 
-    /// A line, from 1; looked for from the begin.
+    /// A line, from 1; the search begins at the start of the text.
     pub fn line(&self, number: usize) -> Option<&str> {
         self.source.text_of(u32::try_from(number).ok()?)
     }

@@ -147,8 +147,9 @@ impl Position {
         (told, known)
     }
 
-    /// Start of an arc in the plane of the first two axes. Along the third one nothing needs it: where the program has not set it
-    /// the value is zero and has no meaning, unless the frame mixes it with the others. None where it is not known.
+    /// Start of an arc in the plane of the first two axes. The third coordinate is not needed
+    /// unless the frame mixes it with the others: where the program has not set it, the value is
+    /// zero and has no meaning. None where a coordinate that is needed is not known.
     pub(crate) fn arc_start(&self, [u, v, w]: [usize; 3]) -> Option<[f64; 3]> {
         let linear = &self.frame.linear;
         let apart = [linear[u][w], linear[v][w], linear[w][u], linear[w][v]].iter().all(|factor| *factor == 0.0);

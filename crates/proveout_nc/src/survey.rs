@@ -43,15 +43,15 @@ pub struct Survey {
     pub faults: Vec<Diagnostic>,
     /// Further faults that were counted only.
     pub more_faults: usize,
-    /// Text that the run has not reached; empty where faults have kept it from its end.
+    /// Text that the run has not reached; empty where faults kept the run from reaching its end.
     pub not_run: Vec<NotRun>,
-    /// What the reader took for granted, each text once, in the order of the run.
+    /// What the reader assumed, each text once, in the order of the run.
     pub assumptions: Vec<Remark>,
     /// Words without effect and other notes, each text once, in the order of the run.
     pub notes: Vec<Remark>,
     /// Texts that were read, by the names under which they were opened: the main program first, then called ones.
     pub files: Vec<Arc<str>>,
-    /// Place of the last command, or of the begin of the text.
+    /// Place of the last command, or of the start of the text.
     last: Option<(Arc<str>, u32, String)>,
 }
 
@@ -158,8 +158,9 @@ impl Survey {
         survey
     }
 
-    /// What is wrong with the program, its faults or else what it lacks as a whole: every command that shows a program fails on it. Calls
-    /// that the control leaves out for a reason are its choice.
+    /// What is wrong with the program: its faults, or where it has none, its defects as a whole.
+    /// Every command that shows a program fails on it. Calls that the control leaves out for a
+    /// reason are no defect.
     pub fn judged(&self) -> Vec<Diagnostic> {
         if self.faults.is_empty() { self.own_defects() } else { self.faults.clone() }
     }

@@ -23,7 +23,7 @@ pub struct Remark {
     pub text: String,
     /// How often it occurs in the run.
     pub count: u64,
-    /// A note among the commands says it.
+    /// A note among the commands carries it.
     pub among_commands: bool,
 }
 
@@ -59,7 +59,7 @@ pub struct Tally {
     pub(crate) last: Option<(Arc<str>, u32)>,
     assumptions: Remarks,
     notes: Remarks,
-    /// Where cutter compensation goes on first without a radius.
+    /// Where cutter compensation is switched on first without a radius.
     uncompensated: Option<(Arc<str>, u32)>,
 }
 

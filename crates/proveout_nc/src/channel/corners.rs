@@ -249,7 +249,8 @@ impl<L: Cornering> Channel<L> {
         }));
     }
 
-    /// Marks the motion handed out last, with what its end needs. `before`: commands in the queue before its block.
+    /// Marks the last motion in the queue with what a corner at its end needs. `before`: commands
+    /// in the queue before its block.
     pub(crate) fn mark_corner(&mut self, mark: CornerMark, before: usize) {
         if self.queue.len() > before
             && let Some((_, slot)) = self.queue.back_mut().filter(|(command, _)| motion_of(&command.op).is_some())

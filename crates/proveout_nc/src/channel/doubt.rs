@@ -122,8 +122,8 @@ impl Doubt {
         SHAPES.contains(&code) && (self.axes != 0 || self.mode || self.values)
     }
 
-    /// A fault that may be there only because of what is in doubt. A block whose text cannot be read is at fault by itself; one
-    /// that is being collected knows nothing but values.
+    /// A fault that may be there only because of what is in doubt. A block whose text cannot be
+    /// read has a fault of its own; while a block is being collected, only values can be in doubt.
     pub(crate) fn hides(self, fault: &Diagnostic, stage: Stage) -> bool {
         if stage == Stage::Unread {
             return false;

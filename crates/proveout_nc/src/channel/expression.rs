@@ -1,5 +1,6 @@
-//! Formulas: one tree for all languages, and what its functions and operators give. A language keeps the grammar, the names
-//! of its functions, its parameters, and what truth and equality are on its control. Angles in degrees, as on the controls.
+//! Formulas: one tree for all languages, and the values of its functions and operators. A language
+//! keeps the grammar, the names of its functions, its parameters, and what truth and equality are
+//! on its control. Angles are in degrees, as on the controls.
 
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

@@ -56,7 +56,8 @@ pub(crate) trait Formulas<'a> {
     /// A number; a digit or a point is next.
     fn number(&mut self) -> Result<f64, Fault>;
 
-    /// An operand that is neither number, sign nor bracket; none where nothing begins with what is next.
+    /// An operand that is neither number, sign nor bracket; none where the next text begins no
+    /// operand.
     fn other_operand(&mut self, depth: u32) -> Result<Option<Expr<Self::Param>>, Fault>;
 }
 

@@ -84,7 +84,7 @@ pub(crate) trait Language: Debug + Sized {
     /// A fault that may be there only because of one before.
     fn may_follow(channel: &Channel<Self>, fault: &Diagnostic) -> bool;
 
-    /// The fault that is handed out may follow from one before.
+    /// The reported fault may follow from one before.
     fn follows(channel: &Channel<Self>, fault: &Diagnostic) -> bool {
         Self::may_follow(channel, fault)
     }
@@ -113,7 +113,7 @@ pub(crate) trait Language: Debug + Sized {
     /// What else is lost after a block that leaves this in doubt.
     fn doubted(_channel: &mut Channel<Self>, _doubt: Doubt) {}
 
-    /// A motion is about to be handed out.
+    /// A motion is about to be emitted.
     fn moving(channel: &mut Channel<Self>);
 
     /// What F counts in a block that moves linear and rotary axes together.
@@ -190,7 +190,8 @@ pub(crate) struct Channel<L: Language> {
 }
 
 impl<L: Language> Channel<L> {
-    /// `folder`: where the main program lies, if it is a file. `main`: the lines of the main program, and what its level keeps.
+    /// `folder`: the folder of the main program, if it is a file. `main`: the lines of the main
+    /// program, and the data of its level.
     pub(crate) fn new(
         source: Source,
         folder: Option<PathBuf>,

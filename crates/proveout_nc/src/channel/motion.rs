@@ -200,7 +200,7 @@ impl<L: Language> Channel<L> {
     }
 }
 
-/// An axis that an increment or a cycle needs, and the program has not set.
+/// The fault of an increment or a cycle that needs an axis which the program has not set.
 pub(crate) fn unknown_axis(axis: usize, span: Span) -> Fault {
     let letter = AXIS_LETTERS[axis];
     let message = format!("the position of `{letter}` is not known to the program here");

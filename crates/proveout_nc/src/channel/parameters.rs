@@ -20,7 +20,7 @@ pub(crate) struct Told {
     tcp: bool,
     /// F is the time of the block.
     inverse_time: bool,
-    /// What the feed counts, as it was handed out.
+    /// What the feed counts, as it was emitted.
     counts: Option<FeedCounts>,
     /// What the program itself says that the feed counts (FGROUP, FGREF).
     pub(crate) program_counts: Option<FeedCounts>,

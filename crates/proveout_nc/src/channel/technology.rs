@@ -9,7 +9,7 @@ use crate::{Coolant, Feed, Op, Spindle, SpindleDirection, ToolAction, ToolName};
 #[derive(Clone, Debug)]
 pub(crate) struct Technology {
     pub(crate) feed: Option<Feed>,
-    /// Feed last handed out.
+    /// Feed emitted last.
     pub(crate) told_feed: Option<Feed>,
     pub(crate) direction: SpindleDirection,
     /// Speed of the spindle, 1/min.

@@ -235,8 +235,8 @@ fn angle(from: Point, to: Point, counter_clockwise: bool, radius: Option<f64>) -
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Meeting {
     pub(crate) point: Point,
-    /// What the first has left after the point, in the unit of [`Element::extent`]; negative where
-    /// the first goes on beyond its end.
+    /// What the corner cuts off the end of the first, in the unit of [`Element::extent`]; negative
+    /// where the first goes on beyond its end.
     pub(crate) taken: f64,
     /// What lies before it on the second; below zero where the second begins before its start.
     pub(crate) used: f64,
@@ -244,8 +244,9 @@ pub(crate) struct Meeting {
 
 /// Where the equidistants of two elements that follow each other meet in an inside corner.
 ///
-/// `rest`: what the corner before has left of the first element, in the unit of its extent. Of several intersections that
-/// lie on both equidistants the one that takes the least from the first is meant; none where there is no such point.
+/// `rest`: what the corner before has left of the first element, in the unit of its extent. Of
+/// several intersections that lie on both equidistants, the one that shortens the first least is
+/// returned; none where there is no such point.
 pub(crate) fn inside_corner(first: &Element, second: &Element, offset: f64, rest: f64) -> Option<Meeting> {
     let rounding = |e: &Element| match e.offset_radius(offset) {
         None => ROUNDING_MM,

@@ -125,7 +125,8 @@ impl Piece {
 pub(super) struct Join {
     /// Where the first block ends.
     pub(super) end: Point,
-    /// What that takes from the first block, in the unit of [`Element::extent`]; below zero where it goes on beyond its end.
+    /// What the corner cuts off the end of the first block, in the unit of [`Element::extent`];
+    /// negative where the block goes on beyond its end.
     pub(super) taken: f64,
     pub(super) pieces: Vec<Piece>,
     /// Where the second block begins.

@@ -133,7 +133,7 @@ impl Compensated {
         let help = if fits > SAME_POINT_MM && fits < 0.999 * pending.offset.abs() {
             format!("a radius of at most {fits:.4} mm fits into this corner")
         } else {
-            // The corner by itself would do: another corner has taken what is left of the block before.
+            // The corner alone would fit: another corner has used up the rest of the block before.
             format!(
                 "the block of line {} is too short between its two corners; use a smaller tool or a longer block",
                 pending.command.location.line

@@ -181,7 +181,7 @@ pub(crate) struct Compensated {
     feed: Option<Feed>,
     /// Programmed point in base coordinates.
     position: AxisValues,
-    /// Motion handed out last, for the pieces of corners.
+    /// Motion emitted last, for the pieces of corners.
     last: Option<Motion>,
     /// A fault was reported, and the run goes on after it.
     broken: bool,

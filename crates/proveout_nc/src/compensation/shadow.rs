@@ -35,7 +35,7 @@ impl Shadow {
         let unknown =
             matches!(&command.op, Op::CutterComp(comp) if comp.side != CompSide::Off && comp.radius.is_none());
         if unknown {
-            // The tool table gives the radius, and none is here.
+            // The radius comes from the tool table, and there is none here.
             return Ok(());
         }
         let entering = self.0.pending.as_ref().is_some_and(|pending| pending.entry);

@@ -161,7 +161,8 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
     })
 }
 
-/// Words that the reader of the language does by itself, whatever the table says of them.
+/// Words that the reader of the language executes without a control file, whatever the table says
+/// of them.
 fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Checked<Vec<Builtin>> {
     let mut list = Vec::new();
     for word in value.split_whitespace() {

@@ -167,7 +167,8 @@ pub struct Control {
     pub(crate) mitsubishi_variables: bool,
     /// Lines that begin with `$` are read.
     pub(crate) grbl_words: bool,
-    /// The control shares the language with a LinuxCNC, and not what its interpreter refuses.
+    /// The control has the language of a LinuxCNC, but does not refuse what its interpreter
+    /// refuses.
     pub(crate) mach3_words: bool,
     /// G43 without H takes the length of the tool in the spindle.
     pub(crate) length_of_tool: bool,

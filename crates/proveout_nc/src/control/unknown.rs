@@ -33,8 +33,8 @@ pub struct UnknownWord {
 
 /// All of them, in the order of G words, M words and names, and what of the text cannot be read at all.
 ///
-/// Shown as text it is a table of TOML that can be put into a control file as it is: every word is refused until somebody has
-/// looked it up.
+/// Displayed as text it is a TOML table that can be copied into a control file unchanged: every
+/// word is refused until its meaning is entered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownWords {
     /// Name of the control; empty where none is named.

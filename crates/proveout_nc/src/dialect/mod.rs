@@ -89,8 +89,8 @@ pub(crate) fn open(
     })
 }
 
-/// The reader does this word by itself: a control file may give its function to another word. Words that end or call programs
-/// are none of them.
+/// The reader executes this word without a control file: such a file may give its function to
+/// another word. Words that end or call programs are excluded.
 pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
     match dialect {
         Dialect::Siemens840d => siemens::does_word(word),

@@ -73,7 +73,7 @@ impl<W: Write> HeidenhainPost<W> {
         }
     }
 
-    /// Gives the sink back.
+    /// Returns the sink.
     pub fn into_inner(self) -> W {
         self.out.sink
     }
@@ -412,7 +412,7 @@ impl<W: Write> HeidenhainPost<W> {
         self.out.settings = settings;
         self.forget();
         self.block(&format!("CYCL DEF 247 DATUM SETTING Q339=+{number}"))?;
-        // A preset ends the datum shift; a frame that goes on is written again.
+        // A preset ends the datum shift; a frame that stays in force is written again.
         let above = std::mem::replace(&mut self.frames.above, Frame::IDENTITY);
         self.shifted = false;
         if above == Frame::IDENTITY {

@@ -89,7 +89,7 @@ impl<W: Write> IsoPost<W> {
         }
     }
 
-    /// Gives the sink back.
+    /// Returns the sink.
     pub fn into_inner(self) -> W {
         self.out.sink
     }

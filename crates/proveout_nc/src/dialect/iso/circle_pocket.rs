@@ -154,7 +154,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Radius of the tool by its offset, mm; none where the path of the tool center is not asked for and the program does not say it.
+    /// Radius of the tool by its offset, mm; none where the path of the tool center is not wanted
+    /// and the program does not give the radius.
     fn pocket_tool(&self, offset: u32, name: &str, span: Span) -> Result<Option<f64>, Fault> {
         if offset == 0 {
             return Ok(Some(0.0));

@@ -31,7 +31,7 @@ const NO_DEPTH_MM: f64 = 1e-9;
 const MAX_INFEEDS: usize = 10_000;
 /// Way out between the infeeds of tapping, mm: chosen, controls have it as a parameter.
 const TAP_LIFT_MM: f64 = 1.0;
-/// Most commands of one block: they are kept until they are handed out.
+/// Most commands of one block: they stay in memory until they are handed out.
 const MAX_COMMANDS: usize = 200_000;
 /// Most repetitions of one block.
 const MAX_REPEATS: f64 = 9999.0;
@@ -115,7 +115,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// The holes of a block on a `LinuxCNC`: the way to a hole is at the level of the tool, or slants up to the one to come back to (`convert_cycle_xy`, `CYCLE_MACRO` of its interpreter).
+    /// The holes of a block on a `LinuxCNC`: the tool moves to a hole at its present level, or
+    /// slants up to the return level (`convert_cycle_xy`, `CYCLE_MACRO` of its interpreter).
     fn holes_of_interpreter(
         &mut self,
         p: &mut Pending,
@@ -386,7 +387,8 @@ impl Interpreter {
             let message = format!("{name} without R begins at the level of the tool, which the program has not set");
             Fault::new(codes::POSITION_UNKNOWN, span, message).help("write R, or program Z before the cycle")
         })?;
-        // LinuxCNC reads the stored numbers as G90 or G91 says now, the others as it said where they stood.
+        // A LinuxCNC reads stored numbers by the G90 or G91 now in force, other controls by the one
+        // in force where they were written.
         let linuxcnc = self.own.flavor.is_linuxcnc();
         let incremental = |word: (f64, bool)| if linuxcnc { self.modal.incremental } else { word.1 };
         let level = if incremental(r) {
@@ -606,8 +608,9 @@ impl Interpreter {
         self.course(&[down, wait, up, wait], span)
     }
 
-    /// The infeeds before the last one where Q gives them: in by Q, and out, to break the chip (Fanuc, *Operator's manual*, "Peck
-    /// rigid tapping cycle"; bit 5 of parameter 5200 chooses how far, parameter 5213 says it).
+    /// The infeeds before the last one where Q gives them: in by Q, and out to break the chip
+    /// (Fanuc, *Operator's manual*, "Peck rigid tapping cycle"; bit 5 of parameter 5200 selects how
+    /// far out, parameter 5213 gives the distance).
     fn tap_steps(&mut self, levels: Levels, pitch: f64, turn: SpindleDirection, span: Span) -> Result<(), Fault> {
         let Some(infeed) = self.own.cycle.q.map(f64::abs).filter(|q| *q > 0.0) else { return Ok(()) };
         if self.own.flavor.is_linuxcnc() {

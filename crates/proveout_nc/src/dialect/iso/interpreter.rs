@@ -91,7 +91,7 @@ pub(crate) struct Iso {
     pub(crate) noted_vacant: std::collections::BTreeSet<(u32, u8)>,
     /// Line number of the block.
     pub(crate) sequence: u32,
-    /// The state at the start has been handed out.
+    /// The state at the start has been emitted.
     started: bool,
     pub(crate) noted_integers: bool,
     /// A note on a tool length that changes without Z was emitted.

@@ -1,7 +1,7 @@
 //! Tool length and cutter radius: G43 and its relatives, G49, G40 to G42, H, D, tool offsets written by the program.
 //!
-//! A length that the program writes itself (G43.1, G10 L10) moves the axes by this number whatever tool is in the spindle. It
-//! is handed out as what it does: length off, and a shift of the frame.
+//! A length that the program writes itself (G43.1, G10 L10) moves the axes by this number whatever
+//! tool is in the spindle. It is emitted as its effect: length off, and a shift of the frame.
 
 use super::block::g_name;
 use super::calls::whole;

@@ -259,9 +259,11 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A `LinuxCNC` takes the reference point into the coordinates of the work offset and goes there with the axes that the block names
-    /// (`convert_home`, `find_relative` of its interpreter). Where the offset is turned and one of X and Y is named, both axes of the
-    /// machine move, and neither comes to its reference point. Gives the end in machine coordinates, and the axes that go there.
+    /// A `LinuxCNC` converts the reference point into the coordinates of the work offset and goes
+    /// there with the axes that the block names (`convert_home`, `find_relative` of its
+    /// interpreter). Where the offset is turned and one of X and Y is named, both axes of the
+    /// machine move, and neither reaches its reference point. Returns the end in machine
+    /// coordinates, and the axes that go there.
     fn reference_point_in_turned(
         &mut self,
         word: &'static str,

@@ -61,7 +61,8 @@ use crate::diagnostic::Diagnostic;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 
-/// The reader does this word by itself; words that end or call programs are left out.
+/// The reader executes this word without a control file; words that end or call programs are left
+/// out.
 pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
     let flavor = match dialect {
         Dialect::Haas => Flavor::Haas,

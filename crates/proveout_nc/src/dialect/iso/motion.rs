@@ -86,8 +86,8 @@ impl Interpreter {
         }
     }
 
-    /// Axis words before any G0 or G1. A Haas begins with G0 (*Mill operator's manual*, list of G codes), a Fanuc with what bit 0
-    /// of parameter 3402 says, G0 where it is not set.
+    /// Axis words before any G0 or G1. A Haas begins with G0 (*Mill operator's manual*, list of G
+    /// codes). On a Fanuc bit 0 of parameter 3402 decides, G0 where it is not set.
     fn motion_at_power_on(&mut self) {
         self.modal.motion = Some(MotionMode::Rapid);
         self.modal.motion_code = 0;

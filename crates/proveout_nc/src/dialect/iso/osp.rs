@@ -1,5 +1,5 @@
-//! Words of Okuma OSP that a Fanuc has not: they are parsed in every program with macro B, and refused where the control file
-//! does not say `program.words = "osp"`.
+//! Words of Okuma OSP that a Fanuc does not have. They are parsed in every program with macro B,
+//! and refused where the control file does not say `program.words = "osp"`.
 //!
 //! ```text
 //!   VC1=VC2+5   X=VC1          common variables, and words by an expression

@@ -351,7 +351,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// An M word takes this letter: by itself, by the control file, or as one of the user's (M100 to M199, P and Q).
+    /// An M word takes this letter: by its own meaning, by the control file, or as one of the
+    /// user's (M100 to M199, P and Q).
     fn function_takes(&self, m: u32, rule: &Letter) -> bool {
         if let Some(number) = self.function_number(m)
             && (rule.functions.contains(&number) || (100..=199).contains(&number) && matches!(rule.letter, b'P' | b'Q'))
