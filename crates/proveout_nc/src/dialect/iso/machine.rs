@@ -10,10 +10,11 @@
 //!
 //! * `LinuxCNC`: it is in force as before (RS274/NGC: neither word changes G43).
 //! * Haas: G53 leaves it; G28 cancels it "for the following lines of code" (*Mill operator's manual*, G28), and G234 with it.
-//! * Fanuc: the offset of the axes that moved is canceled while the display goes on to say G43; whether the next motion or only
-//!   the next G43, G44 or H brings it back is set up on the control (bit 6 of parameter 5001; *Operator's manual*, "G53, G28 and
-//!   G30 commands in tool length compensation mode"). It is read as back, and where a machine is to run the
-//!   program, a motion of Z before such a word says so.
+//! * Fanuc: the offset of the axes that moved is canceled while the display still shows G43. Bit 6 of
+//!   parameter 5001 decides whether the next motion or only the next G43, G44 or H brings it back
+//!   (*Operator's manual*, "G53, G28 and G30 commands in tool length compensation mode"). The reader
+//!   takes the offset as back from the next block on. Where a machine is to run the program, a
+//!   motion of Z before such a word reports that as an assumption.
 //!
 //! **Under tool center point control** every axis of the machine moves the tip in all coordinates
 //! of the table, so that none of them is known after such a block; axes that the next block does
