@@ -79,8 +79,9 @@ impl Location {
     }
 }
 
-/// What a [`Op::Note`] begins with that tells more than a word without effect: the reader takes something for granted that
-/// depends on the control or on its set-up. A judgement on the program leaves it open.
+/// Prefix of a [`Op::Note`] that reports more than a word without effect: the reader assumes
+/// something that depends on the control or on its set-up. A judgement on the program leaves it
+/// open.
 pub const ASSUMED: &str = "assumed: ";
 
 /// One canonical command.
@@ -92,7 +93,7 @@ pub struct Command {
     pub op: Op,
 }
 
-/// What the control is told to do. Names as printed by `proveout nc`.
+/// What the control is to do. Names as printed by `proveout nc`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Op {
     /// Motion at rapid rate.
@@ -155,16 +156,17 @@ pub enum Op {
 pub struct Motion {
     /// Programmed coordinates in the active work frame; all axes whose position is known there.
     pub end: AxisValues,
-    /// The same point in base coordinates: after all offsets, frames, mirrors and scales, tool length not applied. An axis
-    /// without a value keeps the position that the machine has. Where X, Y or Z stands in the block and none of the three
-    /// has a value here, the frame in force is turned and the program has not set all it needs (first block in a tilted
-    /// plane): the rest of the point comes from the position of the machine, seen in that frame.
+    /// The same point in base coordinates: after all offsets, frames, mirrors and scales, tool
+    /// length not applied. An axis without a value keeps the position that the machine has. Where
+    /// the block has X, Y or Z and none of the three has a value here, the frame in force is turned
+    /// and the program has not set all it needs (first block in a tilted plane): the rest of the
+    /// point comes from the position of the machine, seen in that frame.
     pub end_base: AxisValues,
     /// Programmed tool axis in the work frame, where the orientation is programmed as a vector (unit length).
     pub tool_axis: Option<[f64; 3]>,
     /// The same vector in base coordinates.
     pub tool_axis_base: Option<[f64; 3]>,
-    /// Bit i is set when axis i of [`AXIS_LETTERS`] stands in this block.
+    /// Bit i is set when this block has a word of axis i of [`AXIS_LETTERS`].
     pub programmed: u16,
     /// True for SUPA, G53, M91: `end_base` is in machine coordinates of the axes, and no five-axis transformation is active for the
     /// block. The active tool length still counts but for M91 and M92; where G53, G28 or G30 leave it out, it is switched off
@@ -179,7 +181,7 @@ pub struct Motion {
 /// Which of the two positions of the rotary axes a tool axis takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RotarySolution {
-    /// The one with the least turn of the rotary axes from where they stand.
+    /// The one with the least turn of the rotary axes from their present positions.
     #[default]
     Nearest,
     /// The one with the lower (true: the higher) angle of the reference axis.
@@ -265,7 +267,7 @@ pub struct ThreadMotion {
     pub direction: Option<SpindleDirection>,
 }
 
-/// Retraction along the tool axis. Behind it the program knows no linear coordinate.
+/// Retraction along the tool axis. After it the program knows no linear coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Retract {
     /// Way, mm; none: to the end of the traverse of the machine.

@@ -9,7 +9,7 @@
 //!
 //! **Main types.**
 //! * [`Program`] – an iterator of commands; nothing that was executed is kept, so length of a program costs no memory.
-//! * [`Command`], [`Op`] – what the control is told to do.
+//! * [`Command`], [`Op`] – what the control is to do.
 //! * [`Diagnostic`] – what is wrong, with file, line, column, remedy and a stable code of [`CODES`]; [`check`] collects them.
 //! * [`Survey`] – a whole program read at once: all its faults, and the text that its run does not reach ([`NotRun`]).
 //! * [`JsonWriter`] – commands as JSON lines.
@@ -21,8 +21,9 @@
 //! sl, NC programming*, chapters on frames, control structures, transformations, cycles. The README's table says word by word
 //! what is supported, approximated, ignored with a note, or refused by name.
 //!
-//! **Limits.** The README says word by word what each dialect supports. Rounding of corners is handed on as a tolerance. What
-//! a machine builder puts behind an M word is named in a note and not executed.
+//! **Limits.** The README says word by word what each dialect supports. Rounding of corners is
+//! handed on as a tolerance. An action that a machine builder assigns to an M word is named in a
+//! note and not executed.
 
 /// The example of the README.
 #[cfg(doctest)]

@@ -1,4 +1,4 @@
-//! What a reader may know of the machine: data that stand in its control, as work offsets do.
+//! What a reader may know of the machine: data set in its control, as work offsets are.
 
 use crate::AxisValues;
 use crate::codes;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-/// Lines that stand in the files of a program and that its run has not reached.
+/// Lines in the files of a program that its run has not reached.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotRun {
     /// File as given by the caller.
@@ -21,7 +21,8 @@ pub struct NotRun {
 /// Why text is not run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NotRunKind {
-    /// It stands behind the end of the program (M30, FINI, an M30 in a subprogram), and no jump leads there.
+    /// It is after the end of the program (M30, FINI, an M30 in a subprogram), and no jump leads
+    /// there.
     BehindEnd,
     /// It is another main program of the file.
     Program(String),
@@ -31,7 +32,7 @@ pub enum NotRunKind {
     Branch,
     /// It is a subprogram that is called and not there; the lines are those of its call.
     MissingSubprogram(String),
-    /// It stands in front of the first or behind the last `%`, where no control reads.
+    /// It is before the first or after the last `%`, where no control reads.
     Outside,
 }
 
@@ -49,8 +50,9 @@ pub enum Weight {
 impl NotRun {
     /// What it means for a prove-out.
     ///
-    /// Motion behind the end belongs to the program and is lost, on the machine as well. Another main program is one that an
-    /// operator can choose. Subprograms that are not called and branches that are not taken do nothing on the machine.
+    /// Motion after the end belongs to the program and is lost, on the machine as well. Another
+    /// main program is one that an operator can choose. Subprograms that are not called and
+    /// branches that are not taken do nothing on the machine.
     pub fn weight(&self) -> Weight {
         match self.kind {
             NotRunKind::BehindEnd if self.moves => Weight::Lost,

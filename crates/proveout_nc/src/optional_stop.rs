@@ -6,7 +6,8 @@
 //!   M3 ... M1 ... M3 G1   the same on both
 //! ```
 //!
-//! Looked at are the commands behind the reader, so that one rule holds for every language.
+//! The check looks at the commands that the reader emits, so that one rule holds for every
+//! language.
 
 use crate::{ASSUMED, Command, Location, Op, Spindle, SpindleDirection, ToolAction};
 
@@ -27,7 +28,7 @@ pub enum OptionalStop {
 pub(crate) struct StopWatch {
     switch: OptionalStop,
     turns: Option<Spindle>,
-    /// The last M1 that met a turning spindle, with no spindle word behind it.
+    /// The last M1 that met a turning spindle, with no spindle word after it.
     open: Option<Location>,
 }
 
@@ -36,7 +37,7 @@ impl StopWatch {
         Self { switch, ..Self::default() }
     }
 
-    /// What stands before a command (an assumption), and what follows it (the spindle's stop).
+    /// Returns what to insert before a command (an assumption) and after it (the spindle's stop).
     pub(crate) fn look(&mut self, command: &Command) -> [Option<Op>; 2] {
         match &command.op {
             Op::Spindle(spindle) => {

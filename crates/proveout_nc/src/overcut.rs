@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use crate::{AXIS_LETTERS, AxisValues};
 
-/// A place where the tool, guided beside its programmed contour, cuts into another part of it, and the control goes on
-/// without an alarm: the blocks lie farther apart than it looks ahead, or it does not look there at all.
+/// A place where the tool, guided along its programmed contour, cuts into another part of it, and
+/// the control goes on without an alarm: the blocks lie farther apart than it looks ahead, or it
+/// does not look there at all.
 ///
-/// The command stands at the end of the compensated stretch; its location is the block that the tool follows.
+/// The command comes at the end of the compensated stretch; its location is the block that the tool
+/// follows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overcut {
     /// What it means.
@@ -42,8 +44,8 @@ pub enum OvercutKind {
     Entry,
     /// The straight move off the contour cuts it.
     Exit,
-    /// The programmed contour runs behind an earlier or later part of itself, as where a circle crosses its lead-in: no tool
-    /// would leave that part.
+    /// The programmed contour runs through material that an earlier or later part of it would
+    /// leave, as where a circle crosses its lead-in: no tool can leave that material.
     Overlap,
 }
 

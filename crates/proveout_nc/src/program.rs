@@ -27,7 +27,8 @@ impl<T: Iterator<Item = Result<Command, Diagnostic>>> CommandSource for T {}
 pub struct Program {
     commands: Compensated,
     dialect: Dialect,
-    /// Lines around the program that the control file names, told before its commands; and what comes beside a command.
+    /// Notes that wait to be handed out: on lines around the program that the control file names,
+    /// before its commands, and on single commands.
     notes: VecDeque<Command>,
     stops: StopWatch,
     settings: Settings,
@@ -44,7 +45,8 @@ impl Program {
         Self::new(source, folder_of(path), settings)
     }
 
-    /// Takes a program from memory. `name` stands in for the file name in places of commands and errors.
+    /// Reads a program from memory. `name` takes the place of the file name in locations of
+    /// commands and errors.
     ///
     /// # Errors
     /// As [`Program::open`].
@@ -60,7 +62,7 @@ impl Program {
         }
     }
 
-    /// The program with whatever is wrong with its structure.
+    /// The program, even where its structure is wrong.
     fn lenient(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Result<Self, Diagnostics> {
         let with_offsets = settings.with_radius_offsets();
         let settings = with_offsets.as_ref().unwrap_or(settings);
@@ -107,7 +109,7 @@ impl Program {
         self.commands.reader_mut().take_structure_faults()
     }
 
-    /// Goes on behind the block of the fault that came last; false where nothing can follow.
+    /// Goes on after the block of the last fault; false where nothing can follow.
     pub(crate) fn recover(&mut self) -> bool {
         self.commands.recover()
     }
@@ -130,7 +132,7 @@ impl Program {
         &self.settings
     }
 
-    /// Text of the files of the program that its run has not reached. To be asked when the run is over.
+    /// Text of the files of the program that its run has not reached. Call it when the run is over.
     pub fn not_run(&self) -> Vec<NotRun> {
         self.commands.reader().not_run()
     }

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::Span;
 
-/// Reads one line from left to right. Never stands inside of a character.
+/// Reads one line from left to right. The position is always on a character boundary.
 #[derive(Clone, Debug)]
 pub(crate) struct Scanner<'a> {
     text: &'a str,

@@ -10,12 +10,12 @@ use crate::{AxisValues, Kinematics, OptionalStop, OrientationInterpolation, Refe
 /// Language of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Dialect {
-    /// Told from the ending of the file and from its text.
+    /// Detected from the ending of the file name and from the text.
     #[default]
     Auto,
     /// Siemens Sinumerik 840D sl.
     Siemens840d,
-    /// ISO 6983 / RS274; which control speaks it is told from the text, Fanuc where nothing tells.
+    /// ISO 6983 / RS274; the control is detected from the text, Fanuc where the text does not say.
     Iso,
     /// ISO with the words of Fanuc Series 30i and macro B.
     Fanuc,
@@ -136,7 +136,8 @@ impl Default for Limits {
 
 /// Settings of a reader.
 ///
-/// [`Settings::of_control`] takes from a control what it states; whoever calls may then change single settings.
+/// [`Settings::of_control`] takes from a control what it states; the caller may then change single
+/// settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Language of the program.
@@ -151,16 +152,18 @@ pub struct Settings {
     pub subprogram_folders: Vec<PathBuf>,
     /// Levels 0 to 9 of blocks with `/` that are skipped: bit i for level i.
     pub skipped_levels: u16,
-    /// Somebody states which levels are skipped; where not, a block with `/` is run and the program is `assumed` to have the switch off.
+    /// The skipped levels are stated; otherwise a block with `/` is run and the program is
+    /// `assumed` to have the switch off.
     pub skip_stated: bool,
     /// How the switch of the optional stop (M1) is set.
     pub optional_stop: OptionalStop,
-    /// Largest difference between the radius at the start and at the end of an arc. None: 0.01 mm (as `MD21000` of an 840D), on a
-    /// `LinuxCNC` what its interpreter takes.
+    /// Largest difference between the radius at the start and at the end of an arc. None: 0.01 mm
+    /// (as `MD21000` of an 840D), on a `LinuxCNC` the tolerance of its interpreter.
     pub arc_tolerance: Option<ArcTolerance>,
     /// How a Fanuc and a Haas read numbers without a decimal point.
     pub whole_numbers: WholeNumbers,
-    /// Where the axes stand before the first block: coordinates of the work offset that is then in force, mm and radian.
+    /// Where the axes are before the first block: coordinates of the work offset that is then in
+    /// force, mm and radian.
     pub start_position: AxisValues,
     /// Feed of motions before the program gives one, mm/min; where it is used the program is `assumed` to run at it. None: such
     /// motions are refused, in CL data (APT) they come without a feed and with a note.
@@ -169,8 +172,9 @@ pub struct Settings {
     pub orientation_interpolation: OrientationInterpolation,
     /// Cutter radius compensation.
     pub compensation: Compensation,
-    /// Reference points of the machine that runs the program. None where only the text is looked at: G28 and G30 then end at
-    /// machine zero, with a note. With them an axis whose point nobody states is refused.
+    /// Reference points of the machine that runs the program. None where only the text is looked
+    /// at: G28 and G30 then end at machine zero, with a note. With them an axis whose point is not
+    /// stated is refused.
     pub reference_points: Option<ReferencePoints>,
     /// Kinematics that the machine's control has. None where that is not known: every one is taken.
     pub kinematics: Option<Kinematics>,
@@ -193,7 +197,8 @@ impl Settings {
         self.arc_tolerance.unwrap_or(ArcTolerance::absolute(0.01))
     }
 
-    /// The same with the radius offsets that stand in the memory of the control; none where there is nothing to add.
+    /// The same with the radius offsets from the memory of the control; none where there is nothing
+    /// to add.
     pub(crate) fn with_radius_offsets(&self) -> Option<Self> {
         let offsets = &self.control.parameters.radius_offsets;
         if offsets.is_empty() || !matches!(self.compensation, Compensation::ToolCenter(_)) {

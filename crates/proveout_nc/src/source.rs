@@ -1,8 +1,9 @@
 //! Program text with its name, line by line.
 //!
-//! Line ends are made LF when a text is taken over, so that everything behind knows one kind: CR LF, a single CR (old Macs,
-//! some serial lines) and both mixed. Where a text has line feeds at all, a CR beside one belongs to it (`CR CR LF` of a
-//! transfer that converted twice, `LF CR CR` of a punch); any other CR ends a line.
+//! Line ends are made LF when a text is taken over, so that all later stages meet one kind. Texts
+//! have CR LF, a single CR (old Macs, some serial lines), or a mix of both. Where a text has line
+//! feeds at all, a CR next to one belongs to it (`CR CR LF` of a transfer that converted twice,
+//! `LF CR CR` of a punch); any other CR ends a line.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,8 +13,9 @@ use crate::diagnostic::Diagnostic;
 
 /// Largest file, in bytes: places in a line are 32-bit, places in a file 64-bit; a program beyond this is a mistake.
 const MAX_FILE_BYTES: u64 = 4 << 30;
-/// Part of NUL bytes beyond which a file is taken for UTF-16 without its mark, or for no text at all: UTF-16 of a program
-/// has one in two; the leader of a tape stands at the ends, which are cut off before.
+/// Share of NUL bytes beyond which a file is taken for UTF-16 without its mark, or for no text at
+/// all: in UTF-16 of a program every second byte is NUL; the leader of a tape is at the ends, which
+/// are cut off before.
 const NUL_SHARE: f64 = 0.1;
 
 /// A program text.
@@ -41,7 +43,8 @@ impl Source {
         Self { name: Arc::from(name), text: with_line_feeds(text) }
     }
 
-    /// Reads a file. UTF-16 is told by its mark; text that is not UTF-8 is taken as Latin-1, as older controls write it.
+    /// Reads a file. A byte order mark identifies UTF-16; text that is not UTF-8 is taken as
+    /// Latin-1, as older controls write it.
     pub(crate) fn read(path: &Path) -> Result<Self, Box<Diagnostic>> {
         let name = path.display().to_string();
         let refuse = |message: String, help: &str| {
@@ -84,8 +87,9 @@ impl Source {
         Some((&rest[..end], next))
     }
 
-    /// Makes the lines at the begin that fit a pattern of the header, and those at the end that fit one of the trailer, blank;
-    /// gives them back with their numbers. In a pattern `*` stands for any characters; blank lines may stand between.
+    /// Blanks the lines at the start that fit a pattern of the header, and those at the end that
+    /// fit one of the trailer; returns them with their numbers. In a pattern `*` matches any
+    /// characters; blank lines between them are allowed.
     pub(crate) fn take_out(&mut self, header: &[String], trailer: &[String]) -> Vec<(u32, String)> {
         if header.is_empty() && trailer.is_empty() {
             return Vec::new();
@@ -141,8 +145,8 @@ impl Source {
     }
 }
 
-/// The first line feed. Eight bytes at a time, as lines are short: a byte of `x` is zero where one stands, and the lowest bit
-/// that is left marks the first of them (Mycroft 1987).
+/// The first line feed. Eight bytes at a time, as lines are short: a byte of `x` is zero where
+/// there is one, and the lowest bit that is left marks the first of them (Mycroft 1987).
 fn line_feed(text: &[u8]) -> Option<usize> {
     const ONES: u64 = u64::MAX / 255;
     let (blocks, rest) = text.as_chunks::<8>();
@@ -156,7 +160,8 @@ fn line_feed(text: &[u8]) -> Option<usize> {
     rest.iter().position(|&byte| byte == b'\n').map(|at| blocks.len() * 8 + at)
 }
 
-/// The line fits the pattern, in which `*` stands for any characters; upper and lower case are one.
+/// The line fits the pattern, in which `*` matches any characters; the case of letters does not
+/// matter.
 fn fits(pattern: &str, line: &str) -> bool {
     let (pattern, line) = (pattern.to_ascii_uppercase(), line.to_ascii_uppercase());
     let mut parts = pattern.split('*');
@@ -197,13 +202,14 @@ impl ProgramText {
         self.source.text.split('\n').take(self.lines())
     }
 
-    /// A line, from 1; looked for from the begin.
+    /// A line, from 1; the search begins at the start of the text.
     pub fn line(&self, number: usize) -> Option<&str> {
         self.source.text_of(u32::try_from(number).ok()?)
     }
 }
 
-/// Bytes of a file as text, without what stands around it on a tape or disk: byte order mark, NUL of a leader, Ctrl-Z.
+/// Bytes of a file as text, without what surrounds it on a tape or disk: byte order mark, NUL of a
+/// leader, Ctrl-Z.
 fn decoded(bytes: Vec<u8>) -> Result<String, &'static str> {
     let utf16 = |pair: fn([u8; 2]) -> u16, rest: &[u8]| {
         let units = rest.chunks_exact(2).map(|p| pair([p[0], p[1]]));
@@ -233,18 +239,20 @@ fn is_tape_blank(c: char) -> bool {
     matches!(c, '\0' | '\u{11}'..='\u{14}' | '\u{7f}')
 }
 
-/// A tape blank stands in the text. A block of bytes is looked at without a branch, which the compiler makes one of vectors.
+/// The text has a tape blank. Each block of bytes is checked without a branch, so that the compiler
+/// uses vector instructions.
 fn has_tape_blank(text: &[u8]) -> bool {
     let blanks = |block: &[u8]| block.iter().fold(false, |found, &byte| found | is_tape_blank(char::from(byte)));
     text.chunks(256).any(blanks)
 }
 
-/// The text with LF as its only line end, blanks for what is blank on a tape, and without what stands behind its end.
+/// The text with LF as its only line end, blanks for what is blank on a tape, and without what
+/// follows its end.
 fn with_line_feeds(mut text: String) -> String {
     if text.starts_with('\u{feff}') {
         text.drain(..'\u{feff}'.len_utf8());
     }
-    // The leader of a tape stands in front of the first line.
+    // The leader of a tape precedes the first line.
     let leader = text.len() - text.trim_start_matches(is_tape_blank).len();
     text.drain(..leader);
     let behind = |c: char| is_tape_blank(c) || c == '\u{1a}';

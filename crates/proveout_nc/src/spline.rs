@@ -1,9 +1,10 @@
 //! B-splines and NURBS: cut into Bezier pieces, each of which is a cubic of the command model or a row of chords.
 //!
-//! A knot that is put in anew (W. Boehm, *Inserting new knots into B-spline curves*, 1980) leaves the curve as it is. With every inner
-//! knot as often there as the degree says, the control points of a piece are those of a Bezier curve. Such a curve lies in the
-//! convex hull of its control points (of the projected ones, where all weights are positive), so that no point of it is farther
-//! from a chord than they are: pieces are halved until that distance is within the tolerance.
+//! Inserting a knot (W. Boehm, *Inserting new knots into B-spline curves*, 1980) leaves the curve
+//! unchanged. Once every inner knot is repeated as often as the degree, the control points of a
+//! piece are those of a Bezier curve. Such a curve lies in the convex hull of its control points (of
+//! the projected ones, where all weights are positive), so that no point of it is farther from a
+//! chord than they are. Pieces are halved until that distance is within the tolerance.
 
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -11,7 +12,7 @@ use crate::diagnostic::{Fault, Span};
 /// X, Y, Z times the weight, and the weight.
 pub(crate) type Homogeneous = [f64; 4];
 
-/// Largest distance of a chord from the curve that it stands for, mm: below what programs write.
+/// Largest distance of a chord from the curve that it replaces, mm: below what programs write.
 pub(crate) const CHORD_TOLERANCE_MM: f64 = 0.001;
 /// Halvings of one piece: a chord is then the billionth part of it.
 const MAX_HALVINGS: u32 = 30;
@@ -27,8 +28,8 @@ pub(crate) fn projected(p: &Homogeneous) -> [f64; 3] {
     std::array::from_fn(|i| p[i] / p[3])
 }
 
-/// Bezier pieces of a B-spline whose end knots stand degree + 1 times. `knots` do not fall, `knots.len()` is
-/// `points.len() + degree + 1`.
+/// Bezier pieces of a B-spline whose end knots are repeated degree + 1 times. `knots` do not fall,
+/// `knots.len()` is `points.len() + degree + 1`.
 pub(crate) fn bezier_pieces(degree: usize, knots: &[f64], points: &[Homogeneous]) -> Vec<Vec<Homogeneous>> {
     let (mut knots, mut points) = (knots.to_vec(), points.to_vec());
     if degree == 0 || points.len() <= degree || knots.len() != points.len() + degree + 1 {

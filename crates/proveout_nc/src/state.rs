@@ -8,8 +8,9 @@ const LINEAR: u16 = 0b111;
 
 /// Programmed position under an active frame.
 ///
-/// An axis has no value where the program has not set it: at the start, behind motions in machine coordinates, and where
-/// the meaning of coordinates changed (five-axis transformation, tool edge, tool change).
+/// An axis has no value where the program has not set it: at the start, after motions in machine
+/// coordinates, and where the meaning of coordinates changed (five-axis transformation, tool edge,
+/// tool change).
 #[derive(Clone, Debug)]
 pub(crate) struct Position {
     frame: Frame,
@@ -40,7 +41,8 @@ impl Position {
         &self.frame
     }
 
-    /// Takes a frame into effect: the tool stays, its work coordinates are computed anew. False when the frame is degenerate.
+    /// Puts a frame into effect: the tool stays, its work coordinates are computed again. False
+    /// when the frame is degenerate.
     pub(crate) fn set_frame(&mut self, frame: Frame) -> bool {
         let Some(inverse) = frame.inverse_linear() else {
             return false;
@@ -129,8 +131,9 @@ impl Position {
         Ok(())
     }
 
-    /// Base coordinates of a motion in a turned frame that leaves a coordinate open, where the axes without a word stay: the motion tells
-    /// none of X, Y and Z, and behind it those are known that hang on no programmed axis.
+    /// Base coordinates of a motion in a turned frame that leaves a coordinate open, where the axes
+    /// without a word stay. First what the motion gives: none of X, Y and Z. Second what is known
+    /// after it: those of X, Y and Z that depend on no programmed axis.
     pub(crate) fn base_left_open(&self, work: &AxisValues, programmed: u16) -> (AxisValues, AxisValues) {
         let mut known = self.base_of(work, programmed & !LINEAR).unwrap_or(self.base);
         let mut told = known;
@@ -144,8 +147,9 @@ impl Position {
         (told, known)
     }
 
-    /// Start of an arc in the plane of the first two axes. Along the third one nothing needs it: where the program has not set it
-    /// the value is zero and has no meaning, unless the frame mixes it with the others. None where it is not known.
+    /// Start of an arc in the plane of the first two axes. The third coordinate is not needed
+    /// unless the frame mixes it with the others: where the program has not set it, the value is
+    /// zero and has no meaning. None where a coordinate that is needed is not known.
     pub(crate) fn arc_start(&self, [u, v, w]: [usize; 3]) -> Option<[f64; 3]> {
         let linear = &self.frame.linear;
         let apart = [linear[u][w], linear[v][w], linear[w][u], linear[w][v]].iter().all(|factor| *factor == 0.0);
@@ -162,10 +166,10 @@ impl Position {
         self.frame.apply(p)
     }
 
-    /// The tool stands at this point of the frame in force before the program begins.
+    /// Puts the tool at this point of the frame in force before the program begins.
     pub(crate) fn begin_at(&mut self, work: &AxisValues) {
         let programmed = (0..9).fold(0, |axes, axis| axes | u16::from(work.get(axis).is_some()) << axis);
-        // A frame that is turned needs all of X, Y and Z; what it cannot tell stays unknown.
+        // A turned frame needs all of X, Y and Z; otherwise they stay unknown.
         if let Ok(base) = self.base_of(work, programmed) {
             self.move_to(*work, base);
         }
@@ -177,8 +181,8 @@ impl Position {
         self.base = base;
     }
 
-    /// The tool has moved in machine coordinates: these linear axes have no programmed position any more, these rotary axes
-    /// stand where they were sent.
+    /// The tool has moved in machine coordinates: these linear axes have no programmed position any
+    /// more, these rotary axes are where they were sent.
     ///
     /// `in_table`: base coordinates are those of the table (tool center point control, tilted plane). There each of the three
     /// depends on all axes of the machine, so that a motion of one of them leaves none known: with B at 90 degrees a retraction
@@ -202,8 +206,8 @@ impl Position {
         self.work_from_base();
     }
 
-    /// Behind a motion in machine coordinates without tool center point control: these axes, which carry no tool length, stand
-    /// where the motion has sent them.
+    /// After a motion in machine coordinates without tool center point control: these axes, which
+    /// carry no tool length, are where the motion has sent them.
     pub(crate) fn stands_in_machine(&mut self, end: &AxisValues, axes: u16) {
         for axis in (0..3).filter(|axis| axes >> axis & 1 == 1) {
             if let Some(value) = end.get(axis) {

@@ -1,8 +1,9 @@
 //! A whole program read before anything is done with it: every fault, and what of its text is not run.
 //!
-//! Readers make millions of blocks a second, so that a pass of their own costs little against planning motion. It runs the
-//! program as the control would, branches and loops included, and goes on behind each fault. What a block with a fault would
-//! have set is in doubt (see the readers); a fault that may follow from it is not told.
+//! Readers read millions of blocks a second, so that a separate pass costs little compared with
+//! planning motion. It runs the program as the control would, branches and loops included, and goes
+//! on after each fault. What a block with a fault would have set is in doubt (see the readers); a
+//! fault that may follow from it is not reported.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -19,7 +20,7 @@ use crate::tally::{Remark, Tally};
 
 /// Most faults that are kept; further ones are counted.
 const MAX_FAULTS: usize = 1000;
-/// Blocks with a fault behind which the run goes on: a loop of many passes can run into one again and again.
+/// Limit of recoveries after faults: a loop of many passes can run into one again and again.
 const MAX_RECOVERIES: u32 = 200_000;
 
 /// Sees every command of a survey with the dialect that is read, and may find fault with it.
@@ -28,13 +29,13 @@ pub type Look<'a> = dyn FnMut(&Command, Dialect) -> Option<Diagnostic> + 'a;
 /// What a reading pass over a whole program has found.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// The dialect that was read; [`Dialect::Auto`] where it could not be told.
+    /// The dialect that was read; [`Dialect::Auto`] where it was not recognized.
     pub dialect: Dialect,
     /// Commands of the run.
     pub commands: u64,
     /// Motions among them.
     pub motions: u64,
-    /// The program told its end.
+    /// The run reached a programmed end.
     pub ended: bool,
     /// The text is that of a subprogram: it need not move, nor end as a main program does.
     pub subprogram: bool,
@@ -42,15 +43,15 @@ pub struct Survey {
     pub faults: Vec<Diagnostic>,
     /// Further faults that were counted only.
     pub more_faults: usize,
-    /// Text that the run has not reached; empty where faults have kept it from its end.
+    /// Text that the run has not reached; empty where faults kept the run from reaching its end.
     pub not_run: Vec<NotRun>,
-    /// What the reader took for granted, each text once, in the order of the run.
+    /// What the reader assumed, each text once, in the order of the run.
     pub assumptions: Vec<Remark>,
     /// Words without effect and other notes, each text once, in the order of the run.
     pub notes: Vec<Remark>,
     /// Texts that were read, by the names under which they were opened: the main program first, then called ones.
     pub files: Vec<Arc<str>>,
-    /// Place of the last command, or of the begin of the text.
+    /// Place of the last command, or of the start of the text.
     last: Option<(Arc<str>, u32, String)>,
 }
 
@@ -63,7 +64,7 @@ impl Survey {
         }
     }
 
-    /// Surveys a text; `name` stands in for the file name.
+    /// Surveys a text; `name` takes the place of the file name.
     pub fn of_text(name: &str, text: impl Into<String>, settings: &Settings, look: &mut Look<'_>) -> Self {
         match Program::text_leniently(name, text.into(), settings) {
             Ok(program) => Self::of(program, look),
@@ -157,18 +158,21 @@ impl Survey {
         survey
     }
 
-    /// What is wrong with the program, its faults or else what it lacks as a whole: every command that shows a program fails on it. Calls
-    /// that the control leaves out for a reason are its choice.
+    /// What is wrong with the program: its faults, or where it has none, its defects as a whole.
+    /// Every command that shows a program fails on it. Calls that the control leaves out for a
+    /// reason are no defect.
     pub fn judged(&self) -> Vec<Diagnostic> {
         if self.faults.is_empty() { self.own_defects() } else { self.faults.clone() }
     }
 
-    /// What is told of a program that is in order: text that is not run, what was taken for granted, notes; `most` of each kind.
+    /// Remarks on a program that is in order: text that is not run, assumptions, notes; `most` of
+    /// each kind.
     pub fn remarks(&self, most: usize) -> Vec<String> {
         self.remarks_of(|_| true, most)
     }
 
-    /// The same without what notes among the commands say, unless the commands are not `told`, as in a post.
+    /// As [`Survey::remarks`]. Where `told` is false, remarks that notes among the printed commands
+    /// repeat are left out. A post prints no commands and passes true.
     pub fn remarks_beside_commands(&self, told: bool, most: usize) -> Vec<String> {
         self.remarks_of(|remark| told || !remark.among_commands, most)
     }
@@ -196,7 +200,8 @@ impl Survey {
         all
     }
 
-    /// As [`Survey::defects`], without calls that the control leaves out for a reason: that is its choice, and a run tells it.
+    /// As [`Survey::defects`], without calls that the control leaves out for a reason: that is its
+    /// choice, and a run reports it.
     pub fn own_defects(&self) -> Vec<Diagnostic> {
         self.defects_of(|part| !part.is_left_out())
     }
@@ -269,7 +274,8 @@ struct Faults {
 
 impl Faults {
     fn put(&mut self, fault: Diagnostic) {
-        // One fault of a block is told with one place: what is found when the line is read and again when it is run.
+        // One fault of a block is reported once, whether it is found when the line is read or again
+        // when it is run.
         if !self.seen.insert((Arc::clone(&fault.file), fault.line, fault.column, fault.code)) {
             return;
         }

@@ -12,18 +12,18 @@ const MAX_REMARKS: usize = 1000;
 /// A dwell from this time on is nearly always one of milliseconds meant for seconds, s.
 const LONG_DWELL_S: f64 = 60.0;
 
-/// Something that is told of a program, with the place where it stands first.
+/// A remark on a program, with the place where it occurs first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remark {
     /// File as given by the caller.
     pub file: Arc<str>,
     /// Line, from 1.
     pub line: u32,
-    /// What is told.
+    /// The remark.
     pub text: String,
-    /// How often it is told in the run.
+    /// How often it occurs in the run.
     pub count: u64,
-    /// A note among the commands says it.
+    /// A note among the commands carries it.
     pub among_commands: bool,
 }
 
@@ -59,7 +59,7 @@ pub struct Tally {
     pub(crate) last: Option<(Arc<str>, u32)>,
     assumptions: Remarks,
     notes: Remarks,
-    /// Where cutter compensation goes on first without a radius.
+    /// Where cutter compensation is switched on first without a radius.
     uncompensated: Option<(Arc<str>, u32)>,
 }
 
@@ -108,7 +108,7 @@ impl Tally {
     }
 }
 
-/// What is told of a dwell that is long.
+/// The remark on a long dwell.
 pub fn long_dwell(seconds: f64) -> String {
     format!(
         "the program waits {seconds} s: so long a dwell is mostly one of milliseconds on a control that counts seconds"

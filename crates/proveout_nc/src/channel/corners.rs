@@ -8,11 +8,12 @@
 //!            c     | B
 //! ```
 //!
-//! The piece is put between straight and circular blocks of the working plane. Where no such block follows, or one moves out of
-//! the plane, an 840D puts none in, and a note says so (Siemens, *NC programming, Fundamentals*, "Chamfer, rounding"); ISO
-//! controls raise an alarm (Fanuc, *Operator's manual*, "Optional chamfering and corner rounding"). The command waits for the
-//! next block; commands between stay behind the first one, before the piece on an 840D and behind it on the others, where it
-//! belongs to the block that it is written in.
+//! The piece is inserted between straight and circular blocks of the working plane. Where no such
+//! block follows, or one leaves the plane, an 840D inserts none, and a note says so (Siemens, *NC
+//! programming, Fundamentals*, "Chamfer, rounding"). ISO controls raise an alarm (Fanuc,
+//! *Operator's manual*, "Optional chamfering and corner rounding"). The command waits for the next
+//! block. Commands between the two blocks stay after the first one. An 840D puts them before the
+//! piece. Other controls put them after it, where the piece belongs to the block that programs it.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -31,7 +32,7 @@ const STRAIGHT: f64 = 1e-6;
 /// The same on ISO controls: within one degree the piece has no length (Fanuc, as above).
 const ISO_STRAIGHT: f64 = std::f64::consts::PI / 180.0;
 
-/// A language whose motions may wait for the block behind them.
+/// A language whose motions may wait for the next block.
 pub(crate) trait Cornering: Language<Mark = Option<Box<CornerMark>>> {
     fn corners(&mut self) -> &mut Corners;
 }
@@ -45,7 +46,7 @@ pub(crate) struct Corners {
     pub(crate) waits: bool,
     /// A chamfer or rounding has failed: its blocks themselves were executed.
     failed: bool,
-    /// A motion that waits for the block behind it.
+    /// A motion that waits for the next block.
     corner: Option<Box<Corner>>,
 }
 
@@ -74,7 +75,7 @@ pub(crate) struct CornerMark {
     pub(crate) strict: bool,
 }
 
-/// A motion that waits for the block behind it.
+/// A motion that waits for the next block.
 #[derive(Debug)]
 pub(crate) struct Corner {
     command: Command,
@@ -94,7 +95,7 @@ fn motion_of(op: &Op) -> Option<&Motion> {
 }
 
 impl Corners {
-    /// Nothing waits behind a fault. True where the fault was that of a corner.
+    /// After a fault nothing waits. True where the fault was that of a corner.
     pub(crate) fn resume(&mut self) -> bool {
         self.corner = None;
         self.waits = false;
@@ -138,13 +139,13 @@ impl Corners {
         self.through(next, Some(mark))
     }
 
-    /// The first block and what stood between, without a piece.
+    /// The first block and the commands between, without a piece.
     fn pass(&mut self, corner: Corner) {
         self.ready.push_back(corner.command);
         self.ready.extend(corner.held);
     }
 
-    /// The first block, what stood between, and the piece.
+    /// The first block, the commands between, and the piece.
     fn put(&mut self, corner: Corner, piece: Op) {
         let Corner { command, mark, held } = corner;
         let location = command.location.clone();
@@ -190,7 +191,7 @@ impl Corners {
     }
 }
 
-/// Why a piece cannot be made, told at the block that asks for it.
+/// Why a piece cannot be made; reported at the block that asks for it.
 #[derive(Debug)]
 struct Failure {
     location: Location,
@@ -219,7 +220,7 @@ impl<L: Cornering> Channel<L> {
             let corners = self.own.corners();
             let corner = corners.corner.take_if(|_| done)?;
             if failed {
-                // What would have been its corner is lost: the fault behind it says enough.
+                // The corner of this motion is lost; the fault after it is reported anyway.
                 corners.pass(*corner);
                 continue;
             }
@@ -248,7 +249,8 @@ impl<L: Cornering> Channel<L> {
         }));
     }
 
-    /// Marks the motion handed out last, with what its end needs. `before`: commands in the queue before its block.
+    /// Marks the last motion in the queue with what a corner at its end needs. `before`: commands
+    /// in the queue before its block.
     pub(crate) fn mark_corner(&mut self, mark: CornerMark, before: usize) {
         if self.queue.len() > before
             && let Some((_, slot)) = self.queue.back_mut().filter(|(command, _)| motion_of(&command.op).is_some())
@@ -310,7 +312,7 @@ type Refusal = (String, &'static str);
 /// What becomes of a corner.
 enum Joined {
     Piece(Box<Op>),
-    /// One block goes on straight behind the other.
+    /// The second block continues the first one straight.
     Straight,
     /// The two make no corner in the plane.
     Nothing,

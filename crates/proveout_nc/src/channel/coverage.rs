@@ -1,17 +1,18 @@
 //! Which lines of its files a program has run, and what the others are.
 //!
-//! A reader marks every line that it takes; one bit a line costs nothing against reading it. Behind the run the lines
-//! without a mark are gone through once. What a line without a mark is follows from where it stands:
+//! A reader marks every line that it takes; one bit a line costs nothing compared with reading it.
+//! After the run the lines without a mark are gone through once. The place of such a line says what
+//! it is:
 //!
 //! ```text
 //!   part       a program, subprogram or text outside of the tape      never entered: the part as a whole was not run
 //!   region     a subprogram inside of a part (o sub, LBL)             never entered: the subprogram was not called
-//!   end        behind the block that ended the run                    not run, until a line to which a jump can lead
+//!   end        after the block that ended the run                     not run, until a line to which a jump can lead
 //!   else                                                              a branch that was not taken
 //! ```
 //!
-//! A jump can lead to a line with a label that some jump names, and behind the closing word of a structure that was opened
-//! before the end.
+//! A jump can lead to a line with a label that some jump names, and to the line after the closing
+//! word of a structure that was opened before the end.
 
 use std::sync::Arc;
 
@@ -40,7 +41,7 @@ impl Lines {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Coverage {
     files: Vec<Lines>,
-    /// File and first line behind the block that ended the run, at each level of the call stack.
+    /// File and first line after the block that ended the run, at each level of the call stack.
     ends: Vec<(usize, u32)>,
 }
 
@@ -72,7 +73,7 @@ impl Coverage {
 /// A stretch of lines with a name.
 #[derive(Clone, Debug)]
 pub(crate) struct Stretch {
-    /// First line, and the line behind the last.
+    /// First line, and the line after the last.
     pub(crate) lines: [u32; 2],
     /// What it is when it is not entered.
     pub(crate) kind: NotRunKind,
@@ -119,7 +120,7 @@ pub(crate) struct Layout<'a> {
     pub(crate) parts: Vec<Stretch>,
     /// Subprograms inside of the parts.
     pub(crate) regions: Vec<Stretch>,
-    /// Tells what a line is.
+    /// Returns what a line is.
     pub(crate) role: &'a dyn Fn(&str, Mark) -> Role,
 }
 

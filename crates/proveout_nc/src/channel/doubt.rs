@@ -1,9 +1,10 @@
-//! What is not known behind a block that could not be read or executed.
+//! What is unknown after a block that could not be read or executed.
 //!
-//! `check` goes on behind a fault, so that all of them are told at once. What the block would have set is then in doubt, and
-//! a fault that needs it may follow from the first one: it is not told. Doubt is taken from the text that was not executed:
-//! an address letter puts its axis, the feed or the tool in doubt, a G word or a keyword the modal state, a variable all
-//! values. It goes when a later block sets the same anew.
+//! `check` goes on after a fault, so that one run reports all of them. What the block would have
+//! set is then in doubt. A fault that depends on it may follow from the first one: it is not
+//! reported. Doubt comes from the text that was not executed: an address letter puts its axis, the
+//! feed or the tool in doubt, a G word or a keyword the modal state, a variable all values. It ends
+//! when a later block sets the same again.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +35,7 @@ pub(crate) struct Doubt {
 
 impl Doubt {
     pub(crate) const NONE: Self = Self { axes: 0, feed: false, mode: false, modal: false, tool: false, values: false };
-    /// Behind a subprogram that was not found.
+    /// After a subprogram that was not found.
     pub(crate) const ALL: Self = Self { axes: ALL_AXES, feed: true, mode: true, modal: true, tool: true, values: true };
 
     pub(crate) fn any(self) -> bool {
@@ -50,7 +51,7 @@ impl Doubt {
         self.values |= other.values;
     }
 
-    /// What is set anew: the axes with a position, the feed, the tool.
+    /// Ends the doubt about what a block sets again: the axes with a position, the feed, the tool.
     pub(crate) fn settle(&mut self, position: &AxisValues, feed: bool, tool: bool) {
         for axis in (0..9).filter(|axis| position.get(*axis).is_some()) {
             self.axes &= !(1 << axis);
@@ -59,8 +60,8 @@ impl Doubt {
         self.tool &= !tool;
     }
 
-    /// What text can set, in the languages of letters and keywords: single letters are addresses, longer words are keywords or
-    /// names. Comments in `( )` and behind `;` set nothing.
+    /// What text can set, in the languages of letters and keywords: single letters are addresses,
+    /// longer words are keywords or names. Comments in `( )` and after `;` set nothing.
     pub(crate) fn of_text(text: &str) -> Self {
         let mut doubt = Self::NONE;
         let bytes = text.as_bytes();
@@ -121,8 +122,8 @@ impl Doubt {
         SHAPES.contains(&code) && (self.axes != 0 || self.mode || self.values)
     }
 
-    /// A fault that may be there only because of what is in doubt. A block whose text cannot be read is at fault by itself; one
-    /// that is being collected knows nothing but values.
+    /// A fault that may be there only because of what is in doubt. A block whose text cannot be
+    /// read has a fault of its own; while a block is being collected, only values can be in doubt.
     pub(crate) fn hides(self, fault: &Diagnostic, stage: Stage) -> bool {
         if stage == Stage::Unread {
             return false;
@@ -135,7 +136,8 @@ impl Doubt {
             }
             codes::NO_FEED => self.feed || self.mode || self.values,
             codes::NO_TOOL => self.tool,
-            // What is refused in a state; a word that is refused everywhere is told when its line is read.
+            // A word refused in some states only. A word refused everywhere is reported when its
+            // line is read.
             codes::UNSUPPORTED_WORD => self.modal && acting,
             codes::UNKNOWN_VARIABLE
             | codes::ARITHMETIC
@@ -150,7 +152,7 @@ impl Doubt {
     }
 }
 
-/// The target of a jump or call is computed: a parameter or expression stands behind its word.
+/// The target of a jump or call is computed: a parameter or expression follows its word.
 fn is_computed(line: &str) -> bool {
     let upper = line.to_ascii_uppercase();
     let behind = ["GOTOF", "GOTOB", "GOTOC", "GOTO", "LBL", "CALL", "PGM", "M98", "M97", "M99", "G65", "G66"]
@@ -171,7 +173,7 @@ pub(crate) enum Stage {
     Read,
     /// It is being executed.
     Acting,
-    /// It has been executed but for what nobody took.
+    /// It has been executed, except for words that have no use in it.
     Acted,
 }
 

@@ -1,12 +1,14 @@
-//! Formulas: one tree for all languages, and what its functions and operators give. A language keeps the grammar, the names
-//! of its functions, its parameters, and what truth and equality are on its control. Angles in degrees, as on the controls.
+//! Formulas: one tree for all languages, and the values of its functions and operators. A language
+//! keeps the grammar, the names of its functions, its parameters, and what truth and equality are
+//! on its control. Angles are in degrees, as on the controls.
 
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
 
-/// Nesting of brackets, signs, functions and rising priorities in one formula. Operators of one nesting stand side by side in
-/// [`Expr::Chain`], so that the depth of a formula is bounded and its length is not.
+/// Nesting of brackets, signs, functions and rising priorities in one formula. Operators of one
+/// nesting level follow each other in [`Expr::Chain`], so that the depth of a formula is bounded
+/// and its length is not.
 pub(crate) const MAX_DEPTH: u32 = 60;
 
 /// Bytes of a text.
@@ -105,7 +107,7 @@ pub(crate) enum Operator {
     LessEqual,
     Greater,
     GreaterEqual,
-    /// Texts one behind the other.
+    /// Concatenates texts.
     Join,
     /// Between frames.
     Chain,

@@ -22,7 +22,7 @@ pub(crate) struct Loaded<I> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Section {
     pub(crate) start: Mark,
-    /// Byte behind the last line.
+    /// Byte after the last line.
     pub(crate) end: usize,
 }
 
@@ -78,7 +78,7 @@ impl<L: Language> Channel<L> {
         }
     }
 
-    /// Continues behind a line.
+    /// Continues after a line.
     pub(crate) fn continue_after(&mut self, loaded: &Loaded<L::Index>, line: Mark) {
         let next = loaded.source.line(line).map_or(line, |(_, next)| next);
         self.set_cursor(next);

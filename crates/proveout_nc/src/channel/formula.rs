@@ -17,15 +17,18 @@ use crate::scan::Scanner;
 pub(crate) struct Grammar {
     /// Operators with their priorities, the highest binds strongest; longer ones before those that they begin with.
     pub(crate) operators: &'static [(&'static str, Operator, u8)],
-    /// A word is an operator only where no letter or digit follows it; else blanks are free and words stand side by side.
+    /// A word is an operator only where no letter or digit follows it; otherwise blanks are
+    /// optional and words may follow each other directly.
     pub(crate) whole_words: bool,
     /// Priority of comparisons that cannot be chained, and what to write instead.
     pub(crate) comparison: Option<(u8, &'static str)>,
-    /// A sign binds to operators of this priority and above; [`u8::MAX`]: to the operand behind it.
+    /// A sign binds to operators of this priority and above; [`u8::MAX`]: to the operand that
+    /// follows it.
     pub(crate) sign: u8,
     /// What encloses a formula within another.
     pub(crate) brackets: [u8; 2],
-    /// What a formula is called, with what one that is too deep is split, and what may stand where a value is expected.
+    /// For messages: what a formula is called, how to split one that is nested too deeply, and what
+    /// is allowed where a value is expected.
     pub(crate) name: &'static str,
     pub(crate) split_with: &'static str,
     pub(crate) operands: &'static str,
@@ -39,7 +42,7 @@ pub(crate) trait Formulas<'a> {
 
     fn scanner(&mut self) -> &mut Scanner<'a>;
 
-    /// Steps over what may stand between two words.
+    /// Skips what is allowed between two words.
     fn blanks(&mut self) {
         self.scanner().skip_blanks();
     }
@@ -53,7 +56,8 @@ pub(crate) trait Formulas<'a> {
     /// A number; a digit or a point is next.
     fn number(&mut self) -> Result<f64, Fault>;
 
-    /// An operand that is neither number, sign nor bracket; none where nothing begins with what is next.
+    /// An operand that is neither number, sign nor bracket; none where the next text begins no
+    /// operand.
     fn other_operand(&mut self, depth: u32) -> Result<Option<Expr<Self::Param>>, Fault>;
 }
 
@@ -71,7 +75,7 @@ impl Grammar {
     }
 }
 
-/// Reads a formula; the scanner stands behind it afterwards.
+/// Reads a formula; leaves the scanner after it.
 pub(crate) fn formula<'a, F: Formulas<'a>>(text: &mut F, depth: u32) -> Result<Expr<F::Param>, Fault> {
     parse(text, 0, depth)
 }
@@ -129,7 +133,7 @@ pub(crate) fn operand<'a, F: Formulas<'a>>(text: &mut F, depth: u32) -> Result<E
     }
 }
 
-/// A formula in brackets; the scanner stands before the opening one, or before blanks.
+/// A formula in brackets; the scanner is before the opening one, or before blanks.
 pub(crate) fn bracket<'a, F: Formulas<'a>>(text: &mut F, depth: u32) -> Result<Expr<F::Param>, Fault> {
     text.blanks();
     let grammar = text.grammar();

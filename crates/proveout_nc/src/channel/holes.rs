@@ -1,7 +1,7 @@
 //! Holes: courses of strokes along one axis.
 //!
 //! ```text
-//!   Rapid     - - -o            every stroke ends where the next one turns back or rests, so that the tool stands at
+//!   Rapid     - - -o            every stroke ends where the next one turns back or rests, so that the tool stops at
 //!                  :            its end, at the bottom above all, whatever the path mode is
 //!   Rapid          v
 //!                  |  Feed
@@ -30,7 +30,7 @@ pub(crate) enum Stroke {
         turn: SpindleDirection,
     },
     Wait(Option<Dwell>),
-    /// The spindle turns like this, and is told.
+    /// Turns the spindle in this direction, and emits that.
     Turn(SpindleDirection),
 }
 
@@ -48,7 +48,7 @@ impl Stroke {
 
 /// A language with cycles for holes.
 pub(crate) trait Holes: Language {
-    /// The tool stands at this coordinate, so that a stroke to it is none.
+    /// The tool is at this coordinate already, so that no stroke to it is needed.
     fn stands_at(channel: &Channel<Self>, to: f64) -> bool;
 
     /// Moves the tool along the axis of the hole.

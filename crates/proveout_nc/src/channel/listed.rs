@@ -1,5 +1,5 @@
-//! What a control file says, as far as it is the same for all languages: words that only tell something, subprograms that may
-//! be missing, the feed before the first F.
+//! What a control file says, as far as it is the same for all languages: words that only say
+//! something, subprograms that may be missing, the feed before the first F.
 
 use super::{Channel, Language};
 use crate::control::Meaning;
@@ -11,7 +11,8 @@ use crate::{Feed, Op};
 const EVERY_AXIS: u16 = 0x1ff;
 
 impl<L: Language> Channel<L> {
-    /// Tells what a word of the control file tells: the word at a place of its table, and the values that belong to it.
+    /// Emits what the control file says of a word: the word at a place of its table, and the values
+    /// that belong to it.
     pub(crate) fn tell_listed(&mut self, at: usize, values: &str) {
         let Some(Listed { word, meaning, .. }) = self.settings.control.words.at(at).cloned() else { return };
         match meaning {
@@ -24,8 +25,8 @@ impl<L: Language> Channel<L> {
         }
     }
 
-    /// A subprogram is called and not there: left out, where the control says that it may be. Where the tool then stands is not
-    /// known.
+    /// A subprogram that is called does not exist: left out, where the control allows it. The tool
+    /// position after the call is unknown.
     pub(crate) fn leave_out(&mut self, name: &str) -> bool {
         let Some(text) = left_out(&self.settings, name) else { return false };
         self.note(text);
@@ -37,7 +38,7 @@ impl<L: Language> Channel<L> {
         true
     }
 
-    /// The feed of the settings for a motion before the first F, which is told; mm/min.
+    /// The feed of the settings, mm/min, for a motion before the first F; emits the assumption.
     pub(crate) fn default_feed(&mut self) -> Option<f64> {
         let mm_min = self.settings.default_feed_mm_per_min?;
         self.assume(format!(

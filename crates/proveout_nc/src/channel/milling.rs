@@ -122,7 +122,8 @@ pub(crate) trait Mills: Language {
     /// First and second axis of the working plane, and its normal.
     fn working_plane(channel: &Channel<Self>) -> [usize; 3];
 
-    /// Before a motion in feed of these axes (bit mask): there is one, and it is told.
+    /// Before a motion in feed of these axes (bit mask): checks that a feed is in force, and emits
+    /// it.
     fn mill_feed(channel: &mut Channel<Self>, programmed: u16, span: Span) -> Result<(), Fault>;
 
     /// The motion to work coordinates of which these axes are set.

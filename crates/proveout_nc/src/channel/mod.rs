@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   text ─► Language::step ─► words of a block ─► Channel: technology, motion, holes ─► queue ─► Language::hand_out ─► commands
-//!              grammar            meanings           told once, for all languages
+//!              grammar            meanings           emitted once, for all languages
 //! ```
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands with the place of
@@ -74,7 +74,8 @@ pub(crate) trait Language: Debug + Sized {
     /// Executes the next block.
     fn step(channel: &mut Channel<Self>) -> Result<(), Box<Diagnostic>>;
 
-    /// The next command that may leave; languages in which a motion depends on the block behind it keep it back here.
+    /// The next command that may leave; languages in which a motion depends on the next block keep
+    /// it back here.
     #[inline]
     fn hand_out(channel: &mut Channel<Self>) -> Option<Command> {
         channel.queue.pop_front().map(|(command, _)| command)
@@ -83,7 +84,7 @@ pub(crate) trait Language: Debug + Sized {
     /// A fault that may be there only because of one before.
     fn may_follow(channel: &Channel<Self>, fault: &Diagnostic) -> bool;
 
-    /// The fault that is handed out may follow from one before.
+    /// The reported fault may follow from one before.
     fn follows(channel: &Channel<Self>, fault: &Diagnostic) -> bool {
         Self::may_follow(channel, fault)
     }
@@ -93,24 +94,26 @@ pub(crate) trait Language: Debug + Sized {
         fault.at(&source.name, at.line, text)
     }
 
-    /// What the block that was executed has set anew is in doubt no more.
+    /// Ends the doubt about what the executed block has set again.
     fn settle_doubt(channel: &mut Channel<Self>);
 
-    /// Before the run goes on behind a fault; the answer, if there is one, is that of [`Reader::recover`].
+    /// Called before the run goes on after a fault; the answer, if there is one, is that of
+    /// [`Reader::recover`].
     fn resume(_channel: &mut Channel<Self>) -> Option<bool> {
         None
     }
 
-    /// Goes on behind the block that has failed: what is in doubt there. None: nothing is, and all is settled.
+    /// Goes on after the block that has failed; returns what is in doubt there. None: nothing is,
+    /// and all is settled.
     fn go_on(channel: &mut Channel<Self>, failed: &Failed<Self::Index>) -> Option<Doubt>;
 
     /// A block has failed, and what waited for its end is given up.
     fn give_up(_channel: &mut Channel<Self>, _failed: &Failed<Self::Index>) {}
 
-    /// What else is lost behind a block that leaves this in doubt.
+    /// What else is lost after a block that leaves this in doubt.
     fn doubted(_channel: &mut Channel<Self>, _doubt: Doubt) {}
 
-    /// A motion is about to be handed out.
+    /// A motion is about to be emitted.
     fn moving(channel: &mut Channel<Self>);
 
     /// What F counts in a block that moves linear and rotary axes together.
@@ -163,7 +166,7 @@ pub(crate) struct Channel<L: Language> {
     pub(crate) queue: VecDeque<(Command, L::Mark)>,
     pub(crate) location: Location,
     pub(crate) done: bool,
-    /// What ended the run, to be told behind the commands before it.
+    /// What ended the run; reported after the commands before it.
     pub(crate) failure: Option<Box<Diagnostic>>,
     /// What is wrong with the structure of the main file.
     structure: Vec<Diagnostic>,
@@ -176,18 +179,19 @@ pub(crate) struct Channel<L: Language> {
     pub(crate) modal: L::Modal,
     pub(crate) technology: Technology,
     pub(crate) position: Position,
-    /// Words of the control file whose reason has been told, by their place in its table.
+    /// Words of the control file whose reason has been reported, by their place in its table.
     pub(crate) told_words: BTreeSet<usize>,
     /// Calls of subprograms that are not there and were left out.
     pub(crate) missing: Vec<NotRun>,
-    /// What was told that parameters of the control count by.
+    /// What commands so far say of how the parameters of the control count.
     pub(crate) told: parameters::Told,
     /// What this language keeps and no other does.
     pub(crate) own: L,
 }
 
 impl<L: Language> Channel<L> {
-    /// `folder`: where the main program lies, if it is a file. `main`: the lines of the main program, and what its level keeps.
+    /// `folder`: the folder of the main program, if it is a file. `main`: the lines of the main
+    /// program, and the data of its level.
     pub(crate) fn new(
         source: Source,
         folder: Option<PathBuf>,
@@ -248,7 +252,7 @@ impl<L: Language> Channel<L> {
         self.emit(Op::Note(text.into()));
     }
 
-    /// Tells what is taken for granted where controls or their set-ups differ.
+    /// Emits a note on what is assumed where controls or their set-ups differ.
     pub(crate) fn assume(&mut self, text: impl AsRef<str>) {
         self.note(format!("{ASSUMED}{}", text.as_ref()));
     }
@@ -263,7 +267,7 @@ impl<L: Language> Channel<L> {
         }
     }
 
-    /// The block that is executed now stands here: commands and faults carry its place.
+    /// Sets the location of the block that is executed now, for its commands and faults.
     pub(crate) fn stands_at(&mut self, file: &Arc<str>, at: Mark, line: &str, span: Span) {
         let (column, length) = column_and_length(line, span);
         let depth = self.depth() as u32;

@@ -30,7 +30,8 @@ impl<L: Language> Channel<L> {
         })
     }
 
-    /// Hands a motion out that ends at positions of the machine axes. What the program knows behind it is settled before.
+    /// Emits a motion that ends at positions of the machine axes. What the program knows after it
+    /// is settled before.
     pub(crate) fn go_in_machine(&mut self, end: AxisValues, programmed: u16, rapid: bool, exact_stop: bool) {
         let motion = Motion {
             end,
@@ -46,7 +47,7 @@ impl<L: Language> Channel<L> {
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
     }
 
-    /// Tells the frame in force.
+    /// Emits the frame in force.
     pub(crate) fn tell_frame(&mut self, word: &str) {
         let frame = *self.position.frame();
         self.emit(Op::Frame(FrameChange {
@@ -57,12 +58,13 @@ impl<L: Language> Channel<L> {
         }));
     }
 
-    /// Where an axis stands, which an increment starts from.
+    /// The position of an axis, from which an increment starts.
     pub(crate) fn known(&self, axis: usize, span: Span) -> Result<f64, Fault> {
         self.position.work.get(axis).ok_or_else(|| unknown_axis(axis, span))
     }
 
-    /// The nearest of the positions of a rotary axis that are this value; the value itself where it stands is not known.
+    /// The position nearest to the present one among those of a rotary axis that mean this value;
+    /// the value itself where the present one is unknown.
     pub(crate) fn short_way(&self, axis: usize, value: f64) -> f64 {
         self.position.work.get(axis).map_or(value, |now| {
             let turn = (value - now).rem_euclid(TAU);
@@ -198,7 +200,7 @@ impl<L: Language> Channel<L> {
     }
 }
 
-/// An axis that an increment or a cycle needs, and the program has not set.
+/// The fault of an increment or a cycle that needs an axis which the program has not set.
 pub(crate) fn unknown_axis(axis: usize, span: Span) -> Fault {
     let letter = AXIS_LETTERS[axis];
     let message = format!("the position of `{letter}` is not known to the program here");

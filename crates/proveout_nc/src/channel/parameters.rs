@@ -13,14 +13,14 @@ const NO_WAY: f64 = 1e-9;
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
 
-/// What the channel has told that its parameters count by.
+/// What commands and notes so far say of how the parameters count.
 #[derive(Debug, Default)]
 pub(crate) struct Told {
     /// Tool center point control is on.
     tcp: bool,
     /// F is the time of the block.
     inverse_time: bool,
-    /// What the feed counts, as it was handed out.
+    /// What the feed counts, as it was emitted.
     counts: Option<FeedCounts>,
     /// What the program itself says that the feed counts (FGROUP, FGREF).
     pub(crate) program_counts: Option<FeedCounts>,
@@ -48,7 +48,8 @@ impl Told {
 }
 
 impl<L: Language> Channel<L> {
-    /// Before a motion in feed is handed out: tells what the feed counts, where rotary axes turn and it counts.
+    /// Called before a motion in feed is emitted: emits what the feed counts, where rotary axes
+    /// turn and it matters.
     #[inline]
     pub(crate) fn before_feed(&mut self, motion: &Motion) {
         if motion.programmed & ROTARY == 0 || self.told.tcp || self.told.inverse_time || motion.machine_coordinates {

@@ -4,7 +4,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Limits;
 
-/// Jumps back so far. A pass is idle as long as no motion was handed out since the last one.
+/// Jumps back so far. A pass is idle where no motion was emitted since the last jump.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Passes {
     total: u64,
@@ -12,7 +12,7 @@ pub(crate) struct Passes {
 }
 
 impl Passes {
-    /// A motion was handed out.
+    /// A motion was emitted.
     pub(crate) fn moved(&mut self) {
         self.idle = 0;
     }

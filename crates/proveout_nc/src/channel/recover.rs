@@ -1,6 +1,7 @@
-//! Going on behind a fault, for [`crate::check`].
+//! Going on after a fault, for [`crate::check`].
 //!
-//! The words that can be read are executed, so that little is in doubt behind the block; the rest of the block is.
+//! The words that can be read are executed, so that little is in doubt after the block; the rest of
+//! the block is.
 
 use std::sync::Arc;
 
@@ -85,7 +86,7 @@ impl<L: Language> Channel<L> {
         Box::new(diagnostic)
     }
 
-    /// Goes on behind the block that has failed; false where nothing can follow.
+    /// Goes on after the block that has failed; false where nothing can follow.
     pub(super) fn go_on_behind_fault(&mut self) -> bool {
         if let Some(answer) = L::resume(self) {
             return answer;
@@ -117,11 +118,11 @@ impl<L: Language> Channel<L> {
 }
 
 impl<L: Salvage> Channel<L> {
-    /// Executes the words of the block that are no fault; gives what is in doubt behind them.
+    /// Executes the words of the block that have no fault; returns what is in doubt after them.
     pub(crate) fn salvage_words(&mut self, failed: &Failed<L::Index>, unread: bool) -> Doubt {
         let mut block = self.block.take().unwrap_or_default();
-        // Behind a fault of grammar nothing is read; before it words are good unless they touch it. Where a block with a fault
-        // would have gone is not known, even if its axis words can be read.
+        // After a fault of grammar nothing is read; words before it are good unless they touch it.
+        // The end point of a block with a fault is unknown, even if its axis words can be read.
         let start = L::touching(&block, failed.span.start).unwrap_or(failed.span.start) as usize;
         let lost = if unread { start } else { failed.line.len() };
         let mut doubt = Doubt::of_text(failed.line.get(lost..).unwrap_or(&failed.line));
@@ -150,7 +151,8 @@ impl<L: Salvage> Channel<L> {
             }
         }
         self.block = Some(block);
-        // A corner behind a block with a fault would be told for what that fault has left out.
+        // A fault of a corner after this block could follow from what the block left out: none is
+        // looked for.
         self.queue.iter_mut().for_each(|(_, mark)| *mark = L::Mark::default());
         doubt
     }

@@ -260,7 +260,7 @@ mod tests {
         all
     }
 
-    /// Signed distance to the wall, below zero inside; written by itself, without the rings.
+    /// Signed distance to the wall, negative inside; computed independently of the rings.
     fn distance(shape: Shape, p: Point) -> f64 {
         match shape {
             Shape::Rounded { a, b, corner } => {

@@ -1,4 +1,4 @@
-//! Feed, spindle, coolant and tool: what is in force, told when it changes.
+//! Feed, spindle, coolant and tool: what is in force, emitted when it changes.
 
 use super::{Channel, Language};
 use crate::codes;
@@ -9,7 +9,7 @@ use crate::{Coolant, Feed, Op, Spindle, SpindleDirection, ToolAction, ToolName};
 #[derive(Clone, Debug)]
 pub(crate) struct Technology {
     pub(crate) feed: Option<Feed>,
-    /// Feed last handed out.
+    /// Feed emitted last.
     pub(crate) told_feed: Option<Feed>,
     pub(crate) direction: SpindleDirection,
     /// Speed of the spindle, 1/min.
@@ -48,7 +48,7 @@ impl Technology {
     }
 }
 
-/// The other direction; a spindle that stands has none.
+/// The other direction; a stopped spindle has none.
 pub(crate) fn opposite(direction: SpindleDirection) -> SpindleDirection {
     match direction {
         SpindleDirection::Clockwise => SpindleDirection::CounterClockwise,
@@ -74,7 +74,8 @@ pub(crate) fn direction_of_thread(pitch: f64) -> SpindleDirection {
 }
 
 impl<L: Language> Channel<L> {
-    /// Hands the feed in force out when it differs from the last one. Inverse time holds for one block and is told each time.
+    /// Emits the feed in force when it differs from the last one. Inverse time holds for one block
+    /// and is emitted each time.
     pub(crate) fn tell_feed(&mut self) {
         if let Some(feed) = self.technology.feed
             && (matches!(feed, Feed::InverseTime(_)) || self.technology.told_feed != Some(feed))
@@ -84,7 +85,7 @@ impl<L: Language> Channel<L> {
         }
     }
 
-    /// Takes a feed into force and tells it.
+    /// Takes a feed into force and emits it.
     pub(crate) fn set_feed(&mut self, feed: Option<Feed>) {
         self.technology.feed = feed;
         self.tell_feed();
@@ -99,7 +100,8 @@ impl<L: Language> Channel<L> {
             .help("write S1000 and the direction with M3 or M4"))
     }
 
-    /// Takes a speed into force; a spindle that turns is told, unless the block turns it itself.
+    /// Takes a speed into force; emits it for a spindle that turns, unless the block turns it
+    /// itself.
     pub(crate) fn set_speed(&mut self, speed: f64, block_turns_it: bool) {
         let changed = self.technology.speed.replace(speed) != Some(speed);
         if changed && self.technology.direction != SpindleDirection::Off && !block_turns_it {
@@ -112,13 +114,13 @@ impl<L: Language> Channel<L> {
         self.emit(Op::Spindle(spindle));
     }
 
-    /// Turns the spindle and tells it.
+    /// Turns the spindle and emits that.
     pub(crate) fn spindle(&mut self, direction: SpindleDirection) {
         self.technology.direction = direction;
         self.tell_spindle();
     }
 
-    /// Turns the spindle; told when that is a change.
+    /// Turns the spindle; emits that when it is a change.
     pub(crate) fn turn_spindle(&mut self, direction: SpindleDirection) {
         if self.technology.direction != direction {
             self.spindle(direction);

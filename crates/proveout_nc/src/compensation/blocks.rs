@@ -15,7 +15,7 @@ impl Compensated {
         let Some(motion) = motion_of(&command.op) else { return self.pass(command) };
         let (end_base, programmed, machine) = (motion.end_base, motion.programmed, motion.machine_coordinates);
         let start = self.position;
-        // What the program knows of the position behind a motion is what the motion names.
+        // After a motion the program knows the coordinates that the motion gives.
         self.position = if machine { AxisValues::NONE } else { end_base };
         let straight = matches!(command.op, Op::Rapid(_) | Op::Linear(_));
         let Some(plane) = self.plane.filter(|_| self.is_active() || self.residual != [0.0; 2]) else {
@@ -29,7 +29,7 @@ impl Compensated {
             return self.pass(command);
         }
         if !self.is_active() {
-            // Behind G40: the next straight block in the plane leads back to the programmed point.
+            // After G40: the next straight block in the plane leads back to the programmed point.
             if programmed & plane.axes == 0 && straight {
                 if let Some(motion) = motion_mut(&mut command.op) {
                     plane.shift(&mut motion.end_base, self.residual);

@@ -92,12 +92,12 @@ impl Element {
         }
     }
 
-    /// Point of the equidistant beside the start, `offset` to the left of the motion.
+    /// Start of the equidistant, `offset` to the left of the motion.
     pub(crate) fn offset_start(&self, offset: f64) -> Point {
         self.offset_point(self.start, offset)
     }
 
-    /// Point of the equidistant beside the end.
+    /// End of the equidistant.
     pub(crate) fn offset_end(&self, offset: f64) -> Point {
         self.offset_point(self.end, offset)
     }
@@ -120,7 +120,8 @@ impl Element {
         }
     }
 
-    /// How far a point of the equidistant lies behind its start.
+    /// How far a point of the equidistant lies after its start, in the unit of
+    /// [`Self::back_from_end`].
     pub(crate) fn on_from_start(&self, point: Point, offset: f64) -> f64 {
         match self.shape {
             Shape::Line => dot(sub(point, self.offset_start(offset)), self.first_tangent()),
@@ -130,7 +131,7 @@ impl Element {
         }
     }
 
-    /// As [`Self::back_from_end`] for points near the end, below zero behind it.
+    /// As [`Self::back_from_end`] for points near the end; negative beyond the end.
     pub(crate) fn before_end(&self, point: Point, offset: f64) -> f64 {
         match self.shape {
             Shape::Line => self.back_from_end(point, offset),
@@ -150,7 +151,7 @@ impl Element {
         }
     }
 
-    /// Point of the element itself beside a point of its equidistant.
+    /// Point of the element itself that is nearest to a point of its equidistant.
     pub(crate) fn foot(&self, point: Point, offset: f64) -> Point {
         match self.shape {
             Shape::Line => along(point, left(self.first_tangent()), -offset),
@@ -180,12 +181,13 @@ impl Element {
         }
     }
 
-    /// Point of the equidistant `by` behind its end: mm on a line, radian on an arc; before it where that is below zero.
+    /// Point of the equidistant `by` beyond its end: mm on a line, radian on an arc; before the end
+    /// where `by` is negative.
     pub(crate) fn behind_end(&self, by: f64, offset: f64) -> Point {
         self.moved_along(self.offset_end(offset), self.last_tangent(), by)
     }
 
-    /// Point of the equidistant `by` behind its start, in the unit of [`Self::behind_end`].
+    /// Point of the equidistant `by` after its start, in the unit of [`Self::behind_end`].
     pub(crate) fn behind_start(&self, by: f64, offset: f64) -> Point {
         self.moved_along(self.offset_start(offset), self.first_tangent(), by)
     }
@@ -233,8 +235,8 @@ fn angle(from: Point, to: Point, counter_clockwise: bool, radius: Option<f64>) -
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Meeting {
     pub(crate) point: Point,
-    /// What lies behind the point on the first, in the unit of [`Element::extent`]; below zero where the first goes on beyond
-    /// its end.
+    /// What the corner cuts off the end of the first, in the unit of [`Element::extent`]; negative
+    /// where the first goes on beyond its end.
     pub(crate) taken: f64,
     /// What lies before it on the second; below zero where the second begins before its start.
     pub(crate) used: f64,
@@ -242,8 +244,9 @@ pub(crate) struct Meeting {
 
 /// Where the equidistants of two elements that follow each other meet in an inside corner.
 ///
-/// `rest`: what the corner before has left of the first element, in the unit of its extent. Of several intersections that
-/// lie on both equidistants the one that takes the least from the first is meant; none where there is no such point.
+/// `rest`: what the corner before has left of the first element, in the unit of its extent. Of
+/// several intersections that lie on both equidistants, the one that shortens the first least is
+/// returned; none where there is no such point.
 pub(crate) fn inside_corner(first: &Element, second: &Element, offset: f64, rest: f64) -> Option<Meeting> {
     let rounding = |e: &Element| match e.offset_radius(offset) {
         None => ROUNDING_MM,

@@ -22,7 +22,8 @@ pub(crate) struct CompStyle {
     pub(crate) corner: Corner,
     pub(crate) entry: Entry,
     pub(crate) feed: FeedAt,
-    /// KONT: entry and exit go around the contour where they lie behind it. Where they lie in front, as NORM.
+    /// KONT: entry and exit go around the contour where they start or end on its far side. On the
+    /// side of the tool, as NORM.
     pub(crate) follow_contour: bool,
     /// So many blocks with a motion in the plane the control looks ahead for places where the tool does not fit.
     pub(crate) look_ahead: usize,
@@ -53,7 +54,8 @@ pub(crate) enum Beyond {
 /// The block that leads onto the contour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Entry {
-    /// It ends beside the start of the contour, at a right angle to its first tangent.
+    /// It ends on the equidistant at the start of the contour, at a right angle to the first
+    /// tangent.
     Perpendicular,
     /// It counts as a block of the contour itself and begins at the uncompensated point.
     Parallel,
@@ -81,7 +83,8 @@ impl CompStyle {
     };
 
     /// Fanuc: intersection up to a right angle, a chamfer beyond; start-up and cancel of type A.
-    /// Three blocks are read ahead (the least that parameter 19625 allows): a block is held against the two behind it.
+    /// Three blocks are read ahead (the least that parameter 19625 allows): each block is checked
+    /// against the two after it.
     pub(crate) const FANUC: Self = Self {
         corner: Corner::Intersection { limit: FRAC_PI_2, beyond: Beyond::Chamfer },
         look_ahead: 2,
@@ -122,7 +125,8 @@ impl Piece {
 pub(super) struct Join {
     /// Where the first block ends.
     pub(super) end: Point,
-    /// What that takes from the first block, in the unit of [`Element::extent`]; below zero where it goes on beyond its end.
+    /// What the corner cuts off the end of the first block, in the unit of [`Element::extent`];
+    /// negative where the block goes on beyond its end.
     pub(super) taken: f64,
     pub(super) pieces: Vec<Piece>,
     /// Where the second block begins.
@@ -132,7 +136,8 @@ pub(super) struct Join {
 }
 
 impl Join {
-    /// The first block ends beside its own end, the second begins beside its start.
+    /// The first block ends at the end of its equidistant, the second begins at the start of its
+    /// own.
     pub(super) fn beside(end: Point, pieces: Vec<Piece>, start: Point) -> Self {
         Self { end, taken: 0.0, pieces, start, used: 0.0 }
     }
@@ -190,7 +195,8 @@ pub(super) fn join(begun: &Begun, second: &Element, offset: f64, corner: Corner,
         }
         other => other,
     };
-    // Beside the programmed corner: where an arc does not end on its circle, `p` is a little off.
+    // Tool center at the end of the first block: where an arc does not end on its circle, `p` is a
+    // little off.
     let beside = along(first.end, left(s), offset);
     let mut pieces = Vec::new();
     let (to, from) = match corner {
@@ -212,7 +218,8 @@ pub(super) fn join(begun: &Begun, second: &Element, offset: f64, corner: Corner,
             return Some(Join::beside(p, pieces, q));
         }
     };
-    // A line runs on to the intersection by itself; an arc ends beside the corner, and its tangent goes on.
+    // A line runs on to the intersection by itself; an arc ends at the corner, and its tangent goes
+    // on.
     let (end, taken) = if first.shape == Shape::Line {
         (to, -norm(sub(to, p)))
     } else {
@@ -233,11 +240,12 @@ pub(super) fn join(begun: &Begun, second: &Element, offset: f64, corner: Corner,
 
 /// Whether the tool runs inside of a corner, `offset` to the left of the motion.
 ///
-/// Away from a cusp the tangents `s` and `t` tell: inside where `offset * (s x t) > 0`. At a cusp, where the path turns back,
-/// both branches leave the corner in nearly the same direction, and their bends decide what lies between them.
+/// Away from a cusp the tangents `s` and `t` decide: inside where `offset * (s x t) > 0`. At a
+/// cusp, where the path turns back, both branches leave the corner in nearly the same direction,
+/// and their bends decide what lies between them.
 ///
 /// ```text
-///        first  .              . second          y1 = (s x t) l - k1 l^2 / 2     the first branch, l behind the corner
+///        first  .              . second          y1 = (s x t) l - k1 l^2 / 2     the first branch, l from the corner
 ///                .   tool     .                  y2 =             k2 l^2 / 2     the second, both to the left of t
 ///                 .  inside  .
 ///                  ..      ..                    opening y1 - y2 = (s x t) l - (k1 + k2) l^2 / 2
@@ -271,10 +279,12 @@ fn is_inside(first: &Element, second: &Element, offset: f64) -> bool {
 /// The sharpest corner that is taken without a piece of its own: the two equidistants meet, a little beyond their ends at an
 /// outside corner.
 ///
-/// At a change of direction `w` their tangents meet `|o| tan(w / 2)` behind the end of the first, and that point is `|o| (1 /
-/// cos(w / 2) - 1)`, about `|o| w^2 / 8`, farther from the corner than the tool radius. Below [`FLAT_MM`] the way around on a
-/// circle would be a piece of a few micrometers that no control can tell from none. Where the equidistants bend
-/// away from their tangents by no more than rounding, the points along them are taken as one; else they are intersected.
+/// At a change of direction `w` their tangents meet `|o| tan(w / 2)` beyond the end of the first,
+/// and that point is `|o| (1 / cos(w / 2) - 1)`, about `|o| w^2 / 8`, farther from the corner than
+/// the tool radius. Below [`FLAT_MM`] a piece on a circle around the corner would be a few
+/// micrometers long, which makes no difference to any control. Where the equidistants bend away
+/// from their tangents by no more than rounding, the points along them are taken as one; else they
+/// are intersected.
 fn flat_corner(first: &Element, second: &Element, offset: f64, rest: f64, turn: f64, inside: bool) -> Option<Join> {
     if turn > FLAT_TURN || offset.abs() * turn * turn > 8.0 * FLAT_MM {
         return None;

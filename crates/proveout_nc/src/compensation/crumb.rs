@@ -1,25 +1,27 @@
 //! Blocks so short that the tool passes them.
 //!
-//! Programs of CAM systems carry blocks of a few micrometers that turn by rounding of their coordinates. At an inside corner
-//! of such a crumb the equidistants meet beyond its end, `o tan(w / 2)` from the corner for a turn of `w`, however little it
-//! stands out of the contour:
+//! Programs of CAM systems have blocks of a few micrometers that turn because their coordinates are
+//! rounded. At an inside corner of such a crumb the equidistants meet beyond its end,
+//! `o tan(w / 2)` from the corner for a turn of `w`, however little the crumb projects from the contour:
 //!
 //! ```text
 //!              p              the tool center at the end of the first block
 //!              :
-//!              : o            the crumb ends at Q, L behind P:  |p - Q|^2 = o^2 - 2 o L sin w + L^2
+//!              : o            the crumb ends at Q, L after P:  |p - Q|^2 = o^2 - 2 o L sin w + L^2
 //!              :              so that the tool at p is less than L sin w into it
-//!   -----------P.. Q------    which is how far Q stands out of the first block
+//!   -----------P.. Q------    which is how far Q projects from the first block
 //! ```
 //!
-//! Where that is below [`CRUMB_MM`], the tool goes on past the crumb, and the path takes up the contour behind it. What is
-//! longer than [`SHORT_MM`] is never passed: the part of the contour that is not followed must be a crumb as well.
+//! Where that is below [`CRUMB_MM`], the tool goes on past the crumb, and the path takes up the
+//! contour after it. A block longer than [`SHORT_MM`] is never passed: the part of the contour that
+//! is not followed must be a crumb as well.
 
 use super::contour::{Element, Point, ROUNDING_MM, SAME_POINT_MM, Shape, along, cross, dot, norm, sub, unit};
 use super::corner::{Begun, Join, Piece};
 use super::distance;
 
-/// How far a crumb may stand out of the contour beside it, mm: below the last digit of programs, and below the least cut.
+/// How far a crumb may project from the neighboring contour, mm: below the last digit of programs,
+/// and below the least cut.
 const CRUMB_MM: f64 = 9e-4;
 /// Longest crumb, mm.
 const SHORT_MM: f64 = 0.05;
@@ -50,10 +52,10 @@ pub(super) fn swallowed(begun: &Begun, second: &Element, offset: f64) -> Option<
     })
 }
 
-/// The next block where the tool stands past the end of the one before.
+/// The next block where the tool is past the end of the one before.
 pub(super) fn past_end(begun: &Begun, second: &Element, offset: f64, straight_only: bool) -> Option<Join> {
     take_up(begun, second, offset).or_else(|| {
-        // Not yet beside the next block: around its start, from where the tool stands.
+        // Not yet at the next block: around its start, from the present tool center.
         let (corner, start) = (second.start, second.offset_start(offset));
         let from = sub(begun.from, corner);
         if norm(from) < offset.abs() - CRUMB_MM {
@@ -80,7 +82,7 @@ pub(super) fn past_end(begun: &Begun, second: &Element, offset: f64, straight_on
     })
 }
 
-/// The second block from where the tool stands, when that is beside it.
+/// The second block from the present tool center, when that is on its equidistant.
 fn take_up(begun: &Begun, second: &Element, offset: f64) -> Option<Join> {
     let from = begun.from;
     let used = second.after_start(from, offset);
@@ -89,7 +91,7 @@ fn take_up(begun: &Begun, second: &Element, offset: f64) -> Option<Join> {
     if used < -rounding || used > second.extent() || norm(sub(from, foot)) > CRUMB_MM {
         return None;
     }
-    // An arc begins on its circle; a line leads from where the tool stands to its end.
+    // An arc begins on its circle; a line leads from the present tool center to its end.
     let (start, pieces): (Point, _) = match second.shape {
         Shape::Line => (from, Vec::new()),
         Shape::Arc { .. } => (foot, vec![Piece::LineTo(foot)]),
@@ -123,7 +125,7 @@ mod tests {
         assert_eq!((onto.end, onto.start), ([0.0, 5.0], [0.0, 5.0]));
         assert!(onto.used > crumb.extent(), "the tool is past the crumb");
         let off = past_end(&begun(crumb, onto.start, crumb.extent() - onto.used), &b, 5.0, false).unwrap();
-        // Not beside the next line yet: a step forward, of half a micrometer up.
+        // Not yet at the next line: a step forward, of half a micrometer up.
         assert_eq!(off.end, [0.0, 5.0]);
         assert!(norm(sub(off.start, [1e-3, 5.0 + 5e-4])) < 1e-12 && off.pieces.len() == 1);
         // Two micrometers are no crumb any more.

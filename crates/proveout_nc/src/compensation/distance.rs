@@ -16,7 +16,7 @@
 
 use super::contour::{Element, Point, Shape, along, cross, dot, left, norm, sub, unit};
 
-/// Below this two centers are one, or a point is a center, mm: no direction can be told.
+/// Below this distance two centers are one, or a point is a center, mm: no direction is defined.
 const NO_DIRECTION_MM: f64 = 1e-12;
 
 /// Part of an element on which a point lies.
@@ -127,7 +127,7 @@ fn square(a: &Element, b: &Element) -> [Option<(Point, Point)>; 4] {
         }
         (Shape::Arc { center: c, radius: r, .. }, Shape::Arc { center: d, radius: s, .. }) => {
             let way = sub(d, c);
-            // About one center the distance is the same all along; ends of one of the two tell it.
+            // With a common center the distance is constant; the ends of the two give it.
             if norm(way) > NO_DIRECTION_MM {
                 let u = unit(way);
                 let pairs = [(r, s), (r, -s), (-r, s), (-r, -s)];

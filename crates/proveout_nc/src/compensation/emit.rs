@@ -9,8 +9,9 @@ use crate::codes;
 use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
 
 impl Compensated {
-    /// Ends the pending block before the next one, or beside its own end where there is none; hands out what was held behind
-    /// it and the pieces of the corner. The answer is where the next block begins.
+    /// Ends the pending block before the next one, or at the end of its own equidistant where there
+    /// is none. Emits the commands held after it and the pieces of the corner. Returns where the
+    /// next block begins.
     pub(super) fn settle(&mut self, next: Option<(&Element, &Command)>) -> Result<Option<Beginning>, Fault> {
         let Some(pending) = self.pending.take() else {
             // Switched off before a block in the plane came: nothing has moved.
@@ -93,7 +94,7 @@ impl Compensated {
         Ok(Some(Beginning { point: join.start, offset, used: join.used }))
     }
 
-    /// Notes the path beside a block for the check of the stretch.
+    /// Notes the path along a block for the check of the stretch.
     fn record_block(&mut self, pending: &Pending, join: &Join) {
         if matches!(pending.command.op, Op::Rapid(_)) {
             return;
@@ -132,7 +133,7 @@ impl Compensated {
         let help = if fits > SAME_POINT_MM && fits < 0.999 * pending.offset.abs() {
             format!("a radius of at most {fits:.4} mm fits into this corner")
         } else {
-            // The corner by itself would do: another corner has taken what is left of the block before.
+            // The corner alone would fit: another corner has used up the rest of the block before.
             format!(
                 "the block of line {} is too short between its two corners; use a smaller tool or a longer block",
                 pending.command.location.line
@@ -181,8 +182,8 @@ impl Compensated {
         AxisValues::index(letter).is_some_and(|axis| end.is_none_or(|end| end.get(axis).is_none()))
     }
 
-    /// A piece of a corner, if it has a length; `self.residual` is where the tool center stands beside the corner. None where
-    /// a circle would need a height that the program has not set.
+    /// A piece of a corner, if it has a length; `self.residual` is the tool center relative to the
+    /// corner. None where a circle would need a height that the program has not set.
     fn piece(&mut self, piece: &Piece, corner: Point, offset: f64, plane: &Plane, rapid: bool) -> Option<Option<Op>> {
         let mut motion = self.last.clone()?;
         let at = [corner[0] + self.residual[0], corner[1] + self.residual[1]];
@@ -220,7 +221,7 @@ impl Compensated {
     }
 }
 
-/// Where a block begins beside the contour.
+/// Where the tool center of a block begins.
 pub(super) struct Beginning {
     pub(super) point: Point,
     /// Offset to the left there, mm.

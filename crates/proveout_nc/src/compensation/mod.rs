@@ -1,13 +1,14 @@
 //! Cutter radius compensation: from the programmed contour to the path of the tool center.
 //!
-//! A stage behind the readers of all dialects. It works where [`Compensation::ToolCenter`] gives the radii of the tools;
+//! A stage after the readers of all dialects. It works where [`Compensation::ToolCenter`] gives the radii of the tools;
 //! otherwise commands pass through one by one and [`Op::CutterComp`] says what the control would do.
 //!
 //! # Geometry
 //!
-//! All is computed in the working plane in base coordinates, with `u` and `v` along the axes of the plane as the frame turns
-//! and mirrors them. `o` is the offset to the left of the motion: the radius with G41, minus the radius with G42. Beside a
-//! point of the contour with the unit tangent `t`, the tool center is at `point + o * left(t)`.
+//! All is computed in the working plane in base coordinates, with `u` and `v` along the axes of the
+//! plane as the frame turns and mirrors them. `o` is the offset to the left of the motion: the
+//! radius with G41, minus the radius with G42. For a point of the contour with the unit tangent
+//! `t`, the tool center is at `point + o * left(t)`.
 //!
 //! ```text
 //!   outside corner, tool on the left       inside corner, tool on the left
@@ -24,10 +25,12 @@
 //!
 //! * The equidistant of a line is the parallel line; of an arc, the circle about the same center with the radius `R - o`
 //!   where the arc runs counter-clockwise and `R + o` where it runs clockwise. It must stay above zero.
-//! * With tangents `s` before and `t` behind a corner, the corner is inside where `o * (s x t) > 0`. There the equidistants,
-//!   lines or circles, are intersected; of the points that lie on both, the one that takes least of the first block is taken.
-//!   If none does, the tool does not fit: `nc-compensation` names block, radius and the radius that fits.
-//! * At a *cusp*, where the path turns back, the bends of both blocks tell inside from outside ([`corner`]).
+//! * With tangents `s` before and `t` after a corner, the corner is inside where `o * (s x t) > 0`.
+//!   There the equidistants, lines or circles, are intersected; of the points that lie on both, the
+//!   one that shortens the first block least is taken. If there is none, the tool does not fit:
+//!   `nc-compensation` names block, radius and the radius that fits.
+//! * At a *cusp*, where the path turns back, the bends of both blocks decide between inside and
+//!   outside ([`corner`]).
 //! * At an outside corner the tool goes around as the dialect says: on a circle about `P` (G450 of Siemens, `LinuxCNC`,
 //!   Heidenhain), or over the intersection of the tangents (G451 up to 100 degrees, MD20210, a circle beyond; Fanuc up to 90
 //!   degrees, beyond both tangents go on for one radius and a line joins them). At rapid rate there are no circles: the lines
@@ -39,19 +42,20 @@
 //!
 //! # Check
 //!
-//! The whole path from G41 to G40 is held against the whole contour ([`stretch`]): a corner looks at its two blocks only, and
-//! anything else may lie in the way. A tool that does not fit between blocks within the look-ahead of the control
-//! ([`CompStyle::look_ahead`]) is refused; what the control would cut without an alarm is told by [`Op::Overcut`]
-//! ([`overcut`]).
+//! The whole path from G41 to G40 is checked against the whole contour ([`stretch`]): a corner
+//! looks at its two blocks only, and anything else may lie in the way. A tool that does not fit
+//! between blocks within the look-ahead of the control ([`CompStyle::look_ahead`]) is refused.
+//! [`Op::Overcut`] reports what the control would cut without an alarm ([`overcut`]).
 //!
 //! # Entry, exit, and blocks between
 //!
 //! * *Entry*, a straight block with a motion in the plane. Perpendicular: it ends at `P + o * left(t)` of the first block of
 //!   the contour (NORM of Siemens; start-up type A of Fanuc and Haas; RL/RR of Heidenhain). `LinuxCNC`: the entry block is a
 //!   block of the contour that begins at the uncompensated point, and must be longer than the radius.
-//! * *Exit*: the last block ends beside its own end; the next straight block with a motion in the plane leads from there to
-//!   its programmed end. All four families do this with their standard settings.
-//!   With KONT the same, where they lie on the side of the tool; behind the contour is refused.
+//! * *Exit*: the last block ends at the end of its equidistant; the next straight block with a
+//!   motion in the plane leads from there to its programmed end. All four families do this with
+//!   their standard settings. With KONT the same, where the exit lies on the side of the tool; an
+//!   exit on the far side of the contour is refused.
 //! * *Blocks without motion in the plane* are executed where the block before ends, ahead of the circle of the corner, as the
 //!   manual of Siemens says of G450.
 //! * *Another radius* while it is on: a straight block begins with the old one and ends with the new one.
@@ -60,11 +64,13 @@
 //!
 //! # Limits
 //!
-//! A block's end is known when the next one with a motion in the plane is; at most [`LOOK_AHEAD`] commands may stand between.
-//! The check comes behind the stretch: its motions are handed out by then. It knows the plane alone, and heights only where a
-//! path lies above the block that it cuts. Refused by name (`nc-compensation`): splines, probing
-//! and threads in the plane, circles outside of the plane, tool axes not square to it, machine coordinates, a tool change,
-//! another plane, a turned frame or tool center point control in between, inverse time feed, G41 behind G42 without G40.
+//! A block's end is known when the next one with a motion in the plane is; at most [`LOOK_AHEAD`]
+//! commands are allowed between. The check follows the stretch, whose motions are emitted by then.
+//! It knows the plane alone, and heights only where a path lies above the block that it cuts.
+//! Refused by name (`nc-compensation`): splines, probing and threads in the plane, circles outside
+//! of the plane, tool axes not square to it, machine coordinates, a tool change, another plane, a
+//! turned frame or tool center point control in between, inverse time feed, G41 after G42 without
+//! G40.
 //!
 //! Sources: Siemens, *SINUMERIK 840D sl Function Manual Basic Functions* (W1, tool radius compensation 2D; collision detection
 //! and bottleneck detection) and *Programming Manual Fundamentals* (G40 to G42, G450, G451, CDON); Fanuc, *Series 30i User's
@@ -144,7 +150,7 @@ enum State {
 pub(crate) struct Compensated {
     reader: Box<dyn Reader>,
     radii: Option<ToolRadii>,
-    /// Without radii: looks at contours whose radius stands in the program.
+    /// Without radii: looks at contours whose radius the program gives.
     shadow: Option<Box<Shadow>>,
     default_style: CompStyle,
     out: VecDeque<Result<Command, Fault>>,
@@ -159,13 +165,13 @@ pub(crate) struct Compensated {
     pending: Option<Pending>,
     /// Contour and path since compensation was switched on.
     stretch: Stretch,
-    /// Behind G40: the same, for the exit, and where the tool center stands.
+    /// After G40: the same, for the exit, and the position of the tool center.
     leaving: Option<(Stretch, Point)>,
     /// Heights of the tip over the plane in the motion under way, mm.
     heights: Option<[f64; 2]>,
-    /// With KONT, behind G40: end of the contour, tangent and offset there.
+    /// With KONT, after G40: end of the contour, tangent and offset there.
     exit: Option<(Point, Point, f64)>,
-    /// Commands behind the pending block that do not move in the plane.
+    /// Commands after the pending block that do not move in the plane.
     held: Vec<Command>,
     // What the commands so far say.
     frame: Frame,
@@ -175,9 +181,9 @@ pub(crate) struct Compensated {
     feed: Option<Feed>,
     /// Programmed point in base coordinates.
     position: AxisValues,
-    /// Motion handed out last, for the pieces of corners.
+    /// Motion emitted last, for the pieces of corners.
     last: Option<Motion>,
-    /// A fault was told, and the run goes on behind it.
+    /// A fault was reported, and the run goes on after it.
     broken: bool,
 }
 
@@ -254,7 +260,8 @@ impl Compensated {
         }
     }
 
-    /// What a contour with a radius of the program has wrong; the program is not followed any more behind it.
+    /// The fault of a contour whose radius the program gives. The shadow ends at the first fault,
+    /// also of the reader.
     fn shadow_fault(&mut self, item: &Option<Result<Command, Fault>>) -> Option<Fault> {
         let shadow = self.shadow.as_mut()?;
         let mut fault = match item {
@@ -332,7 +339,7 @@ impl Compensated {
         self.pass(command)
     }
 
-    /// Hands a command on, behind the block that waits for its end.
+    /// Passes a command on; while a block waits for its end, the command is held after it.
     fn pass(&mut self, command: Command) -> Result<(), Fault> {
         if self.pending.is_none() {
             self.out.push_back(Ok(command));

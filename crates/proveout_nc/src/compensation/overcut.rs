@@ -13,12 +13,14 @@
 //!   <------------ k -----------  the block          ------------- k --------->  the block
 //! ```
 //!
-//! Left, `k` lies in front of the other block, on its side of the tool: a smaller tool would fit between both. Right, `k` lies
-//! behind it: the contour itself runs through what the other block would leave, with any tool. That is how programs lead in
-//! and out on an arc that the full circle crosses, or open a pocket in a spiral. So it is told for information.
+//! Left, `k` lies in front of the other block, on its side of the tool: a smaller tool would fit
+//! between both. Right, `k` lies on its far side: the contour itself runs through what the other
+//! block would leave, with any tool. Programs do that where they lead in and out on an arc that the
+//! full circle crosses, or open a pocket in a spiral. So it is reported as information.
 //!
-//! Where the tool does not fit and the two blocks lie within the look-ahead of the control, the program is refused. Farther
-//! apart the control cuts the contour without an alarm, and so does the twin, which tells it as an error of the contour.
+//! Where the tool does not fit and the two blocks lie within the look-ahead of the control, the
+//! program is refused. Farther apart the control cuts the contour without an alarm, and so does the
+//! twin, which reports it as an error of the contour.
 
 use super::contour::{Element, Point, cross, dot, norm, sub};
 use super::distance::{self, Part};
@@ -33,7 +35,7 @@ const TOUCH: f64 = 1e-3;
 const SAME_HEIGHT_MM: f64 = 1e-6;
 /// Blocks at each end of a contour that may be a way on or off it.
 const LEAD: usize = 3;
-/// Places of one kind that a stretch tells one by one; the rest is counted with the last.
+/// Places of one kind that a stretch reports one by one; the rest is counted with the last.
 const MOST_TOLD: usize = 50;
 
 /// What a cut is; none where it is none, because the path is above the contour.
@@ -57,7 +59,7 @@ fn kind(stretch: &Stretch, way: &Way, cut: &Cut) -> Option<OvercutKind> {
     if lies_behind(stretch, cut.wall, contact) && !cross_each_other(&own.element, &wall.element) {
         return Some(OvercutKind::Overlap);
     }
-    // Beyond an end that has no neighbor; beside it the tool cuts the block as well.
+    // Past an end that has no neighbor; within the extent of the block the tool cuts it as well.
     let [start, end] = distance::ends(&wall.element);
     let beyond = |end: Point, out: Point| dot(sub(cut.center, end), out) > TOUCH;
     let free = match distance::nearest(&wall.element, cut.center).2 {
@@ -138,13 +140,14 @@ type Place1d = (usize, f64);
 ///
 /// ```text
 ///              |     ^            Up to the crossing the first blocks, and from it on the last ones, are no wall
-///              |     |            that is to stand.
+///              |     |            that must remain.
 ///    end - - - X <---+---
 ///              ^
 ///              : start
 /// ```
 ///
-/// The same where the contour closes in the crossing, or begins there: written by hand, most contours end in the corner that they began beside.
+/// The same where the contour closes at the crossing, or begins there: most contours written by
+/// hand end in the corner near which they began.
 struct Tails {
     /// The first blocks are a way on up to here.
     start: Option<Place1d>,
@@ -213,7 +216,8 @@ struct Place {
 }
 
 impl Compensated {
-    /// Holds the path of the stretch against its contour: refuses the program, or tells what the control would cut.
+    /// Checks the path of the stretch against its contour: refuses the program, or reports what the
+    /// control would cut.
     pub(super) fn check(&mut self) -> Result<(), Fault> {
         let stretch = std::mem::take(&mut self.stretch);
         let told = self.judge(&stretch);
@@ -375,7 +379,7 @@ mod tests {
         let outside = stretch(&points, -2.0);
         assert!(lies_behind(&outside, 0, [9.0, 1.0]));
         assert!(!lies_behind(&outside, 0, [12.0, -1.0]) && !lies_behind(&outside, 1, [12.0, -1.0]));
-        // On the contour nothing is behind.
+        // A point on the contour is not on its far side.
         assert!(!lies_behind(&inside, 0, [5.0, -1e-4]) && lies_behind(&inside, 0, [5.0, -0.01]));
     }
 

@@ -69,7 +69,8 @@ impl Plane {
         [frame::dot(self.u, base), frame::dot(self.v, base)]
     }
 
-    /// Base coordinates of a point of the plane at a height over it; those that hang on an unknown height are left out.
+    /// Base coordinates of a point of the plane at a height over it; those that depend on an
+    /// unknown height are left out.
     pub(super) fn point(&self, at: Point, height: Option<f64>) -> AxisValues {
         let mut values = AxisValues::NONE;
         for (axis, (u, (v, n))) in self.u.into_iter().zip(self.v.into_iter().zip(self.up)).enumerate() {

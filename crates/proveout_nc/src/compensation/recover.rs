@@ -1,4 +1,4 @@
-//! Going on behind a fault, for [`crate::check`].
+//! Going on after a fault, for [`crate::check`].
 
 use super::stretch::Stretch;
 use super::{Compensated, State};
@@ -16,8 +16,8 @@ impl Compensated {
         self.reader.as_mut()
     }
 
-    /// Goes on behind the fault that was handed out last, of the reader or of the contour. A contour that is broken off is
-    /// followed without compensation until it is switched on again.
+    /// Goes on after the last fault, of the reader or of the contour. A contour that is broken off
+    /// is followed without compensation until it is switched on again.
     pub(crate) fn recover(&mut self) -> bool {
         self.finished = false;
         self.state = State::Off;
@@ -25,7 +25,7 @@ impl Compensated {
         let pending = self.pending.take().map(|pending| pending.command);
         self.out.extend(pending.into_iter().chain(self.held.drain(..)).map(Ok));
         self.exit = None;
-        // Nothing is held against a contour that is not whole.
+        // An incomplete contour is not checked.
         self.stretch = Stretch::default();
         self.leaving = None;
         self.heights = None;
@@ -35,7 +35,8 @@ impl Compensated {
         self.reader.recover()
     }
 
-    /// The fault may follow from one before: behind a broken contour the position is known again when a motion has told it.
+    /// The fault may follow from one before: after a broken contour the position is unknown until a
+    /// motion gives it.
     pub(crate) fn follows(&self, fault: &Diagnostic) -> bool {
         let contour = matches!(fault.code, codes::COMPENSATION | codes::POSITION_UNKNOWN);
         self.reader.follows(fault) || contour && self.broken && self.position.xyz().is_none()

@@ -1,8 +1,9 @@
-//! The path of the tool center beside commands that stay as programmed, where the program itself gives the radius.
+//! The path of the tool center for commands that stay as programmed, where the program itself gives
+//! the radius.
 //!
-//! Without a tool table ([`crate::settings::Compensation::Programmed`]) motions are handed out as they are written. A radius that stands in the
-//! program (`G41.1 D`, a tool offset that it writes) is known all the same, and what the control refuses about such a contour is
-//! refused.
+//! Without a tool table ([`crate::settings::Compensation::Programmed`]) motions are emitted as they
+//! are written. A radius in the program (`G41.1 D`, a tool offset that it writes) is known all the
+//! same, and what the control refuses about such a contour is refused.
 
 use super::{Compensated, Fault};
 use crate::dialect::Reader;
@@ -34,13 +35,13 @@ impl Shadow {
         let unknown =
             matches!(&command.op, Op::CutterComp(comp) if comp.side != CompSide::Off && comp.radius.is_none());
         if unknown {
-            // The tool table gives the radius, and none is here.
+            // The radius comes from the tool table, and there is none here.
             return Ok(());
         }
         let entering = self.0.pending.as_ref().is_some_and(|pending| pending.entry);
         let found = self.0.take(command.clone());
         self.0.out.clear();
-        // A contour that ends behind its entry is one that the stage does not compute, and that the control runs.
+        // The stage cannot compute a contour that ends after its entry, but the control runs it.
         if entering && matches!(&command.op, Op::CutterComp(comp) if comp.side == CompSide::Off) {
             if found.is_err() {
                 self.0.recover();
@@ -58,7 +59,8 @@ impl Shadow {
     }
 }
 
-/// The text switches a compensation on whose radius can stand in it: G41 or G42 of an ISO control.
+/// The text switches on a compensation whose radius the program can give: G41 or G42 of an ISO
+/// control.
 pub(crate) fn may_compensate(text: &str) -> bool {
     text.as_bytes().windows(3).any(|w| matches!(w[0], b'G' | b'g') && w[1] == b'4' && matches!(w[2], b'1' | b'2'))
 }

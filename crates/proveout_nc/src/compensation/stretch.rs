@@ -1,9 +1,10 @@
 //! A stretch of compensated contour with the path of the tool center along it, and where the tool enters the contour.
 //!
-//! Every piece of the path is held against every block of the contour, whatever lies between them: their least distance, in
-//! closed form ([`super::distance`]), must be the tool radius but for [`GOUGE_MM`]. The blocks stand in a tree of boxes in the
-//! order of the program, two by two: blocks that follow each other lie beside each other, so that the boxes are as small as
-//! sorting would make them, and a piece meets few of them.
+//! Every piece of the path is checked against every block of the contour, whatever lies between
+//! them. Their least distance, in closed form ([`super::distance`]), must be the tool radius but
+//! for [`GOUGE_MM`]. The blocks form a tree of boxes in the order of the program, two by two.
+//! Successive blocks lie next to each other, so that the boxes are as small as sorting would make
+//! them, and a piece meets few of them.
 
 use super::contour::{Element, Point, Shape, norm, sub};
 use super::distance::{self, Bounds};
@@ -12,7 +13,7 @@ use crate::Location;
 /// Least depth of a cut into the contour that is one, mm: above the crumbs that the tool passes. Rounding of intersections
 /// and the points that are taken as one stay below a thousandth of it.
 pub(super) const GOUGE_MM: f64 = 1e-3;
-/// Blocks that are kept for the check; the path is held against so many before and behind it.
+/// Blocks that are kept for the check; the path is checked against so many before and after it.
 pub(super) const WINDOW: usize = 100_000;
 
 /// One block of the contour.
@@ -32,7 +33,7 @@ pub(super) struct Wall {
 /// What a piece of the path belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Beside a block of the contour.
+    /// Along a block of the contour.
     Block,
     /// Around the corner at the start of a block.
     Corner,
@@ -70,7 +71,7 @@ pub(super) struct Cut {
 pub(super) struct Stretch {
     pub(super) walls: Vec<Wall>,
     pub(super) ways: Vec<Way>,
-    /// Blocks at the start that were held against each other before.
+    /// Blocks at the start that were checked before.
     checked: usize,
 }
 
@@ -105,7 +106,7 @@ impl Stretch {
         cuts
     }
 
-    /// What a piece beside those of the stretch cuts, deepest first.
+    /// What a piece that is not part of the stretch cuts, deepest first.
     pub(super) fn cut_by(&self, way: &Way) -> Option<Cut> {
         let mut cuts = Vec::new();
         self.cuts_of(way, self.ways.len(), &Tree::new(&self.walls), 0, &mut cuts);
@@ -128,7 +129,8 @@ impl Stretch {
     }
 }
 
-/// How far the programmed end of an arc lies beside its circle, mm: the text does not say better where the contour is.
+/// How far the programmed end of an arc lies off its circle, mm: the text does not define the
+/// contour any closer.
 fn slack(element: &Element) -> f64 {
     match element.shape {
         Shape::Line => 0.0,
@@ -160,7 +162,7 @@ impl Tree {
         Self { levels }
     }
 
-    /// Tells the blocks whose boxes may come nearer to the element than the distance.
+    /// Passes on the blocks whose boxes may come nearer to the element than the distance.
     fn search(&self, element: &Element, distance: f64, tell: &mut impl FnMut(usize)) {
         let bounds = Bounds::of(element);
         let mut open = vec![(self.levels.len() - 1, 0)];
@@ -185,7 +187,8 @@ mod tests {
 
     #[test]
     fn a_long_stretch_forgets_its_older_half_and_tells_nothing_twice() {
-        // A wall along X in blocks of 1 mm; the way beside it is 2 mm off and cuts nothing, but for one that is 1 mm off.
+        // A wall along X in blocks of 1 mm; the path along it is 2 mm off and cuts nothing, but for
+        // one that is 1 mm off.
         let location = Location { file: Arc::from("x"), line: 1, column: 1, length: 1, depth: 0 };
         let line = |x: f64, y: f64| Element { start: [x, y], end: [x + 1.0, y], shape: Shape::Line };
         let mut stretch = Stretch::default();
@@ -203,7 +206,8 @@ mod tests {
         }
         assert!(stretch.is_full());
         let cuts = stretch.cuts();
-        // Its own block, and those on both sides that come nearer than 2 mm: ends 1 mm beside it are sqrt(2) away.
+        // Its own block, and those on both sides that come nearer than 2 mm: ends 1 mm along X from
+        // it are sqrt(2) away.
         assert_eq!(cuts.iter().map(|c| c.wall).collect::<Vec<_>>(), (WINDOW + 3..=WINDOW + 7).collect::<Vec<_>>());
         assert!((cuts[2].depth - 1.0).abs() < 1e-12 && (cuts[1].depth - 1.0).abs() < 1e-12);
         stretch.forget();

@@ -52,7 +52,7 @@ fn run(dialect: Dialect, ops: Vec<Op>) -> Result<Vec<Op>, Fault> {
     std::iter::from_fn(|| stage.next()).map(|item| item.map(|command| command.op)).collect()
 }
 
-/// Ends in the plane of lines, and centers of arcs behind them.
+/// Ends of motions in the plane; the center of an arc follows its end.
 fn ends(ops: &[Op]) -> Vec<[f64; 2]> {
     let mut list = Vec::new();
     for op in ops {
@@ -127,7 +127,7 @@ fn linuxcnc_enters_along_its_first_block() {
         line(40.0, 0.0),
     ];
     assert_eq!(ends(&run(Dialect::LinuxCnc, inside).unwrap()), [[0.0, -20.0], [2.0, -2.0], [30.0, -2.0], [40.0, 0.0]]);
-    // On the left it is an outside corner: beside the entry at (-2, 0), then around (0, 0) to (0, 2).
+    // On the left it is an outside corner: the entry ends at (-2, 0), then around (0, 0) to (0, 2).
     let outside = vec![
         Op::Rapid(to(0.0, -20.0)),
         comp(CompSide::Left, Some(3), None),

@@ -15,7 +15,8 @@ use super::parameters::ParametersFile;
 pub(crate) struct ControlFile {
     /// Name for messages; when left out, that of the file.
     pub(crate) name: Option<String>,
-    /// Control that this one differs from: the name of a built-in one, or the path of a file (beside this one, ending .toml).
+    /// Control that this one differs from: the name of a built-in one, or the path of a file
+    /// (relative to this one, ending .toml).
     pub(crate) inherits: Option<String>,
     /// Language of the programs; needed where no parent names it.
     pub(crate) dialect: Option<DialectFile>,
@@ -113,10 +114,11 @@ pub(crate) struct StartFile {
     pub(crate) feed: Option<StartFeedFile>,
     /// Motion of a block with axis words alone.
     pub(crate) motion: Option<MotionFile>,
-    /// Where linear axes stand, by their letter: coordinates of the work offset that is in force at the start.
+    /// Positions of linear axes at the start, by their letter: coordinates of the work offset that
+    /// is in force at the start.
     #[serde(default)]
     pub(crate) position_mm: BTreeMap<String, f64>,
-    /// Where rotary axes stand, by their letter.
+    /// Positions of rotary axes at the start, by their letter.
     #[serde(default)]
     pub(crate) position_deg: BTreeMap<String, f64>,
 }
@@ -295,7 +297,8 @@ pub(crate) enum WithoutHFile {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ToolChangeFile {
-    /// Where M6 leaves linear axes, by their letter: machine coordinates. Behind M6 they go there at rapid rate.
+    /// Where M6 leaves linear axes, by their letter: machine coordinates. After M6 they go there at
+    /// rapid rate.
     #[serde(default)]
     pub(crate) position_mm: BTreeMap<String, f64>,
 }
@@ -332,7 +335,7 @@ pub(crate) enum DwellFile {
 pub(crate) struct FeedFile {
     /// A motion in feed before the first F.
     pub(crate) missing: Option<MissingFeedFile>,
-    /// With missing = "value": the feed that is taken, told as an assumption.
+    /// With missing = "value": the feed that is taken, reported as an assumption.
     pub(crate) missing_mm_min: Option<f64>,
     /// F of this number and above is rapid traverse, as on older controls whose programs have F9999 or F15999 for it.
     pub(crate) rapid_from_mm_min: Option<f64>,
@@ -396,7 +399,7 @@ pub(crate) enum MissingSubprogramFile {
     Note,
 }
 
-/// Words of another language that a control has beside those of its own.
+/// Words of another language that a control has in addition to those of its own.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum ProgramWordsFile {
@@ -422,13 +425,13 @@ pub(crate) enum ModalVariablesFile {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ProgramFile {
-    /// Words beside those of the language.
+    /// Words in addition to those of the language.
     pub(crate) words: Option<ProgramWordsFile>,
     /// How the system variables #4001 and on number the groups of G words.
     pub(crate) modal_variables: Option<ModalVariablesFile>,
-    /// Patterns of lines that stand before the first block and are no blocks: `*` for any characters.
+    /// Patterns of lines before the first block that are no blocks: `*` for any characters.
     pub(crate) header: Option<Vec<String>>,
-    /// Patterns of lines that stand behind the last block.
+    /// Patterns of lines after the last block.
     pub(crate) trailer: Option<Vec<String>>,
 }
 
@@ -436,11 +439,12 @@ pub(crate) struct ProgramFile {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LimitsFile {
-    /// Subprogram calls within each other; 32 where nobody says it.
+    /// Subprogram calls within each other; default 32.
     pub(crate) call_depth: Option<u32>,
-    /// Jumps back to an earlier block in the whole run: passes of loops and of subprograms; 100 million where nobody says it.
+    /// Jumps back to an earlier block in the whole run: passes of loops and of subprograms; default
+    /// 100 million.
     pub(crate) passes: Option<u64>,
-    /// Jumps back without a motion between them; one million where nobody says it.
+    /// Jumps back without a motion between them; default one million.
     pub(crate) idle_passes: Option<u64>,
 }
 
@@ -476,11 +480,11 @@ pub(crate) struct WordFile {
     /// name, with the words of `values` as its named parameters.
     #[serde(rename = "macro")]
     pub(crate) macro_call: Option<String>,
-    /// It tells the operator this text.
+    /// It shows the operator this text.
     pub(crate) message: Option<String>,
     /// It has no effect on the twin, and is named with this text each time.
     pub(crate) note: Option<String>,
-    /// It has no effect on the twin; the reason, which is told once.
+    /// It has no effect on the twin; the reason, which is reported once.
     pub(crate) ignore: Option<String>,
     /// It is refused; what to do instead.
     pub(crate) refuse: Option<String>,

@@ -18,7 +18,7 @@ const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// One file of the chain.
 struct Link {
-    /// Name for messages, and what tells files apart.
+    /// Name for messages; identifies the file.
     name: String,
     text: String,
     /// Folder of the file; none for a built-in one.
@@ -36,7 +36,8 @@ impl Control {
         link(name, folder).map_err(|message| missing(name, &message)).and_then(read)
     }
 
-    /// A control from a text; `name` stands in for the file in messages, and relative paths begin at `folder`.
+    /// A control from a text; `name` takes the place of the file in messages, and relative paths
+    /// begin at `folder`.
     ///
     /// # Errors
     /// The text or one of its parents is wrong.
@@ -101,7 +102,7 @@ fn text_of_file(path: &Path) -> io::Result<String> {
     fs::read_to_string(path)
 }
 
-/// What tells two files apart, however their paths are written.
+/// Identifies a file, however its path is written.
 fn identity(link: &Link) -> PathBuf {
     fs::canonicalize(&link.name).unwrap_or_else(|_| PathBuf::from(&link.name))
 }

@@ -13,7 +13,7 @@ use crate::settings::Dialect;
 
 /// Most words of one file.
 const MOST_WORDS: usize = 10_000;
-/// Most words that one word may stand for.
+/// Most words that one word may expand to.
 const MOST_BUILTIN: usize = 4;
 
 /// Puts the words of a file into the table of the control.
@@ -161,7 +161,8 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
     })
 }
 
-/// Words that the reader of the language does by itself, whatever the table says of them.
+/// Words that the reader of the language executes without a control file, whatever the table says
+/// of them.
 fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Checked<Vec<Builtin>> {
     let mut list = Vec::new();
     for word in value.split_whitespace() {

@@ -147,7 +147,8 @@ pub struct Control {
     /// M words that neither the reader nor the table knows are refused.
     pub(crate) refuses_unlisted: bool,
     pub(crate) start: Start,
-    /// Where the axes stand at the start, coordinates of the work offset that is then in force; mm, radian.
+    /// Positions of the axes at the start, coordinates of the work offset that is then in force;
+    /// mm, radian.
     pub(crate) position: AxisValues,
     pub(crate) parameters: Parameters,
     pub(crate) whole_numbers: WholeNumbers,
@@ -166,7 +167,8 @@ pub struct Control {
     pub(crate) mitsubishi_variables: bool,
     /// Lines that begin with `$` are read.
     pub(crate) grbl_words: bool,
-    /// The control shares the language with a LinuxCNC, and not what its interpreter refuses.
+    /// The control has the language of a LinuxCNC, but does not refuse what its interpreter
+    /// refuses.
     pub(crate) mach3_words: bool,
     /// G43 without H takes the length of the tool in the spindle.
     pub(crate) length_of_tool: bool,
@@ -189,7 +191,7 @@ pub struct Control {
     /// Why a subprogram that is missing may be left out; none: it is refused.
     pub(crate) missing_subprogram: Option<String>,
     pub(crate) limits: Limits,
-    /// Patterns of lines before and behind the program.
+    /// Patterns of lines before and after the program.
     pub(crate) header: Vec<String>,
     pub(crate) trailer: Vec<String>,
 }

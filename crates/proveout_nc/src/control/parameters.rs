@@ -1,7 +1,8 @@
 //! What parameters and machine data of a control decide: one table for all languages.
 //!
-//! A key that neither the control file nor one of its parents states is a doubt where a program depends on it: the reader takes the
-//! reading that its language usually has, and tells it as an assumption.
+//! A key that neither the control file nor one of its parents states is a doubt where a program
+//! depends on it: the reader takes the usual reading of its language, and reports it as an
+//! assumption.
 
 use std::collections::BTreeMap;
 
@@ -114,7 +115,7 @@ pub(crate) enum OrientationAngles {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TiltSolution {
-    /// With the least turn from where the axes stand.
+    /// With the least turn from the present positions of the axes.
     Shortest,
     /// With the lower angle of the reference axis.
     Lower,

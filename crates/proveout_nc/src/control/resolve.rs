@@ -1,4 +1,5 @@
-//! Applies a file to what its parents say, and refuses what contradicts itself or has no effect.
+//! Applies a file to the data of its parents, and refuses keys that contradict each other or have
+//! no effect.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What is in force at the start of a program, and where its axes stand.
+//! What is in force at the start of a program, and where its axes are.
 
 use std::collections::BTreeMap;
 

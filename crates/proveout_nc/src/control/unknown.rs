@@ -13,7 +13,7 @@ use crate::settings::{Dialect, Settings};
 
 /// Lines that cannot be read of which the table shows the place.
 const SHOWN_LINES: usize = 5;
-/// Faults behind which the run goes on to find further names.
+/// Limit of faults after which the run goes on to find further names.
 const MOST_FAULTS: u32 = 200_000;
 
 /// A word of a program that its control has no meaning for.
@@ -27,14 +27,14 @@ pub struct UnknownWord {
     pub first: (String, u32, u32),
     /// Text of its line.
     pub line: String,
-    /// What the reader does with it as things stand.
+    /// What the reader does with it now.
     pub now: &'static str,
 }
 
 /// All of them, in the order of G words, M words and names, and what of the text cannot be read at all.
 ///
-/// Shown as text it is a table of TOML that can be put into a control file as it is: every word is refused until somebody has
-/// looked it up.
+/// Displayed as text it is a TOML table that can be copied into a control file unchanged: every
+/// word is refused until its meaning is entered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownWords {
     /// Name of the control; empty where none is named.

@@ -1,4 +1,5 @@
-//! What numbers count: those without a decimal point, the roundness of arcs, times of a dwell, the feed where none is written.
+//! Meaning of numbers: those without a decimal point, the roundness of arcs, times of a dwell, the
+//! feed where none is written.
 
 use super::error::Checked;
 use super::file::{

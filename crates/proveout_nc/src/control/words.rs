@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// A word that the reader of the language does by itself.
+/// A word that the reader of the language executes without a control file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Builtin {
     /// Ten times the number of a G word.

@@ -1,4 +1,4 @@
-//! Tells the language of a program.
+//! Detects the language of a program.
 
 use std::path::Path;
 
@@ -7,7 +7,8 @@ use crate::settings::Dialect;
 /// Lines that are looked at.
 const LINES: usize = 200;
 
-/// Tells the dialect from the ending of the name, then from the text; [`Dialect::Auto`] where neither says.
+/// Detects the dialect from the ending of the name, then from the text; [`Dialect::Auto`] where
+/// neither decides.
 pub fn detect(name: &str, text: &str) -> Dialect {
     let ending = Path::new(name).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match ending.as_deref() {

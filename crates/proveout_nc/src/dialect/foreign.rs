@@ -1,4 +1,5 @@
-//! Lines that a reader does not know, and the control whose words they look like: told with the fault.
+//! Lines that a reader does not know, and the control whose words they look like: named in the
+//! fault.
 
 use crate::diagnostic::Fault;
 use crate::scan::Scanner;
@@ -11,7 +12,8 @@ const FAGOR_8065: &str = "a Fagor 8060 or 8065, whose statements are not read";
 const NCI: &str = "an NCI listing of Mastercam (lines of numbers alone)";
 const ISO: &str = "ISO code of a Fanuc or its like";
 
-/// Words at the begin of a line, in upper case, with the control that has them. A blank in a word stands for any number of them.
+/// Words at the start of a line, in upper case, with the control that has them. A blank in a word
+/// matches any number of blanks.
 const WORDS: [(&str, &str); 35] = [
     ("BEGIN PGM", KLARTEXT),
     ("BLK FORM", KLARTEXT),
@@ -81,7 +83,7 @@ fn looks_iso(line: &str) -> Option<&'static str> {
     .then_some(ISO)
 }
 
-/// The control whose words the line begins with, behind its block number.
+/// The control whose words the line begins with, after its block number.
 pub(super) fn looks_like(line: &str) -> Option<&'static str> {
     let mut s = Scanner::new(line);
     s.skip_blanks();

@@ -50,7 +50,7 @@ pub(crate) fn call_not_run(source: &Source, line: u32, name: &str) -> NotRun {
     }
 }
 
-/// Reads the lines of a file one by one; `take` is told what each one is.
+/// Reads the lines of a file one by one; `take` receives what each one is.
 pub(crate) fn each_line<B: Default>(
     source: &Source,
     parse: impl Fn(&str, &mut B) -> Result<(), Fault>,
@@ -82,7 +82,7 @@ impl<'a> Unlisted<'a> {
         self.words.push((key, column_and_length(line, span).0, at.line, line.to_owned(), now));
     }
 
-    /// A block whose words are told with what the reader does with them.
+    /// Passes on the words of a block, each with what the reader does with it.
     pub(crate) fn block(
         &mut self,
         at: Mark,

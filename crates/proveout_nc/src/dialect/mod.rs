@@ -29,13 +29,13 @@ pub(crate) trait Reader: Debug {
     /// The next command, or what ended the run.
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>>;
 
-    /// How cutter compensation goes around corners and onto the contour, behind the command given last; none: as is usual
-    /// for the dialect.
+    /// How cutter compensation goes around corners and onto the contour, after the last command;
+    /// none: as is usual for the dialect.
     fn comp_style(&self) -> Option<CompStyle> {
         None
     }
 
-    /// Text of a line of a program that was read, for messages of the stages behind the reader.
+    /// Text of a line of a program that was read, for messages of the stages after the reader.
     fn source_line(&self, _file: &str, _line: u32) -> Option<String> {
         None
     }
@@ -45,7 +45,7 @@ pub(crate) trait Reader: Debug {
         Vec::new()
     }
 
-    /// Goes on behind the block of the fault that was handed out last; false where nothing can follow.
+    /// Goes on after the block of the last fault; false where nothing can follow.
     fn recover(&mut self) -> bool {
         false
     }
@@ -89,8 +89,8 @@ pub(crate) fn open(
     })
 }
 
-/// The reader does this word by itself: a control file may give its function to another word. Words that end or call programs
-/// are none of them.
+/// The reader executes this word without a control file: such a file may give its function to
+/// another word. Words that end or call programs are excluded.
 pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
     match dialect {
         Dialect::Siemens840d => siemens::does_word(word),
@@ -113,7 +113,7 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
     }
 }
 
-/// All faults of single lines: grammar, and words that are refused wherever they stand.
+/// All faults of single lines: grammar, and words that are refused everywhere.
 pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     match dialect {
         Dialect::Siemens840d => siemens::line_faults(source, settings),

@@ -12,13 +12,14 @@ use crate::{
 const AXIS_KEYS: [&str; AXIS_LETTERS.len()] =
     [r#""X":"#, r#""Y":"#, r#""Z":"#, r#""A":"#, r#""B":"#, r#""C":"#, r#""U":"#, r#""V":"#, r#""W":"#];
 
-/// Index of the first rotary axis, and of the first axis behind them, in [`AXIS_LETTERS`].
+/// Index of the first rotary axis, and of the first axis after the rotary ones, in
+/// [`AXIS_LETTERS`].
 const ROTARY: std::ops::Range<usize> = 3..6;
 
 /// Planes by the index of their normal.
 const PLANES: [&str; 3] = ["YZ", "ZX", "XY"];
 
-/// The name of the op and its keys; the feed in force is told by the writer.
+/// The name of the op and its keys. The writer adds the feed in force.
 pub(super) fn fill(text: &mut Text, op: &Op) {
     match op {
         Op::Rapid(motion) => put_motion(text, "rapid", motion),

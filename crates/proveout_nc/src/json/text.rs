@@ -82,7 +82,8 @@ impl Short {
     }
 }
 
-/// A buffer of JSON text. A key stands with the comma before it, which is why a line begins with [`Text::raw`].
+/// A buffer of JSON text. Each key is written with the comma before it, which is why a line begins
+/// with [`Text::raw`].
 #[derive(Clone, Default)]
 pub(super) struct Text(Vec<u8>);
 

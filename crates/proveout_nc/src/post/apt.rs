@@ -51,7 +51,7 @@ impl<W: Write> AptPost<W> {
         }
     }
 
-    /// Gives the sink back.
+    /// Returns the sink.
     pub fn into_inner(self) -> W {
         self.out.sink
     }

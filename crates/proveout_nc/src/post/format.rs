@@ -33,7 +33,7 @@ impl<W: Write> Lines<W> {
         Ok(())
     }
 
-    /// A line as it stands.
+    /// Writes a line unchanged.
     pub(crate) fn plain(&mut self, text: &str) -> Result<(), Unsaid> {
         writeln!(self.sink, "{text}")?;
         Ok(())
@@ -47,7 +47,8 @@ impl<W: Write> Lines<W> {
         Ok(())
     }
 
-    /// G93, G94 or G95 where the mode changes, and F; the number of G93 stands in every block with a motion instead.
+    /// G93, G94 or G95 where the mode changes, and F. In G93 mode F is repeated in every block with
+    /// a motion.
     pub(crate) fn feed_words(&self, feed: Feed, mode_in_force: &mut Option<&'static str>) -> String {
         let (mode, value) = match feed {
             Feed::PerTime(v) => ("G94", Some(self.feed(v * 60.0))),

@@ -34,7 +34,8 @@ pub struct HeidenhainPost<W> {
     /// Coordinates of the datum instead of those of the commands.
     flat: bool,
     tilted: bool,
-    /// A tilted plane that waits to be told whether the control turns the tool upright on it.
+    /// A tilted plane not yet written: the next command decides whether the control orients the
+    /// tool normal to it.
     tilt: Option<[f64; 3]>,
     swiveled: bool,
     shifted: bool,
@@ -72,7 +73,7 @@ impl<W: Write> HeidenhainPost<W> {
         }
     }
 
-    /// Gives the sink back.
+    /// Returns the sink.
     pub fn into_inner(self) -> W {
         self.out.sink
     }
@@ -411,7 +412,7 @@ impl<W: Write> HeidenhainPost<W> {
         self.out.settings = settings;
         self.forget();
         self.block(&format!("CYCL DEF 247 DATUM SETTING Q339=+{number}"))?;
-        // A preset ends the datum shift; a frame that goes on is written again.
+        // A preset ends the datum shift; a frame that stays in force is written again.
         let above = std::mem::replace(&mut self.frames.above, Frame::IDENTITY);
         self.shifted = false;
         if above == Frame::IDENTITY {

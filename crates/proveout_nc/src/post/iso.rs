@@ -53,7 +53,7 @@ pub struct IsoPost<W> {
     shifted: bool,
     /// G53.1 has turned the tool upright on the tilted plane, and switched tool center point control on.
     swiveled: bool,
-    /// Text of the last coordinate of each axis, and the position it stands for.
+    /// Text of the last coordinate of each axis, and the position it represents.
     pub(crate) written: [Option<String>; 9],
     pub(crate) at: [Option<f64>; 9],
     pub(crate) axis: Option<[f64; 3]>,
@@ -89,7 +89,7 @@ impl<W: Write> IsoPost<W> {
         }
     }
 
-    /// Gives the sink back.
+    /// Returns the sink.
     pub fn into_inner(self) -> W {
         self.out.sink
     }
@@ -246,7 +246,8 @@ impl<W: Write> IsoPost<W> {
     }
 
     fn length(&mut self, edge: u32) -> Result<(), Unsaid> {
-        // The length that stands with T is that of the tool that comes: G43 in front of M6 would call it for the old one.
+        // The length programmed with T belongs to the next tool: a G43 before M6 would apply it to
+        // the old tool.
         if edge != 0 && self.selected.is_some() && self.selected != self.tool {
             self.next_length = Some(edge);
             return Ok(());
@@ -410,7 +411,8 @@ impl<W: Write> IsoPost<W> {
                 ));
             }
         };
-        // G43.5 takes rotary axes away; once it stands, points without a vector keep the axis.
+        // G43.5 takes no rotary axis words; while it is active, points without a vector keep the
+        // tool axis.
         if self.tcp_word == Some(word) || self.tcp_word == Some("G43.5") && word == "G43.4" {
             return Ok(());
         }

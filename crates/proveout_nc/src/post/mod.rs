@@ -32,7 +32,7 @@ pub trait Post {
     /// The sink fails, or the command cannot be said in this language.
     fn write(&mut self, command: &Command) -> Result<(), PostError>;
 
-    /// Writes what stands behind the last command, and flushes the sink.
+    /// Writes what follows the last command, and flushes the sink.
     ///
     /// # Errors
     /// The sink fails.
@@ -179,14 +179,14 @@ pub struct PostSettings {
     pub block_number_step: Option<u32>,
     /// Number (`1234`) or name of the program.
     pub program_name: String,
-    /// Lines at the begin, as they stand, in place of the usual ones of the dialect.
+    /// Lines at the start, written unchanged, in place of the usual ones of the dialect.
     pub header: Option<Vec<String>>,
-    /// Lines at the end, as they stand, behind the end of the program.
+    /// Lines after the end of the program, written unchanged.
     pub footer: Vec<String>,
     /// Which number calls the length of a tool.
     pub edge_numbers: EdgeNumbers,
-    /// Values of the work offsets that stand in the control, as in [`crate::Settings::work_offsets`]: a frame command gives
-    /// the whole transform, the text only the part above the work offset.
+    /// Values of the work offsets set in the control, as in [`crate::Settings::work_offsets`]: a
+    /// frame command gives the whole transform, the text only the part above the work offset.
     pub work_offsets: BTreeMap<String, WorkOffset>,
 }
 
@@ -308,7 +308,7 @@ impl Unsaid {
     }
 }
 
-/// Place of what stands behind the last command.
+/// Location of text that follows the last command.
 pub(crate) fn nowhere() -> Location {
     Location { file: "".into(), line: 0, column: 0, length: 0, depth: 0 }
 }

@@ -29,7 +29,8 @@ pub struct SiemensPost<W> {
     /// CYCLE800.
     pub(crate) swivel: Frame,
     pub(crate) programmable: Frame,
-    /// A frame that waits to be told whether the control turns the tool upright on it.
+    /// A frame not yet written: the next command decides whether the control orients the tool
+    /// normal to it.
     pub(crate) waiting: Option<FrameChange>,
     /// The swivel plane ends with it.
     pub(crate) plane_ends: bool,
@@ -82,7 +83,7 @@ impl<W: Write> SiemensPost<W> {
             if let Op::Tcp(tcp) = op
                 && !tcp.on
             {
-                // What becomes of the plane is told by the next command.
+                // The next command decides whether the plane continues.
                 if self.swiveled {
                     self.plane_ends = true;
                     self.tcp = Some(*tcp);
@@ -198,7 +199,7 @@ impl<W: Write> SiemensPost<W> {
         }
     }
 
-    /// Gives the sink back.
+    /// Returns the sink.
     pub fn into_inner(self) -> W {
         self.out.sink
     }

@@ -16,7 +16,7 @@ pub(super) const FLAT_MM: f64 = 1e-5;
 /// Largest difference of the components of a tool vector of six decimals.
 const VECTOR: f64 = 3e-6;
 
-/// Where a written program does not say what it was written from.
+/// Where a written program differs from its original.
 #[derive(Clone, Debug)]
 pub struct Difference {
     /// What differs, with both values.
@@ -27,7 +27,7 @@ pub struct Difference {
     pub written_line: u32,
 }
 
-/// What holds at a motion.
+/// The state in force at a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct State {
     feed: Option<Feed>,
@@ -36,7 +36,7 @@ struct State {
     side: Option<CompSide>,
 }
 
-/// A motion, a dwell or a stop, with what holds there.
+/// A motion, a dwell or a stop, with the state in force there.
 #[derive(Clone, Debug)]
 struct Step {
     op: Op,

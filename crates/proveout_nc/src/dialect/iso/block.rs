@@ -1,8 +1,9 @@
 //! Executes a block of words: collects them, then acts in the order of the control.
 //!
-//! Order within a block, whatever the order of the words: modal words, macro call, feed, speed, tool, functions before the
-//! motion, dwell, compensation and length, work offset, path mode, rotation and plane, words that act once, motion, functions
-//! behind it (on a `LinuxCNC` only the stops), subprogram call, end of program.
+//! Order within a block, whatever the order of the words: modal words, macro call, feed, speed,
+//! tool, functions before the motion, dwell, compensation and length, work offset, path mode,
+//! rotation and plane, words that act once, motion, functions after it (on a `LinuxCNC` only the
+//! stops), subprogram call, end of program.
 //!
 //! A `LinuxCNC` (*G-code overview*, "G-code order of execution") does of the modal words only G93 to G95 first: F is read in the
 //! unit of the block before, the plane and the unit follow the dwell, G90, G98 and the motion word the path mode.
@@ -106,7 +107,7 @@ impl Interpreter {
             }
             b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
             letter => {
-                // Of the letters of a macro call only arguments may stand again.
+                // In a macro call only letters that are arguments may be repeated.
                 if !p.put(letter, value, point) && (matches!(letter, b'P' | b'L') || !is_macro_call(block)) {
                     return Err(twice(char::from(letter), span));
                 }
@@ -132,7 +133,7 @@ impl Interpreter {
                 Ok(_) => Ok(()),
                 Err(Full) => Err(too_many("G", span)),
             },
-            // Told with the functions; its values belong to it.
+            // Noted with the functions; its values belong to it.
             Class::Note => p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span)),
             Class::Refused(remedy) => Err(refused(&g_name(code), span, remedy)),
             Class::Unknown => Err(unknown_g(self.own.flavor, code, span)),
@@ -316,8 +317,8 @@ impl Interpreter {
             940 => FeedMode::PerTime,
             _ => FeedMode::PerRevolution,
         };
-        // A number keeps no meaning across modes: F must be programmed anew. The interpreter of a LinuxCNC forgets the feed at
-        // each of these words (`convert_feed_mode`).
+        // A number keeps no meaning across modes: F must be programmed again. The interpreter of a
+        // LinuxCNC forgets the feed at each of these words (`convert_feed_mode`).
         if self.modal.feed_mode != mode || self.is_rs274() {
             self.modal.feed_mode = mode;
             self.own.feed = None;
@@ -367,7 +368,7 @@ impl Interpreter {
     fn motion_word(&mut self, code: u32) {
         self.modal.motion_code = code;
         if code >= 730 {
-            // LinuxCNC: cycles stand in this group.
+            // LinuxCNC: cycles are in this group.
             self.modal.motion = None;
             self.cycle_word(code);
             return;
@@ -396,7 +397,7 @@ impl Interpreter {
     fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let point = p.has_point(b'P');
         let in_p = p.take(b'P');
-        // Other axis words belong to the motion, which a `LinuxCNC` makes behind the dwell.
+        // Other axis words belong to the motion, which a `LinuxCNC` makes after the dwell.
         let moves = self.own.flavor.is_linuxcnc() || self.own.assumed && in_p.is_some();
         let mut in_x = if moves { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
         let mut stated = 0;
@@ -487,7 +488,7 @@ impl Interpreter {
     }
 }
 
-/// Words without a value of which notes tell.
+/// Most words without a value that notes report.
 const MAX_VACANT: usize = 1000;
 
 /// G71 on a control whose cycles come back to its level.
@@ -495,7 +496,7 @@ const RETURN_LEVEL: u32 = 710;
 /// M52 to M54 on such a control: to the end of travel, to the level of G71, to the R plane.
 pub(crate) const RETURNS: std::ops::RangeInclusive<u32> = 52..=54;
 
-/// G words that are only noted stand among the functions, above this number.
+/// G words that are only noted are kept among the functions, above this number.
 pub(crate) const NOTED_G: u32 = 1_000_000_000;
 
 fn is_macro_call(block: &Block) -> bool {
@@ -522,7 +523,7 @@ pub(crate) fn kinematics_switch(word: &str, span: Span) -> Fault {
         "`{word}` switches the kinematics of the control, and what it switches to is a matter of the control's set-up: it is not supported"
     );
     let post = "post the program for positions of the axes";
-    // An output that many things hang on cannot be listed as one switch.
+    // An output whose effect depends on many things cannot be listed as one switch.
     let help = if word.contains(' ') {
         format!("{post}, or for a control whose words are known (G43.4, G234, TRAORI, M128 of a TNC)")
     } else {

@@ -36,7 +36,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G87 of a Fanuc, G77 of a Haas: down beside the wall, up in feed.
+    /// G87 of a Fanuc, G77 of a Haas: down clear of the wall, up in feed.
     pub(super) fn back_bore(&mut self, levels: Levels, span: Span) -> Result<(), Fault> {
         let shift = self.bore_shift("back boring", span)?;
         let initial = Levels { initial: levels.initial, ..levels }.initial.ok_or_else(|| {
@@ -74,7 +74,7 @@ impl Interpreter {
     fn bore_shift(&mut self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
         match (self.own.cycle.ijk, self.own.cycle.q) {
             ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
-            // A control file says whether Q may be left out; here nothing tells the control.
+            // A control file says whether Q may be left out; here the control is not known.
             ([None, None, None], None) if name == "G76" && self.own.assumed => {
                 self.assume("G76 without Q: the tool goes out without a shift");
                 Ok([0.0; 2])

@@ -118,7 +118,7 @@ impl Interpreter {
         }
         let Some(level) = self.stack.last() else { return Ok(()) };
         let (loaded, cursor) = (Arc::clone(&level.loaded), level.cursor);
-        // The cursor stands behind the call: a target before it is a jump back.
+        // The cursor is after the call: a target before it is a jump back.
         self.goto_number(&loaded, cursor, target, span)
     }
 
@@ -226,7 +226,7 @@ impl Interpreter {
         self.run_macro(&call, span)
     }
 
-    /// The modal macro behind a block with a motion.
+    /// Runs the modal macro after a block with a motion.
     pub(crate) fn after_motion(&mut self, span: Span) -> Result<(), Fault> {
         match self.own.modal_macro.take() {
             Some(call) if call.depth == self.depth() => {

@@ -1,17 +1,18 @@
-//! G12 and G13 of a Haas: a circular pocket about the point where the tool stands.
+//! G12 and G13 of a Haas: a circular pocket about the present position.
 //!
 //! ```text
 //!         .-----.
 //!       /  .---.  \      I: radius of the first circle, or of the only one; K: of the last; Q: step between them
-//!      |  ( c-o )-o |    c: the center, where the tool stands; o: where circles begin
+//!      |  ( c-o )-o |    c: the center, the present position; o: where circles begin
 //!       \  '---'  /      G12 runs clockwise, with the tool on the right of the wall (G42), G13 counter-clockwise (G41)
 //!         '-----'
 //! ```
 //!
-//! Haas, *Mill operator's manual*, "G12 Circular pocket milling CW / G13 CCW": Z is the depth, D the radius of the tool (D0: the
-//! circles are those of its center), L repeats the pocket with the increments of Z under G91. The manual draws the way from the center
-//! onto the first circle and from circle to circle, and does not say it: half circles and straight lines are taken, and told as
-//! an assumption. Where the radius is not known the finished circle is given, with cutter compensation.
+//! Haas, *Mill operator's manual*, "G12 Circular pocket milling CW / G13 CCW": Z is the depth, D
+//! the radius of the tool (D0: the circles are those of its center), L repeats the pocket with the
+//! increments of Z under G91. The manual shows the path from the center onto the first circle and
+//! from circle to circle in a drawing only. The reader assumes half circles and straight lines, and
+//! says so. Where the radius is not known the finished circle is emitted, with cutter compensation.
 
 use std::f64::consts::{PI, TAU};
 
@@ -153,7 +154,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Radius of the tool by its offset, mm; none where the path of the tool center is not asked for and the program does not say it.
+    /// Radius of the tool by its offset, mm; none where the path of the tool center is not wanted
+    /// and the program does not give the radius.
     fn pocket_tool(&self, offset: u32, name: &str, span: Span) -> Result<Option<f64>, Fault> {
         if offset == 0 {
             return Ok(Some(0.0));

@@ -174,7 +174,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Goes on with the first branch behind a line whose condition holds, or with ELSE, or behind ENDIF.
+    /// Goes on after the next ELSEIF whose condition holds, or after ELSE or ENDIF.
     fn next_branch(&mut self, loaded: &Arc<Loaded>, from: Mark, span: Span) -> Result<(), Fault> {
         let mut at = partner(loaded, from, span)?.next;
         let mut block = Block::default();
@@ -221,7 +221,7 @@ impl Interpreter {
             return Err(missing());
         }
         let (section, wanted) = (level.section, number as u32);
-        // A file stays where it is for the whole run: its address stands for it.
+        // A file keeps its address for the whole run: the address identifies it.
         let key = (Arc::as_ptr(loaded) as usize, at.offset, wanted);
         if let Some(mark) = self.own.block_numbers.get(&key) {
             return Ok(*mark);

@@ -1,8 +1,9 @@
 //! Chamfers `,C` and roundings `,R` of a Fanuc and a Haas. The pieces are made in [`crate::channel::corners`].
 //!
-//! Fanuc, *Operator's manual*, "Optional chamfering and corner rounding": `,C` is the distance from the corner to both ends of the
-//! chamfer, `,R` the radius; they stand in a block of G1, G2 or G3, and such a block follows in the same plane, with nothing but a
-//! dwell between. Haas, *Mill operator's manual*, "Corner rounding and chamfering": the same between blocks of G1.
+//! Fanuc, *Operator's manual*, "Optional chamfering and corner rounding": `,C` is the distance from
+//! the corner to both ends of the chamfer, `,R` the radius. They are written in a block of G1, G2
+//! or G3. Such a block must follow in the same plane, with nothing but a dwell between. Haas, *Mill
+//! operator's manual*, "Corner rounding and chamfering": the same between blocks of G1.
 
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;

@@ -31,7 +31,7 @@ const NO_DEPTH_MM: f64 = 1e-9;
 const MAX_INFEEDS: usize = 10_000;
 /// Way out between the infeeds of tapping, mm: chosen, controls have it as a parameter.
 const TAP_LIFT_MM: f64 = 1.0;
-/// Most commands of one block: they are kept until they are handed out.
+/// Most commands of one block: they stay in memory until they are handed out.
 const MAX_COMMANDS: usize = 200_000;
 /// Most repetitions of one block.
 const MAX_REPEATS: f64 = 9999.0;
@@ -115,7 +115,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// The holes of a block on a `LinuxCNC`: the way to a hole is at the level of the tool, or slants up to the one to come back to (`convert_cycle_xy`, `CYCLE_MACRO` of its interpreter).
+    /// The holes of a block on a `LinuxCNC`: the tool moves to a hole at its present level, or
+    /// slants up to the return level (`convert_cycle_xy`, `CYCLE_MACRO` of its interpreter).
     fn holes_of_interpreter(
         &mut self,
         p: &mut Pending,
@@ -145,7 +146,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A `LinuxCNC` keeps the numbers of a cycle, and reads them in another unit once G20 or G21 stands between.
+    /// A `LinuxCNC` keeps the numbers of a cycle, and reads them in another unit after a G20 or G21
+    /// in between.
     fn unit_of_cycle(&mut self, code: u32, span: Span) -> Result<(), Fault> {
         let unit = self.modal.unit();
         let before = self.own.cycle.unit.replace(unit);
@@ -157,7 +159,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81): the hole begins where the tool stands.
+    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81): the hole
+    /// begins at the present height.
     fn r_plane_of_haas(&mut self, code: u32) {
         if self.own.flavor != Flavor::Haas || self.own.cycle.r.is_some() {
             return;
@@ -195,8 +198,9 @@ impl Interpreter {
         if moves { self.cycle_motion(end, programmed, true, span) } else { Ok(()) }
     }
 
-    /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must be where the axis stands (*G-code reference*, "Canned
-    /// cycles", errors). On a Fanuc and a Haas they take part in the positioning.
+    /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must name its present
+    /// position (*G-code reference*, "Canned cycles", errors). On a Fanuc and a Haas they take part
+    /// in the positioning.
     fn no_rotary_motion(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
         if !self.own.flavor.is_linuxcnc() {
             return Ok(());
@@ -269,7 +273,8 @@ impl Interpreter {
         }
     }
 
-    /// Tells words of a hole that this cycle has no use for; the control keeps P and Q for a later one.
+    /// Notes words of a hole that this cycle has no use for; the control keeps P and Q for a later
+    /// one.
     fn tell_idle_words(&mut self, p: &Pending, code: u32) {
         if self.settings.control.depth_in_i || self.settings.control.stated_returns {
             return;
@@ -300,7 +305,7 @@ impl Interpreter {
             return unsupported(format!("`{}`", g_name(code)));
         }
         if p.g(Group::Cycle).is_some() {
-            // Each definition stands by itself: without K there is no dwell.
+            // A definition keeps nothing of the one before: without K there is no dwell.
             self.own.cycle.p = None;
         }
         let normal = AXES[self.modal.normal];
@@ -328,9 +333,10 @@ impl Interpreter {
         }
     }
 
-    /// G83 of a Fagor: Z is the plane above the hole, I each infeed and J their number; the tool comes out to the plane behind each,
-    /// and back at rapid rate to 1 mm above the last depth (CNC 8055, *Programming manual*, "G83. Deep-hole drilling canned cycle
-    /// with constant peck").
+    /// G83 of a Fagor: Z is the plane above the hole, I each infeed and J their number. After each
+    /// infeed the tool comes out to the plane, and goes back at rapid rate to 1 mm above the last
+    /// depth (CNC 8055, *Programming manual*, "G83. Deep-hole drilling canned cycle with constant
+    /// peck").
     fn depth_in_infeeds(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let normal = AXES[self.modal.normal];
         let given = p.any_free(&[normal, b'I', b'J']);
@@ -381,7 +387,8 @@ impl Interpreter {
             let message = format!("{name} without R begins at the level of the tool, which the program has not set");
             Fault::new(codes::POSITION_UNKNOWN, span, message).help("write R, or program Z before the cycle")
         })?;
-        // LinuxCNC reads the stored numbers as G90 or G91 says now, the others as it said where they stood.
+        // A LinuxCNC reads stored numbers by the G90 or G91 now in force, other controls by the one
+        // in force where they were written.
         let linuxcnc = self.own.flavor.is_linuxcnc();
         let incremental = |word: (f64, bool)| if linuxcnc { self.modal.incremental } else { word.1 };
         let level = if incremental(r) {
@@ -595,14 +602,15 @@ impl Interpreter {
         let down = Stroke::Thread { to: levels.depth, pitch, turn };
         let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
         if self.own.flavor.is_linuxcnc() {
-            // The dwell stands at the bottom alone.
+            // The dwell is at the bottom only.
             return self.course(&[down, wait, up], span);
         }
         self.course(&[down, wait, up, wait], span)
     }
 
-    /// The infeeds before the last one where Q gives them: in by Q, and out, to break the chip (Fanuc, *Operator's manual*, "Peck
-    /// rigid tapping cycle"; bit 5 of parameter 5200 chooses how far, parameter 5213 says it).
+    /// The infeeds before the last one where Q gives them: in by Q, and out to break the chip
+    /// (Fanuc, *Operator's manual*, "Peck rigid tapping cycle"; bit 5 of parameter 5200 selects how
+    /// far out, parameter 5213 gives the distance).
     fn tap_steps(&mut self, levels: Levels, pitch: f64, turn: SpindleDirection, span: Span) -> Result<(), Fault> {
         let Some(infeed) = self.own.cycle.q.map(f64::abs).filter(|q| *q > 0.0) else { return Ok(()) };
         if self.own.flavor.is_linuxcnc() {

@@ -28,7 +28,7 @@ impl Interpreter {
         Ok(self.value(expr, span)?.unwrap_or(0.0))
     }
 
-    /// Value of an expression; none for a vacant parameter that stands alone.
+    /// Value of an expression; none where it is a single vacant parameter.
     pub(crate) fn value(&self, expr: &Expr, span: Span) -> Result<Option<f64>, Fault> {
         let value = match expr {
             Expr::Number(value) => *value,
@@ -185,7 +185,7 @@ impl Interpreter {
             return self.assign(&one.target, value, one.span, comment, line);
         }
         if self.settings.control.osp_words || self.settings.control.depth_in_i {
-            // One behind the other.
+            // One after the other.
             for one in assignments {
                 let value = self.value(&one.value, one.span)?;
                 self.assign(&one.target, value, one.span, comment, line)?;

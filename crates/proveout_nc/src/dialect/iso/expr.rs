@@ -119,27 +119,29 @@ impl<'a> Formulas<'a> for Text<'_, 'a> {
     }
 }
 
-/// Parses a whole expression; the scanner stands behind it afterwards.
+/// Parses a whole expression; leaves the scanner after it.
 pub(crate) fn expression(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
     formula::formula(&mut Text { s, flavor }, 0)
 }
 
-/// One operand, as it may stand behind an address letter: a number, a parameter, a function, a bracket, with its sign.
+/// One operand, as it may follow an address letter: a number, a parameter, a function, a bracket,
+/// with its sign.
 pub(crate) fn operand(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
     formula::operand(&mut Text { s, flavor }, 0)
 }
 
-/// `[expression]`; the scanner stands before the bracket or before blanks.
+/// `[expression]`; the scanner is before the bracket or before blanks.
 pub(crate) fn bracket(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
     formula::bracket(&mut Text { s, flavor }, 0)
 }
 
-/// The next letters are this word, in any case. A longer name is not told apart: blanks are free in these languages.
+/// The next letters are this word, in any case. A longer name that begins with it matches too:
+/// blanks are optional in these languages.
 pub(crate) fn next_is(s: &Scanner<'_>, word: &str) -> bool {
     word.bytes().enumerate().all(|(i, byte)| s.peek_at(i).to_ascii_uppercase() == byte)
 }
 
-/// `#5`, `#[expression]`, `##5`, `#<name>`; the scanner stands on `#`.
+/// `#5`, `#[expression]`, `##5`, `#<name>`; the scanner is at `#`.
 pub(crate) fn parameter(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
     parameter_at(&mut Text { s, flavor }, 0)
 }

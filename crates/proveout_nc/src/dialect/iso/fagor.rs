@@ -12,8 +12,9 @@
 //!    I  _________   depth                         V: feed of the plunge, half of F without it
 //! ```
 //!
-//! After Fagor, *CNC 8055 M programming manual* (V02.2x), "Polar coordinates", "G93", "G06" and "Canned cycles" (D, H, L and V as it
-//! says them; which sign of J mills in climb, and what B below zero does, from memory and told as assumptions).
+//! After Fagor, *CNC 8055 M programming manual* (V02.2x), "Polar coordinates", "G93", "G06" and
+//! "Canned cycles" (for D, H, L and V). From memory, and reported as assumptions: which sign of J
+//! mills in climb, and what B below zero does.
 
 use super::block::g_name;
 use super::interpreter::Interpreter;
@@ -46,7 +47,7 @@ impl FagorCycle {
 }
 
 impl Interpreter {
-    /// G93: the pole of polar coordinates, absolute, or where the tool stands.
+    /// G93: the pole of polar coordinates, absolute, or the present position.
     pub(super) fn fagor_pole(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let [u, v, _] = self.modal.plane_axes();
         let words = [b'I', b'J', b'K'].map(|letter| self.length_of(p, letter));

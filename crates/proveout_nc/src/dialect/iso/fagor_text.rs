@@ -11,11 +11,13 @@
 //! | `(RPT N50,N60)N3`, `G25 N50.60.3` | `RPT 50 60 3` |
 //! | `G36 R3`, `G39 R2` in a block | `,R3`, `,C2` |
 //!
-//! Parameters P0 to P25 are local, as `#1` to `#26` are; the others keep their number. Lines without these words stay as they are.
-//! Statements of this language that are not in the table are refused where they stand. After Fagor, *CNC 8055 M programming manual*,
-//! "Program control statements" and "Subroutines"; the words of the 8025 (G20 to G25, K before constants) from memory.
+//! Parameters P0 to P25 are local, as `#1` to `#26` are; the others keep their number. Lines
+//! without these words stay as they are. Statements of this language that are not in the table are
+//! refused at their line. After Fagor, *CNC 8055 M programming manual*, "Program control
+//! statements" and "Subroutines"; the words of the 8025 (G20 to G25, K before constants) from
+//! memory.
 
-/// Begins a comment that stands for a statement that is not read.
+/// Begins a comment that replaces a statement that is not read.
 pub(super) const UNREAD: &str = "!FAGOR ";
 
 /// Statements with side effects on the path or the flow, which no comment may hide.
@@ -84,7 +86,8 @@ fn matching(text: &str) -> Option<usize> {
     None
 }
 
-/// A statement as text of macro B, and how many bytes behind its bracket belong to it; none for a comment.
+/// A statement as text of macro B, and how many bytes after its bracket belong to it; none for a
+/// comment.
 fn statement(inside: &str, behind: &str) -> (Option<String>, usize) {
     let text = inside.trim().to_ascii_uppercase();
     let word: String = text.chars().take_while(char::is_ascii_alphabetic).collect();
@@ -228,7 +231,7 @@ fn expression(text: &str) -> String {
 
 /// Words of a block outside of brackets: `XP1`, `P1=K5`, `G20 N5.2`, `G36 R3`.
 fn words(text: &str) -> String {
-    // A comment behind `;`.
+    // A comment after `;`.
     let (code, comment) = text.find(';').map_or((text, ""), |at| text.split_at(at));
     let mut upper = code.to_ascii_uppercase();
     if let Some(call) = old_call(&upper) {

@@ -1,4 +1,4 @@
-//! The controls that speak ISO 6983, and how their texts are told apart.
+//! The controls that speak ISO 6983, and how a text is assigned to one of them.
 
 use crate::settings::Dialect;
 use crate::source::{Mark, Source};
@@ -39,7 +39,8 @@ pub(crate) struct Told {
 /// Bytes of the text that are looked at for words of one control only.
 const LOOKED_AT: usize = 4 << 20;
 
-/// The flavor of a dialect; for [`Dialect::Iso`] the first word that only one control knows decides, Fanuc where none stands.
+/// The flavor of a dialect; for [`Dialect::Iso`] the first word that only one control knows
+/// decides, Fanuc where there is none.
 pub(crate) fn tell(dialect: Dialect, source: &Source) -> Told {
     match dialect {
         Dialect::Haas => Told { flavor: Flavor::Haas, certain: true },
@@ -121,7 +122,7 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
     (g5 && (high_speed || q_word && p_word.is_none())).then_some(Flavor::Fanuc)
 }
 
-/// `100 sub`, `<name> call`, `[#1] while`: a label with a word behind it.
+/// `100 sub`, `<name> call`, `[#1] while`: a label followed by a word.
 fn is_o_word(rest: &[u8]) -> bool {
     let rest = String::from_utf8_lossy(rest).to_ascii_uppercase();
     let rest = rest.trim_start();
@@ -134,14 +135,14 @@ fn is_o_word(rest: &[u8]) -> bool {
     tail.len() < rest.len() && WORDS.iter().any(|word| tail.starts_with(word))
 }
 
-/// The head of a program with a name of letters and nothing behind it but a comment.
+/// The head of a program with a name of letters, followed by nothing but a comment.
 fn is_named_head(rest: &[u8]) -> bool {
     let name = rest.iter().take_while(|b| b.is_ascii_alphanumeric() || b"_-.".contains(b)).count();
     let behind = rest.get(name..).unwrap_or_default().trim_ascii_start();
     rest.first().is_some_and(u8::is_ascii_alphabetic) && matches!(behind.first(), None | Some(b'(' | b';'))
 }
 
-/// Ten times the number behind a G or M, and how many bytes it takes.
+/// Ten times the number after a G or M, and how many bytes it takes.
 fn code(rest: &[u8]) -> (Option<u32>, usize) {
     let blanks = rest.iter().take_while(|b| **b == b' ').count();
     let (mut value, mut digits, mut at) = (0u32, 0, blanks);

@@ -14,7 +14,7 @@ use crate::diagnostic::{Fault, Span};
 /// Lines without an effect on what is cut.
 const WITHOUT_EFFECT: [&str; 7] = ["$X", "$$", "$#", "$G", "$I", "$N", "$C"];
 
-/// A line with `$` on a control that has none; on a grbl what it does not know.
+/// Refuses a line with `$` on a control that has none, and on a grbl one that it does not know.
 pub(super) fn refused(block: &Block, control: &Control) -> Option<Fault> {
     if control.grbl_words {
         return grbl_words::foreign(block, control);

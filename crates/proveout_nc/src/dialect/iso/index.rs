@@ -15,14 +15,14 @@ use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::scan::Scanner;
 use crate::source::{Mark, Source};
 
-/// A stretch of the text: a program, or what stands around the tape.
+/// A stretch of the text: a program, or what surrounds the tape.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
-    /// First line, and the line behind the last.
+    /// First line, and the line after the last.
     pub(crate) lines: [u32; 2],
     /// Number or name of the program.
     pub(crate) name: Option<String>,
-    /// No control reads it: in front of the first `%`, or behind the last.
+    /// No control reads it: before the first `%`, or after the last.
     pub(crate) outside: bool,
 }
 
@@ -41,12 +41,13 @@ pub(crate) struct Index {
     pub(crate) main: Option<Section>,
     /// Programs with a head, by its number or name.
     pub(crate) programs: BTreeMap<String, Section>,
-    /// Subprograms of O words: the line with SUB and the program it stands in.
+    /// Subprograms of O words: the line with SUB and the program that contains it.
     pub(crate) subs: BTreeMap<String, (Mark, Section)>,
     pub(crate) partners: BTreeMap<usize, Partner>,
     /// All of the text that holds code, in order.
     pub(crate) parts: Vec<Part>,
-    /// A line that may structure the program cannot be read: what seems to be missing may stand in it.
+    /// A line that may structure the program cannot be read: it may contain what seems to be
+    /// missing.
     pub(crate) unreadable: bool,
 }
 
@@ -126,13 +127,13 @@ fn may_structure(line: &str) -> bool {
     }
 }
 
-/// Where a line stands on the tape.
+/// Where a line is on the tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tape {
     /// No `%` yet.
     Before,
     Inside,
-    /// Behind the `%` that closes it.
+    /// After the `%` that closes it.
     Behind,
 }
 
@@ -163,7 +164,7 @@ impl Pass<'_> {
     }
 }
 
-/// The number behind each M of a line, outside of comments.
+/// The number after each M of a line, outside of comments.
 fn m_words(line: &str) -> impl Iterator<Item = u32> + '_ {
     let mut depth = 0;
     let bytes = line.as_bytes();
@@ -183,12 +184,12 @@ fn m_words(line: &str) -> impl Iterator<Item = u32> + '_ {
     })
 }
 
-/// M2, M30 or M99 stands in the line.
+/// The line contains M2, M30 or M99.
 pub(crate) fn has_end(line: &str) -> bool {
     m_words(line).any(|m| matches!(m, 2 | 30 | 99))
 }
 
-/// M99 stands in the line.
+/// The line contains M99.
 pub(crate) fn has_return(line: &str) -> bool {
     m_words(line).any(|m| m == 99)
 }
@@ -196,9 +197,10 @@ pub(crate) fn has_return(line: &str) -> bool {
 impl Index {
     /// Reads the structure of a file; faults of structure are added to the list.
     ///
-    /// A Fanuc and a Haas keep each program by itself: its head ends the one before. A `LinuxCNC` runs through the heads of
-    /// numbered programs, so that its text is one program from `%` to `%`. Text in front of the first `%` is the leader of a
-    /// tape (which a `LinuxCNC` does not know), text behind the closing one is read by no control unless it has a head.
+    /// A Fanuc and a Haas keep each program by itself: its head ends the one before. A `LinuxCNC`
+    /// runs through the heads of numbered programs, so that its text is one program from `%` to
+    /// `%`. Text before the first `%` is the leader of a tape (which a `LinuxCNC` does not know).
+    /// No control reads text after the closing `%` unless it has a head.
     pub(crate) fn new(source: &Source, flavor: Flavor, faults: &mut Vec<Diagnostic>) -> Self {
         let mut index = Self::default();
         let mut block = Block::default();

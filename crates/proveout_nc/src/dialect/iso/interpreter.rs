@@ -44,9 +44,9 @@ impl CallLevel {
 #[derive(Debug)]
 pub(crate) struct Iso {
     pub(crate) flavor: Flavor,
-    /// The flavor is only the default: nothing tells it.
+    /// The flavor is only the default: nothing in the text decides it.
     pub(crate) assumed: bool,
-    /// NCYL stands in the block.
+    /// The block has NCYL.
     pub(crate) no_cycle: bool,
     pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
     pub(crate) offsets: BTreeMap<String, WorkOffset>,
@@ -72,7 +72,7 @@ pub(crate) struct Iso {
     /// Pole and cycle of a Fagor.
     pub(crate) pole: [f64; 2],
     pub(crate) fagor: super::fagor::FagorCycle,
-    /// Coordinates that rapid motions on a tilted plane have told, of which one is still open.
+    /// Coordinates given by rapid motions on a tilted plane, while one coordinate is still open.
     pub(crate) held: AxisValues,
     /// Chamfers and roundings between the motions.
     pub(crate) corners: Corners,
@@ -91,10 +91,10 @@ pub(crate) struct Iso {
     pub(crate) noted_vacant: std::collections::BTreeSet<(u32, u8)>,
     /// Line number of the block.
     pub(crate) sequence: u32,
-    /// The state at the start has been handed out.
+    /// The state at the start has been emitted.
     started: bool,
     pub(crate) noted_integers: bool,
-    /// A tool length that changes without Z has been told.
+    /// A note on a tool length that changes without Z was emitted.
     pub(crate) noted_length: bool,
     pub(crate) noted_surface_speed: bool,
     /// First parameter of the reference points that a note has named.
@@ -291,7 +291,7 @@ impl Interpreter {
         self.tell_frame(&word);
     }
 
-    /// Work offset and frame have been told by a word of the program.
+    /// Work offset and frame have been emitted.
     pub(crate) fn has_begun(&self) -> bool {
         self.own.started
     }

@@ -1,4 +1,4 @@
-//! What the text that was not run is: programs, subprograms, branches, text behind the end.
+//! What the text that was not run is: programs, subprograms, branches, text after the end.
 
 use std::path::Path;
 
@@ -135,7 +135,7 @@ impl Targets {
 fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) -> Role {
     let mut block = Block::default();
     if parser::parse_line(line, flavor, &mut block).is_err() {
-        // Faults are told by themselves.
+        // Faults are reported separately.
         return Role { code: !line.trim().is_empty(), ..Role::default() };
     }
     let flow = match (&block.statement, block.number) {
@@ -154,7 +154,7 @@ fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) 
     let is = |letter: u8, numbers: &[f64], word: &Word| {
         word.letter == letter && matches!(word.value, Value::Number { value, .. } if numbers.contains(&value))
     };
-    // End words behind each other do nothing that could be missed.
+    // Nothing is missed where further end words follow an end word.
     let closing = block.words.iter().all(|w| w.letter == b'N' || is(b'M', &[2.0, 30.0, 99.0], w));
     let calls = matches!(
         block.statement,

@@ -1,7 +1,7 @@
 //! Tool length and cutter radius: G43 and its relatives, G49, G40 to G42, H, D, tool offsets written by the program.
 //!
-//! A length that the program writes itself (G43.1, G10 L10) moves the axes by this number whatever tool is in the spindle. It
-//! is handed out as what it does: length off, and a shift of the frame.
+//! A length that the program writes itself (G43.1, G10 L10) moves the axes by this number whatever
+//! tool is in the spindle. It is emitted as its effect: length off, and a shift of the frame.
 
 use super::block::g_name;
 use super::calls::whole;
@@ -25,7 +25,8 @@ pub(super) struct Kept {
 }
 
 impl Interpreter {
-    /// Takes the number of an offset beside the word that ends it; one other than zero is told.
+    /// Takes the number of an offset in a block whose word ends that offset; notes a number other
+    /// than zero.
     fn tell_idle_number(&mut self, p: &mut Pending, letter: u8, word: &str) {
         if p.take(letter).is_some_and(|number| number != 0.0) {
             self.note(format!("{} has no effect beside {word}", char::from(letter)));
@@ -225,11 +226,12 @@ impl Interpreter {
         }
         self.modal.frames.length = shift;
         if edge(before) != edge(length) {
-            // The tool stands still and its tip is now another point along it.
+            // The tool does not move, and its tip is now another point along it.
             self.position.forget(if self.modal.in_table() { LINEAR } else { 0b100 });
         }
         self.begin();
-        // Along the tool, which stands upright on the plane, the length moves no coordinate of the plane but the third.
+        // Along the tool, which is normal to the plane, the length changes only the third
+        // coordinate of the plane.
         let kept = self.own.held;
         self.frames_changed("G43");
         self.own.held = kept;
@@ -357,7 +359,9 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G41 and G42 without a D, where none stands before them: the offset is zero then, and the path is that of the center.
+    /// G41 and G42 without a D, where no D came before. A control takes the offset zero then, and
+    /// the path is that of the center: refused. Where the control is only assumed, the radius of
+    /// the tool in the spindle is taken.
     fn without_radius(&mut self, code: u32, span: Span) -> Result<(), Fault> {
         let name = g_name(code);
         if self.settings.control.length_of_tool {

@@ -13,7 +13,8 @@ use crate::diagnostic::{Fault, Span};
 use crate::dialect::listed::refused_by;
 use crate::machine_data::KinematicsKind;
 
-/// Words of the control file stand among the functions, from this number on by their place in its table.
+/// Words of the control file are kept among the functions, from this number on by their place in
+/// its table.
 pub(crate) const LISTED: u32 = 2_000_000_000;
 
 impl Interpreter {
@@ -105,7 +106,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A word that calls a macro takes the whole block; true where one stands in it.
+    /// A word that calls a macro takes the whole block; true where the block has one.
     pub(super) fn listed_macro(&mut self, p: &mut Pending, block: &Block) -> Result<bool, Fault> {
         let found = p.m().iter().find_map(|&m| self.listed(m).filter(|l| matches!(l.meaning, Meaning::Macro(_))));
         let Some(Listed { word, meaning: Meaning::Macro(program), values }) = found.cloned() else { return Ok(false) };
@@ -118,8 +119,8 @@ impl Interpreter {
         Ok(true)
     }
 
-    /// As a remapped word (`LinuxCNC`, "Remap: extending G-code", `ngc=` with `argspec=`): the letters that stand in the block are
-    /// local named parameters of the subprogram, `#<p>` for P.
+    /// As a remapped word (`LinuxCNC`, "Remap: extending G-code", `ngc=` with `argspec=`): the
+    /// letters of the block are local named parameters of the subprogram, `#<p>` for P.
     fn listed_o_sub(
         &mut self,
         word: &str,
@@ -143,7 +144,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A word that calls a subprogram does so behind the motion of its block.
+    /// A word that calls a subprogram does so after the motion of its block.
     pub(super) fn listed_call(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
         let found = p.m().iter().find_map(|&m| match &self.listed(m)?.meaning {
             Meaning::Call(program) => Some(number_of(program)),
@@ -155,7 +156,8 @@ impl Interpreter {
         }
     }
 
-    /// A subprogram that is not there: refused, or left out where the control says so. Where the tool then stands is not known.
+    /// A subprogram that does not exist: refused, or left out where the control says so. The
+    /// position after the call is unknown.
     pub(crate) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
         if !self.leave_out(name) {
             return Err(super::calls::missing(name, self.own.flavor, span));

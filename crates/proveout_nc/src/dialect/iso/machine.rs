@@ -1,21 +1,24 @@
 //! Motions in machine coordinates: G53, G28, G30; words that act once.
 //!
-//! **Reference points.** G28 and G30 go by the point that the block programs (which G91 with zero makes the place where the axes
-//! stand) to the first and second reference point, with the named axes alone. Where these points are is data of the machine:
-//! parameters `#5161` and `#5181` and up, which the program or the settings give, else [`crate::ReferencePoints`].
+//! **Reference points.** G28 and G30 move with the named axes alone, through the point that the
+//! block programs, to the first and second reference point. G91 with zero makes that point the
+//! present position. Where the reference points are is data of the machine: parameters `#5161` and
+//! `#5181` and up, which the program or the settings give, else [`crate::ReferencePoints`].
 //!
-//! **Tool length behind them.** A machine coordinate is that of the axis, without tool length. What the length does from the next
-//! block on differs:
+//! **Tool length after them.** A machine coordinate is that of the axis, without tool length. What
+//! the length does from the next block on differs:
 //!
 //! * `LinuxCNC`: it is in force as before (RS274/NGC: neither word changes G43).
 //! * Haas: G53 leaves it; G28 cancels it "for the following lines of code" (*Mill operator's manual*, G28), and G234 with it.
-//! * Fanuc: the offset of the axes that moved is canceled while the display goes on to say G43; whether the next motion or only
-//!   the next G43, G44 or H brings it back is set up on the control (bit 6 of parameter 5001; *Operator's manual*, "G53, G28 and
-//!   G30 commands in tool length compensation mode"). It is read as back, and where a machine is to run the
-//!   program, a motion of Z before such a word says so.
+//! * Fanuc: the offset of the axes that moved is canceled while the display still shows G43. Bit 6 of
+//!   parameter 5001 decides whether the next motion or only the next G43, G44 or H brings it back
+//!   (*Operator's manual*, "G53, G28 and G30 commands in tool length compensation mode"). The reader
+//!   takes the offset as back from the next block on. Where a machine is to run the program, a
+//!   motion of Z before such a word reports that as an assumption.
 //!
-//! **Under tool center point control** every axis of the machine moves the tip in all coordinates of the table, so that none of
-//! them is known behind such a block; axes that the next block does not name stay where they are.
+//! **Under tool center point control** every axis of the machine moves the tip in all coordinates
+//! of the table, so that none of them is known after such a block; axes that the next block does
+//! not name stay where they are.
 
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
@@ -167,7 +170,7 @@ impl Interpreter {
         }
     }
 
-    /// Tells, before a motion of Z, that its tool length depends on the set-up of the control.
+    /// Reports, before a motion of Z, that its tool length depends on the set-up of the control.
     pub(crate) fn tell_length(&mut self, axes: u16) {
         let moves = axes & 0b100 != 0 || axes != 0 && self.modal.cycle.is_some();
         if let Some(word) = self.own.length_canceled_by.take_if(|_| moves) {
@@ -247,7 +250,8 @@ impl Interpreter {
             self.set_tcp(false, false);
         }
         self.machine_motion(end, axes, true, false);
-        // Where no machine is known the point is a stand-in, and what follows must not count on it.
+        // Where no machine is known the point is a placeholder, and what follows must not rely on
+        // it.
         let stated = (0..3).all(|axis| self.variables.numbered(first + axis).is_some() || axes >> axis & 1 == 0);
         if stated || self.settings.reference_points.is_some() {
             self.known_in_machine(&end, axes);
@@ -256,9 +260,11 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A `LinuxCNC` takes the reference point into the coordinates of the work offset and goes there with the axes that the block names
-    /// (`convert_home`, `find_relative` of its interpreter). Where the offset is turned and one of X and Y is named, both axes of the
-    /// machine move, and neither comes to its reference point. Gives the end in machine coordinates, and the axes that go there.
+    /// A `LinuxCNC` converts the reference point into the coordinates of the work offset and goes
+    /// there with the axes that the block names (`convert_home`, `find_relative` of its
+    /// interpreter). Where the offset is turned and one of X and Y is named, both axes of the
+    /// machine move, and neither reaches its reference point. Returns the end in machine
+    /// coordinates, and the axes that go there.
     fn reference_point_in_turned(
         &mut self,
         word: &'static str,

@@ -1,9 +1,13 @@
 //! ISO 6983 / RS274: Fanuc, Haas, `LinuxCNC`.
 //!
-//! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
-//! a file, once), and [`interpreter`] (flow in [`control`], calls in [`calls`], parameters in [`eval`] and [`system`]), which
-//! executes plain blocks in [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
-//! with [`planes`] and [`cycles`] with [`boring`], [`bolt_holes`] and [`circle_pocket`]; chamfers and roundings in [`corners`], words of a control file in [`listed`], those of an Okuma in [`osp`], of a Fagor in [`fagor`] and [`fagor_text`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
+//! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the
+//! language), [`index`] (structure of a file, once), and [`interpreter`] (flow in [`control`],
+//! calls in [`calls`], parameters in [`eval`] and [`system`]), which executes plain blocks in
+//! [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
+//! with [`planes`] and [`cycles`] with [`boring`], [`bolt_holes`] and [`circle_pocket`]. Chamfers
+//! and roundings are in [`corners`], words of a control file in [`listed`], those of an Okuma in
+//! [`osp`], of a Fagor in [`fagor`] and [`fagor_text`]. [`words`] lists what each control reads,
+//! notes or refuses; [`flavor`] detects the control.
 
 mod arcs;
 mod block;
@@ -57,7 +61,8 @@ use crate::diagnostic::Diagnostic;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 
-/// The reader does this word by itself; words that end or call programs are left out.
+/// The reader executes this word without a control file; words that end or call programs are left
+/// out.
 pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
     let flavor = match dialect {
         Dialect::Haas => Flavor::Haas,
@@ -96,7 +101,7 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
     });
 }
 
-/// All faults of single lines: grammar, and words that are refused wherever they stand.
+/// All faults of single lines: grammar, and words that are refused everywhere.
 pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let told = flavor::tell(dialect, source);
     let flavor = told.flavor;

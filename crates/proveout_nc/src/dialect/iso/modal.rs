@@ -34,7 +34,7 @@ pub(crate) enum Length {
     Off,
     /// The offset with this number.
     Edge(u32),
-    /// A length that the program itself gives: it stands in [`Frames::length`].
+    /// A length that the program itself gives; the value is in [`Frames::length`].
     Programmed(u32),
 }
 
@@ -108,7 +108,7 @@ impl Frames {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Modal {
-    /// None where no motion word is in force: at the start, on a `LinuxCNC` behind G80.
+    /// None where no motion word is in force: at the start, on a `LinuxCNC` after G80.
     pub(crate) motion: Option<MotionMode>,
     /// Code of the motion or probing word, times ten.
     pub(crate) motion_code: u32,
@@ -145,7 +145,7 @@ pub(crate) struct Modal {
     /// G63 has fixed the overrides.
     pub(crate) tapping: bool,
     pub(crate) frames: Frames,
-    /// G68.2 stands, and base coordinates are those of the table.
+    /// State of G68.2, and with it whether base coordinates are those of the table.
     pub(crate) plane: Plane,
 }
 

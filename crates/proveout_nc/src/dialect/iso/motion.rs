@@ -22,7 +22,7 @@ const LEAST_PROBING_MM: f64 = 0.254;
 const ROTARY: u16 = 0b111000;
 
 impl Interpreter {
-    /// Executes the motion of a block, where one stands in it.
+    /// Executes the motion of a block, if it has one.
     pub(crate) fn motion(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         if self.modal.cycle.is_some() {
             return self.cycle_block(p, span);
@@ -86,8 +86,8 @@ impl Interpreter {
         }
     }
 
-    /// Axis words before any G0 or G1. A Haas begins with G0 (*Mill operator's manual*, list of G codes), a Fanuc with what bit 0
-    /// of parameter 3402 says, G0 where it is not set.
+    /// Axis words before any G0 or G1. A Haas begins with G0 (*Mill operator's manual*, list of G
+    /// codes). On a Fanuc bit 0 of parameter 3402 decides, G0 where it is not set.
     fn motion_at_power_on(&mut self) {
         self.modal.motion = Some(MotionMode::Rapid);
         self.modal.motion_code = 0;
@@ -99,7 +99,7 @@ impl Interpreter {
         self.begin_motion();
         self.tell_length(axes);
         if self.modal.plane == Plane::Defined && axes & LINEAR != 0 {
-            // No G53.1: the rotary axes stand where the program has put them.
+            // No G53.1: the rotary axes are where the program has put them.
             self.modal.plane = Plane::Engaged;
             self.tell_tcp();
         }
@@ -142,7 +142,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Letters beside those of the axes that are lengths in the block: centers and radius of an arc, planes and infeeds of a cycle.
+    /// Letters other than those of the axes that are lengths in the block: centers and radius of an
+    /// arc, planes and infeeds of a cycle.
     fn length_letters(&self) -> &'static [u8] {
         match (self.modal.cycle, self.modal.motion) {
             // K and L of a drilling cycle are a number of holes, P is a time.
@@ -154,7 +155,7 @@ impl Interpreter {
         }
     }
 
-    /// Every rotary word of the block names the place where its axis stands.
+    /// Every rotary word of the block names the present position of its axis.
     fn rotary_axes_stay(&self, axes: u16, p: &Pending) -> bool {
         (3..6).filter(|axis| axes >> axis & 1 == 1).all(|axis| {
             let value = self.rotary_of(&mut p.clone(), AXES[axis]);
@@ -219,7 +220,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Unit tool axis of I J K behind G43.5.
+    /// Unit tool axis from I J K after G43.5.
     fn vector(&self, p: &mut Pending, axes: u16, span: Span) -> Result<Option<[f64; 3]>, Fault> {
         if !self.modal.vectors || !p.any_free(b"IJK") {
             return Ok(None);
@@ -305,9 +306,10 @@ impl Interpreter {
         Ok(axes | 1 << u | 1 << v)
     }
 
-    /// A rapid motion. On a tilted plane programs position X and Y first, and Z behind the tool length: with Z unknown to the program
-    /// the axes without a word stay where the machine has them. What such motions have told is kept for the one that tells the
-    /// rest, over a tool length that is switched on between them along the tool.
+    /// A rapid motion. On a tilted plane programs position X and Y first, and Z after the tool
+    /// length: while Z is unknown to the program, the axes without a word stay where the machine
+    /// has them. The coordinates of such motions are kept for the motion that gives the rest, even
+    /// where a tool length is switched on between them along the tool.
     pub(crate) fn rapid(
         &mut self,
         mut end: AxisValues,
@@ -325,7 +327,7 @@ impl Interpreter {
                 }
             }
             match self.motion_to(end, words) {
-                // What is open hangs on no word of the block.
+                // What is open depends on no word of the block.
                 Ok(motion) => self.go(Motion { exact_stop, ..motion }, true),
                 Err(_) => self.go_left_open(end, words, exact_stop),
             }
@@ -337,7 +339,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Puts what rapid motions on a plane have told into the end of a motion that tells the rest.
+    /// Adds the coordinates of earlier rapid motions on a plane to the end of the motion that gives
+    /// the rest.
     fn with_kept(&self, end: &mut AxisValues, programmed: &mut u16) {
         for axis in 0..3 {
             if let Some(value) = self.own.held.get(axis)
@@ -349,7 +352,8 @@ impl Interpreter {
         }
     }
 
-    /// What rapid motions on a plane have told says nothing of coordinates that count otherwise.
+    /// Drops the coordinates of earlier rapid motions on a plane: coordinates have another meaning
+    /// from here on.
     pub(crate) fn forget_kept(&mut self) {
         self.own.held = AxisValues::NONE;
     }

@@ -85,7 +85,7 @@ impl Interpreter {
         self.load_offset(&word);
         self.modal.offset.clone_from(&word);
         if !self.has_begun() {
-            // The offset in force at the start is told by the first motion.
+            // The first motion emits the offset in force at the start.
             let total = self.modal.frames.total(self.own.flavor);
             self.position.set_frame(total);
             return Ok(());
@@ -128,7 +128,7 @@ impl Interpreter {
             };
         }
         let linuxcnc = self.own.flavor.is_linuxcnc();
-        // Axis letters beside G92.1 to G92.3 belong to the motion of the block there.
+        // Axis letters in a block with G92.1 to G92.3 belong to the motion of the block there.
         let values = if linuxcnc && code > 920 { [None; 6] } else { self.shift_values(p, &word, span)? };
         let frames = &mut self.modal.frames;
         match code {
@@ -164,7 +164,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G92: the shift under which the tool stands at these coordinates.
+    /// G92: the shift that gives the present position these coordinates.
     fn set_position(&mut self, values: [Option<f64>; 6], span: Span) -> Result<(), Fault> {
         let mut bare = self.modal.frames.clone();
         if bare.plane != Frame::IDENTITY || bare.rotation != Frame::IDENTITY || bare.mirror != Frame::IDENTITY {
@@ -264,9 +264,10 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A `LinuxCNC` turns the place of the tool without the shift of G92 when the rotation of the system in force changes
-    /// (`convert_setup` of its interpreter), and its machine coordinates with it. The axis that the next block does not name then
-    /// moves, by a way that hangs on when the control reads its position again.
+    /// When the rotation of the system in force changes, a `LinuxCNC` turns the position of the
+    /// tool without the shift of G92 (`convert_setup` of its interpreter), and its machine
+    /// coordinates with it. The axis that the next block does not name then moves, by a distance
+    /// that depends on when the control reads its position again.
     fn turn_under_shift(&self, word: &str, turn: f64, span: Span) -> Result<(), Fault> {
         let frames = &self.modal.frames;
         let in_force = offset_key(word) == offset_key(&self.modal.offset);
@@ -279,7 +280,7 @@ impl Interpreter {
         Err(Fault::new(codes::CONFLICT, span, message).help("write G92.2 before it and G92.3 behind it"))
     }
 
-    /// G10 L20 of `LinuxCNC`: the offset under which the tool stands at these coordinates.
+    /// G10 L20 of `LinuxCNC`: the offset that gives the present position these coordinates.
     fn offset_from_position(&mut self, number: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let values = self.shift_values(p, "G10 L20", span)?;
         let word = match number {
@@ -294,7 +295,8 @@ impl Interpreter {
         let key = offset_key(&word);
         let turn = self.own.turns.get(&key).copied().unwrap_or(0.0);
         let mut offset = self.own.offsets.get(&key).copied().unwrap_or_default();
-        // Where the tool stands in that system, origin left out; a rotation turns what is missing into the axes of the machine.
+        // The present position in that system, without its origin; a rotation turns what is missing
+        // into the axes of the machine.
         let mut there = self.modal.frames.clone();
         (there.settable, there.turn) = ([0.0; 6], turn);
         if turn != 0.0 {

@@ -1,12 +1,12 @@
-//! Words of Okuma OSP that a Fanuc has not: they are parsed in every program with macro B, and refused where the control file
-//! does not say `program.words = "osp"`.
+//! Words of Okuma OSP that a Fanuc does not have. They are parsed in every program with macro B,
+//! and refused where the control file does not say `program.words = "osp"`.
 //!
 //! ```text
 //!   VC1=VC2+5   X=VC1          common variables, and words by an expression
 //!   IF [VC1 GT 5] N100         a jump
 //!   CALL O200 Q3 ... RTS       a subprogram, three times
 //!   CALL OBOLT PX=10 DIA=40    with values for local variables of the subprogram
-//!   MODIN OBOLT PX=10 ... MODOUT   the same behind every motion of an axis
+//!   MODIN OBOLT PX=10 ... MODOUT   the same after every motion of an axis
 //!   LX=10   X=LX+5             local variables: two letters and up to two letters or digits
 //!   NEND G0 Z100 ... GOTO NEND a sequence name of letters
 //!   NOEX VC1=3                 a block that is no step of its own
@@ -29,12 +29,12 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::scan::Scanner;
 
-/// Common variables are kept behind all parameters of macro B.
+/// Common variables are numbered above all parameters of macro B.
 const COMMON: u32 = 900_000;
 /// `VC1` to `VC200`.
 const MOST_COMMON: u32 = 200;
 
-/// Number of the common variable that a parameter stands for.
+/// Number of the common variable that is kept under a parameter number.
 pub(super) fn common(parameter: u32) -> Option<u32> {
     parameter.checked_sub(COMMON).filter(|number| (1..=MOST_COMMON).contains(number))
 }
@@ -44,7 +44,7 @@ pub(super) fn variable_is_next(s: &Scanner<'_>, flavor: Flavor) -> bool {
     !flavor.is_linuxcnc() && expr::next_is(s, "VC") && s.peek_at(2).is_ascii_digit()
 }
 
-/// `VC12`; the scanner stands on it.
+/// `VC12`; the scanner is at its start.
 pub(super) fn variable(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
     let start = s.pos();
     s.set_pos(start + 2);
@@ -61,7 +61,7 @@ pub(super) fn variable(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
     }
 }
 
-/// A name of two letters and up to two letters or digits, and the byte behind it.
+/// A name of two letters and up to two letters or digits; returns the index of the byte after it.
 fn name_at(s: &Scanner<'_>, from: usize) -> Option<usize> {
     let byte = |i: usize| s.peek_at(from + i);
     if !(byte(0).is_ascii_alphabetic() && byte(1).is_ascii_alphabetic()) {
@@ -74,7 +74,7 @@ fn name_at(s: &Scanner<'_>, from: usize) -> Option<usize> {
 /// `LX=`: a local variable and its value are next.
 #[inline]
 pub(super) fn local_is_next(s: &Scanner<'_>, flavor: Flavor) -> bool {
-    // Nearly all words have a digit, a sign or a point behind their letter.
+    // In nearly all words a digit, a sign or a point follows the letter.
     if !s.peek_at(1).is_ascii_alphabetic() || flavor.is_linuxcnc() || variable_is_next(s, flavor) {
         return false;
     }
@@ -85,17 +85,17 @@ pub(super) fn local_is_next(s: &Scanner<'_>, flavor: Flavor) -> bool {
     s.peek_at(at) == b'='
 }
 
-/// The name of a local variable; the scanner stands on it.
+/// The name of a local variable; the scanner is at its start.
 pub(super) fn local(s: &mut Scanner<'_>) -> String {
     let start = s.pos();
     s.set_pos(start + name_at(s, 0).unwrap_or(0));
     s.slice(start).to_ascii_uppercase()
 }
 
-/// Sequence names are kept behind all block numbers.
+/// Sequence names are numbered above all block numbers.
 const NAMED_SEQUENCE: u32 = 1_000_000_000;
 
-/// `END` behind N, as a block number of its own; the scanner stands behind the N.
+/// `END` after N, as a block number of its own; the scanner is after the N.
 pub(super) fn sequence(s: &mut Scanner<'_>, flavor: Flavor) -> Option<u32> {
     if flavor.is_linuxcnc() || !s.peek().is_ascii_alphabetic() {
         return None;
@@ -172,7 +172,8 @@ pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Opti
 
 /// A line that describes the blank for the animation of the control, or draws: `DEF WORK`, `PS LC,[0,0,-20],[100,80,20]`, `END`, `DRAW`, `CLEAR`.
 pub(super) fn animation(line: &str) -> Option<&'static str> {
-    // Every line of every ISO program comes by here: two letters tell nearly all of them apart, and no text is made of those.
+    // Every line of every ISO program passes here: the first two letters exclude nearly all of
+    // them, without building a text.
     let starts = line.trim_start().as_bytes();
     let [first, second, ..] = starts else { return None };
     if !matches!(first, b'D' | b'd' | b'P' | b'p' | b'C' | b'c' | b'E' | b'e') || !second.is_ascii_alphabetic() {
@@ -193,7 +194,7 @@ pub(super) fn animation(line: &str) -> Option<&'static str> {
 /// Offsets of the tool in the spindle by a letter, `HA` and `DA`: the first set of them, B and C the others.
 const SETS: [&str; 6] = ["HA", "HB", "HC", "DA", "DB", "DC"];
 
-/// What a letter behind H or D stands for.
+/// The set of offsets that a letter after H or D means.
 pub(super) fn set_of_offsets(letter: u8, set: u8) -> Expr {
     Expr::Name(String::from_iter([letter, set.to_ascii_uppercase()].map(char::from)))
 }
@@ -219,7 +220,8 @@ pub(super) fn refused(block: &Block, has_them: bool) -> Option<Fault> {
 }
 
 impl Interpreter {
-    /// Number of the offset that a set of the tool in the spindle stands for: the library gives a tool one length and one radius, by its number.
+    /// Offset number for a set of the tool in the spindle: the library gives a tool one length and
+    /// one radius, by its number.
     pub(super) fn own_offset(&self, name: &str, span: Span) -> Option<Result<f64, Fault>> {
         if !SETS.contains(&name) {
             return None;
@@ -241,7 +243,7 @@ impl Interpreter {
         })
     }
 
-    /// CALL and MODIN: nothing else stands in their block.
+    /// CALL and MODIN: their block has no other words.
     pub(super) fn call_program(
         &mut self,
         call: &ProgramCall,

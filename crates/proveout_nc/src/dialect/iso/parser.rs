@@ -20,13 +20,13 @@ pub(crate) struct Block {
     pub(crate) statement: Option<Statement>,
     /// The line begins with `$`, as those of a grbl do.
     pub(crate) dollar: Option<Span>,
-    /// IF behind `WHILE [..] DO 1` or `DO 1`.
+    /// IF after `WHILE [..] DO 1` or `DO 1`.
     pub(crate) behind: Option<Statement>,
     /// Comments that say something to the operator or the control.
     pub(crate) remarks: Vec<Remark>,
     /// Text of the last comment.
     pub(crate) comment: Span,
-    /// A word of Okuma OSP stands in the block.
+    /// A word of Okuma OSP in the block.
     pub(crate) osp: Option<(&'static str, Span)>,
     /// `NCYL`: the cycle positions and does not machine.
     pub(crate) no_cycle: bool,
@@ -323,7 +323,8 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
     Ok(())
 }
 
-/// `,R0` or `,R1` in the block of a tapping cycle, as a Mitsubishi has it; the scanner stands on the comma.
+/// `,R0` or `,R1` in the block of a tapping cycle, as a Mitsubishi has it; the scanner is at the
+/// comma.
 fn taps(s: &Scanner<'_>, line: &str) -> bool {
     let digit = matches!(s.peek_at(1), b'R' | b'r') && matches!(s.peek_at(2), b'0' | b'1');
     let ends = !matches!(s.peek_at(3), b'0'..=b'9' | b'.' | b'[' | b'#');
@@ -353,7 +354,7 @@ fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
     Fault::new(code, s.here(), format!("`{shown}` has no meaning here for the {} reader", flavor.name())).help(help)
 }
 
-/// `X10`, `X-#1`, `X[#1+2]`; the scanner stands on the letter.
+/// `X10`, `X-#1`, `X[#1+2]`; the scanner is at the letter.
 fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
     let start = s.pos();
     let letter = s.peek().to_ascii_uppercase();
@@ -438,7 +439,7 @@ fn spaced_number(s: &mut Scanner<'_>, flavor: Flavor, letter: u8, start: usize, 
     }
 }
 
-/// `#1 = value`, `VC1 = value`; the scanner stands on the parameter.
+/// `#1 = value`, `VC1 = value`; the scanner is at the parameter.
 pub(crate) fn assignment(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Assignment, Fault> {
     let start = s.pos();
     let target = match s.peek() {
@@ -497,7 +498,8 @@ fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(),
     Ok(())
 }
 
-/// Behind `;` stands a comment. On a Fanuc and a Haas `;` is the end of a block: words behind it would be a second one.
+/// A comment follows `;`. On a Fanuc and a Haas `;` is the end of a block: words after it would be
+/// a second one.
 fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
     s.bump();
     if flavor.is_linuxcnc() {
@@ -524,7 +526,7 @@ fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Re
         return Ok(());
     }
     if block.is_empty() && block.number.is_none() && block.skip.is_none() {
-        // Nothing stands before it: a block that somebody has taken out.
+        // Nothing precedes the `;`: a block that was commented out.
         block.remarks.push(Remark::Assumed("the words of a line that begins with `;` are a comment"));
         return Ok(());
     }

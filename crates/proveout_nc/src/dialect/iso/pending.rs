@@ -2,7 +2,7 @@
 
 use super::words::Group;
 
-/// The words of a block by letter. A word that nobody takes has no meaning in its block and is refused.
+/// The words of a block by letter. A word that has no use in its block is refused.
 #[derive(Clone, Debug)]
 pub(crate) struct Pending {
     values: [f64; 26],
@@ -63,7 +63,7 @@ impl Pending {
         }
     }
 
-    /// Adds a word; false when the letter stands already.
+    /// Adds a word; false when the block has the letter already.
     pub(crate) fn put(&mut self, letter: u8, value: f64, point: bool) -> bool {
         let fresh = self.set & bit(letter) == 0;
         self.set |= bit(letter);
@@ -87,7 +87,7 @@ impl Pending {
         (b'A'..=b'Z').filter(move |&letter| vacant & bit(letter) != 0)
     }
 
-    /// `@` or `^` (the angle); false where it stands already.
+    /// `@` or `^` (the angle); false where the block has it already.
     pub(crate) fn put_polar(&mut self, angle: bool, value: f64) -> bool {
         self.polar[usize::from(angle)].replace(value).is_none()
     }
@@ -102,7 +102,7 @@ impl Pending {
         self.polar
     }
 
-    /// `,C`, or `,R` (`rounding`); false where it stands already.
+    /// `,C`, or `,R` (`rounding`); false where the block has it already.
     pub(crate) fn put_corner(&mut self, rounding: bool, value: f64) -> bool {
         self.corner[usize::from(rounding)].replace(value).is_none()
     }
@@ -113,17 +113,17 @@ impl Pending {
         self.corner
     }
 
-    /// `,C` or `,R` stands in the block and has found no use.
+    /// The block has `,C` or `,R`, and it has found no use.
     pub(crate) fn corner_left(&self) -> bool {
         !self.corner_taken && self.corner != [None; 2]
     }
 
-    /// `,C` or `,R` stands in the block.
+    /// The block has `,C` or `,R`.
     pub(crate) fn corner_waits_in_block(&self) -> bool {
         self.corner != [None; 2]
     }
 
-    /// A second T; false where it stands already.
+    /// A second T; false where the block has it already.
     pub(crate) fn put_second_tool(&mut self, value: f64) -> bool {
         self.second_tool.replace(value).is_none()
     }
@@ -163,13 +163,13 @@ impl Pending {
         self.points & bit(letter) != 0
     }
 
-    /// A letter that stands in the block and has no use there.
+    /// A letter of the block that has no use there.
     pub(crate) fn left_over(&self) -> Option<u8> {
         let rest = self.set & !self.taken;
         (rest != 0).then(|| b'A' + rest.trailing_zeros() as u8)
     }
 
-    /// Bit i is set when axis i of [`AXES`] stands in the block and has found no use yet.
+    /// Bit i is set when the block has a word of axis i of [`AXES`] that has found no use yet.
     pub(crate) fn axes(&self) -> u16 {
         let free = self.set & !self.taken;
         // Three neighbors each in the alphabet.
@@ -177,15 +177,15 @@ impl Pending {
         three(b'X') | three(b'A') << 3 | three(b'U') << 6
     }
 
-    /// One of these words stands in the block and has found no use yet.
+    /// The block has one of these words, and it has found no use yet.
     pub(crate) fn any_free(&self, letters: &[u8]) -> bool {
         letters.iter().any(|&letter| self.set & !self.taken & bit(letter) != 0)
     }
 
-    /// Adds a G word; the code of the other word of its group, where one stands already.
+    /// Adds a G word; returns the code of another word of its group in the block, if there is one.
     pub(crate) fn put_g(&mut self, code: u32, group: Group) -> Result<Option<u32>, Full> {
         let mask = 1 << group as u32;
-        // On a LinuxCNC G80 stands in the group of the motions, and any of them takes its place.
+        // On a LinuxCNC G80 is in the group of the motions, and any of them takes its place.
         if group == Group::Motion && self.groups & mask != 0 {
             if code == 800 {
                 return Ok(None);

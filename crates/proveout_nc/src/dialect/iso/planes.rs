@@ -8,9 +8,10 @@
 //! | P3 | `Q1 X Y Z I J K`, `Q2 I J K` | +x along the first vector, +z along the second |
 //! | P4 | `X Y Z I J K` | a = `Ry(I) ex`, b = `Rx(J) ey`: +z along a x b, +x along a turned about it by K |
 //!
-//! Source of the words: Fanuc, *Series 30i operator's manual*, "Tilted working plane indexing". That the axes of P1 are fixed ones
-//! agrees with a public post-processor, which writes the plane of Euler angles 60, 90, 0 as `P1 I90 J0 K60`. The origin of P2 and the signs of P4
-//! could not be compared with the manual: the run tells them as assumptions.
+//! Source of the words: Fanuc, *Series 30i operator's manual*, "Tilted working plane indexing".
+//! That the axes of P1 are fixed ones agrees with a public post-processor, which writes the plane
+//! of Euler angles 60, 90, 0 as `P1 I90 J0 K60`. The origin of P2 and the signs of P4 could not be
+//! compared with the manual: the run reports them as assumptions.
 
 use super::interpreter::Interpreter;
 use super::pending::Pending;
@@ -79,7 +80,7 @@ impl Interpreter {
                 "the angles of G68.2 P1 turn about the axes before it, which stay where they are, in the order of Q (123 without it)",
             );
         }
-        // Turns about fixed axes: the later one stands to the left.
+        // Turns about fixed axes: the later one is the left factor.
         let turned =
             axes.into_iter().fold(Frame::IDENTITY, |before, axis| Frame::rotation(axis, given[axis]).then(&before));
         Ok(Frame::translation(origin).then(&turned))

@@ -8,7 +8,8 @@ use crate::channel::{Failed, Salvage, TakenOut};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 
-/// A fault that may follow from one before. A word that nobody takes may belong to a modal word that is lost.
+/// A fault that may follow from one before. A word without a use may belong to a modal word that is
+/// lost.
 pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     let faults = &channel.recovery.faults;
     let left_over = faults.stage == Stage::Acted && fault.code == codes::UNKNOWN_WORD;
@@ -19,7 +20,7 @@ pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     faults.doubt.hides(fault, faults.stage) || left_over && faults.doubt.mode || target
 }
 
-/// What later blocks have set anew is in doubt no more.
+/// Ends the doubt about what later blocks have set again.
 pub(super) fn settle_doubt(channel: &mut Interpreter) {
     let doubt = &mut channel.recovery.faults.doubt;
     if !doubt.any() {
@@ -30,7 +31,7 @@ pub(super) fn settle_doubt(channel: &mut Interpreter) {
     doubt.mode &= !(channel.own.moved_in_block && named);
 }
 
-/// Goes on behind the block that has failed; gives what is in doubt there.
+/// Goes on after the block that has failed; returns what is in doubt there.
 pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
     Some(match (failed.code, channel.recovery.faults.stage) {
         (codes::NO_END, _) => {
@@ -75,7 +76,7 @@ impl Salvage for Iso {
     }
 }
 
-/// The section that ran into a head goes on to the end of the part behind it.
+/// The section that ran into a head goes on to the end of the part after it.
 fn join_next_part(channel: &mut Interpreter, failed: &Failed<Index>) {
     let Some(part) = failed.loaded.index.parts.iter().find(|p| p.lines[0] == failed.at.line) else { return };
     let mut end = failed.at;

@@ -29,7 +29,7 @@ struct Letter {
     functions: &'static [u32],
 }
 
-/// Letters that have a meaning only beside one of these words.
+/// Letters that have a meaning only together with one of these words.
 const LETTERS: [Letter; 10] = [
     Letter { letter: b'D', motions: &[700, 710, 711, 712], others: &[410, 420, 411, 421, 960], functions: &[] },
     Letter { letter: b'E', motions: &[700, 760], others: &[], functions: &[66, 67, 68] },
@@ -87,7 +87,7 @@ fn wrong(span: Span, message: impl Into<String>, help: impl Into<String>) -> Fau
 }
 
 impl Interpreter {
-    /// The control is a `LinuxCNC`, or one that nothing tells from it.
+    /// The control is a `LinuxCNC`, or one that cannot be distinguished from it.
     pub(crate) fn is_rs274(&self) -> bool {
         let control = &self.settings.control;
         self.own.flavor.is_linuxcnc() && !control.grbl_words && !control.mach3_words
@@ -128,8 +128,8 @@ impl Interpreter {
         self.motion_rules(p, motion, span)
     }
 
-    /// G5 and G5.1 leave the motion word in force as it was (`convert_spline` sets no motion mode): a block behind them without a
-    /// motion word is a line, an arc or a hole, and not a spline.
+    /// G5 and G5.1 leave the motion word in force as it was (`convert_spline` sets no motion mode):
+    /// a block after them without a motion word is a line, an arc or a hole, and not a spline.
     fn behind_spline(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
         let Some(code @ (50 | 51)) = motion.filter(|_| p.g(Group::Motion).is_none()) else { return Ok(()) };
         let message = format!(
@@ -139,7 +139,7 @@ impl Interpreter {
         Err(Fault::new(codes::MISSING_VALUE, span, message).help("write the motion word in this block"))
     }
 
-    /// What stands still while cutter compensation is on.
+    /// Refuses what is not allowed while cutter compensation is on.
     fn compensation_rules(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
         let before = self.modal.comp != CompSide::Off;
         let word = p.g(Group::CutterComp);
@@ -351,7 +351,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// An M word takes this letter: by itself, by the control file, or as one of the user's (M100 to M199, P and Q).
+    /// An M word takes this letter: by its own meaning, by the control file, or as one of the
+    /// user's (M100 to M199, P and Q).
     fn function_takes(&self, m: u32, rule: &Letter) -> bool {
         if let Some(number) = self.function_number(m)
             && (rule.functions.contains(&number) || (100..=199).contains(&number) && matches!(rule.letter, b'P' | b'Q'))

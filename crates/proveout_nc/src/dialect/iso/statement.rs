@@ -67,7 +67,7 @@ pub(crate) enum OWord {
     Continue,
 }
 
-/// Words of macro B that stand where an address letter could.
+/// Words of macro B that can take the place of an address letter.
 const KEYWORDS: [&str; 10] = ["RPT", "IF", "GOTO", "WHILE", "DO", "END", "POPEN", "PCLOS", "DPRNT", "BPRNT"];
 
 /// The keyword of macro B that is next.
@@ -185,7 +185,7 @@ pub(crate) fn named_header(s: &mut Scanner<'_>) -> Result<Statement, Fault> {
     name_in_brackets(s, start).map(Statement::Header)
 }
 
-/// `<name>` in lower case without blanks, brackets included; the scanner stands on `<`.
+/// `<name>` in lower case without blanks, brackets included; the scanner is at `<`.
 fn name_in_brackets(s: &mut Scanner<'_>, start: usize) -> Result<String, Fault> {
     s.bump();
     let from = s.pos();
@@ -279,7 +279,7 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
 
 fn optional(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<Expr>, Fault> {
     s.skip_blanks();
-    // Comments may stand between the arguments.
+    // Comments are allowed between the arguments.
     let mut behind = s.clone();
     while behind.peek() == b'(' {
         while !behind.at_end() && behind.peek() != b')' {

@@ -89,7 +89,7 @@ impl Interpreter {
             _ => 0.0,
         };
         let shift = &modal.frames.external;
-        // #4201 and on tell the block that runs; the reader holds no other.
+        // #4201 and up describe the block that runs; the reader knows no other.
         let number = if matches!(number, 4201..=4330) { number - 200 } else { number };
         let flag = |on: bool, code: f64, other: f64| if on { code } else { other };
         let value = match number {

@@ -353,7 +353,7 @@ impl Interpreter {
         })
     }
 
-    /// A `LinuxCNC` reads every number as it stands.
+    /// A `LinuxCNC` reads every number as it is written.
     fn has_increments(&self) -> bool {
         !self.own.flavor.is_linuxcnc()
     }

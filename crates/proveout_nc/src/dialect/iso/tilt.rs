@@ -1,13 +1,14 @@
 //! Rotations, mirrors, scales, tilted working planes, dynamic work offsets.
 //!
-//! **G68.2** (Fanuc, *Tilted working plane indexing*): a plane in the coordinates before it, in the forms of
-//! [`super::planes`]. G53.1 turns the rotary axes until the tool stands along the new
-//! Z: a rapid motion that carries only the tool axis, with the linear axes at rest. From there on base coordinates are those
-//! of the table. Without G53.1 the rotary axes stand where the program puts them, and the first motion of a linear axis
-//! begins the table coordinates.
+//! **G68.2** (Fanuc, *Tilted working plane indexing*): a plane in the coordinates before it, in the
+//! forms of [`super::planes`]. G53.1 turns the rotary axes until the tool is along the new Z: a
+//! rapid motion that has only the tool axis, with the linear axes at rest. From there on base
+//! coordinates are those of the table. Without G53.1 the rotary axes stay where the program puts
+//! them, and the table coordinates begin with the first motion of a linear axis.
 //!
-//! **G254** (Haas, *Dynamic work offset*): behind the rotary motion the program goes on in axes parallel to those of the
-//! machine, with the origin that turns with the table. Seen from the table this is the frame turned by the rotary axes,
+//! **G254** (Haas, *Dynamic work offset*): after the rotary motion the program goes on in axes
+//! parallel to those of the machine, with the origin that turns with the table. Seen from the table
+//! this is the frame turned by the rotary axes,
 //!
 //! ```text
 //! table_from_work = T(G54) * Rz(C) * Rx(A)      or      T(G54) * Rz(C) * Ry(B)
@@ -90,7 +91,7 @@ impl Interpreter {
         for axis in [u, v] {
             center[axis] = match self.length_of(p, AXES[axis]) {
                 Some(value) => value,
-                // The tool stands in the center.
+                // The present position is the center.
                 None => self.position.work.get(axis).filter(|_| !turned).ok_or_else(|| {
                     let message = format!("G68 has no `{}`, and the position is not known", char::from(AXES[axis]));
                     Fault::new(codes::POSITION_UNKNOWN, span, message).help("write the center: G68 X0 Y0 R30")
@@ -139,7 +140,7 @@ impl Interpreter {
         frames.plane = plane;
         (frames.rotation, frames.mirror) = (Frame::IDENTITY, Frame::IDENTITY);
         self.modal.plane = Plane::Defined;
-        // Coordinates before and behind are not those of the same axes.
+        // Coordinates before and after do not belong to the same axes.
         self.position.forget(LINEAR);
         let total = self.modal.frames.total(self.own.flavor);
         self.position.set_frame(total);
@@ -265,8 +266,9 @@ impl Interpreter {
         self.modal.frames.scale != Frame::IDENTITY
     }
 
-    /// G51 X Y Z P and G50 (Haas, *Mill operator's manual*, G51): all end points and arcs are scaled by P about a center, which
-    /// is where the tool stands along axes without a word. Scaling is switched on before a rotation, and off behind it.
+    /// G51 X Y Z P and G50 (Haas, *Mill operator's manual*, G51): all end points and arcs are
+    /// scaled by P about a center. Along axes without a word the center is the present position.
+    /// Scaling is switched on before a rotation, and off after it.
     ///
     /// A Fanuc (*Operator's manual*, "Scaling (G50, G51)") scales each axis by I, J and K as well, mirrors it where they are
     /// below zero, and counts thousandths where they have no decimal point.

@@ -47,10 +47,11 @@ pub(crate) enum Class {
     Unknown,
 }
 
-/// The class of a G word; `assumed`: nothing tells that the control is this one. There G70 and G71 are the unit of lengths, as on
-/// most controls that are no Fanuc, Haas or `LinuxCNC`. G61.1 is a word of the path where no control file is named: of the controls
-/// that speak this language only a Fanuc has none. A `LinuxCNC` that no control file names
-/// may be a Mach3, whose words of its own are these.
+/// The class of a G word; `assumed`: nothing shows that the control is this one. There G70 and G71
+/// are the unit of lengths, as on most controls that are no Fanuc, Haas or `LinuxCNC`. G61.1 is a
+/// word of the path where no control file is named: of the controls that speak this language only a
+/// Fanuc has none. A `LinuxCNC` that no control file names may be a Mach3, whose words of its own
+/// are these.
 pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: u32) -> Class {
     match code {
         // A Fagor: absolute centers, pole, cycles of its own.
@@ -91,7 +92,7 @@ pub(crate) fn classify(flavor: Flavor, code: u32) -> Class {
     }
 }
 
-/// On a `LinuxCNC` the cycles and G80 stand in the group of G0 and G1.
+/// On a `LinuxCNC` the cycles and G80 are in the group of G0 and G1.
 fn cycle_group(flavor: Flavor) -> Group {
     if flavor.is_linuxcnc() { Group::Motion } else { Group::Cycle }
 }
