@@ -1,4 +1,4 @@
-//! What the call of a run chooses beside its scene.
+//! What the call of a run chooses in addition to its scene.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
@@ -39,7 +39,8 @@ pub struct Choice {
     pub plant: Option<PlantFile>,
     /// What the observers of the run will hold, for the announcement of its memory.
     pub recorded: Recorded,
-    /// Tools, by name, that stand further out of their holder than the library says, mm; less far where negative.
+    /// Tools, by name, clamped with more overhang than the library says, mm; with less where
+    /// negative.
     pub clamped_out_mm: BTreeMap<String, f64>,
     /// Least overhangs that were searched ([`crate::overhang`]), by name of the tool, mm.
     pub least_overhang_mm: BTreeMap<String, f64>,

@@ -1,4 +1,5 @@
-//! What a text tells of the control that it was written for, where neither call nor machine name one.
+//! What a text says of the control that it was written for, where neither call nor machine name
+//! one.
 
 use proveout_nc::{Dialect, ProgramText};
 

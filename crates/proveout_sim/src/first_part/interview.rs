@@ -7,7 +7,7 @@ use proveout_geom::{InputError, nearest, read_input};
 use proveout_tool::PlainHolder;
 use serde::Serialize;
 
-/// Something that nobody but the user knows.
+/// A question that only the user can answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Question {
     /// Key of the answer, `stock`.
@@ -18,7 +18,7 @@ pub struct Question {
     pub proposed: Option<String>,
 }
 
-/// Asks somebody; none where nobody is there.
+/// Asks the user; none where no one is at the terminal.
 pub type Ask<'a> = dyn FnMut(&Question) -> Option<String> + 'a;
 
 /// Word that takes what is proposed.
