@@ -5,8 +5,10 @@
 //!
 //! ```text
 //!    role       refused without mesh_unit
-//!    fixture    inside the box of the stock; smaller than any clamp for it; small and away from the stock, and next to it in another unit; far larger; far away
-//!    design     far larger or far smaller than the stock; far away from it (with a unit as well: it cannot be cut from it)
+//!    fixture    inside the box of the stock; smaller than any clamp for it; small and away from the
+//!               stock, and next to it in another unit; far larger; far away
+//!    design     far larger or far smaller than the stock; far away from it (refused with a unit as well:
+//!               it cannot be cut from it)
 //!    machine    its model far smaller than its travel, or larger than 100 m
 //!    stock      below 1 mm; far smaller than the cuts in feed, and as large as they are in another unit
 //! ```

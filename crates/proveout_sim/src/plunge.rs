@@ -4,10 +4,10 @@
 //!
 //! ```text
 //!       |  .  |              |   |  .  |   |
-//!       |  .  |              | / |  .  |   |     a ramp leaves a stub as high as the way down while the region stays over a
-//!     __|__.__|__            |/__|__.__|___|     place; the edges that follow take it away. Straight down it grows until the
-//!    |  |_____|  |          /       |_|          body of the tool rests on it.
-//!    |    |_|    |
+//!       |  .  |              | / |  .  |   |     a ramp leaves a stub as high as the way down
+//!     __|__.__|__            |/__|__.__|___|     while the region stays over a place; the edges
+//!    |  |_____|  |          /       |_|          that follow take it away. Straight down it
+//!    |    |_|    |                               grows until the body of the tool rests on it.
 //! ```
 //!
 //! How wide the region is and how far it is set back is not stated, except as the steepest ramp

@@ -23,7 +23,7 @@ pub(crate) struct CuttingState {
     pub(crate) speed_rpm: f64,
 }
 
-/// What is swept: a body of a tool, or a helper body.
+/// What is swept: a body of a tool, or another shape derived from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Swept {
     /// A body of the tool.
