@@ -14,9 +14,9 @@
 //! ```
 //!
 //! It is advice: no gate depends on it. *Limits.* The machine and its spindle are not looked at,
-//! nothing is said between the places, and the
-//! cutter must have a ball end; other tools are named. A place counts as touched when the ball is no farther off the design than the
-//! excess that the scene allows.
+//! nothing is said between the places, and the cutter must have a ball end; other tools are named.
+//! A place counts as touched when the ball is no farther off the design than the excess that the
+//! scene allows.
 
 use std::{collections::BTreeMap, sync::Arc};
 

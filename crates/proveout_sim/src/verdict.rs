@@ -532,8 +532,8 @@ pub struct Clearance {
 pub struct PairClearance {
     /// The two bodies; `stock` for the in-process stock.
     pub bodies: [String; 2],
-    /// Measured, mm; against the stock that of the nearest material on a ray. Null where no
-    /// distance was asked for, beyond what is proved.
+    /// Measured, mm; against the stock that of the nearest material on a ray. Null where no distance
+    /// beyond the proved bound was asked for.
     pub min_mm: Option<f64>,
     /// By how much the true one may be less, mm.
     pub error_mm: Option<f64>,

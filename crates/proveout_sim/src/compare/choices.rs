@@ -1,9 +1,11 @@
 //! Published values over what the experiment leaves open.
 //!
-//! Every choice of `[[compare.choice]]` is tried at its ends (its values) alone, then all of them at once in draws of a Latin hypercube: of n draws
-//! each choice has one in every n-th part of its range, in an order of its own (`McKay`, Beckman, Conover 1979). The order comes from a fixed seed:
-//! same scene, same draws. A try makes the programs again as the scene with these values says (plan, re-scheduling, machine's limits) and runs their
-//! motion, no stock. Values that depend on the cut part are not varied; the report says so.
+//! Every choice of `[[compare.choice]]` is tried at its ends (its values) alone, then all of them
+//! at once in draws of a Latin hypercube: of n draws each choice has one in every n-th part of its
+//! range, in an order of its own (`McKay`, Beckman, Conover 1979). The order comes from a fixed
+//! seed: same scene, same draws. A try makes the programs again as the scene with these values says
+//! (plan, re-scheduling, machine's limits) and runs their motion, no stock. Values that depend on
+//! the cut part are not varied; the report says so.
 //!
 //! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have given: `reproduced` if ours has its sign
 //! in all of them and one choice or the twin alone comes as far; `possible` if the sign turns, or only draws come as far; `not` outside.

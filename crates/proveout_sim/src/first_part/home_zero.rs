@@ -1,8 +1,9 @@
 //! Programs that count positions of the machine from home, on a machine whose file counts from its table.
 //!
-//! `G53 Z0`, `SUPA Z0` and `M91` send an axis home on most machines. A file that counts from the table puts that place far outside of the
-//! travel, and every retract of the program into the table. Where the positions fit from home and not as the file counts, the scene gets a copy
-//! of the machine with `zero = "home"`. The choice is reported.
+//! `G53 Z0`, `SUPA Z0` and `M91` send an axis home on most machines. A file that counts from the
+//! table puts that place far outside of the travel, and every retract of the program into the
+//! table. Where the positions fit from home and not as the file counts, the scene gets a copy of
+//! the machine with `zero = "home"`. The choice is reported.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -631,7 +631,7 @@ fn touch_off(readings: &[Reading], start: Option<&(u32, String)>, lengths: &BTre
 }
 
 impl Proposal {
-    /// Writes the folder: beside its place first, moved there when it is whole.
+    /// Writes the folder: next to its place first, moved there when it is whole.
     ///
     /// # Errors
     /// What the system refuses; nothing is then left.

@@ -5,8 +5,8 @@
 //! lowest. Where a tool goes down in rapid next to the box there is no material: the box is cut
 //! back on the side that costs least. Sides that are not cut back get an allowance, since a cutter
 //! inside a part does not reach its walls. Where all tools only go down, the zero is the top, or
-//! the material begins 1 mm below where they begin in feed.
-//! A tool that only goes down makes holes: they lie in the stock by twice their radius, which reaches down to where a point of 118 degrees
+//! the material begins 1 mm below where they begin in feed. A tool that only goes down makes holes:
+//! they lie in the stock by twice their radius, which reaches down to where a point of 118 degrees
 //! begins.
 //!
 //! *Mounting.* The middle of the stock lies over the middle of the table, its lower face 50 mm
