@@ -99,7 +99,7 @@ pub(crate) struct Facts {
     /// Plunges and ramps into material of which it is not stated whether the tool may make them, by
     /// tool.
     pub(crate) unknown_plunges: Vec<String>,
-    /// All motion, where somebody asks for the surface that it swept.
+    /// All motion, where the surface that it swept is asked for.
     pub(crate) motion: Option<KeptMotion>,
     /// Motion near the places of `[surface]`, where the scene has them.
     pub(crate) tracks: Option<Tracks>,

@@ -14,9 +14,9 @@
 //!                      .   what became of patches and stock, reports, depths (`SweepLog`)
 //! ```
 //!
-//! A record is handed to the system in one piece when its sweeps are done: a process that is killed leaves all records but the last one,
-//! and one that is cut off is not taken. The last record is not believed but cut again: a program that cuts otherwise than the one
-//! that began is found out.
+//! A record is handed to the system in one piece when its sweeps are done: a process that is killed
+//! leaves all records but the last one, and a record that is cut off is ignored. The last record is
+//! not trusted but cut again: this detects a program that cuts differently from the one that began.
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},

@@ -1,4 +1,4 @@
-//! The text that runs in the place of a program: re-scheduled from it, or planned again.
+//! The text that runs instead of a program: re-scheduled from it, or planned again.
 
 use std::path::Path;
 

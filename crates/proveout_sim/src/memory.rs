@@ -15,8 +15,8 @@
 //!
 //! How many intervals of material a ray will hold is not known before the program has run. Counted
 //! are those of the raw stock and [`GROWTH`] more, as a mean over all rays, or those of the design
-//! and a quarter more where it has many (fins, ribs); a scene may say better (`[stock]
-//! intervals_per_ray`). The run keeps the stock within what was announced
+//! and a quarter more where it has many (fins, ribs); a scene may give a better number
+//! (`[stock] intervals_per_ray`). The run keeps the stock within what was announced
 //! ([`crate::SimError::Memory`]). The constants are the sizes of what is held, rounded up;
 //! `run.json` has the announced and the largest resident memory of every run.
 //!

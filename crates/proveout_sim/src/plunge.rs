@@ -96,7 +96,7 @@ pub(crate) fn way_down([from, to]: &[ToolPose; 2]) -> (f64, f64) {
 
 /// Radii of the region without edges that a ramp goes while it covers a place: in to a turn and back, and the steps of the watch.
 const IN_AND_BACK: f64 = 4.5;
-/// Part of the cutter's radius that the region without edges is taken for, where no key says it.
+/// Radius of the region without edges where no key gives it, as a part of the cutter's radius.
 const USUAL_DEAD_CENTER: f64 = 0.5;
 /// Most of a way down that the rounding of a corner of the path adds to a block, mm.
 const ROUNDED: f64 = 0.1;

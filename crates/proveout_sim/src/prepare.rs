@@ -58,8 +58,8 @@ pub struct Prepared {
     pub made: Option<MadeProgram>,
     /// Part and fixtures as the method has seen them, where the program is made.
     pub(crate) part_on_table: Option<PartOnTable>,
-    /// Its comparison with the program before, where already known; a run makes it where an
-    /// observer asks for it.
+    /// The made program compared with the one before, where already known; a run makes the
+    /// comparison where an observer asks for it.
     pub(crate) schedule: Option<Schedule>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,

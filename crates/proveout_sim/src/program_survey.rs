@@ -1,4 +1,5 @@
-//! What a program names is there, and what of its text is run: known from reading it, before anything moves.
+//! Checks that everything a program names exists, and finds which of its text is run: by reading it,
+//! before anything moves.
 //!
 //! The reader runs the whole program once (branches, loops and calls as the control would), reports
 //! all of its faults, and hands every command over. What a command names and the scene does not

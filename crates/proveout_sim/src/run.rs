@@ -213,7 +213,8 @@ fn run_with(
     })
 }
 
-/// Takes the motion through stock and bodies without a judgement of the surface; the observers hear of the stretches alone.
+/// Takes the motion through stock and bodies without a judgement of the surface; the observers are
+/// called for the stretches alone.
 pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer>]) -> Result<(), SimError> {
     let (stock, patches) = prepared.stock.take()?;
     let prepared = prepared;
@@ -371,7 +372,7 @@ pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
     }
 }
 
-/// Cuts a chunk into stretches of at most so many simulated seconds, at borders of pieces.
+/// Splits a chunk into stretches of at most this many simulated seconds, at borders of pieces.
 pub(crate) fn stretches(chunk: Chunk, seconds: f64) -> impl Iterator<Item = Chunk> {
     let start = [
         chunk.pieces.first().map(|p| p.time[0]),

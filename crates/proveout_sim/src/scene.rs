@@ -177,7 +177,7 @@ impl Scene {
         Self::of_text(path, &text)
     }
 
-    /// A scene from its text; `path` is the file that the text replaces.
+    /// A scene from its text; `path` is the file that the text is taken from.
     ///
     /// # Errors
     /// As [`Self::read`].

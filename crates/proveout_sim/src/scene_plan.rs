@@ -462,7 +462,7 @@ impl PathFile {
     /// The strategy with its options.
     ///
     /// # Errors
-    /// A key that the strategy does not read, or one that it lacks, and what to write.
+    /// A key that the strategy does not read, or one that is missing, and what to write.
     pub fn strategy(&self, strategy: StrategyFile) -> Result<Box<dyn Strategy>, (String, String)> {
         let reads = strategy.reads();
         if let Some(key) = self.given().into_iter().find(|key| !reads.contains(key)) {

@@ -1,4 +1,4 @@
-//! Values that the call sets in the place of those in the files: `run --set KEY=VALUE`, the jobs of a sweep.
+//! Values of the call that override those in the files: `run --set KEY=VALUE`, the jobs of a sweep.
 //!
 //! A key is named by its tables with points between them; an entry of a list by its `name`, or by
 //! its number from 0: `control.joint_limits.A.max_velocity_deg_s`,

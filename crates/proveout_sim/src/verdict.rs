@@ -74,7 +74,8 @@ pub struct Verdict {
     pub machine: MachineUsed,
     /// SHA-256 of every input file, by role (`scene`, `machine`, `tools`, `program`, `stock`, `part`, ...).
     pub digests: BTreeMap<String, String>,
-    /// Values that the call set in the place of those in the files (`run --set`, sweeps), by key; `digests` are those of the files.
+    /// Values of the call that override those in the files (`run --set`, sweeps), by key; `digests`
+    /// are those of the files.
     #[serde(default)]
     pub set: BTreeMap<String, String>,
     /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass; gates that are not asked have no part in it.

@@ -275,8 +275,8 @@ impl Comparing {
         Ok(())
     }
 
-    /// Runs the motion of all programs on the nominal twin, as it cuts and along the programmed path; [`Self::vary`] begins with
-    /// it. `step` hears of each motion.
+    /// Runs the motion of all programs on the nominal twin, as it cuts and along the programmed
+    /// path; [`Self::vary`] begins with it. `step` is called for each motion.
     ///
     /// # Errors
     /// [`SimError`] when a program cannot be executed.

@@ -38,7 +38,7 @@ use crate::{
     programs::settings_of_made, run::from_run_error, scene::Scene,
 };
 
-/// Places between two blocks at which the tip is looked at with the joints led straight.
+/// Places between two blocks at which the tip is computed with the joints led straight.
 const BETWEEN: usize = 40;
 
 /// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.

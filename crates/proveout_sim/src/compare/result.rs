@@ -425,7 +425,8 @@ pub struct TriedChoice {
     pub source: String,
     /// Why this range.
     pub reason: String,
-    /// Published values that it changes, by name: from where to where, with the value of the scene.
+    /// Published values that it changes, by name: their range over the tries of this choice alone,
+    /// with the value of the scene.
     pub acts_on: BTreeMap<String, [f64; 2]>,
     /// Why a value could not be tried; empty where all were.
     pub refused: String,

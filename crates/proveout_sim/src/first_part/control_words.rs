@@ -3,7 +3,7 @@
 
 use proveout_nc::{Dialect, ProgramText};
 
-/// Lines that are looked at.
+/// Lines that are read.
 const LINES: usize = 400;
 
 const FAGOR_8065: &str = "a Fagor 8060 or 8065";

@@ -8,9 +8,9 @@ use proveout_tool::{LengthUnit, ToolDraft};
 
 use super::{tool_names, tool_sizes, tool_words};
 
-/// Lines of a program that are looked at for comments: the head and the calls of the tools.
+/// Lines of a program that are searched for comments: the head and the calls of the tools.
 const MAX_LINES: usize = 2_000_000;
-/// A comment without a number belongs to the tool that is called within so many lines.
+/// A comment without a number belongs to the tool that is called within this many lines.
 const BEFORE_CALL: usize = 4;
 /// A comment without a number describes the tool just changed in if it follows the change by at
 /// most this many lines.
@@ -37,7 +37,7 @@ pub(crate) enum Stock {
 pub(crate) struct Facts {
     /// Unit of length, and the word that says it.
     pub(crate) unit: Option<(LengthUnit, String)>,
-    /// The first line with a comment that speaks of inches.
+    /// The first line with a comment that mentions inches.
     pub(crate) inch_comment: Option<usize>,
     /// Stock, the line and the word that states it.
     pub(crate) stock: Option<(Stock, usize, &'static str)>,
@@ -308,7 +308,7 @@ pub(super) fn contradict(a: &ToolDraft, b: &ToolDraft) -> bool {
     !offset(a) && !offset(b) && (other_size || other_kind)
 }
 
-/// A comment that speaks of inches.
+/// Whether a comment mentions inches.
 fn says_inch(comment: &str) -> bool {
     comment
         .split(|c: char| !c.is_alphanumeric())

@@ -14,7 +14,7 @@ pub struct Question {
     pub key: String,
     /// What is asked, with the form of the answer.
     pub text: String,
-    /// What would be taken for the word `proposed`, in the form of an answer.
+    /// The answer that the word `proposed` accepts.
     pub proposed: Option<String>,
 }
 

@@ -192,7 +192,7 @@ pub(crate) struct Design {
     pub(crate) inch: bool,
 }
 
-/// Characters of a text that are looked at.
+/// Characters of a text that are read.
 const LOOKED_AT: usize = 1 << 16;
 /// Share of control characters above which a file is no text: a picture or an archive has a fifth, a text in any code page hardly one.
 const CONTROLS: f64 = 0.05;

@@ -64,7 +64,7 @@ pub(crate) fn stock_of_design(own: &Aabb, tools: &[Swept<'_>]) -> (Aabb, String)
     (stock, how)
 }
 
-/// The stock that the motion speaks for; none without motion in feed.
+/// The stock that follows from the motion; none without motion in feed.
 pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     let swept = |t: &Swept<'_>| {
         let mut b = if t.sideways.is_empty() { t.feed } else { t.sideways };
@@ -306,7 +306,7 @@ pub(crate) fn range_of_z(machine: &Machine, readings: &[Reading]) -> Option<[f64
     ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
-/// By how much more than it lacks a mount is lifted, mm.
+/// How much a mount is lifted beyond what it needs, mm.
 const ROOM_MM: f64 = 5.0;
 /// Room for the motion between the ends that are followed, mm: a turn of some degrees far from the pivot asks for a millimeter or two.
 const BETWEEN_MM: f64 = 5.0;
@@ -356,10 +356,10 @@ pub(crate) enum Fit {
     Off,
 }
 
-/// Largest ratio of two sizes that are taken for the same part.
+/// Largest ratio of two sizes that count as those of the same part.
 const SAME_SIZE: f64 = 3.0;
 
-/// Holds the box of a design against the room of stock and cuts.
+/// Compares the box of a design with the room of stock and cuts.
 pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
     let scaled = Aabb { min: design.min * 25.4, max: design.max * 25.4 };
     let like = |b: &Aabb| {
@@ -381,7 +381,8 @@ pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
     }
 }
 
-/// A part in inches that is so many times larger than its cuts is none: a design in millimeters that is a little smaller than they are.
+/// A design this many times larger than its cuts, if its numbers are read as inches, is not in inches:
+/// it is in millimeters and a little smaller than its cuts.
 const LARGEST_TO_CUTS: f64 = 5.0;
 /// Largest edge below which no design is a part, mm.
 const LEAST_PART_MM: f64 = 1.0;

@@ -55,8 +55,9 @@ const LEAST_VOLUME: f64 = 1.0;
 const LEAST_CELLS: f64 = 4.0;
 /// Parts that are followed in a run; what comes off after them is not.
 const MOST_PARTS: usize = 24;
-/// Columns of a stock that are looked at for nothing. A look takes about as long for a column as the cutting of a ray: in a larger stock
-/// it waits until so many rays were met as there are columns beyond these.
+/// Columns of a stock that are checked at no extra cost. The check of a column takes about as long as
+/// the cutting of a ray: in a larger stock it waits until as many rays were met as there are columns
+/// beyond these.
 const FREE_COLUMNS: u64 = 50_000;
 /// A part that answers pushes of this much (mm/s²) is clamped: it may be cut. What rests by its weight and friction alone may not.
 const CLAMPED: f64 = 20_000.0;
@@ -104,7 +105,7 @@ struct Loose {
     told: bool,
 }
 
-/// What the parts are looked at with.
+/// What the check of the parts works on.
 pub(crate) struct Shop<'a> {
     pub(crate) prepared: &'a Prepared,
     pub(crate) stock: &'a mut TriDexel,

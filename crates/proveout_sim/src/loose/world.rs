@@ -9,7 +9,7 @@ use proveout_geom::{Point, TriMesh};
 /// One step of a fall, s.
 pub(super) const STEP: f64 = 5e-4;
 
-/// What is taken for granted of two bodies that touch.
+/// What is assumed of two bodies that touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
     /// Coefficient of Coulomb friction, at rest and sliding.

@@ -47,7 +47,7 @@ impl ShardError {
     }
 }
 
-/// Reads exactly so many bytes; none at the end of the file.
+/// Reads exactly this many bytes; none at the end of the file.
 fn record(input: &mut impl Read, length: usize) -> std::io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
     input.by_ref().take(length as u64).read_to_end(&mut bytes)?;

@@ -49,7 +49,7 @@ pub struct Plan {
     pub keys: Vec<String>,
     /// What is kept of every run.
     pub keep: KeepFile,
-    /// The jobs are so many shards of a single run.
+    /// The jobs are this many shards of a single run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shards: Option<u16>,
     /// Digests of the jobs in order.
