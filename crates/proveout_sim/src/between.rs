@@ -253,7 +253,7 @@ impl BetweenWatch {
     }
 }
 
-/// Step in which the way of a core is looked at, mm.
+/// Step at which the way of a core is checked, mm.
 const STEP: f64 = 0.05;
 
 /// The sweeps of one piece: its number, block and tool.

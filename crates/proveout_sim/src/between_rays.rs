@@ -67,7 +67,7 @@ impl Places {
     }
 }
 
-/// What a gate is told.
+/// What is reported to a gate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Told {
     /// What was decided, in words.
@@ -145,7 +145,7 @@ impl Between<'_> {
             };
             missing.add(0, &seed);
         }
-        // Blocks beside each other have their worst places up to two cells apart.
+        // The worst places of neighboring blocks lie up to two cells apart.
         let reach = 2.0 * self.stock.cell_mm();
         for (k, a) in worst.iter().enumerate() {
             for b in worst[k + 1..].iter().take(MOST_COUNTED).filter(|b| (b.point - a.point).norm() <= reach) {

@@ -25,7 +25,8 @@ pub(crate) enum HitKind {
     NearMiss(f64),
 }
 
-/// A pair of bodies that the machine file treats on its own, and bodies of which not everything can be told.
+/// Remarks for the gates: pairs of bodies with a rule of their own in the machine file, and bodies
+/// that cannot be checked in full.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Told {
     /// Pairs with a near-miss distance of their own, in words.
@@ -74,7 +75,7 @@ pub(crate) struct StockNear {
     pub(crate) layer_mm: f64,
     /// Bodies that move as one with the stock.
     pub(crate) fixed: Vec<String>,
-    /// The stock or a fixture that reaches behind the face of the table, and how far, mm.
+    /// Stock and fixtures that reach below the face of the table, and how far, mm.
     pub(crate) behind_table: Vec<(String, f64)>,
 }
 
@@ -101,12 +102,13 @@ impl<'a> BodyCheck<'a> {
         Ok((Self { prepared, world, errors, tool: None }, against_stock))
     }
 
-    /// Keeps the motion from now on, so that the least clearance of every pair is told at the end.
+    /// Keeps the motion from now on, so that the least clearance of every pair can be reported at
+    /// the end.
     pub(crate) fn keep_proof(&mut self) {
         self.world.keep_proof();
     }
 
-    /// Checks pieces in order; `states` tells the tool of each.
+    /// Checks pieces in order; `states` gives the tool of each.
     pub(crate) fn check(&mut self, pieces: &[Piece], states: &[CuttingState]) -> Vec<Checked> {
         pieces.iter().zip(states).map(|(piece, state)| self.check_one(piece, state)).collect()
     }
@@ -181,7 +183,7 @@ impl<'a> BodyCheck<'a> {
         (clearance, ClearanceProof { bodies, spans: self.world.proved_spans().to_vec() })
     }
 
-    /// Pairs that nobody checks, with the reason; parts that move as one are no pair.
+    /// Pairs that are not checked, with the reason; parts that move as one are no pair.
     fn unchecked(&self) -> Vec<UncheckedPair> {
         let pairs =
             self.world.pairs().iter().filter_map(|p| Some((p, p.unchecked.filter(|u| *u != Unchecked::Rigid)?)));
@@ -195,7 +197,8 @@ impl<'a> BodyCheck<'a> {
         pairs.map(words).collect()
     }
 
-    /// What stands on the table and reaches behind its face: no motion tells of it, since it moves as one with the table.
+    /// What is mounted on the table and reaches below its face. No motion shows it, since it moves
+    /// as one with the table.
     pub(crate) fn behind_table(&self) -> Vec<(String, f64)> {
         let table = &self.prepared.machine.table;
         let depth = |p: &Point| -(p - table.point).dot(&table.normal);
@@ -217,7 +220,7 @@ impl<'a> BodyCheck<'a> {
         self.world.pairs().iter().filter(|p| p.unchecked.is_none()).count()
     }
 
-    /// What the gates tell of pairs with a rule of their own, and of meshes that lack something.
+    /// Remarks for the gates on pairs with a rule of their own, and on incomplete meshes.
     pub(crate) fn told(&self) -> Told {
         let mut told = Told::default();
         let named = |p: &PairInfo| p.bodies.join(" against ");

@@ -1,4 +1,4 @@
-//! What the call of a run chooses beside its scene.
+//! What the call of a run chooses in addition to its scene.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
@@ -18,7 +18,7 @@ pub enum StockChoice {
     /// The stock of the scene.
     #[default]
     OfScene,
-    /// What the run in this folder left, in the place of the scene's `from_run`.
+    /// What the run in this folder left, instead of the scene's `from_run`.
     OfRun(PathBuf),
     /// A cube of a few cells: everything else is read and checked, nothing can be judged.
     StandIn,
@@ -39,7 +39,8 @@ pub struct Choice {
     pub plant: Option<PlantFile>,
     /// What the observers of the run will hold, for the announcement of its memory.
     pub recorded: Recorded,
-    /// Tools, by name, that stand further out of their holder than the library says, mm; less far where negative.
+    /// Tools, by name, clamped with more overhang than the library says, mm; with less where
+    /// negative.
     pub clamped_out_mm: BTreeMap<String, f64>,
     /// Least overhangs that were searched ([`crate::overhang`]), by name of the tool, mm.
     pub least_overhang_mm: BTreeMap<String, f64>,
@@ -53,7 +54,7 @@ pub struct Choice {
     pub stock: StockChoice,
     /// What ends the run early.
     pub stop_at: Option<StopAt>,
-    /// Values in the place of those in the files of scene, machine and tools.
+    /// Values that override those in the files of scene, machine and tools.
     pub set: Vec<SetValue>,
 }
 
@@ -62,7 +63,7 @@ pub fn resolution_fault(cell_mm: f64) -> Option<String> {
     check_quantity("resolution_mm", cell_mm).err().map(|e| e.to_string())
 }
 
-/// Puts the stock of the call in the place of the scene's.
+/// Replaces the scene's stock by that of the call.
 pub(crate) fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
     let stock = scene.file.stock.get_mut();
     match choice {

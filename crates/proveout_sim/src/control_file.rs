@@ -8,11 +8,11 @@ use proveout_nc::{Control, Dialect, ProgramText, Settings, detect};
 
 use crate::{error::SimError, scene::Scene};
 
-/// Lines of a program that are looked at to tell its language.
+/// Lines of a program that are read to recognize its language.
 const TOLD_FROM: usize = 200;
 
-/// The control of a scene on a machine; none where neither names one. A name is that of a built-in control, or a path from the
-/// folder of the file that it stands in.
+/// The control of a scene on a machine; none where neither names one. A name is that of a built-in
+/// control, or a path relative to the folder of the file that names it.
 ///
 /// # Errors
 /// A control that is not there or wrong.
@@ -23,8 +23,8 @@ pub fn control_of(scene: Option<&Scene>, machine: &Machine) -> Result<Option<Arc
     Ok(Some(Control::find(name, folder)?))
 }
 
-/// Settings of a reader for a program on a control. A control reads programs of its own language: one in another language is
-/// read by the reader of its language alone, which the note tells.
+/// Settings of a reader for a program on a control. A control reads programs of its own language.
+/// One in another language is read by the reader of its language alone; the note says so.
 ///
 /// # Errors
 /// The program cannot be read.

@@ -59,7 +59,7 @@ mod tests {
 
     use super::*;
 
-    /// The language is told from the text, as in a run without a dialect in the scene.
+    /// The language is recognized from the text, as in a run without a dialect in the scene.
     fn dialect_of(name: &str, text: &str) -> Dialect {
         match Program::from_text(name, text, &NcSettings::default()) {
             Ok(program) => program.dialect(),

@@ -11,8 +11,8 @@ use crate::{
     survey::Measured,
 };
 
-/// Areas of a kind that get a finding of their own, the worst first; the others are told in one more. A page of findings is
-/// read, a longer list is not, and all of them are counted.
+/// Areas of a kind that get a finding of their own, the worst first; all others share one more. A
+/// page of findings is read, a longer list is not, and all of them are counted.
 const TOLD: usize = 20;
 
 /// Findings for the areas beyond the tolerances, the worst first; the place in the program is the block that made the worst point.
@@ -67,7 +67,7 @@ pub(crate) fn judge_areas(
     }
 }
 
-/// Tells the sheets that no gate counts: one finding for all of them, at the highest one.
+/// Reports the sheets that no gate counts: one finding for all of them, at the highest one.
 pub(crate) fn tell_films(facts: &Facts, measured: &Measured, log: &mut FindingLog) {
     let Some(highest) = measured.films.first() else { return };
     let mut f = FindingLog::of(&finding::FILM, format!("{}: counted for nothing", films_in_words(measured)));
@@ -78,7 +78,7 @@ pub(crate) fn tell_films(facts: &Facts, measured: &Measured, log: &mut FindingLo
     log.push(f);
 }
 
-/// Tells what taps have cut outside of the core holes: one finding for all threads, at the largest.
+/// Reports what taps have cut outside the core holes: one finding for all threads, at the largest.
 pub(crate) fn tell_threads(prepared: &Prepared, facts: &Facts, measured: &Measured, log: &mut FindingLog) {
     let Some(first) = measured.threads.first() else { return };
     let mut f = FindingLog::of(&finding::THREAD, threads_in_words(prepared, facts, measured));
@@ -122,7 +122,8 @@ fn put_place(f: &mut Finding, facts: &Facts, area: &Area) {
     f.point_mm = Some(area.point.coords.into());
 }
 
-/// How many sheets stand above the design, how thick at most, how high, how much, and where.
+/// How many sheets are left above the design, their largest thickness, their height, their volume,
+/// and where.
 pub(crate) fn films_in_words(measured: &Measured) -> String {
     let Some(highest) = measured.films.first() else { return String::new() };
     let [x, y, z]: [f64; 3] = highest.point.coords.into();

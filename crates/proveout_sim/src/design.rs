@@ -1,4 +1,5 @@
-//! The design in the form that the cut part is held against, and deviations at places between the measured points.
+//! The design in the form that the cut part is compared with, and deviations at places between the
+//! measured points.
 
 use std::sync::Arc;
 
@@ -17,11 +18,11 @@ use crate::{
     surface_map::{MapPoint, SurfaceMap},
 };
 
-/// Blades whose sides lean more than this from the X axis by their twist (tangent) are held against their mesh: the search on the closed
-/// form then takes long.
+/// Blades whose sides lean more than this from the X axis by their twist (tangent) are compared
+/// with their mesh: the search on the closed form then takes long.
 const STEEPEST: f64 = 2.0;
 
-/// The points are held against a mesh.
+/// The points are compared with a mesh.
 pub(crate) const MESH: &str = "mesh";
 
 /// The design in the form that distances are taken to.
@@ -37,7 +38,7 @@ pub(crate) struct Design<'a> {
     pub(crate) solid_floor: f64,
     /// Chord error that the scene asks of the mesh of a closed form, mm.
     pub(crate) mesh_asked: Option<f64>,
-    /// What the points are held against, in words.
+    /// What the points are compared with, in words.
     pub(crate) against: &'static str,
     /// Area of the face where it has a closed form, mm².
     pub(crate) area: Option<f64>,
@@ -51,9 +52,10 @@ impl Design<'_> {
     }
 }
 
-/// Deviation at places of the surface, such as the vertices of the extracted mesh: mean of the exact points in the
-/// cell of the place and the cells round it; NaN where there is none. The vertices themselves lie up to some hundredths of a cell beside the exact surface and
-/// would color the picture with the error of the extraction.
+/// Deviation at places of the surface, such as the vertices of the extracted mesh: mean of the
+/// exact points in the cell of the place and the cells round it; NaN where there is none. The
+/// vertices themselves lie up to some hundredths of a cell off the exact surface, and would color
+/// the picture with the error of the extraction.
 pub(crate) struct Neighbors {
     cell: f64,
     cells: CellMap<u64, (f64, u32)>,

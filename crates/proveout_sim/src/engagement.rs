@@ -21,7 +21,7 @@ use crate::process::CuttingState;
 ///             '-----'             left and to the right
 /// ```
 ///
-/// How it is found, and how far it can be trusted, stands in `proveout_stock::Contact`.
+/// `proveout_stock::Contact` says how it is found, and how far it can be trusted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Engagement {
     /// Length of cutter, along its axis, that touches material: `a_p`, mm.
@@ -33,9 +33,10 @@ pub struct Engagement {
     pub entry: Option<f64>,
     /// Angle at which it leaves it, rad. Largest of the block.
     pub exit: Option<f64>,
-    /// Largest uncut chip thickness, mm: the way of the cutter's skin along its own normal from one tooth to the next,
-    /// `f_z` sin(angle) sin(slope of the profile) in plane milling (Altintas 2012, chapter 2). From the feed in fact; none without
-    /// the number of flutes, or while the spindle stands. Run-out and the trochoid of the tooth are left out.
+    /// Largest uncut chip thickness, mm: the way of the cutter's skin along its own normal from one
+    /// tooth to the next, `f_z` sin(angle) sin(slope of the profile) in plane milling (Altintas
+    /// 2012, chapter 2). From the actual feed; none without the number of flutes, or while the
+    /// spindle is stopped. Run-out and the trochoid of the tooth are left out.
     pub chip_thickness_mm: Option<f64>,
 }
 

@@ -40,7 +40,7 @@ use crate::{
     verdict::{Clearance, ToolUse},
 };
 
-/// What a stretch gave beside its motion.
+/// What a stretch gave in addition to its motion.
 #[derive(Debug, Default)]
 pub(crate) struct Stretch {
     pub(crate) signals: Vec<SampleSignals>,
@@ -72,7 +72,7 @@ pub(crate) struct Facts {
     /// Volume of those that are no longer stock, mm³.
     pub(crate) fallen: f64,
     pub(crate) pieces: u64,
-    /// The program told its end (M2, M30).
+    /// The program reached its end (M2, M30).
     pub(crate) ended: bool,
     /// Block of every piece, by its id in the stock.
     pub(crate) block_of_piece: Vec<u32>,
@@ -84,7 +84,7 @@ pub(crate) struct Facts {
     pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
     /// Bodies that the machine keeps out of the checks.
     pub(crate) excluded_bodies: Vec<String>,
-    /// Pairs and meshes of which the gates tell on their own.
+    /// Remarks for the gates on pairs and meshes.
     pub(crate) told: Told,
     /// How the checks were settled.
     pub(crate) effort: Checks,
@@ -96,9 +96,10 @@ pub(crate) struct Facts {
     pub(crate) stock_near: StockNear,
     /// What lies between the rays.
     pub(crate) between: BetweenFacts,
-    /// Ways down into material of which nobody says whether the tool may make them, by tool.
+    /// Plunges and ramps into material of which it is not stated whether the tool may make them, by
+    /// tool.
     pub(crate) unknown_plunges: Vec<String>,
-    /// All motion, where somebody asks for the surface that it swept.
+    /// All motion, where the surface that it swept is asked for.
     pub(crate) motion: Option<KeptMotion>,
     /// Motion near the places of `[surface]`, where the scene has them.
     pub(crate) tracks: Option<Tracks>,
@@ -140,9 +141,9 @@ pub(crate) struct Engine<'a> {
     block_ends: BlockEnds,
     unknown_plunges: BTreeMap<usize, UnknownPlunge>,
     log: FindingLog,
-    /// What is told of mesh files before all else.
+    /// Findings about mesh files, reported before all others.
     of_meshes: Vec<Finding>,
-    /// Breach of the bodies, and the finding that tells of it.
+    /// Breach of the bodies, and the finding that reports it.
     breaches: Vec<(usize, usize)>,
     /// The same for a body and the stock.
     stock_breaches: Vec<(usize, usize)>,
@@ -538,8 +539,8 @@ impl<'a> Engine<'a> {
     }
 }
 
-/// Signals beside the samples: those of the piece that holds the sample. `last` carries the piece that reaches over the
-/// end of a stretch, with its end.
+/// Signals for the samples: those of the piece that holds the sample. `last` carries the piece that
+/// reaches over the end of a stretch, with its end.
 fn signals(
     chunk: &Chunk,
     states: &[CuttingState],

@@ -76,7 +76,8 @@ pub struct Finding {
     /// Gouge and excess: volume that is missing or left, mm³.
     #[serde(default)]
     pub volume_mm3: Option<f64>,
-    /// Gouge and excess: connected areas that this finding stands for; more than one where the smaller ones are told together.
+    /// Gouge and excess: number of connected areas in this finding; more than one where it sums up
+    /// the smaller ones.
     #[serde(default)]
     pub areas: Option<u64>,
     /// Further blocks with the same finding after this one (findings of one code, body and tool in a row are joined).

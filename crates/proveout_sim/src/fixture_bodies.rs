@@ -67,7 +67,7 @@ fn body(fixture: &FixtureFile, kind: FixtureKindFile) -> TriMesh {
         FixtureKindFile::ToeClamp => {
             let (reach, width, thick) = (l("reach_mm"), 0.5 * l("width_mm"), l("thickness_mm"));
             let (end, foot) = (l("length_mm") - reach, -l("height_mm"));
-            // The stud stands in the middle behind the toe, the post takes the last fifth of the bar.
+            // The stud is in the middle behind the toe, the post takes the last fifth of the bar.
             let stud = Pose::from_translation(Vector::new(0.5 * end, 0.0, 0.0));
             let post = 0.8 * end;
             joined([

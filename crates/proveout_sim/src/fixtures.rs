@@ -14,8 +14,8 @@ use crate::{
     scene::{CylinderAxis, CylinderFile, FixtureFile, FixtureFrame, Scene},
 };
 
-/// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
-/// is never smaller than it is.
+/// Sides of the polygon that approximates a circle of a fixture. The polygon is drawn round the
+/// circle, so that the body is never too small.
 pub(crate) const FIXTURE_SECTORS: usize = 96;
 
 /// A fixture by its name, with its mesh in the table frame.
@@ -82,7 +82,7 @@ fn surface(mesh: TriMesh, path: PathBuf) -> Result<TriMesh, SimError> {
 
 fn round_mesh(c: &CylinderFile) -> TriMesh {
     let outer = c.radius_mm / (std::f64::consts::PI / FIXTURE_SECTORS as f64).cos();
-    // What stands along z is turned over a right angle, which is exact.
+    // A body along z is turned over a right angle, which is exact.
     let lying = match c.along {
         CylinderAxis::X => Pose::from_axis_angle(&Vector::y(), rad(90.0)),
         CylinderAxis::Y => Pose::from_axis_angle(&Vector::x(), rad(-90.0)),

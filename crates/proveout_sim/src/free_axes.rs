@@ -1,9 +1,10 @@
 //! How much room the tool axis has where a program cuts the part: the free axes at places along its motion.
 //!
-//! At some hundred places of the motion in feed at which a ball end touches the design, all axes up to a tilt are told free, blocked or
-//! unknown, with proof (`proveout_collision`'s orientation maps): neck, shank and holder keep the clearance of the scene from part and fixtures,
-//! and the cutter goes no deeper into the part than its gouge allowance. *Room* is the angle by which the axis of the program may
-//! be tilted to any side so that it stays free.
+//! At some hundred places of the motion in feed at which a ball end touches the design, all axes up
+//! to a tilt are classified as free, blocked or unknown, with proof (`proveout_collision`'s
+//! orientation maps): neck, shank and holder keep the clearance of the scene from part and
+//! fixtures, and the cutter goes no deeper into the part than its gouge allowance. *Room* is the
+//! angle by which the axis of the program may be tilted to any side so that it stays free.
 //!
 //! ```text
 //!        free  .-------.   room: the angle to the nearest axis that is not free
@@ -12,9 +13,10 @@
 //!    blocked   '-----------'      seen from above the contact, normal in the middle, feed to the right
 //! ```
 //!
-//! It is advice: no gate hangs on it. *Limits.* The machine and its spindle are not looked at, nothing is said between the places, and the
-//! cutter must have a ball end; other tools are named. A place counts as touched when the ball is no farther off the design than the
-//! excess that the scene allows.
+//! It is advice: no gate depends on it. *Limits.* The machine and its spindle are not looked at,
+//! nothing is said between the places, and the cutter must have a ball end; other tools are named.
+//! A place counts as touched when the ball is no farther off the design than the excess that the
+//! scene allows.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -47,7 +49,7 @@ pub struct FreeAxes {
 }
 
 impl FreeAxes {
-    /// What was found, in a few sentences; what was not looked at stands in [`Self::unchecked`].
+    /// What was found, in a few sentences; [`Self::unchecked`] lists what was not looked at.
     pub fn words(&self) -> String {
         let Some(least) = self.places.iter().min_by(|a, b| a.room.total_cmp(&b.room)) else {
             return "No place was looked at.".into();

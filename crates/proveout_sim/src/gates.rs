@@ -36,7 +36,7 @@ fn codes(gate: &str) -> &'static [Code] {
     }
 }
 
-/// What a gate covers and what it leaves out, told by the run.
+/// What a gate covers and what it leaves out, as the run reports it.
 #[derive(Clone, Debug, Default)]
 pub struct Coverage {
     /// What was checked, in words; none when nothing was.

@@ -80,7 +80,7 @@ impl Extend<(String, PathBuf)> for Inputs {
 }
 
 impl FlatMesh {
-    /// What a machinist is told of it.
+    /// The finding that reports it to a machinist.
     pub(crate) fn finding(&self) -> Finding {
         let Self { role, path, flat: FlatTriangles { count, all, first, at } } = self;
         let message = format!(

@@ -14,9 +14,10 @@
 //! after = "op10"             # whose stock it takes; the setup before when left out
 //! ```
 //!
-//! A scene behind the first one must begin with what an earlier run left (`[stock] from_run`, with `place` for the new clamping); the job
-//! puts the run of the setup before in the place of the path that stands there. Everything is read before anything is cut
-//! ([`Job::check`]), and a setup behind one that failed is not run: what would be cut there is a part that nobody has.
+//! A scene after the first one must begin with what an earlier run left (`[stock] from_run`, with
+//! `place` for the new clamping); the job replaces the path given there by the run of the setup
+//! before. Everything is read before anything is cut ([`Job::check`]), and a setup after one that
+//! failed is not run: it would cut a part that does not exist.
 
 use std::path::{Path, PathBuf};
 
@@ -164,10 +165,11 @@ impl Job {
         Ok(Self { name: file.name, path, setups })
     }
 
-    /// Reads everything that the setups name, programs to their end, with a stand-in for the stock that is not there yet.
+    /// Reads everything that the setups name, programs to their end, with a stand-in for the stock
+    /// that does not exist yet.
     ///
     /// # Errors
-    /// The first fault of a setup, as its run would tell it.
+    /// The first fault of a setup, as its run would report it.
     pub fn check(&self) -> Result<(), SimError> {
         for setup in &self.setups {
             let stock = if setup.after.is_some() { StockChoice::StandIn } else { StockChoice::OfScene };

@@ -14,9 +14,9 @@
 //!                      .   what became of patches and stock, reports, depths (`SweepLog`)
 //! ```
 //!
-//! A record is handed to the system in one piece when its sweeps are done: a process that is killed leaves all records but the last one,
-//! and one that is cut off is not taken. The last record is not believed but cut again: a program that cuts otherwise than the one
-//! that began is found out.
+//! A record is handed to the system in one piece when its sweeps are done: a process that is killed
+//! leaves all records but the last one, and a record that is cut off is ignored. The last record is
+//! not trusted but cut again: this detects a program that cuts differently from the one that began.
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
@@ -41,15 +41,15 @@ const MOST_BYTES: u64 = 16 << 30;
 /// Largest record.
 const MOST_RECORD: usize = 1 << 30;
 
-/// Whether a record tells the memory of the run of depths; first byte of its content.
+/// Whether a record contains the memory of the run of depths; first byte of its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum DepthsTold {
     /// It is that of the record before.
     Same = 0,
-    /// It is told.
+    /// It is in the record.
     Here = 1,
-    /// It is another one, and not told, since it has grown larger than all that was written since it was told last: a run
-    /// cannot go on behind this record.
+    /// It is another one, and not in the record, since it has grown larger than all that was
+    /// written since it was last recorded: a run cannot go on after this record.
     Not = 2,
 }
 
@@ -166,9 +166,9 @@ pub struct Journal {
     until: u64,
     /// End of the file.
     end: u64,
-    /// Bytes of records since the memory of the depths was told.
+    /// Bytes of records since the memory of the depths was last recorded.
     since_told: u64,
-    /// [`Depths::taken`](proveout_stock::Depths::taken) as it was told.
+    /// [`Depths::taken`](proveout_stock::Depths::taken) when it was last recorded.
     told: u64,
     fault: Option<JournalError>,
     given_up: Option<String>,
@@ -279,7 +279,7 @@ impl Journal {
                 let what = "the program that wrote it cuts otherwise than this one".to_owned();
                 self.fault = Some(JournalError::Unfit { path: self.path.clone(), what });
             }
-            // Records are written behind it from now on.
+            // Records are written after it from now on.
             if let Err(e) = self.file.seek(SeekFrom::Start(self.until)) {
                 self.give_up(&e.to_string());
             }
@@ -339,7 +339,7 @@ impl Journal {
         (content, reports)
     }
 
-    /// Takes note of what a record has told.
+    /// Counts the bytes of a record, and notes whether it contains the memory of the depths.
     fn count(&mut self, content: &[u8], cutting: &Cutting<'_>) {
         self.since_told += (HEAD + content.len()) as u64;
         if content.first() == Some(&(DepthsTold::Here as u8)) {
@@ -375,7 +375,7 @@ impl Journal {
     }
 }
 
-/// Locks a file; where the system has no locks, nobody is kept away.
+/// Locks a file; where the system has no locks, no other process is kept away.
 fn locked(file: File, path: &Path) -> Result<File, JournalError> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(JournalError::InUse { path: path.to_owned() }),

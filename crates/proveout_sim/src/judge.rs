@@ -211,7 +211,8 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
         .collect()
 }
 
-/// What the machine file does not describe of the machine, so that nothing could be held against it.
+/// Parts of the machine that its file does not describe, so that nothing could be checked against
+/// them.
 fn missing_bodies(machine: &Machine, checked_pairs: usize) -> Vec<String> {
     if machine.bodies.is_empty() {
         return vec!["the machine: its file has no bodies (`[[body]]`)".to_owned()];

@@ -22,7 +22,7 @@ pub(crate) struct KeptPiece {
     pub(crate) tool: u32,
     /// In feed; else at rapid rate.
     pub(crate) feed: bool,
-    /// Bound of the deviation of any point of the tool from the motion that it stands for, mm.
+    /// Bound of the deviation of any point of the tool from the motion that it approximates, mm.
     pub(crate) deviation: f32,
 }
 

@@ -1,5 +1,5 @@
-//! Limits of the legs of a platform: the control plans heave and tilt and knows nothing of them, so that they are held against the set
-//! points at every control sample.
+//! Limits of the legs of a platform. The control plans heave and tilt and knows nothing of these
+//! limits, so they are checked on the set points at every control sample.
 
 use std::collections::BTreeMap;
 
@@ -65,7 +65,7 @@ fn finding_of(found: &LimitViolation) -> Finding {
     f
 }
 
-/// Limits of legs that nobody has stated, for the gate.
+/// Limits of legs that are not stated, for the gate.
 pub(crate) fn missing(machine: &Machine) -> Vec<String> {
     let legs = machine.platforms.iter().flat_map(|p| &p.legs);
     let of_leg = |leg: &proveout_machine::Leg| {

@@ -1,10 +1,11 @@
 //! Scenes, the prove-out loop, findings, gates, observers: the one place that knows all parts of the twin.
 //!
-//! A [`Scene`](scene::Scene) names machine, tools, stock, mounting, design, fixtures, offsets and programs.
-//! [`Prepared`] reads and checks all of it; [`run`](run::run) executes the program stretch by stretch: the controller
-//! yields motion, the stock is swept, bodies are checked, [`Finding`](finding::Finding)s are collected, the cut part is
-//! measured, and the [`Verdict`](verdict::Verdict) says pass, fail or unchecked for every gate. [`Observer`]s see
-//! everything; this crate writes no file beside the run folder's frame.
+//! A [`Scene`](scene::Scene) names machine, tools, stock, mounting, design, fixtures, offsets and
+//! programs. [`Prepared`] reads and checks all of it; [`run`](run::run) executes the program
+//! stretch by stretch: the controller yields motion, the stock is swept, bodies are checked,
+//! [`Finding`](finding::Finding)s are collected, the cut part is measured, and the
+//! [`Verdict`](verdict::Verdict) says pass, fail or unchecked for every gate. [`Observer`]s see
+//! everything; this crate itself writes no file except the frame of the run folder.
 //!
 //! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
 //! Millimeter, radian, second inside; files carry units in their keys.

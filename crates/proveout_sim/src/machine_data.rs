@@ -64,7 +64,7 @@ mod tests {
                 assert!(joint.travel_violation(first).is_none(), "{} {letter} {first}", path.display());
                 assert!(joint.travel_violation(second).is_none(), "{} {letter} {second}", path.display());
                 assert_eq!((first, second), (joint.home, joint.tool_change.unwrap_or(joint.home)));
-                // Where the number comes from stands beside it.
+                // The source of the number is given with it.
                 let key = format!("joint.{}.{}", joint.name, if joint.is_rotary() { "home_deg" } else { "home_mm" });
                 let all = format!("joint.{}.*", joint.name);
                 let note = machine.trust.iter().find(|t| t.key == key || t.key == all);

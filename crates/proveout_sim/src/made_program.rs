@@ -1,4 +1,4 @@
-//! The text that runs in the place of a program: re-scheduled from it, or planned anew.
+//! The text that runs instead of a program: re-scheduled from it, or planned again.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub struct MadeProgram {
     pub text: String,
     /// What was re-scheduled.
     pub runs: Vec<ReprogrammedRun>,
-    /// The text that it was made from, where the call has it planned anew.
+    /// The text that it was made from, where the call has that planned again.
     pub planned: Option<String>,
 }
 
@@ -48,7 +48,8 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// The made program, and part and fixtures as its method has seen them; none where the program runs as it stands.
+    /// The made program, and part and fixtures as its method has seen them; none where the program
+    /// runs unchanged.
     ///
     /// # Errors
     /// What the method or the plan refuses.

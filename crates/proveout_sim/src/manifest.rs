@@ -1,5 +1,5 @@
-//! `manifest.json`: every file that a run has opened and written, with size and SHA-256, so that a run folder can be held against
-//! what it was, and its inputs against what they are now.
+//! `manifest.json`: every file that a run has opened and written, with size and SHA-256, so that a
+//! run folder can be checked against what it was, and its inputs against what they are now.
 //!
 //! Paths of inputs are relative to the folder of the scene, and the scene's folder to that of the run, so that the manifest is the same from
 //! wherever the run was started. `run.json` differs from run to run (time, memory, the call): it is named without a digest, and [`verify`] says
@@ -220,8 +220,8 @@ impl Verified {
     }
 }
 
-/// Holds a run folder against its manifest, and the inputs below `scene_folder`; where that is none, below the folder that the manifest
-/// names, if it is there.
+/// Checks a run folder against its manifest, and the inputs below `scene_folder`; where that is
+/// none, below the folder that the manifest names, if it exists.
 ///
 /// # Errors
 /// [`ManifestError`] when there is no manifest, or when it covers no verdict or no inputs.
@@ -239,7 +239,7 @@ pub fn verify(folder: &Path, scene_folder: Option<&Path>) -> Result<Verified, Ma
     Ok(found)
 }
 
-/// Holds a run folder against its manifest; inputs are not looked at.
+/// Checks a run folder against its manifest; inputs are not looked at.
 ///
 /// # Errors
 /// Those of [`verify`].

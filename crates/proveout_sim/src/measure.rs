@@ -1,4 +1,5 @@
-//! Questions to the stock that a run left: sections, distances, walls; beside them the same of a design.
+//! Questions to the stock that a run left: sections, distances, walls; with the same figures of a
+//! design.
 
 use std::{
     io::BufReader,
@@ -19,7 +20,7 @@ const DESIGN_CELLS: f64 = 100.0;
 pub struct Questions {
     /// Run folder, or a stock file.
     pub stock: PathBuf,
-    /// Closed mesh that is measured beside it.
+    /// Closed mesh that is measured too.
     pub design: Option<PathBuf>,
     /// Plane across an axis (0 x, 1 y, 2 z) at a coordinate.
     pub section: Option<(usize, f64)>,
@@ -112,7 +113,8 @@ pub struct Wall {
 /// Reads stock and design and answers.
 ///
 /// # Errors
-/// Files that cannot be read, a stock with nothing left, a section beside the stock, a direction without a length.
+/// Files that cannot be read, a stock with nothing left, a section outside the stock, a direction
+/// without a length.
 pub fn measure(questions: &Questions) -> Result<Answers, SimError> {
     let path = if questions.stock.is_dir() { questions.stock.join(STOCK_FILE) } else { questions.stock.clone() };
     let refuse = |message: String, help: &str| SimError::from(InputError::file(&path, message, help));

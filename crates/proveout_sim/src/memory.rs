@@ -1,4 +1,4 @@
-//! What a run will hold in memory, told before the stock is made.
+//! The memory that a run will need, announced before the stock is made.
 //!
 //! ```text
 //!    MiB |                                      .--. pictures
@@ -13,11 +13,12 @@
 //! stock with its patches, and the list of blocks. Points and meshes of the surface pass in bands, so that the surface costs four bytes a
 //! point, a band, and the pictures, which are bounded.
 //!
-//! How many intervals of material a ray will hold is not known before the program has run. Counted are those of the raw stock and
-//! [`GROWTH`] more, as a mean over all rays, or those of the design and a quarter more where it has many (fins, ribs); a scene
-//! may say better (`[stock] intervals_per_ray`). The run holds the stock to what was announced ([`crate::SimError::Memory`]), so that no
-//! more is taken than was told. The constants are the sizes of what is held, rounded up; `run.json` has the announced and the
-//! largest resident memory of every run.
+//! How many intervals of material a ray will hold is not known before the program has run. Counted
+//! are those of the raw stock and [`GROWTH`] more, as a mean over all rays, or those of the design
+//! and a quarter more where it has many (fins, ribs); a scene may give a better number
+//! (`[stock] intervals_per_ray`). The run keeps the stock within what was announced
+//! ([`crate::SimError::Memory`]). The constants are the sizes of what is held, rounded up;
+//! `run.json` has the announced and the largest resident memory of every run.
 //!
 //! The history of a stock grows with what is removed, which is not known either: it is announced with the most that it may take.
 
@@ -36,11 +37,12 @@ pub(crate) const GROWTH: f64 = 0.35;
 pub(crate) const HISTORY_MEMORY: u64 = 2 << 30;
 /// Bytes by which a stock may pass what it was announced with: small ones are not worth a word.
 pub(crate) const ALLOWANCE: u64 = 12 << 20;
-/// Bytes of a ray beside its intervals: its share of its tile and of the boxes over it (one byte), and who emptied it.
+/// Bytes of a ray in addition to its intervals: its share of its tile and of the boxes over it (one
+/// byte), and who emptied it.
 const RAY: f64 = 10.0;
 /// Bytes of an interval, with the room to grow that a tile keeps.
 const INTERVAL: f64 = 34.0;
-/// Bytes of a ray while the parts of the stock are told apart.
+/// Bytes of a ray while the separate parts of the stock are found.
 const PARTS: f64 = 28.0;
 /// Bytes of an end of material that stay until the mesh has its colors.
 const END: f64 = 4.0;
@@ -74,12 +76,13 @@ const FULL: f64 = 2000.0;
 const BAND: f64 = 30.0 * MIB;
 /// Bytes of a band for each ray of the stock, where it is smaller than that.
 const BAND_RAY: f64 = 900.0;
-/// Bytes of a ray along x in the band of a face across it: bands follow one another along x, so that such a face is one band as a whole, its mesh with the
-/// picture's open cells (1,429 x 1,429 rays: 212 bytes each beside all else; 2,000 x 2,000: 234).
+/// Bytes of a ray along x in the band of a face across it: bands follow one another along x, so
+/// that such a face is one band as a whole, its mesh with the picture's open cells (1,429 x 1,429
+/// rays: 212 bytes each in addition to everything else; 2,000 x 2,000: 234).
 const FACE_RAY: f64 = 250.0;
 /// A triangle of a fixture in the collision check: its corners, and two nodes of a tree with boxes along its wall, bytes.
 const BODY_TRIANGLE: f64 = 450.0;
-/// What a process holds where the host does not tell.
+/// What a process holds, where the host does not report it.
 const PROCESS: u64 = 40 << 20;
 
 /// What the observers of a run hold.
@@ -94,7 +97,7 @@ pub enum Recorded {
     Recording,
 }
 
-/// What a run needs beside its stock.
+/// What a run needs in addition to its stock.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Demand<'a> {
     /// Lines of the program.
@@ -110,7 +113,7 @@ pub(crate) struct Demand<'a> {
     pub(crate) textures: u64,
 }
 
-/// What a run will hold, told before the stock is made.
+/// What a run will hold, announced before the stock is made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
     /// The stock first, then each patch by its name, bytes.

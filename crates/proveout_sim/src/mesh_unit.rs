@@ -5,8 +5,10 @@
 //!
 //! ```text
 //!    role       refused without mesh_unit
-//!    fixture    inside the box of the stock; smaller than any clamp for it; small and away from the stock, and beside it in another unit; far larger; far away
-//!    design     far larger or far smaller than the stock; far beside it (with a unit as well: it cannot be cut from it)
+//!    fixture    inside the box of the stock; smaller than any clamp for it; small and away from the
+//!               stock, and next to it in another unit; far larger; far away
+//!    design     far larger or far smaller than the stock; far away from it (refused with a unit as well:
+//!               it cannot be cut from it)
 //!    machine    its model far smaller than its travel, or larger than 100 m
 //!    stock      below 1 mm; far smaller than the cuts in feed, and as large as they are in another unit
 //! ```
@@ -76,7 +78,7 @@ const FAR_MM: f64 = 1000.0;
 /// A design is far larger than its stock above this factor, and far smaller below the inverse of the second.
 const DESIGN_LARGE: f64 = 8.0;
 const DESIGN_SMALL: f64 = 20.0;
-/// A design lies far beside its stock where the gap is this many times the larger of the two.
+/// A design lies far away from its stock where the gap is this many times the larger of the two.
 const DESIGN_BESIDE: f64 = 1.0;
 /// A stock is far smaller than its cuts below this part of them.
 const STOCK_SMALL: f64 = 1.0 / 8.0;
@@ -348,7 +350,7 @@ mod tests {
             assert_eq!(doubt_of_fixture(&clamp, &stock), None, "{k}: {clamp:?} on {stock:?}");
             for (factor, unit) in [(1.0 / 25.4, "inch"), (1e-3, "m")] {
                 let wrong = scaled(&clamp, factor);
-                // One that reaches into the stock and out of it is told by the setup as it stands.
+                // One that reaches into the stock and out of it is reported by the setup as given.
                 let deep = (0..3).all(|i| wrong.max[i].min(stock.max[i]) - wrong.min[i].max(stock.min[i]) > 1e-3);
                 let told = deep && !is_within(&wrong, &stock);
                 if doubt_of_fixture(&wrong, &stock).is_none() && !told {
@@ -369,7 +371,7 @@ mod tests {
         assert_eq!((unit(1.0 / 25.4), unit(1e-3)), (Some("inches"), Some("meters")));
     }
 
-    /// Designs a little beside, larger or smaller than the stock are judged; far ones are refused.
+    /// Designs a little off, larger or smaller than the stock are judged; far ones are refused.
     #[test]
     fn designs_far_from_their_stock_are_refused() {
         let mut random = Random(77);

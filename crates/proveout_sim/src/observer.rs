@@ -32,7 +32,7 @@ pub struct ObserverError {
     pub message: String,
 }
 
-/// What stands still during a run.
+/// What does not change during a run.
 #[derive(Clone, Copy)]
 pub struct Setup<'a> {
     /// The scene as read.
@@ -49,7 +49,7 @@ pub struct Setup<'a> {
     pub machine: &'a Machine,
     /// The tool library.
     pub tools: &'a ToolLibrary,
-    /// Stock as it stands, workpiece frame: in [`Observer::begin`] before the first cut.
+    /// Present stock, workpiece frame: in [`Observer::begin`] before the first cut.
     pub stock: &'a TriDexel,
     /// Patches of the stock with finer cells, likewise.
     pub patches: &'a [Patch],
@@ -65,7 +65,7 @@ pub struct Setup<'a> {
     pub plant: Plant,
 }
 
-/// Signals beside the motion of one sample; same order as [`Batch::samples`].
+/// Signals for the motion of one sample; same order as [`Batch::samples`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SampleSignals {
     /// Material removal rate, mm³/s, of the piece that holds the sample.
@@ -132,7 +132,7 @@ pub struct LooseMotion {
 pub struct Batch<'a> {
     /// Control samples.
     pub samples: &'a [Sample],
-    /// Signals beside the samples.
+    /// Signals for the samples.
     pub signals: &'a [SampleSignals],
     /// Motion pieces that were cut and checked.
     pub pieces: &'a [Piece],
@@ -222,8 +222,8 @@ pub trait Observer: Send {
         false
     }
 
-    /// The program beside the one that it is re-scheduled from, after [`Self::begin`]; not called where it is not re-scheduled, or where no observer
-    /// shows it.
+    /// The program compared with the one that it is re-scheduled from, after [`Self::begin`]; not
+    /// called where it is not re-scheduled, or where no observer shows it.
     ///
     /// # Errors
     /// When the observer cannot write.

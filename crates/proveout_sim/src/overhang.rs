@@ -1,18 +1,21 @@
-//! How far each tool must stand out of its holder: the least overhang at which nothing of the setup comes too near.
+//! How much overhang each tool needs: the least at which nothing of the setup comes too near.
 //!
-//! The whole motion is run again with the tool clamped further out or less far: with another overhang the joints stand elsewhere, so that
-//! travel, spindle and table are asked anew, not the holder alone. Judged is what happens while the tool is in the spindle: findings of
-//! collision and near miss, of travel, and of neck or shank in material. Where the present overhang is clear, shorter ones are tried, else
-//! longer ones; the border is closed in by halves down to [`STEP_MM`].
+//! The whole motion is run again with the tool clamped further out or less far. With another
+//! overhang the joints are at other positions, so that travel, spindle and table are checked again,
+//! not the holder alone. Judged is what happens while the tool is in the spindle: findings of
+//! collision and near miss, of travel, and of neck or shank in material. Where the present overhang
+//! is clear, shorter ones are tried, else longer ones; the interval is halved until it is no longer
+//! than [`STEP_MM`].
 //!
 //! ```text
 //!  overhang   |--x----x--x-o-o-----------o-->     o  clear: a run without such a finding
-//!             least that   ^ told                 x  a run with one
+//!             least that   ^ reported             x  a run with one
 //!             is clamped   the shortest run that was clear
 //! ```
 //!
-//! What is told was run, and the overhang below it that was not clear, too. *Limit.* Between the two ends of the search it is taken for
-//! granted that more overhang clears more; a setup with a ceiling may have a clear overhang below one that is not.
+//! The reported overhang was run, and so was the one below it that was not clear. *Limit.* Between
+//! the two ends of the search it is assumed that more overhang clears more; a setup with a ceiling
+//! may have a clear overhang below one that is not.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -33,7 +36,7 @@ use crate::{
     run::rehearse,
 };
 
-/// What is told is at most this much more than needed, mm.
+/// The reported overhang is at most this much more than needed, mm.
 pub const STEP_MM: f64 = 0.5;
 /// First step beyond an overhang that is not clear, doubled until one is clear, mm.
 const FIRST_MM: f64 = 5.0;
@@ -55,7 +58,8 @@ pub struct Overhang {
     pub runs: usize,
 }
 
-/// Searches the least overhang of every tool with a holder that the program uses; `told` hears of every run.
+/// Searches the least overhang of every tool with a holder that the program uses; `told` is called
+/// for every run.
 ///
 /// # Errors
 /// As [`crate::run::run`].

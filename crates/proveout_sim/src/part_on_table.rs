@@ -14,8 +14,8 @@ use proveout_toolpath::reschedule::{AxisTurn, ContactSurface, FeasibleRegion};
 
 use crate::{scene::Scene, shape::Shape};
 
-/// Clearances above this are not told apart, mm: a method asks whether a pose is free and by how much, not how far away
-/// everything else is.
+/// Clearances above this are not distinguished, mm: a method asks whether a pose is free and by how
+/// much, not how far away everything else is.
 const REACH_MM: f64 = 50.0;
 
 /// Design part and fixtures in the frame of the table, which is that of programs under tool center point control. A copy shares the solids.

@@ -1,9 +1,11 @@
 //! Runs that are not the whole check: with coarse cells (`run --preview`), or ended early (`run --stop-at`).
 //!
-//! What they find is true, and fails its gate as in any run; what they do not find proves nothing. A preview sweeps the same motion through
-//! cells [`COARSER`] times as long, so that everything that does not ask the stock (program, limits, bodies against bodies) is judged in
-//! full, and gates that ask it stay `unchecked` with both cells. A run that ends early has seen no gate to its end: all are `unchecked`
-//! unless they failed, and an unfinished part is not held against excess, features and texture.
+//! What they find is true, and fails its gate as in any run; what they do not find proves nothing.
+//! A preview sweeps the same motion through cells [`COARSER`] times as long, so that everything
+//! that does not ask the stock (program, limits, bodies against bodies) is judged in full, and
+//! gates that ask it stay `unchecked` with both cells. A run that ends early has seen no gate to
+//! its end: all are `unchecked` unless they failed, and an unfinished part is not judged for
+//! excess, features and texture.
 
 use std::{fmt, path::Path, str::FromStr};
 
@@ -136,7 +138,7 @@ pub struct PreviewUsed {
     pub cells_mm: [f64; 3],
     /// Those of the scene.
     pub scene_cells_mm: [f64; 3],
-    /// What was left out beside: patches, texture.
+    /// What else was left out: patches, texture.
     pub left_out: Vec<String>,
 }
 
@@ -347,7 +349,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// What the verdict says of the end, where it came early; the summary then tells the time that was run.
+    /// What the verdict says of the end, where it came early; the summary then gives the time that
+    /// was run.
     pub(crate) fn finish(self, prepared: &Prepared, summary: &mut Summary, time_s: f64) -> Option<Stopped> {
         let why = self.stopped?;
         (summary.cutting_s, summary.rapid_s) = (self.time.cutting_s, self.time.rapid_s);
@@ -400,7 +403,8 @@ pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
     }
 }
 
-/// Refuses the stock of a run that was not whole: the next setup would go on from a part that nobody has.
+/// Refuses the stock of a run that was not whole: the next setup would start from a part that does
+/// not exist.
 pub(crate) fn refused_as_stock(folder: &Path) -> Option<String> {
     #[derive(Deserialize)]
     struct Short {

@@ -22,7 +22,7 @@ use crate::{
 /// Longest step of a rapid, mm, and largest turn of the tool axis in it, radian (5 degrees): between two of them a control without tool
 /// center point control leaves the straight way by `r (1 - cos 2.5 deg)`, 0.1 mm at 100 mm.
 const RAPID_STEP: [f64; 2] = [25.0, 0.087];
-/// A rotary joint at a tool axis that stands on a pole within this is left where it is, radian.
+/// A position below this is written as zero, mm or radian.
 const SAME_JOINT: f64 = 1e-12;
 
 /// A path with its program.
@@ -303,8 +303,8 @@ fn check_ends(scene: &Scene, name: &str, shape: &Shape, lines: &[LineContacts]) 
     Ok(())
 }
 
-/// A ball that cuts into a fillet or a platform while it touches the blade beside it. Other cutters are looked at by the run alone, and so are
-/// shank and holder.
+/// A ball that cuts into a fillet or a platform while it touches the blade next to it. Other
+/// cutters are checked by the run alone, and so are shank and holder.
 fn check_ball(
     scene: &Scene,
     tools: &ToolLibrary,

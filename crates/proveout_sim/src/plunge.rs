@@ -4,15 +4,16 @@
 //!
 //! ```text
 //!       |  .  |              |   |  .  |   |
-//!       |  .  |              | / |  .  |   |     a ramp leaves a stub as high as the way down while the region stays over a
-//!     __|__.__|__            |/__|__.__|___|     place; the edges behind take it away. Straight down it grows until the body
-//!    |  |_____|  |          /       |_|          of the tool stands on it.
-//!    |    |_|    |
+//!       |  .  |              | / |  .  |   |     a ramp leaves a stub as high as the way down
+//!     __|__.__|__            |/__|__.__|___|     while the region stays over a place; the edges
+//!    |  |_____|  |          /       |_|          that follow take it away. Straight down it
+//!    |    |_|    |                               grows until the body of the tool rests on it.
 //! ```
 //!
-//! How wide the region is and how far it is set back, nobody states but as the steepest ramp that the maker allows
-//! (`max_ramp_angle_deg`). What the twin sees is whether a thin core round the axis, at the height of the tip, goes down into
-//! material: by the volume that it meets, over the area that it goes over. Then
+//! How wide the region is and how far it is set back is not stated, except as the steepest ramp
+//! that the maker allows (`max_ramp_angle_deg`). What the twin sees is whether a thin core round
+//! the axis, at the height of the tip, goes down into material: by the volume that it meets, over
+//! the area that it goes over. Then
 //!
 //! * the way down of the block is held to that angle, or, where none is stated, to 45 degrees: no ramp is steeper (chosen);
 //! * the way down while the axis has not left a circle of the cutter's radius R about its place is held to what the angle gives over
@@ -23,8 +24,9 @@
 //! held to what the angle gives over 4.5 of its radii: in to a turn and back. Without it the region is taken for as wide as half of the
 //! cutter's radius: a helix that keeps it over one place and goes down farther is not known to be allowed.
 //!
-//! A flatter way of a tool without a stated angle, and any way down of a flat end of which nobody says whether it cuts at its
-//! center, is not known to be allowed: the gate is then unchecked.
+//! A flatter way of a tool without a stated angle, and any way down of a flat end of which it is
+//! not stated whether it cuts at its center, is not known to be allowed: the gate is then
+//! unchecked.
 
 use std::collections::VecDeque;
 
@@ -94,7 +96,7 @@ pub(crate) fn way_down([from, to]: &[ToolPose; 2]) -> (f64, f64) {
 
 /// Radii of the region without edges that a ramp goes while it covers a place: in to a turn and back, and the steps of the watch.
 const IN_AND_BACK: f64 = 4.5;
-/// Part of the cutter's radius that the region without edges is taken for, where no key says it.
+/// Radius of the region without edges where no key gives it, as a part of the cutter's radius.
 const USUAL_DEAD_CENTER: f64 = 0.5;
 /// Most of a way down that the rounding of a corner of the path adds to a block, mm.
 const ROUNDED: f64 = 0.1;

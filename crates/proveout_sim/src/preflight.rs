@@ -18,7 +18,7 @@ use crate::first_part::reading::{MachineMove, Reading, ToolUse};
 use crate::first_part::{setup, shown};
 use crate::prepare::Prepared;
 
-/// Deeper than this in the box of the stock a rapid descent is told, mm.
+/// A rapid descent deeper than this into the box of the stock is reported, mm.
 const CONTACT_MM: f64 = 0.01;
 /// Most lines that a cause names.
 const MAX_LINES: usize = 6;
@@ -301,7 +301,8 @@ fn axes(machine: &Machine, reading: &Reading, program: &Path) -> Vec<Cause> {
             unit(limit),
             trust(machine, joint)
         );
-        // Where the program has sent it by a position of the machine it still stands: that is told already.
+        // Where the program has sent it by a position of the machine it is still there: that is
+        // reported already.
         let letter_of = |m: &MachineMove| machine.joint_for_letter(m.letter) == Some(j);
         if reading.machine_moves.iter().any(|m| letter_of(m) && (m.value - value).abs() < 1e-9) {
             continue;
@@ -363,8 +364,9 @@ const TCP_WORDS: [(&str, &str); 7] = [
     ("FUNCTION TCPM", "FUNCTION RESET TCPM"),
 ];
 
-/// What makes a linear axis leave its travel where rotary axes turn alone under tool center point control that nothing has ended: the tip keeps
-/// its place on the part and the axis follows it. Told where it is so: the axis is past its travel in such a motion, and in no other.
+/// What makes a linear axis leave its travel where rotary axes turn alone under tool center point
+/// control that was never cancelled: the tip keeps its place on the part and the axis follows it.
+/// Reported only where the axis is past its travel in such a motion, and in no other.
 fn not_cancelled(
     reading: &Reading,
     program: &Path,
@@ -465,7 +467,7 @@ fn first_cuts(prepared: &Prepared, cutting: &[&ToolUse], stock: &Aabb) -> Vec<Ca
     all
 }
 
-/// How deep a point is below the top of a box; none beside or above it.
+/// How deep a point is below the top of a box; none outside or above it.
 fn depth_in(p: &Point, stock: &Aabb, radius: f64) -> Option<f64> {
     let beside =
         (0..2).any(|i| p[i] + radius <= stock.min[i] + CONTACT_MM || p[i] - radius >= stock.max[i] - CONTACT_MM);

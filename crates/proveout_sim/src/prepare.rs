@@ -58,7 +58,8 @@ pub struct Prepared {
     pub made: Option<MadeProgram>,
     /// Part and fixtures as the method has seen them, where the program is made.
     pub(crate) part_on_table: Option<PartOnTable>,
-    /// It beside the program before, where that is known already; a run looks where an observer asks for it.
+    /// The made program compared with the one before, where already known; a run makes the
+    /// comparison where an observer asks for it.
     pub(crate) schedule: Option<Schedule>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
@@ -70,7 +71,7 @@ pub struct Prepared {
     pub control_note: Option<String>,
     /// The machine, with the limits that the scene sets.
     pub machine: Machine,
-    /// Those limits beside the machine's own.
+    /// Those limits compared with the machine's own.
     pub changed_limits: Vec<ChangedLimit>,
     /// The machine as its file describes it, where the scene sets limits.
     pub own_machine: Option<Machine>,
@@ -92,7 +93,7 @@ pub struct Prepared {
     pub fixtures: Vec<(String, TriMesh)>,
     /// Workpiece frame to table frame.
     pub table_from_work: Pose,
-    /// Nobody told where the workpiece stands on the table.
+    /// The place of the workpiece on the table was assumed.
     pub(crate) mount_chosen: bool,
     /// Least overhangs that were searched, by name of the tool, mm.
     pub least_overhang_mm: BTreeMap<String, f64>,
@@ -115,7 +116,8 @@ pub struct Prepared {
     /// Program files as findings and tables name them, from the folder of the scene, by the names under which they were opened: a
     /// verdict does not depend on where the run was started.
     pub shown: BTreeMap<String, Arc<str>>,
-    /// What reading the program to its end has told: no fault, and the text that its run does not reach.
+    /// Result of reading the program to its end: no fault, and the text that its run does not
+    /// reach.
     pub survey: Survey,
     /// Wall time of reading, s.
     pub read_time: f64,

@@ -23,7 +23,7 @@ pub(crate) struct CuttingState {
     pub(crate) speed_rpm: f64,
 }
 
-/// Which body of a tool, or what beside it, is swept.
+/// What is swept: a body of a tool, or another shape derived from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Swept {
     /// A body of the tool.
@@ -32,11 +32,11 @@ pub(crate) enum Swept {
     Zone,
     /// The core round the axis of a tool that does not cut there, before its cutter comes.
     Core,
-    /// The cutter as it stands when its tool has come into the spindle.
+    /// The cutter in its pose when its tool has come into the spindle.
     Entry,
 }
 
-/// What one sweep stands for.
+/// What one sweep represents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SweepPart {
     /// Index of the piece within the batch.
@@ -45,7 +45,7 @@ pub(crate) struct SweepPart {
     pub(crate) what: Swept,
 }
 
-/// The sweeps of a batch, and what each stands for.
+/// The sweeps of a batch, and what each represents.
 #[derive(Debug, Default)]
 pub(crate) struct Sweeps<'a> {
     pub(crate) items: Vec<SweepItem<'a>>,
@@ -139,8 +139,8 @@ impl Cutters {
     /// Adds the sweeps of a piece, whose place in the batch is `index`: the cutter removes, the rest is probed against what the cutter has
     /// left.
     ///
-    /// A cutter removes material at rapid rate too, so that one crash is one finding and does not spoil what follows; the
-    /// finding tells that it was a rapid.
+    /// A cutter removes material at rapid rate too, so that one crash is one finding and does not
+    /// spoil what follows; the finding says that it was a rapid.
     pub(crate) fn add<'s>(&'s self, sweeps: &mut Sweeps<'s>, index: usize, cut: &PieceCut) {
         let Some(tool) = self.0.get(cut.tool) else { return };
         let mut put = |body: &'s Profile, action: Action, measure: Measure, what: Swept| {
@@ -176,7 +176,7 @@ impl CuttingState {
     /// What an event makes of it.
     pub(crate) fn apply(&mut self, event: &Event) {
         match *event {
-            // The spindle stands for the change and needs a new M3 or M4 after it.
+            // The spindle stops for the change and needs a new M3 or M4 after it.
             Event::ToolChange { tool, .. } => *self = Self { tool, ..Self::IDLE },
             Event::Spindle { direction, speed_rpm, .. } => {
                 (self.spindle, self.speed_rpm) = (direction, speed_rpm);
@@ -186,8 +186,9 @@ impl CuttingState {
     }
 }
 
-/// Whether an event comes before a piece of motion: those of earlier blocks, and of its own what the control does before it moves. A tool
-/// change has a block of its own, in which drives may still settle with the tool before: there its time tells.
+/// Whether an event comes before a piece of motion: those of earlier blocks, and of its own what
+/// the control does before it moves. A tool change has a block of its own, in which drives may
+/// still settle with the tool before: there its time decides.
 fn comes_before(event: &Event, piece: &Piece) -> bool {
     match event {
         Event::ToolChange { time, block, .. } if *block == piece.block => *time <= piece.time[0],
@@ -195,7 +196,8 @@ fn comes_before(event: &Event, piece: &Piece) -> bool {
     }
 }
 
-/// Tool and spindle at each piece; events of earlier blocks come first. `apply` is told every event.
+/// Tool and spindle at each piece; events of earlier blocks come first. `apply` is called for every
+/// event.
 pub(crate) fn states_of_pieces(
     chunk: &Chunk,
     state: &mut CuttingState,
@@ -222,7 +224,7 @@ pub(crate) fn fault(kind: MoveKind, state: &CuttingState, tool: &Tool) -> Option
     match state.spindle {
         _ if kind != MoveKind::Feed => Some(RAPID_IN_MATERIAL),
         SpindleDirection::Off => Some(SPINDLE_OFF),
-        // M3 without S, or S0: it is told to turn and does not.
+        // M3 without S, or S0: it is commanded to turn and does not.
         _ if state.speed_rpm <= 0.0 => Some(SPINDLE_OFF),
         SpindleDirection::Clockwise if tool.left_handed => Some(SPINDLE_WRONG_WAY),
         SpindleDirection::CounterClockwise if !tool.left_handed => Some(SPINDLE_WRONG_WAY),

@@ -1,8 +1,10 @@
-//! What a program names is there, and what of its text is run: known from reading it, before anything moves.
+//! Checks that everything a program names exists, and finds which of its text is run: by reading it,
+//! before anything moves.
 //!
-//! The reader runs the whole program once (branches, loops and calls as the control would), tells all of its faults, and hands
-//! every command over. What a command names and the scene does not have is a fault like any other: work offsets, tools, tool
-//! offsets, axes. All are told together, each name once.
+//! The reader runs the whole program once (branches, loops and calls as the control would), reports
+//! all of its faults, and hands every command over. What a command names and the scene does not
+//! have is a fault like any other: work offsets, tools, tool offsets, axes. All are reported
+//! together, each name once.
 
 use std::collections::BTreeSet;
 
@@ -21,7 +23,7 @@ use crate::{
     prepare::Prepared,
 };
 
-/// Most stretches of text that are told by name; further ones are counted.
+/// Most stretches of text that are reported by name; further ones are counted.
 const MAX_TOLD: usize = 50;
 
 /// What the commands of a program name.
@@ -105,7 +107,7 @@ impl Names<'_> {
             }
             Op::Tool(ToolAction::Change(name)) => {
                 self.in_spindle = name.clone();
-                // Told where its name stands.
+                // Reported where its name is.
                 let selected = self.selected.take().filter(|(selected, _)| selected == name);
                 self.tool(name, selected.as_ref().map_or(at, |(_, at)| at))
             }
@@ -246,7 +248,7 @@ pub(crate) fn judge(prepared: &Prepared, log: &mut FindingLog) {
         (f.file, f.line) = (Some(part.file.to_string()), Some(part.lines[0]));
         log.push(f);
     }
-    // What the commands themselves do not tell: dwells that are long.
+    // Long dwells, which the commands themselves do not show.
     for remark in prepared.survey.notes.iter().filter(|remark| !remark.among_commands).take(MAX_TOLD) {
         let times = if remark.count > 1 { format!(", {} times", remark.count) } else { String::new() };
         let mut f = FindingLog::of(&finding::LONG_DWELL, format!("{}{times}", remark.text));

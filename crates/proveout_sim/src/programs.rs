@@ -68,7 +68,7 @@ fn tip_feeds(commands: &[Command]) -> Vec<Command> {
                 let end = motion.end_base.xyz();
                 if let (Op::Linear(_), Some(seconds), Some(a), Some(b)) = (&command.op, pending, at, end) {
                     let length = (0..3).map(|i| (b[i] - a[i]).powi(2)).sum::<f64>().sqrt();
-                    // A tip that stands still has no feed of its own; the one before stays.
+                    // A tip at rest has no feed of its own; the one before stays.
                     if length > 1e-9 {
                         let op = Op::Feed(Feed::PerTime(length / seconds));
                         out.push(Command { location: command.location.clone(), op });
@@ -506,7 +506,7 @@ fn refuse_over_travel(
     Err(SimError::Control(Box::new(ControlError { code: "reschedule-range", message, location, help: Some(help) })))
 }
 
-/// A program that is made anew.
+/// A program that is made again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remade {
     /// Its text.
@@ -534,7 +534,7 @@ pub struct ChannelShown {
     pub least_velocity_deg_s: Option<f64>,
 }
 
-/// The channels that a study tells of.
+/// The channels that a study reports.
 fn channels(study: &Study) -> Vec<ChannelShown> {
     let shown = study.figures.iter().filter_map(|f| {
         let name = f.name.strip_prefix("narrowest channel, ")?;

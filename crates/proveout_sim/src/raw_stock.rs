@@ -90,8 +90,9 @@ fn intervals(file: &StockFile, body: &RawBody, part: Option<&TriMesh>) -> f64 {
     (body.intervals_per_ray() + GROWTH).max(FOR_ONE * of_part.unwrap_or(0.0))
 }
 
-/// Makes the stock and its patches; files that are read are added to `inputs`. Nothing is allocated before the whole run
-/// is known to fit into `limit_bytes` and `announce` was told; that is given, too, in bytes.
+/// Makes the stock and its patches; files that are read are added to `inputs`. Nothing is allocated
+/// before the whole run is known to fit into `limit_bytes` and `announce` was called; the announced
+/// memory is returned, too, in bytes.
 pub(crate) fn make(
     scene: &Scene,
     cells: [f64; 3],
@@ -158,8 +159,8 @@ pub(crate) fn make(
     Ok((raw, announced))
 }
 
-/// The refusal of a run that does not fit; `fits` tells whether it would with all cells of the patches, or of the stock where it has
-/// none, made longer by a factor.
+/// The refusal of a run that does not fit; `fits` says whether it would with all cells of the
+/// patches, or of the stock where it has none, made longer by a factor.
 fn too_large(
     scene: &Scene,
     file: &StockFile,
@@ -238,8 +239,9 @@ fn formed(scene: &Scene, file: &StockFile, limit_bytes: u64, inputs: &mut Inputs
     Ok(RawBody::mesh(solid(mesh, path)?)?)
 }
 
-/// Refuses a stock that is not the one in the manifest beside it: the setup would go on from a part that nobody has cut. A file
-/// without a manifest was taken out of its run folder by hand, and stands for itself.
+/// Refuses a stock that is not the one in the manifest next to it: the setup would start from a
+/// part that was never cut. A file without a manifest was taken out of its run folder by hand, and
+/// is accepted as it is.
 fn as_the_run_left_it(path: &Path) -> Result<(), InputError> {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return Ok(()) };
     let name = name.to_string_lossy();

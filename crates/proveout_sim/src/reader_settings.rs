@@ -19,7 +19,8 @@ use crate::{
 impl Prepared {
     /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as paths of the tool center.
     ///
-    /// `given`: the program is not that of the entry. Told is what the control of the scene has no part in.
+    /// `given`: the program is not that of the entry. Returns a note, too, where the control of the
+    /// scene has no part in reading it.
     ///
     /// # Errors
     /// A dialect that is not known, a control file that is wrong.
@@ -70,8 +71,8 @@ fn work_offsets(scene: &Scene, entry: Option<&ProgramFile>) -> BTreeMap<String, 
     offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect()
 }
 
-/// The dialect of a program's text; that of a re-scheduled program is the one of the text that it is made from, and that of a
-/// text that is `given` instead is told from the text.
+/// The dialect of a program's text; that of a re-scheduled program is the one of the text that it
+/// is made from, and that of a text that is `given` instead is recognized from the text.
 fn dialect(scene: &Scene, entry: Option<&ProgramFile>, given: bool) -> Result<Dialect, InputError> {
     if given {
         return Ok(Dialect::Auto);

@@ -1,7 +1,8 @@
 //! Readings of a program: with the blocks that a `/` begins and without them, with M1 as a stop and without.
 //!
-//! Switches at the control decide them. A scene states them (`block_skip`, `optional_stop` of a `[[program]]`), or has `"both"` proved: each
-//! reading is run of its own, and every gate gets the worse of its judgements. Where a scene states nothing, the reader tells what it has `assumed`.
+//! Switches at the control decide them. A scene states them (`block_skip`, `optional_stop` of a
+//! `[[program]]`), or has `"both"` proved: each reading is run of its own, and every gate gets the
+//! worse of its judgements. Where a scene states nothing, the reader reports what it has `assumed`.
 
 use std::path::Path;
 
@@ -21,7 +22,7 @@ use crate::{
 /// All levels of `/`.
 const ALL_LEVELS: u16 = 0x3ff;
 
-/// How the switches are set; none where nobody states it.
+/// How the switches are set; none where not stated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reading {
     /// Blocks with `/` are left out.

@@ -51,7 +51,7 @@ pub struct Stages {
     pub servo: f64,
     /// Sweeping the stock.
     pub removal: f64,
-    /// Interference of bodies; runs beside the removal.
+    /// Interference of bodies; runs in parallel with the removal.
     pub collision: f64,
     /// Surface extraction, deviation, inspection.
     pub surface: f64,
@@ -93,11 +93,12 @@ pub struct RunResult {
     pub journal_given_up: Option<String>,
     /// What was taken from the shards of the run, where it has some.
     pub shards: Option<ShardFacts>,
-    /// What was found of the free tool axes, and what was not looked at; empty where nobody asks for them.
+    /// What was found of the free tool axes, and what was not looked at; empty where they are not
+    /// asked for.
     pub free_axes: Vec<String>,
 }
 
-/// Runs a prepared program and tells the observers, which may write into `folder`.
+/// Runs a prepared program and calls the observers, which may write into `folder`.
 ///
 /// # Errors
 /// [`SimError`] when program, control or an observer refuse; there is then no verdict.
@@ -212,7 +213,8 @@ fn run_with(
     })
 }
 
-/// Takes the motion through stock and bodies without a judgement of the surface; the observers hear of the stretches alone.
+/// Takes the motion through stock and bodies without a judgement of the surface; the observers are
+/// called for the stretches alone.
 pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer>]) -> Result<(), SimError> {
     let (stock, patches) = prepared.stock.take()?;
     let prepared = prepared;
@@ -304,7 +306,8 @@ pub fn run_with_surface(
     Ok((result, surface))
 }
 
-/// Tells all observers something beside each other, where that takes them long, and books the time; the fault of the first in their order is told.
+/// Calls all observers in parallel, where that takes them long, and books the time; returns the
+/// fault of the first in their order.
 fn tell_at_once(
     observers: &mut [Box<dyn Observer>],
     stages: &mut Stages,
@@ -317,7 +320,7 @@ fn tell_at_once(
     Ok(())
 }
 
-/// Tells all observers something, and books the time.
+/// Calls all observers in turn, and books the time.
 fn tell(
     observers: &mut [Box<dyn Observer>],
     stages: &mut Stages,
@@ -331,7 +334,7 @@ fn tell(
     Ok(())
 }
 
-/// What stands still, and the stock as it stands.
+/// What does not change during the run, and the present stock.
 fn setup<'a>(prepared: &'a Prepared, stock: &'a TriDexel, patches: &'a [Patch]) -> Setup<'a> {
     Setup {
         scene: &prepared.scene,
@@ -369,7 +372,7 @@ pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
     }
 }
 
-/// Cuts a chunk into stretches of at most so many simulated seconds, at borders of pieces.
+/// Splits a chunk into stretches of at most this many simulated seconds, at borders of pieces.
 pub(crate) fn stretches(chunk: Chunk, seconds: f64) -> impl Iterator<Item = Chunk> {
     let start = [
         chunk.pieces.first().map(|p| p.time[0]),

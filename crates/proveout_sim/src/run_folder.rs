@@ -1,4 +1,4 @@
-//! A run folder is written beside its place and moved there when it is complete.
+//! A run folder is written next to its place and moved there when it is complete.
 //!
 //! ```text
 //!   .NAME.partial-PID    what is being written; that of a process that is gone is removed by the next run
@@ -7,8 +7,8 @@
 //!   .NAME.old            the run before, while the new one takes its place; left by a kill, it is taken back by the next run
 //! ```
 //!
-//! Only files that the manifest of the older run names are replaced. Whatever else lies in its folder is somebody's own: it is moved
-//! into the new folder, and told.
+//! Only files that the manifest of the older run names are replaced. Whatever else lies in its
+//! folder is somebody's own: it is moved into the new folder, and reported.
 
 use std::{
     collections::BTreeSet,
@@ -38,7 +38,7 @@ pub struct Committed {
 }
 
 impl RunFolder {
-    /// Makes the partial folder beside `place`.
+    /// Makes the partial folder next to `place`.
     ///
     /// # Errors
     /// When `place` holds something that is not a run folder with its manifest (it is then left alone), is a link to nothing, or
@@ -61,7 +61,7 @@ impl RunFolder {
             return Err(Error::new(ErrorKind::AlreadyExists, message));
         }
         if place.join(MANIFEST).is_file() {
-            // Told before the run, not after it.
+            // Reported before the run, not after it.
             Manifest::read(&place).map_err(|e| Error::new(ErrorKind::InvalidData, e.to_string()))?;
         }
         remove_dead(&place, name);
@@ -78,7 +78,7 @@ impl RunFolder {
         &self.partial
     }
 
-    /// The journal of the run, beside its place.
+    /// The journal of the run, next to its place.
     pub fn journal(&self) -> PathBuf {
         let mut name = OsString::from(".");
         name.push(self.place.file_name().unwrap_or_default());
@@ -89,7 +89,7 @@ impl RunFolder {
     /// Moves the complete folder into place. The files of an older run there go, all others stay.
     ///
     /// # Errors
-    /// When the system refuses; the older run is then still there or beside its place.
+    /// When the system refuses; the older run is then still there or next to its place.
     pub fn commit(mut self) -> Result<Committed, Error> {
         let old = beside(&self.place, ".old")?;
         let had_old = self.place.exists();
@@ -113,7 +113,7 @@ impl RunFolder {
 impl Drop for RunFolder {
     fn drop(&mut self) {
         if !self.done {
-            // Nobody can be told any more; a partial folder that stays is hidden and named as such.
+            // No report is possible here; a partial folder that stays is hidden and named as such.
             fs::remove_dir_all(&self.partial).ok();
         }
     }
@@ -131,7 +131,7 @@ fn followed(place: &Path) -> Result<PathBuf, Error> {
     place.canonicalize().map_err(gone)
 }
 
-/// `.NAME` with an ending, beside a place.
+/// `.NAME` with an ending, next to a place.
 fn beside(place: &Path, ending: &str) -> Result<PathBuf, Error> {
     let name = place.file_name().ok_or_else(|| Error::new(ErrorKind::InvalidInput, "the run folder has no name"))?;
     let mut hidden = OsString::from(".");
@@ -150,8 +150,8 @@ fn take_back(place: &Path) -> Result<(), Error> {
     }
 }
 
-/// Removes the files of a run from its old folder and moves all others into the new one; gives their names. One whose place is taken
-/// by a file of the new run gets `.kept` behind its name.
+/// Removes the files of a run from its old folder and moves all others into the new one; returns
+/// their names. One whose place is taken by a file of the new run gets `.kept` after its name.
 fn empty_into(old: &Path, new: &Path) -> Result<Vec<String>, Error> {
     let own: BTreeSet<String> = Manifest::read(old).map(|m| m.names().map(str::to_owned).collect()).unwrap_or_default();
     let mut kept = Vec::new();
@@ -170,7 +170,8 @@ fn empty_into(old: &Path, new: &Path) -> Result<Vec<String>, Error> {
     Ok(kept)
 }
 
-/// Removes what processes that are gone have left of their partial folders; only where the system tells which are there.
+/// Removes partial folders left by processes that are gone; only where the system says which
+/// processes exist.
 fn remove_dead(place: &Path, name: &std::ffi::OsStr) {
     let processes = Path::new("/proc");
     if !processes.join("self").exists() {

@@ -1,5 +1,6 @@
-//! The scallop of the cut part: ridges between passes are found on the cut stock and measured on the motion that cut it
-//! (`proveout_surface::scallop`). `scallop_judge` holds them against `[tolerances] scallop_um`.
+//! The scallop of the cut part: ridges between passes are found on the cut stock and measured on
+//! the motion that cut it (`proveout_surface::scallop`). `scallop_judge` compares them with
+//! `[tolerances] scallop_um`.
 
 use proveout_geom::{Aabb, Point};
 use proveout_stock::{Patch, TriDexel};
@@ -19,19 +20,20 @@ use crate::{
 
 /// Places on ridges that are measured at most; of more every second, third, ... is taken.
 const MOST_PLACES: usize = 60_000;
-/// Edge of the cubes that stand for patches, mm.
+/// Edge of the cubes that represent patches, mm.
 pub(crate) const PATCH_MM: f64 = 4.0;
 /// Patches and passes that the verdict lists.
 const PATCHES_TOLD: usize = 20;
 const PASSES_TOLD: usize = 50;
-/// Every so manyth ridge at most tells the width of its strip: it takes longer than the ridge itself.
+/// Most ridges whose strip width is measured: the width takes longer than the ridge itself.
 const WIDTHS: usize = 200;
 
 /// The ridges of a part.
 pub(crate) struct Measured {
     pub(crate) found: Ridges,
     cutters: Vec<Vec<Profile>>,
-    /// Bound of the height of each ridge, mm: of the design, and of the two pieces of motion beside it.
+    /// Bound of the height of each ridge, mm: of the design, and of the two pieces of motion on its
+    /// sides.
     pub(crate) bounds: Vec<f64>,
 }
 
@@ -83,7 +85,7 @@ pub(crate) fn measure(
 }
 
 impl Measured {
-    /// Heights for the map of the surface: about every point the mean of the ridges beside it.
+    /// Heights for the map of the surface: at each point the mean of the ridges near it.
     pub(crate) fn map(&self) -> Option<RidgeMap> {
         let spacing = self.found.ridges.iter().filter_map(|r| r.spacing).fold(0.0, f64::max);
         if spacing <= 0.0 {

@@ -1,8 +1,9 @@
 //! The scallop against `[tolerances] scallop_um`, of the whole surface and of regions.
 //!
-//! The 95th percentile of the heights of ridges, by length, is judged among the ridges that have one bound: with `e` how far it may be off
-//! (by the design's own error, and the deviation of the pieces of motion from the path), more than the limit plus `e` fails, up to the limit less
-//! `e` passes, and between nobody can tell.
+//! The 95th percentile of the heights of ridges, by length, is judged among the ridges that have
+//! one bound: with `e` how far it may be off (by the design's own error, and the deviation of the
+//! pieces of motion from the path), more than the limit plus `e` fails, up to the limit less `e`
+//! passes, and between the two it is undecided.
 
 use proveout_surface::scallop::{Heights, Ridge, by_patch, heights};
 

@@ -43,12 +43,13 @@ use crate::{
     scene_place::offset_of, scene_program, scene_stock, scene_surface,
 };
 
-/// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
+/// A scene, as written in `scene.toml`. Paths are relative to the folder of the scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
-    /// Unit of all lengths of this file. With `inch` every key that ends in `_mm` here ends in `_inch` (`_inch_min` for `_mm_min`), and one in
-    /// millimeters is refused; meshes stay in millimeters, as they do not tell their unit.
+    /// Unit of all lengths of this file. With `inch` every key that ends in `_mm` here ends in
+    /// `_inch` (`_inch_min` for `_mm_min`), and one in millimeters is refused; meshes stay in
+    /// millimeters, as they do not state their unit.
     #[serde(default)]
     pub unit: UnitFile,
     /// Short name.
@@ -87,7 +88,7 @@ pub struct SceneFile {
     /// Work offsets of the control by their word, such as `G54`.
     #[serde(default)]
     pub work_offsets: BTreeMap<String, OffsetFile>,
-    /// How the machine stands before the first block.
+    /// State of the machine before the first block.
     #[serde(default)]
     pub start: StartFile,
     /// Control and dynamics.
@@ -141,8 +142,8 @@ pub struct Scene {
     pub(crate) values_set: bool,
 }
 
-/// A path without `folder/..`, which a person has to read past. Behind a link `..` leads elsewhere: the shorter path is taken where it is
-/// the same file.
+/// A path without `folder/..`, which a person has to read past. After a link `..` leads elsewhere:
+/// the shorter path is taken where it is the same file.
 fn without_detours(path: PathBuf) -> PathBuf {
     let mut short = PathBuf::new();
     for part in path.components() {
@@ -176,7 +177,7 @@ impl Scene {
         Self::of_text(path, &text)
     }
 
-    /// A scene from its text; `path` is the file that it stands for.
+    /// A scene from its text; `path` is the file that the text is taken from.
     ///
     /// # Errors
     /// As [`Self::read`].

@@ -1,4 +1,4 @@
-//! Blades and re-scheduling, as they stand in a scene.
+//! Blades and re-scheduling, as written in a scene.
 
 use proveout_geom::blade::{Blade, BladeEnd, BladeError, BladeSpec, CamberSection, Plate, Platform};
 use proveout_geom::rad;
@@ -42,12 +42,14 @@ pub struct BladeFile {
     pub twist_deg_per_mm: f64,
     /// The platform.
     pub platform: Option<PlatformFile>,
-    /// Chord error asked of the mesh that stands for the blade on the rays, in the pictures and as stock, mm. How far it is off is measured and
-    /// stands in the verdict as `mesh_error_mm`; points of the cut part are held against the closed form.
+    /// Chord error asked of the mesh that approximates the blade on the rays, in the pictures and
+    /// as stock, mm. Its actual error is measured and given in the verdict as `mesh_error_mm`;
+    /// points of the cut part are compared with the closed form.
     pub chord_error_mm: f64,
 }
 
-/// Stands for a number that the scene does not give: whether it may be left out depends on the kind, see [`BladeFile::fault`].
+/// Marks a number that the scene does not give: whether it may be left out depends on the kind, see
+/// [`BladeFile::fault`].
 fn left_out() -> f64 {
     f64::NAN
 }

@@ -1,10 +1,11 @@
 //! What a published experiment leaves open: keys of a scene, limits of a machine, options of a method, each with the range that it might
 //! have as well.
 //!
-//! A key is named by its tables with points between them; an entry of a list by its `name`, or by its number from 0:
-//! `program.quaternion.reschedule.keys`, `control.joint_limits.A.max_velocity_deg_s`, `plan.helix.lead_deg`. Limits of the machine stand under
-//! `machine`, by joint: `machine.A.max_acceleration_deg_s2`; so do the gains of position loops, `machine.A.position_gain_1_s`, those of a platform's legs
-//! under its name.
+//! A key is named by its tables with points between them; an entry of a list by its `name`, or by
+//! its number from 0: `program.quaternion.reschedule.keys`,
+//! `control.joint_limits.A.max_velocity_deg_s`, `plan.helix.lead_deg`. Limits of the machine are
+//! under `machine`, by joint: `machine.A.max_acceleration_deg_s2`. So are the gains of position
+//! loops, `machine.A.position_gain_1_s`, those of a platform's legs under its name.
 
 use proveout_geom::rad;
 use proveout_machine::{Joint, Machine};
@@ -28,7 +29,7 @@ pub struct ChoiceFile {
     pub values: Option<Vec<ChoiceValueFile>>,
     /// Who says so.
     pub source: ChoiceSourceFile,
-    /// Why this range, and where it stands.
+    /// Why this range, and where it is published.
     pub reason: String,
 }
 
@@ -52,14 +53,14 @@ pub enum ChoiceValueFile {
 pub enum ChoiceSourceFile {
     /// The paper, with the range that it leaves.
     Published,
-    /// Nobody: a number that had to be chosen.
+    /// No source: a number that had to be chosen.
     Chosen,
     /// It follows from published numbers.
     Inferred,
 }
 
 impl ChoiceSourceFile {
-    /// As it stands in a scene.
+    /// The word used in a scene.
     pub fn word(self) -> &'static str {
         match self {
             Self::Published => "published",
@@ -135,7 +136,7 @@ impl ChoiceValueFile {
         matches!(self, Self::Number(v) if !v.is_finite())
     }
 
-    /// As it stands in a table.
+    /// The words used in a table.
     pub(crate) fn words(&self) -> String {
         match self {
             Self::Switch(v) => v.to_string(),

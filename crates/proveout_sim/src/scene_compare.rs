@@ -1,4 +1,5 @@
-//! What `proveout compare` is told by a scene: baseline, stretch that counts, published values, criteria.
+//! What `proveout compare` takes from a scene: baseline, stretch that counts, published values,
+//! criteria.
 
 use std::path::Path;
 
@@ -28,9 +29,10 @@ pub struct CompareFile {
     /// Looks at the motion of the programs alone: nothing is cut, and every gate is unchecked.
     #[serde(default)]
     pub motion_only: bool,
-    /// Program that the simplest plan gives, beside the method: published values are given for it too.
+    /// Program that the simplest plan gives, in addition to the method: published values are given
+    /// for it too.
     pub null_program: Option<String>,
-    /// What the published experiment does not tell, or tells, and where it might lie as well.
+    /// What the published experiment leaves open, or states, and its other possible values.
     #[serde(default)]
     pub choice: Vec<ChoiceFile>,
     /// Draws of all choices at once, by Latin hypercube.
@@ -104,7 +106,7 @@ pub struct PublishedFile {
     pub remark: String,
 }
 
-/// Who states a value that ours stands beside.
+/// Who states a value that ours is compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PublishedKindFile {
@@ -118,7 +120,7 @@ pub enum PublishedKindFile {
 }
 
 impl PublishedKindFile {
-    /// What stands before the value in a table; empty for the publication's own.
+    /// What precedes the value in a table; empty for the publication's own.
     pub fn label(self) -> &'static str {
         match self {
             Self::Paper => "",
@@ -233,7 +235,7 @@ pub enum QuantityFile {
     CenterShift,
     /// Smallest proved clearance of bodies, mm.
     Clearance,
-    /// A number that the method tells of its work.
+    /// A number that the method reports of its work.
     Study,
 }
 

@@ -50,8 +50,9 @@ pub struct ControlFile {
     /// By how much the pieces of motion that cut may leave the true motion at the cutting edges, mm; 0.0005 when left out.
     #[schemars(with = "Option<f64>")]
     pub piece_tolerance_mm: Option<Spanned<f64>>,
-    /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that passes the pole nearer than this
-    /// is led through it, which a finding tells; otherwise as the machine says.
+    /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that
+    /// passes the pole nearer than this is led through it, which a finding reports; otherwise as
+    /// the machine says.
     pub pole_cone_deg: Option<f64>,
     /// Limits of joints below those of the machine, by joint; in force for all programs.
     #[serde(default)]

@@ -1,4 +1,4 @@
-//! Fixtures by their dimensions: `kind` of a `[[fixture]]`, so that nobody has to model a vise.
+//! Fixtures by their dimensions: `kind` of a `[[fixture]]`, so that no vise has to be modeled.
 //!
 //! `at_mm` is the point of the fixture that the table below names, `rotation_deg` turns it there about the fixed x, y and z axes.
 //!
@@ -8,7 +8,7 @@
 //! | `plate` | middle of the upper face | a block |
 //! | `chuck` | middle of the front face, jaws towards +z | a disk, jaws from the grip diameter outward |
 //! | `tombstone` | middle of the foot | a square column on a square foot |
-//! | `toe-clamp` | on the edge of the part, under the toe | a bar from `reach_mm` over the part along +x, above z = 0; stud and post beside the part |
+//! | `toe-clamp` | part edge, under the toe | bar from `reach_mm` over the part along +x, z > 0; stud, post outside |
 
 use schemars::JsonSchema;
 use serde::Deserialize;

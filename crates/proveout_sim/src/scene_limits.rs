@@ -38,7 +38,7 @@ pub struct ChangedLimit {
     pub quantity: String,
     /// Unit of both numbers.
     pub unit: String,
-    /// Limit of the machine; null where nobody has stated one.
+    /// Limit of the machine; null where none is stated.
     pub of_machine: Option<f64>,
     /// Limit of the scene, in force for all programs.
     pub of_scene: f64,
@@ -46,7 +46,7 @@ pub struct ChangedLimit {
     pub source: String,
 }
 
-/// Lowers the limits of a machine to those of the scene, and tells what was changed.
+/// Lowers the limits of a machine to those of the scene, and returns what was changed.
 ///
 /// # Errors
 /// A joint that the machine does not have, a number in the unit of the other kind of joint, not above zero, or above the
@@ -75,7 +75,7 @@ pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<Vec<C
     Ok(changed)
 }
 
-/// The limits that a scene gives a joint, beside those before.
+/// The limits that a scene gives a joint, compared with those before.
 fn changes(before: &Joint, after: &Joint, limits: &JointLimitFile, machine: &str) -> Vec<ChangedLimit> {
     let of = |j: &Joint| [j.max_velocity, j.max_acceleration, j.max_jerk];
     let given = if after.is_rotary() {

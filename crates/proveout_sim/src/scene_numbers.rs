@@ -1,4 +1,4 @@
-//! Single numbers of a scene whose range their unit does not tell.
+//! Single numbers of a scene whose range does not follow from their unit.
 
 use std::ops::RangeInclusive;
 

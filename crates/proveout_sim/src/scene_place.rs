@@ -1,4 +1,4 @@
-//! Where a key of a scene stands in its text: every fault of a value is told there.
+//! Where a key of a scene is in its text: every fault of a value is reported at that place.
 
 use std::path::Path;
 

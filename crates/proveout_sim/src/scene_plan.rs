@@ -1,4 +1,4 @@
-//! What `proveout plan` makes, as it stands in a scene: one table a strategy.
+//! What `proveout plan` makes, as written in a scene: one table a strategy.
 
 use std::path::PathBuf;
 
@@ -25,7 +25,8 @@ pub struct PlanFile {
     pub iso_planar: Option<PathFile>,
     /// Rings inside each other in the parameter plane.
     pub pocket: Option<PathFile>,
-    /// Lines along the blade, each beside the one before by what the scallop allows at every place.
+    /// Lines along the blade, each next to the one before at the distance that the scallop allows
+    /// at every place.
     pub constant_scallop: Option<PathFile>,
     /// Lines along the blade at constant polar angles of Lu et al. 2022, which never cross an edge.
     pub quasi_circle: Option<PathFile>,
@@ -37,7 +38,7 @@ pub struct PlanFile {
     pub flank: Option<PathFile>,
 }
 
-/// Strategies that are planned by contacts; [`HelixFile`] stands apart.
+/// Strategies that are planned by contacts; [`HelixFile`] is separate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StrategyFile {
     /// `transverse`
@@ -127,7 +128,7 @@ impl StrategyFile {
         table.as_ref()
     }
 
-    /// Keys that it reads beside those of every strategy.
+    /// Keys that it reads in addition to those of every strategy.
     fn reads(self) -> &'static [&'static str] {
         match self {
             Self::Transverse => &["scallop_mm", "lines", "across", "along", "one_way"],
@@ -169,7 +170,7 @@ pub enum RulingsFile {
     Across,
 }
 
-/// How the tool axis stands. f is the travel, n the outward normal, k = n x f.
+/// Orientation of the tool axis. f is the travel, n the outward normal, k = n x f.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, tag = "rule", rename_all = "kebab-case")]
 pub enum AxisFile {
@@ -192,7 +193,7 @@ pub enum AxisFile {
         #[serde(default)]
         tilt_deg: f64,
     },
-    /// The head stands still, a rotary table turns the part.
+    /// The head does not move, a rotary table turns the part.
     FixedHead {
         /// Direction of the table's axis, workpiece frame.
         table: [f64; 3],
@@ -272,7 +273,7 @@ pub struct PathFile {
     pub work_offset: String,
     /// Corner tolerance that the program asks the control for, mm.
     pub tolerance_mm: f64,
-    /// How the tool axis stands.
+    /// Orientation of the tool axis.
     pub axis: AxisFile,
     /// Way along the normal at feed before and after a line, mm.
     pub lift_mm: f64,
@@ -330,7 +331,7 @@ pub struct PathFile {
     pub rulings: Option<RulingsFile>,
     /// How far the straight side of the cutter reaches beyond that end, mm; 0 when left out.
     pub below_mm: Option<f64>,
-    /// How far the flank may cut into the side or stand off from it, mm.
+    /// How far the flank may cut into the side or stay off it, mm.
     pub flank_error_mm: Option<f64>,
 }
 
@@ -340,7 +341,7 @@ const LONGEST_STEP_MM: f64 = 5.0;
 const MOST_LINES: f64 = 100_000.0;
 
 impl PathFile {
-    /// Keys beside those of every strategy that are given.
+    /// Keys given in addition to those of every strategy.
     fn given(&self) -> Vec<&'static str> {
         let all = [
             ("scallop_mm", self.scallop_mm.is_some()),
@@ -393,7 +394,7 @@ impl PathFile {
     /// The step along lines.
     ///
     /// # Errors
-    /// What is missing or stands twice, and what to write.
+    /// What is missing or given twice, and what to write.
     pub fn step_rule(&self) -> Result<StepRule, (String, String)> {
         match (self.chord_error_mm, self.step_mm, self.longest_step_mm) {
             (Some(error), None, longest) => Ok(StepRule::Chord { error, longest: longest.unwrap_or(LONGEST_STEP_MM) }),
@@ -461,7 +462,7 @@ impl PathFile {
     /// The strategy with its options.
     ///
     /// # Errors
-    /// A key that the strategy does not read, or one that it lacks, and what to write.
+    /// A key that the strategy does not read, or one that is missing, and what to write.
     pub fn strategy(&self, strategy: StrategyFile) -> Result<Box<dyn Strategy>, (String, String)> {
         let reads = strategy.reads();
         if let Some(key) = self.given().into_iter().find(|key| !reads.contains(key)) {

@@ -25,7 +25,7 @@ pub struct ProgramFile {
     pub file: Option<PathBuf>,
     /// Table under `[plan]` that writes `file`, for choices of `compare` that change the plan.
     pub planned: Option<String>,
-    /// How the tool axis stands instead of what that table says, for `planned` by contacts.
+    /// Orientation of the tool axis, instead of the one in that table, for `planned` by contacts.
     pub planned_axis: Option<AxisFile>,
     /// How the program is made from another one of this scene, instead of `file`.
     pub reschedule: Option<RescheduleFile>,
@@ -42,8 +42,9 @@ pub struct ProgramFile {
     /// The block-skip switch: `on` leaves out the blocks that a `/` begins, whatever its level, `off` runs them, `both` runs the program either
     /// way and judges each gate by the worse. When left out, and no control file says it, such blocks are run and the gate `program` is unchecked.
     pub block_skip: Option<SwitchFile>,
-    /// The switch of the optional stop M1: `off` passes it, `on` stops there, and the spindle with it until the next M3 or M4, `both` runs the
-    /// program either way. When left out, a program that cuts behind M1 without a new M3 or M4 has its gate `program` unchecked.
+    /// The switch of the optional stop M1: `off` passes it, `on` stops there, and the spindle with
+    /// it until the next M3 or M4, `both` runs the program either way. When left out, a program
+    /// that cuts after M1 without a new M3 or M4 has its gate `program` unchecked.
     pub optional_stop: Option<SwitchFile>,
 }
 

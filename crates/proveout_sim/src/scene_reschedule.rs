@@ -69,8 +69,8 @@ pub struct RescheduleFile {
     pub margin_deg: Option<f64>,
     /// `multi-scale`: coefficients of a rotary curve at the start.
     pub coefficients: Option<usize>,
-    /// `multi-scale`, `smooth` of rows: what a measurement is taken to read of the computed Ra, as a part of it; with it the study tells how many of 90
-    /// places are expected above `ra_um`.
+    /// `multi-scale`, `smooth` of rows: what a measurement is taken to read of the computed Ra, as
+    /// a part of it; with it the study reports how many of 90 places are expected above `ra_um`.
     pub measured_part: Option<f64>,
     /// `multi-scale`, `smooth` of rows: standard deviation of what is read, as a part of it; 0 when left out.
     pub measured_spread: Option<f64>,

@@ -1,4 +1,5 @@
-//! How a part is set up: its mounting, fixtures, work offsets, and how the machine stands before the first block.
+//! How a part is set up: its mounting, fixtures, work offsets, and the state of the machine before
+//! the first block.
 
 use std::path::PathBuf;
 
@@ -24,7 +25,7 @@ pub struct Mount {
     /// Turns about the fixed x, y and z axes, in this order, degrees.
     #[serde(default)]
     pub rotation_deg: [f64; 3],
-    /// Nobody told the place: findings about what stands on the table say so.
+    /// The place was assumed, not given: findings about what is mounted on the table say so.
     #[serde(default)]
     pub chosen: bool,
 }
@@ -37,7 +38,7 @@ impl Mount {
     }
 }
 
-/// A body that stands on the table or on the bed.
+/// A body mounted on the table or on the bed.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixtureFile {
@@ -72,7 +73,8 @@ pub struct FixtureFile {
     pub jaw_thickness_mm: Option<f64>,
     /// Height of the bed of a vise below its jaws.
     pub bed_height_mm: Option<f64>,
-    /// Length of a plate (along x), of a chuck behind its front face, of the bar of a toe clamp.
+    /// Length of a plate (along x), of a chuck from its front face to its back, of the bar of a toe
+    /// clamp.
     pub length_mm: Option<f64>,
     /// Width of a plate (along y) or of a toe clamp.
     pub width_mm: Option<f64>,
@@ -143,7 +145,8 @@ pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usi
     })
 }
 
-/// Place of a key behind another place, up to the next table; that place where it is not written there.
+/// Place of a key after another place, up to the next table; that place where the key is not
+/// written there.
 fn key_in(text: &str, from: usize, key: &str) -> usize {
     let behind = text.get(from..).unwrap_or_default();
     let mut at = from;
@@ -201,11 +204,12 @@ impl From<&OffsetFile> for WorkOffset {
     }
 }
 
-/// How the machine stands before the first block of each program.
+/// State of the machine before the first block of each program.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StartFile {
-    /// Number of the tool in the spindle, for programs that call none before they cut; an empty spindle when left out. Its length is active
-    /// where it is behind a tool change (840D, Klartext, CL data), elsewhere behind G43.
+    /// Number of the tool in the spindle, for programs that call none before they cut; an empty
+    /// spindle when left out. Its length is active wherever it is after a tool change (840D,
+    /// Klartext, CL data), elsewhere after G43.
     pub tool: Option<u32>,
 }

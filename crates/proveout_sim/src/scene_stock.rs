@@ -210,7 +210,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     Ok(())
 }
 
-/// An allowance stands on a blade.
+/// Checks that an allowance has a blade to lie on.
 ///
 /// # Errors
 /// There is none.

@@ -142,8 +142,8 @@ pub struct SurfacePatchFile {
     pub x_mm: Option<f64>,
     /// Makes the patch a plane of its own through `at_mm` with this outward normal; no design is asked.
     pub normal: Option<[f64; 3]>,
-    /// Direction of the columns, laid into the surface; left out, along the section of a blade, elsewhere X, or Y where X stands
-    /// upright.
+    /// Direction of the columns, laid into the surface; left out, along the section of a blade,
+    /// elsewhere X, or Y where X is normal to the surface.
     pub along: Option<[f64; 3]>,
     /// Sides, mm.
     pub size_mm: Option<[f64; 2]>,
@@ -204,8 +204,8 @@ pub struct SurfaceProfileFile {
     pub along: Option<[f64; 3]>,
 }
 
-/// Where the spindle stands at a place of the path: `[[surface.phase]]`. Several of one tool hold each from the block that passes its
-/// place on.
+/// Angle of the spindle at a place of the path: `[[surface.phase]]`. Of several for one tool, each
+/// holds from the block that passes its place on.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpindlePhaseFile {

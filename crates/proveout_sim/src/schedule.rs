@@ -1,8 +1,11 @@
-//! A re-scheduled program beside the one that it is made from, block by block: what a person looks at.
+//! A re-scheduled program compared with the one that it is made from, block by block: what a person
+//! looks at.
 //!
-//! *Times* are those at which the new program ends its blocks; the program before stands at the same blocks, so that both can be held against each other
-//! place by place. *Positions* are those of the joints at the ends of blocks, whole turns between the programs taken out; velocity and acceleration are
-//! what the program asks for at its programmed feed, as in a comparison. *The channel* of a joint are its gates without what the control rounds off.
+//! *Times* are those at which the new program ends its blocks. The program before is shown at the
+//! same blocks, so that both can be compared place by place. *Positions* are those of the joints at
+//! the ends of blocks, whole turns between the programs taken out. Velocity and acceleration are
+//! what the program asks for at its programmed feed, as in a comparison. *The channel* of a joint
+//! is made of its gates without what the control rounds off.
 
 use std::ops::Range;
 
@@ -25,7 +28,7 @@ use crate::{
 /// A joint whose gates are nowhere wider than this has no choice, radian.
 const NO_CHOICE: f64 = 1e-6;
 
-/// A re-scheduled program beside the one before.
+/// A re-scheduled program compared with the one before.
 #[derive(Clone, Debug, Default)]
 pub struct Schedule {
     /// The method.
@@ -45,7 +48,7 @@ pub struct Schedule {
 pub struct ScheduledRun {
     /// The blocks.
     pub blocks: Vec<ScheduledBlock>,
-    /// The blocks, by their place, that were planned anew: without lead-in and lead-out.
+    /// The blocks, by their place, that were re-planned: without lead-in and lead-out.
     pub stretch: Range<usize>,
     /// What is asked of the joints, in the order of the machine.
     pub joints: Vec<ScheduledJoint>,

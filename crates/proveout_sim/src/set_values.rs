@@ -1,10 +1,12 @@
-//! Values that the call sets in the place of those in the files: `run --set KEY=VALUE`, the jobs of a sweep.
+//! Values of the call that override those in the files: `run --set KEY=VALUE`, the jobs of a sweep.
 //!
-//! A key is named by its tables with points between them; an entry of a list by its `name`, or by its number from 0:
-//! `control.joint_limits.A.max_velocity_deg_s`, `program.quaternion.reschedule.keys`. Keys under `machine.` and `tools.` are those of
-//! `machine.toml` and of the tool library; a joint and a tool may stand there by name alone: `machine.A.max_velocity_deg_s`,
-//! `tools.BALL_D16.gauge_length_mm`. `machine` and `tools` themselves are the files that the scene names. A key of `plan` makes the program
-//! again that the scene says the plan writes (`planned`).
+//! A key is named by its tables with points between them; an entry of a list by its `name`, or by
+//! its number from 0: `control.joint_limits.A.max_velocity_deg_s`,
+//! `program.quaternion.reschedule.keys`. Keys under `machine.` and `tools.` are those of
+//! `machine.toml` and of the tool library; a joint and a tool may be given there by name alone:
+//! `machine.A.max_velocity_deg_s`, `tools.BALL_D16.gauge_length_mm`. `machine` and `tools`
+//! themselves are the files that the scene names. A key of `plan` makes the program again that the
+//! scene says the plan writes (`planned`).
 //!
 //! The files stay as they are; the verdict names every value that was set. A value that could change nothing in the run is refused.
 

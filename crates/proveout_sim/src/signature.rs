@@ -1,7 +1,8 @@
 //! `manifest.sig`: who vouches for a run folder.
 //!
-//! The manifest names every file with its SHA-256, so that one signature of its bytes stands for all of them. It is that of Ed25519 (RFC 8032:
-//! Josefsson and Liusvaara 2017) in its 64 bytes as they are; keys are the PEM files of RFC 8410 that OpenSSL writes and reads:
+//! The manifest names every file with its SHA-256, so that one signature of its bytes covers all of
+//! them. It is that of Ed25519 (RFC 8032: Josefsson and Liusvaara 2017) in its 64 bytes as they
+//! are; keys are the PEM files of RFC 8410 that OpenSSL writes and reads:
 //!
 //! ```text
 //! openssl genpkey -algorithm ed25519 -out key.pem
@@ -36,7 +37,7 @@ pub enum SignatureError {
     /// There is no manifest.
     #[error(transparent)]
     Manifest(#[from] ManifestError),
-    /// Nobody should vouch for a folder that is not what the run has written.
+    /// A folder that is not what the run has written must not be signed.
     #[error("{}: {what}, which is not as the run wrote it", run.display())]
     Changed {
         /// The run folder.

@@ -21,7 +21,7 @@ use proveout_stock::{Depths, Measure, Patch, SolidOverlap, SweepItem, SweepRepor
 
 use crate::{bodies::StockNear, cuts::Cuts, prepare::Prepared, process::Sweeps, run::timed, verdict::PairClearance};
 
-/// A body that stands in the stock without moving against it.
+/// A body inside the stock that does not move against it.
 #[derive(Clone, Debug)]
 pub(crate) struct AtRest {
     pub(crate) body: String,
@@ -60,7 +60,7 @@ pub(crate) struct Cut {
 pub(crate) struct StockBodies {
     check: StockCheck,
     errors: f64,
-    /// Bodies that stand in the stock at the begin, until they are told.
+    /// Bodies inside the stock at the start, until they are reported.
     at_rest: Vec<AtRest>,
 }
 
@@ -75,7 +75,7 @@ impl StockBodies {
         let check = StockCheck::new(world, stock, &prepared.table_from_work, errors)?;
         let touching = prepared.scene.file.tolerances.contact_mm;
         let work_from_table = prepared.table_from_work.inverse();
-        // Of an open mesh nobody knows what stands in it; the gate says so.
+        // What is inside an open mesh is unknown; the gate says so.
         let open: Vec<&str> = world.mesh_faults().filter(|(_, f)| f.open.is_some()).map(|(n, _)| &**n).collect();
         let fixed = |name: &str| check.fixed_to_stock().iter().any(|n| **n == *name) && !open.contains(&name);
         let bodies = prepared.machine.bodies.iter().filter(|b| b.check).map(|b| (&b.name, &b.mesh));
@@ -89,7 +89,7 @@ impl StockBodies {
         Ok(Self { check, errors, at_rest })
     }
 
-    /// Bodies that stand in the stock as it was at the begin; each is told once.
+    /// Bodies inside the stock as it was at the start; each is reported once.
     pub(crate) fn take_at_rest(&mut self) -> Vec<AtRest> {
         std::mem::take(&mut self.at_rest)
     }
@@ -159,7 +159,7 @@ impl StockBodies {
         (self.check.queries(), self.check.motions())
     }
 
-    /// What the rays cannot tell, mm.
+    /// What the rays cannot resolve, mm.
     pub(crate) fn unseen_mm(&self) -> f64 {
         self.check.unseen_mm()
     }

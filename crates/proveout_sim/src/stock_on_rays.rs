@@ -15,7 +15,7 @@ const FINER: f64 = 0.8;
 const TRIES: i32 = 40;
 /// Rays that a try may cost.
 const MOST_RAYS: f64 = 4e6;
-/// A box smaller than this in all directions is no workpiece, mm: meters or inches taken for millimeters.
+/// A box smaller than this in all directions is no workpiece, mm: meters or inches read as millimeters.
 const SMALL_MM: f64 = 0.5;
 /// A mesh without a unit that is smaller than this may have been written in inches, mm.
 const SMALL_IN_INCHES_MM: f64 = 10.0;

@@ -1,7 +1,8 @@
 //! The gate `surface`: what the tolerances of the surface say, folded into one judgement.
 //!
-//! Each tolerance that a scene sets is judged on its own ([`Judgement`]); the gate fails when one of them fails, is unchecked when one
-//! of them is, and passes when all pass. A scene that sets none does not ask the gate. What was evaluated is told in any case.
+//! Each tolerance that a scene sets is judged on its own ([`Judgement`]); the gate fails when one
+//! of them fails, is unchecked when one of them is, and passes when all pass. A scene that sets
+//! none does not ask the gate. What was evaluated is reported in any case.
 
 use crate::{
     texture::FLAT,

@@ -50,8 +50,9 @@ impl SurfaceShape {
         self.triangles + self.patches.iter().map(|p| p.triangles).sum::<u64>()
     }
 
-    /// Number of points of the stock's own cells that would stand in the place of a point: 1 outside of the patches. Means and
-    /// shares over points take it as weight, so that a patch does not count more than its area.
+    /// Number of points of the stock's own cells that one point replaces: 1 outside of the patches.
+    /// Means and shares over points take it as weight, so that a patch does not count more than its
+    /// area.
     ///
     /// Rays along axis a with cells of area A meet a surface of unit normal n at `|n_a| / A` points an area.
     pub fn weight(stock_cells_mm: [f64; 3], patch_cells_mm: Option<[f64; 3]>, point: &MapPoint) -> f64 {
@@ -237,8 +238,8 @@ impl SurfaceMap {
     }
 }
 
-/// Gathers the whole surface of a run in memory: for those who hold several parts against each other. Takes about 200 bytes a
-/// point.
+/// Gathers the whole surface of a run in memory, to compare several parts with each other. Takes
+/// about 200 bytes a point.
 #[derive(Debug, Default)]
 pub struct SurfaceKeeper(Arc<Mutex<SurfaceMap>>);
 

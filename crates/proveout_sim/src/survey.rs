@@ -1,4 +1,5 @@
-//! The cut part held against its design, band by band: points to the observers, sums, areas and what is not known to the judge.
+//! The cut part compared with its design, band by band: points to the observers, sums, areas and
+//! what is not known to the judge.
 //!
 //! Memory: the points of a band, the areas (bounded), and four bytes a point, from which the mesh gets its colors later.
 
@@ -24,8 +25,8 @@ use crate::{
     verdict::Deviation,
 };
 
-/// A face with a closed form counts as measured when at least this part of its area has points. The area that points
-/// stand for is known to about one percent on curved faces.
+/// A face with a closed form counts as measured when at least this part of its area has points. The
+/// area that points represent is known to about one percent on curved faces.
 const FULL_COVER: f64 = 0.97;
 
 /// What the measurement says.
@@ -44,7 +45,8 @@ pub(crate) struct Measured {
     pub(crate) extent: String,
     /// Parts of the design that were not measured.
     pub(crate) left_out: Vec<String>,
-    /// Parts of the design of which the rays cannot tell whether they stand.
+    /// Parts of the design that lie between the rays, so that it is unknown whether they were cut
+    /// away.
     pub(crate) unseen: Option<String>,
     /// Depth and height from which on a fault counts, mm.
     pub(crate) limits: [f64; 2],
@@ -60,7 +62,7 @@ pub(crate) struct Surveyed {
     pub(crate) deviations: Vec<Vec<f32>>,
 }
 
-/// What is known of the surface beside the stock.
+/// What is known of the surface in addition to the stock.
 #[derive(Clone, Copy)]
 pub(crate) struct Known<'a> {
     /// The motion that cut it.
@@ -258,7 +260,8 @@ impl OfPart<'_> {
             let deviation = if apart { f64::NAN } else { judged.deviation() };
             self.deviations.push(deviation as f32);
             if !shown(&sample.point) {
-                // Points of the stock under a patch are told as left out; those of a patch beyond its window are nobody's.
+                // Points of the stock under a patch are reported as left out; those of a patch
+                // beyond its window count nowhere.
                 if self.number == 0 {
                     self.tally.add(sample, &none);
                 }
@@ -388,7 +391,7 @@ fn maker(band: &Band, found: &FoundGap) -> Option<u32> {
     beside.iter().flatten().find_map(|end| of_point(*end)).or(*last_to_empty)
 }
 
-/// What of the design no ray tells, in words.
+/// What of the design no ray sees, in words.
 fn sees(design: &Design<'_>, stock: &TriDexel, watchers: &[Watcher<'_>], region: Option<&Aabb>) -> Option<String> {
     let (mesh, tree) = design.solid()?;
     let Unseen { area, point, thickness } = unseen(mesh, tree, watchers, region)?;
@@ -471,7 +474,8 @@ impl Sums {
         // An empty sum is -0.0.
         let volume = |areas: &[Area]| areas.iter().map(|a| a.volume).fold(0.0, |sum, v| sum + v);
         let count = |areas: &[Area]| Some(areas.len() as u64);
-        // Where material is missing deeper than any point of the cut part tells, a wall is gone or cut from one side.
+        // Where material is missing deeper than any point of the cut part shows, a wall is gone or
+        // cut from one side.
         let deeper = self.deepest.filter(|d| d.0 > result.gouge_max);
         let gouge_max = deeper.map_or(result.gouge_max, |d| d.0);
         // Between the rays, where the worst areas were searched.

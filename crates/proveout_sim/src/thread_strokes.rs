@@ -12,9 +12,10 @@
 //!                    |______________.
 //! ```
 //!
-//! What a tap has cut is thread where all of it lies in the ring round the axis of the stroke that cut it. A tap that stands beside its hole
-//! cuts the wall of the hole inside of the core radius; one that goes deeper than the hole cuts its bottom there. The margin m is the gouge that
-//! the scene allows and what the measurement cannot tell apart. Only motion along the tool's own axis makes a thread.
+//! What a tap has cut is thread where all of it lies in the ring round the axis of the stroke that
+//! cut it. A tap that is off its hole cuts the wall of the hole inside of the core radius; one that
+//! goes deeper than the hole cuts its bottom there. The margin m is the gouge that the scene allows
+//! and what the measurement cannot resolve. Only motion along the tool's own axis makes a thread.
 
 use std::collections::BTreeMap;
 

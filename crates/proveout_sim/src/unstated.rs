@@ -1,4 +1,5 @@
-//! What the gates leave open because nobody states it: workholding, the length of a tool, the path under ideal dynamics.
+//! What the gates leave open because it is not stated: workholding, the length of a tool, the path
+//! under ideal dynamics.
 
 use proveout_controller::Dynamics;
 
@@ -46,7 +47,7 @@ fn used<'a>(prepared: &'a Prepared, facts: &'a Facts) -> impl Iterator<Item = us
     facts.tools.iter().filter_map(index).filter(move |i| prepared.tools.tools[*i].has_holder)
 }
 
-/// Tools whose length nobody has measured or prescribed: where their holder goes is assumed.
+/// Tools whose length was neither measured nor prescribed: where their holder goes is assumed.
 fn assumed_lengths(prepared: &Prepared, facts: &Facts) -> Vec<String> {
     let assumed = used(prepared, facts).filter(|index| prepared.tools.is_length_assumed(*index));
     assumed

@@ -74,7 +74,8 @@ pub struct Verdict {
     pub machine: MachineUsed,
     /// SHA-256 of every input file, by role (`scene`, `machine`, `tools`, `program`, `stock`, `part`, ...).
     pub digests: BTreeMap<String, String>,
-    /// Values that the call set in the place of those in the files (`run --set`, sweeps), by key; `digests` are those of the files.
+    /// Values of the call that override those in the files (`run --set`, sweeps), by key; `digests`
+    /// are those of the files.
     #[serde(default)]
     pub set: BTreeMap<String, String>,
     /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass; gates that are not asked have no part in it.
@@ -135,8 +136,9 @@ pub struct Time {
     pub dwell_s: f64,
     /// Tool changes.
     pub tool_change_s: f64,
-    /// No controller can be below: a bound for every motion within the tolerances of the programmed path, whatever path it takes there,
-    /// under the same feeds, velocities and accelerations of the joints, that stands where the program stands.
+    /// No controller can be below: a bound for every motion within the tolerances of the programmed
+    /// path, whatever path it takes there, under the same feeds, velocities and accelerations of
+    /// the joints, that stops where the program stops.
     pub lower_bound_s: Option<f64>,
     /// The same for the path that is run alone, with these roundings of its corners: no controller can run it in less. Another rounding
     /// within the tolerance may be faster.
@@ -193,7 +195,7 @@ pub struct Path {
     pub blocks: u64,
     /// Length of the tip's path that is run, with its corners rounded, mm.
     pub length_mm: f64,
-    /// Largest distance of the straight pieces from the path they stand for, mm.
+    /// Largest distance of the straight pieces from the path that they approximate, mm.
     pub max_chord_error_mm: Option<f64>,
     /// Largest distance of the tip from the programmed path (corner rounding; following error in feed), mm: measured against the words
     /// of the program, not against what the control made of them.
@@ -263,7 +265,8 @@ pub struct PatchUsed {
 /// Cut part against the design part. Positive is material left, negative is gouge.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Deviation {
-    /// What the points of the cut part are held against: `mesh`, `closed form of the blade` or `closed form of the cone`.
+    /// What the points of the cut part are compared with: `mesh`, `closed form of the blade` or
+    /// `closed form of the cone`.
     #[serde(default)]
     pub against: Option<String>,
     /// Error of that design, mm: the chord error that the scene states for a mesh, the numerical error of a closed form.
@@ -415,7 +418,7 @@ pub struct TextureUsed {
     pub blocks: Vec<BlockShare>,
     /// What could not be evaluated, and why; empty when everything was.
     pub unchecked: Vec<String>,
-    /// What a reader should know beside the values.
+    /// What a reader should know in addition to the values.
     pub remarks: Vec<String>,
 }
 
@@ -436,7 +439,8 @@ pub struct ProfileUsed {
     pub report: serde_json::Value,
 }
 
-/// The profile model of Dong et al. 2023 at the middle of a profile, with all that it hangs on; both Ra unfiltered, over whole passes.
+/// The profile model of Dong et al. 2023 at the middle of a profile, with all that it depends on;
+/// both Ra unfiltered, over whole passes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AnalyticUsed {
     /// Mean distance of the passes along the profile.
@@ -479,7 +483,7 @@ pub struct ResidualUsed {
     pub ra_um: [f64; 2],
     /// Least and most that it adds to Rz.
     pub rz_um: [f64; 2],
-    /// Where the numbers come from, or that nobody states any.
+    /// Where the numbers come from, or that none are stated.
     pub source: String,
     /// Tools that state none: what they add is left out of all values.
     #[serde(default)]
@@ -529,7 +533,8 @@ pub struct Clearance {
 pub struct PairClearance {
     /// The two bodies; `stock` for the in-process stock.
     pub bodies: [String; 2],
-    /// Measured, mm; against the stock that of the nearest material on a ray. Null where nobody asked how far, beyond what is proved.
+    /// Measured, mm; against the stock that of the nearest material on a ray. Null where no distance
+    /// beyond the proved bound was asked for.
     pub min_mm: Option<f64>,
     /// By how much the true one may be less, mm.
     pub error_mm: Option<f64>,
@@ -566,8 +571,9 @@ pub struct ToolUse {
     pub length_mm: f64,
     /// Removed volume, mm³.
     pub volume_mm3: f64,
-    /// Least length of tool that must stand out of the holder so that nothing comes too near while the tool is in the spindle, mm, found
-    /// by runs of its own (`run --overhang`); null where it was not searched, or where no overhang is clear.
+    /// Least overhang at which nothing comes too near while the tool is in the spindle, mm, found
+    /// by runs of its own (`run --overhang`); null where it was not searched, or where no overhang
+    /// is clear.
     pub min_overhang_mm: Option<f64>,
 }
 

@@ -1,14 +1,19 @@
-//! How far a re-scheduled program is from the best schedule there is: its time beside a bound of the time of all schedules in its channel.
+//! How far a re-scheduled program is from the best possible schedule: its time compared with a
+//! bound on the time of every schedule in its channel.
 //!
-//! *The stretch* are the blocks that the method planned anew. Its time is that of the planned set points, block by block; where the program
-//! before has the same blocks, its time stands beside it. The bound is that of [`Schedules`]: every schedule of the channel, whatever
-//! its feed law, under these assumptions, which stand in the file:
+//! *The stretch* is the range of blocks that the method re-planned. Its time is that of the planned
+//! set points, block by block. Where the program before has the same blocks, its time is given too.
+//! The bound is that of [`Schedules`]. It covers every schedule of the channel, whatever its feed
+//! law, under these assumptions, which are written to the file:
 //!
-//! * the tip makes no more than the programmed feed (passed by `feed_passed` at most) on the way that is run, and comes within `off_mm` of the end of
-//!   each block: what is left of the programmed times is proved from the ways of the tip ([`FeedFloor`]);
-//! * of the ways in other schedules nobody knows before they are made: the bound is about those that bend no more at a block's end, and are no shorter
-//!   for their time, than the way of one of the programs that are named in `ways`;
-//! * joints keep their limits to 0.1 percent, the tolerance of the control, and the programmed rotary positions to its rounding.
+//! * the tip moves no faster than the programmed feed (exceeded by at most `feed_passed`) along its
+//!   actual path, and comes within `off_mm` of the end of each block; the least time that this
+//!   leaves of the programmed times is proved from the paths of the tip ([`FeedFloor`]);
+//! * the tip paths of other schedules are unknown until they are made; the bound covers those that
+//!   bend no more at the end of a block, and are no shorter for their time, than the path of one of
+//!   the programs named in `ways`;
+//! * joints keep their limits to 0.1 percent, the tolerance of the control, and the programmed
+//!   rotary positions to its rounding.
 //!
 //! Limits are those in force: what a scene lowers counts as lowered.
 
@@ -125,7 +130,7 @@ pub enum VelocityLimit {
 /// Limits that are tried, parts of what the program before needs.
 const TRIED: [f64; 8] = [0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2];
 
-/// A joint that is nowhere faster is one that stands still, rad/s: rounding of tool vectors.
+/// A joint that is nowhere faster than this counts as at rest, rad/s: rounding of tool vectors.
 const STANDS_STILL: f64 = 1e-3;
 
 /// The curve of what a schedule gains over the velocity limit of its joint.
@@ -136,7 +141,7 @@ fn over_velocity(k: usize, programmed: &Schedules, [before, after]: [&[f64]; 2],
     if !(needed > STANDS_STILL && needed.is_finite()) {
         return Vec::new();
     }
-    // The limit without what may be passed of it, as it is told.
+    // The limit as reported, without the tolerance by which it may be exceeded.
     let force = joint.limits.velocity / (1.0 + LIMIT_PASSED);
     let mut limits: Vec<(f64, VelocityLimit)> = TRIED.map(|part| (part * needed, VelocityLimit::Tried)).into();
     limits.extend([(needed, VelocityLimit::OfOriginal), (force, VelocityLimit::InForce)]);
@@ -247,7 +252,7 @@ pub struct RunCertificate {
     pub cells: Option<CellCertificate>,
     /// What the table needs at least at the programmed times.
     pub constant_feed: Vec<ConstantFeed>,
-    /// The proof: windows one behind the other.
+    /// The proof: consecutive windows.
     pub windows: Vec<WindowCertificate>,
     /// Bound by the feed, s.
     pub feed_bound_s: f64,

@@ -1,9 +1,11 @@
 //! A schedule without its ramps: what is left to gain where the axes are under way.
 //!
-//! Lead-in and lead-out keep their axis, so that every joint of the stretch begins and ends at rest; what that costs no schedule of a channel can save, but the
-//! bound, which says nothing of how a stretch begins and ends, does not count it. Between the first block that begins [`RAMP`] after the begin and the last
-//! one that ends as long before the end, time and bound stand beside each other anew: a bound of some of the blocks holds for these as that of all
-//! does for all.
+//! Lead-in and lead-out keep their axis, so that every joint of the stretch begins and ends at
+//! rest. No schedule of a channel can save the time that this costs. The bound does not count it,
+//! since it says nothing of how a stretch begins and ends. Time and bound are therefore compared a
+//! second time, between the first block that begins [`RAMP`] after the start and the last one that
+//! ends as long before the end: the bound holds for a part of the blocks as it does for all of
+//! them.
 
 use proveout_toolpath::reschedule::{JointGates, Schedules};
 use serde::Serialize;
@@ -26,7 +28,8 @@ pub struct RampsApart {
     pub bound_s: f64,
     /// How much longer the new program takes, percent of the bound.
     pub gap_percent: f64,
-    /// The proof: windows one behind the other, from the first gate to the last; gates are those of the stretch.
+    /// The proof: consecutive windows, from the first gate to the last; gates are those of the
+    /// stretch.
     pub windows: Vec<WindowCertificate>,
 }
 

@@ -1,9 +1,11 @@
 //! Published values over what the experiment leaves open.
 //!
-//! Every choice of `[[compare.choice]]` is tried at its ends (its values) alone, then all of them at once in draws of a Latin hypercube: of n draws
-//! each choice has one in every n-th part of its range, in an order of its own (`McKay`, Beckman, Conover 1979). The order comes from a fixed seed:
-//! same scene, same draws. A try makes the programs again as the scene with these values says (plan, re-scheduling, machine's limits) and runs their
-//! motion, no stock. What hangs on the cut part is not varied, and says so.
+//! Every choice of `[[compare.choice]]` is tried at its ends (its values) alone, then all of them
+//! at once in draws of a Latin hypercube: of n draws each choice has one in every n-th part of its
+//! range, in an order of its own (`McKay`, Beckman, Conover 1979). The order comes from a fixed
+//! seed: same scene, same draws. A try makes the programs again as the scene with these values says
+//! (plan, re-scheduling, machine's limits) and runs their motion, no stock. Values that depend on
+//! the cut part are not varied; the report says so.
 //!
 //! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have given: `reproduced` if ours has its sign
 //! in all of them and one choice or the twin alone comes as far; `possible` if the sign turns, or only draws come as far; `not` outside.
@@ -42,7 +44,7 @@ use crate::{
 
 /// Where the draws begin; any number does.
 const SEED: u64 = 0x5EED_CA5E;
-/// Reasons of refused draws that are told.
+/// Most reasons of refused draws that are reported.
 const REASONS: usize = 3;
 /// A published value whose change over choices is below this part of it is not acted on: decimals of posted programs.
 const ACTS: f64 = 1e-6;
@@ -77,7 +79,8 @@ impl Again {
     }
 }
 
-/// Every choice can be put into the scene: a key that leads nowhere, or a value that the scene refuses, is told before anything runs.
+/// Checks that every choice can be put into the scene. A key that leads nowhere, or a value that
+/// the scene refuses, is reported before anything runs.
 ///
 /// # Errors
 /// The first such choice.
@@ -153,7 +156,8 @@ fn wider(range: &mut Option<[f64; 2]>, value: f64) {
 }
 
 impl Comparing {
-    /// Tries them all; one that a method or the control refuses is told and counts in no range.
+    /// Tries them all. One that a method or the control refuses is reported, and counts in no
+    /// range.
     pub(super) fn tried(&self, tries: &[Try], step: &(dyn Fn() + Sync)) -> Tried {
         let values: Vec<Result<Vec<Option<f64>>, String>> = tries
             .par_iter()
@@ -203,7 +207,7 @@ impl Comparing {
         Tried { told: Choices { choices: told, draws, refused, reasons }, alone, drawn }
     }
 
-    /// Published rows of the nominal twin, as far as motion tells them.
+    /// Published rows of the nominal twin, as far as they follow from motion alone.
     fn nominal_rows(&self) -> Vec<Option<f64>> {
         let figures = |entry: &Entry| {
             let made = self.made_figures(entry);
@@ -218,7 +222,8 @@ impl Comparing {
         judge::published(&self.file, &bare(all)).into_iter().map(|p| p.value).collect()
     }
 
-    /// The programs that published rows tell of, and those that they are made from: no other is made again for a choice.
+    /// The programs that published rows refer to, and those they are made from. No other program is
+    /// made again for a choice.
     fn asked<'a>(&'a self, scene: &'a Scene) -> BTreeSet<&'a str> {
         let rows = self.file.published.iter();
         let mut asked: BTreeSet<&str> =
@@ -330,7 +335,7 @@ fn bare(programs: BTreeMap<String, ProgramFigures>) -> Comparison {
     }
 }
 
-/// Motion of a program as it cuts and along the programmed path, and what its method tells.
+/// Motion of a program as it cuts and along the programmed path, and the figures of its method.
 type MadeAgain<'a> = (Cow<'a, Motion>, Cow<'a, Motion>, Option<Made>);
 
 /// A program made again and its motion.

@@ -118,7 +118,7 @@ impl Comparing {
         })
     }
 
-    /// A program of which the motion alone is looked at: no gate was checked.
+    /// A program whose motion alone was run: no gate was checked.
     fn motion_figures(&self, entry: &Entry) -> Option<ProgramFigures> {
         let summary = &entry.motion.as_ref()?.summary;
         let open = |name: &&str| Gate {

@@ -30,7 +30,7 @@ impl Found {
     }
 }
 
-/// Whether a value keeps its bounds; nobody can tell where a bound lies within its error.
+/// Whether a value keeps its bounds; undecided where a bound lies within its error.
 fn within(value: f64, error: f64, [low, high]: [Option<f64>; 2]) -> State {
     let [low, high] = [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)];
     if value - error >= low && value + error <= high {
@@ -42,7 +42,7 @@ fn within(value: f64, error: f64, [low, high]: [Option<f64>; 2]) -> State {
     }
 }
 
-/// Published values beside ours.
+/// Published values compared with ours.
 pub(crate) fn published(file: &CompareFile, all: &Comparison) -> Vec<Published> {
     let one = |p: &crate::scene::PublishedFile| {
         let wanted = Wanted {

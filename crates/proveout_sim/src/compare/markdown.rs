@@ -168,7 +168,7 @@ fn gaps(out: &mut String, c: &Comparison) {
         );
     }
     out.push('\n');
-    // A joint whose limits gain nothing anywhere tells nothing.
+    // Leave out a joint whose limits gain nothing anywhere.
     let tells =
         |rows: &[&GainAtLimit]| rows.iter().any(|r| r.saved_percent.abs() >= 0.05 || r.saved_at_most_percent >= 0.05);
     let mut lines = Vec::new();
@@ -258,7 +258,7 @@ fn published(out: &mut String, c: &Comparison) {
     choices(out, c);
 }
 
-/// As many as the published value needs to be told from others.
+/// Decimals: as many as distinguish the published value from others.
 fn digits(published: f64) -> usize {
     if published.abs() < 2.0 { 3 } else { 1 }
 }

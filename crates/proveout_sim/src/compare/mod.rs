@@ -155,7 +155,7 @@ struct Ran {
 pub struct Compared {
     /// `compare.json`.
     pub comparison: Comparison,
-    /// What a page shows beside it.
+    /// What a page shows in addition.
     pub pictures: Pictures,
 }
 
@@ -191,7 +191,8 @@ impl Comparing {
             };
             Entry::new(Prepared::read(path, &choice)?, name)
         };
-        // Beside each other, since methods take their time; the first fault in the order of the scene is told.
+        // In parallel, since methods take their time; the first fault in the order of the scene is
+        // reported.
         let entries: Vec<Result<Entry, SimError>> = names.par_iter().map(read).collect();
         let entries = entries.into_iter().collect::<Result<Vec<_>, _>>()?;
         let blade = scene.file.part.as_ref().and_then(|p| p.blade);
@@ -232,7 +233,8 @@ impl Comparing {
         all.map(|e| e.name.clone()).collect()
     }
 
-    /// Runs the motion of all programs, nominal and in every variation; `told` hears how many of how many are done.
+    /// Runs the motion of all programs, nominal and in every variation; `told` is called with the
+    /// number done and the total.
     ///
     /// # Errors
     /// [`SimError`] when a program cannot be executed on the nominal twin.
@@ -273,8 +275,8 @@ impl Comparing {
         Ok(())
     }
 
-    /// Runs the motion of all programs on the nominal twin, as it cuts and along the programmed path; [`Self::vary`] begins with
-    /// it. `step` hears of each motion.
+    /// Runs the motion of all programs on the nominal twin, as it cuts and along the programmed
+    /// path; [`Self::vary`] begins with it. `step` is called for each motion.
     ///
     /// # Errors
     /// [`SimError`] when a program cannot be executed.
@@ -296,7 +298,7 @@ impl Comparing {
         Ok(())
     }
 
-    /// Adds to what methods tell of their work how far it is from the best schedule.
+    /// Adds to the figures of each method how far its schedule is from the best one.
     fn tell_gaps(&mut self) {
         let all: Vec<Vec<Gap>> = self.entries.par_iter().map(|entry| self.gaps(entry)).collect();
         for (entry, mut gaps) in self.entries.iter_mut().zip(all) {
@@ -414,7 +416,7 @@ impl Comparing {
         Some(prepared)
     }
 
-    /// A re-scheduled program beside the one before, from the motions that were run.
+    /// A re-scheduled program compared with the one before, from the motions that were run.
     fn schedule(&self, entry: &Entry, prepared: &Prepared) -> Option<Schedule> {
         let (_, _, from) = entry.made.as_ref()?;
         let source = self.entries.iter().find(|e| e.name == *from)?;

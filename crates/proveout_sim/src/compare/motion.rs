@@ -15,9 +15,11 @@
 //! *Tip with the joints led straight* is what a control without tool center point control makes of the blocks: the tip's largest distance
 //! from the chord of its places at both ends of a block, the joints being mixed linearly between them.
 //!
-//! *Motion that comes from turning* (concomitant motion of Lu et al. 2022): the rotary joints turn by dr over a block; with the tip held where it is on
-//! the table the linear joints must move by `-J_lin^-1 J_rot dr`. Its length over that of the tip's chord says how many mm the slides make for each mm of
-//! the path beside the path itself. The derivatives are those in the middle of the block.
+//! *Motion that comes from turning* (concomitant motion of Lu et al. 2022): the rotary joints turn
+//! by dr over a block; with the tip held where it is on the table the linear joints must move by
+//! `-J_lin^-1 J_rot dr`. Its length over that of the tip's chord says how many mm the slides move
+//! for each mm of the path, in addition to the path itself. The derivatives are those in the middle
+//! of the block.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +38,7 @@ use crate::{
     programs::settings_of_made, run::from_run_error, scene::Scene,
 };
 
-/// Places between two blocks at which the tip is looked at with the joints led straight.
+/// Places between two blocks at which the tip is computed with the joints led straight.
 const BETWEEN: usize = 40;
 
 /// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.
@@ -55,7 +57,7 @@ pub(crate) struct MotionCase {
     nc: NcSettings,
     tools: ToolLibrary,
     scene: String,
-    /// What depths are measured from; none where nobody asks for them.
+    /// What depths are measured from; none where depths are not asked for.
     gauge: Option<DepthGauge>,
 }
 
@@ -95,7 +97,8 @@ pub(crate) struct FeedBlock {
     pub(crate) high: [JointValues; 3],
     /// Number of the block.
     pub(crate) index: u32,
-    /// How deep the ball cut, piece by piece; empty where nobody asks or the tool is no ball.
+    /// How deep the ball cut, piece by piece; empty where depths are not asked for or the tool is
+    /// no ball.
     pub(crate) deep: Vec<Deep>,
 }
 
@@ -125,7 +128,8 @@ impl Turning {
         }
         let back = if self.high.0 - q > band { -1 } else { i8::from(q - self.low.0 > band) };
         if back == 0 || back == self.direction {
-            // Going on: what lies behind is no longer a place to turn from.
+            // Same direction as before: the extreme already passed can no longer be a turning
+            // point.
             match self.direction {
                 1 => self.low = (q, block),
                 -1 => self.high = (q, block),
@@ -524,8 +528,8 @@ impl Motion {
         widest
     }
 
-    /// Largest motion of the linear joints that comes from turning, for each mm of the tip's path, mm/mm; none where it cannot be told: no three linear
-    /// joints that move the tip, or no rotary joint.
+    /// Largest motion of the linear joints that comes from turning, for each mm of the tip's path,
+    /// mm/mm. None where it is undefined: not exactly three linear joints, or no rotary joint.
     pub(crate) fn motion_from_turning(&self, machine: &Machine, stretch: &[std::ops::Range<usize>]) -> Option<f64> {
         let of = |rotary: bool| move |j: &usize| machine.joints[*j].is_rotary() == rotary && !machine.joints[*j].held;
         let joints = 0..machine.joints.len();

@@ -1,4 +1,5 @@
-//! What a page shows of a comparison beside its numbers: curves and meshes, free of engine state.
+//! What a page shows of a comparison in addition to its numbers: curves and meshes, free of engine
+//! state.
 
 use proveout_controller::ReprogrammedRun;
 use proveout_geom::{TriMesh, Vector};

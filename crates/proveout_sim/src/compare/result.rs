@@ -67,7 +67,7 @@ pub struct Comparison {
     /// Programs whose own verdict counts; null where all do.
     #[serde(default)]
     pub must_pass: Option<Vec<String>>,
-    /// Published values beside ours.
+    /// Published values compared with ours.
     pub published: Vec<Published>,
     /// Criteria of the scene.
     pub expectations: Vec<Expectation>,
@@ -110,7 +110,7 @@ impl Comparison {
 /// One program on the twin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ProgramFigures {
-    /// Its run folder beside `compare.json`.
+    /// Its run folder, next to `compare.json`.
     pub folder: String,
     /// Verdict of its run.
     pub verdict: State,
@@ -170,7 +170,7 @@ pub struct Made {
     pub from: String,
     /// Largest shift of a ball center at the end of a block, as posted and read again, mm; null where no ball cuts.
     pub center_shift_mm: Option<f64>,
-    /// What the method tells of its work; of the first run that was made anew.
+    /// What the method reports of its work, for the first run that was re-planned.
     pub figures: Vec<StudyFigure>,
     /// What it saves of the stretch of that run over the velocity limit of each joint, falling; empty where no limit binds.
     #[serde(default)]
@@ -192,7 +192,7 @@ pub struct GainAtLimit {
     pub saved_at_most_percent: f64,
 }
 
-/// A number that a method tells of its work.
+/// A number that a method reports of its work.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StudyFigure {
     /// What it is.
@@ -389,7 +389,7 @@ pub enum Reproduced {
 }
 
 impl Reproduced {
-    /// As it stands in a table.
+    /// The word used in tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",
@@ -425,13 +425,14 @@ pub struct TriedChoice {
     pub source: String,
     /// Why this range.
     pub reason: String,
-    /// Published values that it changes, by name: from where to where, with the value of the scene.
+    /// Published values that it changes, by name: their range over the tries of this choice alone,
+    /// with the value of the scene.
     pub acts_on: BTreeMap<String, [f64; 2]>,
     /// Why a value could not be tried; empty where all were.
     pub refused: String,
 }
 
-/// A published value beside ours.
+/// A published value compared with ours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Published {
     /// What it is.

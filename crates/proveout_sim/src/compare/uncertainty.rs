@@ -13,15 +13,16 @@
 //! sum of squares (GUM 5.1.2, eq. 10), and coverage factor 2 (about 95 percent, GUM 6.3.3) gives
 //! `m = 2 sqrt(sum of d^2 / 3)`.
 //!
-//! The error is `n + m`. It says how far the gain on this twin can be trusted when the machine is of the modeled kind with
-//! limits in the stated ranges; what no parameter stands for (the cut, another control's strategy) is not in it.
+//! The error is `n + m`. It says how far the gain on this twin can be trusted when the machine is
+//! of the modeled kind with limits in the stated ranges. What no parameter represents (the cut,
+//! another control's strategy) is not in it.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a variation stands for.
+/// What a variation represents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum VariationKind {

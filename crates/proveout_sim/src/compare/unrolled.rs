@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::shape::Shape;
 
-/// Points on the outline; a point of the surface is told to the nearest of them.
+/// Points on the outline; a point of the surface is assigned to the nearest of them.
 const SAMPLES: usize = 4096;
 /// Steps along a line whose length is summed, and lines between which lengths are interpolated.
 const NET: [usize; 2] = [1024, 64];

@@ -1,4 +1,5 @@
-//! From what sweeps, bodies and control tell of a stretch to findings with their place and time.
+//! Turns what sweeps, bodies and control report of a stretch into findings with their place and
+//! time.
 
 use std::collections::BTreeMap;
 
@@ -135,7 +136,7 @@ impl Engine<'_> {
         self.breaches.push((hit.breach, finding));
     }
 
-    /// What of a hit hangs on numbers that nobody told, in words.
+    /// Which assumed numbers a hit depends on, in words.
     fn chosen_of_hit(&self, hit: &Hit) -> String {
         let of_tool = hit.bodies.iter().filter_map(|body| {
             let (part, name) = body.split_once(" of ")?;
@@ -183,7 +184,7 @@ impl Engine<'_> {
         self.stock_breaches.push((index, finding));
     }
 
-    /// Bodies that stand in the stock from the begin.
+    /// Reports the bodies that are in the stock from the start.
     pub(super) fn tell_at_rest(&mut self) {
         for finding in std::mem::take(&mut self.of_meshes) {
             self.log.push(finding);
@@ -218,7 +219,7 @@ impl Engine<'_> {
         joints.map(|(i, j)| (j.name.clone(), j.kind.in_unit(q[i]))).collect()
     }
 
-    /// Lets the loose parts do something, and tells what comes of it.
+    /// Lets the loose parts do something, and reports the result.
     pub(super) fn follow_loose_parts(&mut self, what: impl FnOnce(&mut LooseParts, &mut Shop<'_>) -> Vec<Told>) {
         let Some(last_piece) = (self.block_of_piece.len() as u32).checked_sub(1) else { return };
         let (prepared, stock, patches) = (self.prepared, &mut self.stock, &mut self.patches[..]);

@@ -19,7 +19,7 @@ use crate::{
     stock_bodies::{AtRest, is_near_miss},
 };
 
-/// Why the spindle stands still.
+/// Why the spindle is stopped.
 fn standing(state: &CuttingState) -> &'static str {
     match state.spindle {
         SpindleDirection::Off => {
@@ -50,7 +50,8 @@ pub(super) fn material(
     let message = if near {
         format!("{part} of {} comes nearer to the stock than the wanted {wanted:.3} mm", tool.name)
     } else {
-        // What clamps or carries the cutter is beside the material more often than below it.
+        // A body that clamps or carries the cutter is more often at the side of the material than
+        // below it.
         let cuts = matches!(what, Swept::Body(Role::Cutting) | Swept::Entry | Swept::Core);
         let deep = if cuts { "mm deep" } else { "mm below the nearest free surface" };
         // Between the rays a depth is known, and no volume.
@@ -74,7 +75,8 @@ pub(super) fn material(
 /// Volumes that are printed as zero are left out, mm³.
 const LEAST_VOLUME_MM3: f64 = 0.0005;
 
-/// Dimensions on which a finding about a part of the tool hangs and that nobody told, in words; nothing where all are told.
+/// Assumed dimensions on which a finding about a part of the tool depends, in words; empty where
+/// all are given.
 pub(super) fn chosen_of_tool(tools: &ToolLibrary, index: usize, part: &str) -> String {
     let (Some(tool), Some(notes)) = (tools.tools.get(index), tools.notes.get(index)) else { return String::new() };
     let keys: &[&str] = match part {
@@ -125,7 +127,8 @@ pub(super) fn hit(hit: &Hit) -> Finding {
 /// A distance of a ray's material that is called a meeting, mm.
 const TOUCH_MM: f64 = 0.01;
 
-/// A body too near to the stock; `near` is the clearance asked for, `unseen` what the rays cannot tell, mm.
+/// A body too near to the stock; `near` is the clearance asked for, `unseen` what the rays cannot
+/// resolve, mm.
 pub(super) fn stock_breach(breach: &StockBreach, near: f64, unseen: f64) -> Finding {
     let body = &breach.body;
     let near_miss = is_near_miss(breach);
@@ -164,7 +167,7 @@ pub(super) fn may_be_of_the_cells(breach: &StockBreach, near: f64) -> bool {
     !breach.inside && breach.severity != Severity::QueryFailed && breach.ray_distance > limit
 }
 
-/// A body that stands in the stock and moves as one with it.
+/// A body inside the stock that moves as one with it.
 pub(super) fn at_rest(standing: &AtRest) -> Finding {
     let (body, overlap) = (&standing.body, &standing.overlap);
     let message = format!(
@@ -179,8 +182,9 @@ pub(super) fn at_rest(standing: &AtRest) -> Finding {
     f
 }
 
-/// What an event of the control says; none where it is no finding. A place where the compensated path enters its own contour
-/// has its own words ([`overcut`]), since it was told behind the stretch.
+/// What an event of the control says; none where it is no finding. A place where the compensated
+/// path enters its own contour has its own words ([`overcut`]), since it is reported only at the
+/// end of the compensated stretch.
 pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
     Some(match event {
         Event::Limit { joint, value, limit, kind, .. } => {
@@ -281,8 +285,8 @@ fn past_limit(joint: Option<&Joint>, [value, limit]: [f64; 2], kind: LimitKind) 
     Some(f)
 }
 
-/// A place where the compensated path enters its own contour. It was told behind the stretch, so its line is that of the
-/// reader and not that of the block under way.
+/// A place where the compensated path enters its own contour. The reader reports it at the end of
+/// the compensated stretch, so its line is that of the reader and not that of the block under way.
 pub(super) fn overcut(time: f64, location: &Location, overcut: &Overcut) -> Finding {
     let code = match overcut.kind.weight() {
         OvercutWeight::Error => &finding::OVERCUT,

@@ -1,8 +1,9 @@
-//! What a text tells of the control that it was written for, where neither call nor machine name one.
+//! What a text says of the control that it was written for, where neither call nor machine name
+//! one.
 
 use proveout_nc::{Dialect, ProgramText};
 
-/// Lines that are looked at.
+/// Lines that are read.
 const LINES: usize = 400;
 
 const FAGOR_8065: &str = "a Fagor 8060 or 8065";

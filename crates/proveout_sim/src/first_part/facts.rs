@@ -1,5 +1,5 @@
-//! What the comments and headers of a program tell: unit, stock, tools. Comments of posts are looked at line by line; nothing of them decides
-//! how the program runs.
+//! What the comments and headers of a program say: unit, stock, tools. Comments of posts are read
+//! line by line; nothing in them decides how the program runs.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +8,12 @@ use proveout_tool::{LengthUnit, ToolDraft};
 
 use super::{tool_names, tool_sizes, tool_words};
 
-/// Lines of a program that are looked at for comments: the head and the calls of the tools.
+/// Lines of a program that are searched for comments: the head and the calls of the tools.
 const MAX_LINES: usize = 2_000_000;
-/// A comment without a number belongs to the tool that is called within so many lines.
+/// A comment without a number belongs to the tool that is called within this many lines.
 const BEFORE_CALL: usize = 4;
-/// A comment without a number that stands so many lines behind a change, or fewer, tells the tool that has come.
+/// A comment without a number describes the tool just changed in if it follows the change by at
+/// most this many lines.
 const BEHIND_CHANGE: usize = 1;
 
 /// Stock as a program states it, workpiece frame, mm.
@@ -36,13 +37,13 @@ pub(crate) enum Stock {
 pub(crate) struct Facts {
     /// Unit of length, and the word that says it.
     pub(crate) unit: Option<(LengthUnit, String)>,
-    /// The first line with a comment that speaks of inches.
+    /// The first line with a comment that mentions inches.
     pub(crate) inch_comment: Option<usize>,
     /// Stock, the line and the word that states it.
     pub(crate) stock: Option<(Stock, usize, &'static str)>,
     /// Tools, by number or by name.
     pub(crate) tools: BTreeMap<ToolName, ToolDraft>,
-    /// What else the text says of a tool that is told otherwise before, in the order of the text.
+    /// Further descriptions of a tool that contradict an earlier one, in the order of the text.
     pub(crate) otherwise: Vec<(ToolName, ToolDraft)>,
     /// A word of the text names a tool: `T5`, `TOOL CALL`.
     pub(crate) names_tool: bool,
@@ -51,9 +52,9 @@ pub(crate) struct Facts {
 /// A description in lines of its own that is under way.
 struct Heading {
     number: u32,
-    /// What its lines have told so far.
+    /// What its lines have said so far.
     told: String,
-    /// What was told of the tool before it.
+    /// What was known of the tool before it.
     before: Option<ToolDraft>,
     /// The last of `otherwise` is this description.
     contradicts: bool,
@@ -67,7 +68,8 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
     let mut blank = [None, None];
     // A comment without a number, waiting for its tool.
     let mut waiting: Option<(usize, ToolDraft)> = None;
-    // The number of a tool whose description follows in comments of its own, and what they have told so far.
+    // The number of a tool whose description follows in comments of its own, and what they have
+    // said so far.
     let mut heading: Option<Heading> = None;
     let changes = with_changes(text, dialect);
     let names = tool_names::Known::of(lines().filter_map(|(_, line)| called(line, dialect)));
@@ -103,7 +105,8 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
             facts.names_tool = true;
             named = Some((name.clone(), n));
         }
-        // Where tools are changed in by M6, a T alone makes one ready: what is told before belongs to the next change.
+        // Where tools are changed in by M6, a T alone makes one ready: a description before it
+        // belongs to the next change.
         let call = if changes && has_change(line, dialect) {
             word.or_else(|| named.take().filter(|(_, at)| n - at <= BEFORE_CALL).map(|(name, _)| name))
         } else {
@@ -143,7 +146,7 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
                 continue;
             }
             heading = None;
-            // A comment that names a tool is of that one, wherever it stands.
+            // A comment that names a tool belongs to that tool, wherever it is.
             let (own, comment) = match names.told(&comment) {
                 tool_names::Told::Of(name, rest) => {
                     if let Some(draft) = tool_names::described(&name, &comment, &rest, unit, n) {
@@ -166,7 +169,7 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
                 }
                 Some((None, draft)) => {
                     loose.push(draft.clone());
-                    // Right behind a change it is the tool that has come, and not the next one.
+                    // Right after a change it is the tool that has come, and not the next one.
                     match changed.as_ref().filter(|(_, at)| call.is_none() && n - at <= BEHIND_CHANGE) {
                         Some((name, _)) if !says_next(&comment) => {
                             facts.of_call(name.clone(), draft);
@@ -183,7 +186,8 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
         if let Some(name) = call {
             changed = (dialect != Dialect::Apt).then(|| (name.clone(), n));
             let near = waiting.take().filter(|(at, _)| n - at <= BEFORE_CALL || dialect == Dialect::Apt);
-            // A name may tell the tool itself: "END_D12", "KUGEL_D8". Where a comment that names no tool contradicts it, the name is nearer.
+            // A name may describe the tool itself: "END_D12", "KUGEL_D8". Where a comment that
+            // names no tool contradicts it, the name takes precedence.
             let by_name = match &name {
                 ToolName::Name(word) => tool_words::of_name(word, unit, n),
                 _ => None,
@@ -199,7 +203,7 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
             for draft in told {
                 facts.of_call(name.clone(), draft);
             }
-            // A number at the end of a name is the diameter where nothing else tells one.
+            // A number at the end of a name is the diameter where nothing else states one.
             if let Some(own) = guessed.filter(|_| !facts.tools.contains_key(&name)) {
                 facts.tools.insert(name, own);
             }
@@ -249,7 +253,7 @@ fn has_change(line: &str, dialect: Dialect) -> bool {
 }
 
 impl Facts {
-    /// A comment that tells more of a tool than one before completes it; what is there stays.
+    /// A comment that says more of a tool than an earlier one completes it; what is there stays.
     fn merge(&mut self, name: ToolName, draft: ToolDraft) {
         match self.tools.get_mut(&name) {
             None => {
@@ -273,7 +277,7 @@ impl Facts {
         }
     }
 
-    /// A comment without a number beside the call of a tool.
+    /// A comment without a number next to the call of a tool.
     fn of_call(&mut self, name: ToolName, draft: ToolDraft) {
         let draft = with_number(draft, &name);
         match self.tools.get_mut(&name) {
@@ -298,13 +302,13 @@ pub(super) fn contradict(a: &ToolDraft, b: &ToolDraft) -> bool {
     // `T5 D5 H5` names offsets.
     let offset = |d: &ToolDraft| d.kind.is_none() && d.diameter() == Some(f64::from(d.number));
     let other_size = diameters.is_some_and(|(a, b)| (a - b).abs() > SAME_DIAMETER * a.max(b));
-    // Words often leave the corner radius out, so that these three are not told apart.
+    // Comments often leave the corner radius out, so these three count as one kind.
     let family = |kind: &'static str| if matches!(kind, "bull_nose" | "face_mill") { "flat" } else { kind };
     let other_kind = a.kind.map(family).zip(b.kind.map(family)).is_some_and(|(a, b)| a != b);
     !offset(a) && !offset(b) && (other_size || other_kind)
 }
 
-/// A comment that speaks of inches.
+/// Whether a comment mentions inches.
 fn says_inch(comment: &str) -> bool {
     comment
         .split(|c: char| !c.is_alphanumeric())
@@ -402,7 +406,8 @@ fn unit_of(text: &ProgramText, dialect: Dialect) -> Option<(LengthUnit, String)>
         _ => &[("G20", Inch), ("G21", Millimeter)],
     };
     let told = first_unit(text, dialect, words);
-    // Posts of NX write G70 and G71 for controls that take them where no other word tells.
+    // Posts of NX write G70 and G71, for controls that take them, where no other word states the
+    // unit.
     if told.is_none() && dialect.family() == Dialect::Iso {
         return first_unit(text, dialect, &[("G70", Inch), ("G71", Millimeter)]);
     }
@@ -470,7 +475,7 @@ fn stock_of(
                 let top =
                     rest.find("DIST").and_then(|at| rest[at + 4..].split_whitespace().next()?.parse::<f64>().ok());
                 let top = top.unwrap_or(0.0) * unit;
-                // `CYLINDER X D60 L100`: the axis of the bar stands before its sizes.
+                // `CYLINDER X D60 L100`: the axis of the bar comes before its sizes.
                 let along = "XYZ".find(rest.trim_start().chars().next()?)?;
                 let mut base = [0.0; 3];
                 base[along] = top - height;

@@ -1,8 +1,9 @@
 //! Programs that count positions of the machine from home, on a machine whose file counts from its table.
 //!
-//! `G53 Z0`, `SUPA Z0` and `M91` send an axis home on most machines. A file that counts from the table puts that place far outside of the
-//! travel, and every retract of the program into the table. Where the positions fit from home and not as the file counts, the scene gets a copy
-//! of the machine with `zero = "home"`: chosen, and told.
+//! `G53 Z0`, `SUPA Z0` and `M91` send an axis home on most machines. A file that counts from the
+//! table puts that place far outside of the travel, and every retract of the program into the
+//! table. Where the positions fit from home and not as the file counts, the scene gets a copy of
+//! the machine with `zero = "home"`. The choice is reported.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,7 +22,7 @@ pub(super) const FOLDER: &str = "machine";
 pub(crate) struct HomeZero {
     /// Text of its file.
     pub(crate) text: String,
-    /// Files that it names, to be copied beside it.
+    /// Files that it names, to be copied along with it.
     pub(crate) beside: Vec<PathBuf>,
     /// Why.
     pub(crate) reason: String,
@@ -48,7 +49,7 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
                 Some(home) => {
                     turned.insert(index, home);
                 }
-                // It fits neither way: that is told, and speaks for none of both.
+                // It fits neither way: that is reported, and supports neither reading.
                 None if joint.travel_violation(m.value).is_some() => {}
                 None => return None,
             }

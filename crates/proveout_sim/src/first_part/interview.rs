@@ -7,18 +7,18 @@ use proveout_geom::{InputError, nearest, read_input};
 use proveout_tool::PlainHolder;
 use serde::Serialize;
 
-/// Something that nobody but the user knows.
+/// A question that only the user can answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Question {
     /// Key of the answer, `stock`.
     pub key: String,
     /// What is asked, with the form of the answer.
     pub text: String,
-    /// What would be taken for the word `proposed`, in the form of an answer.
+    /// The answer that the word `proposed` accepts.
     pub proposed: Option<String>,
 }
 
-/// Asks somebody; none where nobody is there.
+/// Asks the user; none where no one is at the terminal.
 pub type Ask<'a> = dyn FnMut(&Question) -> Option<String> + 'a;
 
 /// Word that takes what is proposed.

@@ -1,9 +1,12 @@
-//! From a program to a scene that runs: what the text tells, what nobody but the user knows, and a folder with scene, tools and README.
+//! From a program to a scene that runs: what the text says, what only the user knows, and a folder
+//! with scene, tools and README.
 //!
-//! [`propose`] reads the programs with the control of the call, the machine, or as their text tells; follows where they take their tools
-//! (`trace`), looks for unit, stock and tools in headers and comments (`facts`), proposes stock and mounting (`place`), and asks for the rest
-//! (`interview`). What was chosen and not told is marked so in the files (`writing`). Nothing is written here: [`Proposal::write`] does, into a
-//! folder that is not there yet, moved into its place when it is whole.
+//! [`propose`] reads the programs with the control of the call, the machine, or the one that their
+//! text names. It follows where they take their tools (`trace`), looks for unit, stock and tools in
+//! headers and comments (`facts`), proposes stock and mounting (`place`), and asks for the rest
+//! (`interview`). Values that were chosen rather than given are marked so in the files (`writing`).
+//! Nothing is written here: [`Proposal::write`] does, into a folder that does not exist yet, moved
+//! into its place when it is whole.
 //!
 //! The frame of the workpiece is that of the first work offset that the program uses: its zero is the zero of the program.
 
@@ -64,7 +67,7 @@ pub struct FirstPart {
     pub design: Option<PathBuf>,
     /// Tool library: of this program, or one that [`proveout_tool::import_tools`] reads.
     pub tools: Option<PathBuf>,
-    /// Unit of that library, where it does not tell it.
+    /// Unit of that library, where the library does not state it.
     pub unit: Option<LengthUnit>,
     /// Answers by their keys.
     pub answers: BTreeMap<String, String>,
@@ -113,7 +116,7 @@ pub struct Proposal {
     output: PathBuf,
 }
 
-/// A value with the reason for it; told by the text where `chosen` is false.
+/// A value with the reason for it; given by the text where `chosen` is false.
 #[derive(Clone, Debug)]
 pub(crate) struct Reasoned<T> {
     pub(crate) value: T,
@@ -189,7 +192,7 @@ pub(crate) struct Design {
     pub(crate) inch: bool,
 }
 
-/// Characters of a text that are looked at.
+/// Characters of a text that are read.
 const LOOKED_AT: usize = 1 << 16;
 /// Share of control characters above which a file is no text: a picture or an archive has a fifth, a text in any code page hardly one.
 const CONTROLS: f64 = 0.05;
@@ -206,7 +209,7 @@ pub fn looks_binary(text: &ProgramText) -> bool {
     zip || controls as f64 > CONTROLS * all as f64
 }
 
-/// Makes a scene for programs on a machine; `ask` is asked what the text does not tell and no answer is given for.
+/// Makes a scene for programs on a machine; `ask` is called for what neither text nor answers give.
 ///
 /// # Errors
 /// [`FirstPartError`]: what is wrong with a file of the call, with all faults of a program's text; all questions that stay open.
@@ -243,7 +246,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         unnamed.then(|| control_words::hint(texts.get(i)?, first.get(i)?.survey.dialect)).flatten()
     };
     for (i, reading) in first.iter().enumerate() {
-        // A call that the control file leaves out is its choice, and the run tells it.
+        // A call that the control file leaves out is its choice, and the run reports it.
         let survey = &reading.survey;
         let mut faults = if survey.faults.is_empty() { survey.own_defects() } else { survey.faults.clone() };
         let hint = hint(i);
@@ -351,7 +354,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
         let stock = stock(&all_facts, &cuts, design.as_ref(), &mut interview)?;
         Ok::<_, FirstPartError>((design, stock))
     })();
-    // All that is open is told at once, before what may only be wrong because it is.
+    // All open questions are reported at once, before faults that may only follow from them.
     stop_if_open(&interview)?;
     let (design, stock) = found?;
     let workholding = match &stock {
@@ -473,7 +476,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
 /// Said of programs that cut nothing: a dry run, positions of a tilted plane, the ways of a probe.
 const NOTHING_CUT: &str = "no motion in feed whose X, Y and Z are all known: no stock is proposed, and the run shows where rapids and retracts go";
 
-/// Everything that is open is told at once.
+/// Reports all open questions at once.
 fn stop_if_open(interview: &Interview<'_, '_>) -> Result<(), FirstPartError> {
     if interview.open.is_empty() { Ok(()) } else { Err(FirstPartError::Unanswered(interview.open.clone())) }
 }
@@ -493,7 +496,7 @@ pub(crate) fn setup(
     }
 }
 
-/// Settings of the reader for each program, with what is to be told of them.
+/// Settings of the reader for each program, with the notes to report.
 fn settings_of(call: &FirstPart, machine: &Machine) -> Result<(Vec<Settings>, Vec<String>), FirstPartError> {
     let control = match &call.control {
         Some(name) => Some(Control::find(name, None).map_err(SimError::from)?),
@@ -614,8 +617,9 @@ fn untold(readings: &[Reading], dialects: &[Dialect]) -> bool {
         && cutting().all(|t| t.bare.is_some() && !t.lengthened)
 }
 
-/// What a length that is never active adds to Z of the work offset: that of the tool, where one cuts alone, since the zero was taken at its
-/// tip. Several tools without lengths cannot all be right; `check` tells it.
+/// What a length that is never active adds to Z of the work offset: that of the tool, where one
+/// cuts alone, since the zero was taken at its tip. Several tools without lengths cannot all be
+/// right; `check` reports that.
 fn touch_off(readings: &[Reading], start: Option<&(u32, String)>, lengths: &BTreeMap<ToolName, f64>) -> f64 {
     let name = |t: &ToolUse| match (&t.name, start) {
         (ToolName::Empty, Some((number, _))) => ToolName::Number(*number),
@@ -627,7 +631,7 @@ fn touch_off(readings: &[Reading], start: Option<&(u32, String)>, lengths: &BTre
 }
 
 impl Proposal {
-    /// Writes the folder: beside its place first, moved there when it is whole.
+    /// Writes the folder: next to its place first, moved there when it is whole.
     ///
     /// # Errors
     /// What the system refuses; nothing is then left.

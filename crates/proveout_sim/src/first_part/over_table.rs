@@ -1,4 +1,5 @@
-//! How high a part has to stand on a table that is tilted under the spindle, so that spindle, holder and tool clear the table.
+//! How high a part has to be set on a table that is tilted under the spindle, so that spindle,
+//! holder and tool clear the table.
 //!
 //! Seen from the table, a tool that is tilted leans over it, and what carries the tool leans with it:
 //!
@@ -26,7 +27,7 @@ const CLEAR_MM: f64 = 5.0;
 const MOST_LIFT_MM: f64 = 300.0;
 /// Steps along the spindle in which its radius is taken, mm.
 const STEP_MM: f64 = 10.0;
-/// Behind the gauge line what carries the spindle is looked at so far, mm.
+/// How far above the gauge line the bodies of the spindle are read, mm.
 const BEHIND_MM: f64 = 600.0;
 /// A vertex belongs to the face of the table within this height, mm.
 const FACE_MM: f64 = 2.0;

@@ -1,14 +1,16 @@
-//! Stock and mounting that fit a program, as far as its motion tells.
+//! Stock and mounting that fit a program, as far as its motion shows.
 //!
-//! *Stock.* Where neither program nor call states it: the box of what the cutters reach in feed while they move sideways, up to the highest
-//! of these motions or the program's zero, down to the lowest. Where a tool goes down in rapid beside it there is no material: the box is cut
-//! back on the side that costs least. Sides that are not cut back get an allowance, since a cutter inside of a part does not reach its walls.
-//! Where all tools only go down, the zero is the top, or the material begins 1 mm below where they begin in feed.
-//! A tool that only goes down makes holes: they lie in the stock by twice their radius, which reaches down to where a point of 118 degrees
+//! *Stock.* Where neither program nor call states it: the box of what the cutters reach in feed
+//! while they move sideways, up to the highest of these motions or the program's zero, down to the
+//! lowest. Where a tool goes down in rapid next to the box there is no material: the box is cut
+//! back on the side that costs least. Sides that are not cut back get an allowance, since a cutter
+//! inside a part does not reach its walls. Where all tools only go down, the zero is the top, or
+//! the material begins 1 mm below where they begin in feed. A tool that only goes down makes holes:
+//! they lie in the stock by twice their radius, which reaches down to where a point of 118 degrees
 //! begins.
 //!
-//! *Mounting.* The middle of the stock stands over the middle of the table, its lower face 50 mm above it, or where the travel of Z allows every
-//! tool to reach its cuts.
+//! *Mounting.* The middle of the stock lies over the middle of the table, its lower face 50 mm
+//! above it, or where the travel of Z allows every tool to reach its cuts.
 
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_machine::Machine;
@@ -62,7 +64,7 @@ pub(crate) fn stock_of_design(own: &Aabb, tools: &[Swept<'_>]) -> (Aabb, String)
     (stock, how)
 }
 
-/// The stock that the motion speaks for; none without motion in feed.
+/// The stock that follows from the motion; none without motion in feed.
 pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     let swept = |t: &Swept<'_>| {
         let mut b = if t.sideways.is_empty() { t.feed } else { t.sideways };
@@ -103,7 +105,8 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     // Sides: [axis][low, high].
     let mut cut_back = [[false; 2]; 2];
     let mut places = 0;
-    // What goes down alone goes into its own holes, and what is tilted comes down from beside.
+    // A tool that only goes down goes into its own holes, and a tilted one comes down from the
+    // side.
     for tool in tools.iter().filter(|t| !t.tilted && (!sideways || !t.sideways.is_empty())) {
         for p in tool.descents.iter().filter(|p| p.z < top - 1e-6) {
             let reach = |axis: usize| [p[axis] - tool.radius, p[axis] + tool.radius];
@@ -136,7 +139,7 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
         let out = |side: usize| if cut_back[side] { 0.0 } else { ALLOWANCE_MM };
         all.min[axis] -= out(0);
         all.max[axis] += out(1);
-        // Inward where tools come down beside it.
+        // Inward where tools come down next to the stock.
         let round =
             |v: f64, up: bool| if up { (v / ROUND_MM).ceil() * ROUND_MM } else { (v / ROUND_MM).floor() * ROUND_MM };
         all.min[axis] = round(all.min[axis], cut_back[0]);
@@ -151,7 +154,8 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
         }
         bottom = bottom.min(drill.feed.min.z + DRILL_POINT * drill.radius);
     }
-    // What is tilted alone: the sides from which it comes are not told, the depth that it reaches is.
+    // Where all tools are tilted, the sides they come from are unknown; the depth they reach is
+    // known.
     for tool in tools.iter().filter(|t| t.tilted && t.sideways.is_empty() && !t.feed.is_empty()) {
         bottom = bottom.min(tool.feed.min.z - tool.radius);
     }
@@ -255,7 +259,7 @@ pub(crate) fn in_travel(
     axes: &str,
     follow: &dyn Fn(&Vector) -> Vec<Reading>,
 ) -> Reasoned<Vector> {
-    // What stands beyond the travel of each axis, with its sign.
+    // How far each axis is beyond its travel, with its sign.
     let beyond = |readings: &[Reading]| -> Option<Vector> {
         let mut shift = Vector::zeros();
         for (i, letter) in ['X', 'Y', 'Z'].into_iter().enumerate().filter(|(_, l)| axes.contains(*l)) {
@@ -302,14 +306,15 @@ pub(crate) fn range_of_z(machine: &Machine, readings: &[Reading]) -> Option<[f64
     ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
-/// By how much more than it lacks a mount is lifted, mm.
+/// How much a mount is lifted beyond what it needs, mm.
 const ROOM_MM: f64 = 5.0;
 /// Room for the motion between the ends that are followed, mm: a turn of some degrees far from the pivot asks for a millimeter or two.
 const BETWEEN_MM: f64 = 5.0;
 /// Most times that a mount is shifted: on a table that tilts Z does not follow it in full.
 const MOST_SHIFTS: usize = 4;
 
-/// A mount at which Z stays within its travel in all motion, `range` told of a mount, as long as a shift along Z does it.
+/// A mount at which Z stays within its travel in all motion, as long as a shift along Z achieves
+/// it. `range` gives the range of Z at a mount.
 pub(crate) fn lifted(
     machine: &Machine,
     mount: Vector,
@@ -351,10 +356,10 @@ pub(crate) enum Fit {
     Off,
 }
 
-/// Largest ratio of two sizes that are taken for the same part.
+/// Largest ratio of two sizes that count as those of the same part.
 const SAME_SIZE: f64 = 3.0;
 
-/// Holds the box of a design against the room of stock and cuts.
+/// Compares the box of a design with the room of stock and cuts.
 pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
     let scaled = Aabb { min: design.min * 25.4, max: design.max * 25.4 };
     let like = |b: &Aabb| {
@@ -376,7 +381,8 @@ pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
     }
 }
 
-/// A part in inches that is so many times larger than its cuts is none: a design in millimeters that is a little smaller than they are.
+/// A design this many times larger than its cuts, if its numbers are read as inches, is not in inches:
+/// it is in millimeters and a little smaller than its cuts.
 const LARGEST_TO_CUTS: f64 = 5.0;
 /// Largest edge below which no design is a part, mm.
 const LEAST_PART_MM: f64 = 1.0;
@@ -461,7 +467,7 @@ mod tests {
             descents: &[],
             tilted: false,
         };
-        // The way in and out, and passes beside the part, are no material.
+        // The way in and out, and passes next to the part, are no material.
         for slot in [
             aabb([-40.0, 0.0, -5.0], [40.0, 0.0, -5.0]),
             aabb([-60.0, -50.0, -40.0], [60.0, 50.0, -5.0]),
@@ -500,7 +506,7 @@ mod tests {
         let drill = Swept { sideways: Aabb::empty(), feed: holes, level: None, ..mill(0.0, 0.0, 0.0, false, &pecks) };
         let (with, how) = propose_stock(&[mill(-12.0, 0.0, 0.0, false, &[]), drill]).expect("motion");
         assert!((with.min.x, with.min.y) == (-10.0, -10.0) && how.contains("5 mm more"), "{with:?} {how}");
-        // Alone it begins in air, and what stands at its R plane is no side.
+        // Alone it begins in air, and a point at its R plane is no side.
         let at_r = [Point::new(10.0, 10.0, 2.0), Point::new(10.0, 10.0, -6.0), Point::new(90.0, 50.0, 2.0)];
         let (alone, _) = propose_stock(&[Swept { descents: &at_r, ..drill }]).expect("motion");
         assert_eq!((alone.max.z, alone.min.x, alone.max.y), (0.0, 0.0, 60.0));

@@ -1,4 +1,5 @@
-//! What a program does, told by one pass of its reader: tools with the room that they move in, work offsets, rotary axes, positions of the machine.
+//! What a program does, from one pass of its reader: tools with the room that they move in, work
+//! offsets, rotary axes, positions of the machine.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -19,7 +20,7 @@ const MAX_TILTED: usize = 20_000;
 const MAX_TURNS: usize = 10_000;
 /// A motion that goes down by more than five times its way across goes into material or to it, and not along it.
 const STEEP: f64 = 0.2;
-/// Cosine of the tilt below which a tool stands upright: 3 degrees.
+/// Cosine of the tilt below which a tool counts as upright: 3 degrees.
 const UPRIGHT: f64 = 0.9986;
 /// Turns below this are none, radian.
 const NO_TURN: f64 = 1e-9;
@@ -112,8 +113,8 @@ pub(crate) struct Reading {
     pub(crate) rotary: BTreeMap<char, [f64; 2]>,
     /// Tool center point control or a tilted plane is used.
     pub(crate) tcp: bool,
-    /// Feed with a rotary axis of the table turned, without tool center point control: where the part is depends on where it stands on the
-    /// table.
+    /// Feed with a rotary axis of the table turned, without tool center point control: where the
+    /// part is then depends on its place on the table.
     pub(crate) indexed: Option<Location>,
     pub(crate) machine_moves: Vec<MachineMove>,
     /// Where the program itself puts its zero before it cuts.
@@ -240,7 +241,7 @@ struct Collecting<'a> {
     tcp_on: Option<Location>,
 }
 
-/// A motion that tells rotary axes, or a tool axis, and none of X, Y and Z.
+/// A motion that programs rotary axes, or a tool axis, and none of X, Y and Z.
 fn turns_alone(motion: &Motion) -> bool {
     let told = motion.programmed >> 3 & 0b111 != 0 || motion.tool_axis_base.is_some();
     told && motion.programmed & 0b111 == 0 && !motion.machine_coordinates

@@ -23,7 +23,7 @@ pub(super) fn design(call: &FirstPart) -> Result<Option<Design>, FirstPartError>
 const SOLIDS: [&str; 12] =
     ["step", "stp", "p21", "iges", "igs", "x_t", "x_b", "sldprt", "ipt", "prt", "catpart", "f3d"];
 
-/// A closed mesh of a file; what else it is is told with the way out.
+/// A closed mesh from a file; any other file is refused, with a remedy.
 fn solid(path: &Path) -> Result<TriMesh, FirstPartError> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let mut head = [0; 12];
@@ -56,7 +56,7 @@ pub(super) fn unit_of_design(
     }
     let key = "design_unit";
     let given = interview.given(key);
-    // Where nothing is cut, nothing tells the size of the part.
+    // Where nothing is cut, nothing shows the size of the part.
     if given.is_none() && room.is_empty() {
         return Ok(Some(design));
     }
@@ -193,7 +193,7 @@ pub(super) fn stock(
         if design.inch {
             own = Aabb { min: own.min * 25.4, max: own.max * 25.4 };
         }
-        // A design that lies elsewhere is told, and no reason for a stock of its size.
+        // A design that lies elsewhere is reported, and is no reason for a stock of its size.
         if place::fit(&own, stock) == Fit::Fits {
             (*stock, *how) = place::stock_of_design(&own, &swept);
         }

@@ -1,4 +1,5 @@
-//! The proposal for programs that read: what the README of the scene tells people, in numbers.
+//! The proposal for programs that read without a fault: the figures that the README of the scene
+//! gives in words.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +30,7 @@ pub struct Summary {
     pub tools: Vec<ToolTold>,
     /// Distance of the rays.
     pub resolution_mm: f64,
-    /// What is to be known beside it.
+    /// Notes to the reader.
     pub notes: Vec<String>,
 }
 
@@ -51,7 +52,7 @@ pub struct StockTold {
     pub min_mm: [f64; 3],
     /// Highest corner of its box.
     pub max_mm: [f64; 3],
-    /// Where it comes from; begins with `chosen` where nothing told it.
+    /// Where it comes from; begins with `chosen` where it was not given.
     pub reason: String,
 }
 

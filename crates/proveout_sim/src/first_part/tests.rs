@@ -35,7 +35,7 @@ fn every_open_question_is_named_and_nothing_is_taken() {
     let call = FirstPart { answers: answers(&[("holder", "none")]), ..call };
     let FirstPartError::Unanswered(open) = propose(&call, &mut |_| None).expect_err("no stock") else { panic!() };
     assert_eq!(open[0].key, "stock");
-    // The descent at X-20 is beside the stock: cutter of 5 mm radius.
+    // The descent at X-20 is next to the stock: cutter of 5 mm radius.
     let proposed = open[0].proposed.clone().expect("a proposal");
     assert_eq!(early.as_deref(), Some(proposed.as_str()));
     assert!(proposed.starts_with("-15,0,-4,"), "{proposed}");

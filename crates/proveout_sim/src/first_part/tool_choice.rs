@@ -1,4 +1,4 @@
-//! The tools that programs call: from a library, from what the text tells, or from answers.
+//! The tools that programs call: from a library, from the text, or from answers.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,15 +30,15 @@ impl Tools {
         all
     }
 
-    /// A face mill, as a draft tells it.
+    /// Whether a tool is a face mill, by its draft.
     pub(crate) fn faces(&self, name: &ToolName) -> bool {
         let Self::Drafts(drafts) = self else { return false };
         let own = |d: &&ToolDraft| *name == ToolName::Number(d.number) || *name == ToolName::Name(d.name.clone());
         drafts.iter().find(own).is_some_and(|d| d.kind == Some("face_mill"))
     }
 
-    /// Lets tools of which nothing tells how far they stand out reach their cuts, of which `depth` tells the depth by name, mm. Whether a length
-    /// changed.
+    /// Lengthens tools whose overhang is not given until they reach their cuts; `depths`
+    /// says how deep each tool goes, by name, mm. Returns whether a length changed.
     pub(crate) fn reach(&mut self, depths: &[(ToolName, f64)]) -> bool {
         let Self::Drafts(drafts) = self else { return false };
         let mut changed = false;
@@ -131,7 +131,7 @@ pub(super) fn tools(
         library = imported.tools;
     }
     let mut drafts: Vec<(ToolName, ToolDraft)> = Vec::new();
-    // Tools of which neither text nor library nor an answer of their own tell a diameter.
+    // Tools whose diameter is given by neither text, nor library, nor an answer of their own.
     let mut bare: Vec<(ToolName, ToolDraft, String)> = Vec::new();
     for (name, at) in &called {
         let from_library = library.iter().find(|d| match name {
@@ -152,7 +152,7 @@ pub(super) fn tools(
             (Some(answer), ..) => tool_of_answer(&key, &answer, number)?,
             (None, Some(from), of_text) => {
                 let mut draft = from.clone();
-                // What the library leaves open the text may tell.
+                // What the library leaves open the text may give.
                 if draft.diameter().is_none()
                     && let Some(text) = of_text
                 {
@@ -183,7 +183,7 @@ pub(super) fn tools(
         }
     }
     let mut drafts = numbered(drafts, &called);
-    // One holder for all tools of which nothing tells one.
+    // One holder for all tools for which none is given.
     let mut holder = None;
     if !unknown.is_empty() || drafts.iter().any(|d| d.holder.is_empty()) {
         let key = "holder";
@@ -260,7 +260,7 @@ fn key_of(name: &ToolName) -> String {
 /// Key and answer of a tool, where its question is not open.
 type Answered = (ToolName, ToolDraft, Option<(String, String)>);
 
-/// Asks for tools of which nothing is told: for one by its own key, for several in one question.
+/// Asks for tools of which nothing is known: for one by its own key, for several in one question.
 fn answered(
     bare: Vec<(ToolName, ToolDraft, String)>,
     interview: &mut Interview<'_, '_>,

@@ -4,10 +4,11 @@
 //! |---|---|
 //! | `T="DRILL_D8" D8 DRILL`, `TOOL CALL "DRILL_D8"`, `T=DRILL_D8 8 MM` | `DRILL_D8`, whatever tool is called next |
 //! | `DRILL_D8: D8 DRILL 140 DEG`, where the program calls a tool of that name | `DRILL_D8` |
-//! | `MILL_D10 BEFORE DRILL_D8` | several tools, so that it tells nothing of any |
-//! | `"ROUGHING" D10 END MILL`, where no tool has that name | the tool beside which it stands |
+//! | `MILL_D10 BEFORE DRILL_D8` | several tools, so it describes none |
+//! | `"ROUGHING" D10 END MILL`, where no tool has that name | the tool whose call is next to it |
 //!
-//! What stands in quotes is a name, and no dimension: the quote behind `"DRILL_D8"` is no inch sign. A quote behind a number is one: `1/2"`.
+//! Text in quotes is a name, and no dimension: the quote after `"DRILL_D8"` is no inch sign. A
+//! quote after a number is one: `1/2"`.
 
 use std::collections::BTreeSet;
 
@@ -36,7 +37,7 @@ fn in_name(c: char) -> bool {
     c.is_alphanumeric() || matches!(c, '_' | '-' | '.')
 }
 
-/// What stands in quotes, with its place, quotes included. A quote behind a digit is an inch sign.
+/// Texts in quotes, with their places, quotes included. A quote after a digit is an inch sign.
 fn quoted(text: &str) -> Vec<(usize, usize, &str)> {
     let mut found = Vec::new();
     let mut from = 0;
@@ -53,7 +54,7 @@ fn quoted(text: &str) -> Vec<(usize, usize, &str)> {
     found
 }
 
-/// The word behind `T=` that is no number, with its place.
+/// The word after `T=`, if it is no number, with its place.
 fn behind_t(text: &str) -> Option<(usize, usize, &str)> {
     text.match_indices(['T', 't']).find_map(|(at, _)| {
         let alone = !text[..at].chars().next_back().is_some_and(in_name);
@@ -89,7 +90,8 @@ impl Known {
                 let whole = !before.chars().next_back().is_some_and(in_name)
                     && !behind.chars().next().is_some_and(|c| in_name(c) && c != '.' && c != '-');
                 let free = found.iter().all(|(from, to, _)| end <= *from || at >= *to);
-                // A name that is a word of the trade is one here, too: `DRILL` names no tool where it tells the kind of another.
+                // A name that is a word of the trade is one here, too: `DRILL` names no tool where
+                // it gives the kind of another.
                 let distinct = name.contains(|c: char| !c.is_alphabetic());
                 if whole && free && distinct {
                     found.push((at, end, name));
@@ -133,7 +135,7 @@ impl Known {
     }
 }
 
-/// A text without the quotes round what stands in them.
+/// A text without its quotation marks.
 fn unquoted(text: &str, quotes: &[(usize, usize, &str)]) -> String {
     let mark = |at: usize| quotes.iter().any(|(from, to, _)| at == *from || at + 1 == *to);
     text.char_indices().map(|(at, c)| if mark(at) { ' ' } else { c }).collect()
@@ -223,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_quote_behind_a_name_is_no_inch_sign() {
-        // Every name and size, in quotes and not, before and behind the words.
+        // Every name and size, in quotes and not, before and after the words.
         for (name, kind) in [("MILL_D10", "FLAT ENDMILL"), ("DRILL_D8", "DRILL"), ("END_D12", "END MILL")] {
             let size: f64 = name.rsplit('D').next().and_then(|d| d.parse().ok()).expect("a size");
             for comment in [

@@ -1,4 +1,5 @@
-//! Sizes that go by a name: number and letter drills, number sizes of inch threads; decimal commas; comments that tell several tools.
+//! Sizes that go by a name: number and letter drills, number sizes of inch threads; decimal commas;
+//! comments that describe several tools.
 
 /// Diameters of the drills number 1 to 80, inch (ASME B94.11M).
 const NUMBERED: [f64; 80] = [

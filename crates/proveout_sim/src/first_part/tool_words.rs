@@ -11,24 +11,25 @@
 //! | name of a tool | `END_D12`, `BALL_D8`, `BULL_D10_R1` |
 //! | Klartext | `TOOL DEF 5 L+80 R+5` |
 //! | CL data | `CUTTER/ d, r` or `TLDATA/MILL, d, r, l, 0, 0` before `LOADTL/ n` |
-//! | behind the call | `(12MM)`, `(0.6 INCH)`, `(D10)` |
+//! | after the call | `(12MM)`, `(0.6 INCH)`, `(D10)` |
 //! | Vectric | `2 = V-Bit {90 deg 0.5"}` |
 //! | names of sizes | `NO. 7 DRILL`, `F DRILL`, `10-32 TAP` |
 //!
-//! A diameter is taken where a word says that it is one, or where it is all that the comment of a tool has for a number. TAPER of Fusion is the
-//! half angle of a chamfer mill and the full angle of a drill. A length counts in the unit that stands behind it, else in that of the program.
+//! A diameter is taken where a word says that it is one, or where it is the only number in the
+//! comment of a tool. TAPER of Fusion is the half angle of a chamfer mill and the full angle of a
+//! drill. A length counts in the unit written after it, else in that of the program.
 
 use proveout_tool::{ToolDraft, tool_center_cutting_of_words, tool_kind_of_words, tool_teeth_of_words};
 
 use super::tool_sizes::{Named, drill_by_name, thread_by_number, with_points};
 
-/// Number behind a letter or word with its sign: `X+10`, `D=10.5`, `DIA 8`.
+/// Signed number after a letter or word: `X+10`, `D=10.5`, `DIA 8`.
 fn number_at(text: &str) -> Option<f64> {
     number_and_rest(text).map(|(number, _)| number)
 }
 
-/// A length, mm. What stands behind the number goes before the unit of the program: `6MM` in inches, `1/2"` in millimeters. A fraction is of
-/// inches, as nobody writes millimeters so.
+/// A length, mm. A unit after the number overrides the unit of the program: `6MM` in inches, `1/2"`
+/// in millimeters. A fraction is in inches, as millimeters are not written so.
 fn length_at(text: &str, unit: f64) -> Option<f64> {
     let (number, rest) = number_and_rest(text)?;
     let fraction = text[..text.len() - rest.len()].contains('/');
@@ -44,7 +45,7 @@ fn length_at(text: &str, unit: f64) -> Option<f64> {
     Some(number * mm)
 }
 
-/// A number with its sign, and what stands behind it.
+/// A signed number, and the text after it.
 fn number_and_rest(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start_matches([' ', '=', ':']);
     // `DIA. - .5` has a dash that is no sign.
@@ -60,7 +61,7 @@ fn number_and_rest(text: &str) -> Option<(f64, &str)> {
     rest[..end].parse::<f64>().ok().filter(|d| *d > 0.0).map(|d| (number / d, &rest[end..]))
 }
 
-/// Number behind a single letter that stands alone: `X+10` in `X+10 Y+5`.
+/// Number after a single letter that is a word of its own: `X+10` in `X+10 Y+5`.
 pub(super) fn letter(text: &str, letter: char) -> Option<f64> {
     behind_letter(text, letter).and_then(number_at)
 }
@@ -75,7 +76,7 @@ fn behind_letter(text: &str, letter: char) -> Option<&str> {
     })
 }
 
-/// Number behind one of the words.
+/// Number after one of the words.
 fn word(text: &str, words: &[&str]) -> Option<f64> {
     behind_word(text, words).and_then(number_at)
 }
@@ -153,7 +154,7 @@ const HEADS: [&str; 13] = [
     "T",
 ];
 
-/// A draft with what words tell: kind, teeth, diameter, corner radius.
+/// A draft from words: kind, teeth, diameter, corner radius.
 fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolDraft> {
     let kind = tool_kind_of_words(text);
     let told = before_dia(upper, unit).or_else(|| {
@@ -217,7 +218,8 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
             let full = lower.contains("drill") || lower.contains("anbohr") || lower.contains("zentrier");
             let size = taper.or_else(|| upper.contains("90").then_some(if full { 90.0 } else { 45.0 }));
             let angle = size.map(|a| if full || a > 89.0 { a } else { 2.0 * a });
-            // `60 DEG` of an engraver or a countersink is the whole point; of 45 nobody says which it is.
+            // `60 DEG` of an engraver or a countersink is the full point angle; 45 may be either
+            // the half or the full one.
             let angle = angle.or_else(|| degrees(upper).filter(|a| (60.0..=150.0).contains(a)));
             draft.put("point_angle_deg", angle.unwrap_or(90.0));
             if angle.is_none() {
@@ -260,14 +262,14 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
     Some(draft)
 }
 
-/// A number that stands alone is a diameter up to this, mm; above it is something else.
+/// A lone number is a diameter up to this, mm; a larger one means something else.
 const LARGEST_ALONE: f64 = 100.0;
 /// The same for face mills.
 const LARGEST_FACE: f64 = 400.0;
-/// How far a size beside the name of a drill may be from what the name says.
+/// How far a size next to the name of a drill may be from what the name says.
 const SAME_DRILL: f64 = 0.2;
 
-/// A diameter that no word calls one, mm: a size that stands alone, or the name of a size.
+/// A diameter that no word calls one, mm: a lone size, or the name of a size.
 fn size_in_words(upper: &str, unit: f64, kind: &str, threads: bool) -> Option<f64> {
     if threads && let Some(d) = thread_by_number(upper) {
         return Some(d);
@@ -288,7 +290,8 @@ fn size_in_words(upper: &str, unit: f64, kind: &str, threads: bool) -> Option<f6
     lone_size(upper, unit, threads).filter(|d| *d <= largest)
 }
 
-/// `0.375 DIA 4FL`: the number before, mm, where what stands behind is none of the diameter (`DIA. - .25`, `DIA=8`).
+/// `0.375 DIA 4FL`: the number before, mm, where no value of the diameter follows (`DIA. - .25`,
+/// `DIA=8`).
 fn before_dia(upper: &str, unit: f64) -> Option<f64> {
     upper.match_indices("DIA").find_map(|(at, _)| {
         let rest = upper[at + "DIA".len()..].trim_start_matches("METER");
@@ -303,7 +306,7 @@ fn before_dia(upper: &str, unit: f64) -> Option<f64> {
     })
 }
 
-/// Words of a comment, without what stands between them.
+/// Words of a comment, without the separators.
 fn words(upper: &str) -> Vec<&str> {
     let between = |c: char| c.is_whitespace() || matches!(c, '|' | ',' | '-' | '_' | ';' | '(' | ')' | '{' | '}' | '=');
     upper.split(between).filter(|w| !w.is_empty()).collect()
@@ -323,7 +326,8 @@ fn is_degrees(word: &str) -> bool {
     word.starts_with("DEG") || word.starts_with('\u{b0}') || matches!(word, "ST" | "ST." | "GRAD")
 }
 
-/// A size that stands alone, mm: `1/2 FLAT ENDMILL`, `10.5 DRILL`, `6MM BALL`, `5 MM DRILL`, `M6X1 TAP`. Teeth and degrees are none.
+/// A lone size, mm: `1/2 FLAT ENDMILL`, `10.5 DRILL`, `6MM BALL`, `5 MM DRILL`, `M6X1 TAP`. Teeth
+/// and degrees are none.
 fn lone_size(upper: &str, unit: f64, threads: bool) -> Option<f64> {
     let mut rest = upper;
     if let Some((_, end)) = tool_number(upper) {
@@ -332,7 +336,7 @@ fn lone_size(upper: &str, unit: f64, threads: bool) -> Option<f64> {
     let words = words(rest);
     (0..words.len()).find_map(|i| {
         let (word, next) = (words[i], words.get(i + 1).copied().unwrap_or_default());
-        // A metric thread tells its diameter in millimeters, whatever the program counts in.
+        // A metric thread gives its diameter in millimeters, whatever the program counts in.
         if let Some(thread) = word.strip_prefix('M').filter(|t| threads && t.starts_with(|c: char| c.is_ascii_digit()))
         {
             let end = thread.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(thread.len());
@@ -387,7 +391,7 @@ pub(super) fn number_alone(text: &str) -> Option<u32> {
     upper[end..].trim().is_empty().then_some(number)
 }
 
-/// A line of the description of a tool whose number is told in another line.
+/// A line of the description of a tool whose number is in another line.
 pub(super) fn describes(text: &str) -> bool {
     text.trim_start().to_uppercase().starts_with("TOOL") && number_alone(text).is_none()
 }
@@ -402,7 +406,8 @@ fn counted(words: &str) -> Option<u32> {
     last.parse().ok()
 }
 
-/// A comment that is nothing but a size with its unit, behind the call of a tool: `(0.6 INCH)`, `(12MM)`, `(D10)`.
+/// A comment that is nothing but a size with its unit, after the call of a tool: `(0.6 INCH)`,
+/// `(12MM)`, `(D10)`.
 pub(super) fn size_alone(text: &str, unit: f64, line: usize) -> Option<ToolDraft> {
     let upper = text.trim().to_uppercase();
     let body = upper.strip_prefix('D').map_or(upper.as_str(), |rest| rest.trim_start_matches('='));
@@ -545,7 +550,7 @@ mod tests {
             assert!((draft.diameter().expect("told") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
         }
         assert_eq!(comment("GRAWER V 60ST FI6", 1.0).1.get("point_angle_deg"), Some(60.0));
-        // Nothing but an angle tells no size.
+        // An angle alone gives no size.
         assert!(of_comment("T01 - 90-DEG SPOT DRILL", 1.0, 1).is_none());
     }
 
@@ -632,7 +637,7 @@ mod tests {
             assert_eq!((n, draft.kind), (number, kind), "{text}");
             assert!((draft.diameter().expect("told") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
         }
-        // A drill of seven inches is one that nobody has told.
+        // A drill of seven inches is taken for a drill of unknown size.
         for text in ["T2 7 DRILL", "T5 SPOT DRILL 120"] {
             let unit = if text.contains("SPOT") { 1.0 } else { 25.4 };
             assert!(of_comment(text, unit, 1).is_none_or(|(_, d)| d.diameter().is_none()), "{text}");

@@ -8,8 +8,9 @@
 //!   tcp off   q(X, Y, Z) = base + length,  q(A, B, C) = base,  tip_in_table = forward(q, gauge length)
 //! ```
 //!
-//! A coordinate that the program has not told stays where the axis stands. What lies between the ends of a straight motion of several rotary
-//! axes is not followed, and corners are not rounded: this is for extents and first contacts, never for a verdict.
+//! An axis that the program has not programmed yet stays where it is. What lies between the ends of
+//! a straight motion of several rotary axes is not followed, and corners are not rounded: this is
+//! for extents and first contacts, never for a verdict.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -22,7 +23,7 @@ use proveout_nc::{AXIS_LETTERS, ArcMotion, Command, Motion, Offset, Op, RotarySo
 /// Angle between two points of an arc, radian: the sagitta is then below 0.1 percent of the radius.
 const ARC_STEP: f64 = PI / 36.0;
 
-/// X, Y or Z stands in the block, and the program does not tell where it ends.
+/// X, Y or Z is programmed in the block, but its end position does not follow from the program.
 fn left_open(motion: &Motion) -> bool {
     motion.programmed & 0b111 != 0 && (0..3).all(|axis| motion.end_base.get(axis).is_none())
 }
@@ -46,7 +47,7 @@ pub(crate) struct Way {
     pub(crate) joints: Option<JointValues>,
     /// In machine coordinates (G53, SUPA, M91, reference points).
     pub(crate) machine: bool,
-    /// The first point is the start of the motion, told by the program.
+    /// The first point is the start of the motion, known from the program.
     pub(crate) from_known: bool,
 }
 
@@ -70,7 +71,7 @@ pub(crate) struct Tracer<'a> {
     /// Rotary axes turn about the point so much ahead of the tip, mm.
     turn_center: f64,
     q: JointValues,
-    /// Tip and axis on the table, where the program has told them since the start.
+    /// Tip and axis on the table, where the program has given them since the start.
     tip: Option<ToolPose>,
     /// The joints are those of `tip`.
     joints_known: bool,
@@ -112,7 +113,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Gauge length of the tool in the spindle, mm; zero where nobody knows it.
+    /// Gauge length of the tool in the spindle, mm; zero where it is unknown.
     pub(crate) fn gauge(&self) -> f64 {
         self.lengths.get(&self.tool).copied().unwrap_or(0.0)
     }
@@ -185,7 +186,8 @@ impl<'a> Tracer<'a> {
         Some(Way { kind, points, axis, joints, machine: motion.machine_coordinates, from_known })
     }
 
-    /// Takes the end of a motion; the joints where axes were moved. None where the program does not tell where it leads.
+    /// Takes the end of a motion; the joints where axes were moved. None where the end does not
+    /// follow from the program.
     fn go(&mut self, motion: &Motion) -> Option<Option<JointValues>> {
         let tcp = self.tcp && !motion.machine_coordinates;
         if motion.machine_coordinates {
@@ -234,7 +236,7 @@ impl<'a> Tracer<'a> {
         if let Some(axis) = motion.tool_axis_base {
             self.turn_to(&Vector::from(axis), motion.solution);
         }
-        // An axis of which nothing has been told stands at home, which is no place of the program.
+        // An axis without a programmed position is at home, which is no place of the program.
         let told = (0..3).all(|axis| self.base[axis].is_some()) || self.tip.is_some();
         self.tip = Some(self.machine.forward(&self.q, self.gauge()));
         told.then_some(Some(self.q))
@@ -259,7 +261,7 @@ impl<'a> Tracer<'a> {
         Some(self.q)
     }
 
-    /// The joints under the tip, after motion that told the tip alone.
+    /// The joints under the tip, after motion that gave the tip alone.
     fn solve_joints(&mut self) {
         if self.joints_known {
             return;
@@ -278,7 +280,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Turns the rotary axes until the tool stands along an axis of the table frame (G53.1, CYCLE800, PLANE), the linear ones at rest.
+    /// Turns the rotary axes until the tool points along an axis of the table frame (G53.1,
+    /// CYCLE800, PLANE), the linear ones at rest.
     fn turn_to(&mut self, axis: &Vector, solution: RotarySolution) {
         let tip = self.machine.forward(&self.q, self.gauge()).tip;
         let pose = ToolPose { tip, axis: *axis };
@@ -315,7 +318,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// A point of base coordinates in the workpiece frame, with the rotary axes as they stand.
+    /// A point of base coordinates in the workpiece frame, at the present positions of the rotary
+    /// axes.
     fn at_base(&self, base: [f64; 3]) -> Option<Point> {
         let tip = if self.tcp {
             self.zero? + Vector::from(base)

@@ -11,7 +11,8 @@ use super::{FirstPartError, refused};
 const BELOW: &str = "# Below the stock, mm: ";
 /// Key of the answer.
 const KEY: &str = "workholding";
-/// What no answer tells, mm: thickness of the jaws of a vise and height of its bed, width of the jaws of a chuck, stud of a clamp.
+/// Sizes that no answer gives, mm: thickness of the jaws of a vise and height of its bed, width of
+/// the jaws of a chuck, stud of a clamp.
 const JAW_MM: f64 = 20.0;
 const BED_MM: f64 = 30.0;
 const CHUCK_JAW_MM: f64 = 25.0;

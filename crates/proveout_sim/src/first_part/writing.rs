@@ -1,5 +1,5 @@
-//! The files of a proposal: `scene.toml`, `tools.toml`, `README.md`. Every value that nothing told has its reason beside it, with the word
-//! `chosen`.
+//! The files of a proposal: `scene.toml`, `tools.toml`, `README.md`. Every value that was not given
+//! has its reason next to it, with the word `chosen`.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -109,8 +109,9 @@ pub(super) fn offsets(
     Ok(all)
 }
 
-/// The mounting of a program that sets its zero itself (G10 L2, G92): where it says, and nothing is left to choose. None where it sets none,
-/// where the call states a mounting, or where the place of that zero hangs on a work offset. `again` reads the program with a work offset.
+/// The mounting of a program that sets its zero itself (G10 L2, G92): where it says, and nothing is
+/// left to choose. None where it sets none, where the call states a mounting, or where the place of
+/// that zero depends on a work offset. `again` reads the program with a work offset.
 pub(super) fn own_mount(
     machine: &Machine,
     first: &[Reading],

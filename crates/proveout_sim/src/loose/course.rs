@@ -1,7 +1,7 @@
 //! What the machine does while a part falls: the tool against the table, and how the table itself is accelerated.
 //!
-//! A loose part is followed in the table frame K. Seen from there it feels gravity as the table stands, less the acceleration of
-//! the place where it is:
+//! A loose part is followed in the table frame K. Seen from there it feels gravity as the table is
+//! oriented, less the acceleration of the place where it is:
 //!
 //! ```text
 //!   f(t) = R_KM(q) (g - p''(t))        p(t) = X_MK(q(t)) p_K       p'' by differences of p at q + v h + a h^2 / 2
@@ -18,7 +18,7 @@ use super::fall::STANDARD_GRAVITY;
 
 /// Step of the differences, s.
 const H: f64 = 1e-3;
-/// A rotary joint below the table that is slower stands, radian/s.
+/// A rotary joint below the table that is slower counts as at rest, radian/s.
 const STANDS: f64 = 1e-6;
 
 /// Motion of the machine from some moment on.
@@ -44,7 +44,8 @@ pub(super) struct Now {
     pub(super) turns: bool,
 }
 
-/// What a thing at a place in K feels while it stands on the table, mm/s²; none where the machine does not state `up`.
+/// What a thing at a place in K feels while it rests on the table, mm/s²; none where the machine
+/// does not state `up`.
 pub(super) fn felt(machine: &Machine, at: &Point, [q, v, a]: [&JointValues; 3]) -> Option<Vector> {
     let up = machine.up?;
     let place = |h: f64| {
@@ -84,7 +85,8 @@ impl Course {
         self.samples.iter().find(|s| (s.acceleration - felt).lp_norm(1) > push).map(|s| s.time)
     }
 
-    /// The machine at a time; after the end it stands as it did then. `rest` is what a part feels while nothing moves.
+    /// The machine at a time; after the end it stays as it was then. `rest` is what a part feels
+    /// while nothing moves.
     pub(super) fn at(&self, time: f64, rest: Vector) -> Now {
         let next = self.samples.partition_point(|s| s.time < time);
         match self.samples.get(next) {

@@ -6,13 +6,14 @@
 //! | end | means |
 //! |---|---|
 //! | rests | no corner has moved by [`STAYS_MM`] or half a cell, and small pushes along all axes of the table do not move it either |
-//! | lies | it comes to rest elsewhere, both times within [`AGREES_MM`]; what comes near to that place is told |
+//! | lies | it comes to rest elsewhere, both times within [`AGREES_MM`]; what comes near to that place is reported |
 //! | left | it is lower than everything that the table carries |
 //! | not decided | anything else, with the reason |
 //!
-//! *Rest under pushes.* Loads that contacts with friction can answer form a convex cone. Where the part stays under gravity and a push
-//! of p along each of +-x, +-y and +-z, contacts therefore answer every load in the octahedron |f - g|_1 <= p between them: accelerations
-//! of the table and its tilt later in the program are held against it.
+//! *Rest under pushes.* Loads that contacts with friction can answer form a convex cone. Where the
+//! part stays under gravity and a push of p along each of +-x, +-y and +-z, contacts therefore
+//! answer every load in the octahedron |f - g|_1 <= p between them. Accelerations of the table and
+//! its tilt later in the program are compared with that limit.
 
 use proveout_geom::{Aabb, Point, Pose, Vector};
 
@@ -64,7 +65,7 @@ pub(super) struct Fall {
     pub(super) table: (Point, Vector),
     /// When it begins, s.
     pub(super) start: f64,
-    /// What the part feels while the machine stands, mm/s².
+    /// What the part feels while the machine is at rest, mm/s².
     pub(super) gravity: Vector,
 }
 
@@ -122,7 +123,8 @@ struct Way {
 }
 
 impl Fall {
-    /// Follows the part. `last`: the machine stands where the course ends; otherwise a fall that lasts longer is unfinished.
+    /// Follows the part. `last`: the machine stops where the course ends; otherwise a fall that
+    /// lasts longer is unfinished.
     pub(super) fn decide(&self, course: &Course, last: bool) -> Decision {
         let [mut first, second] = ASSUMED.map(|touch| self.follow(touch, course, last));
         for s in second.struck {
@@ -270,7 +272,7 @@ impl Fall {
         Ran::Lies(*moved)
     }
 
-    /// The solver has lost the place of the part beside a body.
+    /// The solver has lost the place of the part at a body.
     fn too_deep(&self, contacts: &[Contact], limit: f64) -> Option<Ran> {
         let deep = contacts.iter().find(|c| c.depth > limit + self.error)?;
         let name = self.name(deep);

@@ -1,7 +1,8 @@
 //! Places where parts lie that have come off, against everything that moves later.
 //!
-//! A part that lies on the table is a body of its own. Where it lies is known to a millimeter: the box round it is followed as a
-//! fixture, and what comes into it is told; what does not is proved clear.
+//! A part that lies on the table is a body of its own. Where it lies is known to a millimeter: the
+//! box round it is followed as a fixture. What comes into the box is reported; what does not is
+//! proved clear.
 
 use proveout_collision::{CollisionError, Fixture, Interference};
 use proveout_controller::Chunk;

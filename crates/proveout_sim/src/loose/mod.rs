@@ -3,24 +3,26 @@
 //! After every stretch of motion that has cut, the twin looks whether the stock still hangs together. A part that has come off is taken
 //! out, followed as a rigid body from the end of the piece that cut it last (`fall`), and then
 //!
-//! * put back where it rests: it stays stock, and later motion of the table is held against the pushes that it answers;
+//! * put back where it rests: it stays stock, and later motion of the table is compared with the
+//!   pushes that it withstands;
 //! * left out where it has fallen away: its material is no longer stock;
-//! * left out where it comes to rest elsewhere, and the bodies that come near to that place are told;
+//! * left out where it comes to rest elsewhere, and the bodies that come near to that place are
+//!   reported;
 //! * put back where nothing is decided: the gates `collision` and `near_miss` are unchecked from then on.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `world` | what a fall is told in |
+//! | `world` | the data of a fall |
 //! | `rapier_world` | the rigid body among its neighbors; the one file that knows Rapier |
 //! | `pieces` | a body in convex pieces, with their error |
 //! | `course` | motion of tool and table while a part falls |
 //! | `fall` | from two simulations to what is decided |
 //! | `neighbors` | part, fixtures, machine, tool and the rest of the stock as bodies |
 //! | `lying` | places where parts lie, against what moves later |
-//! | `wording` | what is told |
+//! | `wording` | the texts of findings |
 //!
-//! Rapier is the feature `rapier`. Without it (`no_rapier`) parts that come off are found and told, none is followed, and the gates
-//! are unchecked from then on.
+//! Rapier is the feature `rapier`. Without it (`no_rapier`) parts that come off are found and
+//! reported, none is followed, and the gates are unchecked from then on.
 
 mod course;
 mod fall;
@@ -47,14 +49,15 @@ use self::{
 };
 use crate::{finding::Finding, observer::LooseMotion, prepare::Prepared, process::CuttingState};
 
-/// Least volume of a part that is told, mm³: below it lie crumbs of a few chips.
+/// Least volume of a part that is reported, mm³: below it lie crumbs of a few chips.
 const LEAST_VOLUME: f64 = 1.0;
 /// The same in edges of a cell: what is thinner may hang together between the rays.
 const LEAST_CELLS: f64 = 4.0;
 /// Parts that are followed in a run; what comes off after them is not.
 const MOST_PARTS: usize = 24;
-/// Columns of a stock that are looked at for nothing. A look takes about as long for a column as the cutting of a ray: in a larger stock
-/// it waits until so many rays were met as there are columns beyond these.
+/// Columns of a stock that are checked at no extra cost. The check of a column takes about as long as
+/// the cutting of a ray: in a larger stock it waits until as many rays were met as there are columns
+/// beyond these.
 const FREE_COLUMNS: u64 = 50_000;
 /// A part that answers pushes of this much (mm/s²) is clamped: it may be cut. What rests by its weight and friction alone may not.
 const CLAMPED: f64 = 20_000.0;
@@ -96,13 +99,13 @@ struct Loose {
     part: StockPart,
     at: Moment,
     state: State,
-    /// Something was removed beside it, or a part beside it has gone.
+    /// Material next to it was removed, or a part next to it has gone.
     disturbed: bool,
-    /// It was told that it has come off.
+    /// It was reported that it has come off.
     told: bool,
 }
 
-/// What the parts are looked at with.
+/// What the check of the parts works on.
 pub(crate) struct Shop<'a> {
     pub(crate) prepared: &'a Prepared,
     pub(crate) stock: &'a mut TriDexel,
@@ -210,8 +213,8 @@ impl LooseParts {
         self.watch_table(prepared, chunk);
     }
 
-    /// Looks for parts that have come off in a stretch whose first piece has the id `first`, and follows them. `last`: the machine
-    /// stands after it.
+    /// Looks for parts that have come off in a stretch whose first piece has the id `first`, and
+    /// follows them. `last`: the machine stops after it.
     pub(crate) fn look(
         &mut self,
         shop: &mut Shop<'_>,
@@ -253,7 +256,7 @@ impl LooseParts {
         told
     }
 
-    /// Ends the run: the machine stands.
+    /// Ends the run: the machine has stopped.
     pub(crate) fn finish(&mut self, shop: &mut Shop<'_>) -> Vec<Told> {
         self.decide(shop, true)
     }

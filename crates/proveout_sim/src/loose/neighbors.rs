@@ -14,7 +14,7 @@ use super::{
 };
 use crate::prepare::Prepared;
 
-/// Sides of the polygon that stands for a circle of the tool.
+/// Sides of the polygon that approximates a circle of the tool.
 const SECTORS: usize = 48;
 /// Chord error of the tool's profile, mm.
 const CHORD_MM: f64 = 0.005;
@@ -86,7 +86,7 @@ fn standing(stock: &TriDexel, prepared: &Prepared, at: &Moment, part: &Aabb, gra
     let table_from_machine = machine.machine_from_table(&at.joints).inverse();
     for (k, body) in machine.bodies.iter().enumerate().filter(|(_, b)| !b.mesh.triangles.is_empty()) {
         let on_table = body.attached_to == machine.table.attached_to;
-        // What moves with the table stands in K, to the last bit.
+        // What moves with the table is at rest in K, to the last bit.
         let pose = if on_table { Pose::identity() } else { table_from_machine * machine.body_pose(k, &at.joints) };
         out.push(Standing { name: body.name.clone(), mesh: body.mesh.transformed(&pose), on_table });
     }

@@ -1,4 +1,4 @@
-//! What stands for Rapier in a build without the feature `rapier`: no part is followed.
+//! Replaces Rapier in a build without the feature `rapier`: no part is followed.
 //!
 //! [`IS_BUILT`] is asked before any of it is called.
 

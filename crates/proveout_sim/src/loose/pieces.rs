@@ -11,18 +11,19 @@
 //!           the inner corner lies deepest
 //! ```
 //!
-//! Each side is the mesh cut at the planes, with those corners of the cut that lie in material: its hull is the hull of that part of
-//! the body. What the hulls have too much is told as the error.
+//! Each side is the mesh cut at the planes, with those corners of the cut that lie in material: its
+//! hull is the hull of that part of the body. The excess of the hulls is reported as the error.
 
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{SurfaceMesh, TriDexel};
 
 use super::{rapier_world::hull, world::Hull};
 
-/// Pieces of a body at most; a body that needs more is told with the error that is left.
+/// Pieces of a body at most; a body that needs more is given with the error that is left.
 const MOST_PIECES: usize = 48;
 
-/// Half of the gap between the sides of a cut, mm: a face that is a rounding error beside the cut leaves no sliver on its other side.
+/// Half of the gap between the sides of a cut, mm: a face that is off the cut by a rounding error
+/// leaves no sliver on its other side.
 const GAP_MM: f64 = 1e-3;
 
 /// Convex pieces of a body.

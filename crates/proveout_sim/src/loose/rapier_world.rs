@@ -1,14 +1,17 @@
-//! A loose part among bodies that stand and a tool that moves, in Rapier, which stays behind this file.
+//! A loose part among bodies at rest and a moving tool, in Rapier. No other file knows Rapier.
 //!
 //! All is in the table frame K. Lengths are in m inside, with `length_unit` set to the size of such parts: the tolerances of the library
 //! are made for bodies of a meter.
 //!
-//! Things to know about the library (0.36.1), each held by a test: integration is of first order, so that a step is 0.5 ms in
-//! four substeps (a fall of 0.3 s is then 0.2 mm off in its place and exact in its speed); contacts are kept for a while instead of
-//! being found anew, so that `contact_recycling` is off; contacts of one plane are merged before they are solved, so that
-//! impulses are read only with `contact_clustering` off; speeds are cut off at 400 `length_unit` a second, so that the limit is
-//! taken away; the axes that it finds of an inertia tensor may be off where two of its values are nearly equal, so that they are
-//! found here; what slides feels a friction that is up to 10 percent off. It runs on one thread: the feature `parallel` stays off, and the same calls give the same bits.
+//! Things to know about the library (0.36.1), each checked by a test: integration is of first
+//! order, so that a step is 0.5 ms in four substeps (a fall of 0.3 s is then 0.2 mm off in its
+//! place and exact in its speed). Contacts are kept for a while instead of being found again, so
+//! that `contact_recycling` is off. Contacts of one plane are merged before they are solved, so
+//! that impulses are read only with `contact_clustering` off. Speeds are cut off at 400
+//! `length_unit` a second, so that the limit is taken away. The axes that it finds of an inertia
+//! tensor may be off where two of its values are nearly equal, so that they are found here. What
+//! slides feels a friction that is up to 10 percent off. It runs on one thread: the feature
+//! `parallel` stays off, and the same calls give the same bits.
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, Vector};
@@ -276,7 +279,7 @@ mod tests {
                 }
                 let t = f64::from(steps) * STEP;
                 let way = world.moved().translation.x;
-                // The friction that the way tells.
+                // The friction that follows from the distance slid.
                 let felt = angle.tan() - 2.0 * way / (t * t * G * angle.cos());
                 if slides {
                     assert!((felt / friction - 1.0).abs() < 0.1, "{friction} {angle}: {way} {felt}");

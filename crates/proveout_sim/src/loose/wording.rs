@@ -1,4 +1,4 @@
-//! What is told of parts that have come off.
+//! Texts of findings about parts that have come off.
 
 use proveout_geom::Pose;
 use proveout_stock::StockPart;
@@ -44,8 +44,8 @@ pub(super) fn came_off(k: usize, part: &StockPart, mass: f64, end: &End, table_f
     f
 }
 
-/// Something that a part hit on its way. Speeds are told to two figures and times to a hundredth of a second: what the
-/// assumptions are worth.
+/// Something that a part hit on its way. Speeds are given to two figures and times to a hundredth
+/// of a second: the assumptions are worth no more.
 pub(super) fn struck(k: usize, hit: &Struck, work_from_table: &Pose) -> Finding {
     let speed = two_figures(hit.speed);
     let p = work_from_table.point(&hit.point).coords.map(f64::round);

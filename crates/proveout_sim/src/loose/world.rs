@@ -1,4 +1,5 @@
-//! What a fall is told in: the part, the bodies about it, their contacts. `rapier_world` and `no_rapier` take and give these.
+//! The data of a fall: the part, the bodies about it, their contacts. `rapier_world` and
+//! `no_rapier` take and return these.
 
 #![cfg_attr(not(feature = "rapier"), allow(dead_code, reason = "a build without Rapier follows no fall"))]
 
@@ -8,7 +9,7 @@ use proveout_geom::{Point, TriMesh};
 /// One step of a fall, s.
 pub(super) const STEP: f64 = 5e-4;
 
-/// What is taken for granted of two bodies that touch.
+/// What is assumed of two bodies that touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
     /// Coefficient of Coulomb friction, at rest and sliding.
@@ -26,7 +27,7 @@ pub(super) struct Body {
     pub(super) inertia: Matrix3<f64>,
 }
 
-/// A body that stands, in K.
+/// A body at rest in K.
 #[derive(Clone, Debug)]
 pub(super) struct Standing {
     pub(super) name: String,

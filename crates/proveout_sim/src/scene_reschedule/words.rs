@@ -27,7 +27,7 @@ pub enum InsetWordFile {
 pub enum ChannelFile {
     /// The rule of Li et al. 2022 with `clearance_deg` on both sides.
     Clearance,
-    /// What the tool leaves free beside part and fixtures, up to `lean_max_deg`.
+    /// What the tool leaves free next to part and fixtures, up to `lean_max_deg`.
     Tool,
     /// Both rotary joints free, row by row.
     Rows,

@@ -39,8 +39,9 @@ pub struct ShardCost {
     pub stock_bytes: u64,
 }
 
-/// Cuts the shard whose raw stock lies in `job`, of a run whose motion lies in `folder`, and writes what became of its tiles to `out`. `tell`
-/// hears, stretch by stretch, how many pieces are done.
+/// Cuts the shard whose raw stock lies in `job`, of a run whose motion lies in `folder`, and writes
+/// what became of its tiles to `out`. `tell` is called after each stretch with the number of pieces
+/// done.
 ///
 /// # Errors
 /// [`SimError`] when motion or stock cannot be read, or the file cannot be written.

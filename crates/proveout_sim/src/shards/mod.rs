@@ -7,10 +7,12 @@
 //!   merge    the run as ever; where it would cut, it takes what all shards say
 //! ```
 //!
-//! The merged run plans its motion, follows bodies, looks for loose parts and judges as any other run: there is one way to a verdict. So its
-//! folder has the bytes of a run that was never split, for any number of shards. A stretch that the merged run has to cut in parts,
-//! since a body comes near the stock within it, is cut by the merged run itself; so is everything behind a part that
-//! came off the stock, of which the shards do not know. Motion is planned twice in all, however many shards there are.
+//! The merged run plans its motion, follows bodies, looks for loose parts and judges as any other
+//! run: there is one way to a verdict. So its folder has the bytes of a run that was never split,
+//! for any number of shards. The merged run itself cuts a stretch that has to be cut in parts,
+//! since a body comes near the stock within it. It also cuts everything after a part that came off
+//! the stock, of which the shards do not know. Motion is planned twice in all, however many shards
+//! there are.
 //!
 //! Rows of tiles of the stock and of its patches go to the shards by load: the heaviest first, to whoever has least, where the load of
 //! a tile is the number of sweeps that come to it before anything is cut ([`proveout_stock::TriDexel::share_rows`]). A shard needs motion and its
@@ -45,7 +47,7 @@ impl ShardError {
     }
 }
 
-/// Reads exactly so many bytes; none at the end of the file.
+/// Reads exactly this many bytes; none at the end of the file.
 fn record(input: &mut impl Read, length: usize) -> std::io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
     input.by_ref().take(length as u64).read_to_end(&mut bytes)?;

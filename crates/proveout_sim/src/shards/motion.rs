@@ -225,7 +225,8 @@ impl<'p> MotionReader<'p> {
                 }
             }
             let [core, cutting, others, zones] = lists;
-            // Which part of the tool a body is decides what its finding says: that is told by the merged run.
+            // Which part of the tool a body is decides what its finding says: the merged run
+            // reports that.
             let of = |list: Vec<Profile>, role: Role| list.into_iter().map(|b| (role, b)).collect();
             let (cutting, others) = (of(cutting, Role::Cutting), of(others, Role::Holder));
             tools.push(ToolBodies { core, cutting, others, zones });

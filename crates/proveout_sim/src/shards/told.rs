@@ -25,7 +25,7 @@ pub struct ShardFacts {
     pub taken: u64,
     /// Sweeps that the run made itself, since a body came near the stock within their stretch.
     pub near_bodies: u64,
-    /// Sweeps that the run made itself behind the first part that was looked at as loose.
+    /// Sweeps that the run made itself after the first part that was looked at as loose.
     pub behind_loose_part: u64,
 }
 

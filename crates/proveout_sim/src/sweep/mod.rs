@@ -1,4 +1,5 @@
-//! Sweeps: one scene run many times, with other values of what it hangs on, by as many processes and machines as there are.
+//! Sweeps: one scene run many times, with other values of its inputs, by as many processes and
+//! machines as there are.
 //!
 //! ```text
 //!   sweep.toml ── plan ──► OUT/plan.json                    digests of all jobs, in order
@@ -12,7 +13,7 @@
 //! starts nothing, a worker that was killed costs its job, and a changed input costs the jobs that read it. `run` and `merge` hold plan, jobs,
 //! inputs and verdicts against their digests again, also for jobs whose results are there. Results depend on the job alone, and are merged in order: same plan, same bytes, whoever ran what.
 //!
-//! *Digest of a job*: SHA-256 of version, program, values and inputs, as they stand in `job.json`.
+//! *Digest of a job*: SHA-256 of version, program, values and inputs, as in `job.json`.
 //!
 //! *Designs.* `grid`: all combinations, the last key changing fastest. `list`: the first values of all keys, then the second ones. `latin-hypercube`:
 //! n draws, of which each key has one in every n-th part of its range (`McKay`, Beckman, Conover 1979); the order comes from the `seed`.

@@ -49,7 +49,7 @@ pub struct Plan {
     pub keys: Vec<String>,
     /// What is kept of every run.
     pub keep: KeepFile,
-    /// The jobs are so many shards of a single run.
+    /// The jobs are this many shards of a single run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shards: Option<u16>,
     /// Digests of the jobs in order.
@@ -58,7 +58,7 @@ pub struct Plan {
     pub check: String,
 }
 
-/// `job.json`: all that a job hangs on.
+/// `job.json`: all that a job depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Planned {
@@ -248,7 +248,7 @@ fn json(value: &impl Serialize) -> Result<String, SimError> {
     serde_json::to_string_pretty(value).map(|text| text + "\n").map_err(|e| SimError::Folder(e.into()))
 }
 
-/// Writes a file beside its place and moves it there: it is whole, or not there.
+/// Writes a file next to its place and moves it there: it is whole, or does not exist.
 pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let beside = path.with_file_name(format!(".{name}.{}", std::process::id()));
@@ -292,7 +292,7 @@ impl Plan {
 }
 
 impl Planned {
-    /// Reads a job and holds it against the plan.
+    /// Reads a job and checks it against the plan.
     ///
     /// # Errors
     /// None of this number, one that cannot be read, or one that is not as it was planned.
@@ -393,7 +393,7 @@ fn check_inputs(
     Ok(())
 }
 
-/// Reads all that a job names, and holds it against what was planned.
+/// Reads all that a job names, and checks it against what was planned.
 ///
 /// # Errors
 /// What the scene refuses with these values ([`SimError::Input`] and its like: a result), or an input that is not as it was planned.

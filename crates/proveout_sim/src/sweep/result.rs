@@ -98,7 +98,7 @@ pub enum ResultFault {
     /// It is of another plan: an input, a value or the version has changed.
     #[error("the result of job {0} is of an earlier plan")]
     Other(usize),
-    /// It was changed behind the run, or half of it is lost.
+    /// It was changed after the run, or half of it is lost.
     #[error("the result of job {job} is damaged: {message} ({})", path.display())]
     Damaged {
         /// The job.

@@ -1,9 +1,12 @@
-//! The fast analytic answer beside a simulated profile across the lay: the profile model of Dong et al. 2023 (`proveout_surface::texture::Dong`).
+//! The fast analytic answer for a simulated profile across the lay: the profile model of Dong et
+//! al. 2023 (`proveout_surface::texture::Dong`).
 //!
-//! All that the model asks for is read off the profile: which pass cut each of its points tells the passes' distance, the contact at its
-//! middle tells how the cutter leans, and the design's normals tell its curvature. The cutter enters by its two curvatures at the contact,
-//! as the torus that osculates it there, so that every cutter with a round contact has an answer. Both Ra are those of the
-//! unfiltered profile over whole passes; their difference is what the model's assumptions (parallel, equal, straight passes) are worth.
+//! All that the model asks for is read off the profile. The pass that cut each point gives the
+//! distance of the passes, the contact at the middle of the profile gives the tilt of the cutter,
+//! and the normals of the design give its curvature. The cutter enters by its two curvatures at the
+//! contact, as the torus that osculates it there, so that every cutter with a round contact has an
+//! answer. Both Ra are those of the unfiltered profile over whole passes; their difference is what
+//! the model's assumptions (parallel, equal, straight passes) are worth.
 
 use proveout_geom::Vector;
 use proveout_surface::{
@@ -16,7 +19,8 @@ use proveout_tool::Tool;
 use super::record::Kept;
 use crate::verdict::AnalyticUsed;
 
-/// Two neighboring points were cut by different passes if the tip ran farther than this between, mm, beside two turns of the spindle.
+/// Two neighboring points were cut by different passes if the tip ran farther between them than
+/// this, mm, plus two turns of the spindle.
 const OTHER_PASS: f64 = 2.0;
 /// Points of the model's profile in a pitch.
 const POINTS: f64 = 400.0;

@@ -1,4 +1,4 @@
-//! What makes the teeth of a run another thing than they are described, and what nobody describes.
+//! Where the teeth of a run differ from their description, and what is not described.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,8 @@ use super::evaluate::Work;
 use crate::{scene_surface::SurfaceModelFile, verdict::ResidualUsed};
 
 impl Work<'_> {
-    /// What makes teeth another thing than they are described: a spindle that stands, run-out above the chip, numbers that are none.
+    /// Where teeth differ from their description: a stopped spindle, run-out above the chip,
+    /// numbers that are none.
     pub(super) fn doubts(&mut self, lattice: &Lattice, cuts: &[Option<Cut>]) {
         if self.surface.model != SurfaceModelFile::Teeth {
             return;
@@ -42,7 +43,7 @@ impl Work<'_> {
         self.used.unchecked.extend(found);
     }
 
-    /// Whether a tool whose spindle stands goes through the surface.
+    /// Whether a tool with a stopped spindle goes through the surface.
     fn standing_cut(&self, lattice: &Lattice, cuts: &[Option<Cut>]) -> Option<String> {
         let mut by_tool: BTreeMap<usize, Vec<CutterPiece>> = BTreeMap::new();
         for &i in &self.standing {

@@ -27,7 +27,7 @@ use crate::{
 /// Side and spacing of the map on which the lay round a single profile is found, mm.
 const LAY_SIDE: f64 = 4.0;
 const LAY_STEP: f64 = 0.04;
-/// Blocks that are told of a place.
+/// Most blocks that are reported for a place.
 const TOLD_BLOCKS: usize = 3;
 
 /// Receives each place when it is done.
@@ -67,7 +67,7 @@ pub(super) struct Work<'a> {
     entry: &'a Entry,
     /// Tools that come near, with their kept pieces in order of time, and their edges.
     tools: Vec<(usize, Vec<u32>, Vec<Edge>)>,
-    /// Pieces of tools whose spindle stands.
+    /// Pieces of tools with a stopped spindle.
     pub(super) standing: Vec<u32>,
     repeats: u32,
     pub(super) used: TextureUsed,
@@ -388,8 +388,8 @@ impl<'a> Work<'a> {
         })
     }
 
-    /// What a profile leaves open. Drawings ask for the direction across the lay, where the values are largest (ISO 21920-1): beside it a
-    /// profile along the lay is for information.
+    /// What a profile leaves open. Drawings ask for the direction across the lay, where the values
+    /// are largest (ISO 21920-1). In addition to it a profile along the lay is for information.
     fn open(&mut self, direction: Option<ProfileDirectionFile>, what: String) {
         let beside = matches!(self.entry.wanted, Wanted::Map { .. }) && direction == Some(ProfileDirectionFile::Along);
         if beside { self.used.remarks.push(what) } else { self.used.unchecked.push(what) }

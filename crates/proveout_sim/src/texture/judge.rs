@@ -15,7 +15,7 @@ use crate::{
     verdict::{Spread, State, Surface, TextureUsed},
 };
 
-/// Reasons that a judgement tells; the verdict has all of them.
+/// Most reasons that a judgement gives; the verdict has all of them.
 const TOLD: usize = 3;
 
 /// Judges the tolerances that the scene sets, and sums the places up.

@@ -7,9 +7,9 @@
 //!                                   └──► observers, verdict, judgement of ra_um and rz_um
 //! ```
 //!
-//! Heights come from [`proveout_surface::topography`], exact for the pieces of motion; parameters from
-//! [`proveout_surface::texture`]. What a value hangs on stands beside it; what could not be evaluated is named, and then Ra and Rz are
-//! unchecked.
+//! Heights come from [`proveout_surface::topography`], exact for the pieces of motion; parameters
+//! from [`proveout_surface::texture`]. What a value depends on is given with it. What could not be
+//! evaluated is named, and then Ra and Rz are unchecked.
 
 mod analytic;
 mod doubts;
@@ -124,7 +124,7 @@ struct Entry {
     wanted: Wanted,
 }
 
-/// The places of a scene, held against its design.
+/// The places of a scene, checked against its design.
 pub(crate) struct Plan {
     ground: Ground,
     entries: Vec<Entry>,

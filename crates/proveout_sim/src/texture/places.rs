@@ -19,7 +19,7 @@ use proveout_surface::{DesignSurface, topography::Lattice};
 
 use crate::scene_surface::Middle;
 
-/// A middle may be written as far as this beside the design, mm.
+/// A middle may be given as far as this off the design, mm.
 const BESIDE_MM: f64 = 1.0;
 /// Largest turn of the normal from node to node, radian: above it the patch runs over an edge.
 const EDGE_RAD: f64 = 0.5;
@@ -137,7 +137,7 @@ impl Place {
                 }
                 Ok(())
             }
-            // Corners of an airfoil patch are held against its ends.
+            // Corners of an airfoil patch are checked against its ends.
             _ => self.lattice(ground, [1, 1], [steps[0] as f64 * step[0], steps[1] as f64 * step[1]]).map(|_| ()),
         }
     }
@@ -241,7 +241,7 @@ fn row(design: &dyn DesignSurface, node: &Node, steps: usize, step: f64) -> Resu
 /// `steps` + 1 nodes in a row whose middle is `start`.
 fn line(design: &dyn DesignSurface, start: Node, steps: usize, step: f64) -> Result<Vec<Node>, Refused> {
     let half = steps / 2;
-    // An odd number of steps begins half a step beside the middle.
+    // An odd number of steps begins half a step from the middle.
     let first = if steps.is_multiple_of(2) { start } else { next(design, &start, 0.5 * step)? };
     let go = |count: usize, step: f64| -> Result<Vec<Node>, Refused> {
         let mut nodes = Vec::with_capacity(count);
@@ -389,7 +389,8 @@ mod tests {
             }
             let (rows, columns, angle) = steps(&lattice);
             within(&rows, 0.1, 1e-4);
-            // Rows beside the spine come nearer to each other or go apart, as meridians do.
+            // Rows on both sides of the spine come nearer to each other or go apart, as meridians
+            // do.
             within(&columns, 0.1, 1e-2);
             assert!((angle - std::f64::consts::FRAC_PI_2).abs() < 0.01, "{angle}");
         }

@@ -7,8 +7,8 @@
 //!
 //! * `ideal`: a motion in feed takes its programmed length over its programmed feed, without ramps; everything else (rapid motion, dwell,
 //!   tool changes) takes the time that the control plans for it.
-//! * `planned`, `servo`: the time of the samples. A piece along which they do not run evenly is cut at samples until the tip is nowhere more than
-//!   [`UNEVEN_MM`] beside its place in time.
+//! * `planned`, `servo`: the time of the samples. A piece along which they do not run evenly is cut
+//!   at samples until the tip is nowhere more than [`UNEVEN_MM`] off its place in time.
 //!
 //! # Spindle
 //!
@@ -35,7 +35,8 @@ pub(crate) const MOST_PIECES: usize = 1_000_000;
 pub(crate) const PIECE_BYTES: u64 = 256;
 /// Largest distance along the path of the tip from its place in time, mm.
 const UNEVEN_MM: f64 = 1e-5;
-/// Longest kept piece, mm: short ones are told apart from those that do not come near a node. No height hangs on it.
+/// Longest kept piece, mm: with short pieces those that do not come near a node can be left out. No
+/// height depends on it.
 const LONGEST_MM: f64 = 2.0;
 /// A phase is known from a place that the tip passes within this, mm.
 pub(crate) const PASSED_MM: f64 = 0.01;
@@ -88,7 +89,7 @@ struct Cylinder {
     height: f64,
 }
 
-/// A sample of the motion: what tells how a piece is run through.
+/// A sample of the motion: how a piece is run through.
 #[derive(Clone, Copy, Debug)]
 struct Mark {
     time: f64,
@@ -178,7 +179,7 @@ impl<'a> Recorder<'a> {
         let own = self.waiting.iter().take_while(|(p, _)| p.block == block.index);
         let way = |p: &Piece| (p.pose[1].tip - p.pose[0].tip).norm();
         let (count, length) = own.fold((0, 0.0), |(n, l), (p, _)| (n + 1, l + way(p)));
-        // Where the tip stands, the feed is that of the rotary joints: the plan knows.
+        // Where the tip is at rest, the feed is that of the rotary joints: the plan knows.
         let even = block.feed > 0.0 && block.programmed_length > 0.0 && length > 1e-9;
         for _ in 0..count {
             let Some((piece, state)) = self.waiting.pop_front() else { return };
@@ -253,7 +254,7 @@ impl<'a> Recorder<'a> {
                 0.0
             }
         };
-        // Where the tip stands, the way of the flank counts.
+        // Where the tip is at rest, the way of the flank counts.
         let size = if length > 1e-9 { length } else { angle * 100.0 };
         let within = self.marks.iter().take_while(|m| m.time < piece.time[1]);
         let mut nodes = vec![(0.0, 0.0)];
