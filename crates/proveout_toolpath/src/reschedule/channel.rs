@@ -11,6 +11,7 @@
 //!
 //! ```text
 //!   forward(S)  = min of g over all blocks ahead        backward(S) = max of f over all blocks passed, less pi
+//! ```
 //!
 //! It is on the safe side of the exact rule: a straight line from `Q_i` to a point ahead is a sum of the chords between them,
 //! each at an angle of at least `forward`, and as long as those stay within half a turn the sum lies in their cone.
