@@ -6,8 +6,8 @@
 //! second order in the step, and negative where it is a gouge. The distance of the contact from the
 //! chord of the contacts is computed as well. Both stay within the chord error.
 //!
-//! The step comes from the circle: an arc of radius rho leaves its chord by e where the chord is `2
-//! sqrt(2 rho e - e^2)` (Lu et al. 2022, section 4), and a curve that is bent by `1/rho` at most
+//! The step comes from the circle: an arc of radius rho leaves its chord by e where the chord is
+//! `2 sqrt(2 rho e - e^2)` (Lu et al. 2022, section 4), and a curve that is bent by `1/rho` at most
 //! leaves it by no more (Schur 1921). rho is the radius of the path of the contacts, or of the path
 //! of the cutter where that is sharper: over a convex section of curvature k the center of a cutter
 //! of radius R moves by the factor 1 + k R faster, so that its chord cuts deeper by this factor.

@@ -17,8 +17,8 @@
 //!   cost = max(what the feed proves between both stations, smallest way of each joint between the cells / its velocity)
 //! ```
 //!
-//! is less than any schedule takes that is in both. With v = 0 at the first station and `v' <= v +
-//! cost` on every edge, v is a lower bound of the time to be in a cell, and the least v of the last
+//! is less than any schedule takes that is in both. With v = 0 at the first station and
+//! `v' <= v + cost` on every edge, v is a lower bound of the time to be in a cell, and the least v of the last
 //! station is one of the time of all schedules: the dual of the shortest path, which a reader can
 //! check edge by edge.
 //!
