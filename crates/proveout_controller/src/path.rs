@@ -17,11 +17,11 @@
 //!
 //! *Other corners* get a polynomial of fifth degree in task coordinates that takes value, first and
 //! second derivative from both exact paths at its ends. Between two lines with slopes u and w it
-//! has x' with Bezier points u, u, (u + w)/2, w, w:
-//! x'| <= max(|u|, |w|), so the tip is never faster than the parameter. It leaves the corner by 3/16 d |w - u|. Its
-//! largest second derivative is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w -
-//! u| / d^2 (ends). It is no wider than the joints need at the programmed feed, than the tolerances
-//! of tip and orientation allow, or than half of either block. Where a neighbor is not a line the
+//! has x' with Bezier points u, u, (u + w)/2, w, w: |x'| <= max(|u|, |w|), so the tip is never
+//! faster than the parameter. It leaves the corner by 3/16 d |w - u|. Its largest second derivative
+//! is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w - u| / d^2 (ends). It is no
+//! wider than the joints need at the programmed feed, than the tolerances of tip and orientation
+//! allow, or than half of either block. Where a neighbor is not a line the
 //! deviation is measured at points, and d shrinks until it fits.
 //!
 //! *A corner between feed and rapid* is not rounded: the control stops in it, so that the feed

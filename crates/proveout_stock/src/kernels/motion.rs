@@ -56,9 +56,9 @@ impl Piece {
         along(self.tip, self.travel, tau)
     }
 
-    /// Axis at tau. The chord of the great circle is lengthened to unit length: |a + tau (b - a)|^2 =
-    /// 1 - tau (1 - tau)
-    /// b - a|^2. Its direction lags the uniform turn by at most angle^3 / 60 (see [`Self::lag`]).
+    /// Axis at tau. The chord of the great circle is lengthened to unit length:
+    /// |a + tau (b - a)|^2 = 1 - tau (1 - tau) |b - a|^2. Its direction lags the uniform turn by at
+    /// most angle^3 / 60 (see [`Self::lag`]).
     #[inline]
     pub(crate) fn axis_at(&self, tau: f64) -> V {
         if self.angle2 == 0.0 {
