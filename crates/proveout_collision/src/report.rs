@@ -144,8 +144,8 @@ pub struct PairInfo {
 pub enum Unchecked {
     /// Both move as one.
     Rigid,
-    /// Machine bodies of neighboring joints that lie wholly in the volume in which they bear on
-    /// each other, though no role gives them that task.
+    /// Machine bodies of neighboring joints with nothing left outside the volume in which they bear
+    /// on each other, though no role says that they bear.
     Neighbors,
     /// The same of a body that bears by its role in the machine file ([`crate::BEARING_ROLES`]), or is round about the axis of the joint between them,
     /// so that it is at every turn where it is at rest.

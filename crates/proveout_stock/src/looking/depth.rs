@@ -31,7 +31,7 @@
 //! longest overlap is the depth.
 //!
 //! *What the body held when it began.* A ray that grazes the body may keep a chord left by the
-//! previous item, within the bound of the sweep. Nothing has entered there: chords that lie, at
+//! previous item, within the bound of the sweep. The body has not entered there: chords that lie, at
 //! their middle, no deeper below the skin of the body at its begin than that bound count with twice
 //! that depth. (Along a chord the depth below a convex skin is concave and vanishes at the ends: at
 //! most twice its value in the middle.)
