@@ -25,7 +25,7 @@ const TOLERANCE_MM: f64 = 2e-4;
 const CONTACT_REFRESH_MM: f64 = 0.5;
 /// A pair is measured again when it may be nearer than this part of the smallest distance measured so far,
 const WATCH: f64 = 0.75;
-/// or of this distance, mm, as long as nothing is nearer: what is further away is nobody's concern.
+/// or than this distance, mm, as long as nothing is nearer: greater distances are of no interest.
 const FAR_MM: f64 = 50.0;
 /// Longest range of a query beyond what is needed, mm.
 const LAST_REACH_MM: f64 = 3200.0;
@@ -38,7 +38,7 @@ const LEAST_OF_ALL: f64 = 2.0;
 /// Way ahead for which the distance of two neighbors is asked, mm.
 const AHEAD_MM: f64 = 50.0;
 
-/// How a pair, or a body and the stock, stand to each other.
+/// Relation of a pair, or of a body and the stock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum State {
     /// Farther apart than the clearance that is wanted, or not yet known to be nearer.
@@ -138,7 +138,8 @@ impl Interference {
         Step { slack: step.slack + dot(&self.pairs[i].weights, &off.0), ..*step }
     }
 
-    /// One pair through one step, and through its quarters where the whole does not tell that they keep apart.
+    /// Checks one pair over one step, and over its quarters where the whole step does not show that
+    /// they keep apart.
     pub(crate) fn examine_closely(&mut self, i: usize, step: &Step, off: &JointValues, finer: Option<&FinerPiece>) {
         let wide = self.widened(i, step, off);
         let Some(finer) = finer.filter(|_| step.whole) else { return self.examine_pair(i, &wide) };
@@ -254,7 +255,8 @@ impl Interference {
         let carries = chain_to(&self.machine, b.attached);
         let of_b = std::array::from_fn(|j| carries.contains(&j));
         let ends = part.map(|t| step.joints(t));
-        // Of a whole piece the proof of the least clearance would ask the same once more, for as much as is told here.
+        // For a whole piece the proof of the least clearance would ask the same again, up to the
+        // bound found here.
         let wanted = floor + TOLERANCE_MM;
         let is_least = p.least_found <= LEAST_OF_ALL * wanted;
         let noted = is_least && step.whole && part == [0.0, 1.0] && self.proof.is_some();

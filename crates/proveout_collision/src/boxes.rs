@@ -15,10 +15,11 @@
 //! A caller that knows leaves which were nearest a moment ago (*warm start*; Lin and Canny 1991) hands their distance in as the best so
 //! far, and most of both trees is never looked at.
 //!
-//! *Roughly.* Of what is far away nobody needs the exact distance, and it is what costs: a ring of a table is as far from a bearing at a
-//! thousand places, and all of them must be opened to find the nearest. A caller names the distance up to which it needs to be exact; beyond
-//! it a pair of boxes is left out as soon as it is no nearer than [`ROUGH`] of the best so far. The answer is then a proved distance and one
-//! that was measured, with the true one between them.
+//! *Roughly.* The exact distance of something far away is not needed, and it is the most costly: a
+//! ring of a table is as far from a bearing at a thousand places, and all of them must be opened to
+//! find the nearest. A caller names the distance up to which it needs to be exact; beyond it a pair
+//! of boxes is left out as soon as it is no nearer than [`ROUGH`] of the best so far. The answer is
+//! then a proved distance and a measured one, with the true one between them.
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, Vector};
@@ -112,9 +113,10 @@ pub(crate) fn near_leaves<A: BoxTree, B: BoxTree, W>(
     near_leaves_grown(pair, b_from_a, ([Vector::zeros(); 2], &mut Effort::unlimited()), limits, start, distance)
 }
 
-/// The same where `distance` knows of something that is added to every item of `a`; `grown` is half its box, along the axes of a and of b, mm.
-/// After the most effort it ends with what is proved by then: a smaller distance than the limit may be told as [`NearestLeaves::Beyond`], and one
-/// that should be exact as [`NearestLeaves::Between`].
+/// The same where `distance` adds something to every item of `a`; `grown` is half its box, along
+/// the axes of a and of b, mm. When the effort is used up it ends with what is proved by then: it
+/// may return [`NearestLeaves::Beyond`] with a smaller distance than the limit, and
+/// [`NearestLeaves::Between`] where an exact one was wanted.
 pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
     (a, b): (&A, &B),
     b_from_a: &Pose,

@@ -57,8 +57,8 @@ impl Gap {
 /// What was nearest at the last look: triangle or convex body of the first shape, and of the second.
 pub(crate) type Warm = Option<[u32; 2]>;
 
-/// Distance of shape `a` from shape `b`, exact where it is below the first limit, and told where it is below the second (mm). The skins
-/// count, not the inside. `warm` only makes it quicker.
+/// Distance of shape `a` from shape `b`: exact below the first limit, reported below the second
+/// (mm). The skins count, not the inside. `warm` only makes it quicker.
 pub(crate) fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, [exact, limit]: [f64; 2], warm: &mut Warm) -> Gap {
     match (a, b) {
         // What is proved of two meshes is far more than any limit that would have been asked for, at the same cost.
@@ -322,7 +322,7 @@ fn ball_end(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, bound:
         return None;
     }
     let along = way / far;
-    // From the body to the triangle; `separation` is told the way back.
+    // From the body to the triangle; `separation` takes the opposite direction.
     let proved = separation(body, corners, mesh_from_body, &-along);
     (proved >= bound || proved >= (far - radius) - PROVED_WITHIN_MM).then(|| (proved, p, center + along * radius))
 }

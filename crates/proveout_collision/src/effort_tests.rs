@@ -140,7 +140,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// Holds an answer against the true distance; `ended` where the effort was used up.
+    /// Compares an answer with the true distance; `ended` where the effort was used up.
     fn hold(&mut self, found: &Gap, least: f64, limit: f64, ended: bool, about: &str) {
         let most = least + ORACLE_MM;
         match *found {

@@ -35,7 +35,7 @@ pub struct FinerPiece {
     pub joints: [JointValues; 3],
     /// Bound of the deviation of each joint from the straight ways between them.
     pub off: JointValues,
-    /// As for the whole piece: what any point may be off beside that, mm.
+    /// As for the whole piece: how far any point may be off in addition, mm.
     pub slack: f64,
 }
 
@@ -333,8 +333,9 @@ impl Interference {
         self.check_curved_piece([from, to], time, slack, off, None)
     }
 
-    /// The same where more is known of the motion than its ends. It is asked for where the bound for the whole piece does not tell whether two parts
-    /// keep apart: a joint that bends by micrometers would else be called a contact of parts that are micrometers apart.
+    /// The same where more is known of the motion than its ends. It is needed where the bound for
+    /// the whole piece does not show that two parts keep apart: a joint that bends by micrometers
+    /// would otherwise be reported as a contact of parts that are micrometers apart.
     pub fn check_curved_piece(
         &mut self,
         [from, to]: [&JointValues; 2],
@@ -461,8 +462,9 @@ impl Interference {
         }
     }
 
-    /// Notes where the pairs that were looked at stand; after a look at all, those that are nearest to what needs to be known of them become a group of
-    /// their own, so that the others need not be looked at for their sake.
+    /// Records the distances of the pairs that were checked. After a check of all pairs, those
+    /// nearest to their thresholds become a group of their own, so that the others need not be
+    /// checked because of them.
     fn regroup(&mut self, at: &JointValues, all: bool) {
         let here = |p: &Pair| p.kept.along(&self.turns, &p.weights, [at; 2]);
         if all {

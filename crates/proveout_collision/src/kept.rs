@@ -7,8 +7,9 @@
 //!    distance(q) >= distance(q0) - sum w_j |q_j - q0_j|        whatever way was gone between
 //! ```
 //!
-//! It is the place that counts, not the way: a raster that runs to and fro over a part uses nothing up. A joint that turns about a fixed line stands
-//! after a whole turn where it stood before, so that no more than half a turn counts.
+//! Only the place counts, not the way: a raster that runs to and fro over a part uses nothing up. A
+//! joint that turns about a fixed line is back at the same place after a whole turn, so that no
+//! more than half a turn counts.
 
 use std::f64::consts::{PI, TAU};
 
@@ -81,7 +82,7 @@ pub(crate) fn dot(a: &[f64; MAX_JOINTS], b: &[f64; MAX_JOINTS]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Which joints stand after a whole turn where they stood before.
+/// Joints that are back at the same place after a whole turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turns([bool; MAX_JOINTS]);
 

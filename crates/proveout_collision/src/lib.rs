@@ -9,7 +9,7 @@
 //! * [`Interference`] – takes pieces of motion in order.
 //! * [`StockCheck`] – takes them with the stock as it is cut; [`StockBreach`] – a body that met it, or came near.
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
-//! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
+//! * [`ToolClearance`] – one tool pose among fixed solids: which tool axes are free.
 //! * [`OrientationSpace`] – all axes of a tool at a contact: which are free, with proof (module text of `orientation`).
 //! * [`SolidPair`] – distance of two meshes in pose after pose.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved as the check needs it.
@@ -40,7 +40,8 @@
 //!    A bounded query that finds nothing proves a distance all the same: the smallest bound of what it left out.
 //! 4. Skins alone do not show a part wholly inside another: at the start, after a tool change and after a contact, the
 //!    winding number of a point of each part about the other is tested. Skins that never met cannot change it.
-//!    Of a mesh that is not closed nobody can say what is inside: its surface is checked, and [`Interference::mesh_faults`] names it.
+//!    A mesh that is not closed has no defined inside: its surface is checked, and
+//!    [`Interference::mesh_faults`] names it.
 //! 5. A failed query and joints that are not numbers count as collisions.
 //!
 //! # Known limits

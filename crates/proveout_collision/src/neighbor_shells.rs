@@ -1,15 +1,16 @@
 //! Parts of a neighbor that lie in the zone of the bearing and bear nothing.
 //!
-//! A stop that is screwed on the rail of a slide is no higher than the zone that is left out round what bears (`neighbors.rs`), and the slide runs into it all
-//! the same. A connected part of a body is checked as a whole, against all of the other body, where
+//! A stop that is screwed on the rail of a slide is no higher than the zone that is left out round
+//! what bears (`neighbors.rs`), and the slide runs into it all the same. A connected part of a body
+//! is checked as a whole, against all of the other body, where
 //!
 //! ```text
 //!    it lies wholly in the zone,            nothing of it would be left to check
 //!    it is not near the other at rest,      it bears nothing there
-//!    it stands out of the outline of what bears, seen along the joint's motion:
+//!    it is outside of the outline of what bears, seen along the joint's motion:
 //!
 //!          slide at rest        stop                  outline of the rail, seen along its way
-//!         .-------------.       .--.                    .--.     <- stop: stands out
+//!         .-------------.       .--.                    .--.     <- stop: outside
 //!         |_____________|_______|__|________            |##|
 //!         |__________________________rail__|            |##|
 //! ```
@@ -24,7 +25,8 @@ use proveout_geom::{Point, Vector};
 
 use crate::triangle_tree::TriangleTree;
 
-/// A part stands out of an outline by more than this, mm: less is a chamfer, or a joint of two pieces.
+/// A part is outside of an outline if it exceeds it by more than this, mm: less is a chamfer, or a
+/// joint of two pieces.
 const STANDS_OUT_MM: f64 = 0.5;
 /// Triangles at an edge whose directions differ by less lie on each other, radian.
 const FLAT: f64 = 1e-6;
@@ -89,8 +91,8 @@ fn key(p: &Point) -> [u64; 3] {
 /// An edge by its ends, the lower bits first, and a triangle at it.
 type Edge = ([[u64; 3]; 2], usize);
 
-/// Triangles that hang together by edges, in the order of their first one. Where parts touch in an edge, the material tells which triangles
-/// belong together.
+/// Groups of triangles connected by edges, in the order of their first one. Where parts touch in an
+/// edge, the material decides which triangles belong together.
 fn connected(triangles: &[[Point; 3]]) -> Vec<Vec<[Point; 3]>> {
     let mut edges: Vec<Edge> = Vec::with_capacity(3 * triangles.len());
     for (i, t) in triangles.iter().enumerate() {

@@ -19,7 +19,8 @@
 //! zone stays outside, on both bodies, and never meets what was left out: an overlap outside of the zone is one of the two rests, and
 //! begins where their skins meet. Nothing else is assumed of the bodies; drawn ones may overlap at rest as they like.
 //!
-//! What is left out so is told with its width ([`ZONE_MM`]). Parts that lie in the zone and bear nothing are checked as wholes (`neighbor_shells.rs`).
+//! The width of the volume left out is reported ([`ZONE_MM`]). Parts that lie in the zone and bear
+//! nothing are checked as wholes (`neighbor_shells.rs`).
 //!
 //! A pair of neighbors has one freedom. Where it was found clear it stays clear whatever the other joints do: the range of the joint that is
 //! proved is kept, and most pieces need no more than a look at it.
@@ -231,7 +232,8 @@ pub(crate) fn rests(
     bearing(bodies[0], bodies[1], b_from_a, near, &invariant, &mut zone);
     bearing(bodies[1], bodies[0], &b_from_a.inverse(), near, &invariant, &mut zone);
     if !zone.any {
-        // They stand apart and are whole, as most pairs of a machine: what is built of the bodies is theirs.
+        // They are apart and whole, like most pairs of a machine: the trees of the bodies are used
+        // as they are.
         return Rests { skins: bodies.map(|body| body.boxes.clone()), left_out: [0.0; 2], idle: Vec::new() };
     }
     let rest = bodies.map(|body| outside(body.boxes.triangles(), &invariant, &zone));
@@ -270,7 +272,7 @@ impl neighbor_shells::Bodies for AtRest<'_> {
     }
 }
 
-/// Where the joint stands at rest: at zero, or as near to it as its travel allows.
+/// Rest position of the joint: at zero, or as near to it as its travel allows.
 pub(crate) fn at_rest(machine: &Machine, joint: usize) -> JointValues {
     let mut q = JointValues::ZERO;
     if let Some([low, high]) = machine.joints[joint].travel {
@@ -292,7 +294,7 @@ fn bearing(
     let mut open: Vec<[Point; 3]> = body.boxes.triangles().to_vec();
     while let Some(t) = open.pop() {
         let moved = t.map(|p| other_from_body.point(&p));
-        // Beside the box round all of the other body it is neither near to it nor inside.
+        // Outside the box round all of the other body it is neither near to it nor inside.
         let beside = |k: usize| {
             let [a, b, c] = moved.map(|p| p[k] - middle[k]);
             a.min(b).min(c) > half[k] + near || a.max(b).max(c) < -half[k] - near

@@ -22,7 +22,7 @@ pub struct Fixture {
     pub name: String,
     /// Mesh in the table frame K (equal to M with all joints at zero), mm; of one that is not closed only the surface counts.
     pub mesh: TriMesh,
-    /// True when it stands on the table and moves with it; false when it stands on the base.
+    /// True when it is mounted on the table and moves with it; false when it is on the base.
     pub on_table: bool,
 }
 
@@ -242,12 +242,13 @@ impl Envelope {
 /// How far a point of one part moves against the other for a unit of each joint: 1 for a linear joint between them, the
 /// farthest distance from the axis (mm) for a rotary one, 0 for a joint that moves both or none.
 ///
-/// Against the other part nothing moves but what the joints between them move; each contributes at most its own share,
-/// whichever the positions of the others (triangle inequality along a path on which one joint moves at a time). For
-/// rotary joint j the share is the distance from its axis of the part that hangs on it. With joints k between j and the
-/// part this distance changes, so a ball round the part is carried from the part to j: a rotary k keeps the distance
-/// from its axis, so the ball grows to one about the foot of its center on that axis; a linear k shifts the center
-/// anywhere in its range.
+/// Only the joints between them move one part against the other; each contributes at most its own
+/// share, whichever the positions of the others (triangle inequality along a path on which one
+/// joint moves at a time). For rotary joint j the share is the distance from its axis of the part
+/// that it carries. With joints k between j and the part this distance changes, so a ball round the
+/// part is carried from the part to j: a rotary k keeps the distance from its axis, so the ball
+/// grows to one about the foot of its center on that axis; a linear k shifts the center anywhere in
+/// its range.
 pub(crate) fn motion_weights(machine: &Machine, a: &Part, b: &Part, range: &Envelope) -> [f64; MAX_JOINTS] {
     let (x, y) = (chain_to(machine, a.attached), chain_to(machine, b.attached));
     let shared = x.iter().zip(y).take_while(|(i, j)| i == j).count();

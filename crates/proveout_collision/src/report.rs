@@ -144,8 +144,8 @@ pub struct PairInfo {
 pub enum Unchecked {
     /// Both move as one.
     Rigid,
-    /// Machine bodies of neighboring joints of which nothing is left beside the volume in which they bear on each other, though no role says that they
-    /// are to.
+    /// Machine bodies of neighboring joints with nothing left outside the volume in which they bear
+    /// on each other, though no role says that they bear.
     Neighbors,
     /// The same of a body that bears by its role in the machine file ([`crate::BEARING_ROLES`]), or is round about the axis of the joint between them,
     /// so that it is at every turn where it is at rest.
@@ -180,7 +180,7 @@ impl Unchecked {
 /// What a mesh lacks that is checked all the same.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshFaults {
-    /// Why it bounds no solid: nobody can say what is inside, so that only its surface is checked.
+    /// Why it bounds no solid: its inside is not defined, so that only its surface is checked.
     pub open: Option<MeshError>,
     /// Triangles without area; they are checked as the lines and points that they are.
     pub flat: usize,

@@ -87,7 +87,8 @@ impl Interference {
             self.turn_by_turn(i);
             return false;
         }
-        // Skins alone do not tell of a body wholly inside of another; nor do those of hulls, of the bodies in them.
+        // Skins alone do not reveal a body wholly inside of another; nor do those of hulls show the
+        // bodies in them.
         if self.pairs[i].fresh {
             if self.inside_at(i, step, 0.0).is_some() {
                 self.turn_by_turn(i);
@@ -301,7 +302,7 @@ mod tests {
             [0.0, 90.0],
         ];
         let found = rings(&revolved_mesh(&outline, 72), &Pose::identity());
-        // A mesh of revolution may stand outside of its outline, so that it holds it.
+        // A mesh of revolution may reach outside of its outline, so that it contains it.
         let radius = |at: f64, r: f64| {
             let of = found.iter().filter(|h| h[0][1] <= at && at <= h[h.len() - 1][1]);
             let most = of.flatten().map(|p| p[0]).fold(0.0, f64::max);

@@ -7,9 +7,10 @@
 //!    h(n) = h_body(n) + sum |g_k n|               dist(body + Z, other) = min over all places of dist(body, other)
 //! ```
 //!
-//! and are convex: two planes across a direction that GJK finds prove their distance. A slide that passes beside a wall keeps its distance in
-//! this bound, however far it goes, where a bound by the length of its way (Mirtich 1996) would have to be cut into pieces of a micrometer; it is
-//! the bound along the separating normal of Tang, Kim and Manocha (2009), taken for each two triangles.
+//! and are convex: two planes across a direction that GJK finds prove their distance. A slide that
+//! passes along a wall keeps its distance in this bound, however far it goes, where a bound by the
+//! length of its way (Mirtich 1996) would have to be cut into pieces of 1 um; it is the bound along
+//! the separating normal of Tang, Kim and Manocha (2009), taken for each two triangles.
 //!
 //! Where joints turn as well, a short way is the hull of the body at both of its ends: each point goes almost straight from one to the other. A longer one
 //! is a *curve*: each point goes almost along the parabola through its places at both ends and in the middle, which lies in the triangle of its control
@@ -48,7 +49,7 @@ const BALL_WITHIN_MM: f64 = 1e-7;
 /// What two points and the planes that prove may differ by, mm, before a better proof is looked for.
 const AGREE_MM: f64 = 1e-5;
 
-/// The same on a curve: below what the least distance is told to.
+/// The same on a curve: below the accuracy of the least distance.
 const CURVE_WITHIN_MM: f64 = 2e-4;
 
 /// Effort for one bound: what takes more is better cut into shorter stretches.
@@ -58,8 +59,9 @@ const MOST_EFFORT: u64 = 1000;
 /// through three places `1 / (12 sqrt 3)` of a sixth of it.
 const OFF_PARABOLA: f64 = 0.024_056_3;
 
-/// Where a body may stand, in the frame of the other: at one of two poses, or with each of its points straight between (the hull of both) or along a
-/// parabola, and shifted by -1 to 1 of each of some vectors, mm.
+/// Places of a body in the frame of the other: at one of two poses, or with each of its points
+/// straight between (the hull of both) or along a parabola, and shifted by -1 to 1 of each of some
+/// vectors, mm.
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
     pub(crate) poses: [Pose; 2],
@@ -318,7 +320,7 @@ fn ball_end(placed: &Body<'_>, corners: &[Point; 3], limit: f64) -> Option<f64> 
         let low = corners.iter().map(|p| p.coords.dot(&along)).fold(f64::INFINITY, f64::min);
         Some(low - placed.highest(&along))
     };
-    // Mostly one of the ends is nearest, or tells enough.
+    // Mostly one of the ends is nearest, or suffices.
     let ends = [from, to].map(|p| triangle::point_triangle(p, corners).on_second - p);
     let nearer = if ends[0].norm_squared() <= ends[1].norm_squared() { ends[0] } else { ends[1] };
     if let Some(proved) = across(nearer).filter(|proved| *proved >= limit) {
@@ -377,7 +379,7 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, (limit
 
 /// By how much more than one a linear map stretches a vector at most, if it does: the root of its squared norm is no more than half above one.
 fn stretch(image: &Image) -> f64 {
-    // |A v|2 = v' A'A v, and A'A is no larger than one and the norm of what it is beside that.
+    // |A v|2 = v' A'A v, and the norm of A'A is at most one plus the norm of A'A - 1.
     let beside = image.linear.transpose() * image.linear - Matrix3::identity();
     0.5 * beside.norm()
 }
@@ -493,7 +495,7 @@ mod tests {
             let bodies = cutter.expect("cutter").bodies(30.0).expect("bodies");
             let tool = Shape::Convex(bodies.iter().map(Revolved::new).collect());
             for turn in [0.003, 0.02, 0.1, 0.3] {
-                // About an axis along y, 25 mm beside the wall; the tool leans.
+                // About an axis along y, 25 mm from the wall; the tool leans.
                 let pose = |t: f64| {
                     Pose::from_translation(Vector::new(25.0, 0.0, 10.0))
                         * Pose::from_axis_angle(&Vector::y(), turn * (t - 0.4))

@@ -1,5 +1,6 @@
-//! Distance of a tool in one pose from solids that stand still: which tool axes are free at a place. All axes of a contact at once,
-//! with proof and with the cutter beside the contact: [`OrientationSpace`](crate::OrientationSpace).
+//! Distance of a tool in one pose from fixed solids: which tool axes are free at a place. For all
+//! axes of a contact at once, with proof and including the cutter near the contact, see
+//! [`OrientationSpace`](crate::OrientationSpace).
 
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use crate::parts::{Wanted, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::{Revolved, Shape};
 
-/// Solids that stand still in one frame, prepared once for any number of tools. A copy shares them.
+/// Solids fixed in one frame, prepared once for any number of tools. A copy shares them.
 #[derive(Clone, Debug)]
 pub struct StandingSolids(Arc<[Shape]>);
 

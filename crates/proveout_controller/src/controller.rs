@@ -88,9 +88,9 @@ struct Begin {
     /// Speed of the first law, and the tempo.
     speed: f64,
     entry: Entry,
-    /// How it comes to rest from there; none where it stands.
+    /// How it comes to rest from there; none where it is at rest.
     reserve: Option<Reserve>,
-    /// It stands there although the path goes on.
+    /// It is at rest there although the path goes on.
     halted: bool,
 }
 
@@ -123,7 +123,8 @@ pub struct Controller<'m, I> {
     next_block: u32,
     ready: bool,
     ended: bool,
-    /// Where the machine stands since the program has ended on the way of a motion: nothing of what is under way is run any more.
+    /// Where the machine stopped when the program ended in the middle of a motion: nothing that was
+    /// under way is run any more.
     cut_short: Option<JointValues>,
     finished: bool,
 }
@@ -405,7 +406,7 @@ where
         path: BlockPath,
     ) -> Result<(), Box<ControlError>> {
         self.check_coordinates(motion, mapping, location)?;
-        // The base coordinates are told only when the motion is accepted.
+        // The base coordinates change only once the motion is accepted.
         self.move_along(pace, location, mapping, path, motion.exact_stop)?;
         // Positions of axes say nothing about the coordinates of the tip on the table, or without the tool length.
         let of_axes = motion.machine_coordinates && (self.state.tcp.on || !self.settings.length_in_machine_coordinates);
@@ -594,7 +595,8 @@ where
     }
 }
 
-/// Way from the tip to the end of the cutting edges, mm; of a tool whose edges nobody states, to the gauge line.
+/// Distance from the tip to the end of the cutting edges, mm; to the gauge line if the tool gives
+/// no flute length.
 fn reach(tool: &Tool) -> f64 {
     if tool.flute_length > 0.0 { tool.flute_length } else { tool.gauge_length }
 }

@@ -19,7 +19,7 @@ use crate::{
     watch::{Parts, REACH, broken},
 };
 
-/// What waits for the block before which it stands.
+/// An entry to be emitted before the block `before`.
 pub(crate) struct Waiting {
     /// Running number of the path block.
     pub(crate) before: u64,
@@ -96,8 +96,8 @@ impl Emitter {
         Clock { cycle: self.cycle, start: self.clock, before: self.before }
     }
 
-    /// Emits a stretch that begins at the path's `s_begin` at the present time; `open` tells whether it begins and ends
-    /// in motion.
+    /// Emits a stretch that begins at the path's `s_begin` at the present time; `open` says whether
+    /// it begins and ends in motion.
     pub(crate) fn stretch(&mut self, scope: &Scope<'_>, path: &Path, stretch: &Stretch, open: [bool; 2]) {
         let start = self.clock;
         let bounds: Vec<CellLimits> = path.cells[..stretch.cells].iter().map(|c| c.limits).collect();
@@ -150,7 +150,8 @@ impl Emitter {
     fn samples(&mut self, scope: &Scope<'_>, path: &Path, samples: &[Measured]) {
         let (mut at, mut span) = (0, 0);
         let (mut way, mut from) = (self.way, path.s_begin);
-        // With some room for those of standstills behind it, so that all of them need not be moved for one more.
+        // Some room for the samples of following standstills, so that one more sample does not move
+        // all of them.
         self.chunk.samples.reserve(samples.len() + samples.len() / 16 + 8);
         for m in samples {
             let block = &path.blocks[path.block_at(m.state.s, &mut at)];
@@ -189,7 +190,8 @@ impl Emitter {
         }
     }
 
-    /// Keeps the worst excess over a limit. The plan is made so that there is none: what it cannot keep must be told.
+    /// Keeps the worst excess over a limit. The plan should leave none; any limit that it fails to
+    /// keep must be reported.
     fn judge(&mut self, m: &Measured) {
         let Some(found) = broken((&self.limits, &self.parts), self.cycle, &self.before, m) else { return };
         let part = |b: &(usize, usize, f64, f64)| b.2 / b.3;
@@ -295,9 +297,10 @@ impl Emitter {
         time
     }
 
-    /// One piece that only tells when a block's motion is: the drives' stage cuts the pieces along the actual motion.
-    /// Travel is watched at the ends, at the control samples, and where a joint turns back between two of them (there
-    /// by the parabola through velocities, within jerk times cycle cubed over 12: 0.1 micrometer on fast machines).
+    /// One piece that only gives the time of a block's motion: the drives' stage cuts the pieces
+    /// along the actual motion. Travel is checked at the ends, at the control samples, and where a
+    /// joint turns back between two of them (there by the parabola through the velocities, within
+    /// jerk times cycle cubed over 12: 0.1 um on fast machines).
     #[expect(clippy::too_many_arguments, reason = "cursors into path and law go together with them")]
     fn span(
         &mut self,
@@ -412,7 +415,7 @@ impl Emitter {
         }
     }
 
-    /// Stands still for a while; the first and the last control sample of it are emitted.
+    /// Stays at rest for a while; emits its first and its last control sample.
     pub(crate) fn stand(&mut self, scope: &Scope<'_>, q: &JointValues, block: u32, duration: f64) {
         let (start, end) = (self.clock, self.clock + duration);
         let first = grid_number(start, self.cycle);

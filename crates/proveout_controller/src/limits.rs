@@ -23,7 +23,7 @@ const CURVATURE_ACCELERATION: f64 = 0.8;
 /// Part of the jerk limit that the change of curvature may use at V.
 const CURVATURE_JERK: f64 = 0.75;
 
-/// Limits of every joint; infinite where nobody stated one.
+/// Limits of every joint; infinite where none is given.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointLimits {
     pub(crate) count: usize,
@@ -55,7 +55,7 @@ pub(crate) struct CellLimits {
     pub(crate) cell: Cell,
     /// V and A that no motion under the joint limits can pass (jerk infinite).
     pub(crate) bound: Cell,
-    /// Derivatives of the joints that the limits stand for.
+    /// Derivatives of the joints from which the limits follow.
     pub(crate) bounds: DerivativeBounds,
     /// Feed along the path that is run without curvature: programmed feed and joint velocities alone, and the joint that limits it
     /// below the feed.

@@ -10,7 +10,8 @@ pub(crate) struct Mapping {
     pub(crate) tcp_length: Option<f64>,
     /// Gauge length of the tool in the spindle, mm; zero for an empty spindle (the gauge line's center is the tip).
     pub(crate) tool_length: f64,
-    /// Way from its tip to the end of its cutting edges, mm; to the gauge line where nobody states them.
+    /// Distance from its tip to the end of its cutting edges, mm; to the gauge line if the edges
+    /// are not given.
     pub(crate) edge_length: f64,
 }
 

@@ -7,7 +7,7 @@ use crate::{
     tube::Tube,
 };
 
-/// Speeds below this (mm/s or rad/s) do not tell a direction of motion.
+/// Below this speed (mm/s or rad/s) a motion has no direction.
 const STANDSTILL: f64 = 1e-6;
 
 /// Part by which the feed must fall, or rise, to be taken for falling or rising.
@@ -44,7 +44,8 @@ enum Trend {
 }
 
 impl FeedWatch {
-    /// The part of the programmed feed at a lowest place that this feed turns out to be behind.
+    /// The part of the programmed feed at a minimum, once this feed shows that the minimum has been
+    /// passed.
     fn next(&mut self, feed: f64, programmed: f64) -> Option<f64> {
         let part = feed / programmed;
         if self.trend == Trend::Begin {

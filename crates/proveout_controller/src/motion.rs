@@ -37,10 +37,12 @@ const RADIUS_MISMATCH: f64 = 0.01;
 pub(crate) struct Position {
     /// Joints.
     pub(crate) q: JointValues,
-    /// Base coordinates as last told by the program, by axis letter; none where their meaning has changed since (tool
-    /// length, tool center point control): the program must set them anew, and an axis without a new value stays.
+    /// Base coordinates last programmed, by axis letter; none where their meaning has changed since
+    /// (tool length, tool center point control). The program must then set them again; an axis
+    /// without a new value stays.
     pub(crate) base: [Option<f64>; AXIS_LETTERS.len()],
-    /// Tip and tool axis in K that the program has told with tool center point control, whatever the joints made of them.
+    /// Tip and tool axis in K as programmed with tool center point control, whatever the joints
+    /// made of them.
     pub(crate) told: Option<ToolPose>,
 }
 
@@ -48,9 +50,9 @@ pub(crate) struct Position {
 pub(crate) struct Part {
     pub(crate) shape: Shape,
     pub(crate) length: f64,
-    /// The rotary joints turn in a pole, while tip and tool axis stand.
+    /// The rotary joints turn in a pole, while tip and tool axis are at rest.
     pub(crate) turn: bool,
-    /// False when the length is in degrees since the tip stands.
+    /// False when the length is in degrees since the tip does not move.
     pub(crate) tip_moves: bool,
     /// Share of the block's way that it runs.
     pub(crate) t: [f64; 2],
@@ -264,8 +266,9 @@ impl Context<'_> {
         Ok((q, turned))
     }
 
-    /// Turns the rotary joints of `q` to a tool axis, next to where they stand or as the program chooses; what cannot be reached is handed
-    /// back and leaves them.
+    /// Turns the rotary joints of `q` to a tool axis, to the solution nearest to their present
+    /// position or the one the program chooses. An axis that cannot be reached is returned and
+    /// leaves the joints unchanged.
     fn turn_to(
         &self,
         (axis, solution): ([f64; 3], RotarySolution),
@@ -317,7 +320,7 @@ impl Context<'_> {
         }
     }
 
-    /// The pole that a tool axis stands in, but for rounding.
+    /// The pole that a tool axis lies in, within rounding.
     fn pole_at(&self, axis: &Vector, q: &JointValues) -> Option<Vector> {
         self.machine.poles(q).find(|p| axis.cross(p).norm() <= AXIS_TOLERANCE && axis.dot(p) > 0.0)
     }
@@ -379,7 +382,7 @@ impl Context<'_> {
                 AxisWay::circle(from, Vector::from(axis).normalize())
             }
             (None, OrientationInterpolation::GreatCircle) => AxisWay::circle(from, axis_of(to)),
-            // Positions that do not point the tool where the program wants it cannot stand for it.
+            // Positions that do not point the tool along the programmed axis cannot replace it.
             (Some(axis), OrientationInterpolation::Axes) if Vector::from(axis).cross(&axis_of(to)).norm() > 1e-5 => {
                 AxisWay::circle(from, Vector::from(axis).normalize())
             }
@@ -452,7 +455,8 @@ impl Context<'_> {
         BlockPath::whole(Shape::Line { from, slope }, length, tip_moves, end)
     }
 
-    /// Length of a straight way: of the linear coordinates, mm; where they stand, of the rotary ones, degrees.
+    /// Length of a straight motion: of the linear coordinates, mm; of the rotary ones, degrees, if
+    /// the linear ones do not move.
     fn parameter_length(&self, way: &JointValues) -> (f64, bool) {
         let norm = |kind: JointKind| {
             let joints = self.machine.joints.iter().enumerate().filter(|(_, j)| j.kind == kind);

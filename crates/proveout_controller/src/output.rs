@@ -46,7 +46,8 @@ pub struct Piece {
 /// Where the joints are at the quarters of a piece, and how far they leave the straight ways between these: a sixteenth of what they leave the piece by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinerMotion {
-    /// At one, two and three quarters of the straight way of the piece: what the joints are beside it, mm and radian.
+    /// At one, two and three quarters of the straight way of the piece: offset of the joints from
+    /// it, mm and radian.
     pub beside: [[f32; MAX_JOINTS]; 3],
     /// As [`Piece::joint_deviation`], of the ways between.
     pub joint_deviation: [f32; MAX_JOINTS],
@@ -182,7 +183,7 @@ pub enum Event {
     Overcut {
         /// Time, s.
         time: f64,
-        /// Index of the [`BlockRecord`] behind the compensated stretch.
+        /// Index of the [`BlockRecord`] after the compensated stretch.
         block: u32,
         /// Block that the tool follows there.
         location: Location,

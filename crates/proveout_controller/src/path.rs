@@ -15,15 +15,21 @@
 //!
 //! *Reversals* are exact stops (`reversal.rs`). The feed, lengths and ratios are about the rounded path (`way.rs`).
 //!
-//! *Other corners* get a polynomial of fifth degree in task coordinates that takes value, first and second derivative from both
-//! exact paths at its ends. Between two lines with slopes u and w it has x' with Bezier points u, u, (u + w)/2, w, w:
-//! |x'| <= max(|u|, |w|), so that the tip is never faster than the parameter; it leaves the corner by 3/16 d |w - u|, its
-//! largest second derivative is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w - u| / d^2 (ends). It is no wider
-//! than the joints need at the programmed feed, nor than the tolerances of tip and orientation allow, nor than half of either
-//! block. *A corner between feed and rapid* is not rounded: the control stops in it, so that the feed comes to the end of its path and
-//! the rapid begins on its own (`LinuxCNC` does not blend traverse and feed moves, and a control with in-position check between cutting
-//! and positioning, as Fanuc's, stands there as well; a control that rounds it leaves material that the rapid would take). A rapid
-//! that goes on straight into the feed, or the other way round, passes its border at feed. Where a neighbor is no line the deviation is measured at points, and d shrinks until it fits.
+//! *Other corners* get a polynomial of fifth degree in task coordinates that takes value, first and
+//! second derivative from both exact paths at its ends. Between two lines with slopes u and w it
+//! has x' with Bezier points u, u, (u + w)/2, w, w: |x'| <= max(|u|, |w|), so the tip is never
+//! faster than the parameter. It leaves the corner by 3/16 d |w - u|. Its largest second derivative
+//! is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w - u| / d^2 (ends). It is no
+//! wider than the joints need at the programmed feed, than the tolerances of tip and orientation
+//! allow, or than half of either block. Where a neighbor is not a line the
+//! deviation is measured at points, and d shrinks until it fits.
+//!
+//! *A corner between feed and rapid* is not rounded: the control stops in it, so that the feed
+//! reaches the end of its path and the rapid begins on its own. `LinuxCNC` does not blend traverse
+//! and feed moves, and a control with in-position check between cutting and positioning, such as
+//! Fanuc's, also stops there; a control that rounds the corner leaves material that the rapid would
+//! take. A rapid that continues straight into the feed, or the other way round, passes its border
+//! at feed.
 
 mod cells;
 mod corner;
@@ -94,11 +100,11 @@ pub(crate) struct PathBlock {
     pub(crate) corner: Option<Tolerance>,
     /// Rounding at its end that the program allows, whatever this control does there; none: it must be reached.
     pub(crate) loose: Option<Tolerance>,
-    /// The program makes the machine stand at its end.
+    /// The program makes the machine stop at its end.
     pub(crate) stands: bool,
-    /// The line that stands for a short curved block, see [`Path::push`].
+    /// The line that replaces a short curved block, see [`Path::push`].
     pub(crate) chord: Option<Shape>,
-    /// False when the parameter is in degrees since the tip stands.
+    /// False when the parameter is in degrees since the tip does not move.
     pub(crate) tip_moves: bool,
     /// What the program says of the way, and the share of it that this block runs; none where it says the end alone.
     pub(crate) told: Option<(std::sync::Arc<Programmed>, [f64; 2])>,
@@ -123,7 +129,7 @@ impl PathBlock {
         Some(way.off(machine, t0 + (t1 - t0) * part, q))
     }
 
-    /// What the rounded path follows: the exact path, or the line that stands for it.
+    /// What the rounded path follows: the exact path, or the line that replaces it.
     fn course(&self) -> &Shape {
         self.chord.as_ref().unwrap_or(&self.shape)
     }
@@ -181,11 +187,11 @@ pub(crate) struct PathCell {
     pub(crate) block: u64,
     /// False in blends of a single corner.
     pub(crate) exact: bool,
-    /// The joints, where polynomials stand for the kinematics.
+    /// The joints, where polynomials approximate the kinematics.
     pub(crate) joints: Option<Box<Septic>>,
 }
 
-/// Where a forward walk along a path stands; makes it linear.
+/// Position of a forward walk along a path; makes the walk linear in cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Walk {
     pub(crate) span: usize,
@@ -376,7 +382,7 @@ impl Path {
         }
     }
 
-    /// The polynomials that stand for the joints at s; at a border, those before it.
+    /// The polynomials that approximate the joints at s; at a border, those before it.
     fn joints_of_cell(&self, s: f64, hint: &mut usize) -> Option<&Septic> {
         let last = self.cells.len().checked_sub(1)?;
         let mut i = (*hint).min(last);

@@ -25,7 +25,7 @@ pub(crate) struct Stance {
 const DEEPEST: u32 = 20;
 /// Surcharge on a deviation measured at the quarters: a cubic error passes them by 3 percent,
 const BETWEEN: f64 = 1.05;
-/// a kink beside one of them (a table of geometric errors bends) by a sixth.
+/// a kink next to one of them (a table of geometric errors bends) by a sixth.
 const BENT: f64 = 1.2;
 
 /// How far the true motion leaves a piece, mm.
@@ -148,7 +148,7 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
         Some(worst)
     }
 
-    /// Deviation at a part of the way, where the tool stands at x.
+    /// Deviation at a part of the way, where the tool is at x.
     fn off(&self, a: &Stance, b: &Stance, part: f64, x: &Stance) -> Off {
         let way = b.pose.tip - a.pose.tip;
         let length2 = way.norm_squared();

@@ -16,16 +16,17 @@
 //! 1. *Forward chain*, from left to right. From an anchor (cell border, speed, zero acceleration) the hardest
 //!    acceleration (`rush`) is followed as long as it keeps below every V; rates are the smallest of the cells passed.
 //!    From the first cell whose V it would pass, the lowest V since is the speed at which the ramp must end; the next
-//!    anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell with other rates may close the ramp before it
-//!    begins, when that gives the higher speed behind it. Where V falls, the chain falls at once.
+//!    anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell with other rates may
+//!    close the ramp before it begins, if that gives the higher speed after it. Where V falls, the chain falls at once.
 //! 2. *Backward chain*: the same from right to left.
 //! 3. *Join*. Anchors of f with f <= w and anchors of w with w <= f are the nodes of the law. A crossing of f and w lies
 //!    between a node of f and a node of w; the ramps there are replaced by ramp, cruise and ramp. If the ramps do not
 //!    fit, the higher of the two nodes is given up.
 //!
-//! f passes from above w to below it only where both stand on the same V (f falls only onto V, and w rises only from
-//! V), so that nodes shared by both chains split the law into independent parts: there it does not matter how much
-//! path the look-ahead knows, and a run without stops can be planned window by window with the same result.
+//! f passes from above w to below it only where both are on the same V (f falls only onto V, and w
+//! rises only from V), so nodes shared by both chains split the law into independent parts. There
+//! it does not matter how much path the look-ahead knows, and a run without stops can be planned
+//! window by window with the same result.
 //!
 //! The cost is linear in the number of cells: each is visited a bounded number of times by every pass.
 //!
@@ -107,7 +108,7 @@ fn chain(cells: impl Fn(usize) -> Cell, s: &dyn Fn(usize) -> f64, n: usize, v_st
     legs
 }
 
-/// Speed of a chain's leg at a distance behind its anchor: on the ramp or on the plateau.
+/// Speed of a chain's leg at a distance after its anchor: on the ramp or on the plateau.
 fn leg_speed(leg: &Leg, distance: f64) -> f64 {
     let d = ramp_distance(leg.v[0], leg.v[1], leg.rates);
     if distance >= d {
@@ -129,14 +130,15 @@ pub(crate) struct Node {
     pub(crate) border: usize,
     /// Speed.
     pub(crate) speed: f64,
-    /// True where both chains stand: what follows does not act on what lies before, and the other way round.
+    /// True if both chains share this node: the path after it does not affect the path before it,
+    /// nor the reverse.
     pub(crate) shared: bool,
     leg_out: Option<usize>,
     leg_in: Option<usize>,
 }
 
 impl Node {
-    /// Standstill behind the last of `cells` cells.
+    /// Standstill at the end of the last of `cells` cells.
     pub(crate) fn end(cells: usize) -> Self {
         Self { border: cells, speed: 0.0, shared: true, leg_out: None, leg_in: None }
     }
@@ -216,7 +218,7 @@ fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], [v_start, v_end]: [
         // w has an anchor at its low ends: at the end of each leg, which is where the next leg begins.
         let on_w = w.from == border && border > 0;
         let f_speed = if border == last { v_end } else { leg_speed(f, borders[border] - borders[f.from]) };
-        // Mirror image: distance behind the anchor at the end of the leg.
+        // Mirror image: distance past the anchor at the end of the leg.
         let w_speed = if border == last {
             v_end
         } else {

@@ -68,7 +68,7 @@ impl Phase {
     }
 }
 
-/// Where a forward walk through a law stands; makes it linear.
+/// Position of a forward walk through a law; makes the walk linear in cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cursor {
     tempo: usize,
@@ -171,8 +171,8 @@ impl Law {
         whole
     }
 
-    /// Keeps what lies before the time `p` of the phases (the border of two of them) and hands back what lies behind it, as a law
-    /// of its own.
+    /// Keeps the part before the time `p` of the phases (a border of two of them) and returns the
+    /// part after it, as a law of its own.
     pub(crate) fn cut(&mut self, p: f64) -> Self {
         let near = 1e-9 * self.planned.max(1.0);
         let mut behind = Self::default();
@@ -275,7 +275,7 @@ impl Law {
     }
 }
 
-/// The last entry that has begun, or the first, searched from where the cursor stands.
+/// The last entry that has begun, or the first, searched from the cursor on.
 fn stand<'a, T>(list: &'a [T], cursor: &mut usize, begun: impl Fn(&T) -> bool) -> Option<&'a T> {
     let last = list.len().checked_sub(1)?;
     let mut i = (*cursor).min(last);

@@ -28,7 +28,8 @@ pub struct ProgramBlock {
     pub line: u32,
     /// Tip and axis at its end, in the table frame K.
     pub pose: ToolPose,
-    /// Time by the programmed feed, s; none for the first block of a run and where the program has told none.
+    /// Time by the programmed feed, s; none for the first block of a run and where no feed is
+    /// programmed.
     pub time: Option<f64>,
 }
 
@@ -140,7 +141,8 @@ pub(crate) fn find_runs(
         match &command.op {
             Op::Tcp(tcp) => {
                 state.tcp = tcp.on;
-                // ORIVECT behind TRAORI says it again: the turn before the first one still leads to the run.
+                // ORIVECT after TRAORI repeats it: the turn before the first one still leads to the
+                // run.
                 let idle = runs.pop_if(|run| run.is_empty() && tcp.on).and_then(|run| run.turning);
                 let turning = state.turning.take().or(idle).filter(|_| tcp.on);
                 runs.push(Found { tool: state.tool.clone(), turning, ..Found::default() });
@@ -235,7 +237,7 @@ fn find_joint_runs(
                 }
             }
             Op::Arc(_) | Op::Spline(_) | Op::Thread(_) | Op::Probe(_) => {
-                // Where these end is not followed: the next motion has to tell every axis.
+                // Where these end is not tracked: the next motion has to program every axis.
                 state.tip = [None; 3];
                 runs.push(fresh(&state, joints));
             }
@@ -250,7 +252,8 @@ pub(crate) fn length_at_zero(machine: &Machine, length: f64) -> Vector {
     machine.spindle.gauge_pose.vector(&Vector::z()) * length
 }
 
-/// Pose at the end of a motion of the axes; none where the program has not told all of them, or the machine has no X, Y and Z.
+/// Pose at the end of a motion of the axes; none where not all of them are programmed, or the
+/// machine has no X, Y and Z.
 fn place_joints(machine: &Machine, state: &mut State, motion: &Motion, command: usize, length: f64) -> Option<Placed> {
     for axis in 0..3 {
         state.tip[axis] = motion.end_base.get(axis).or(state.tip[axis]);
@@ -276,7 +279,7 @@ fn place_joints(machine: &Machine, state: &mut State, motion: &Motion, command: 
     Some(Placed { command, pose: machine.forward(&q, length), time, timed: time.is_some(), frame: state.frame })
 }
 
-/// Pose at the end of a motion, where the program has told enough.
+/// Pose at the end of a motion, if enough coordinates are programmed.
 fn place(machine: &Machine, state: &mut State, motion: &Motion, command: usize) -> Option<Placed> {
     for axis in 0..3 {
         state.tip[axis] = motion.end_base.get(axis);

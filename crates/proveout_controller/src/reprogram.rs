@@ -1,12 +1,16 @@
 //! Re-scheduling of whole programs: canonical commands in, the same commands with new tool axes out.
 //!
-//! The poses of each [run](crate::ProgramRun) go through a [`Method`]; each motion gets the new tip and axis in the words it was written with
-//! (vector or rotary axes). Rapids under tool center point control before a run take the first new axis, those behind it the
-//! last one, with the ball center kept; between two runs they turn from one to the other behind the first and before the last of them. A rapid
-//! that turns the rotary axes before tool center point control goes to the first new axis too. Nothing else changes: count and order of the commands, feeds, tools, messages.
+//! The poses of each [run](crate::ProgramRun) go through a [`Method`]; each motion gets the new tip
+//! and axis in the words it was written with (vector or rotary axes). Under tool center point
+//! control, rapids before a run take its first new axis and rapids after it the last one, with the
+//! ball center kept. Between two runs the axis turns from one to the other after the first and
+//! before the last of the rapids. A rapid that turns the rotary axes before tool center point
+//! control goes to the first new axis too. Nothing else changes: count and order of the commands,
+//! feeds, tools, messages.
 //!
-//! A program that never switches tool center point control on is written anew in positions of its axes, which follow from the new poses and
-//! the length of the tool; its blocks must turn rotary axes.
+//! A program that never switches tool center point control on is rewritten in positions of its
+//! axes, which follow from the new poses and the length of the tool; its blocks must turn rotary
+//! axes.
 
 mod excerpt;
 
@@ -35,8 +39,9 @@ const STANDS: f64 = 1e-9;
 /// How near slides must bring the tip to where it shall be, mm.
 const SLIDES: f64 = 1e-6;
 
-/// A rotary joint that turns by more than this between two blocks turns back for lack of travel, degrees: the orientation of a
-/// block is that of a whole turn before or behind; passing a singular position turns by half of that at most.
+/// A rotary joint that turns by more than this between two blocks rewinds for lack of travel,
+/// degrees: the orientation of the block is one whole turn away. Passing a singular position turns
+/// by half of that at most.
 const REWIND_DEG: f64 = 270.0;
 
 /// A program with new tool axes.
@@ -61,7 +66,7 @@ pub struct ReprogrammedRun {
     pub stretch: Range<usize>,
     /// What the method shows of its work.
     pub study: Study,
-    /// All schedules of the stretch that were possible, or why they cannot be told.
+    /// All possible schedules of the stretch, or the reason why they are not available.
     pub alternatives: Result<Alternatives, &'static str>,
 }
 
@@ -73,7 +78,8 @@ pub struct Reprogramming<'a> {
     pub method: &'a dyn Method,
     /// Cutting end of a tool.
     pub cutter: &'a dyn Fn(&ToolName) -> Option<Profile>,
-    /// Rounding of the tip by the control where a program tells none, mm; none for the machine's own.
+    /// Rounding of the tip by the control where a program sets none, mm; none for the machine's
+    /// own.
     pub tip_tolerance: Option<f64>,
     /// Gauge length of a tool, mm: for programs without tool center point control, and for what their slides do.
     pub length: &'a dyn Fn(&ToolName) -> Option<f64>,
@@ -92,7 +98,7 @@ pub type BlockTimes<'a> = dyn Fn(Vec<Command>) -> Option<Vec<Vec<f64>>> + 'a;
 /// Regions of tools, as far as they were asked for.
 type Regions = Vec<(ToolName, Option<Box<dyn FeasibleRegion>>)>;
 
-/// The time law of the control for one run, with the program as it stands.
+/// The time law of the control for one run, with the program unchanged.
 struct RunTimes<'a> {
     work: &'a Reprogramming<'a>,
     times: &'a BlockTimes<'a>,
@@ -433,13 +439,14 @@ fn cutting_run(found: &Found, commands: &[Command]) -> CuttingRun {
     CuttingRun { blocks: found.placed_blocks(commands).map(block).collect() }
 }
 
-/// Whether a run may be written anew: under tool center point control always, in positions of the axes where rotary ones turn.
+/// Whether a run may be rewritten: under tool center point control always, in positions of the axes
+/// only if rotary ones turn.
 fn turns(run: &Found) -> bool {
     let Some(first) = run.blocks.first().filter(|_| run.joints.is_some()) else { return run.joints.is_none() };
     run.blocks.iter().any(|b| b.pose.angle_to(&first.pose) > STANDS)
 }
 
-/// A program with tool vectors cannot say where a rotary joint stands at a pole.
+/// A program with tool vectors cannot give the position of a rotary joint at a pole.
 fn refuse_vectors(out: &Reprogrammed, found: &Found) -> Result<(), Box<ControlError>> {
     let Some(command) = first_vector(&out.commands, found) else { return Ok(()) };
     let message = "the block gives a tool vector, which does not tell where the table stands at its pole".to_owned();

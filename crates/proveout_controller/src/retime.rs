@@ -32,13 +32,16 @@
 //! 6. *Last resort* (`stretch.rs`): from rest to rest the law runs slower as a whole; in motion the machine comes to rest by the reserve
 //!    of the stretch before.
 //!
-//! *Windows.* A part of a run is committed up to a node half a second before the last known one. The next part begins with the tempo
-//! and its slope there; the tempo found for what lies behind is kept, should that begin not be solved again.
+//! *Windows.* A part of a run is committed up to a node half a second before the last known one.
+//! The next part begins with the tempo and its slope there; the tempo found for the rest is kept,
+//! in case that beginning cannot be solved again.
 //!
-//! *Limits of the method.* Knots do not move to where the jerk switches: against an independent search that begins at the plan it loses up to 1.5 percent
-//! of the time (`tests/optimum.rs`). Beside TOPP3-LP, which begins at a law of its own, the plans of curves from rest to rest are 0.1 to 0.3 percent faster
-//! (`tests/against_copp.rs`). What decided it: every border of the first law's phases is a knot, since its jerk jumps there, by b^(3/2) times as much in
-//! the law that is looked for (docs/performance.md).
+//! *Limits of the method.* Knots do not move to where the jerk switches: compared with an
+//! independent search that begins at the plan, the method loses up to 1.5 percent of the time
+//! (`tests/optimum.rs`). Compared with TOPP3-LP, which begins at a law of its own, the plans of
+//! curves from rest to rest are 0.1 to 0.3 percent faster (`tests/against_copp.rs`). The decisive
+//! point: every border of the first law's phases is a knot, since its jerk jumps there, by b^(3/2)
+//! times as much in the law that is looked for (docs/performance.md).
 
 mod band;
 mod cap;
@@ -93,8 +96,9 @@ const LEVELS: usize = 6;
 /// Time of the first law to either side of a sample that could not be brought below its limit over which the first law is kept, s.
 const AS_IT_WAS: f64 = 0.03;
 
-/// What is to be run faster: a first law over the first `cells` cells of a path. `rest` tells whether it begins and ends at
-/// rest; where it does not, it begins as `entry` says and ends with its own tempo.
+/// What is to be run faster: a first law over the first `cells` cells of a path. `rest` says
+/// whether it begins and ends at rest; where it does not, it begins as `entry` says and ends with
+/// its own tempo.
 pub(crate) struct Course<'a> {
     pub(crate) path: &'a Path,
     pub(crate) frame: &'a Frame<'a>,
@@ -238,7 +242,7 @@ impl<'a> Rounds<'a> {
     }
 }
 
-/// The tempos of regions behind each other, with even ones in the gaps up to `end`.
+/// The tempos of consecutive regions, with even ones in the gaps up to `end`.
 fn spliced(regions: Vec<Vec<Tempo>>, end: f64) -> Vec<Tempo> {
     let mut tempos: Vec<Tempo> = Vec::new();
     let (mut p, mut time) = (0.0, 0.0);

@@ -42,7 +42,8 @@ pub(crate) struct Rig {
     gauge_pose: Pose,
     /// From a point to the followed linear joints, where no rotary joint turns their directions.
     inverse: Option<Matrix3<f64>>,
-    /// The linear joints that follow the tip; entry k of task coordinates stands for x, y, z of K in this order.
+    /// The linear joints that follow the tip: the task coordinates at these indices are x, y, z of
+    /// K, in this order.
     pub(crate) slots: [usize; 3],
     /// The point of K from which base coordinates of the program count with tool center point control.
     pub(crate) zero: Vector,
@@ -197,9 +198,10 @@ impl Rig {
     /// How far the followed linear joints may be off where the tip is off by `tip` and each rotary joint by `angle`; none where rotary
     /// joints turn the directions of linear ones.
     ///
-    /// Both chains carry a point link by link. Two points that lie apart by x before a rotary link, with angles that differ by
-    /// `angle`, lie apart by no more than `x + angle (r + x)` behind it, r being the distance of the first from the axis: the turn of
-    /// one keeps their distance, and the chord of the rest is no longer than its arc.
+    /// Both chains carry a point link by link. Two points that lie apart by x before a rotary link,
+    /// with angles that differ by `angle`, lie apart by no more than `x + angle (r + x)` after it,
+    /// r being the distance of the first from the axis: the turn of one keeps their distance, and
+    /// the chord of the rest is no longer than its arc.
     pub(crate) fn slack(&self, task: &JointValues, length: f64, tip: f64, angle: f64) -> Option<[f64; 3]> {
         let inverse = self.inverse.as_ref()?;
         let carried = |chain: &[Link], start: Vector, off: f64| {
@@ -224,7 +226,7 @@ impl Rig {
         Some(std::array::from_fn(|k| inverse.row(k).norm() * off))
     }
 
-    /// The tip that task coordinates stand for.
+    /// The tip that the task coordinates give.
     pub(crate) fn point(&self, task: &JointValues) -> Vector {
         Vector::from_fn(|k, _| task[self.slots[k]])
     }

@@ -38,18 +38,19 @@ pub struct Settings {
     pub piece_angle: f64,
     /// Control cycle, s; none: that of the machine.
     pub sample_time: Option<f64>,
-    /// Motion in feed waits until the spindle has reached its speed, and a tool change until it stands (time from the
-    /// machine); rapid motion goes on meanwhile.
+    /// Motion in feed waits until the spindle has reached its speed, and a tool change until it has
+    /// stopped (time from the machine); rapid motion goes on meanwhile.
     pub spindle_waits: bool,
     /// The length of a new tool counts without a word of the program (840D: `$MC_CUTTING_EDGE_DEFAULT`; not on controls
     /// that want G43).
     pub length_active_after_change: bool,
-    /// The tool length that is in force counts in machine coordinates too (840D: programs write D0 beside SUPA); false where the
-    /// control leaves it out of them (TNC: M91, M92). ISO controls leave it out as well, and their reader says so block by block.
+    /// The active tool length counts in machine coordinates too (840D: programs write D0 with
+    /// SUPA); false where the control leaves it out of them (TNC: M91, M92). ISO controls leave it
+    /// out as well, and their reader says so block by block.
     pub length_in_machine_coordinates: bool,
     /// Number of the tool in the spindle before the first block, as the operator has left it there; none: the spindle is empty.
     pub start_tool: Option<u32>,
-    /// Joint limits that keep a block below this part of its programmed feed are told by an event.
+    /// An event reports a block that joint limits keep below this part of its programmed feed.
     pub feed_reduced_below: f64,
     /// Simulated time at which a program is ended, s.
     pub max_time: f64,
@@ -58,16 +59,18 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Simulated time at which a program is ended where nobody says otherwise, s: a hundred hours.
+    /// Default limit of the simulated time of a program, s: a hundred hours.
     pub const MAX_TIME: f64 = 360_000.0;
 
-    /// Largest rounding of the orientation where nobody states one, radian (0.05 degrees): the usual one of finishing.
+    /// Largest default rounding of the orientation, radian (0.05 degrees): the usual one of
+    /// finishing.
     pub const FALLBACK_ORIENTATION_TOLERANCE: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
-    /// Rounding of the orientation where nobody states one, radian, from that of the tip and the way from the tip to the end of
-    /// the cutting edges, mm: the flank, which the angle moves by its product with the way, is to leave its place by no more than
-    /// the tip may. A fixed angle would not: 0.05 degrees move a flank of 39 mm by 34 micrometers, three times the tolerance of
-    /// a usual finishing cut. Short edges get [`Self::FALLBACK_ORIENTATION_TOLERANCE`]: above it nothing is gained but time.
+    /// Default rounding of the orientation, radian, from that of the tip and the distance from the
+    /// tip to the end of the cutting edges, mm. The angle times this distance is how far the flank
+    /// moves; it must be no more than the tip may move. A fixed angle would not do: 0.05 degrees
+    /// move a flank of 39 mm by 34 um, three times the tolerance of a usual finishing cut. Short
+    /// edges get [`Self::FALLBACK_ORIENTATION_TOLERANCE`]: above it nothing is gained but time.
     pub fn orientation_tolerance(tip: f64, reach: f64) -> f64 {
         if reach > 0.0 {
             (tip / reach).min(Self::FALLBACK_ORIENTATION_TOLERANCE)

@@ -284,7 +284,7 @@ impl Quintic {
         std::array::from_fn(|k| (self.control[k + 1] - self.control[k]) * per)
     }
 
-    /// The part from a to b (de Casteljau, first behind a, then before b).
+    /// The part from a to b (de Casteljau: first the part after a, then the part before b).
     pub(crate) fn between(&self, a: f64, b: f64) -> Self {
         let behind = self.cut(a)[1].clone();
         let [before, _] = behind.cut(b);

@@ -1,12 +1,14 @@
-//! Tools that come into the spindle and are not moved before the next one comes, or before the program ends.
+//! Tools that are changed into the spindle and not moved before the next change or the end of the
+//! program.
 //!
-//! They stand in the machine all the same, longer or wider than the tool before them, so that a piece of motion without a way stands for
-//! each: removal and the checks of bodies look at it like at any other.
+//! They are in the machine all the same, and may be longer or wider than the tool before them. Each
+//! gets a piece of motion of zero length, so that removal and the checks of bodies treat it like
+//! any other.
 //!
 //! ```text
 //!   T1 M6      G0 ...      T3 M6      M30
 //!   ──┼────────pieces────────┼─────────┼──
-//!   T1 is moved              T3 stands: a piece from here to here, of the block of T3 M6, at the time of M30
+//!   T1 is moved              T3 is not: a piece from here to here, of the block of T3 M6, at the time of M30
 //! ```
 
 use proveout_machine::{JointValues, Machine};
@@ -36,7 +38,7 @@ impl Standing {
         Self { still: None, joints }
     }
 
-    /// Puts the pieces of tools that only stand into a chunk; `last` says that none follows it.
+    /// Adds the pieces of tools that do not move to a chunk; `last` says that no chunk follows.
     pub(crate) fn complete(&mut self, machine: &Machine, tools: &[Tool], chunk: &mut Chunk, last: bool) {
         let mut put: Vec<(usize, Piece)> = Vec::new();
         let mut at = 0;

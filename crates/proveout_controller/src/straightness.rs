@@ -1,9 +1,10 @@
 //! How far joints leave the straight motion between the ends of a piece.
 //!
-//! A piece says where the tool is; bodies of the machine hang on single joints, and a tip that runs straight under tool center point control
-//! takes its joints along curves: with a table that turns by a degree under a tip 200 mm off its axis, slides leave their chord by 8
-//! micrometers, and a slide may go out and come back within one piece. The check of bodies follows the joints straight, so it must know
-//!
+//! A piece says where the tool is. Bodies of the machine are carried by single joints, and a tip
+//! that runs straight under tool center point control takes its joints along curves: with a table
+//! that turns by a degree under a tip 200 mm off its axis, slides leave their chord by 8 um, and a
+//! slide may go out and come back within one piece. The check of bodies follows the joints
+//! straight, so it must know
 //! ```text
 //!   e_j >= | q_j(s) - (a_j + l(s) (b_j - a_j)) |      for every s of the piece, one l in 0..1 for all joints
 //! ```

@@ -132,7 +132,8 @@ impl Clock {
         law.duration > MOST_SAMPLES * self.cycle
     }
 
-    /// What passes a part `allowed` of the limits; `finish` tells that the machine stands at the end of the path then.
+    /// Places that exceed a part `allowed` of the limits; `finish` says that the machine stops at
+    /// the end of the path.
     fn over_limits(
         &self,
         path: &Path,
@@ -152,10 +153,11 @@ impl Clock {
 /// Plans all cells of the path from speed `v_start`, begun with the tempo of `entry`. With `finish` the whole is taken;
 /// otherwise up to a node where what is still unknown hardly acts.
 ///
-/// *What is committed keeps the limits.* A stretch is handed out when the samples of the whole law do, from its begin over its
-/// end up to rest at the end of what is known. The part behind its end is its reserve: where the next part of the path finds no
-/// law, the machine comes to rest with it. From rest to rest a law is always found, since running it slower brings all
-/// differences as low as is asked for ([`slow_throughout`]):
+/// *What is committed keeps the limits.* A stretch is returned if the samples of the whole law keep
+/// them, from its begin over its end up to rest at the end of the known path. The part after its
+/// end is its reserve: if the next part of the path finds no law, the machine comes to rest with
+/// it. From rest to rest a law is always found, since running it slower brings all differences as
+/// low as required ([`slow_throughout`]):
 ///
 /// ```text
 ///   v |   ____          ____
@@ -179,7 +181,7 @@ pub(crate) fn plan(
     loop {
         let cells: Vec<Cell> = path.cells.iter().map(|c| c.limits.cell).collect();
         let plan = Plan::new(&cells, &borders, [v_start, 0.0]);
-        // What lies behind the last node does not act on the first law before it.
+        // What comes after the last node does not act on the first law before it.
         let last = if finish { Some(Node::end(n)) } else { plan.split_before(n - n / UNKNOWN) };
         let Some(last) = last else { return Outcome::NotYet };
         let first_law = plan.law(&borders, last.border);
@@ -255,7 +257,8 @@ fn within_limits(course: &Course<'_>, clock: Clock, stages: &mut Stages) -> Resu
     let mut samples = Vec::new();
     loop {
         let law = rounds.retimed(course);
-        // What goes on behind the committed part must keep the limits too: the next part begins with its state.
+        // The continuation after the committed part must keep the limits too: the next part begins
+        // with its state.
         measure_into(&mut samples, path, frame, clock, &law, 0);
         let allowed = if round < TIGHTENINGS / 2 { ALLOWED } else { PROMISED };
         let over = clock.over_limits(path, frame, &samples, rest[1], allowed);
@@ -274,7 +277,7 @@ fn within_limits(course: &Course<'_>, clock: Clock, stages: &mut Stages) -> Resu
         }
         match rounds.settle(&spots) {
             Settled::Slower => {}
-            // Around what is as it was, tempos are found anew.
+            // Around the parts that returned to the first law, tempos are solved again.
             Settled::AsItWas => round = 0,
             Settled::Nothing => return Err((law, samples, over)),
         }
@@ -339,7 +342,8 @@ fn measure_into(samples: &mut Vec<Measured>, path: &Path, frame: &Frame<'_>, clo
     // A law that never ends has no samples to make room for.
     let count = (law.duration / clock.cycle).clamp(0.0, 1e6) as usize + 1;
     samples.clear();
-    // The way to rest follows behind what is known of a window: memory that is not touched costs nothing, and moving all of them does.
+    // The way to rest follows the known part of a window: untouched memory costs nothing, moving
+    // all samples does.
     samples.reserve(count.saturating_sub(skipped) * 5 / 4);
     for time in clock.samples(law.duration).skip(skipped) {
         let state = law.at(time - clock.start, &mut phase);

@@ -78,8 +78,9 @@ pub struct Summary {
     pub dwell_s: f64,
     /// Tool changes without the motion to their position, s.
     pub tool_change_s: f64,
-    /// No motion within the tolerances of the path takes less, s, whatever path it takes and whatever control makes it: at the same feeds,
-    /// velocities and accelerations of the joints, standing where the program stands; standstill included.
+    /// No motion within the tolerances of the path takes less, s, whatever path it takes and
+    /// whatever control makes it: at the same feeds, velocities and accelerations of the joints,
+    /// stopping where the program stops; standstill included.
     pub lower_bound_s: Option<f64>,
     /// No motion along the path that is run (with these roundings of its corners) takes less, s: under the same feeds, velocities
     /// and accelerations; standstill included. Another rounding within the tolerance may be faster.
@@ -92,7 +93,7 @@ pub struct Summary {
     pub blocks: u64,
     /// Length of the tip's path that is run, with its corners rounded, mm.
     pub length_mm: f64,
-    /// Largest deviation of a piece from the motion that it stands for, mm.
+    /// Largest deviation of a piece from the motion that it represents, mm.
     pub max_chord_error_mm: f64,
     /// Largest distance of the tip (without tool center point control, of the linear joints together) from the programmed way,
     /// mm: measured against the words of the program, at the ends and middles of all pieces, and no less than the bound of the

@@ -111,7 +111,8 @@ impl Tempo {
         half * GAUSS.iter().zip(slow.chunks(2)).map(|((_, weight), two)| weight * two.iter().sum::<f64>()).sum::<f64>()
     }
 
-    /// The parts before and behind `p`, a time of the first law within the stretch; times of the run stay.
+    /// The parts before and after `p`, a time of the first law within the stretch; times of the run
+    /// stay.
     pub(crate) fn cut(&self, p: f64) -> [Self; 2] {
         let x = (p - self.begin).clamp(0.0, self.length);
         let t = self.passed(x);

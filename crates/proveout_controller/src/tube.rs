@@ -1,10 +1,13 @@
 //! A lower bound of the time of every motion within the tolerances, whatever path it takes.
 //!
-//! *What is bound.* A control may round the programmed path as it likes within the tolerances: its tip stays within `e` of the programmed
-//! path and its rotary joints within `a` of theirs (in the same branch of the inverse kinematics), passing along it in order (there is a correspondence of both that never goes back). It keeps the
-//! programmed feeds for the tip on its own path, and velocities and accelerations of the joints. Where the program makes the machine
-//! stand (exact stop, dwell, tool change, probing, tapping stroke, end), it stands in the programmed point; dwell, tool changes and waits
-//! for the spindle take their time. Jerk counts for nothing here: a control without limits of jerk is bound as well.
+//! *What is bound.* A control may round the programmed path as it likes within the tolerances: its
+//! tip stays within `e` of the programmed path and its rotary joints within `a` of theirs (in the
+//! same branch of the inverse kinematics). It passes along the path in order (there is a
+//! correspondence of both that never goes back). It keeps the programmed feeds for the tip on its
+//! own path, and velocities and accelerations of the joints. Where the program makes the machine
+//! stop (exact stop, dwell, tool change, probing, tapping stroke, end), it is in the programmed
+//! point; dwell, tool changes and waits for the spindle take their time. Jerk counts for nothing
+//! here: a control without limits of jerk is bound as well.
 //!
 //! *Gates.* Let `p_0, p_1, ..` be points of the programmed path in order, and `t_0 <= t_1 <= ..` times at which the motion corresponds to them.
 //! At `t_i` the tip is within `e_i` of `p_i`. So from `t_i` to `t_j`
@@ -62,7 +65,8 @@ const IN_CURVE: usize = 16;
 /// What may happen between two gates.
 #[derive(Clone, Copy, Debug)]
 struct Between {
-    /// Highest feed of the tip, mm/s, and of rotary joints while the tip stands, degree/s; infinite where none is programmed.
+    /// Highest feed of the tip, mm/s, and of rotary joints while the tip is at rest, degree/s;
+    /// infinite where none is programmed.
     tip: f64,
     turn: f64,
     /// Some of it is no rapid motion: joints may have their full velocity.
@@ -140,13 +144,13 @@ impl Tube {
         self.done + self.gates.back().map_or(0.0, |g| g.best)
     }
 
-    /// The machine stands for a time, where the program makes it stand.
+    /// The machine is at rest for a time, where the program makes it stop.
     pub(crate) fn stand(&mut self, frame: &Frame<'_>, duration: f64) {
         self.close(frame, None);
         self.done += duration;
     }
 
-    /// The coordinates change their meaning behind the last block; nothing makes the machine stand.
+    /// The coordinates change their meaning after the last block; nothing makes the machine stop.
     pub(crate) fn remap(&mut self, frame: &Frame<'_>) {
         if let Some(End { tolerance, .. }) = self.end {
             self.close(frame, Some(tolerance));
@@ -171,7 +175,7 @@ impl Tube {
         for k in 1..n {
             let task = block.shape.jet(block.length * k as f64 / n as f64).0[0];
             self.pass(frame, &task, (loose, false));
-            // What lies behind the gate belongs to the same block.
+            // What follows the gate is still within this block.
             self.between = self.between.and(Between::of(block));
         }
         self.end = Some(End { task: block.shape.jet(block.length).0[0], tolerance: own });
@@ -244,7 +248,8 @@ fn slack(frame: &Frame<'_>, task: &JointValues, loose: Tolerance) -> JointValues
     slack
 }
 
-/// Number of stretches between gates in a block: ends alone tell little of what turns on the way.
+/// Number of stretches between gates in a block: the ends alone say little about what turns on the
+/// way.
 fn parts(frame: &Frame<'_>, block: &PathBlock, tolerance: f64) -> usize {
     let turn = |shape: &Shape| {
         let way = shape.jet(block.length).0[0] - shape.jet(0.0).0[0];

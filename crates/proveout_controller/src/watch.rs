@@ -17,7 +17,8 @@ use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::{limits::JointLimits, profile::PathState, stretch::Measured};
 
-/// The set points at the last three times of the grid before a law, and after it the three at which the machine stands.
+/// The number of set points needed before a law (the last of the grid) and after it (those at which
+/// the machine is at rest).
 pub(crate) const REACH: usize = 3;
 
 /// A place where a limit is passed.
@@ -32,8 +33,9 @@ pub(crate) struct Over {
 /// Rounding of positions in a difference, as part of the largest of them: the weights of the third one add up to eight.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Places where samples pass a part `allowed` of the limits, by their states or by differences. The first lies at the time
-/// `first`, or would; `before` are the last set points before it; with `stands` the machine stands after the last.
+/// Places where samples exceed a part `allowed` of the limits, by their states or by differences.
+/// The first lies at the time `first`, or would; `before` are the last set points before it; with
+/// `stands` the machine is at rest after the last.
 pub(crate) fn over_limits(
     limits: &JointLimits,
     [cycle, first]: [f64; 2],
@@ -62,7 +64,7 @@ pub(crate) fn over_limits(
             }
         }
         let mut ratios = parts.differences(cycle, &row);
-        // Middles of the differences: half a cycle behind for each order.
+        // Middles of the differences: half a cycle back for each order.
         let mut back = 0;
         for order in 0..3 {
             if ratios[order] > allowed && ratios[order] > state[order] {
@@ -141,8 +143,8 @@ fn means(cycle: f64, row: &[JointValues; 4], joint: usize) -> [f64; 3] {
 /// Part of a limit that no set point passes.
 const PROMISE: f64 = 1.001;
 
-/// What passes the promise at a set point that is about to be emitted behind three others, by its state or by a difference:
-/// joint, order (velocity, acceleration, jerk), value and limit.
+/// The promised limit that a set point exceeds when it is emitted after three others, by its state
+/// or by a difference: joint, order (velocity, acceleration, jerk), value and limit.
 pub(crate) fn broken(
     (limits, parts): (&JointLimits, &Parts),
     cycle: f64,

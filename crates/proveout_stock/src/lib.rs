@@ -9,16 +9,16 @@
 //! * [`TriDexel`] – the stock. [`TriDexel::sweep`] removes or probes, in program order and in parallel.
 //! * [`Action::Remove`] cuts; [`Action::Probe`] only reports, for rapid motions, shank and holder.
 //! * [`Cells`] – edges of the cells, along each axis its own where wanted.
-//! * [`TriDexel::surface`], [`TriDexel::tile_surface`] – triangles with sharp edges; [`TriDexel::take_changed_tiles`] tells
-//!   which blocks to show anew.
+//! * [`TriDexel::surface`], [`TriDexel::tile_surface`] – triangles with sharp edges;
+//!   [`TriDexel::take_changed_tiles`] returns the blocks to show again.
 //! * [`Patch`] – finer cells over a box, from one [`RawBody`] with the stock; [`SurfaceMesh::inside`], [`SurfaceMesh::outside`]
 //!   cut the meshes at its window, [`patched_intervals`] reads rays through both.
 //! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
 //!   [`Regrid`] as bound.
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
 //! * [`TriDexel::sweep_share`], [`TriDexel::sweep_told`], [`TriDexel::share_rows`] – one stock cut by several processes, bit for bit as by one.
-//! * [`TriDexel::parts`], [`TriDexel::take_part`], [`TriDexel::put_back`], [`TriDexel::moments`] – what no longer hangs together, its
-//!   removal, its moments of inertia.
+//! * [`TriDexel::parts`], [`TriDexel::take_part`], [`TriDexel::put_back`], [`TriDexel::moments`] –
+//!   separate parts, their removal, their moments of inertia.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
 //! * [`TileTree`] – boxes round the material, so that what is near is found without looking at every ray.
@@ -57,13 +57,15 @@
 //!
 //! # Error
 //!
-//! In the direction of the normal: what is missed lies less than 0.15 micrometers deep in the swept volume of a translation and
-//! 0.4 micrometers in that of a turning motion; nothing is removed outside of it but what the body misses by less than 0.25
-//! micrometers between two times at which it meets the ray. The axis of a turning piece lags behind the uniform turn by up to
-//! angle^3 / 60, which is 0.005 micrometers 40 mm from the tip and is added. [`TriDexel::sweep_bound_mm`] is the largest bound used
-//! so far; the oracle test holds every motion to its own. Bodies are taken 1e-7 mm smaller, so that touching counts for nothing; a
-//! surface that was cut a moment ago may overlap with the same body by the bound. Along a ray that grazes the surface at an angle
-//! a, these depths are longer by 1 / sin a.
+//! In the direction of the normal: what is missed lies less than 0.15 um deep in the swept volume
+//! of a translation and 0.4 um in that of a turning motion. Outside the swept volume nothing is
+//! removed except what the body misses by less than 0.25 um between two times at which it meets the
+//! ray. The axis of a turning piece lags the uniform turn by up to angle^3 / 60, which is 0.005 um
+//! at 40 mm from the tip and is added. [`TriDexel::sweep_bound_mm`] is the largest bound used so
+//! far; the oracle test checks every motion against its own bound. Bodies are taken 1e-7 mm
+//! smaller, so that touching counts for nothing; a surface that was just cut may overlap with the
+//! same body by the bound. Along a ray that grazes the surface at an angle a, these depths are
+//! longer by 1 / sin a.
 //!
 //! # Order and parallel work
 //!

@@ -19,7 +19,8 @@ pub struct BladeSurface {
 }
 
 impl BladeSurface {
-    /// The airfoil of a blade whose frame stands at `run_from_blade` in the frame of the program.
+    /// The airfoil of a blade whose frame has the pose `run_from_blade` in the frame of the
+    /// program.
     pub fn new(blade: Blade, run_from_blade: Pose) -> Self {
         Self::of(Arc::new(CamberSide::new(blade)), run_from_blade)
     }

@@ -1,17 +1,21 @@
 //! The least distance of every pair over a motion, and the proof of it.
 //!
-//! The check of a motion (text of the crate) only asks whether two parts come nearer than wanted: what it proves of a pair is a bound that is good
-//! enough for that. Here the pieces are kept and looked at afterwards, by branch and bound over time (`search.rs`): the least distance of a pair
-//! is measured at a place of the motion, and proved to a micrometer and what the joints may be off. The stretches that are needed for it are a
-//! certificate: whoever can measure a distance can check it.
+//! The check of a motion (text of the crate) only asks whether two parts come nearer than wanted:
+//! what it proves of a pair is a bound that is good enough for that. Here the pieces are kept and
+//! searched afterwards, by branch and bound over time (`search.rs`): the least distance of a pair
+//! is measured at a place of the motion, and proved to 1 um plus the error of the joints. The
+//! stretches that are needed for it are a certificate: whoever can measure a distance can check it.
 //!
-//! It must cost little beside the check. So every pair is searched coarsely first, with rough distances and little effort. From then on the
-//! pair goes on whose proved bound is the smallest, a little at a time: that one decides what can be told of all of them, whether it is near or
-//! only hard to prove. Those that can neither hold the least clearance of all nor come near are left as soon as that is proved. Effort is
-//! counted in pairs of boxes that are looked at, since one look at two meshes that turn about each other may cost as much as a thousand at
-//! others. Neighbors are left to the check: they are near each other all the time.
+//! The cost must be small compared with the check. So every pair is first searched coarsely, with
+//! rough distances and little effort. Then the pair with the smallest proved bound is refined, a
+//! little at a time: it decides what can be stated of all of them, whether it is near or only hard
+//! to prove. Pairs that can neither hold the least clearance of all nor come near are left as soon
+//! as that is proved. Effort is counted in pairs of boxes, since one query of two meshes that turn
+//! about each other may cost as much as a thousand others. Neighbors are left to the check: they
+//! are near each other all the time.
 //!
-//! What the check has found of whole pieces is not asked again (`noted.rs`): a tool that slides along a wall is asked about in every piece of its way.
+//! Findings of the check about whole pieces are not queried again (`noted.rs`): a tool that slides
+//! along a wall is queried in every piece of its way.
 //!
 //! Pieces are kept up to [`MOST_PIECES`] and then looked at, so that memory is bounded for a program of any length. Two bodies that are met
 //! or lie one within the other have the distance zero in that part of the motion.
@@ -56,7 +60,7 @@ const COARSE_EFFORT: u64 = 1 << 15;
 const FINE_EFFORT: u64 = 1 << 26;
 /// As much of it a pair gets until the next one is chosen.
 const SHARE: u64 = 1 << 13;
-/// What a look costs beside the boxes, and the most that one may cost.
+/// Cost of a query in addition to the boxes, and the most that one may cost.
 const LOOK_EFFORT: u64 = 256;
 const MOST_OF_LOOK: u64 = 1 << 14;
 /// Largest distance that is asked for, mm: beyond any machine.
@@ -65,9 +69,10 @@ const ENOUGH_MM: f64 = 1e6;
 const WORTH_MM: f64 = 0.1;
 /// After so many stretches that the hulls of all turns did not prove they are asked for one in so many only.
 const IN_VAIN: u32 = 16;
-/// Points that leave the straight line by no more than this, mm, need no parabola: a tenth of what the least distance is told to.
+/// Points that leave the straight line by no more than this, mm, need no parabola: a tenth of the
+/// accuracy of the least distance.
 pub(crate) const STRAIGHT_MM: f64 = 1e-4;
-/// Joints that differ by less stand still, mm and radian: rounding.
+/// Joints that differ by less are at rest, mm and radian: rounding.
 const STANDS: f64 = 1e-8;
 
 /// Least distance of a pair over the motion so far. The true one is at least `proved`, and at most `measured` where that is known.
@@ -77,7 +82,8 @@ pub struct PairClearance {
     pub pair: usize,
     /// Proved, mm; zero where the two may have met.
     pub proved: f64,
-    /// Measured at some joints of the motion, mm; none where nobody asked, since it is beyond what is of interest.
+    /// Measured at some joints of the motion, mm; none where it was not measured, being beyond what
+    /// is of interest.
     pub measured: Option<f64>,
     /// When that was, s.
     pub time: Option<f64>,
@@ -94,7 +100,8 @@ pub struct ProvedSpan {
     /// Begin and end, s. The spans of a pair follow each other without a gap while it is in place. Spans that follow each other with the same time
     /// are parts of one piece of the motion: at every moment of it the joints are in one of them.
     pub time: [f64; 2],
-    /// The joints are in this range in this part of the motion, mm and radian; one that may stand at any turn has no ends.
+    /// The joints are in this range in this part of the motion, mm and radian; one that may be at
+    /// any turn has no ends.
     pub low: JointValues,
     /// Upper end of the range.
     pub high: JointValues,
@@ -148,7 +155,7 @@ pub(crate) struct Proof {
 }
 
 impl Interference {
-    /// The same, with the motion kept so that [`Self::least_clearances`] can be told.
+    /// The same, with the motion kept so that [`Self::least_clearances`] is available.
     #[must_use]
     pub fn with_proof(mut self) -> Self {
         self.keep_proof();

@@ -152,7 +152,7 @@ pub(crate) struct Search {
     noted: Noted,
     /// Distance at the last place that was measured, mm.
     seen: f64,
-    /// Beyond this nobody asks how far, mm.
+    /// Distances beyond this are not needed, mm.
     enough: f64,
 }
 
@@ -312,7 +312,7 @@ impl Search {
         open.chain(self.done.iter().map(|&k| self.looked[k].bound.least())).fold(f64::INFINITY, f64::min)
     }
 
-    /// The two meet, so that nobody asks.
+    /// The two meet, so no distance is needed.
     pub(crate) fn is_met(&self) -> bool {
         self.enough <= 0.0
     }

@@ -2,7 +2,7 @@
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-/// Pieces that one straight motion may stand for.
+/// Pieces that one straight motion may represent.
 const MOST_IN_CHORD: usize = 64;
 
 /// A piece of motion, straight but for `off`.
@@ -87,8 +87,9 @@ impl Way {
         (!pieces.is_empty()).then_some(Self { pieces, ranges, leaves })
     }
 
-    /// Begin and end, s. What lies between two pieces, where nothing moves, belongs to the first. The motion within a piece is not uniform: a part of
-    /// one has the time of all of it, since nobody knows when the joints are in it.
+    /// Begin and end, s. What lies between two pieces, where nothing moves, belongs to the first.
+    /// The motion within a piece is not uniform: a part of a piece has the time of the whole piece,
+    /// since it is not known when the joints are in it.
     pub(crate) fn time(&self, stretch: Stretch) -> [f64; 2] {
         let begin = |k: usize| self.pieces.get(k).map_or_else(|| self.end(), |p| p.time[0]);
         match stretch {

@@ -8,10 +8,12 @@
 //!                                                blocked when  lo < a' - d  and  a' + d < hi  of in(|anchor|)
 //! ```
 //!
-//! with a (a') the angle between the center of the cell and u (an anchor on the skin) and d the largest angle between the axes of
-//! the cell and its center. What a ball of the tree forbids does not hang on the cell, so that it is found once for a contact, and held against
-//! sixteen neighboring cells at once (`packet.rs`). What is not apart from some of them is where the search for their quarters
-//! begins. Triangles are quartered until they are seen under a small part of the finest cell.
+//! with a (a') the angle between the center of the cell and u (an anchor on the skin) and d the
+//! largest angle between the axes of the cell and its center. What a ball of the tree forbids does
+//! not depend on the cell. It is computed once for a contact, and compared with sixteen neighboring
+//! cells at once (`packet.rs`). Balls that are not apart from some of them are where the search for
+//! their quarters begins. Triangles are quartered until they are seen under a small part of the
+//! finest cell.
 
 use std::ops::Range;
 
@@ -25,12 +27,13 @@ use super::spots::{Spots, turn};
 
 /// Triangles are quartered down to this share of the angle of a finest cell.
 const PIECE_SHARE: f64 = 0.5;
-/// So many spots are held against a packet before it is given up: where the side of a tool lies along a face, ever smaller pieces of it decide nothing.
+/// Number of spots compared with a packet before it is given up: where the side of a tool lies
+/// along a face, ever smaller pieces of it decide nothing.
 const MOST_LOOKS: u64 = 20_000;
 /// So many looks at a packet of finest cells only serve to block those of which a point of the skin forbids an axis.
 const DEEP_LOOKS: u32 = 100;
-/// Added to the angle of a cell, radian, for the rounding of what a spot says: by itself, and divided by that angle, near which a cosine tells
-/// less of it.
+/// Added to the angle of a cell, radian, for the rounding of a spot: by itself, and divided by that
+/// angle, near which a cosine is less precise.
 const ROUNDING: f64 = 1e-6;
 
 /// The search at one contact.
@@ -40,7 +43,8 @@ pub(crate) struct Caps<'a> {
     /// Pieces seen under a smaller sine than this are not quartered.
     finest: f32,
     stack: Vec<u32>,
-    /// Spots that are not apart from the cells under way, one list behind the other; the last of one are looked at first.
+    /// Spots that are not apart from the cells under way, in consecutive lists; the last spots of a
+    /// list are checked first.
     lists: Vec<u32>,
     looked: u64,
 }
@@ -82,7 +86,7 @@ impl<'a> Caps<'a> {
         }
     }
 
-    /// Balls and pieces that were held against packets of cells.
+    /// Balls and pieces that were compared with packets of cells.
     pub(crate) fn looked(&self) -> u64 {
         self.looked
     }
@@ -92,7 +96,7 @@ impl<'a> Caps<'a> {
         self.lists.clear();
         self.lists.extend(0..self.spots.roots);
         let mut roots: Vec<usize> = (0..nodes.len()).collect();
-        // Neighbors beside each other: by eighths of a turn, from the pole outward.
+        // Neighbors in sequence: by eighths of a turn, from the pole outward.
         roots.sort_by_key(|&i| {
             let [_, yaw] = nodes[i].cell.middle();
             ((yaw * 4.0 / std::f64::consts::PI).floor() as i64, i)
@@ -137,7 +141,8 @@ impl<'a> Caps<'a> {
         self.lists.truncate(start);
     }
 
-    /// Holds the spots of a list against the cells of a packet. What may forbid an axis of one that stays open is put behind the lists.
+    /// Compares the spots of a list with the cells of a packet. Spots that may forbid an axis of a
+    /// cell that stays open are appended to the lists.
     #[inline(always)]
     fn settle<S: pulp::Simd>(&mut self, simd: S, packet: &Packet, list: Range<usize>, last: bool) -> Settled {
         let mut stack = std::mem::take(&mut self.stack);

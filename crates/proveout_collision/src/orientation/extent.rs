@@ -1,13 +1,14 @@
 //! How far a tool reaches round the center of its ball: at which angles from the axis a place is too near.
 //!
-//! A ball end turns about its center Q and is a body of revolution about every axis through it. Whether a place X is too near to the rest of the tool is
-//! therefore a question of two numbers, its distance r from Q and the angle a between X - Q and the axis:
+//! A ball end turns about its center Q and is a body of revolution about every axis through it.
+//! Whether a place X is too near to the rest of the tool therefore depends on two numbers, its
+//! distance r from Q and the angle a between X - Q and the axis:
 //!
 //! ```text
 //!        V                 hi(r): too near at no larger angle          lo(r): nor at a smaller one (0 where the tool
 //!     +--|--+              in(r): too near at all angles within        is met on its axis: everywhere but past its top)
 //!     |  |  |   X
-//!     +-+|+-+  /           a place that stands still forbids the axes of a cap, or of a ring, about the direction
+//!     +-+|+-+  /           a fixed place forbids the axes of a cap, or of a ring, about the direction
 //!       ||| a /            in which it is seen from Q
 //!       |||  / r
 //!       (Q)-'
@@ -46,7 +47,8 @@ pub(crate) struct Extent {
     first: u64,
     /// Nothing at this distance or farther is too near, mm.
     far: f64,
-    /// Per bin all angles at which a place may be too near: those of one bin, of two beside each other, of four, and so on.
+    /// Per bin all angles at which a place may be too near: those of one bin, of two adjacent bins,
+    /// of four, and so on.
     outer: Vec<Vec<Cosines>>,
     /// Per bin angles at which a place is too near.
     inner: Vec<Cosines>,
@@ -216,8 +218,9 @@ mod tests {
         (*state >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Places in and beside a tool with a neck, a stepped holder and a barrel, at distances from the ball's skin to past the top,
-    /// at the borders of bins, on the axis, straight below: no bound says what the distance does not.
+    /// Places in and around a tool with a neck, a stepped holder and a barrel, at distances from
+    /// the ball's skin to past the top, at the borders of bins, on the axis, straight below: no
+    /// bound contradicts the distance.
     #[test]
     fn angles_hold_all_places_that_are_too_near_and_hardly_any_other() {
         let section = |diameter, top_diameter, length| HolderSection { diameter, top_diameter, length };

@@ -76,7 +76,8 @@ impl Cell {
         [0.5 * (self.tilt[0] + self.tilt[1]), 0.5 * (self.yaw[0] + self.yaw[1])]
     }
 
-    /// A cell that is narrow along its ring, as beside the pole, keeps its yaws; not so where the pole is a circle of poses.
+    /// A cell that is narrow along its ring, as near the pole, keeps its yaws; not so where the
+    /// pole is a circle of poses.
     pub(crate) fn halving(&self, circle_at_pole: bool) -> Halving {
         if circle_at_pole {
             return Halving::Both;

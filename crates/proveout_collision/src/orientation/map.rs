@@ -40,7 +40,8 @@ impl AxisState {
 /// Why no axis at all is free at a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Refusal {
-    /// The tool beside the contact is inside of a solid: a contact deeper than the surface, or a normal that points inward.
+    /// The tool around the contact is inside of a solid: a contact deeper than the surface, or a
+    /// normal that points inward.
     Inside,
     /// The surface is more hollow than the ball is round.
     Curvature,
@@ -112,7 +113,7 @@ impl OrientationMap {
         [self.frame.along, self.frame.across, self.frame.normal]
     }
 
-    /// Why no axis at all is free, where that was told before any cell was looked at.
+    /// Why no axis at all is free, where that was known before any cell was checked.
     pub fn refusal(&self) -> Option<Refusal> {
         self.refusal
     }

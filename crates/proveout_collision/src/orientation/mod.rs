@@ -11,10 +11,11 @@
 //!  ------p------ T     the part lies below
 //! ```
 //!
-//! Cells are pieces of rings of equal tilt; a ring has as many cells as its length asks for, and a cell is halved along its
-//! longer sides only, so that the pole (V = N) is a corner that some cells share and no place of slivers. A ball end has one
-//! pose for an axis. A bull-nose touches with a place of its corner, the one that leans down: at tilt 0 the yaw still tells
-//! which, and the pole is a circle of poses.
+//! Cells are pieces of rings of equal tilt; a ring has as many cells as its length asks for, and a
+//! cell is halved along its longer sides only, so that the pole (V = N) is a corner that some cells
+//! share and no place of slivers. A ball end has one pose for an axis. A bull-nose touches with a
+//! place of its corner, the one that leans down: at tilt 0 the yaw still decides which, and the
+//! pole is a circle of poses.
 //!
 //! # Motion of the tool inside of a cell
 //!
@@ -33,21 +34,23 @@
 //! difference up to 90 degrees V . V' is A cos(t' - f) with f in 0 .. 180 degrees, whose least value over an interval of tilts
 //! is at one of its ends.
 //!
-//! *Beside the contact* (1) would never end: the cutter touches there in every pose. A bull-nose is a disk (the core)
-//! widened by r; Q lies on the core in every pose and all of the core above the plane through Q across N. So Q is the nearest
-//! point of the core to every point of the ray from Q against N. Nearest points of a convex core are no farther apart than
-//! what they are nearest to: the nearest point P of the core to an obstacle X is no farther from Q than X is from that ray. The
-//! distance f of X from the core changes by `df = g . (w x (X - Q))` with the unit vector g from P to X, and (X - Q) - (P - Q) is
-//! along g, hence
+//! *Near the contact* (1) would never end: the cutter touches there in every pose. A bull-nose is a
+//! disk (the core) widened by r; Q lies on the core in every pose and all of the core above the
+//! plane through Q across N. So Q is the nearest point of the core to every point of the ray from Q
+//! against N. Nearest points of a convex core are no farther apart than what they are nearest to:
+//! the nearest point P of the core to an obstacle X is no farther from Q than X is from that ray.
+//! The distance f of X from the core changes by `df = g . (w x (X - Q))` with the unit vector g
+//! from P to X, and (X - Q) - (P - Q) is along g, hence
 //!
 //! ```text
 //!   |df| <= |w| |P - Q| <= |w| dist(X, ray from Q against N)                                                    (2)
 //! ```
 //!
-//! which is 0 at the contact. A ball does not change with the axis at all and is held against the solids once. What else a tool with a ball
-//! end is turns about the ball's center as a body of revolution, so that a place of a solid forbids a cap of axes about the direction in
-//! which it is seen from there: `extent.rs` has the caps for every distance, `caps.rs` the search with them. It needs a small part of
-//! the time of the general one, which is left to bull-noses and flat ends.
+//! which is 0 at the contact. A ball does not change with the axis at all and is compared with the
+//! solids once. The rest of a tool with a ball end turns about the ball's center as a body of
+//! revolution, so that a place of a solid forbids a cap of axes about the direction in which it is
+//! seen from there: `extent.rs` has the caps for every distance, `caps.rs` the search with them. It
+//! needs a small part of the time of the general search, which is left to bull-noses and flat ends.
 //!
 //! # Proofs
 //!
@@ -57,8 +60,8 @@
 //! distance from below by the least height of a corner over it. What is not decided goes to the four quarters of the cell, with
 //! the list of pieces that are not yet apart. What is left at the finest cells is *unknown* and does not count as free.
 //!
-//! A tool that does not meet the skin of a solid could still be wholly inside of it: one point of the tool beside the contact is
-//! tested by its winding number.
+//! A tool that does not meet the skin of a solid could still be wholly inside of it: one point of
+//! the tool near the contact is tested by its winding number.
 //!
 //! # The next contact
 //!
@@ -69,16 +72,19 @@
 //!   |Q' - Q| + |R' - R| l       (R' - R: 2 sin of half the angle of the rotation between the frames)             (3)
 //! ```
 //!
-//! [`OrientationWalk`] proves the cells of one contact with (3) added for a neighborhood: what is free or blocked there is so at all
-//! contacts of the neighborhood, and what is not keeps its list of pieces and is decided at each contact anew. A ball end is faster
-//! without: sixteen cells at once are held against what a place of a solid forbids, and of the contact before only that the tool lies outside is kept.
+//! [`OrientationWalk`] proves the cells of one contact with (3) added for a neighborhood: what is
+//! free or blocked there is so at all contacts of the neighborhood. Other cells keep their lists of
+//! pieces and are decided again at each contact. A ball end is faster without: sixteen cells at
+//! once are compared with the cap of a place of a solid, and only the fact that the tool lies
+//! outside is kept of the previous contact.
 //!
 //! # Known limits
 //!
-//! The machine and its spindle are not looked at. A bull-nose or flat end on a flat face leaves the cells near tilt 0 unknown, where
-//! its bottom lies on the face, and costs several times what a ball does. Where the side of the tool lies along a face most
-//! of the work is done; a walk then spares little. Between contacts nothing is said. Faceted designs stand for themselves: give a
-//! gouge allowance above the error of their chords.
+//! The machine and its spindle are not checked. A bull-nose or flat end on a flat face leaves the
+//! cells near tilt 0 unknown, where its bottom lies on the face, and costs several times as much as
+//! a ball. The most work arises where the side of the tool lies along a face; a walk then saves
+//! little. Nothing is stated between contacts. Faceted designs are taken as they are: give a gouge
+//! allowance above the error of their chords.
 
 mod caps;
 mod contact;

@@ -14,7 +14,8 @@ use super::spots::{Anchor, Spot, Turn};
 pub(super) const LANES: usize = 16;
 /// By so much the cosines must differ for a proof.
 const SLACK: f32 = 2e-6;
-/// Where the sum of two angles comes this near to half a turn (its sine), its cosine tells too little: it counts as half a turn.
+/// Where the sum of two angles comes this near to half a turn (its sine), its cosine is too
+/// imprecise: it counts as half a turn.
 const NEAR_HALF_TURN: f32 = 1e-3;
 
 type Row = [f32; LANES];

@@ -36,7 +36,7 @@ pub(crate) struct Candidate {
     pub(crate) node: u32,
 }
 
-/// The pose at the center of a cell, and the motions that it stands for.
+/// The pose at the center of a cell, and the range of motion that it covers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellPose {
     /// O.
@@ -123,7 +123,7 @@ impl Near {
 pub(crate) struct Search<'a> {
     pub(crate) limbs: &'a [Limb],
     pub(crate) solids: &'a [Solid],
-    /// Candidates of the cells that are being looked at, one list behind the other.
+    /// Candidates of the cells that are being checked, in consecutive lists.
     pub(crate) lists: Vec<Candidate>,
     stack: Vec<(Candidate, Near)>,
     pieces: Vec<[Point; 3]>,
@@ -137,8 +137,8 @@ impl<'a> Search<'a> {
         Self { limbs, solids, lists, stack: Vec::new(), pieces: Vec::new(), looked: 0 }
     }
 
-    /// Holds the candidates of a list against all poses of a cell. Those that are not apart are put behind the lists; at the
-    /// last level all balls are opened.
+    /// Compares the candidates of a list with all poses of a cell. Those that are not apart are
+    /// appended to the lists; at the last level all balls are opened.
     pub(crate) fn settle(&mut self, pose: &CellPose, from: Range<usize>, last: bool) -> Verdict {
         let end = self.lists.len();
         let mut stack = std::mem::take(&mut self.stack);
@@ -146,7 +146,7 @@ impl<'a> Search<'a> {
         let mut blocked = false;
         let mut deepest = (f64::INFINITY, end);
         let mut left = MORE_LOOKS;
-        // From the end of the list, where the deepest one stands.
+        // From the end of the list, which has the deepest one.
         'list: for index in from.rev() {
             let candidate = self.lists[index];
             let near = self.ball(pose, candidate);

@@ -6,8 +6,8 @@ use crate::parts::{Wanted, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::MeshShape;
 
-/// Triangles with longer edges are halved along them, mm, or by the share of the solid's size: balls round long ones tell nothing of
-/// where they are.
+/// Triangles with longer edges are halved along them, mm, or by the share of the solid's size:
+/// balls round long ones do not locate them.
 const LONGEST_EDGE_MM: f64 = 3.0;
 const LONGEST_EDGE_SHARE: f64 = 0.01;
 

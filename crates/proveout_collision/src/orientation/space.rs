@@ -86,7 +86,7 @@ impl OrientationSettings {
     }
 }
 
-/// A tool among solids that stand still.
+/// A tool among fixed solids.
 #[derive(Clone, Debug)]
 pub struct OrientationSpace {
     pub(crate) limbs: Vec<Limb>,
@@ -192,8 +192,8 @@ impl OrientationSpace {
         OrientationWalk::new(self)
     }
 
-    /// Where the tool stands at a contact with a tilt and a yaw, radian; at tilt 0 the yaw tells which place of the corner of a
-    /// bull-nose touches.
+    /// Pose of the tool at a contact with a tilt and a yaw, radian; at tilt 0 the yaw decides which
+    /// place of the corner of a bull-nose touches.
     ///
     /// # Errors
     /// A contact without point, normal or feed direction.
@@ -310,7 +310,7 @@ impl OrientationSpace {
     }
 }
 
-/// Puts the parts of a cell behind the nodes: the first one and how many.
+/// Appends the parts of a cell to the nodes: returns the first one and how many.
 pub(crate) fn split(nodes: &mut Vec<MapNode>, cell: &Cell, halving: super::grid::Halving) -> (usize, usize) {
     let (parts, count) = cell.parts(halving);
     let first = nodes.len();

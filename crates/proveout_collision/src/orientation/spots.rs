@@ -13,7 +13,8 @@ use super::space::Place;
 const MOST_SPOTS: usize = 1_000_000;
 /// Room for so many is made at once.
 const USUAL_SPOTS: usize = 1 << 14;
-/// Where the sum of two angles comes this near to half a turn (its sine), its cosine tells too little: it counts as half a turn.
+/// Where the sum of two angles comes this near to half a turn (its sine), its cosine is too
+/// imprecise: it counts as half a turn.
 const NEAR_HALF_TURN: f64 = 1e-3;
 
 /// An angle by its cosine and sine.
@@ -39,7 +40,7 @@ fn of_cosine(c: f64) -> Turn {
     [c, (1.0 - c * c).max(0.0).sqrt()]
 }
 
-/// What a spot stands for.
+/// What a spot represents.
 #[derive(Clone, Copy, Debug)]
 enum What {
     Ball(u32),

@@ -51,10 +51,11 @@ pub(crate) struct NearRay {
     pub(crate) on_ray: Point,
 }
 
-/// Nearest points of the skin of a body and the material on the rays, where they are nearer than `limit` (mm).
+/// Nearest points of the skin of a body and the material on the rays, where they are nearer than
+/// `limit` (mm).
 ///
-/// Pairs of boxes are opened nearest first, the larger of the two; a pair that is as far as the best distance so far is left. So a body
-/// that is farther than the limit is told by a few boxes.
+/// Pairs of boxes are opened nearest first, the larger of the two; a pair that is as far as the
+/// best distance so far is left. So a few boxes suffice for a body that is farther than the limit.
 pub(crate) fn nearest(body: &TriangleTree, work_from_body: &Pose, rays: &Rays<'_>, limit: f64) -> Option<NearRay> {
     let whole = body.root()?;
     let turn = work_from_body.rotation.abs();
@@ -179,7 +180,7 @@ pub(crate) fn material_inside(mesh: &MeshShape, body_from_work: &Pose, rays: &Ra
         if apart(&Aabb { min: middle - half, max: middle + half }, &skin) > 0.0 {
             continue;
         }
-        // Points already known to stand outside, with their distance from the skin.
+        // Points already known to be outside, with their distance from the skin.
         let mut outside: Option<(Point, f64)> = None;
         let mut see = |segment: RaySegment| {
             let Some([lo, hi]) = counted(&segment, rays.counts.as_ref()) else { return };
@@ -223,7 +224,8 @@ fn some_tile(tree: &TileTree, mut node: TileNode) -> Option<TileNode> {
 /// Points of the material tried for the estimate of the penetration.
 const MOST_POINTS: usize = 400;
 
-/// How deep the material on the rays stands in a body, mm: the largest depth of points of it; a lower estimate.
+/// Depth of the material on the rays in a body, mm: the largest depth of points of it; a lower
+/// estimate.
 pub(crate) fn penetration(mesh: &MeshShape, work_from_body: &Pose, rays: &Rays<'_>) -> f64 {
     let Some(root) = mesh.boxes.root() else { return 0.0 };
     let (middle, half) = mesh.boxes.bounds(root);

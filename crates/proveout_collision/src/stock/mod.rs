@@ -3,7 +3,7 @@
 //! The parts of the tool are swept through the stock, exactly. Machine bodies and fixtures are meshes of any form: they are followed by
 //! distance with a motion bound, as two bodies are (see the crate's text), with the material on the rays of the stock as the other body.
 //!
-//! # What the rays tell
+//! # What follows from the rays
 //!
 //! Let M be the material, S the intervals on the rays of all three sets, c the edges of a cell and `D = |c|` its diagonal.
 //!
@@ -24,25 +24,32 @@
 //!       '---------'  . .                known to half a diagonal either way
 //! ```
 //!
-//! So `dist(body, M) >= dist(body, S) - D` for material that holds such a disk through each of its points. Excepted are details that no ray
-//! sees (a pin or a sliver between the rays, thinner than a cell in two directions) and the last tip of a sharp corner that is turned against
-//! the axes. Half a diagonal does not do: a corner of the raw block may stand a whole cell beside the last ray.
+//! So `dist(body, M) >= dist(body, S) - D` for material that holds such a disk through each of its
+//! points. Excepted are details that no ray sees (a pin or a sliver between the rays, thinner than
+//! a cell in two directions) and the last tip of a sharp corner that is turned against the axes.
+//! Half a diagonal is not enough: a corner of the raw block may be a whole cell away from the last
+//! ray.
 //!
 //! 4. Material is never outside of the box of the raw stock, whose distance is exact: the larger bound of the two counts.
 //!
 //! # Over time
 //!
-//! Material only goes away. A distance that was proved against an earlier stock holds against every later one, so that what is kept of a pair
-//! stays valid through cuts. [`StockCheck::follow`] takes motions with the stock as it stood at the begin of the first one. Where a body would
-//! come too near in a later one it stops there, and wants to be called again with the stock as it stands then: so nothing is
-//! invented from material that was cut before. Within one motion all material counts that is there at its begin.
+//! Material only goes away. A distance that was proved against an earlier stock is valid for every later
+//! one, so that what is kept of a pair stays valid through cuts. [`StockCheck::follow`] takes
+//! motions with the stock at the begin of the first one. Where a body would come too near in a
+//! later one it stops there, and must be called again with the stock at that moment. So no finding
+//! comes from material that was cut before. Within one motion all material counts that is there at
+//! its begin.
 //!
 //! # What is not followed
 //!
-//! Bodies that move as one with the stock do not move against it. A body that carries the table and lies against its face (a rotary table flush in
-//! its cradle) touches the lowest material all the time without a collision: for such a body, which is found with all joints at zero, the layer of
-//! material on the face counts for nothing ([`StockCheck::flush`]) against what of it is no higher than the face, and all above it does. What of
-//! it stands above the face, such as the cheeks of the cradle, is held against all material: however thin a plate is, it must not swing into them.
+//! Bodies that move as one with the stock do not move against it. A body that carries the table and
+//! lies against its face (a rotary table flush in its cradle) touches the lowest material all the
+//! time without a collision. For such a body, which is found with all joints at zero, the layer of
+//! material on the face is ignored ([`StockCheck::flush`]) against the part of it that is no higher
+//! than the face, and all material above the layer counts. The part of the body above the face,
+//! such as the cheeks of the cradle, is checked against all material: however thin a plate is, it
+//! must not swing into them.
 
 mod distance;
 mod motion;
@@ -65,7 +72,7 @@ use crate::triangle_tree::TriangleTree;
 use distance::HalfSpace;
 use motion::Follow;
 
-/// By how much a flush body may stand proud of the table's face, mm.
+/// How far a flush body may project above the table's face, mm.
 const PROUD_MM: f64 = 0.1;
 
 /// A body that met the stock, or came nearer to it than wanted, from begin to end.
@@ -282,7 +289,7 @@ impl StockCheck {
         }
     }
 
-    /// What of a flush body stands above the face of the table, with all joints at zero.
+    /// The part of a flush body above the face of the table, with all joints at zero.
     fn raised(&self, i: usize) -> Option<TriangleTree> {
         let body = &self.bodies[i];
         let table = &self.machine.table;

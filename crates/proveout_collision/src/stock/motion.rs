@@ -18,7 +18,7 @@ use crate::triangle_tree::TriangleTree;
 const SLACK_MM: f64 = 2e-4;
 /// Distance from a threshold that counts as on it, mm: ends the advancement.
 const TOLERANCE_MM: f64 = 5e-3;
-/// Motion of a body that stands in the stock between two looks at its penetration, mm.
+/// Motion of a body in contact with the stock between two measurements of its penetration, mm.
 const CONTACT_REFRESH_MM: f64 = 0.5;
 /// Range of the first query of a body beyond what is needed, mm; doubled where nothing is found, up to the last. Short: a search among the rays
 /// that ends nearby is cheap, and one that finds the very nearest of far ones is not.
@@ -26,7 +26,7 @@ const FIRST_REACH_MM: f64 = 20.0;
 const LAST_REACH_MM: f64 = 80.0;
 /// Where the box of the raw stock is farther than the wanted clearance and this, mm, the rays are not asked: it is almost as near.
 const BOX_ENOUGH_MM: f64 = 10.0;
-/// Looks at the stock as it stands before it is taken at all its turns again.
+/// Queries of the stock at its actual turn before it is taken at all its turns again.
 const LOOKS_BETWEEN: u32 = 64;
 /// A jump between motions up to this length counts as rounding, mm.
 const JOIN_MM: f64 = 1e-3;
@@ -36,7 +36,7 @@ const JOIN_MM: f64 = 1e-3;
 struct Known {
     /// Most by which body and stock move against each other for a unit of each joint; where the stock is taken at all turns, they do not count.
     weights: [f64; MAX_JOINTS],
-    /// The same of the stock as it stands.
+    /// The same of the stock at its actual turn.
     own_weights: [f64; MAX_JOINTS],
     kept: Kept,
     /// The stock is taken at all turns of its joint now, and looks since that was too near.
@@ -60,7 +60,7 @@ pub(super) struct Follow {
     pub(super) part: Part,
     /// The layer of material on the table's face counts for nothing against what of it is no higher than the face.
     pub(super) flush: bool,
-    /// What of such a body stands above the face: all material counts against it.
+    /// The part of such a body above the face: all material counts against it.
     pub(super) raised: Option<TriangleTree>,
     known: Known,
 }
@@ -257,7 +257,7 @@ impl StockCheck {
                 return true;
             };
             self.bodies[i].known.reach = FIRST_REACH_MM;
-            // The box of the raw stock is no material that stands there.
+            // The box of the raw stock is not actual material.
             if step.exact && found.on_ray {
                 let known = &mut self.bodies[i].known;
                 known.seen = known.seen.min(found.near.distance);

@@ -1,8 +1,9 @@
-//! Linear joints that follow the tool axis: where they are for every angle of a channel.
+//! Linear joints that follow the tool axis: their position for every angle of a channel.
 //!
-//! With the other rotary joints and the center of the ball held, a linear joint goes with the table's angle as `a + b cos q + c sin q`, whatever stands
-//! between table and tool: table and tool turn rigidly about one axis. Three angles tell the three numbers, a fourth checks them, and the range over
-//! an interval is that of its ends and of the crests in it.
+//! With the other rotary joints and the center of the ball fixed, a linear joint depends on the
+//! table's angle q as `a + b cos q + c sin q`, whatever lies between table and tool in the chain,
+//! since table and tool turn rigidly about one axis. Three angles give the three numbers, and a
+//! fourth checks them. The range over an interval is that of its ends and of the extrema inside it.
 
 use std::f64::consts::TAU;
 

@@ -1,14 +1,17 @@
-//! All schedules of tool axes that were possible in a run, as gates of joints: what a bound of the time is about.
+//! All schedules of tool axes that were possible in a run, as gates of joints: a bound of the time
+//! refers to them.
 //!
-//! *What is the same in all of them.* Blocks and their programmed times (inverse time: a feed of the tip would make the time hang on the
-//! axes); the inclination of the tool axis to the table axis, and the branch of the inverse kinematics, at each end of a block. Then the
-//! angle about the table axis is the table's joint but for sign and zero, and the joints that incline the tool go through the
-//! positions that they have.
+//! *What all of them share.* The blocks and their programmed times (inverse time, since with a feed
+//! of the tip the time would depend on the axes). The inclination of the tool axis to the table
+//! axis, and the branch of the inverse kinematics, at each end of a block. Then the angle about the
+//! table axis is the table's joint except for sign and zero, and the joints that incline the tool
+//! go through the same positions in all of them.
 //!
-//! *What the control may do.* It leaves the programmed rotary positions by its rounding, which every gate is widened by, and the tip by that of the tip.
+//! *What the control may do.* It may leave the programmed rotary positions by its rounding of the
+//! orientation, which widens every gate, and the tip by its rounding of the tip.
 //!
-//! *Methods without a channel of one angle*: axes may be anywhere within the farthest that the method has turned one of the program before
-//! (`two_angles.rs`).
+//! *Methods without a channel of one angle*: axes may be anywhere within the largest angle by which
+//! the method turned an axis of the original program (`two_angles.rs`).
 
 mod linear;
 mod two_angles;
@@ -129,7 +132,7 @@ impl Alternatives {
                 gates: widened,
             });
             let mut old: Vec<f64> = before[..own.len()].iter().map(|q| q[j]).collect();
-            // The program before may stand whole turns away.
+            // The original program may be whole turns away.
             let turn = std::f64::consts::TAU;
             let away = old.first().zip(own.first()).map_or(0.0, |(a, b)| turn * ((a - b) / turn).round());
             old.iter_mut().for_each(|q| *q -= away);
@@ -161,7 +164,7 @@ fn positions(machine: &Machine, found: &Found, from: usize) -> Option<Vec<JointV
     Some(all.split_off(from))
 }
 
-/// The rotary joint that the workpiece hangs on.
+/// The rotary joint that carries the workpiece.
 fn is_table(machine: &Machine, joint: usize) -> bool {
     machine.work_chain.iter().rfind(|&&j| machine.joints[j].is_rotary()) == Some(&joint)
         && machine.joints[joint].carries == Carries::Workpiece
@@ -186,7 +189,8 @@ fn turned(sense: f64, channel: &TurnChannel, joint: &[f64]) -> Result<Vec<[f64; 
     Ok(channel.limits.iter().map(both).collect())
 }
 
-/// The most by which the control may leave the tip (mm) and the rotary positions (radian) of a run; `tip` where the program tells none.
+/// The most by which the control may leave the tip (mm) and the rotary positions (radian) of a run;
+/// `tip` applies where the program sets no tolerance.
 pub(crate) fn rounding(machine: &Machine, tip: Option<f64>, commands: &[Command], found: &Found) -> [f64; 2] {
     let (Some(first), Some(last)) = (found.blocks.first(), found.blocks.last()) else { return [0.0; 2] };
     let own = |mode: &PathMode| match mode {

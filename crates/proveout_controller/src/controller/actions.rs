@@ -1,5 +1,5 @@
-//! What the control does while the axes stand: dwell, spindle, tool change, switching of tool length and tool center
-//! point control.
+//! What the control does while the axes are at rest: dwell, spindle, tool change, switching of tool
+//! length and tool center point control.
 
 use proveout_machine::MAX_JOINTS;
 use proveout_nc::{Command, CompSide, Dwell, Location, Op, OrientationInterpolation, SpindleDirection, Tcp, ToolName};
@@ -91,7 +91,7 @@ where
         }
     }
 
-    /// Stands until the spindle has reached its speed (or rest).
+    /// Waits until the spindle has reached its speed (or rest).
     pub(super) fn await_spindle(&mut self, location: &Location) {
         if self.state.spindle_ready <= 0.0 {
             return;
@@ -248,7 +248,7 @@ where
         }
     }
 
-    /// The sample after the end: the machine stands.
+    /// The sample after the end: the machine is at rest.
     pub(super) fn last_sample(&mut self) {
         let time = crate::stretch::grid_number(self.out.clock, self.out.cycle) * self.out.cycle;
         let scope = scope(&self.device, &self.settings, self.mapping);

@@ -49,8 +49,9 @@ where
         }
     }
 
-    /// Ends the program where the known part of the path would take more samples than are held: not the program makes it so long, but
-    /// joints that are slow beside the control cycle. What is left of the path is not run; the finding names the block at `at`.
+    /// Ends the program where the known part of the path would take more samples than can be held.
+    /// The cause is not the program but joints that are slow compared with the control cycle. The
+    /// rest of the path is not run; the finding names the block at `at`.
     pub(super) fn ends_on_the_way(&mut self, time: f64, at: f64) {
         if let Some(reserve) = self.begin.reserve.take() {
             let (frame, grid) = (self.device.frame(self.mapping), self.out.grid());

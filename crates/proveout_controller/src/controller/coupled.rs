@@ -148,7 +148,7 @@ where
         let (direction, before) = (spindle.direction, self.state.turning);
         self.turn(direction, speed_rpm.unwrap_or(0.0));
         if direction == before {
-            // The same sense: a new speed, told without a wait.
+            // Same direction: a new speed, reported without a wait.
             self.tell_spindle(direction, speed_rpm.unwrap_or(0.0));
         }
     }
@@ -161,7 +161,8 @@ where
         }
         let both = before != SpindleDirection::Off && direction != SpindleDirection::Off;
         if direction == SpindleDirection::Off {
-            // A tool that stands must have cut up to the programmed point: boring cycles move it aside from there.
+            // The tool must have cut up to the programmed point before the spindle stops: boring
+            // cycles then move it aside.
             self.stop_run();
         }
         let duration = self.device.machine.control.spindle_start_time * if both { 2.0 } else { 1.0 };
@@ -198,7 +199,7 @@ where
         Ok(())
     }
 
-    /// Away from the workpiece along the tool axis, with a stop before and behind.
+    /// Retracts along the tool axis away from the workpiece, with a stop before and after.
     pub(super) fn retract(&mut self, retract: Retract, location: &Location) -> Result<(), Box<ControlError>> {
         let (mapping, path) = {
             let context = self.context(false, location);

@@ -17,17 +17,18 @@ use crate::{
     stretch::{self, Outcome, Stretch},
 };
 
-/// A rotary joint that goes no farther than this stands, radian: rounding of the inverse kinematics.
+/// A rotary joint that moves no farther than this counts as at rest, radian: rounding of the
+/// inverse kinematics.
 const STANDS: f64 = 1e-9;
 
-/// The axes of the work coordinates as they stand in those of the table.
+/// The axes of the work coordinates where they are parallel to those of the table.
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// Part of a way along an axis of the program that another joint than its own may take: rounding.
 const BESIDE: f64 = 1e-6;
 
-/// Each axis of the work coordinates moves one linear joint and no other. With the rotary joints at rest the joints hang on the tip in
-/// proportion, so that a way of 1 mm tells.
+/// Whether each axis of the work coordinates moves one linear joint and no other. With the rotary
+/// joints at rest the joints are linear in the tip, so a move of 1 mm decides it.
 fn axes_are_joints(frame: &Frame<'_>, task: &JointValues, rotation: [[f64; 3]; 3]) -> bool {
     let Some(rig) = frame.kinematics.rig else { return true };
     let here = frame.kinematics.position(task);
@@ -122,7 +123,7 @@ where
         WINDOW_SAMPLES * self.out.cycle
     }
 
-    /// Plans and emits all of the run; the machine then stands.
+    /// Plans and emits the whole run; the machine is then at rest.
     pub(super) fn stop_run(&mut self) {
         let frame = self.device.frame(self.mapping);
         self.path.finish(&frame);
@@ -148,8 +149,9 @@ where
         }
     }
 
-    /// Plans and emits up to the end of what is known, or to a node before it; `open` tells that the path goes on there. False
-    /// where nothing was found that keeps the limits: never from rest to rest.
+    /// Plans and emits up to the end of the known path, or to a node before it; `open` says whether
+    /// the path goes on there. Returns false if no law was found that keeps the limits; from rest
+    /// to rest one is always found.
     pub(super) fn commit(&mut self, finish: bool, open: bool) -> bool {
         let frame = self.device.frame(self.mapping);
         let grid = self.out.grid();
@@ -167,8 +169,8 @@ where
         true
     }
 
-    /// Brings the machine to rest where no law was found from here on: by the reserve of the stretch before, or, where it stands,
-    /// by all that is known as a motion from rest to rest.
+    /// Brings the machine to rest where no law was found from here on: by the reserve of the
+    /// previous stretch, or, if it is at rest, by running the whole known path from rest to rest.
     pub(super) fn halt(&mut self) {
         let (frame, grid) = (self.device.frame(self.mapping), self.out.grid());
         match self.begin.reserve.take() {
@@ -183,7 +185,7 @@ where
         self.begin.halted = true;
     }
 
-    /// Emits a stretch; the path goes on behind it.
+    /// Emits a stretch; the path goes on after it.
     pub(super) fn emit(&mut self, stretch: Stretch, open: bool) {
         let scope = scope(&self.device, &self.settings, self.mapping);
         // A halt is the plan's, not the path's: the lower bound does not count it.

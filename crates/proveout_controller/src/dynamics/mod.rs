@@ -1,8 +1,9 @@
 //! Forces that a machine's bodies put on its drives: recursive Newton-Euler, and Rapier as an alternative plant.
 //!
-//! Everything is in mm, kg, s; forces come out in N, torques in N mm. The tree of joints is taken as it stands in
-//! [`proveout_machine::Machine`]: tool side and table side hang on the same base. Masses are those of the machine file;
-//! what is estimated or missing is told by [`MassReport`]. Workpiece, fixtures, tool and cutting forces are not in it.
+//! Everything is in mm, kg, s; forces come out in N, torques in N mm. The tree of joints is that of
+//! [`proveout_machine::Machine`]: tool side and table side share the same base. Masses are those of
+//! the machine file; [`MassReport`] lists what is estimated or missing. Workpiece, fixtures, tool
+//! and cutting forces are not included.
 
 mod newton_euler;
 #[cfg(feature = "rapier")]

@@ -4,7 +4,7 @@
 //! point that passes the origin, force `(n, f)` with the moment n about the origin. A joint's axis is then a screw
 //!
 //! ```text
-//!   rotary  S = (a, p x a)        linear  S = (0, a)        a, p: axis and a point on it as they stand now
+//!   rotary  S = (a, p x a)        linear  S = (0, a)        a, p: axis and a point on it in the present pose
 //!
 //!   out:   V_i = V_p + S_i q.                                 p: the carrying link, base: V = 0
 //!          A_i = A_p + S_i q.. + V_i x S_i q.                 base: A = (0, g up), which is gravity for all
@@ -58,7 +58,7 @@ impl Spatial {
     }
 }
 
-/// A link where it stands, and how it moves. All zeros to begin with, so that an array of them is made by one fill.
+/// Pose and motion of a link. Initially all zeros, so that an array of links is made by one fill.
 #[derive(Clone, Copy)]
 struct Placed {
     rotation: Matrix3<f64>,

@@ -1,4 +1,5 @@
-//! What stands for the plant in Rapier in a build without the feature `rapier`: it cannot be made, and says so.
+//! Replaces the Rapier plant in a build without the feature `rapier`: it cannot be constructed, and
+//! the error says so.
 
 use std::convert::Infallible;
 

@@ -1,6 +1,6 @@
 //! The machine's bodies in Rapier: one multibody that is moved by forces alone.
 //!
-//! Rapier stays behind this file. Its motors, dampers, limits and contacts are off; what the drives do is put in as
+//! Only this file uses Rapier. Its motors, dampers, limits and contacts are off; the drives act as
 //! forces on both sides of a joint, so that the load is known because it was applied:
 //!
 //! ```text
@@ -8,11 +8,17 @@
 //!   turn    +t on the carried body, -t on the carrying one
 //! ```
 //!
-//! Things to know about the library (0.36.1), each held by a test: a multibody on a fixed root reports six degrees of
-//! freedom too many until its first forward kinematics; rotary joints start with a damping of 0.1; its integration is of
-//! first order, so that steps are kept at 0.1 ms or less, each of four substeps; the principal axes that it finds of an
-//! inertia tensor may be off by degrees where two principal values are nearly equal (a long body then turns about its long
-//! axis with several times its inertia), so that they are found here. Lengths are in m inside.
+//! Properties of the library (0.36.1), each checked by a test:
+//!
+//! - A multibody on a fixed root reports six degrees of freedom too many until its first forward
+//!   kinematics.
+//! - Rotary joints start with a damping of 0.1.
+//! - Its integration is of first order, so steps are 0.1 ms or less, each of four substeps.
+//! - The principal axes that it finds for an inertia tensor may be off by degrees where two
+//!   principal values are nearly equal (a long body then turns about its long axis with several
+//!   times its inertia), so they are computed here.
+//!
+//! Lengths are in m inside.
 
 use nalgebra::Matrix3;
 use proveout_machine::{JointValues, MAX_JOINTS};

@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 use proveout_geom::{Point, Vector};
 use proveout_machine::{Attachment, MAX_JOINTS, Machine, Platform};
 
-/// What hangs on one joint, in M with all joints at zero.
+/// The rigid bodies that one joint carries, in M with all joints at zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
     /// Index of the joint in the machine.
@@ -16,7 +16,7 @@ pub(crate) struct Link {
     pub(crate) axis: Vector,
     /// A point on the axis of a rotary joint.
     pub(crate) point: Point,
-    /// kg; zero where nobody has stated a mass.
+    /// kg; zero where no mass is given.
     pub(crate) mass: f64,
     pub(crate) center: Point,
     /// About the center, kg mm².
@@ -32,8 +32,9 @@ pub struct MassReport {
     pub unknown: Vec<(usize, String)>,
 }
 
-/// The machine as a tree of rigid bodies, one a joint; parents stand before their children. Platforms are no trees: loads
-/// of their joints, of those that carry them and of those on them are not known.
+/// The machine as a tree of rigid bodies, one per joint; parents come before their children.
+/// Platforms are not trees: the loads of their joints, of the joints that carry them and of the
+/// joints on them are not known.
 #[derive(Clone, Debug)]
 pub struct RigidTree {
     pub(crate) links: Vec<Link>,
@@ -65,7 +66,8 @@ impl RigidTree {
     /// Lumps the bodies of a machine.
     pub fn new(machine: &Machine) -> Self {
         let count = machine.joints.len().min(MAX_JOINTS);
-        // A joint may stand before its parent in the file: take those whose parents are there until none is left.
+        // A joint may precede its parent in the file: take joints whose parents are placed until
+        // none is left.
         let mut order: Vec<usize> = Vec::with_capacity(count);
         while order.len() < count {
             let ready = |j: &usize| {
@@ -134,7 +136,7 @@ impl RigidTree {
     }
 }
 
-/// True when link `k` is `i` or hangs on it.
+/// True if link `k` is `i` or is carried by it.
 fn ancestor(links: &[Link], i: usize, mut k: usize) -> bool {
     loop {
         if k == i {

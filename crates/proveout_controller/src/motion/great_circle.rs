@@ -1,28 +1,31 @@
 //! Blocks whose tool axis runs on a great circle.
 //!
-//! The circle is that of the program, from tool axis to tool axis, in proportion to the way of the tip. The joints follow it by
-//! continuation (`follow.rs`): on the branch on which they stand, however far the first rotary joint swings beside a pole.
-//! Only in a pole is there a choice:
+//! The circle is that of the program, from tool axis to tool axis, in proportion to the way of the
+//! tip. The joints follow it by continuation (`follow.rs`): they stay on their branch, however far
+//! the first rotary joint swings near a pole. Only in a pole is there a choice:
 //!
 //! ```text
-//!   begin in a pole       the first rotary joint turns, while tip and tool axis stand, to where either branch leaves the pole
+//!   begin in a pole       the first rotary joint turns, tip and axis at rest, to where either branch leaves the pole
 //!   way through a pole    the other branch goes on without a turn (the tilt changes its sign), or the same one after half a turn
 //!   end in a pole         none: the joint stays as it comes, unless the program names its position; then it turns there
 //! ```
 //!
-//! Of the choices that end where the program wants the joints, the first is taken whose rotary joints stay within travel, then whose
-//! linear joints do, then the one that turns least. Where none does, the least turn is run and its over-travel told. A block with
-//! turns is run in parts with a stop at each turn.
+//! Of the choices that end in the programmed position of the joints, the first one is taken whose
+//! rotary joints stay within travel, then whose linear joints do, then the one that turns least. If
+//! none does, the least turn is run and its over-travel reported. A block with turns is run in
+//! parts with a stop at each turn.
 //!
-//! *Far from the table* a turn takes the tip along, out of the travel of the linear joints: the first rapid from home, most of all. A rapid
-//! motion then brings the tip to its end first, and turns and tilts there. Both ways are run as programmed, yet not in step, which no
-//! program asks of a rapid. In feed the over-travel is told.
+//! *Far from the table* a turn takes the tip along, out of the travel of the linear joints, above
+//! all in the first rapid from home. A rapid motion then brings the tip to its end first, and turns
+//! and tilts there. Both ways are run as programmed but not in step, which no program requires of a
+//! rapid. In feed the over-travel is reported.
 //!
-//! *In a pole* is what is nearer to it than rounding ([`AXIS_TOLERANCE`]), and what passes it within the cone of the control
-//! (`curve.rs`), which is told with the angle.
+//! *In a pole* means nearer to it than rounding ([`AXIS_TOLERANCE`]), or passing it within the cone
+//! of the control (`curve.rs`); the latter is reported with the angle.
 //!
-//! *No circle*: between opposite axes, beyond the reach of the rotary joints, and to named positions of the rotary joints that the
-//! circle does not lead to. The rotary joints then run in proportion, and that is told with the angle by which the circle is left.
+//! *No circle*: between opposite axes, beyond the reach of the rotary joints, and to named
+//! positions of the rotary joints that the circle does not lead to. The rotary joints then run in
+//! proportion, and the angle by which they leave the circle is reported.
 
 mod curve;
 mod follow;
@@ -39,7 +42,7 @@ use crate::{jet::JointJet, rig::Rig, shape::Shape};
 
 /// Two tool axes nearer than this (radian) are one: 0.2 micrometers at 100 mm from the tip.
 const SAME_AXIS: f64 = 2e-6;
-/// A tool axis that turns by less than this (radian) stands.
+/// A tool axis that turns by less than this (radian) counts as at rest.
 const STANDS: f64 = 1e-9;
 /// Named positions of the rotary joints count as reached within this, radian.
 const SAME_JOINTS: f64 = 1e-6;
@@ -58,7 +61,7 @@ pub(super) struct Wanted<'a> {
     pub(super) any_joints: bool,
     /// Linear task coordinates over t in 0..=1 with their derivatives.
     pub(super) tip: &'a dyn Fn(f64) -> JointJet,
-    /// Length of the way of the tip, mm; none where it stands.
+    /// Length of the way of the tip, mm; none if it does not move.
     pub(super) tip_length: Option<f64>,
 }
 
@@ -282,7 +285,8 @@ impl Context<'_> {
         both.into_iter().enumerate().map(|(k, q)| (Some(k), stay(q))).collect()
     }
 
-    /// Ways on behind a pole: the other branch without a turn, or the same one after half a turn to either side.
+    /// Continuations after a pole: the other branch without a turn, or the same one after half a
+    /// turn to either side.
     fn beyond(
         &self,
         pole: &Vector,
@@ -439,7 +443,8 @@ impl Context<'_> {
         Turning::Parts { parts, length, end, leaves, apart: false }
     }
 
-    /// A turn of the rotary joints at t, while tip and axis stand; none where that is rounding.
+    /// A turn of the rotary joints at t, with tip and axis at rest; none if the turn is only
+    /// rounding.
     fn turn(&self, wanted: &Wanted<'_>, before: &JointValues, after: &JointValues, t: f64) -> Option<Part> {
         let mut from = (wanted.tip)(t).0[0];
         let mut to = from;

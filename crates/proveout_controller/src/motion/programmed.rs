@@ -1,8 +1,9 @@
 //! What the program says of a block's way: tip and tool axis, straight from its words.
 //!
-//! Nothing of the control's own path goes in here: neither its branches nor its polynomials, so that what it makes of a block can
-//! be measured against it. Both run over one parameter, the share of the way of the tip (where it stands, of the turn). The distance at
-//! equal shares is never below the distance to the nearest point of the programmed way.
+//! Nothing of the control's own path enters here, neither its branches nor its polynomials, so that
+//! its path can be measured against the program. Both run over one parameter, the share of the way
+//! of the tip (of the turn, if the tip does not move). The distance at equal shares is never below
+//! the distance to the nearest point of the programmed way.
 
 use nalgebra::SVector;
 use proveout_geom::{Point, ToolPose, Vector};
@@ -65,7 +66,7 @@ impl TipWay {
         let (a, b) = (a - normal * heights[0], b - normal * heights[1]);
         let radii = [a.norm(), b.norm()];
         let ahead = normal.cross(&a);
-        // The end tells the angle, the program the full turns.
+        // The end gives the angle, the program the full turns.
         let sweep = proveout_geom::wrap_near(b.dot(&ahead).atan2(b.dot(&a)), sweep);
         let unit = |v: Vector| v.try_normalize(0.0).unwrap_or_default();
         Self::Arc { center, basis: [unit(a), unit(ahead), normal], radii, heights, sweep }

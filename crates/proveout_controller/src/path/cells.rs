@@ -18,7 +18,8 @@ const POINT_SURCHARGE: f64 = 1.02;
 /// Points of a cell at which curved paths are looked at.
 const POINTS: usize = 5;
 
-/// End, limits, and the joints as polynomials of a cell, where these were looked at and stand for the kinematics.
+/// End, limits, and the joints as polynomials of a cell, where these were checked and approximate
+/// the kinematics.
 pub(super) type NewCell = (f64, CellLimits, Option<Box<Septic>>);
 
 /// Cells of the exact path of a block over s0..s1.
@@ -190,10 +191,11 @@ mod tests {
         rig::Rig,
     };
 
-    /// Corners between lines whose slopes differ by some percent, from a hundredth of a degree a block to three and more, on machines with both
-    /// rotary axes in the table, in the head, and one in each: where polynomials stand for the joints, they are as near to the kinematics between
-    /// the places that were looked at as there, and their derivatives are those of their own values. Corners that turn far are left to the
-    /// kinematics.
+    /// Corners between lines whose slopes differ by some percent, from 0.01 to 3 degrees and more
+    /// per block, on machines with both rotary axes in the table, both in the head, and one in
+    /// each. Where polynomials approximate the joints, they are as near to the kinematics between
+    /// the checked places as at them, and their derivatives are those of their own values. Corners
+    /// that turn far use the kinematics itself.
     #[test]
     fn polynomials_are_near_the_kinematics_everywhere() {
         let mut state = 7_u64;

@@ -125,7 +125,8 @@ pub(super) fn lift(x: f64, d: f64) -> f64 {
     if t < 1.0 { d * (3.0 - t * (8.0 - t * (6.0 - t * t))) / 16.0 } else { 0.0 }
 }
 
-/// Value, slope and half of the second derivative of d e(x/d) by x, counted from the kink; `behind`: the block lies behind it.
+/// Value, slope and half of the second derivative of d e(x/d) by x, counted from the kink; with
+/// `behind` the block comes after it.
 pub(super) fn lift_jet(x: f64, d: f64, behind: bool) -> [f64; 3] {
     let t = (x / d).abs();
     if t >= 1.0 {
@@ -317,7 +318,7 @@ impl Fit {
                 }
                 None => bounds[0],
             };
-            // Behind the last one of a run the deviation only falls.
+            // After the last kink of a run the deviation only falls.
             let ends = i + 1 == self.kinks.len();
             worst = worst.max(block).max(if ends { bounds[0] } else { 0.0 });
             self.last_bounds = Some(bounds);
@@ -326,7 +327,7 @@ impl Fit {
         worst
     }
 
-    /// Forgets kinks that act on nothing behind s nor on other kinks.
+    /// Forgets kinks that act neither on the path after s nor on other kinks.
     pub(super) fn forget_before(&mut self, s: f64) {
         let needed = NEIGHBORS + 2;
         while self.measured > needed

@@ -90,7 +90,7 @@ impl Fit {
         }
     }
 
-    /// No step gives anything but what stands there: no block in reach is short.
+    /// True if no step would change the present values, since no block in reach is short.
     fn is_idle(&self, i: usize, ended: bool) -> bool {
         let end = i + 2 * IN_REACH + 3;
         let range = i.saturating_sub(2 * IN_REACH + 2)..end.min(self.kinks.len());

@@ -1,8 +1,10 @@
 //! Corners at which the tool turns back: they are exact stops.
 //!
-//! A rounded corner leaves its programmed point by `3/16 |w - u| d` (see `path.rs`), and the joints must come to rest in the direction
-//! of a reversal in any case: rounding one gains hardly any time and takes the point away from the part, which for a hole is its
-//! depth. So a tangent that turns by [`REVERSAL`] or more ends the run: the path goes to the programmed point and stands there.
+//! A rounded corner leaves its programmed point by `3/16 |w - u| d` (see `path.rs`). The joints
+//! must come to rest in the direction of a reversal in any case, so rounding one gains hardly any
+//! time, and it takes the point away from the part, which for a hole is its depth. Therefore a
+//! tangent that turns by [`REVERSAL`] or more ends the run: the path goes to the programmed point
+//! and stops there.
 //!
 //! ```text
 //!        a | ^ b             a \ ^ b
@@ -13,15 +15,17 @@
 //!           \_/              of the feed, at 135 degrees at cos(67.5)
 //! ```
 //!
-//! The tangent is that of the tip against the workpiece: with tool center point control the linear task coordinates; without, the
-//! linear joints, or, where rotary joints turn as well, the tip as it moves against the table (a cam that is milled by a slide that goes
-//! to and fro while the table turns does not turn back). Where the tip stands in both blocks,
-//! it is that of the rotary joints. Where it stands in one of them, the corner is none for the tip: the blend brings it to
-//! the programmed point, since a polynomial of `corner.rs` ends on the exact path.
+//! The tangent is that of the tip relative to the workpiece: with tool center point control the
+//! linear task coordinates; without, the linear joints, or, where rotary joints turn as well, the
+//! tip as it moves relative to the table (a cam that is milled by a slide that goes to and fro
+//! while the table turns does not turn back). If the tip is at rest in both blocks, the tangent is
+//! that of the rotary joints. If it is at rest in one of them, the tip has no corner: the blend
+//! brings it to the programmed point, since a polynomial of `corner.rs` ends on the exact path.
 //!
-//! *Limits.* Rotary joints that turn back while the tip goes on do not stop: their end is rounded within the tolerance of the orientation,
-//! as wherever the tool pivots in a cut. Several kinks close together that turn back in sum are a narrow curve, not a corner, and
-//! are rounded within the tolerance.
+//! *Limits.* Rotary joints that turn back while the tip goes on do not stop: their end is rounded
+//! within the tolerance of the orientation, as wherever the tool pivots in a cut. Several kinks
+//! close together that turn back in sum are a narrow curve, not a corner, and are rounded within
+//! the tolerance.
 
 use proveout_machine::{JointKind, JointValues, Machine};
 

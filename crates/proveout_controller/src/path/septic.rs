@@ -81,8 +81,8 @@ impl Septic {
         JointJet([d0, d1 * over, d2 * (over * over), d3 * (over * over * over)])
     }
 
-    /// Whether it stands for the kinematics, by its jets at some places; `second` and `third` are the highest derivatives in the cell,
-    /// `highest` the highest speed.
+    /// Whether it approximates the kinematics, checked by its jets at some places; `second` and
+    /// `third` are the highest derivatives in the cell, `highest` the highest speed.
     pub(super) fn stands_for(
         &self,
         limits: &JointLimits,

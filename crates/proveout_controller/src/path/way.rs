@@ -7,7 +7,8 @@
 //!   |y'(s)| ds/dt <= F          length = integral of |y'| ds          time at the feed = length / F
 //! ```
 //!
-//! A feed by time (G93) stands for the programmed length of its block over that time, and holds in the same way.
+//! A feed by time (G93) means the programmed length of its block over that time, and holds in the
+//! same way.
 //!
 //! Between a block that moves the tip and one that only turns the rotary joints (whose parameter is in degrees) neither rate has a
 //! meaning throughout; there the parameter itself runs at the feed.

@@ -1,14 +1,17 @@
-//! What of a program the control is asked about where one run is planned: the run with what leads to it and away from it.
+//! The part of a program that the control is asked about when one run is planned: the run with the
+//! blocks that lead to it and away from it.
 //!
-//! A program of many rows would be run as a whole for each schedule of each row that is tried, in time that grows with the square of the rows. The times of a row hang
-//! on the blocks beside it only, as far as the control looks ahead and back from there:
+//! Running the whole program for each trial schedule of each row would take time that grows with
+//! the square of the rows. The times of a row depend only on the blocks near it, as far as the
+//! control looks ahead and back from there:
 //!
 //! ```text
-//!   head of the program | ... | last blocks before, rapids, THE RUN, rapids, first blocks behind | ... | end of the program
-//!         kept            left                            kept                                    left          kept
+//!   head of the program | ... | last blocks before, rapids, THE RUN, rapids, first after | ... | end of the program
+//!         kept            left                           kept                              left         kept
 //! ```
 //!
-//! What is no motion stays everywhere, so that feeds, frames, tools and modes are in force as they were. Where the excerpt is refused, the whole program is asked.
+//! Commands that are not motions are kept everywhere, so that feeds, frames, tools and modes are in
+//! force as they were. If the control refuses the excerpt, it is asked about the whole program.
 
 use proveout_nc::{Command, Op};
 

@@ -1,4 +1,5 @@
-//! A symmetric system with three diagonals beside the main one, by Cholesky's way without roots (L D L') from both ends at once.
+//! Solves a symmetric system with three diagonals on each side of the main one by the root-free
+//! Cholesky factorization (L D L'), from both ends at once.
 //!
 //! ```text
 //!   0 1 2 .. --->  t | m m m |  <--- .. n-2 n-1        each elimination waits for the one before it, but not for that at the other
@@ -49,13 +50,13 @@ pub(super) fn factor_and_solve(m: &mut [[f64; 4]], x: &mut [f64]) -> bool {
     true
 }
 
-/// Takes an unknown out of those behind it, up to `end`.
+/// Eliminates an unknown from those after it, up to `end`.
 #[inline(always)]
 fn down(m: &mut [[f64; 4]], x: &mut [f64], i: usize, end: usize) -> bool {
     let [d, r1, r2, r3] = m[i];
     let (over, right) = (1.0 / d, x[i]);
     let l = [r1 * over, r2 * over, r3 * over];
-    // Behind the end stand factors of the other side.
+    // Entries past the end are factors of the other side.
     let rest = end - i - 1;
     m[i][0] = over;
     if rest > 0 {
@@ -113,7 +114,7 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         for n in 1..=40_usize {
-            // Diagonally dominant: 6 half numbers beside a diagonal above three.
+            // Diagonally dominant: six entries of half at most, with a diagonal above three.
             let mut m: Vec<[f64; 4]> = (0..n).map(|_| [3.5 + random(), random(), random(), random()]).collect();
             let solution: Vec<f64> = (0..n).map(|_| random()).collect();
             let mut x = vec![0.0; n];

@@ -12,8 +12,9 @@
 //!      |<--------- h -------->|
 //! ```
 //!
-//! H is looked at in all nodes of the interval and lowered as a whole by what it passes U there. Where a limit more than doubles over
-//! an interval, or its ends do not tell the inside, the lowest U of the nodes holds throughout.
+//! H is checked in all nodes of the interval and lowered as a whole by the amount it exceeds U
+//! there. Where a limit more than doubles over an interval, or its ends do not describe the inside,
+//! the lowest U of the nodes holds throughout.
 
 use proveout_machine::MAX_JOINTS;
 
@@ -26,7 +27,7 @@ pub(super) struct Cap {
     slope: f64,
 }
 
-/// Those of the joints, and that of the feed behind them.
+/// Caps of the joints, followed by that of the feed.
 pub(super) type Caps = [Cap; MAX_JOINTS + 1];
 
 impl Cap {

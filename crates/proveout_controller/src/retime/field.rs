@@ -32,7 +32,8 @@ impl Field {
         field
     }
 
-    /// Adds nodes of an interval behind all others, with their rows. Where its first is the same place as the last before, this is noted there.
+    /// Appends nodes of an interval with their rows. If its first node is the same place as the
+    /// last one before, this is noted there.
     pub(super) fn push(&mut self, nodes: &[Node], joints: &[JointRow], alike: f64) {
         let (Some(first), count) = (nodes.first(), self.whole.count) else { return };
         let number = first.k / SECTION;
@@ -129,7 +130,7 @@ mod tests {
         Node { k, tau, cell: k, smooth: 0, twin: false, weight: 0.0, speed: 0.0, lead: 0.0 }
     }
 
-    /// Intervals with one to three nodes; rows tell the node they belong to.
+    /// Intervals with one to three nodes; each row names the node it belongs to.
     fn field(n: usize) -> Field {
         let lengths = vec![1.0; n];
         let begins = (0..n).map(|k| k as f64).collect();

@@ -27,7 +27,8 @@ const SHORTEST: f64 = 0.02;
 const INTO_HELD: f64 = 5.0;
 /// Speed along the path that counts as the highest, as part of it.
 const AT_SPEED: f64 = 0.996;
-/// Part of a piece by which points stand off its borders, so that each belongs to one side of a jump.
+/// Part of a piece by which points are moved off its borders, so that each belongs to one side of a
+/// jump.
 const INSIDE: f64 = 1e-6;
 /// Difference of rows of acceleration on both sides of a border that is no jump but the way between the two nodes.
 const ALIKE: f64 = 1e-5;
@@ -82,8 +83,8 @@ fn interval(frame: &Frame<'_>) -> f64 {
     if least.is_finite() { (FINEST * least).clamp(low, high) } else { usual }
 }
 
-/// The stretches of the law's first `cells` cells where another tempo may be faster. `moving` tells that the law begins with
-/// a given tempo that must be followed.
+/// The stretches of the law's first `cells` cells where another tempo may be faster. `moving` says
+/// whether the law begins with a given tempo that must be followed.
 pub(super) fn regions(
     path: &Path,
     frame: &Frame<'_>,

@@ -51,7 +51,7 @@ pub(super) struct Slot {
     weight: Lanes,
     /// The row of speed, where there is one.
     speed: Range<usize>,
-    /// Rows of both sides, without and with the tempo beside them.
+    /// Rows limited on both sides: of acceleration, and of jerk over the tempo.
     even: Range<usize>,
     jerk: Range<usize>,
     /// Places of the names among its rows of both sides, counted from one.
@@ -170,7 +170,8 @@ impl Part {
         let zero = Lanes::ZERO;
         let [speed, even, jerk] = [self.speed.len(), self.even.len(), self.jerk.len()];
         let inside = eight.iter().filter(|interval| number < interval[2]).map(|interval| interval[1] + number);
-        // What an interval shares with the next one stands there, unless there is none or its rows may be passed a little.
+        // Rows that an interval shares with the next one are kept there, unless there is none or
+        // its rows may be exceeded a little.
         let until = problem.lengths.len().saturating_sub(if self.fixed[1] { 2 } else { 1 });
         let own = inside.fold(0, |all, at| {
             let twin = problem.nodes[at].twin && problem.nodes[at].k < until;

@@ -70,15 +70,15 @@ pub(super) struct Node {
     /// Cell of the path, and a number that changes where derivatives may jump.
     pub(super) cell: usize,
     pub(super) smooth: u32,
-    /// The next node is the same place, seen from the interval behind it: only b'' differs there, and rows of acceleration need not stand
-    /// twice.
+    /// The next node is the same place, seen from the next interval: only b'' differs there, and
+    /// rows of acceleration need not be listed twice.
     pub(super) twin: bool,
-    /// Part of the time that this point stands for.
+    /// Part of the time that this point represents.
     pub(super) weight: f64,
     /// One over the highest b that velocities and feed allow, for b + lead b'.
     pub(super) speed: f64,
-    /// Way from the node to the control point of b that must keep to it; that of the begin lies a third of the interval
-    /// ahead, that of the end a third behind.
+    /// Distance from the node to the control point of b that must keep the limit; for the node at
+    /// the begin it lies a third of the interval ahead, for the one at the end a third back.
     pub(super) lead: f64,
 }
 
@@ -189,8 +189,8 @@ impl Problem {
         }
     }
 
-    /// Where a row of acceleration or jerk between the nodes comes above a part of its limit, and above the nodes: node behind which the
-    /// place lies, and part of the interval.
+    /// Where a row of acceleration or jerk between the nodes exceeds a part of its limit, and its
+    /// values at the nodes: the node before the place, and the part of the interval.
     pub(super) fn peaks(&self, loads: &Loads, above: f64) -> Vec<(usize, f64)> {
         let mut out: Vec<(usize, f64)> = Vec::new();
         for at in 1..self.nodes.len().max(1) - 1 {
@@ -224,7 +224,7 @@ impl Problem {
         out
     }
 
-    /// Adds points with their rows, each behind a node.
+    /// Adds points with their rows, each after a node.
     pub(super) fn insert(&mut self, points: &[(usize, f64)], mut rows: impl FnMut(usize, f64) -> Vec<JointRow>) {
         let (Some(first), Some(last)) = (points.first(), points.last()) else { return };
         let range = first.0..last.0 + 1;

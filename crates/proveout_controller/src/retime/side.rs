@@ -56,7 +56,8 @@ impl Side {
         (Lanes::all(aim) - self.multiplier * slack_step) * self.over - self.multiplier
     }
 
-    /// Goes along the step; `value` is that of the row behind it. Multiplier over slack, and that times value and slack.
+    /// Takes the step; `value` is the row's value after it. Returns multiplier over slack, and that
+    /// times the sum of value and slack.
     #[inline(always)]
     pub(super) fn advance(&mut self, value: Lanes, going: Going, sums: &mut Sums) -> (Lanes, Lanes) {
         let s = self.slack + self.slack_step * going.primal;

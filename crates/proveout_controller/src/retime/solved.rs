@@ -67,7 +67,8 @@ impl Solved {
             if begin == 0 {
                 solved.begun = good;
             }
-            // The tempo found for the last part of a chunk is the start of the next one, which knows what comes behind it.
+            // The tempo found for the last part of a chunk is the start of the next chunk, which
+            // includes what follows.
             begin = if end == n { n } else { begin + COMMITTED };
         }
         solved
@@ -89,8 +90,9 @@ impl Solved {
         good
     }
 
-    /// The knot no farther than `beside` from another where the tempo that is given there leaves most of the limits: a first law passes them in
-    /// places, and what is given at the end of a search must be possible.
+    /// The knot no farther than `beside` from another where the given tempo leaves the most room
+    /// below the limits. A first law exceeds them in places, and the values given at the end of a
+    /// search must be feasible.
     fn roomy(&self, near: usize, beside: usize) -> usize {
         let [from, to] = [near - beside, near + beside + 1];
         let problem = self.field.between([from - 1, to]);

@@ -1,16 +1,21 @@
 //! Interior point method for the tempo over a grid (`problem.rs`).
 //!
-//! All rows but those of jerk are linear. 1/sqrt(b) on their right side is replaced by its tangent in b at the present point: 1/sqrt(b) is convex, its tangent
-//! lies below it, so that the linear row allows no more than the true one, and a point that keeps all rows keeps them after every
-//! full step. Every iteration solves one system of Newton's method for the conditions of Karush, Kuhn and Tucker with slacks s
-//! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls to a tenth after a
-//! long step. The start need not keep the rows.
+//! All rows but those of jerk are linear. 1/sqrt(b) on their right side is replaced by its tangent
+//! in b at the present point: 1/sqrt(b) is convex and its tangent lies below it, so the linear row
+//! allows no more than the true one, and a point that keeps all rows keeps them after every full
+//! step. Every iteration solves one system of Newton's method for the conditions of Karush, Kuhn
+//! and Tucker with slacks s and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with
+//! new tangents; m falls to a tenth after a long step. The start need not keep the rows.
 //!
-//! *Cost.* About 12 iterations up to the first look between the points, 9 to 10 after it and 4 to 8 around each place that needs a point later
-//! (`stages.rs`), of linear cost; both passes of one treat eight intervals at once (`part.rs`). *Limits.* The rows of jerk make the problem
-//! not convex: the result is a local optimum, and the gap at the end, a thousandth, is that of the problem with the last tangents. From other starts
-//! and with other aims (the sum of ln b, of b, of sqrt b in place of the time) the same law was found on 20 curves (`tests/against_copp.rs`). That it
-//! keeps its rows is checked by the caller on the result itself.
+//! *Cost.* About 12 iterations up to the first check between the points, 9 to 10 after it and 4 to
+//! 8 around each place that needs a point later (`stages.rs`), each of linear cost; both passes of
+//! an iteration treat eight intervals at once (`part.rs`).
+//!
+//! *Limits.* The rows of jerk make the problem nonconvex: the result is a local optimum, and the
+//! gap at the end, a thousandth, is that of the problem with the last tangents. From other starts
+//! and with other objectives (the sum of ln b, of b, of sqrt b instead of the time) the same law
+//! was found on 20 curves (`tests/against_copp.rs`). The caller checks on the result itself that it
+//! keeps its rows.
 
 use pulp::{Simd, WithSimd};
 
@@ -30,8 +35,8 @@ pub(super) const GAP: f64 = 1e-3;
 const WIDE: f64 = 0.9;
 /// Part of the gap looked for below which no step aims: rows that join later find room where the others are not at their borders.
 const LEAST: f64 = 0.3;
-/// Least slack of a row in a search that goes on with new rows beside it, for the same reason: with slacks as they were left, steps of
-/// some percent are usual, and twice as many of them.
+/// Least slack of a row in a search that goes on with new rows added, for the same reason: with the
+/// slacks left as they were, steps of some percent are usual, and twice as many of them.
 const ROOM: f64 = 0.04;
 /// Largest remaining excess over a row, as part of its limit.
 const EXCESS: f64 = 2e-5;
@@ -112,8 +117,9 @@ impl WithSimd for Fastest<'_> {
 }
 
 impl Search {
-    /// Looks for the fastest tempo from `c` on, up to a gap, under the rows named node by node; the given unknowns stay. It goes on
-    /// from what a search before has left, or begins anew. False when it does not get there.
+    /// Looks for the fastest tempo from `c` on, up to a gap, under the rows named node by node; the
+    /// given unknowns stay. It resumes from the state of an earlier search, or starts over. Returns
+    /// false if it does not get there.
     pub(super) fn run(
         &mut self,
         problem: &Problem,

@@ -8,7 +8,7 @@
 //!                        of more around them where that does not succeed
 //! ```
 //!
-//! A row that is left out is looked at again behind each stage, and all of them on the result.
+//! A row that is left out is checked again after each stage, and all of them on the result.
 
 use super::{
     grid::Probe,
@@ -101,7 +101,7 @@ impl Stages {
         self.nodes.extend(0..problem.nodes.len());
     }
 
-    /// Adds nodes, each behind one.
+    /// Adds nodes, each after a given one.
     fn insert(&mut self, probe: &mut Probe<'_>, problem: &mut Problem, peaks: &[(usize, f64)]) {
         for (behind, _) in peaks.iter().rev() {
             self.nodes.insert(behind + 1, NEW);

@@ -1,10 +1,11 @@
 //! How far tip and tool axis leave the planned path, whatever the lag along it.
 //!
-//! The planned poses are kept for a while as a polyline. A place on it goes forward with the actual tip as long as that
-//! brings it nearer; the distance to that place is never below the distance to the path. Where it would be the largest so far, the
-//! place is looked for on all that is kept: behind a turn back or a rest the place that went forward may lie on another block. A second
-//! place goes forward with the whole tool, tip and gauge line counted alike, so that it goes on where the tip stands; the axes are
-//! compared there.
+//! The planned poses are kept for a while as a polyline. A place on it moves forward with the
+//! actual tip as long as that brings it nearer; the distance to that place is never below the
+//! distance to the path. Where it would be the largest so far, the place is searched on everything
+//! that is kept: after a reversal or a rest the forward-moving place may lie on another block. A
+//! second place moves forward with the whole tool, with tip and gauge line weighted alike, so that
+//! it also advances while the tip is at rest; the axes are compared there.
 
 use std::collections::VecDeque;
 
@@ -91,7 +92,7 @@ impl Contour {
                     (at, near) = (k, found);
                 }
             }
-            // Behind a rapid the machine may still be on its way, which does not count.
+            // After a rapid the machine may still be on its way, which does not count.
             if on_path(at) {
                 self.worst = self.worst.max(near);
             }

@@ -6,8 +6,9 @@
 //!                                                                                            J^-1 L.
 //! ```
 //!
-//! A *drive place* is the index of a joint. Those of a platform's joints hold leg 1 (place of the heave joint) and legs 2 and 3 (place of the tilt
-//! joint), which move alike and have the same drive: the model of one of them stands for both.
+//! A *drive place* is the index of a joint. Those of a platform's joints hold leg 1 (place of the
+//! heave joint) and legs 2 and 3 (place of the tilt joint), which move alike and have the same
+//! drive: one model serves both.
 //!
 //! Between two control samples an actual length is the cubic with its lengths and rates at both, up to the bound of `trail.rs`. The joints are taken as
 //! cubics too; how far these are from the joints of the cubic lengths is measured in the middle, where the error of a cubic through values and

@@ -1,4 +1,4 @@
-//! The drives behind the set points: what the joints do in fact.
+//! The drives that follow the set points: the actual motion of the joints.
 //!
 //! * [`DriveModel`] – one joint: cascade control, friction, backlash, one elastic mode, force limit, in exact discrete
 //!   form; [`DriveState`] is all that changes.

@@ -16,11 +16,13 @@
 //!   mu2 x2.. = s - b x2. + f + w                                o  = +g/2 or -g/2: the flank that touches; s = 0 between
 //! ```
 //!
-//! A stiff drive has x1 = x2 and one equation for M; its lost motion is a play operator behind the mass. f is dry friction
-//! (see `step.rs`), w what the bodies put on the load. Where phi would pass the force limit S, the motor gives S and the
-//! integrator follows by back-calculation with the time Tn (Åström and Hägglund 2006, section 3.5), which makes it
-//! `i. = (S - beta r.. - i) / Tn`: linear again. So each mode (loop closed or saturated, flanks touching or apart) is a
-//! linear system in the errors e1, e2, the velocities and i, and gets its exact map over the inner step, `linear.rs`.
+//! A stiff drive has x1 = x2 and one equation for M; its lost motion is a play operator after the
+//! mass. f is dry friction (see `step.rs`), w what the bodies put on the load. Where phi would pass
+//! the force limit S, the motor gives S and the integrator follows by back-calculation with the
+//! time Tn (Åström and Hägglund 2006, section 3.5), which makes it `i. = (S - beta r.. - i) / Tn`:
+//! linear again. So each mode (loop closed or saturated, flanks touching or apart) is a linear
+//! system in the errors e1, e2, the velocities and i, and gets its exact map over the inner step,
+//! `linear.rs`.
 //!
 //! # Stability at any control cycle
 //!

@@ -30,7 +30,7 @@ pub enum Plant {
     Rapier,
 }
 
-/// Drives and plant. A drive stands at the place of its joint; see [`Legs`] for platforms.
+/// Drives and plant. A drive has the index of its joint; see [`Legs`] for platforms.
 #[derive(Debug)]
 pub(crate) struct Bank {
     pub(crate) legs: Legs,
@@ -47,7 +47,7 @@ struct RapierRun {
     plant: RapierPlant,
     step: f64,
     steps: usize,
-    /// What acts on each load beside spring, friction and motor, over M, as seen in the last step.
+    /// Forces on each load other than spring, friction and motor, over M, as of the last step.
     rest: [f64; MAX_JOINTS],
 }
 
@@ -162,8 +162,8 @@ impl Bank {
         Ok(bank)
     }
 
-    /// Forces (N, N mm) that the bodies put on each load for a motion, beside what the drive's own mass takes; zero where
-    /// masses are not known.
+    /// Forces (N, N mm) that the bodies put on each load for a motion, in addition to the inertia
+    /// of the drive's own mass; zero where masses are not known.
     pub(crate) fn loads(&self, q: &JointValues, v: &JointValues, a: &JointValues) -> JointValues {
         let tau = self.tree.inverse_dynamics(q, v, a);
         let mut loads = JointValues::ZERO;

@@ -59,7 +59,7 @@ pub struct SizedDrive {
 }
 
 impl SizedDrive {
-    /// The table as it stands in `machine.toml`.
+    /// The table in the form used in `machine.toml`.
     pub fn toml(&self) -> String {
         let mut text = String::from("[joint.drive]\n");
         for (key, value) in &self.keys {

@@ -7,9 +7,10 @@
 //!             come that far                                                        pieces along the trail, events
 //! ```
 //!
-//! The trail ends at the last control sample, so that what lies behind it waits for the next chunk; memory holds one
-//! chunk. Set points between samples are the cubic with positions and velocities of both, as a drive's fine interpolator
-//! makes it. While the set point stands, the drives go on until they rest; that motion belongs to the block under way.
+//! The trail ends at the last control sample, so anything later waits for the next chunk; memory
+//! holds one chunk. Set points between samples are the cubic with positions and velocities of both,
+//! as a drive's fine interpolator makes it. While the set point does not move, the drives go on
+//! until they rest; that motion belongs to the block under way.
 
 use std::collections::VecDeque;
 
@@ -69,7 +70,7 @@ pub(crate) struct ServoStage<'m> {
     trail: Trail,
     last: Option<Sample>,
     loads: JointValues,
-    /// Positions and velocities of the joints, and of the drives where legs stand for joints.
+    /// Positions and velocities of the joints, and of the drives where legs replace joints.
     actual: Motion,
     driven: Motion,
     /// Work drawn at the joints of platforms, J, and the power (W) at the last sample.

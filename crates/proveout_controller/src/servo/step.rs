@@ -15,11 +15,12 @@
 //! *Saturation.* A step begins saturated when the control asks for more than the limit; a step that would end beyond it is
 //! taken again with the limit, so that the force never passes it.
 //!
-//! *Gliding.* Where a drive without lost motion begins a cycle in motion, well above the Stribeck velocity and below the
-//! force limit, friction is a constant and the loop linear: two maps over half a cycle each give the same state as all the
-//! inner steps. They are taken when velocity and force have kept their sides at begin, middle and end, with a distance
-//! larger than they change in between; otherwise the cycle is made in inner steps. A stiff drive that sticks while its set
-//! point stands only winds up its integrator, which is a line.
+//! *Gliding.* Where a drive without lost motion begins a cycle in motion, well above the Stribeck
+//! velocity and below the force limit, friction is a constant and the loop linear: two maps over
+//! half a cycle each give the same state as all the inner steps. They are taken when velocity and
+//! force have kept their sides at begin, middle and end, with a distance larger than they change in
+//! between; otherwise the cycle is made in inner steps. In a stiff drive that sticks while its set
+//! point is constant only the integrator winds up, along a line.
 //!
 //! *Lost motion.* Elastic: the flank that touches is known from x1 - x2 at the begin of the step. Stiff: the load is
 //! pushed by the flanks and stays or falls between them.
@@ -402,7 +403,7 @@ impl DriveModel {
         force
     }
 
-    /// Moves the load of a stiff drive behind its lost motion.
+    /// Moves the load of a stiff drive through its lost motion.
     pub(crate) fn push_load(&self, s: &mut DriveState, motor_way: f64, w: f64) {
         if self.half_backlash == 0.0 {
             s.load_velocity = s.motor_velocity;

@@ -54,7 +54,7 @@ const DEEPEST: u32 = 16;
 /// Surcharge on a deviation measured at points, and where a table of geometric errors bends: as in `pieces.rs`.
 const BETWEEN: f64 = 1.05;
 const BENT: f64 = 1.2;
-/// A tool that moves less than this (mm at tip and gauge line) stands.
+/// A tool that moves less than this (mm at tip and gauge line) counts as at rest.
 const STANDS: f64 = 1e-9;
 
 #[derive(Clone, Copy)]

@@ -50,7 +50,7 @@ fn zigzag(frame: &Frame<'_>, blocks: u32) -> Path {
     path
 }
 
-/// Plans the first window, and gives it with the path behind it and the clock there.
+/// Plans the first window, and returns it with the rest of the path and the clock there.
 fn first_window(frame: &Frame<'_>) -> (Path, Stretch, Clock) {
     let mut path = zigzag(frame, 60);
     let start = Clock { cycle: 0.002, start: 0.0, before: [JointValues::ZERO; REACH] };

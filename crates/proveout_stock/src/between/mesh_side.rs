@@ -99,8 +99,10 @@ impl MeshSide {
 
     /// Half spaces that hold all material within a ball: distance of its center beyond each, and the normal.
     ///
-    /// They are the planes of triangles in the ball behind which all other triangles of the ball lie: the skin does not come into the part of the ball
-    /// beyond such a plane; there it is all outside, or all inside of another shell, which one point tells.
+    /// They are the planes of triangles in the ball that have all other triangles of the ball on
+    /// their inner side. The skin does not enter the part of the ball beyond such a plane: that
+    /// part is entirely outside, or entirely inside another shell, which a test of one point
+    /// decides.
     pub(super) fn faces(&self, c: &Point, radius: f64) -> Vec<(f64, Vector)> {
         let mut near = Vec::new();
         self.collect_near(0, c, radius, &mut near);

@@ -1,10 +1,12 @@
 //! Whether a body that must not touch meets material between the rays of the stock.
 //!
-//! The rays of a stock are exact and see nothing beside them: a convex edge has no ray within half a cell of both of its faces, a pin
-//! thinner than a cell may have none, and a tool thinner than 1.41 cells may stand between them. What they say when they
-//! meet a body is true; when they meet nothing, little is said. But the true stock is known: it is the raw stock R, whose form is given, less
-//! every swept body `S_i` of a cutter that has removed so far. So for a body on a motion, taken smaller by what counts as a
-//! touch (S), the question whether S and `R - S_1 - S_2 - ..` have a point in common is decided by halving cubes.
+//! The rays of a stock are exact but carry no information between them: a convex edge has no ray
+//! within half a cell of both of its faces, a pin thinner than a cell may have none, and a tool
+//! thinner than 1.41 cells may fit between them. A hit of a ray and a body is true; the absence of
+//! a hit proves little. But the true stock is known: it is the raw stock R, whose form is given,
+//! less every swept body `S_i` of a cutter that has removed so far. So for a body on a motion, made
+//! smaller by what counts as a touch (S), the question whether S and `R - S_1 - S_2 - ..` have a
+//! point in common is decided by halving cubes.
 //!
 //! ```text
 //!   cube B, center c, half its diagonal h
@@ -38,8 +40,9 @@
 //! (`sweep_bound_mm`), and two passes that just touch leave no film. Cubes end at 4 micrometers, where the center decides. So every place where
 //! material reaches into S by more than that is found; a place that is found is material in truth.
 //!
-//! *What is not decided* is told with its place: where a search takes more work than it may, where the raw stock is what an earlier
-//! run left (its rays are known, its form between them is not), and where a part has come off the stock and was taken away.
+//! *What is not decided* is reported with its place: where a search takes more work than it may,
+//! where the raw stock is what an earlier run left (its rays are known, its form between them is
+//! not), and where a part has come off the stock and was taken away.
 //!
 //! Results depend on the cuts and their order alone, not on threads, nor on the cells.
 

@@ -5,7 +5,8 @@ use proveout_geom::{Aabb, Point, TriMesh, Vector};
 use super::mesh_side::MeshSide;
 use crate::{TileTree, TriDexel, field::raw::Bar};
 
-/// Cells along the longest side of the grid that stands for a stock of which the rays alone are known.
+/// Cells along the longest side of the grid that represents a stock of which only the rays are
+/// known.
 const COARSE: f64 = 160.0;
 
 /// What is known of the raw stock between its rays.
@@ -81,8 +82,8 @@ impl Raw {
     }
 }
 
-/// Cells that may hold material, as the rays of a stock tell: all within a diagonal of one of its cells of material on a ray (the text of
-/// the stock's check against bodies says why).
+/// Cells that may hold material according to the rays of a stock: all within a diagonal of one of
+/// its cells of material on a ray (the text of the stock's check against bodies says why).
 #[derive(Clone, Debug)]
 pub(super) struct RayCells {
     low: Point,

@@ -76,7 +76,7 @@ fn edges_along_no_axis_and_round_bars_are_as_exact() {
         let axis = Vector::new(next(-1.0, 1.0), next(-1.0, 1.0), next(-1.0, 1.0)).normalize();
         let (bar, length) = (next(2.0, 15.0), 40.0);
         let mut stock = of(&RawBody::cylinder(&Point::new(1.0, 2.0, 3.0), &axis, bar, length).expect("bar"));
-        // A tool that stands along the bar goes past it at a distance, across or along.
+        // A tool parallel to the bar goes past it at a distance, across or along.
         let side = axis.cross(&Vector::new(0.3, 0.2, 0.9)).normalize();
         let along = axis.cross(&side);
         let tool = next(0.3, 6.0);

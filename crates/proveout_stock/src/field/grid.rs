@@ -54,7 +54,7 @@ impl Grid {
         self.bounds.min[axis] + (index as f64 + 0.5) * self.cells[axis]
     }
 
-    /// Area that a ray of set `a` stands for, mm².
+    /// Area that a ray of set `a` represents, mm².
     pub(crate) fn ray_area(&self, a: usize) -> f64 {
         self.cells[(a + 1) % 3] * self.cells[(a + 2) % 3]
     }

@@ -12,7 +12,7 @@ use crate::{
     field::tile::Tile,
 };
 
-/// Edges of a cell along x, y and z, mm; a single number stands for a cube.
+/// Edges of a cell along x, y and z, mm; a single number means a cube.
 ///
 /// Rays of set `a` are as far apart as the edges of the two other axes: a stock that is finished from above along x may
 /// have long cells in x and short ones in y.

@@ -69,7 +69,7 @@ impl Step {
         Self { piece: self.piece.part(k, n), ..self.clone() }
     }
 
-    /// Whether the body stays away from a box, as far as its piece of axis tells.
+    /// Whether the body stays away from a box, judged by its piece of axis.
     #[inline]
     pub(crate) fn passes(&self, s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> bool {
         let [tip, axis] = self.middle;
@@ -143,7 +143,7 @@ impl Split {
             }
         }
         if steps.iter().any(|s| s.0.turns()) {
-            // The chord of the axis lags behind the uniform turn.
+            // The chord of the axis lags the uniform turn.
             let lag = steps.iter().filter(|s| !s.1).map(|s| s.0.lag(body.reach)).fold(0.0, f64::max);
             bound += TURN_ERROR + lag;
         }

@@ -32,8 +32,8 @@ impl Tile {
         tile
     }
 
-    /// Writes all rays anew: `add(ray, before, list)` appends the spans of a ray, given those that it had. `buffer` holds them
-    /// until all are known.
+    /// Rewrites all rays: `add(ray, before, list)` appends the spans of a ray, given those that it
+    /// had. `buffer` holds them until all are known.
     pub(crate) fn rewrite(&mut self, buffer: &mut Vec<Span>, mut add: impl FnMut(usize, &[Span], &mut Vec<Span>)) {
         buffer.clear();
         let mut first = 0;

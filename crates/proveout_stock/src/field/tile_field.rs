@@ -49,7 +49,7 @@ pub(crate) struct Field {
 }
 
 impl Layer {
-    /// Takes the range of a row anew.
+    /// Recomputes the range of a row.
     pub(crate) fn measure_row(&mut self, row: usize) {
         let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for k in row * ROW..(row + 1) * ROW {
@@ -60,7 +60,7 @@ impl Layer {
         self.unmeasured |= 1 << (row / 2);
     }
 
-    /// Takes the ranges of the blocks anew where rows have changed: a ball has no use for them.
+    /// Recomputes the ranges of the blocks whose rows have changed; a ball does not use them.
     #[inline]
     pub(crate) fn measure_blocks(&mut self) {
         while self.unmeasured != 0 {
@@ -186,7 +186,8 @@ impl Field {
         }
     }
 
-    /// Writes the tile again; `mark(strip, upper, spans before)` tells what made an end. `before`: a buffer.
+    /// Writes the tile again; `mark(strip, upper, spans before)` returns what made an end. `before`
+    /// is a buffer.
     pub(crate) fn write(
         &self,
         tile: &mut Tile,

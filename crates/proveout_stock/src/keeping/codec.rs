@@ -1,4 +1,5 @@
-//! Bytes of interval ends: each end is told by what changed against the end of the same kind before it.
+//! Bytes of interval ends: each end is encoded by its difference from the previous end of the same
+//! kind.
 //!
 //! Neighboring rays end at nearly the same height on the same face, so the XOR of the bit patterns has leading zeros, and
 //! mover and normal are mostly those of the neighbor. One control byte an end says what follows:
@@ -52,7 +53,7 @@ impl Encoder {
         self.bytes.extend(x.to_bits().to_le_bytes());
     }
 
-    /// An end, told against the last one of the same `kind`.
+    /// Writes an end as its difference from the last one of the same `kind`.
     pub(crate) fn end(&mut self, kind: usize, end: End) {
         let before = slot(&mut self.before, kind);
         let change = (end.s.to_bits() ^ before.s.to_bits()).to_le_bytes();

@@ -51,7 +51,7 @@ pub(crate) struct Undo {
 /// Why the stock of an earlier moment is not known.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum HistoryError {
-    /// Nobody asked to keep it before the first cut.
+    /// The history was not requested before the first cut.
     #[error("the stock keeps no history: ask for it before the first cut")]
     Missing,
     /// An item had a lower id than one before it.

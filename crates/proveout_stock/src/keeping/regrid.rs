@@ -3,9 +3,9 @@
 //! **Right angles.** When the pose turns by right angles and the cells turn with it, every old ray is a ray of the new grid:
 //! ends and normals are taken over, exact but for the rounding of a sum (1e-13 mm).
 //!
-//! **Any other pose or cell.** The surface is extracted at the resolution of the old cells (dual contouring, `surface`), moved,
-//! and cut by the new rays. The mesh meets the true surface where the old rays did; between them the error is bounded by what
-//! the normals tell:
+//! **Any other pose or cell.** The surface is extracted at the resolution of the old cells (dual
+//! contouring, `surface`), moved, and cut by the new rays. The mesh meets the true surface where
+//! the old rays did; between them the normals give a bound of the error:
 //!
 //! ```text
 //!            v            Two crossings p, q of a cell with their tangents, which meet at v under the angle t. An arc that
@@ -16,9 +16,10 @@
 //!                         for by d. Bound of the facet: largest h + r of its vertices, and d.
 //! ```
 //!
-//! Where normals in one cell turn by more than 30 degrees the surface has an edge, or a rounding as small as the cells: the
-//! rays cannot tell. There the same height counts, but on its own, as [`Regrid::edge_mm`]: edges are mostly sharp, and then
-//! hit far better. Material or gaps that lie between two nodes of the old grid are left out; the longest counts for the edge
+//! Where normals in one cell turn by more than 30 degrees the surface has an edge, or a rounding as
+//! small as the cells: the rays cannot distinguish them. There the same height counts, but
+//! separately, as [`Regrid::edge_mm`]: edges are mostly sharp, and then hit far better. Material or
+//! gaps that lie between two nodes of the old grid are left out; the longest counts for the edge
 //! bound, too. What no ray of the old stock has met is unknown to it and to the bound.
 
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
@@ -39,7 +40,7 @@ const SAME_CELL: f64 = 1e-12;
 /// How far a stock that was taken over from another grid may lie from the one it was made from, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Regrid {
-    /// On faces: largest distance, beside the sweep bound of the earlier stock.
+    /// On faces: largest distance, in addition to the sweep bound of the earlier stock.
     pub surface_mm: f64,
     /// Within a cell of edges, of roundings as small as the cells, and of details thinner than a cell.
     pub edge_mm: f64,
@@ -75,9 +76,10 @@ impl TriDexel {
         self.regrid
     }
 
-    /// The material in another frame and with other cells, as raw stock; `new_from_old` brings it from the frame of this
-    /// stock into the new one. How exact it is stands in [`Self::regrid_bound`] of the result: nothing is lost when the pose
-    /// turns by right angles only and the cells turn with it.
+    /// The material in another frame and with other cells, as raw stock; `new_from_old` brings it
+    /// from the frame of this stock into the new one. [`Self::regrid_bound`] of the result says how
+    /// exact it is: nothing is lost when the pose turns by right angles only and the cells turn
+    /// with it.
     ///
     /// # Errors
     /// [`StockError`] when nothing is left, or the new cells are none or need more than `limit_bytes`.
@@ -211,7 +213,7 @@ impl TriDexel {
     }
 }
 
-/// The part of the error at a vertex of the mesh that the crossings of its cell tell.
+/// The part of the error at a vertex of the mesh that follows from the crossings of its cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Spread {
     /// Height of the largest triangle of tangents, and distance from the tangent planes, mm.

@@ -1,18 +1,21 @@
-//! One stock cut by several processes: each cuts the tiles of its share, and what they tell makes the whole.
+//! One stock cut by several processes: each cuts the tiles of its share, and their logs are merged
+//! into the whole.
 //!
-//! A tile sees its items in their order and knows nothing of its neighbors, so that tiles can be cut anywhere. What is made of all of them
-//! (sums of a report, passes, blocks whose surface changed, depths) is made where the shares come together, from the same numbers in
-//! the same order as in a single process:
+//! A tile processes its items in order and knows nothing of its neighbors, so tiles can be cut
+//! anywhere. What is made of all of them (sums of a report, passes, blocks whose surface changed,
+//! depths) is made where the shares come together, from the same numbers in the same order as in a
+//! single process:
 //!
 //! ```text
 //!   single   items ─► sorted into tiles ─► each tile cut ────────────────────────► settled ─► reports
-//!   share k  items ─► sorted into tiles ─► each tile of k cut ─► told as bytes ─┐
+//!   share k  items ─► sorted into tiles ─► each tile of k cut ─► as bytes ──────┐
 //!   merged                                           bytes of all, by tile ─────┴► settled ─► reports
 //! ```
 //!
-//! So stock and reports are the same bits for any division into shares; the tests hold them against the single process.
-//! A share has whole rows of tiles and no material in those of others, so that its items are sorted past them row by row; the boxes of all items
-//! are worked out in each share again, since the bound of the sweeps is over all.
+//! So stock and reports are the same bits for any division into shares; the tests compare them with
+//! the single process. A share has whole rows of tiles and no material in those of others, so its
+//! items are sorted past them row by row. The boxes of all items are computed in each share again,
+//! since the bound of the sweeps is over all.
 
 use crate::{
     StockFileError,
@@ -36,7 +39,7 @@ use crate::{
     },
 };
 
-/// Bits of the first byte of what is told of a tile.
+/// Bits of the first byte of the record of a tile.
 const CUT: u64 = 1;
 const UNDO: u64 = 2;
 
@@ -71,17 +74,17 @@ fn rows(grid: &Grid) -> Vec<usize> {
 pub struct ShareLog(Encoder);
 
 impl ShareLog {
-    /// What was told.
+    /// The recorded bytes.
     pub fn into_bytes(self) -> Vec<u8> {
         self.0.bytes
     }
 }
 
-/// Reads what one share has told, in the order in which it was written.
+/// Reads the record of one share, in the order in which it was written.
 pub struct ShareReplay<'a>(Decoder<'a>);
 
 impl<'a> ShareReplay<'a> {
-    /// Of what a log has told.
+    /// Reads the bytes of a log.
     pub fn new(bytes: &'a [u8]) -> Self {
         Self(Decoder::new(bytes))
     }
@@ -161,7 +164,7 @@ impl TriDexel {
         }
     }
 
-    /// Carries out the items on the tiles of a share, and tells what became of them.
+    /// Carries out the items on the tiles of a share, and records the results.
     pub fn sweep_share(&mut self, items: &[SweepItem<'_>], measures: &[Measure], log: &mut ShareLog) {
         let (index, bodies) = bodies_of(items);
         let out = &mut log.0;
@@ -193,7 +196,8 @@ impl TriDexel {
         }
     }
 
-    /// Does to the stock what all shares have told of the items, and gives their reports.
+    /// Applies the recorded results of all shares for the items to the stock, and returns their
+    /// reports.
     ///
     /// # Errors
     /// [`StockFileError`] where the bytes are not those of a share of these items; the stock is then spoiled.

@@ -1,13 +1,15 @@
-//! What sweeps did to a stock, in bytes, so that a run that was stopped gets to where it was without cutting again.
+//! The effect of sweeps on a stock, in bytes, so that a stopped run can resume without cutting
+//! again.
 //!
 //! ```text
 //!   recorded   stock before --sweep--> stock after, reports        bytes = what of the stock is another now, and the reports
 //!   replayed   stock before --bytes--> stock after, reports        bit for bit, memory included
 //! ```
 //!
-//! A tile that was cut is told with all of its intervals: motion that cuts a tile mostly changes most of its rays. What a sweep leaves in
-//! a stock besides its intervals (who emptied a ray, blocks whose surface is another, passes, the history) is told as well, since what
-//! follows asks for it. The stock must be that of the record: nothing but the room of its tiles is checked.
+//! A tile that was cut is recorded with all of its intervals: motion that cuts a tile mostly
+//! changes most of its rays. What a sweep leaves in a stock besides its intervals (the item that
+//! emptied a ray, blocks whose surface has changed, passes, the history) is recorded as well, since
+//! later steps use it. The stock must be that of the record: only the room of its tiles is checked.
 
 use crate::{
     StockFileError,
@@ -37,7 +39,7 @@ const POINT: u64 = 4;
 const REGION: u64 = 8;
 const CONTACT: u64 = 16;
 
-/// A moment of a stock: what is cut later is told against it.
+/// A moment of a stock: later cuts are recorded relative to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BeforeSweep(u32);
 
@@ -56,7 +58,8 @@ impl TriDexel {
 }
 
 impl SweepLog {
-    /// Tells what the items since `moment` did to a stock; `first` is the lowest of their ids.
+    /// Records the effect of the items since `moment` on a stock; `first` is the lowest of their
+    /// ids.
     pub fn stock(&mut self, stock: &TriDexel, moment: BeforeSweep, first: u32) {
         let out = &mut self.0;
         out.number(u64::from(stock.passes - moment.0));
@@ -85,7 +88,7 @@ impl SweepLog {
         }
     }
 
-    /// Tells the reports of the items.
+    /// Records the reports of the items.
     pub fn reports(&mut self, reports: &[SweepReport]) {
         let out = &mut self.0;
         out.number(reports.len() as u64);
@@ -116,7 +119,7 @@ impl SweepLog {
         }
     }
 
-    /// Tells the memory of the run under way.
+    /// Records the depths of the run under way.
     pub fn depths(&mut self, depths: &Depths) {
         depths.write(&mut self.0);
     }
@@ -127,14 +130,14 @@ impl SweepLog {
         self.0.bytes.len() as u64
     }
 
-    /// What was told.
+    /// The recorded bytes.
     pub fn into_bytes(self) -> Vec<u8> {
         self.0.bytes
     }
 }
 
 impl<'a> SweepReplay<'a> {
-    /// Of what a log has told.
+    /// Reads the bytes of a log.
     pub fn new(bytes: &'a [u8]) -> Self {
         Self(Decoder::new(bytes))
     }
@@ -288,7 +291,7 @@ pub(crate) fn read_tile(input: &mut Decoder<'_>, [low, high]: [f64; 2]) -> Resul
     Ok(Tile::with_room(room, rays))
 }
 
-/// The changes behind the first `known`.
+/// Writes the changes after the first `known`.
 pub(crate) fn write_undo(out: &mut Encoder, undo: &crate::keeping::history::Undo, known: usize) {
     let ends: usize = undo.changes[known..].iter().map(|c| usize::from(c.put)).sum();
     out.number(undo.changes.capacity() as u64);
@@ -486,7 +489,7 @@ pub(crate) mod tests {
             if k % 4 == 0 {
                 bad.truncate(random.next(0.0, good.len() as f64) as usize);
             } else {
-                // Most faults in the first kilobytes, where counts stand.
+                // Most faults in the first kilobytes, which hold the counts.
                 let at = random.next(0.0, if k % 4 == 1 { 2000.0 } else { good.len() as f64 }) as usize;
                 bad[at.min(good.len() - 1)] = random.next(0.0, 256.0) as u8;
             }

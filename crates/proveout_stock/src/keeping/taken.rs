@@ -1,8 +1,9 @@
 //! A part that is taken out of the stock, and put back.
 //!
-//! All intervals of the three ray sets that belong to the part go; every other interval keeps each bit of its ends and marks. What the
-//! tiles held before is kept beside the part, so that putting it back leaves the stock as it was. The history learns of it as of a
-//! removal, and each ray that is emptied remembers the motion that cut the part off.
+//! All intervals of the three ray sets that belong to the part go; every other interval keeps each
+//! bit of its ends and marks. The earlier content of the tiles is kept with the part, so that
+//! putting it back leaves the stock as it was. The history records a removal, and each ray that is
+//! emptied remembers the motion that cut the part off.
 
 use proveout_geom::Aabb;
 
@@ -55,8 +56,9 @@ fn window(grid: &Grid, bounds: &Aabb) -> ([i64; 3], [usize; 3]) {
 }
 
 impl TriDexel {
-    /// Takes a part out, one of those that [`Self::parts`] tells of this stock; none when there is no material where it was. `id`
-    /// is the item that the history books it under, the last one that was swept; `cut_by` the one that cut the part off.
+    /// Takes a part out, one of those that [`Self::parts`] returns for this stock; none if there is
+    /// no material in its place. `id` is the item that the history books it under, the last one
+    /// that was swept; `cut_by` the one that cut the part off.
     pub fn take_part(&mut self, part: &StockPart, id: u32, cut_by: u32) -> Option<TakenPart> {
         let labels = self.labels();
         let [i, j] = [0, 1].map(|c| self.grid.nearest(c, part.seed[c]));

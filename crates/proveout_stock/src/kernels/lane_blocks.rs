@@ -47,9 +47,11 @@ pub(crate) fn rays_of(blocks: u16) -> u64 {
 
 /// Blocks of a tile that a body may meet on one step: a bit each.
 ///
-/// The half space is tangent to the body at mid-time, next to the point of the block's material that is nearest to the body as
-/// far as its axis tells. F is convex with a unit gradient: it holds the body at mid-time; at other times the body leaves it by at
-/// most half of its way along the normal, the bend of the way, and what the turn of the normal makes at the far end of the block.
+/// The half space is tangent to the body at mid-time, next to the point of the block's material
+/// that is nearest to the body, judged by its axis. F is convex with a unit gradient, so the half
+/// space holds the body at mid-time. At other times the body leaves it by at most half of its way
+/// along the normal, the bend of the way, and what the turn of the normal makes at the far end of
+/// the block.
 pub(crate) struct BodyOnBlocks<'a> {
     pub step: &'a Step,
     pub body: &'a Meridian,

@@ -60,8 +60,8 @@ pub(crate) struct Sample<S: Simd> {
     pub kr: L<S>,
 }
 
-/// How far a point lies at least outside of the body at any time, by half spaces with the unit normal `n`, which stands still in
-/// space; `y`: from the tip at the time `tau` to the point.
+/// Lower bound of the distance of a point outside the body at any time, by half spaces with the
+/// unit normal `n`, which is fixed in space; `y`: from the tip at the time `tau` to the point.
 ///
 /// A point of the body at the distance X from the tip that turns by the angle w leaves the chord of its way by at most
 /// w^2 X / 8. The body lies in the hull of its tubes (see `meridian`), so its support on its way is at most the largest, over
@@ -190,7 +190,7 @@ impl<S: Simd> Sample<S> {
     pub(crate) fn curvature<const TURNS: bool>(&self, motion: &Motion<S>) -> [L<S>; 3] {
         let (p, w) = (self.p, self.axis);
         let velocity = self.velocity::<TURNS>(motion);
-        // The sign of the velocity: the body moves, the point stands.
+        // The sign of the velocity: the body moves, the point is fixed.
         let (pv, wv) = (-dot(p, velocity) * self.per_r, -dot(w, velocity));
         let tv = self.fz.fma_from(pv, self.fr * wv);
         let ts = self.fz.fma_from(p[0] * self.per_r, self.fr * w[0]);

@@ -62,7 +62,7 @@ impl<S: Simd> Side<S> {
     }
 }
 
-/// What the first sample of a ray told.
+/// Result of the first sample of a ray.
 #[derive(Clone, Copy)]
 pub(crate) struct Look<S: Simd> {
     pub covered: Mask<S>,

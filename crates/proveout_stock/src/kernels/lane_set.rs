@@ -25,7 +25,7 @@ pub(crate) const WIDE: usize = 16;
 pub(crate) const NOTHING: f64 = 0.0;
 pub(crate) const TAKEN: f64 = 1.0;
 pub(crate) const UNPROVEN: f64 = 2.0;
-/// Nobody asks.
+/// The lane is not requested.
 pub(crate) const IDLE: f64 = 3.0;
 
 /// Maker of an end that was there before the batch began.
@@ -120,7 +120,7 @@ impl Lanes {
         self.hush();
     }
 
-    /// Nobody asks for any lane.
+    /// Requests no lane.
     pub(crate) fn hush(&mut self) {
         self.state = [IDLE; LANES];
         self.rows = 0;

@@ -129,7 +129,8 @@ fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
     kept
 }
 
-/// An arc from straight down to straight out, as that of a bull-nose; the others of a body's pieces are evaluated beside it.
+/// An arc from straight down to straight out, as that of a bull-nose; the other pieces of a body
+/// are evaluated separately.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quarter {
     pub center: [f64; 2],
@@ -139,7 +140,7 @@ pub(crate) struct Quarter {
 }
 
 impl Quarter {
-    /// The first such arc, and the pieces beside it.
+    /// The first such arc, and the other pieces.
     fn of(pieces: &[Piece]) -> (Option<Self>, Vec<Piece>) {
         let arc = |p: &Piece| match *p {
             Piece::Arc { center, radius, first, last } if first == [0.0, -1.0] && last == [1.0, 0.0] => {
@@ -332,7 +333,7 @@ mod tests {
     #[test]
     fn lines_beside_an_arc_are_left_out_and_edges_end_the_smooth_range() {
         let m = Meridian::whole(&bull());
-        // The arc stands for the bottom and the side; the top has an edge.
+        // The arc covers the bottom and the side; the top has an edge.
         assert_eq!(m.pieces.len(), 2);
         assert_eq!(m.tubes.len(), 2);
         assert_eq!((m.smooth[0], m.smooth[1], m.bend), (f64::NEG_INFINITY, 30.0 - EDGE, 1.0 / 3.0));

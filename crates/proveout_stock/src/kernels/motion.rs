@@ -56,8 +56,9 @@ impl Piece {
         along(self.tip, self.travel, tau)
     }
 
-    /// Axis at tau. The chord of the great circle is lengthened to unit length: |a + tau (b - a)|^2 = 1 - tau (1 - tau)
-    /// |b - a|^2. Its direction lags behind the uniform turn by at most angle^3 / 60 (see [`Self::lag`]).
+    /// Axis at tau. The chord of the great circle is lengthened to unit length:
+    /// |a + tau (b - a)|^2 = 1 - tau (1 - tau) |b - a|^2. Its direction lags the uniform turn by at
+    /// most angle^3 / 60 (see [`Self::lag`]).
     #[inline]
     pub(crate) fn axis_at(&self, tau: f64) -> V {
         if self.angle2 == 0.0 {
@@ -115,9 +116,9 @@ impl Piece {
         Sample { f, fs: normal[0], ft, normal }
     }
 
-    /// How far a point at the distance `reach` from the tip lags behind the uniform turn at most, mm. With the half angle h and
-    /// x = 2 tau - 1 the chord points to atan(x tan h) instead of x h; the difference is h^3 (x - x^3) / 3 and less than
-    /// 0.129 h^3 = angle^3 / 62.
+    /// Largest lag of a point at the distance `reach` from the tip relative to the uniform turn,
+    /// mm. With the half angle h and x = 2 tau - 1 the chord points to atan(x tan h) instead of x
+    /// h; the difference is h^3 (x - x^3) / 3 and less than 0.129 h^3 = angle^3 / 62.
     pub(crate) fn lag(&self, reach: f64) -> f64 {
         self.angle2 * self.angle2.sqrt() * reach / 60.0
     }

@@ -41,7 +41,7 @@ pub(crate) struct Taken {
     pub hi: End,
 }
 
-/// A step in space that tells the two faces at an edge of a body apart, mm.
+/// A step in space that separates the two faces at an edge of a body, mm.
 const EDGE_STEP: f64 = 1e-3;
 
 /// Normal of the swept surface at an end at `s` that was sampled at time `tau`; `sign` 1: upper end.

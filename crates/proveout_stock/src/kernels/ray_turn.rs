@@ -64,12 +64,12 @@ enum State {
 struct Bound {
     value: f64,
     ft: f64,
-    /// Growth outward along the ray; infinite for a half plane that stands for all of the ray.
+    /// Growth outward along the ray; infinite for a half plane that covers the whole ray.
     outward: f64,
     /// B and |C|.
     second: f64,
     cross: f64,
-    /// Length of the ray that it stands for, where it does not grow outward.
+    /// Length of the ray that it covers, where it does not grow outward.
     ds: f64,
 }
 
@@ -317,8 +317,8 @@ impl TurnSweep<'_> {
         self.extend([tau, t[1]], [state, states[1]], hull, depth - 1, taken);
     }
 
-    /// Samples at the ends of the hull and moves them outward where the body reaches further; none when the body stands
-    /// apart from the hull or grazes the ray, and the whole ray must be searched.
+    /// Samples at the ends of the hull and moves them outward where the body reaches further; none
+    /// if the body is apart from the hull or grazes the ray, and the whole ray must be searched.
     fn look(&self, tau: f64, hull: &mut (Edge, Edge), h: f64, depth: f64) -> Option<State> {
         let lo = self.look_at(tau, &hull.0, -1.0, h, depth)?;
         let hi = self.look_at(tau, &hull.1, 1.0, h, depth)?;

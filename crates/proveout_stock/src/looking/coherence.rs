@@ -1,8 +1,10 @@
-//! Into how many parts a stock falls, at the cost of what has changed since the last look.
+//! Counts the parts of a stock, at the cost of what has changed since the last call.
 //!
-//! A block is the intervals of one tile of the rays along z. What of them hangs together, and with which intervals of the blocks beyond along x and y, is
-//! kept with the tiles that were read for it: mostly its own, its two neighbors and the lowest rows across. As long as none of them was cut, reading
-//! them again would tell the same. The blocks' own parts, a few thousand at most, are then joined as the intervals of [`TriDexel::parts`] are.
+//! A block is the intervals of one tile of the rays along z. Their connections with each other, and
+//! with intervals of the next blocks along x and y, are kept with the tiles that were read for it:
+//! mostly its own, its two neighbors and the lowest rows across. As long as none of them was cut,
+//! reading them again would give the same result. The blocks' own parts, a few thousand at most,
+//! are then joined as the intervals of [`TriDexel::parts`] are.
 
 use crate::{
     field::dexel::TriDexel,
@@ -24,7 +26,7 @@ struct Block {
     /// Part within the block of each interval of its tile, in the order of the tile, and how many there are.
     part: Vec<u32>,
     parts: u32,
-    /// Part, which neighbor (0 along x, 1 along y), and the interval there that it hangs on.
+    /// Part, which neighbor (0 along x, 1 along y), and the interval there that it is connected to.
     links: Vec<(u32, usize, u32)>,
     /// The same by parts of the neighbor, each once.
     joined: Vec<(u32, usize, u32)>,
@@ -33,8 +35,8 @@ struct Block {
 }
 
 impl Coherence {
-    /// How many parts [`TriDexel::parts`] tells of. The stock must be the one of the last call, as it was then but for cuts, parts that were
-    /// taken out and parts that were put back.
+    /// Number of parts that [`TriDexel::parts`] would return. The stock must be that of the last
+    /// call, unchanged except for cuts, parts that were taken out and parts that were put back.
     pub fn parts(&mut self, stock: &TriDexel) -> usize {
         let first = stock.grid.first_tile[2];
         let count = stock.grid.first_tile[3] - first;

@@ -1,8 +1,9 @@
 //! Where the cutter was engaged while an item took its material.
 //!
-//! Every removed interval has two ends on the skin of the material that went. For each of them the time of the first touch is
-//! found: the smallest root of the body's function F along the motion. F is convex in time while the axis stands, so Newton's
-//! method from the start comes to it from the left and never past it; at a grazing touch, where the root is double, it takes
+//! Every removed interval has two ends on the skin of the material that went. For each of them the
+//! time of the first touch is found: the smallest root of the body's function F along the motion. F
+//! is convex in time while the axis does not turn, so Newton's method from the start approaches the
+//! root from the left and never passes it; at a grazing touch, where the root is double, it takes
 //! half of the way each time. The point is then seen from the cutter of that moment:
 //!
 //! ```text
@@ -22,10 +23,12 @@
 //! is the chip thickness for the time from one tooth to the next: for a feed `f_z` a tooth across the axis, this is `f_z` sin(angle)
 //! sin(slope of the profile against the plane across the axis).
 //!
-//! Limits. The rays see the region of removal at their places only, so that depth and width come out too small by less than
-//! a cell, and the ends of the range of angles by less than asin(cell / radius). Behind the axis, where only a cutter that goes
-//! down touches, points count for depth, width and chip thickness, but not for the angles. A motion within 3 degrees of the axis
-//! has no direction across it: width and angles stay empty. Two regions of engagement at once are one range.
+//! Limits. The rays see the region of removal at their places only, so that depth and width come
+//! out too small by less than a cell, and the ends of the range of angles by less than asin(cell /
+//! radius). On the rear side of the axis, where only a cutter that goes down touches, points count
+//! for depth, width and chip thickness, but not for the angles. A motion within 3 degrees of the
+//! axis has no direction across it: width and angles stay empty. Two regions of engagement at once
+//! are one range.
 
 use crate::{
     field::sweep::SweepItem,
@@ -122,7 +125,7 @@ const TOUCHED: f64 = 2e-5;
 const STEPS: usize = 24;
 /// Sine of the angle between feed and axis below which a motion is one along the axis: 3 degrees.
 const ACROSS: f64 = 0.052;
-/// Points less than this part of the radius behind the axis are at its side.
+/// Points less than this part of the radius to the rear of the axis are at its side.
 const BESIDE: f64 = 0.01;
 
 /// The motions of a pass, in the frame of the stock.
@@ -132,7 +135,7 @@ pub(crate) struct Moves {
 }
 
 impl Moves {
-    /// `index` tells the body of each item.
+    /// `index` gives the body of each item.
     pub(crate) fn new(items: &[SweepItem<'_>], index: &[usize]) -> Self {
         let mut bodies: Vec<Option<Meridian>> = Vec::new();
         let moves = items.iter().zip(index).map(|(item, &body)| {

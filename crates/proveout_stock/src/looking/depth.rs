@@ -1,8 +1,9 @@
 //! How deep a body was in the material that it met.
 //!
-//! The longest overlap on a ray is no depth: a cutter that slides along a wall and shaves a micrometer off it overlaps with a ray
-//! along the wall over all of its height. The depth of a place that the body has reached is its distance from the *opening*: the
-//! part of the free surface, as it stood before, that the body has taken away. The depth of a motion is that of its deepest place.
+//! The longest overlap on a ray is no depth: a cutter that slides along a wall and shaves 1 um off
+//! it overlaps with a ray along the wall over all of its height. The depth of a place that the body
+//! has reached is its distance from the *opening*: the part of the earlier free surface that the
+//! body has taken away. The depth of a motion is that of its deepest place.
 //!
 //! ```text
 //!      ___________                ___________ free surface; the opening is dotted
@@ -18,19 +19,22 @@
 //! asked for. From the sample p that is nearest to x
 //!
 //! ```text
-//!     depth of x = |m . (x - p)|   where p lies beside the foot of x: within a cell and a half across m
+//!     depth of x = |m . (x - p)|   where p lies near the foot of x: within a cell and a half across m
 //!                  |x - p|         elsewhere (beyond the rim of the opening)
 //! ```
 //!
-//! Faces that are plane over a cell and a half give their exact distance at any resolution; a face of curvature k is off by
-//! k (1.5 cell)² / 2 at most. Between two rays the skin can be deeper than on them by the sagitta of the body over a cell. A rib
-//! that is cut through counts with its thickness: where both ends of an interval are open its middle is asked for, and counts twice
-//! where the opening lies as far away on its other side. Where there is no opening at all, the longest overlap stands for the depth.
+//! Faces that are plane over a cell and a half give their exact distance at any resolution; a face
+//! of curvature k is off by k (1.5 cell)² / 2 at most. Between two rays the skin can be deeper than
+//! on them by the sagitta of the body over a cell. A rib that is cut through counts with its
+//! thickness: where both ends of an interval are open its middle is measured, and counts twice
+//! where the opening lies as far away on its other side. Where there is no opening at all, the
+//! longest overlap is the depth.
 //!
-//! *What the body held when it began.* A ray that grazes the body may keep a chord which the item before has left, within the bound
-//! of the sweep. Nobody has entered there: chords that lie, at their middle, no deeper below the skin of the body at its begin than
-//! that bound count with twice that depth. (Along a chord the depth below a convex skin is concave and vanishes at the ends: at most
-//! twice its value in the middle.)
+//! *What the body held when it began.* A ray that grazes the body may keep a chord left by the
+//! previous item, within the bound of the sweep. The body has not entered there: chords that lie, at
+//! their middle, no deeper below the skin of the body at its begin than that bound count with twice
+//! that depth. (Along a chord the depth below a convex skin is concave and vanishes at the ends: at
+//! most twice its value in the middle.)
 //!
 //! *Runs.* A rapid through material is many pieces, each of which meets but the layer that the one before has left. Its depth is
 //! that in the material as it stood before its first piece: items with [`Measure::Since`] put what they take together, and ends
@@ -97,7 +101,7 @@ struct Opening {
     sorted: usize,
 }
 
-/// Part of a cell across the normal within which a sample lies beside the foot of a point.
+/// Part of a cell across the normal within which a sample counts as near the foot of a point.
 const BESIDE: f64 = 1.5;
 /// Cosine of normals below which two faces count as those of a wall.
 const OPPOSITE: f64 = -0.9;
@@ -245,7 +249,7 @@ impl Depths {
 }
 
 impl Taken {
-    /// Adds an interval; `open` tells the ends that were there before the run.
+    /// Adds an interval; `open` says whether an end was there before the run.
     fn put(&mut self, lap: &Lap, open: impl Fn(Mark) -> bool) {
         let (mut new, mut ends) = ([lap.lo, lap.hi], lap.ends.map(|end| end.is_some_and(&open)));
         let all = self.0.entry(lap.ray).or_default();
@@ -405,7 +409,7 @@ mod tests {
                 let x = at(100_000 + k) * 1.2;
                 let all = plain.iter().map(|s| s.0).chain((n..n + 20).map(at));
                 let wanted = all.map(|p| (x - p).norm()).fold(f64::INFINITY, f64::min);
-                // No sample lies beside the foot: the distance itself.
+                // No sample lies near the foot: the distance itself.
                 assert_eq!(opening.distance(&x, -1.0).map(|d| d.0), Some(wanted), "{n}");
             }
         }

@@ -236,9 +236,9 @@ impl Probe {
         }
     }
 
-    /// Thickness of the wall that a line from `from` along `direction` first goes through, as a caliper would read it: from the
-    /// face where it enters material (behind `from` when that lies in material) to the face where it leaves it.
-    /// None when it meets no material ahead.
+    /// Thickness of the wall that a line from `from` along `direction` first goes through, as a
+    /// caliper would read it: from the face where it enters material (before `from`, if that lies
+    /// in material) to the face where it leaves it. None when it meets no material ahead.
     pub fn wall(&self, from: &Point, direction: &Vector) -> Option<Wall> {
         let way = direction.try_normalize(1e-12)?;
         let mut depth = 0;
@@ -261,7 +261,8 @@ impl Probe {
     }
 }
 
-/// Direction of the ray that tells inside from outside; no face of a part is parallel to it but by chance.
+/// Direction of the ray that separates inside from outside; a face of a part is parallel to it only
+/// by chance.
 const ASKEW: [f64; 3] = [0.577_193_1, 0.211_377_7, 0.788_911_3];
 /// Another one.
 const ASIDE: [f64; 3] = [-0.411_913_7, 0.817_733_9, 0.402_117_9];

@@ -1,7 +1,7 @@
 //! Volume, center and moments of inertia of the material.
 //!
-//! Each interval of a ray stands for a box of its cell's width: exact along the ray, one value a cell across it. The mean over the
-//! three ray sets is taken, as for the volume.
+//! Each interval of a ray represents a box of its cell's width: exact along the ray, one value a
+//! cell across it. The mean over the three ray sets is taken, as for the volume.
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, Vector};

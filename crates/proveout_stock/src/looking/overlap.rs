@@ -1,4 +1,4 @@
-//! Material inside of a solid that stands still.
+//! Material inside of a fixed solid.
 
 use proveout_geom::{Point, TriMesh};
 
@@ -7,9 +7,9 @@ use crate::field::dexel::TriDexel;
 /// Material in a solid, see [`TriDexel::overlap_with`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidOverlap {
-    /// How deep the two stand in each other, mm.
+    /// Depth of the overlap, mm.
     pub depth_mm: f64,
-    /// Middle of the overlap on the ray that tells the depth.
+    /// Middle of the overlap on the ray that gives the depth.
     pub point: Point,
     /// Volume by the ray set of that ray, mm³.
     pub volume_mm3: f64,

@@ -1,13 +1,14 @@
-//! Parts of the stock that hang together.
+//! Connected parts of the stock.
 //!
-//! The intervals of the rays along z are the nodes. Two of them on neighboring rays hang together where material runs from one to
-//! the other: where their heights overlap, and a ray across says so.
+//! The intervals of the rays along z are the nodes. Two of them on neighboring rays are connected
+//! where material runs from one to the other: where their heights overlap, and a ray across says
+//! so.
 //!
 //! ```text
 //!   z ^   |#|   |#|                 a row of cell centers k in the overlap: the ray along x (y) at this height
 //!     |   |#|---|#|--- k            has one interval over both centers                        -> one part
 //!     |   |#|   |#|    k            has a gap between them, at all k: a slot narrower than a cell -> two parts
-//!     |   |#|                       no center in the overlap: nothing tells otherwise            -> one part
+//!     |   |#|                       no center in the overlap: nothing separates them             -> one part
 //!     +--------------> x
 //! ```
 //!
@@ -53,7 +54,8 @@ impl Labels {
 }
 
 impl StockPart {
-    /// Whether a point of it lies in the material of another stock in the same frame, as the nearest ray along z tells.
+    /// Whether a point of it lies in the material of another stock in the same frame, by the
+    /// nearest ray along z.
     pub fn lies_in(&self, other: &TriDexel) -> bool {
         let (_, spans) = other.intervals_on(2, self.seed.x, self.seed.y);
         spans.iter().any(|s| s.lo <= self.seed.z && self.seed.z <= s.hi)
@@ -113,7 +115,7 @@ impl TriDexel {
         Labels { first, number }
     }
 
-    /// Joins the intervals of two neighboring columns; the second lies behind the first along `axis`.
+    /// Joins the intervals of two neighboring columns; the second follows the first along `axis`.
     fn join(&self, place: [usize; 2], axis: usize, [own, other]: [usize; 2], columns: [&[Span]; 2], sets: &mut Sets) {
         self.each_overlap(columns, |k, m, range| {
             if sets.root(own + k) != sets.root(other + m) && self.bridged(place, axis, range, |_| ()) {
@@ -138,8 +140,8 @@ impl TriDexel {
         }
     }
 
-    /// Whether material runs from a column to the next one along `axis` between two heights, as far as rays across tell; `read` hears of the tiles
-    /// of those that are asked.
+    /// Whether material runs from a column to the next one along `axis` between two heights, as far
+    /// as rays across show; `read` is called with the tiles of those rays.
     pub(super) fn bridged(
         &self,
         [i, j]: [usize; 2],
@@ -245,7 +247,7 @@ impl TriDexel {
                     for span in self.spans(a, p, q) {
                         let made = last_maker(span);
                         let ends = [span.lo, span.hi].map(|s| Grid::point(a, s, grid.center(u, p), grid.center(v, q)));
-                        // Most ends are those of the raw stock: nobody is asked about them.
+                        // Most ends are those of the raw stock and need no search.
                         if made.is_some()
                             && near.intersects(&Aabb { min: ends[0], max: ends[1] })
                             && let Some(part) = self.owner(labels, a, [p, q], span).filter(|k| wanted(*k))
@@ -284,7 +286,7 @@ impl Sets {
 
     pub(super) fn unite(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
-        // The smaller number stays: the result does not hang on the order of unions.
+        // The smaller number stays, so the result does not depend on the order of unions.
         self.parent[a.max(b)] = a.min(b);
     }
 

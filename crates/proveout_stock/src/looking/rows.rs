@@ -1,5 +1,5 @@
-//! The rays of a stock row by row, and what a closed mesh has on the same rays: so that a design can be held against what is
-//! left of the stock ray by ray, without a second stock in memory.
+//! The rays of a stock row by row, with the intervals of a closed mesh on the same rays: a design
+//! can be compared with what is left of the stock ray by ray, without a second stock in memory.
 //!
 //! A row holds the tiles of a set that lie side by side along u: eight rays along v, all along u. Rows, tiles and rays come in
 //! the order of [`TriDexel::surface_points`].
@@ -90,7 +90,8 @@ impl TriDexel {
         spans.iter().map(RaySpan::from)
     }
 
-    /// The ray of the set along `axis` nearest to a place that is `[di, dj]` rays beside it; none where the stock has none.
+    /// The ray of the set along `axis` nearest to a place, moved by `[di, dj]` rays; none where the
+    /// stock has none.
     pub fn ray_near(&self, axis: usize, place: &Point, [di, dj]: [isize; 2]) -> Option<RayPlace> {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let index = |k: usize, d: isize| {
@@ -108,7 +109,7 @@ impl TriDexel {
             let first = number;
             number += tile.ends();
             let (a, [i0, j0]) = self.grid.tile_place(t);
-            // Where x stands among the axes of the tile: along the rays, u or v.
+            // Position of x among the axes of the tile: along the rays, u or v.
             let range = match a {
                 0 => [tile.lo, tile.hi],
                 1 => [self.grid.center(0, j0), self.grid.center(0, j0 + TILE - 1)],

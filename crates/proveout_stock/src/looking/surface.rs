@@ -57,7 +57,7 @@ pub(crate) struct Nodes<'a> {
     /// One bit a node, rows along z from `from[2]`, row (i, j) at ((i - from.x) * columns + j - from.y) * words.
     bits: Vec<u64>,
     words: usize,
-    /// Whether the vertices are told how far they may be off.
+    /// Whether the vertices get a bound of their error.
     measured: bool,
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //!   level 2 (root)   .----------------.
 //!   level 1          |  .---. .----.  |     four boxes of the level below in one
-//!   level 0: tiles   |  |__ | | _  |  |     8 x 8 rays: where they stand, lowest and highest end
+//!   level 0: tiles   |  |__ | | _  |  |     8 x 8 rays: their place, lowest and highest end
 //!                    '----------------'
 //! ```
 //!
@@ -55,7 +55,7 @@ pub struct RaySegment {
 }
 
 impl TileTree {
-    /// The boxes of a stock as it stands.
+    /// The boxes of a stock in its present state.
     pub fn new(stock: &TriDexel) -> Self {
         let level = |n: [usize; 2]| Level { n, boxes: vec![Aabb::empty(); n[0] * n[1]] };
         let sets = [0, 1, 2].map(|a| {

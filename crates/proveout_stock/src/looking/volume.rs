@@ -1,8 +1,9 @@
 //! Volume of the material, so that what is removed and what is left make up the stock.
 //!
-//! A ray knows the length of its material exactly, and stands for one cell across it. A face across the rays is so known exactly by the set along
-//! its normal, and by whole cells by the other two. All three agree on one more number: the cells whose middles are in material. A middle lies on a ray of
-//! each set. With `V_a` the volume by set a and N that of the cells
+//! A ray knows the length of its material exactly, and represents one cell across it. So the set
+//! along the normal of a face gives the face exactly, and the other two give it in whole cells. All
+//! three agree on one more number: the cells whose middles are in material. A middle lies on a ray
+//! of each set. With `V_a` the volume by set a and N that of the cells
 //!
 //! ```text
 //!    volume = V_x + V_y + V_z - 2 N            a slab of thickness t across z, over whole faces of the stock:

@@ -1,11 +1,12 @@
-//! How the tool axis stands at a contact.
+//! The tool axis at a contact.
 
 use proveout_geom::Vector;
 
 use super::{PathError, place::Place};
 
-/// A travel that leaves the direction of the table by less than 30 degrees (the arc sine of this) tells no side of it: a line along the table that
-/// bends from one side to the other must not turn the axis over.
+/// A travel that leaves the direction of the table by less than 30 degrees (the arc sine of this)
+/// does not define a side of it: a line along the table that bends from one side to the other must
+/// not turn the axis over.
 const AGAINST: f64 = 0.5;
 
 /// A rule for the tool axis; angles in radian. f is the direction of travel, n the outward normal, k = n x f.
@@ -28,10 +29,12 @@ pub enum AxisRule {
         /// About the normal.
         tilt: f64,
     },
-    /// A head that stands still while a rotary table about `table` turns the part: the axis keeps the angle `head` to the plane across
-    /// `table`, and in that plane the normal's direction turned by `lead` about `table` towards the travel:
-    /// `sin h d + cos h (cos l p + sin l q)`, p the normal in that plane, q = d x p, or its opposite where the travel goes against it by more than
-    /// 30 degrees from the table's direction: along the table `lead` turns by the right hand about it, whichever way the travel goes.
+    /// A fixed head while a rotary table about `table` turns the part: the axis keeps the angle
+    /// `head` to the plane across `table`, and in that plane the normal's direction turned by
+    /// `lead` about `table` towards the travel: `sin h d + cos h (cos l p + sin l q)`, p the normal
+    /// in that plane, q = d x p, or its opposite where the travel goes against it by more than 30
+    /// degrees from the table's direction: along the table `lead` turns by the right hand about it,
+    /// whichever way the travel goes.
     FixedHead {
         /// Unit vector of the table's axis.
         table: Vector,

@@ -1,5 +1,6 @@
-//! Lines beside each other at the side step that the scallop allows at every place (Lin and Koren 1996): each line is the one before,
-//! moved across its feed by as much as the cutter and the curvatures allow there, so that no ridge is lower than it may be.
+//! Adjacent lines at the side step that the scallop allows at every place (Lin and Koren 1996):
+//! each line is the previous one, moved across its feed by as much as the cutter and the curvatures
+//! allow there, so that every ridge is as high as it may be.
 
 use super::{
     Line, ParameterCurve, PathError, Place, Strategy, Task,

@@ -101,8 +101,9 @@ impl PathCutter {
         best
     }
 
-    /// The cutter with an axis (unit vector from the tip to the holder) at a place, with so much material (mm) left. `before` is the
-    /// radial direction of the contact before, kept where the axis stands on the normal.
+    /// The cutter with an axis (unit vector from the tip to the holder) at a place, with so much
+    /// material (mm) left. `before` is the radial direction of the previous contact, kept where the
+    /// axis is along the normal.
     pub fn touch(&self, place: &Place, axis: &Vector, allowance: f64, before: Option<Vector>) -> Touch {
         let n = &place.normal;
         let upright = n.dot(axis);

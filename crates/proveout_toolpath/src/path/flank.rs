@@ -9,13 +9,16 @@
 //!         end + `below` of the side    of the ruling's end
 //! ```
 //!
-//! Both points are offset along their own normals (double point offset: Liu 1995, "Five-axis NC cylindrical milling of sculptured
-//! surfaces", Computer-Aided Design 27(12); for cones each by its own rho). Where the normals along the ruling agree (a developable side) the
-//! cutter touches along the whole ruling. Where they turn by psi, the normal at a place between stands up to psi away from the plane through
-//! axis and ruling, and the cutter cuts or leaves some `rho psi^2 / 8`; it also meets the side beside the ruling, so that the error is not
-//! read at the ruling: for places along it the least signed distance of cutter and side across the cutter's width is searched. Negative it is
-//! a gouge of this pose, exactly; positive it is what the pass leaves, exactly where the motion along the path is a screw, else to second order
-//! of the step in which the side changes its form.
+//! Both points are offset along their own normals (double point offset: Liu 1995, "Five-axis NC
+//! cylindrical milling of sculptured surfaces", Computer-Aided Design 27(12); for cones each by its
+//! own rho). Where the normals along the ruling agree (a developable side) the cutter touches along
+//! the whole ruling. Where they turn by psi, the normal at a place between them is up to psi out of
+//! the plane through axis and ruling, and the cutter cuts or leaves some `rho psi^2 / 8`. It also
+//! meets the side away from the ruling, so the error is not read at the ruling: for places along it
+//! the least signed distance of cutter and side across the cutter's width is searched. A negative
+//! value is a gouge of this pose, exactly. A positive value is what the pass leaves, exactly where
+//! the motion along the path is a screw, otherwise to second order of the step in which the side
+//! changes its form.
 
 use proveout_geom::blade::ParametricSurface;
 use proveout_geom::{Point, ToolPose, Vector};
@@ -65,9 +68,9 @@ pub struct Ruling {
 /// What a pose of the flank does along its ruling.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlankError {
-    /// How deep the cutter stands in the side, mm.
+    /// Depth of the cutter in the side, mm.
     pub gouge: f64,
-    /// How far it stands off where it stands off most, mm.
+    /// Largest distance of the cutter from the side, mm.
     pub left: f64,
     /// Angle between the normals at both ends of the ruling, radian.
     pub twist: f64,
@@ -231,7 +234,7 @@ impl Ruling {
         worst
     }
 
-    /// How much farther one pose stands from the ruling through `uv` than another one, where that is most, mm.
+    /// Largest difference between the distances of two poses from the ruling through `uv`, mm.
     pub(crate) fn moved(
         &self,
         surface: &dyn ParametricSurface,

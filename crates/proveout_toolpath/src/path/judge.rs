@@ -247,7 +247,7 @@ impl Setting<'_> {
         let mut poles: Option<(JointValues, Vec<proveout_geom::Vector>)> = None;
         for (k, contact) in line.contacts.iter().enumerate() {
             let pose = self.pose(contact);
-            // Poles stand still unless a joint that inverse kinematics does not turn has moved.
+            // Poles do not move unless a joint that inverse kinematics does not turn has moved.
             let turned = |held: &JointValues| {
                 machine.joints.iter().enumerate().any(|(j, joint)| joint.held && held[j] != q[k][j])
             };

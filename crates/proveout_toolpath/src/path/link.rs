@@ -51,7 +51,7 @@ enum Outside {
     Plane { point: Point, normal: Vector },
 }
 
-/// Places of the surface that tell its size, each way.
+/// Number of sample places in each direction that give the size of the surface.
 const LOOKS: usize = 48;
 
 impl Outside {
@@ -168,7 +168,7 @@ pub fn linked(
     PathError::within("the feed in mm/s", rule.feed, 1e-6, 1e6)?;
     let most = lines.iter().map(|l| l.allowance).fold(0.0, f64::max);
     let reach = cutter.profile().max_radius();
-    // The tip is led outside; the body of the cutter beside it has a radius.
+    // The tip is led outside; the cutter around it has a radius.
     let outside = Outside::of(surface, most, rule.clearance + reach);
     let lifted = |contact: &PathContact| ToolPose {
         tip: contact.touch.pose.tip + contact.place.normal * rule.lift,

@@ -1,4 +1,5 @@
-//! Paths over blades and other sides of parts: where the cutter touches, how it stands there, and what that asks of a machine.
+//! Paths over blades and other sides of parts: where the cutter touches, its pose there, and what
+//! the machine needs for it.
 //!
 //! ```text
 //!   ParametricSurface ──► Strategy ──► lines in the parameter plane ──► Sampler ──► contacts ──► Setting::judge
@@ -9,14 +10,17 @@
 //! * [`Task`] – surface, cutter, axis rule and step; [`Task::plan`] makes the contacts of a [`Strategy`].
 //! * [`QuasiCircle`], [`IsoParametric`], [`Transverse`], [`IsoPlanar`], [`ConstantScallop`], [`Row`], [`Pocket`], [`PointRoughing`],
 //!   [`Flank`] – strategies.
-//! * [`PathCutter`] – from contact to cutter location for any convex cutter; [`AxisRule`] – how the axis stands.
+//! * [`PathCutter`] – from contact to cutter location for any convex cutter; [`AxisRule`] – the
+//! tool axis at a contact.
 //! * [`side_step`], [`scallop_height`] – exact formulas of ridges between two cuts; [`envelope_across`] – the curvature that a moving
 //!   cutter leaves across its feed.
 //! * [`Setting::judge`] – what a path asks of a machine, before it runs.
 //!
-//! Everything is in the frame of the surface, mm and radian. Chord errors are held by measure at the middle and the quarters of every
-//! step under a bound by curvature, scallops by the osculating circles across the feed: both are figures of the plan, and a run of the
-//! program is what proves them. That shank and holder are free, and that the cutter touches nowhere else, is the run's to say as well.
+//! Everything is in the frame of the surface, mm and radian. Chord errors are measured at the
+//! middle and the quarters of every step under a bound by curvature, scallops are computed by the
+//! osculating circles across the feed. Both are figures of the plan; a run of the program proves
+//! them. That shank and holder are free, and that the cutter touches nowhere else, is for the run
+//! to show as well.
 
 mod axis_rule;
 mod constant_scallop;

@@ -1,4 +1,5 @@
-//! A point of a path on a surface: contact, feed direction, and the curvatures that steps and scallops hang on.
+//! A point of a path on a surface: contact, feed direction, and the curvatures that steps and
+//! scallops depend on.
 //!
 //! With c(t) = S(u(t), v(t)), f the unit vector along c', n the outward normal and k = n x f the direction across,
 //!
@@ -40,7 +41,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place at t of a curve. Where the curve stands still (c' = 0) the direction is that of u.
+    /// The place at t of a curve. Where the curve has no direction (c' = 0) the direction is that
+    /// of u.
     pub fn on(surface: &dyn ParametricSurface, curve: &ParameterCurve, t: f64) -> Self {
         let at = curve.at(t);
         Self::of(surface.local(at.u[0], at.v[0]), t, [at.u, at.v])

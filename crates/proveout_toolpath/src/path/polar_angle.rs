@@ -9,9 +9,11 @@
 //!   r = sqrt(h^2 + 4 q^2) = sin^2 theta + sinh^2 psi
 //! ```
 //!
-//! so that `sin^2 theta = (r + h) / 2` and `sinh^2 psi = (r - h) / 2`. The one of the two in which signs agree is taken as it stands, the
-//! other from the product `sin^2 theta sinh^2 psi = q^2`: no digit is lost near an edge, where both go to zero. The side of the section, not
-//! the sign of y, tells the half of the circle: on a cambered section the pressure side lies partly above the chord line, with rho < 1.
+//! so that `sin^2 theta = (r + h) / 2` and `sinh^2 psi = (r - h) / 2`. The one of the two in which
+//! signs agree is used directly, the other is computed from the product
+//! `sin^2 theta sinh^2 psi = q^2`: no digit is lost near an edge, where both go to zero. The
+//! side of the section, not the sign of y, decides the half of the circle: on a cambered section
+//! the pressure side lies partly above the chord line, with rho < 1.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,15 +1,18 @@
 //! Contacts along a line: the step from the chord error, the tool axis from its rule, the cutter location from the contact.
 //!
-//! A control leads the tip straight and the axis on a great circle from one contact to the next. What that leaves at a contact between
-//! them is the signed distance of the cutter, as it stands there, from the tangent plane of the surface: exact for any convex cutter
-//! ([`PathCutter::gap`]), of second order in the step, and negative where it is a gouge. Beside it stands the distance of the contact
-//! from the chord of the contacts. Both stay within the chord error.
+//! A control leads the tip straight and the axis on a great circle from one contact to the next.
+//! The error at a contact between them is the signed distance of the cutter, in its pose there,
+//! from the tangent plane of the surface: exact for any convex cutter ([`PathCutter::gap`]), of
+//! second order in the step, and negative where it is a gouge. The distance of the contact from the
+//! chord of the contacts is computed as well. Both stay within the chord error.
 //!
-//! The step comes from the circle: an arc of radius rho leaves its chord by e where the chord is `2 sqrt(2 rho e - e^2)` (Lu et al.
-//! 2022, section 4), and a curve that is bent by `1/rho` at most leaves it by no more (Schur 1921). rho is the radius of the path of
-//! the contacts, or of the path of the cutter where that is sharper: over a convex section of curvature k the center of a cutter of
-//! radius R moves by the factor 1 + k R faster, so that its chord cuts deeper by this factor. The step is then measured at its middle
-//! and its quarters, and halved where it does not hold.
+//! The step comes from the circle: an arc of radius rho leaves its chord by e where the chord is
+//! `2 sqrt(2 rho e - e^2)` (Lu et al. 2022, section 4), and a curve that is bent by `1/rho` at most
+//! leaves it by no more (Schur 1921). rho is the radius of the path of the contacts, or of the path
+//! of the cutter where that is sharper: over a convex section of curvature k the center of a cutter
+//! of radius R moves by the factor 1 + k R faster, so that its chord cuts deeper by this factor.
+//! The step is then measured at its middle and its quarters, and halved where the error is too
+//! large.
 
 use proveout_geom::ToolPose;
 use proveout_geom::blade::ParametricSurface;
@@ -40,7 +43,7 @@ pub enum StepRule {
 pub struct PathContact {
     /// Where.
     pub place: Place,
-    /// How the cutter stands.
+    /// Pose of the cutter and its contact.
     pub touch: Touch,
     /// Length of the line up to here, mm.
     pub length: f64,

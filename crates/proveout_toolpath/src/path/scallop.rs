@@ -1,5 +1,6 @@
-//! Side step and scallop height of two circular cuts beside each other on a circle, with the exact formulas of Ma et al. 2020,
-//! equations (6), (7) and the concave counterpart, for a cut of radius R on a section of radius rho:
+//! Side step and scallop height of two adjacent circular cuts on a circle, with the exact formulas
+//! of Ma et al. 2020, equations (6), (7) and the concave counterpart, for a cut of radius R on a
+//! section of radius rho:
 //!
 //! ```text
 //!              h: from the surface to where the two cuts meet

@@ -1,11 +1,13 @@
 //! Sections v = constant of a closed surface with a label that runs round them: part of the length, or polar angle. A line of a path
 //! is where the label is constant.
 //!
-//! The section fit of Lu et al. 2022, section 3.1: the two points of a section that are farthest apart are its edges; a similarity that
-//! brings the trailing one to (0.5, 0) and the leading one to (-0.5, 0), the convex side above, makes the chord 1 and a = 1/4. Which edge
-//! is the trailing one is told by the surface (`trailing` of [`Sections::new`]) for the first section and kept by nearness. The paper
-//! resamples points by cubics in theta before skinning, whose normals are 1.7 degrees wrong at the edges, where a cubic in theta is
-//! singular; here the line goes through the exact points of the surface with that theta in every section, and the normals are the
+//! The section fit of Lu et al. 2022, section 3.1: the two points of a section that are farthest
+//! apart are its edges. A similarity that brings the trailing one to (0.5, 0) and the leading one
+//! to (-0.5, 0), the convex side above, makes the chord 1 and a = 1/4. The surface says which edge
+//! is the trailing one (`trailing` of [`Sections::new`]) for the first section; the others follow
+//! by nearness. The paper resamples points by cubics in theta before skinning, whose normals are
+//! 1.7 degrees wrong at the edges, where a cubic in theta is singular. Here the line goes through
+//! the exact points of the surface with that theta in every section, and the normals are the
 //! surface's own.
 
 use std::f64::consts::{PI, TAU};
@@ -57,7 +59,7 @@ pub struct Section {
 const SCAN: usize = 360;
 /// Pieces of u of a section in the table of its length.
 const PIECES: usize = 256;
-/// Sections between which lines are fitted when nobody says more.
+/// Default number of sections between which lines are fitted.
 pub const SECTIONS: usize = 101;
 
 /// Sections of a surface, from one v to another.

@@ -24,7 +24,7 @@ pub struct Task<'a> {
     pub allowance: f64,
 }
 
-/// How lines of a family lie beside each other.
+/// Spacing of the lines of a family.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Spacing {
     /// Ridges between neighbors are nowhere higher than this, mm.

@@ -3,13 +3,14 @@
 //! A shaft of the ball's radius touches the blade exactly when the ray from the ball center along the tool axis meets the
 //! path of ball centers, so the planar problem is one of visibility on that path.
 //!
-//! *Tabulated rule* (Li et al. 2022, equation (2), corrected: specification 3.2, errata ST-6 to ST-8). With chord angles g
-//! (incoming) and f (outgoing) the forward limit of a convex point is g, the backward limit f - pi; on a concave arc they are
-//! those of its exit and its entry; then envelopes make both non-decreasing. On a concave arc chord angles fall, so that its
-//! exit has the smallest one ahead and its entry the largest one behind. All of the rule is therefore
+//! *Tabulated rule* (Li et al. 2022, equation (2), corrected: specification 3.2, errata ST-6 to
+//! ST-8). With chord angles g (incoming) and f (outgoing) the forward limit of a convex point is g,
+//! the backward limit f - pi; on a concave arc they are those of its exit and its entry; then
+//! envelopes make both non-decreasing. On a concave arc chord angles fall, so that its exit has the
+//! smallest one ahead and its entry the largest one passed. The whole rule is therefore
 //!
 //! ```text
-//!   forward(S)  = min of g over all blocks ahead        backward(S) = max of f over all blocks behind, less pi
+//!   forward(S)  = min of g over all blocks ahead        backward(S) = max of f over all blocks passed, less pi
 //! ```
 //!
 //! It is on the safe side of the exact rule: a straight line from `Q_i` to a point ahead is a sum of the chords between them,
@@ -89,7 +90,8 @@ fn at_arc(path: &SectionPath, arc: f64) -> usize {
 /// Forward and backward limits by the tabulated rule, without clearance.
 fn limits(path: &SectionPath) -> (Vec<f64>, Vec<f64>) {
     let n = path.len();
-    // The layer behind the end repeats the last one a turn further, the layer before the start the first one a turn back.
+    // The layer after the end repeats the last one a turn further, the layer before the start the
+    // first one a turn back.
     let again = at_arc(path, path.arc[n - 1] - path.period);
     let before = at_arc(path, path.period);
     let mut ahead = path.incoming[again..].iter().fold(f64::MAX, |m, a| m.min(a + TAU));
@@ -107,9 +109,10 @@ fn limits(path: &SectionPath) -> (Vec<f64>, Vec<f64>) {
     (forward, backward)
 }
 
-/// Limits of a block by visibility over the layer ahead and the layer behind, without clearance: smallest unwrapped angle of
-/// a line to any point ahead, largest one of a line from any point behind, less pi. Cost grows with the blocks of a layer;
-/// this is the reference for the tabulated rule, not a way to plan.
+/// Limits of a block by visibility over the next and the previous layer, without clearance: the
+/// smallest unwrapped angle of a line to any point ahead, and the largest one of a line from any
+/// point passed, less pi. Cost grows with the blocks of a layer; this is the reference for the
+/// tabulated rule, not a way to plan.
 pub fn exact_limits(path: &SectionPath, i: usize) -> [f64; 2] {
     let near = |angle: f64, to: f64| angle - TAU * ((angle - to) / TAU).round();
     let [u, v, _] = path.basis;

@@ -118,8 +118,9 @@ impl Corner {
 
     /// Largest |d2 theta / d S2| of the left and the right piece.
     ///
-    /// On the left piece with a, b the abscissa lengths before and behind `B_i1` the second derivative is
-    /// `2 eps a t (1-t) / (3 ((1-t)^2 a + t^2 b)^3)`; its only maximum in 0..1 is found by golden section.
+    /// On the left piece with a, b the abscissa lengths before and after `B_i1` the second
+    /// derivative is `2 eps a t (1-t) / (3 ((1-t)^2 a + t^2 b)^3)`; its only maximum in 0..1 is
+    /// found by golden section.
     pub fn curvature_peaks(&self) -> [f64; 2] {
         let c = &self.control;
         let peak = |a: f64, b: f64| {

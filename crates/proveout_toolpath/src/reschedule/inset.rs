@@ -1,8 +1,11 @@
 //! The inset of s-theta by a search over the peak of acceleration.
 //!
-//! Li et al. 2022 leave open how far key points stay from the limits of the channel, and the peak of acceleration hangs on it by a third. It has several minima and is cheap: insets a
-//! quarter of a degree apart are looked at as far as the channel leaves room for them, then the neighborhood of the best one by the golden section (J. Kiefer 1953, Sequential minimax
-//! search for a maximum). What is handed out is the best of all that were looked at; all of them are shown.
+//! Li et al. 2022 leave open how far key points stay from the limits of the channel, yet the peak
+//! of acceleration varies by a third with this inset. The peak has several minima and is cheap to
+//! compute: insets a quarter of a degree apart are tried as far as the channel leaves room for
+//! them, then the neighborhood of the best one by the golden section (J. Kiefer 1953, Sequential
+//! minimax search for a maximum). The result is the best of all insets tried; all of them are
+//! shown.
 
 use super::smooth::peaks;
 use super::{

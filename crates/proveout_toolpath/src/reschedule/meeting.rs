@@ -1,7 +1,8 @@
 //! Whether a new tool axis brings shank or holder into what they must not touch, and how deep.
 //!
-//! The distance of two bodies that overlap is zero, however deep they overlap. The depth told here is how far the tool has to be drawn back along its axis
-//! to come free. What comes free within [`TOUCH_MM`] touches and does not overlap: ends of blocks are rounded to that.
+//! The distance of two bodies that overlap is zero, however deep they overlap. The depth given here
+//! is how far the tool must be drawn back along its axis to come free. Bodies that come free within
+//! [`TOUCH_MM`] touch and do not overlap: ends of blocks are rounded to that.
 
 use proveout_geom::ToolPose;
 

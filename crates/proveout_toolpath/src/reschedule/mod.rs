@@ -61,8 +61,8 @@ pub struct CuttingBlock {
     pub pose: ToolPose,
     /// Line of the block in its program, for messages.
     pub line: u32,
-    /// Time that the programmed feed gives to the block, s; none for the first block of a run and where the program has told
-    /// no feed. Methods that weigh joint speeds need it.
+    /// Time that the programmed feed gives to the block, s; none for the first block of a run and
+    /// where no feed is programmed. Methods that weigh joint speeds need it.
     pub time: Option<f64>,
 }
 
@@ -107,8 +107,9 @@ pub trait FeasibleRegion {
         self.clearance(pose).min(most)
     }
 
-    /// Angles of a turn at which the tool is free, proved: intervals `[from, to]` in radian, rising and apart, `from` in -pi .. pi and
-    /// `to` at most a turn above; `[-pi, pi]` where all are free. None where they cannot be told for this tool.
+    /// Angles of a turn at which the tool is free, proved: intervals `[from, to]` in radian,
+    /// ascending and disjoint, `from` in -pi .. pi and `to` at most a turn above; `[-pi, pi]` if
+    /// all are free. None if they are not known for this tool.
     fn free_turns(&self, turn: &AxisTurn) -> Option<Vec<[f64; 2]>> {
         let _ = turn;
         None
@@ -126,13 +127,13 @@ pub trait FeasibleRegion {
 pub struct AxisTurn {
     /// Center of the ball, mm.
     pub center: Point,
-    /// What is told holds for all centers that are no farther away than this, mm.
+    /// The result holds for all centers no farther away than this, mm.
     pub drift: f64,
     /// Unit vectors at right angles to each other.
     pub basis: [Vector; 3],
     /// Sine of the inclination of the axis.
     pub axial: f64,
-    /// What is told holds for all axes that are no farther from those of the turn than this, radian.
+    /// The result holds for all axes no farther from those of the turn than this, radian.
     pub spread: f64,
 }
 
@@ -142,7 +143,8 @@ pub trait TimeLaw {
     /// refuses the motion.
     fn block_times(&self, poses: &[ToolPose]) -> Option<Vec<f64>>;
 
-    /// The same with positions of the rotary joints at the blocks, which poses at a pole do not tell.
+    /// The same with positions of the rotary joints at the blocks, which poses at a pole do not
+    /// determine.
     fn joint_times(&self, poses: &[ToolPose], rotary: Option<&[JointValues]>) -> Option<Vec<f64>> {
         let _ = rotary;
         self.block_times(poses)
@@ -166,7 +168,7 @@ pub struct Surroundings<'a> {
     pub time_law: Option<&'a dyn TimeLaw>,
     /// The program gives tool vectors: what [`Rescheduled::rotary`] says cannot be written.
     pub vectors: bool,
-    /// All runs of the program as they stand, for methods that look at the rows beside theirs.
+    /// All runs of the original program, for methods that use the neighboring rows.
     pub rows: &'a [CuttingRun],
     /// Which of them this run is.
     pub row: usize,
@@ -205,10 +207,11 @@ pub struct TurnChannel {
 pub struct Rescheduled {
     /// The poses.
     pub poses: Vec<ToolPose>,
-    /// The blocks that were planned anew: without lead-in and lead-out, which only follow their ends.
+    /// The blocks that were planned again: without lead-in and lead-out, which only follow their
+    /// ends.
     pub stretch: Range<usize>,
-    /// Positions of the rotary joints at each block, where the poses do not tell them (at a pole); programs that give tool vectors
-    /// cannot say them.
+    /// Positions of the rotary joints at each block, where the poses do not determine them (at a
+    /// pole); programs that give tool vectors cannot express them.
     pub rotary: Option<Vec<JointValues>>,
     /// What other schedules were possible; none where the method knows no channel of one angle.
     pub channel: Option<TurnChannel>,

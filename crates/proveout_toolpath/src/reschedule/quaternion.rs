@@ -4,10 +4,11 @@
 //! algorithm, Int. J. Mach. Tools Manuf. 43, 1259-1267. The orientation is kept at key blocks; between two of them it runs on
 //! the great circle in proportion to arc length: `V = [sin((1-l) w) V_e + sin(l w) V_f] / sin w`, `cos w = V_e . V_f`.
 //!
-//! A great circle between vectors of equal inclination to the table axis leaves that inclination slightly, and with it the
-//! held head angle of a four-axis path. For such a path the angle in the section plane is interpolated instead, which is the
-//! same formula for planar vectors. Number and places of the keys are not published: the count is a parameter, keys stand at
-//! equal arc lengths.
+//! A great circle between vectors of equal inclination to the table axis leaves that inclination
+//! slightly, and with it the constant head angle of a four-axis path. For such a path the angle in
+//! the section plane is interpolated instead, which is the same formula for planar vectors. Number
+//! and places of the keys are not published: the count is a parameter, and keys are at equal arc
+//! lengths.
 
 use proveout_geom::Vector;
 

@@ -120,14 +120,15 @@ impl STheta {
     fn free_end(&self, path: &SectionPath, channel: &Channel, i: usize, at_least: f64) -> f64 {
         let (low, high) = (channel.lower[i] + self.inset, channel.upper[i] - self.inset);
         let wanted = path.axis_angle[i];
-        // The original may stand whole turns away.
+        // The original may be whole turns away.
         let wanted = wanted - TAU * ((wanted - 0.5 * (low + high)) / TAU).round();
         wanted.clamp(low, high).max(at_least.min(high))
     }
 
-    /// Angle at a base point and length of the flat before it: the upper limit where that flat begins. Behind a concave side
-    /// the limit is level there, so that this is the limit at the base point itself; where it still rises (a section without
-    /// altered points) the flat must begin below it. The flat is halved until the lower limit leaves room.
+    /// Angle at a base point and length of the flat before it: the upper limit where that flat
+    /// begins. After a concave side the limit is level there, so that this is the limit at the base
+    /// point itself; where it still rises (a section without altered points) the flat must begin
+    /// below it. The flat is halved until the lower limit leaves room.
     fn base(&self, path: &SectionPath, channel: &Channel, b: usize) -> (f64, f64) {
         let mut flat = self.end_flat * path.period;
         for _ in 0..30 {
@@ -146,7 +147,8 @@ impl STheta {
         (channel.upper[b], 0.0)
     }
 
-    /// Angles at the ends of a layer. Ends of the path take the angle that a whole layer beside them has at the same place.
+    /// Angles at the ends of a layer. Ends of the path take the angle that the adjacent whole layer
+    /// has at the same place.
     fn ends(
         &self,
         path: &SectionPath,
@@ -259,7 +261,7 @@ impl STheta {
                 // Where the limit itself has reached the angle at the end nothing rises above it.
                 let flat = layer.ends_at_base && channel.upper[i] >= end_theta - 1e-12;
                 let high = if flat { end_theta } else { channel.upper[i] - self.inset };
-                // Behind the flat the limit may not have risen yet: a layer shorter than its flat.
+                // After the flat the limit may not have risen yet: a layer shorter than its flat.
                 Gate { s: path.arc[i], low, high: high.max(start_theta.min(channel.upper[i])) }
             })
             .collect();
@@ -285,7 +287,8 @@ impl STheta {
         Ok(Smoothed::new(points, self.unit, path.period, |i, above| room[i][usize::from(above)]))
     }
 
-    /// Takes out key points that stand nearer than [`STheta::merge`] to the one before where the channel allows it.
+    /// Removes key points nearer than [`STheta::merge`] to the previous one where the channel
+    /// allows it.
     fn merged(&self, path: &SectionPath, channel: &Channel, layer: &Layer, keys: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         let mut kept: Vec<[f64; 2]> = Vec::with_capacity(keys.len());
         for (i, key) in keys.iter().enumerate() {

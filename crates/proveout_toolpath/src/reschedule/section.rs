@@ -201,8 +201,9 @@ impl SectionPath {
         turns
     }
 
-    /// Of base points of a section that is concave in several places of a turn, those at one of these places: the one behind the deepest hollow.
-    /// Its chord angle comes again a whole turn later.
+    /// Of base points of a section that is concave in several places of a turn, those at one of
+    /// these places: the one after the deepest hollow. Its chord angle comes again a whole turn
+    /// later.
     fn one_a_turn(&self, bases: Vec<usize>) -> Vec<usize> {
         // How far the path turns back on its way to a base point.
         let hollow = |base: usize| {
@@ -294,7 +295,8 @@ fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (p[0] * q[1] - p[1] * q[0]).atan2(p[0] * q[0] + p[1] * q[1])
 }
 
-/// Range of blocks without lead-in and lead-out: behind the last sharp turn near the start, before the first near the end.
+/// Range of blocks without lead-in and lead-out: after the last sharp turn near the start, before
+/// the first near the end.
 fn without_leads(points: &[[f64; 2]]) -> (usize, usize) {
     let n = points.len();
     let sharp = |i: usize| i > 0 && i + 1 < n && turn(points[i - 1], points[i], points[i + 1]).abs() > SHARP;

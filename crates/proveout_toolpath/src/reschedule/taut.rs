@@ -8,10 +8,11 @@
 //!   lo  |      |         |           the apex. Bottoms are treated alike.
 //! ```
 //!
-//! Every point enters and leaves a chain once: linear time. D. T. Lee and F. P. Preparata (1984), Euclidean shortest paths in
-//! the presence of rectilinear barriers, Networks 14; for gates at given abscissas it is also the taut string of Davies and
-//! Kovac (2001). Where both limits are non-decreasing and the ends are in order the path is non-decreasing: its slope falls
-//! only at contacts with lower limits, and behind such a contact nothing lies lower than the contact.
+//! Every point enters and leaves a chain once: linear time. D. T. Lee and F. P. Preparata (1984),
+//! Euclidean shortest paths in the presence of rectilinear barriers, Networks 14; for gates at
+//! given abscissas it is also the taut string of Davies and Kovac (2001). Where both limits are
+//! non-decreasing and the ends are in order the path is non-decreasing: its slope falls only at
+//! contacts with lower limits, and after such a contact nothing lies lower than the contact.
 
 use std::collections::VecDeque;
 

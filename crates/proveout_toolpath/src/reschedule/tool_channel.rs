@@ -1,8 +1,9 @@
 //! The channel that the tool itself leaves: at which angles about the table axis it is free, proved for whole blocks.
 //!
-//! [`super::FeasibleRegion::free_turns`] tells the free intervals of the angle at a ball center *and* at all centers within a distance of it. Taken at the middle of a
-//! block with half its length, they hold for the whole block; a schedule whose angles at both ends of the block are in the same
-//! interval, and that runs straight between them, is free all along:
+//! [`super::FeasibleRegion::free_turns`] returns the free intervals of the angle at a ball center
+//! *and* at all centers within a distance of it. Taken at the middle of a block with half its
+//! length, they hold for the whole block. A schedule whose angles at both ends of the block are in
+//! the same interval, and that runs straight between them, is free all along:
 //!
 //! ```text
 //!   angle |   I_1   |   I_2    |        gate at a block's end: the part of I_k and I_(k+1) that both have
@@ -11,12 +12,14 @@
 //!         | +-----+ | +------+ |
 //! ```
 //!
-//! Long blocks are looked at in parts of [`PART_MM`], so that the distance does not cost much of the interval. What a person or a process
-//! wants beside freedom has names of its own: `lean_max`, the largest angle between tool axis and normal. The scallop of a ball end does
-//! not depend on its lean, so that no limit of scallop or roughness cuts the channel.
+//! Long blocks are checked in parts of [`PART_MM`], so that the distance does not cost much of the
+//! interval. Further wishes of a person or a process have names of their own: `lean_max`, the
+//! largest angle between tool axis and normal. The scallop of a ball end does not depend on its
+//! lean, so that no limit of scallop or roughness cuts the channel.
 //!
-//! *What is not looked at*: head and table of the machine and travel of its slides, which the control and `run` judge; the rounding of
-//! programmed axes by the control, for which a clearance of the region stands.
+//! *Not checked here*: head and table of the machine and travel of its slides, which the control
+//! and `run` judge; and the rounding of programmed axes by the control, which a clearance of the
+//! region covers.
 
 use std::f64::consts::{PI, TAU};
 
@@ -28,10 +31,11 @@ use super::{AxisTurn, Channel, RescheduleError, SectionPath, Surroundings};
 const PART_MM: f64 = 0.5;
 /// Ball centers of a block are no farther from its chord than this, mm: rounding of a text, and the arc of a ball that turns.
 pub(super) const CHORD_MM: f64 = 0.005;
-/// Axes between two blocks are no farther from the turn than this, radian: a great circle beside a circle of equal inclination.
+/// Axes between two blocks are no farther from the turn than this, radian: a great circle against a
+/// circle of equal inclination.
 pub(super) const CIRCLE: f64 = 2e-4;
 
-/// What limits the channel beside freedom.
+/// What limits the channel in addition to freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolChannel {
     /// Largest lean of the tool axis from the outward normal, radian.
@@ -46,8 +50,8 @@ impl ToolChannel {
     /// The channel of a path.
     ///
     /// # Errors
-    /// `reschedule-channel`: what the tool must not touch is not known, or nothing is free at some block; `reschedule-tool`: the tool is one whose
-    /// free axes cannot be told.
+    /// `reschedule-channel`: what the tool must not touch is not known, or nothing is free at some
+    /// block; `reschedule-tool`: the free axes of the tool cannot be computed.
     pub fn channel(&self, path: &SectionPath, around: &Surroundings<'_>) -> Result<Channel, RescheduleError> {
         let region = around.region.ok_or_else(|| {
             let message = "what the tool must keep away from is not known";

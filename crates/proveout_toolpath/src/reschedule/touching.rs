@@ -42,7 +42,7 @@ pub(super) fn touching(pose: &ToolPose, cutter: &PathCutter, around: &Surroundin
     let surface = around.surface?;
     let (mut near, mut last) = (pose.tip, None);
     for _ in 0..CONTACT_STEPS {
-        // The tip may stand beyond a rim that the contact is inside of.
+        // The tip may be beyond a rim that the contact is inside of.
         let contact = surface.nearest(&near)?;
         let place = place(contact.point, contact.normal);
         let off = pose.tip - cutter.touch(&place, &pose.axis, 0.0, None).pose.tip;

@@ -46,7 +46,7 @@ pub(super) struct AxisCurve {
 pub(super) struct Pass {
     /// The pole, a unit vector of K.
     pub(super) pole: Vector,
-    /// Parameter at which the axis stands in it.
+    /// Parameter at which the axis is in it.
     pub(super) t: f64,
     /// Angle by which the axis leaves the circle there, radian.
     pub(super) off: f64,
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn an_end_in_a_pole_is_not_passed() {
-        // Rounding puts the foot of the pole before the end or behind it.
+        // Rounding puts the foot of the pole before or after the end.
         for k in 0..2000 {
             let (azimuth, tilt) = (0.37 * f64::from(k), 0.02 + 0.0007 * f64::from(k));
             let from = Vector::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());

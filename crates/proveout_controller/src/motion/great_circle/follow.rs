@@ -43,7 +43,8 @@ const LONGEST: f64 = 0.05;
 const SHORTEST: f64 = 1e-11;
 /// Way before the end of reach over which the joints no longer follow it, radian.
 const LAST_BIT: f64 = 1e-9;
-/// Sine of the angle between the rates of the tool axis below which it stands at the end of its reach.
+/// Sine of the angle between the rates of the tool axis below which the axis is at the end of its
+/// reach.
 const END_OF_REACH: f64 = 1e-6;
 /// Difference of joints at a begin in a pole that the first step takes away, radian: rounding of the program.
 pub(super) const ABSORBED: f64 = 2e-6;

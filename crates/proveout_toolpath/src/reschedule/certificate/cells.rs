@@ -17,12 +17,15 @@
 //!   cost = max(what the feed proves between both stations, smallest way of each joint between the cells / its velocity)
 //! ```
 //!
-//! is less than any schedule takes that is in both. With v = 0 at the first station and `v' <= v + cost` on every edge, v is a lower bound of the time to be
-//! in a cell, and the least of the last station one of the time of all schedules: the dual of the shortest path, that a reader can check edge by edge.
+//! is less than any schedule takes that is in both. With v = 0 at the first station and
+//! `v' <= v + cost` on every edge, v is a lower bound of the time to be in a cell, and the least v of the last
+//! station is one of the time of all schedules: the dual of the shortest path, which a reader can
+//! check edge by edge.
 //!
-//! *What the cells lose.* Between two stations each joint has the way of one cell for nothing: few stations and small cells lose little, while many
-//! stations see more of the caps. Both are tried. A schedule through middles of cells that are in their caps is a schedule: its time is told as the most
-//! that this relaxation (feed and velocity at these stations) can be above the bound.
+//! *What the cells lose.* Between two stations each joint has the way of one cell for nothing: few
+//! stations and small cells lose little, while many stations see more of the caps. Both are tried.
+//! A path through middles of cells that are in their caps is a schedule: its time is reported as
+//! the most that this relaxation (feed and velocity at these stations) can be above the bound.
 
 use std::f64::consts::TAU;
 
@@ -177,8 +180,9 @@ fn least_of(cells: &[Bounds]) -> f64 {
 }
 
 impl CellBound {
-    /// The best bound of all sizes of cells and rows of stations that are tried. `feed` tells what the feed proves from one gate to another, s. None
-    /// where there are fewer than two gates, or more cells than can be looked at.
+    /// The best bound of all cell sizes and rows of stations that are tried. `feed` returns what
+    /// the feed proves from one gate to another, s. None if there are fewer than two gates, or more
+    /// cells than can be searched.
     pub fn new(pair: &AxisPair, caps: &Caps, feed: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let last = caps.middles.len().checked_sub(1).filter(|n| *n > 0)?;
         let travel = pair.travel[1] - pair.travel[0];

@@ -43,7 +43,7 @@ impl FeedFloor {
     /// points by at most `off` (mm) and passes the feed by a part.
     ///
     /// # Errors
-    /// The first block that is too short beside the rounding: nothing is left of its time.
+    /// The first block that is too short compared with the rounding: nothing is left of its time.
     pub fn new(times: &[f64], ways: &[&[Point]], off: f64, passed: f64) -> Result<Self, usize> {
         let n = times.len();
         let mut bends = vec![0.0_f64; n + 1];

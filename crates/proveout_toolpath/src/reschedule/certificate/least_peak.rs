@@ -85,7 +85,7 @@ impl LeastPeak {
         let slowest = times[n - 1].powi(-(order as i32));
         let scale = (peak(&times, start, order) / unit).max(slowest);
         let placed = |at: usize, weights: [f64; WEIGHTS]| {
-            // A row stands where all of its weights have an unknown.
+            // A row is placed where all of its weights have an unknown.
             let shift = (at + WEIGHTS).saturating_sub(n);
             let mut moved = [0.0; WEIGHTS];
             moved[shift..].copy_from_slice(&weights[..WEIGHTS - shift]);

@@ -62,7 +62,7 @@ pub struct JointGates {
     pub gates: Vec<[f64; 2]>,
 }
 
-/// All schedules of a stretch of blocks that are told apart by what their joints do.
+/// All schedules of a stretch of blocks, as far as the motion of their joints distinguishes them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Schedules {
     /// Least time of each block, s; above zero.
@@ -344,7 +344,8 @@ impl Search<'_> {
         for k in (0..n - 1).rev() {
             after[k] = after[k + 1] + limits.swing_time((demand(k + 1) - demand(k)).abs());
         }
-        // By the first turn: the most that a begin before it or before an earlier one proves, with all turns behind.
+        // By the first turn: the most that a begin before it or before an earlier one proves, with
+        // all later turns.
         let mut begins = vec![(f64::NEG_INFINITY, 0, from); n];
         for i in from..to {
             let k = turns.partition_point(|&t| t <= i);

@@ -19,7 +19,7 @@
 //!
 //! *One end turns back*, the other is passed in motion: `|v(t)| <= min(V, A t)`.
 
-/// Limits of a joint, mm or radian and seconds; infinite where nobody states one.
+/// Limits of a joint, mm or radian and seconds; infinite where none is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwingLimits {
     /// Velocity.

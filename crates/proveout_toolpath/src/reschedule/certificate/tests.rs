@@ -27,7 +27,8 @@ fn grid_velocity(schedules: &Schedules, points: usize) -> (f64, f64) {
                 (q, front.iter().map(cost).fold(f64::INFINITY, f64::min))
             })
             .collect();
-        // The nearest grid point is off by half a step; it changes the way before and the one behind.
+        // The nearest grid point is off by half a step; it changes the way before and the way after
+        // it.
         error += (gate[1] - gate[0]) / (points - 1) as f64 / joint.limits.velocity;
     }
     error += 0.5 * (joint.gates[0][1] - joint.gates[0][0]) / (points - 1) as f64 / joint.limits.velocity;
@@ -285,7 +286,8 @@ fn the_taut_string_takes_just_what_the_best_windows_prove() {
     assert!(4 * forced > count, "{forced} of {count}");
 }
 
-/// With what windows lose at their ends: times add up as told, the bound falls with the losses, and wider gates or higher limits never raise it.
+/// With losses of windows at their ends: times add up to the reported bound, the bound falls with
+/// the losses, and wider gates or higher limits never raise it.
 #[test]
 fn windows_that_lose_at_their_ends_keep_the_laws() {
     let mut random = Random(97);

@@ -10,8 +10,9 @@
 //!   B_i = max(F_i - seam_i, U_i-1 + low_i / V, B_i-1)          F_i = max(F_i-1 + least, B_i - seam_i)
 //! ```
 //!
-//! B_i-1 stands for a window of feed so short that its seams take all of it. This is the optimum over all rows of windows and all joints; without seams
-//! and for one joint it is that of the linear program (its dual has an optimum of zeros and ones, which is such a row).
+//! B_i-1 represents a window of feed so short that its seams take all of it. This is the optimum
+//! over all rows of windows and all joints; without seams and for one joint it is that of the
+//! linear program (its dual has an optimum of zeros and ones, which is such a row).
 
 use super::{Proof, Search};
 

@@ -8,7 +8,8 @@
 //!   sum over keys  | log(V_k -> V_(k+1)) / L_k  +  log(V_k -> V_(k-1)) / L_(k-1) |^2
 //! ```
 //!
-//! which hangs on three keys that follow each other: dynamic programming over pairs. Coarse cells first, then finer ones round what was found.
+//! which depends on three consecutive keys: dynamic programming over pairs. Coarse cells come
+//! first, then finer ones around the result.
 
 use std::f64::consts::{PI, TAU};
 
@@ -52,7 +53,7 @@ impl KeySearch<'_> {
         (u * about.cos() + v * about.sin()) * lean.sin() + w * lean.cos()
     }
 
-    /// Whether all axes of a cell are free at a key; none where that cannot be told for the tool.
+    /// Whether all axes of a cell are free at a key; none if this is not known for the tool.
     fn is_free(&self, key: &KeyPlace, [lean, about]: [f64; 2], half: f64) -> Option<bool> {
         let axis = self.axis(lean, about);
         let from_normal = key.normal.map_or(0.0, |n| axis.cross(&n).norm().atan2(axis.dot(&n)));
@@ -109,8 +110,8 @@ impl KeySearch<'_> {
         Some(cells)
     }
 
-    /// Axes of the keys between two ends, with ways between them and from and to the ends. `Err(k)`: nothing is free at key k. None where free axes cannot
-    /// be told for the tool.
+    /// Axes of the keys between two ends, with ways between them and from and to the ends.
+    /// `Err(k)`: nothing is free at key k. None if the free axes of the tool are not known.
     pub(super) fn keys(
         &self,
         ends: [Vector; 2],

@@ -5,11 +5,13 @@
 //! derivatives: equations (26) and (27), corrected. Law between keys: equations (35), (40), (41), corrected (as printed the ratio of arc
 //! lengths is always one).
 //!
-//! The row is cut where its profile, height along the table's axis over the horizontal way, changes between convex and concave. A key axis
-//! stands at each cut and at both ends: the initial one, turned towards the table's axis until its lean is below a cap. Between two
-//! keys the axis runs on their great circle in proportion to arc length, which is the least sum of squared changes of angular speed with
-//! both ends free in speed. At a key the speed jumps: there a cubic that keeps value and speed at both ends takes the place of the law
-//! in a window. It is drawn in the plane that touches the sphere at the key, in which both great circles are straight.
+//! The row is cut where its profile, height along the table's axis over the horizontal way, changes
+//! between convex and concave. Each cut and both ends have a key axis: the initial one, turned
+//! towards the table's axis until its lean is below a cap. Between two keys the axis runs on their
+//! great circle in proportion to arc length, which is the least sum of squared changes of angular
+//! speed with both ends free in speed. At a key the speed jumps: there a cubic that keeps value and
+//! speed at both ends replaces the law in a window. It is drawn in the plane that touches the
+//! sphere at the key, in which both great circles are straight.
 //!
 //! Chosen, since nothing is published: cap 47 degrees, windows of 6 mm on each side.
 //!
@@ -113,7 +115,8 @@ pub fn between_keys(arc: &[f64], keys: &[(usize, Vector)], window: f64) -> Vec<V
     for k in 1..keys.len() - 1 {
         let (key, at) = (keys[k].1, arc[keys[k].0]);
         let [before, behind] = [at - arc[keys[k - 1].0], arc[keys[k + 1].0] - at];
-        // Two windows share the way between their keys; beside an end of the row there is no other window.
+        // Two windows share the way between their keys; at an end of the row there is no other
+        // window.
         let room = |way: f64, end: bool| if end { way } else { 0.5 * way };
         let half = window.min(room(before, k == 1)).min(room(behind, k + 2 == keys.len()));
         if half <= 0.0 {

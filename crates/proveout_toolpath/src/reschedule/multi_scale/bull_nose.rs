@@ -34,7 +34,7 @@ pub struct BullNose {
 }
 
 impl BullNose {
-    /// Of a profile whose lowest point is on a corner with its center beside the axis.
+    /// Takes a profile whose lowest point is on a corner with its center off the axis.
     pub fn of(profile: &Profile) -> Option<Self> {
         profile.segments().iter().find_map(|segment| match *segment {
             Segment::Arc { center, radius, .. } if center[0] > 1e-9 && (center[1] - radius).abs() < 1e-9 => {
@@ -197,8 +197,8 @@ fn across(n: &Vector, t: &Vector) -> Vector {
     if length > 1e-12 { w / length } else { Vector::zeros() }
 }
 
-/// Smallest relative curvature of cutter and surface over all directions, 1/mm ((9)); `convex` is the surface's form, positive where it is
-/// convex. Below zero the cutter gouges beside its contact.
+/// Smallest relative curvature of cutter and surface over all directions, 1/mm ((9)); `convex` is
+/// the surface's form, positive where it is convex. Below zero the cutter gouges near its contact.
 pub fn critical(cutter: [f64; 3], convex: [f64; 3]) -> f64 {
     let [a, b, c] = std::array::from_fn(|i| cutter[i] + convex[i]);
     0.5 * (a + c) - (0.25 * (a - c) * (a - c) + b * b).sqrt()

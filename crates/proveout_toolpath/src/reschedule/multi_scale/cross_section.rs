@@ -1,4 +1,4 @@
-//! The part across the feed at a contact, and the roughness that rows beside each other leave there.
+//! The part across the feed at a contact, and the roughness that adjacent rows leave there.
 //!
 //! ```text
 //!        N
@@ -46,7 +46,8 @@ pub struct ContactFrame {
 }
 
 impl ContactFrame {
-    /// Of a contact with its normal and a direction of feed that need not be tangent; none where it stands on the surface.
+    /// Frame of a contact from its normal and a direction of feed that need not be tangent; none if
+    /// the feed is along the normal.
     pub fn new(point: Point, normal: Vector, feed: Vector) -> Option<Self> {
         let feed = (feed - normal * feed.dot(&normal)).try_normalize(1e-9)?;
         Some(Self { point, axes: [feed, normal.cross(&feed), normal] })
@@ -156,8 +157,9 @@ impl CrossSection {
         mean_deviation(&self.profile(tool, t, 0.0))
     }
 
-    /// The same behind the profile filter of ISO 16610-21 with its cutoff (nesting index), mm: form and waviness are the Gaussian mean line, whose window reaches
-    /// beyond the evaluation length (ISO 21920-2: Ra is that of the filtered profile).
+    /// The same after the profile filter of ISO 16610-21 with its cutoff (nesting index), mm: form
+    /// and waviness are the Gaussian mean line, whose window reaches beyond the evaluation length
+    /// (ISO 21920-2: Ra is that of the filtered profile).
     pub fn filtered_roughness(&self, tool: &BullNose, t: &Vector, cutoff: f64) -> f64 {
         let reach = FILTER_REACH * cutoff;
         let profile = self.profile(tool, t, reach);

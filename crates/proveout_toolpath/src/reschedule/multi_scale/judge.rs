@@ -19,9 +19,9 @@ const GOUGE: f64 = -1e-9;
 const ROOT: f64 = 5e-9;
 /// Steps of a bisection over them.
 const STEPS: usize = 30;
-/// Places at which the paper measures, over which the expected count of those above the limit is told.
+/// Number of places at which the paper measures; the expected count above the limit refers to it.
 const PLACES: f64 = 90.0;
-/// Rows farther apart than this many diameters of the cutter are not beside each other.
+/// Rows farther apart than this many diameters of the cutter are not adjacent.
 const BESIDE: f64 = 1.0;
 
 /// What an axis does at a contact.
@@ -35,9 +35,9 @@ pub struct Judged {
     pub critical: f64,
     /// Width of the strip in the section across the feed, and that which the moving tool leaves, mm; none where the tool is narrower.
     pub strip: [Option<f64>; 2],
-    /// Ra across the feed, mm; none without a row beside this one.
+    /// Ra across the feed, mm; none without an adjacent row.
     pub roughness: Option<f64>,
-    /// The same behind a profile filter of 0.8 mm, mm.
+    /// The same after a profile filter of 0.8 mm, mm.
     pub filtered: Option<f64>,
 }
 
@@ -234,7 +234,8 @@ pub(super) fn root([mut a, mut b]: [f64; 2], [mut fa, mut fb]: [f64; 2], close: 
     a
 }
 
-/// Distance on the surface from each contact to the rows beside it, the larger one of both sides, mm; none where no row is there.
+/// Distance on the surface from each contact to the adjacent rows, the larger one of both sides,
+/// mm; none where there is no row.
 pub(super) fn row_distances(
     frames: &[ContactFrame],
     around: &Surroundings<'_>,
@@ -244,7 +245,7 @@ pub(super) fn row_distances(
     let Some(middle) = frames.get(frames.len() / 2) else { return Vec::new() };
     let mut beside: [Option<(f64, &CuttingRun)>; 2] = [None; 2];
     for (_, run) in around.rows.iter().enumerate().filter(|(k, _)| *k != around.row) {
-        // Tips lie beside their contacts, alike in neighboring rows.
+        // Tips are offset from their contacts by the same amount in neighboring rows.
         let near = run.blocks.iter().filter_map(|b| {
             let contact = around.surface?.contact(&b.pose.tip)?.point;
             let way = frames_local(middle, &contact);

@@ -226,7 +226,8 @@ impl MultiScale {
     /// The rules at every contact of a row.
     ///
     /// # Errors
-    /// The tool has no corner radius, the surface is not known or does not reach to a block, there is no row beside this one.
+    /// The tool has no corner radius, the surface is not known or does not reach to a block, or
+    /// there is no adjacent row.
     pub(super) fn rules(
         &self,
         run: &CuttingRun,

@@ -5,17 +5,18 @@
 //! steps 1 to 11, corrected. Junctions: equation (2.6), corrected. Tip from contact: equations (2.7) to (2.9), corrected and for any cutter of
 //! revolution ([`PathCutter::touch`]).
 //!
-//! Where the axis comes near the table's axis the table swings by up to half a turn within a few blocks. There the angles to and about the
-//! pole become linear in the arc length of the contact between the last block outside and the first one behind; where the azimuths differ
-//! by more than a quarter turn the pole itself is crossed, so that the head changes its sign and the table goes on. The contact stays, the
-//! axis changes by about what it misses the pole by.
+//! Where the axis comes near the table's axis the table swings by up to half a turn within a few
+//! blocks. There the angles to and about the pole become linear in the arc length of the contact,
+//! between the last block outside before and the first one outside after it. Where the azimuths
+//! differ by more than a quarter turn the pole itself is crossed, so that the head changes its sign
+//! and the table goes on. The contact stays; the axis changes by about its distance from the pole.
 //!
 //! Switch at 90 degrees, junctions of five blocks: as published. The threshold of the cone is one of the two published values, the other
 //! (10 degrees) has a text of 3 degrees that contradicts it (erratum SG-4). The unit of the table's rate is not printed; it is read as
 //! degrees for a mm.
 //!
-//! The new angles are handed out as joints: read back from a vector, the table's angle at the pole is lost. So the method writes programs
-//! that give rotary axes.
+//! The new angles are returned as joints: read back from a vector, the table's angle at the pole is
+//! lost. So the method writes programs that give rotary axes.
 
 mod pole;
 
@@ -134,8 +135,8 @@ impl Singularity {
         ))
     }
 
-    /// Angles of a row of contacts near the pole z, and the stretches that were changed. `crossing` tells whether the polar angle may
-    /// change its sign.
+    /// Angles of a row of contacts near the pole z, and the stretches that were changed. `crossing`
+    /// says whether the polar angle may change its sign.
     pub fn row(&self, row: &[PoleAngles], arc: &[f64], crossing: bool) -> (Vec<PoleAngles>, Vec<PoleStretch>) {
         let &Self { cone, rate, junction } = self;
         treated(row, arc, &Rules { cone, rate, junction, crossing })

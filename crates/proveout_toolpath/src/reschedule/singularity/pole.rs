@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proveout_geom::Vector;
 
-/// Blocks of a junction: two before, the junction, two behind.
+/// Blocks of a junction: two before, the junction, two after.
 pub(super) const JUNCTION: usize = 5;
 
 /// A tool axis by its angles to and about the pole, radian.
@@ -168,7 +168,7 @@ pub(super) struct Rules {
 pub struct PoleStretch {
     /// The block before the first one inside of the cone; the first block of the row where it begins inside.
     pub head: usize,
-    /// The block behind the last one.
+    /// The block after the last one.
     pub tail: usize,
     /// The pole is crossed.
     pub crossed: bool,

@@ -10,13 +10,16 @@
 //! 2. *Locally*: in that time the spline with the least peak of acceleration, then with the least jerk (`spline_in_corridor.rs`): a convex program.
 //! 3. *With the control*, where one is known ([`TimeLaw`]): it is asked for the times of the blocks, and the program is solved again in those, as long as that gains.
 //!
-//! Between the fastest for the control of these and the one with the least peak of acceleration two more lie in the channel, which is convex. Handed out is, of those that are
-//! within `given_up` of the fastest, the one with the least peak between the ramps; the program before or s-theta, as far as they are in the channel, where they are faster
-//! than that, or, where the feed leaves nothing to gain, have a lower peak (the local stage gives its velocity a bound of its own, they may turn faster). Linear
-//! joints that follow the axes are looked at by the control only. Without a jump of speed at its ends the angle stands still there, as lead-in and lead-out do.
+//! Between the fastest schedule for the control of these and the one with the least peak of
+//! acceleration two more lie in the channel, which is convex. The result is, of those within
+//! `given_up` of the fastest, the one with the least peak between the ramps. The original program
+//! or s-theta, as far as they are in the channel, replaces it where they are faster, or, where the
+//! feed leaves nothing to gain, have a lower peak (the local stage gives its velocity a bound of
+//! its own, they may turn faster). Only the control checks the linear joints that follow the axes.
+//! Without a jump of speed at its ends the angle is constant there, as in lead-in and lead-out.
 //!
-//! *Between blocks*: limits and angles run straight from block to block, so that what holds at both ends of a block holds between them; the free intervals of
-//! the tool are proved for whole blocks.
+//! *Between blocks*: limits and angles run straight from block to block, so that what holds at both
+//! ends of a block holds between them; the free intervals of the tool are proved for whole blocks.
 
 pub(super) mod corridor_program;
 mod rows;
@@ -48,7 +51,7 @@ const VELOCITY_OF_STRING: f64 = 0.985;
 const VELOCITY_GIVEN: [f64; 2] = [1.25, 1.02];
 /// Part of the joint's acceleration that ramps at the ends of the path take.
 const RAMP_PART: f64 = 0.25;
-/// Acceleration of the ramps where the machine tells none, rad/s2.
+/// Acceleration of the ramps where the machine gives none, rad/s2.
 const RAMP: f64 = 3.0;
 /// Nothing more is tried where no other schedule can be faster than by this part.
 const GAIN: f64 = 5e-4;
@@ -56,7 +59,7 @@ const GAIN: f64 = 5e-4;
 const MOST_GIVEN_UP: f64 = 0.1;
 /// Rounding of sums of angles, radian.
 const ROUNDED: f64 = 1e-9;
-/// Another clearance of the same rule that is shown beside the published one, radian.
+/// Another clearance of the same rule, shown together with the published one, radian.
 const OTHER_CLEARANCE: f64 = 10.0 * TAU / 360.0;
 
 /// Where the limits of the angle come from.
@@ -183,7 +186,8 @@ impl Smooth {
         }
     }
 
-    /// The angles with the least peak of acceleration in a channel, where the blocks behind the first take these times at least. Of the path only lines are looked at.
+    /// The angles with the least peak of acceleration in a channel, where the blocks after the
+    /// first take at least these times. Of the path only its lines are used.
     ///
     /// # Errors
     /// `reschedule-channel`: no angle passes the channel.
@@ -262,13 +266,13 @@ impl Smooth {
     }
 }
 
-/// Angles in their gates, without what rounding has left beside them.
+/// Angles clamped to their gates, which rounding may have left slightly.
 fn kept(mut angles: Vec<f64>, gates: &[[f64; 2]]) -> Vec<f64> {
     angles.iter_mut().zip(gates).for_each(|(q, [low, high])| *q = q.clamp(*low, *high));
     angles
 }
 
-/// The limits of the tool beside those that were kept.
+/// Adds the limits of the tool to those that were kept.
 fn add_limits(curves: &mut Vec<Curve>, path: &SectionPath, channel: &Channel) {
     for (name, values) in
         [("forward limit by the tool", &channel.upper), ("backward limit by the tool", &channel.lower)]
@@ -315,7 +319,7 @@ impl Method for Smooth {
     }
 
     fn needs_region(&self) -> bool {
-        // The channel of the tool is shown beside the others where the part is known.
+        // The channel of the tool is shown together with the others where the part is known.
         true
     }
 

@@ -7,8 +7,9 @@
 //! q'' is straight between knots, so that its peak over all times is that at a knot; q' is a convex combination of its coefficients, so that a spline
 //! whose coefficients do not fall does not fall anywhere (C. de Boor 1978, A practical guide to splines, chapters IX and XI). The gates hold at their times.
 //!
-//! Two programs: the least peak of q'' first; then the least sum of squares of the third differences (the jerk) with at most [`ALLOWED`] times that peak.
-//! At the ends the joint stands still, because lead-in and lead-out keep their axis; there a short ramp may take more than the peak.
+//! Two programs: the least peak of q'' first; then the least sum of squares of the third
+//! differences (the jerk) with at most [`ALLOWED`] times that peak. At the ends the joint is at
+//! rest, because lead-in and lead-out keep their axis; there a short ramp may exceed the peak.
 
 use super::corridor_program::{CorridorProgram, Row, WEIGHTS};
 
@@ -38,7 +39,7 @@ pub(super) struct Corridor<'a> {
     pub(super) rising: bool,
     /// Acceleration of the ramps at both ends, rad/s2.
     pub(super) ramp: f64,
-    /// Whether the joint stands still at the ends, in the order in which it is tried.
+    /// Whether the joint is at rest at the ends, in the order in which it is tried.
     pub(super) rests: &'a [bool],
 }
 

@@ -14,7 +14,7 @@
 
 /// Ways from the fastest schedule to the most even one that are tried.
 const BETWEEN: [f64; 2] = [0.4, 0.7];
-/// What counts as ramp at either end where schedules are told apart by their peaks, s.
+/// Length of the ramp at either end that is left out when schedules are compared by their peaks, s.
 const RAMPS: f64 = 0.5;
 
 /// A schedule that was tried.

@@ -8,9 +8,11 @@
 //!        +------------------> turn
 //! ```
 //!
-//! The cost of a step is its time: that of its blocks, or what the faster joint needs at its velocity, whichever is longer; with a small part of the
-//! squared speeds, so that of ways of the same time the more even one is taken. Which side of the pole the way runs, whether it goes through it, and
-//! on which branch, follows from that. Sums of blocked cells (F. C. Crow 1984, Summed-area tables for texture mapping) tell of every rectangle at once whether it is free.
+//! The cost of a step is its time: that of its blocks, or what the faster joint needs at its
+//! velocity, whichever is longer; with a small part of the squared speeds, so that of ways of the
+//! same time the more even one is taken. Which side of the pole the way runs, whether it goes
+//! through it, and on which branch, follows from that. Sums of blocked cells (F. C. Crow 1984,
+//! Summed-area tables for texture mapping) give at once whether a rectangle is free.
 
 /// Part of the squared speeds, as parts of the joints' velocities, in the cost.
 const EVEN: f64 = 0.02;
@@ -247,7 +249,7 @@ mod tests {
         for gap in [Some(9), None] {
             let mut cells = Cells::new([scale, scale]);
             for stretch in 0..11 {
-                // From the fifth stretch on a wall stands across the turn.
+                // From the fifth stretch on a wall runs across the turn.
                 let row = |tilt: usize| (0..count).map(|turn| turn != 6 || Some(tilt) == gap || stretch < 4).collect();
                 cells.push(&(0..count).map(row).collect::<Vec<Vec<bool>>>());
             }

@@ -9,9 +9,10 @@
 //! | ball end: neck, shank, holder | [`FeasibleRegion::free_turns`] with h as spread, for all ball centers of a part of the stretch: proved |
 //! | bull-nose: gouge, strip, roughness of [`super::super::super::MultiScale`] | measured from cell to cell, at the block in the middle of the stretch |
 //!
-//! What cells say of a bull-nose is where to look; every block of what is handed out is judged by itself. Of cutters that have no ball the
-//! bodies behind the cutter are held against their clearance: along a block no point moves by more than `|tip' - tip| + |V' - V| reach`, so that a block is free
-//! where the clearances of its ends are more than that together, and halves of it are looked at where they are not.
+//! For a bull-nose the cells only show where to search; every block of the result is judged by
+//! itself. For cutters that have no ball, the clearance of the bodies above the cutter is checked:
+//! along a block no point moves by more than `|tip' - tip| + |V' - V| reach`. So a block is free
+//! where the clearances of its ends together exceed that; otherwise its halves are checked.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -53,7 +54,8 @@ pub(super) struct Freedom<'a> {
     pub(super) turn_max: f64,
     /// A ball end with what it must keep away from.
     pub(super) ball: Option<(&'a dyn FeasibleRegion, f64)>,
-    /// Bodies behind another cutter, their reach from the tip, and the pose of a block with an axis.
+    /// Bodies above a cutter without a ball, their reach from the tip, and the pose of a block with
+    /// an axis.
     pub(super) bodies: Option<(&'a dyn FeasibleRegion, f64)>,
     pub(super) pose: &'a dyn Fn(usize, &Vector) -> ToolPose,
     pub(super) rules: Option<&'a RowRules>,

@@ -13,10 +13,11 @@ const MOST_CELLS: f64 = 8_000.0;
 const MOST_STATIONS: usize = 100;
 /// Stations where the rules of a bull-nose are looked at: each costs sections of the surface.
 const MOST_JUDGED: usize = 15;
-/// Half a turn each way beside the turns of the program is looked at; a sixth for the rules of a bull-nose.
+/// The search covers half a turn each way from the turns of the program; a sixth for the rules of a
+/// bull-nose.
 pub(super) const BESIDE: f64 = std::f64::consts::PI;
 const BESIDE_RULES: f64 = std::f64::consts::FRAC_PI_3;
-/// How far beside the tilts of the program is looked first, radian.
+/// How far from the tilts of the program the first search reaches, radian.
 pub(super) const BAND: f64 = 12.0 * std::f64::consts::PI / 180.0;
 /// A second look about what was found: cells are so many times finer, within so many of the coarse ones.
 const FINER: f64 = 4.0;
@@ -34,7 +35,7 @@ pub(super) struct Ground {
 }
 
 impl Ground {
-    /// Within a band of tilts beside those of the program, radian, or of all.
+    /// Within a band of tilts around those of the program, radian, or over all tilts.
     pub(super) fn new(
         work: &Work<'_>,
         freedom: &Freedom<'_>,
@@ -93,8 +94,8 @@ fn nodes(work: &Work<'_>, count: usize) -> Vec<usize> {
 }
 
 impl Work<'_> {
-    /// Cells of turn and tilt: of the tilt what the limits leave anywhere, within a band beside those of the program where one is given; and where the band
-    /// ends before the limits do.
+    /// Cells of turn and tilt: of the tilt what the limits leave anywhere, within a band around
+    /// those of the program where one is given; and where the band ends before the limits do.
     fn scales(
         &self,
         freedom: &Freedom<'_>,
@@ -115,7 +116,8 @@ impl Work<'_> {
         let (Some(first), Some(last)) = (open.first(), open.last()) else {
             return Err(self.closed(Closed { stretch: 0 }, &[0, 0], freedom, false));
         };
-        // The program's own tilts are looked at in any case: where they are not free, the block is told.
+        // The program's own tilts are always included: where they are not free, the block is
+        // reported.
         let own = |pick: fn(f64, f64) -> f64, start: f64| course.iter().map(|q| q[1]).fold(start, pick);
         let [low, high] = [own(f64::min, f64::INFINITY), own(f64::max, f64::NEG_INFINITY)];
         let mut tilts = [all.edge(*first).min(low), all.edge(last + 1).max(high)];

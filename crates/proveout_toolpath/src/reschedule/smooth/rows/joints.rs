@@ -21,7 +21,8 @@ pub(super) type Angles = [f64; 2];
 
 /// Axes that agree within this are the same, radian.
 const SAME: f64 = 1e-9;
-/// Turns that differ from those that the poses tell by more than this must be told, radian.
+/// Turns that differ by more than this from those that follow from the poses must be written out,
+/// radian.
 const TOLD: f64 = 1e-7;
 
 pub(super) struct TwoJoints<'a> {
@@ -70,7 +71,8 @@ impl<'a> TwoJoints<'a> {
         self.machine.forward(&self.values(q), 0.0).axis
     }
 
-    /// Velocity and acceleration that a joint may have, rad/s and rad/s2; infinite where the machine tells none.
+    /// Velocity and acceleration that a joint may have, rad/s and rad/s2; infinite where the
+    /// machine gives none.
     pub(super) fn limits(&self, which: usize) -> [f64; 2] {
         let joint = &self.machine.joints[self.joints[which]];
         [joint.max_velocity, joint.max_acceleration].map(|l| l.filter(|v| *v > 0.0).unwrap_or(f64::INFINITY))

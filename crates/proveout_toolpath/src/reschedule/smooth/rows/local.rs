@@ -1,15 +1,17 @@
 //! The smoothest schedule in rectangles of turn and tilt: of each joint the least peak of acceleration over time.
 //!
-//! In rectangles the joints do not hang on each other: the taut string of each through its gates has the least sum of every convex function of its speed, and
-//! where one of them needs more than its velocity, the time of the blocks grows for both. In that time each joint gets the spline with
-//! the least peak of acceleration, then of jerk (`spline_in_corridor.rs`). The largest of all peaks, as parts of the joints' limits, is then as small as it can be.
+//! In rectangles the joints do not depend on each other: the taut string of each through its gates
+//! has the least sum of every convex function of its speed, and where one of them needs more than
+//! its velocity, the time of the blocks grows for both. In that time each joint gets the spline
+//! with the least peak of acceleration, then of jerk (`spline_in_corridor.rs`). The largest of all
+//! peaks, as parts of the joints' limits, is then as small as it can be.
 
 use super::super::super::taut::{Gate, free_taut_string};
 use super::super::spline_in_corridor::Corridor;
 use super::super::{RAMP, RAMP_PART, VELOCITY_OF_STRING, VELOCITY_USED, at_gates, kept};
 use super::joints::Angles;
 
-/// A joint that moves by less than this stands still, radian.
+/// A joint that moves by less than this counts as at rest, radian.
 const STANDS: f64 = 1e-9;
 
 /// What a schedule is looked for in.
@@ -42,8 +44,9 @@ impl Rectangles<'_> {
         Some((ways, stretched))
     }
 
-    /// Turn and tilt at each block; `rest`: both stand at the ends, where that can be. `given`: peaks of velocity may be so many times those of the strings. None
-    /// where the gates are closed.
+    /// Turn and tilt at each block. With `rest` both are at rest at the ends, where that is
+    /// possible. Peaks of velocity may be `given` times those of the strings. None if the gates are
+    /// closed.
     pub(super) fn smoothest(&self, times: &[f64], rest: bool, given: f64) -> Option<Vec<Angles>> {
         let (ways, at) = self.strings(times)?;
         let mut out = vec![[0.0; 2]; ways[0].len()];

@@ -1,4 +1,5 @@
-//! The smoothest schedule of a row: both rotary joints free, in what the tool leaves free beside part and fixtures.
+//! The smoothest schedule of a row: both rotary joints free, within the room that part and fixtures
+//! leave for the tool.
 //!
 //! A row is a run of blocks along a surface, to one end. Contacts (ball centers), blocks and feeds stay; turn and tilt of the machine are anything that
 //! `freedom.rs` allows.
@@ -7,12 +8,14 @@
 //!    the fastest of these, nothing else is looked for in space: it is the least of what follows with nothing in the way.
 //! 2. *Globally* (`search.rs`, `cells.rs`): stations along the row, cells of turn and tilt, and the way of least time from end to end by dynamic programming: the
 //!    side of the pole, the branch, and what is gone round; then again in finer cells about what came out.
-//! 3. *Locally* (`local.rs`): rectangles of free cells round that way, as large as they become; in them each joint has the least peak of acceleration over
-//!    time, then the least jerk. Rectangles are grown anew round what came out, and it is solved again.
+//! 3. *Locally* (`local.rs`): rectangles of free cells round that way, as large as they become; in
+//!    them each joint has the least peak of acceleration over time, then the least jerk. Rectangles
+//!    are grown again round the result, and it is solved again.
 //! 4. *With the control*, where one is known: in the times that it takes, as long as that gains.
 //!
-//! What is handed out is the fastest of all that were tried, starts among them, as far as they are free, by the time of all blocks of the run, lifts too; of those
-//! that are as fast, the one with the least peak of acceleration, as a part of the limits of its joint. Every block of it is proved free or judged
+//! The result is the fastest free schedule of all that were tried, starts included, by the time of
+//! all blocks of the run with lifts; of those that are equally fast, the one with the least peak of
+//! acceleration, as a part of the limits of its joint. Every block of it is proved free or judged
 //! from end to end once more.
 //!
 //! Linear joints that follow the axes are looked at by the control only.
@@ -45,8 +48,9 @@ const TURN_MAX: f64 = 15.0 * std::f64::consts::PI / 180.0;
 const KEPT: f64 = 1e-7;
 /// Schedules whose times differ by less than this part are as fast.
 const AS_FAST: f64 = 1e-5;
-/// What is asked of the control: how many times the least peak of velocity there may be, whether the programs are solved in its own times, and whether the joints
-/// stand still at the ends; given up after some without a gain.
+/// What is asked of the control: how many times the least peak of velocity there may be, whether
+/// the programs are solved in its own times, and whether the joints are at rest at the ends; given
+/// up after some without a gain.
 const WITH_CONTROL: [(f64, bool, bool); 9] = {
     let [roomy, tight] = VELOCITY_GIVEN;
     [
@@ -95,7 +99,7 @@ impl Default for SmoothRows {
 #[derive(Clone, Debug)]
 struct Tried {
     angles: Vec<Angles>,
-    /// Times of the blocks behind the first, by the control where it is known, s.
+    /// Times of the blocks after the first, by the control where it is known, s.
     times: Vec<f64>,
     /// Time of all blocks of the run, with what leads to the row and away from it, s.
     whole: f64,

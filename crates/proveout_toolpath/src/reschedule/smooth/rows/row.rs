@@ -20,7 +20,7 @@ const LIFTED: f64 = 1e-2;
 pub(super) struct Row {
     cutter: PathCutter,
     touching: Vec<Touching>,
-    /// The blocks along the surface; lifts before and behind them keep to the ends.
+    /// The blocks along the surface; lifts before and after them keep to the ends.
     pub(super) stretch: Range<usize>,
     /// Way along the points that stay, mm.
     pub(super) arc: Vec<f64>,
@@ -112,7 +112,7 @@ impl Row {
         method.by_rules(run, around, &self.cutter, (rules, &self.touching)).ok().map(|(poses, _)| poses)
     }
 
-    /// Programmed times of the blocks of the row behind its first, s.
+    /// Programmed times of the blocks of the row after its first, s.
     ///
     /// # Errors
     /// `reschedule-path`: a block without a feed.

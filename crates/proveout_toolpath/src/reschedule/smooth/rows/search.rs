@@ -8,14 +8,15 @@ use super::local::Rectangles;
 use super::starts::EVEN;
 use super::{KEPT, RescheduleError, RowEnds, SmoothRows, Tried, VELOCITY_GIVEN, Work, chosen, put_ends};
 
-/// How often rectangles are grown anew.
+/// How often rectangles are grown again.
 const ROUNDS: usize = 3;
 /// By how much the rules of a bull-nose are taken narrower, as a part of their limits, in the order in which it is tried: between stations nothing is known.
 const MARGINS: [f64; 3] = [0.01, 0.025, 0.05];
 
 /// What was planned through cells.
 struct Planned {
-    /// Schedules that stand at the ends, where that can be, and that do not: of all rounds those with the least effort.
+    /// Schedules with the joints at rest at the ends, where that is possible, and without: of all
+    /// rounds those with the least effort.
     angles: Vec<Vec<Angles>>,
     /// Gates of turn and tilt at the blocks in the last round.
     gates: [Vec<[f64; 2]>; 2],

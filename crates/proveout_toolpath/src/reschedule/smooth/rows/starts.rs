@@ -81,7 +81,8 @@ fn free(work: &Work<'_>, freedom: &Freedom<'_>, all: Vec<(&'static str, Vec<Angl
     free.map(|(name, angles)| work.tried(angles, name)).collect()
 }
 
-/// From one end to the other in proportion to time, and with ramps where the joints stand at the ends.
+/// From one end to the other in proportion to time, and with ramps where the joints are at rest at
+/// the ends.
 pub(super) fn evens(work: &Work<'_>, [first, last]: [Angles; 2]) -> Vec<Vec<Angles>> {
     let total: f64 = work.least.iter().sum();
     let mut at = vec![0.0];
