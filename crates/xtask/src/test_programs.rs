@@ -1,6 +1,7 @@
-//! The test programs of the workspace, several beside each other. `cargo test` starts one after the other, and while the last test of each runs
-//! alone the other cores wait: a sixth of the time on two cores. Here each program has one thread for its tests, there are as many programs at
-//! once as cores, and those that take longest come first.
+//! Runs the test programs of the workspace in parallel. `cargo test` starts one after the other, and while
+//! the last test of each runs alone, the other cores wait: a sixth of the time on two cores. Here each
+//! program has one thread for its tests, as many programs run at once as there are cores, and the longest
+//! start first.
 
 use std::{
     collections::VecDeque,
@@ -107,7 +108,7 @@ fn built(root: &Path) -> Result<Vec<Program>, Failure> {
     Ok(programs)
 }
 
-/// A test program, where a message of cargo tells of one.
+/// The test program that a message of cargo names, if it names one.
 fn program(message: &str) -> Option<Program> {
     let message: Value = serde_json::from_str(message).ok()?;
     if message["reason"] != "compiler-artifact" || message["profile"]["test"] != true {
