@@ -48,10 +48,10 @@ pub struct DeviationSettings {
 /// ```
 ///
 /// Mean, root mean square and areas weight each point by the area it represents. Rays along axis i with
-/// spacing h meet a surface of unit normal n at `|n_i| / h²` points per unit area (`h²` is the area of the
-/// two other edges where cells are not cubes). The weight `h² |n_i|` therefore makes the sum over the three
-/// families `n_x² + n_y² + n_z² = 1` for each unit of area, with no weight above one cell, while `h² /
-/// |n_i|` would let points on grazing rays dominate.
+/// spacing h meet a surface of unit normal n at `|n_i| / h²` points per unit area (`h²` is the area of
+/// the two other edges where cells are not cubes). The weight `h² |n_i|` therefore makes the sum over
+/// the three families `n_x² + n_y² + n_z² = 1` for each unit of area, with no weight above one cell,
+/// while `h² / |n_i|` would let points on grazing rays dominate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Deviation {
     /// Error of the design surface as given.

@@ -4,9 +4,9 @@
 /// Why a tap without a pitch is taken as a cylinder.
 pub(crate) const TAP_ENVELOPE: &str = "a tap: a cylinder of its diameter is its envelope";
 
-/// Kind of the library and the words that mean it, in search order: `ball nose end mill` is a ball, `spot
-/// drill` is not a drill. The last member gives the reason where this kind replaces one that the library
-/// lacks.
+/// Kind of the library and the words that mean it, in search order: `ball nose end mill` is a ball,
+/// `spot drill` is not a drill. The last member gives the reason where this kind replaces one that the
+/// library lacks.
 const KINDS: [(&[&str], &str, Option<&str>); 17] = [
     (&["lollipop", "undercut ball"], "lollipop", None),
     (&["taper ball", "tapered ball", "conical ball", "tapered spherical", "tapered ballnosed"], "taper_ball", None),
