@@ -38,8 +38,8 @@
 //! Time per point on one core of a busy two-core machine
 //! (`cargo bench -p proveout_surface --bench topography`): 1.0 to 1.2 us by the envelope on straight
 //! paths, 2.1 to 3.4 us in five axes; by two teeth with helix and run-out 2.0 to 2.2 us and 3.0 to 4.2
-//! us, 7 us where the axis is normal to the surface and points pass to its side. Most of the time goes
-//! into distances from the cutter, and sine and cosine of the teeth.
+//! us, 7 us where the axis is normal to the surface and points pass to its side. Distances from the
+//! cutter, and sine and cosine of the teeth, limit the speed.
 //!
 //! Limits: edges are rounded corners (arcs); a straight flank or face edge without rounding leaves no
 //! height here. With the spindle stopped, edges leave nothing. Some contacts may be missed: one at which
