@@ -1,4 +1,5 @@
-//! Every option of every command is in a command line that `tests/command_lines` runs, and clap takes those lines as they stand.
+//! Every option of every command is in a command line that `tests/command_lines` runs, and clap accepts
+//! these lines.
 
 #[path = "../tests/command_lines/pages.rs"]
 mod pages;

@@ -25,7 +25,7 @@ struct Parts {
     help: Option<String>,
     /// Further errors of the same file.
     more: Vec<Failure>,
-    /// Errors behind those.
+    /// Number of further errors that are not kept.
     uncounted: usize,
 }
 
@@ -57,7 +57,7 @@ impl Failure {
         self
     }
 
-    /// A help behind the one that is there.
+    /// Appends to the existing help.
     pub(crate) fn with_more_help(mut self, help: impl Display) -> Self {
         let before = self.0.help.take().map_or_else(String::new, |h| h + "; ");
         self.0.help = Some(format!("{before}{help}"));
@@ -111,7 +111,8 @@ impl Failure {
         same
     }
 
-    /// This error and those of the same file behind it, for programs that read: message, file, line, column, help.
+    /// This error and the further ones of the same file, for programs that read: message, file, line,
+    /// column, help.
     pub(crate) fn for_programs(&self) -> Vec<serde_json::Value> {
         let mut all = vec![serde_json::json!({ "message": self.message(), "help": self.help() })];
         if let (Some((file, line, column)), Some(own)) = (self.place(), all[0].as_object_mut()) {
@@ -157,7 +158,7 @@ impl Lines {
     }
 }
 
-/// Lines of what is told once for several.
+/// Line numbers of an error that is printed once for several places.
 fn also_at(f: &mut std::fmt::Formatter<'_>, same: &[&Failure]) -> std::fmt::Result {
     let lines: Vec<String> =
         same.iter().take(MAX_LINES).filter_map(|e| e.place()).map(|(_, line, _)| line.to_string()).collect();
@@ -169,7 +170,7 @@ fn also_at(f: &mut std::fmt::Formatter<'_>, same: &[&Failure]) -> std::fmt::Resu
     }
 }
 
-/// Lines that are listed of an error that is told once for several.
+/// Largest number of lines listed for an error that is printed once for several places.
 const MAX_LINES: usize = 12;
 
 /// One line: a message or a name of a file may hold line feeds.

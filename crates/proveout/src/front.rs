@@ -43,7 +43,7 @@ pub enum FaultKind {
     Folder,
 }
 
-/// An error as it is told to people; its text is what the command line prints.
+/// An error for people; its text is what the command line prints.
 #[derive(Debug)]
 pub struct Fault(pub(crate) Failure);
 
@@ -98,7 +98,7 @@ impl From<Fault> for Failure {
     }
 }
 
-/// Where a run goes when the call does not say so: `out/SCENE-PROGRAM`, with what makes it less than a whole check behind it.
+/// Default folder of a run: `out/SCENE-PROGRAM`, followed by what makes it less than a complete check.
 pub fn default_place(prepared: &Prepared, preview: bool, stopped: bool) -> PathBuf {
     let kind = match (preview, stopped) {
         (true, _) => "-preview",
@@ -108,7 +108,8 @@ pub fn default_place(prepared: &Prepared, preview: bool, stopped: bool) -> PathB
     PathBuf::from("out").join(format!("{}-{}{kind}", prepared.scene.file.name, prepared.program_name))
 }
 
-/// Runs a prepared program and moves its complete folder to `place`; `watchers` see the run beside the observers that write it.
+/// Runs a prepared program and moves its complete folder to `place`. `watchers` see the run, as do the
+/// observers that write it.
 ///
 /// # Errors
 /// [`SimError`] of the run, or of a watcher that ends it: nothing is then left at `place` that was not there before.
@@ -163,8 +164,8 @@ pub struct CompareOrder<'a> {
     pub rerun: &'a RerunMode,
 }
 
-/// Runs and compares the programs of a scene, in the pool of threads that the call stands in. `told` hears how many motions of how
-/// many are done, `watchers` gives those who see a run.
+/// Runs and compares the programs of a scene in the current thread pool. `told` receives the number of
+/// motions done and their total; `watchers` returns the observers of a run.
 ///
 /// # Errors
 /// [`Fault`] of the scene, of a run, or of a watcher that ends it: no folder is then left that was not there before.

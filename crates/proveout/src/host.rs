@@ -8,7 +8,7 @@ use proveout_sim::run::{Checks, RunResult};
 /// Clock ticks a second of `/proc/self/stat`: 100 on every Linux that Rust supports.
 const TICKS_PER_S: f64 = 100.0;
 
-/// The most memory that the process has held, MiB, where the system tells.
+/// Peak memory of the process, MiB, where the system reports it.
 pub(crate) fn peak_mib() -> Option<f64> {
     first_value("/proc/self/status", "VmHWM")
         .and_then(|v| v.trim_end_matches("kB").trim().parse::<f64>().ok())
@@ -85,7 +85,7 @@ fn first_value(file: &str, key: &str) -> Option<String> {
     line.split_once(':').map(|(_, v)| v.trim().to_owned())
 }
 
-/// Time of all processor cores, s; none where the host does not tell.
+/// Time of all processor cores, s; `None` where the host does not report it.
 pub(crate) fn cpu_time() -> Option<f64> {
     let stat = fs::read_to_string("/proc/self/stat").ok()?;
     let after_name = stat.rsplit_once(')')?.1;

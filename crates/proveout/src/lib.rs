@@ -58,7 +58,7 @@ fn code(verdict: State) -> u8 {
 /// The words of [`call`].
 static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// The call as it was made: behind an interpreter, the process has other words than the command line.
+/// The arguments of the call: under an interpreter, those of the process differ from the command line.
 fn words() -> Vec<OsString> {
     WORDS.get().cloned().unwrap_or_else(|| std::env::args_os().collect())
 }

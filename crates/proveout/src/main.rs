@@ -1,4 +1,4 @@
-//! The program; see the library beside it.
+//! The program; see the library of this crate.
 
 use std::process::ExitCode;
 

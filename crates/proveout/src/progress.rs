@@ -13,15 +13,15 @@ use proveout_sim::{
 
 /// Wall time between two plain lines, s.
 const LINE_EVERY_S: f64 = 10.0;
-/// Findings that are told as they come.
+/// Findings that are printed as they come.
 const FIRST_FINDINGS: usize = 8;
 
-/// Tells how far the run is: a bar on a terminal, plain lines elsewhere.
+/// Shows the progress of the run: a bar on a terminal, plain lines elsewhere.
 pub(crate) struct Progress {
     bar: ProgressBar,
-    /// Name of the program before its bar, where others run beside it.
+    /// Name of the program before its bar, where others run at the same time.
     name: String,
-    /// Whose turn it is to tell lines, and the number of this one among them.
+    /// Whose turn it is to print, and the number of this program.
     turns: Option<(Arc<Mutex<Turns>>, usize)>,
     terminal: bool,
     main_file: String,
@@ -36,7 +36,7 @@ impl Progress {
         Self::of(ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()), String::new(), main_file)
     }
 
-    /// Beside others, which come in this order.
+    /// One of several programs, which are added in the order of their output.
     pub(crate) fn beside(all: &Beside, name: &str, main_file: &Path) -> Self {
         let mut own = Self::of(all.bars.add(ProgressBar::new(0)), format!("{name}: "), main_file);
         let number = held(&all.turns).enter();
@@ -61,10 +61,10 @@ impl Progress {
 }
 
 impl Progress {
-    /// Tells a line, in its turn.
+    /// Prints a line, in its turn.
     fn say(&self, line: String) {
         let Some((turns, number)) = &self.turns else { return self.tell_all(&[line]) };
-        // Told before another one may speak.
+        // The lock is kept until the lines are printed.
         let mut turns = held(turns);
         let lines = turns.say(*number, line);
         self.tell_all(&lines);
@@ -92,7 +92,7 @@ fn held(turns: &Mutex<Turns>) -> MutexGuard<'_, Turns> {
     turns.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Bars and lines of programs that run beside each other.
+/// Bars and lines of programs that run at the same time.
 pub(crate) struct Beside {
     bars: MultiProgress,
     turns: Arc<Mutex<Turns>>,
@@ -106,8 +106,8 @@ impl Beside {
     }
 }
 
-/// Lines of programs in the order of the programs, at whatever speed they run: the first that has not ended tells its lines at once, those of the
-/// others wait.
+/// Lines of programs in the order of the programs, at whatever speed they run: the first that has not ended
+/// prints at once; the lines of the others wait.
 #[derive(Debug, Default)]
 struct Turns {
     entered: usize,
@@ -123,7 +123,7 @@ impl Turns {
         self.entered - 1
     }
 
-    /// What is to be told when this one has a line.
+    /// Lines to print when this program has a line.
     fn say(&mut self, number: usize, line: String) -> Vec<String> {
         if number == self.now {
             return vec![line];
@@ -132,7 +132,7 @@ impl Turns {
         Vec::new()
     }
 
-    /// What is to be told when this one has ended.
+    /// Lines to print when this program has ended.
     fn leave(&mut self, number: usize) -> Vec<String> {
         self.ended.insert(number);
         let mut lines = Vec::new();
@@ -207,7 +207,8 @@ mod tests {
         let none: [&str; 0] = [];
         assert_eq!(turns.say(1, "b".into()), none);
         assert_eq!(turns.say(0, "a".into()), ["a"]);
-        // The second ends first: its lines wait for the first one all the same, and the third tells its own behind them.
+        // The second ends first: its lines still wait for the first one, and the third prints its own after
+        // them.
         assert_eq!(turns.leave(1), none);
         assert_eq!(turns.say(2, "c".into()), none);
         assert_eq!(turns.leave(0), ["b", "c"]);

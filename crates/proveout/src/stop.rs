@@ -20,7 +20,7 @@ const APART: Duration = Duration::from_millis(50);
 enum Phase {
     /// Nothing was written.
     Reading,
-    /// This folder is being written, and a journal beside it.
+    /// This folder is being written, with a journal next to it.
     Running(PathBuf),
     /// The complete folder is moved to its place: that is not broken off.
     Ending,

@@ -1,7 +1,8 @@
 //! Hash maps over the cells of a grid.
 //!
-//! Keys are whole numbers of the twin's own making, so that nobody can choose them to collide; the hash is one rotation and one
-//! multiplication a number. Order never depends on it: such a map is asked, and never walked through where the order counts.
+//! Keys are whole numbers that the twin makes itself, so they cannot be chosen to collide. The hash is one
+//! rotation and one multiplication per number. No order depends on it: such a map is only queried, never
+//! iterated where order counts.
 
 use std::{
     collections::HashMap,

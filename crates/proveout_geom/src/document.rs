@@ -1,6 +1,8 @@
-//! A TOML document: scene, machine or tool library. It is read into a type here and nowhere else, so that one typo gets one answer.
+//! A TOML document: scene, machine or tool library. Only this module turns the text into a type, so that
+//! the same typo gets the same answer everywhere.
 //!
-//! Beside the value stands the text with its syntax tree, so that what a reader finds wrong later has its place as well.
+//! The text and its syntax tree are kept with the value, so that a fault that a reader finds later has a
+//! position as well.
 
 mod strict;
 mod wording;
@@ -78,7 +80,7 @@ impl<'a> Document<'a> {
         self.fault(code, self.key_text(path), message.into(), remedy, &self.span(path))
     }
 
-    /// The same with the value that stands at the key, if one does.
+    /// The same with the value of the key, if there is one.
     pub fn error_with_value(
         &self,
         code: &'static str,

@@ -1,8 +1,8 @@
 //! Files whose lengths are inches: `unit = "inch"` at their top, and `_inch` where a key ends in `_mm` otherwise.
 //!
-//! The text is turned into the same text in millimeters before it is read, line by line, so that there is one reader and one set of checks. In a
-//! file that counts in inch a length in millimeters is refused by its key: nobody has to look at the top of a file to know what a number is,
-//! and no file counts in both.
+//! Before it is read, the text is converted line by line to the same text in millimeters, so that there is
+//! one reader and one set of checks. A file in inches that has a length in millimeters is refused by that
+//! key: each key shows its own unit, and no file mixes both.
 //!
 //! Units that are made with the length follow it (`_inch_min` for `_mm_min`, `_inch_s2`, `_inch_s3`); micrometers, and angles over a length
 //! (`_deg_mm`), stay as they are. An error shows the line in millimeters.
@@ -42,7 +42,7 @@ fn in_mm(key: &str) -> Option<String> {
 /// # Errors
 /// [`InputError`] at a key in millimeters in a file that counts in inch, and at one in inch in a file that does not.
 pub fn in_millimeters<'a>(file: &Path, text: &'a str) -> Result<Cow<'a, str>, InputError> {
-    // What is no TOML is told by its reader.
+    // The reader reports text that is not TOML.
     let Ok(tree) = DeTable::parse(text) else { return Ok(Cow::Borrowed(text)) };
     let inch = tree.get_ref().get("unit").and_then(|u| u.get_ref().as_str()) == Some("inch");
     let mut walk = Walk { file, text, inch, changes: Vec::new() };
@@ -121,7 +121,7 @@ impl Walk<'_> {
             }
             _ => None,
         };
-        // What is no number is told by the reader, at its place.
+        // The reader reports what is not a number, with its position.
         if let Some(number) = number.filter(|n| n.is_finite()) {
             self.changes.push((span.clone(), format!("{}", number * INCH_MM)));
         }

@@ -32,7 +32,7 @@ pub struct InputFault {
     pub length: usize,
     /// Path of the key, `joint.B.travel_deg`; empty where the message names it.
     pub key: String,
-    /// The value as it stands there; empty where there is none, or the message names it.
+    /// The value as written; empty where there is none, or the message names it.
     pub value: String,
     /// What is wrong, with the limit.
     pub message: String,
@@ -42,7 +42,8 @@ pub struct InputFault {
     pub source_line: String,
 }
 
-/// Key, value and message in one sentence, with the code where there is one: what stands beside the place.
+/// Key, value and message in one sentence, with the code where there is one: the text that follows the
+/// position.
 impl fmt::Display for InputFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.key.is_empty(), self.value.is_empty()) {

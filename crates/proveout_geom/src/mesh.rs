@@ -325,7 +325,7 @@ mod tests {
         merged.check_solid().expect("merged box is a solid");
     }
 
-    /// The violation that a map of all edges in the order of the triangles tells.
+    /// The violation found with a map of all edges, in the order of the triangles.
     fn violation(mesh: &TriMesh) -> Option<MeshError> {
         let vertices = mesh.positions.len();
         let mut owner = BTreeMap::new();

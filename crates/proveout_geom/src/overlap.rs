@@ -124,7 +124,8 @@ mod tests {
             Pose::from_rpy(Vector::new(4.0, 0.3, -3.0), 0.3, -0.8, 2.9),
             Pose::from_rpy(Vector::new(-100.0, 50.0, 7.0), 1.3, 0.2, -0.4),
         ];
-        // The same body twice; a smaller one in its corner, on one of its faces from within, and level with a face beside it.
+        // The same body twice; a smaller one in its corner, on one of its faces from within, and level with
+        // a face next to it.
         let others = [
             whole.clone(),
             cube([0.0; 3], [1.0; 3]),

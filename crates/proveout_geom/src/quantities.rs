@@ -1,9 +1,10 @@
 //! Ranges of the quantities in scenes, machines and tool libraries, in one place.
 //!
-//! A key of an input file ends in its unit, so that the unit decides the range: [`RANGES`] has one line for each unit and one for each
-//! key whose range is narrower. A value outside stands for a slip of the unit or of the exponent (`1e18`, a stock of 10 km) and is
-//! refused before anything calculates with it; what a machine or tool of that size may have, its own reader checks afterwards.
-//! The same table writes `minimum` and `maximum` into the JSON schemas.
+//! A key of an input file ends in its unit, so the unit decides the range: [`RANGES`] has one line for each
+//! unit and one for each key whose range is narrower. A value outside means a mistake in the unit or the
+//! exponent (`1e18`, a stock of 10 km) and is refused before it is used in any calculation. Tighter limits
+//! of a machine or tool are checked afterwards by its own reader. The same table provides `minimum` and
+//! `maximum` of the JSON schemas.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -17,9 +18,10 @@ pub const MAX_LENGTH_MM: f64 = 1e5;
 /// Of numbers without a unit.
 const PLAIN: f64 = 1e9;
 
-/// A unit (`_mm`) or a whole key, its least and its largest value, and whether zero is meant beside them ("none", "not stated").
+/// A unit (`_mm`) or a whole key, its least and its largest value, and whether zero is also allowed
+/// ("none", "not stated").
 const RANGES: [(&str, f64, f64, bool); 30] = [
-    // Keys with a range of their own; they stand before the units.
+    // Keys with a range of their own; they come before the units.
     ("resolution_mm", 1e-5, 1e3, false),
     ("cell_mm", 1e-5, 1e3, false),
     ("cycle_time_ms", 0.01, 100.0, false),
@@ -133,12 +135,13 @@ fn check(
             return array.iter().try_for_each(|value| check(text, path, range, value.get_ref(), value.span()));
         }
         DeValue::Float(number) => number.as_str().parse().unwrap_or(f64::NAN),
-        // Beyond 64 bits the reader tells it.
+        // A number beyond 64 bits is reported by the reader.
         DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix()).map_or(0.0, |n| n as f64),
         _ => return Ok(()),
     };
     let (least, most, zero) = range.unwrap_or((-PLAIN, PLAIN, true));
-    // Signs and zeros where the quantity has none are told by the reader of the file, which knows what the key is for.
+    // A sign or a zero that the quantity cannot have is reported by the reader of the file, which knows the
+    // key's meaning.
     let small = least > 0.0 && number.abs() < least && number != 0.0;
     if number.abs() <= most && !small || zero && number == 0.0 {
         return Ok(());

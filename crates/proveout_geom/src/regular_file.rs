@@ -39,7 +39,7 @@ pub fn read_regular_file(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
         return Err(too_large(length));
     }
     let mut bytes = Vec::with_capacity(length as usize);
-    // Files of the system (/proc) tell a length of zero, and a log may grow while it is read.
+    // System files (/proc) report a length of zero, and a log may grow while it is read.
     file.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit { Err(too_large(limit + 1)) } else { Ok(bytes) }
 }

@@ -12,7 +12,7 @@ use crate::{
 struct ActualJoint {
     /// Line or direction as they are.
     joint: Joint,
-    /// What the joint stands off its shown position, mm or radian.
+    /// Offset of the joint from its displayed position, mm or radian.
     offset: f64,
     table: Option<ErrorTable>,
 }
@@ -110,7 +110,8 @@ impl Machine {
         machine_from_table.inverse() * actual.chain_pose(&self.tool_chain, q) * actual.gauge_pose
     }
 
-    /// Motion of everything that hangs on each joint with the geometric errors, as [`Machine::joint_poses`].
+    /// Motion of everything that each joint carries, with the geometric errors, as
+    /// [`Machine::joint_poses`].
     pub fn actual_joint_poses(&self, q: &JointValues) -> [Pose; MAX_JOINTS] {
         let Some(actual) = &self.actual else { return self.joint_poses(q) };
         let mut poses = [Pose::identity(); MAX_JOINTS];
@@ -129,8 +130,8 @@ impl Machine {
     /// The joint values that bring the *actual* machine to a pose, continuous with `previous`: what a control with
     /// a complete volumetric compensation would command. Numerical, from the described machine's closed form.
     ///
-    /// The wanted pose is moved against the error found until nothing is left; each round shrinks the rest by the size of
-    /// the errors. The residual stands in [`Solution::tip_error`] and [`Solution::axis_error`].
+    /// The wanted pose is corrected by the error found until nothing is left; each round shrinks the rest
+    /// by the size of the errors. The residual is in [`Solution::tip_error`] and [`Solution::axis_error`].
     ///
     /// # Errors
     /// As [`Machine::inverse_nearest`]; [`KinematicsError::TipUnreachable`] and [`KinematicsError::AxisUnreachable`] also

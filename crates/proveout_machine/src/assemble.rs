@@ -34,8 +34,8 @@ impl Machine {
         Self::from_text(&file, &read_input(&file)?)
     }
 
-    /// Reads a machine from the text of a `machine.toml`; `file` names it in errors, and a model file is looked for
-    /// beside it.
+    /// Reads a machine from the text of a `machine.toml`. Errors name `file`, and a model file is looked
+    /// for in its folder.
     ///
     /// # Errors
     /// As [`Machine::read`].

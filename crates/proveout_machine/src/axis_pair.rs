@@ -158,8 +158,8 @@ impl AxisPair {
         })
     }
 
-    /// All pairs of angles for the unit vector `u`. Outside the reach the nearest direction is solved and `error` tells
-    /// the distance.
+    /// All pairs of angles for the unit vector `u`. If `u` is out of reach, solves for the nearest
+    /// direction, and `error` is the distance to it.
     pub(crate) fn solve(&self, u: &Vector) -> AxisAngles {
         let (mut sin_f, mut cos_f) = (self.first.cross(u).norm(), self.first.dot(u));
         let wanted = sin_f.atan2(cos_f);

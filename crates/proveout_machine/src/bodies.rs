@@ -14,9 +14,9 @@ use crate::{
     model::Model,
 };
 
-/// Largest distance (mm) of the edges of a cylinder's facets from the cylinder. The facets touch it from outside, so that a body is
-/// nowhere smaller than what it stands for, and larger by no more than this: below what anyone leaves as clearance between machine
-/// parts, and coarse enough for a few hundred facets a body.
+/// Largest distance (mm) from the cylinder to the edges of its facets. The facets touch the cylinder from
+/// outside, so the faceted body is nowhere smaller than the real one, and larger by no more than this. That
+/// is below any usual clearance between machine parts, and coarse enough for a few hundred facets per body.
 const FACET_TOLERANCE_MM: f64 = 0.05;
 
 /// Color of a body that states none: the gray of castings.
@@ -197,7 +197,8 @@ fn part_prism(source: &Document<'_>, path: &[Step<'_>], part: &PrismFile) -> Che
 mod tests {
     use super::*;
 
-    /// No facet of a round body lies inside of what it stands for, and no corner stands out by more than is said.
+    /// No facet of a round body cuts into the true shape, and no corner protrudes by more than the stated
+    /// tolerance.
     #[test]
     fn cylinders_and_cones_are_nowhere_smaller_than_said() {
         for (from, to, radii) in [

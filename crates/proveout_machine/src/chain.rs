@@ -149,8 +149,8 @@ impl Chain {
         ToolPose { tip, axis }
     }
 
-    /// The tip in K with every linear joint that `free` names at zero, and the direction in K along which each linear
-    /// joint moves it. The tip is linear in those joints whatever rotary joints stand between them.
+    /// The tip in K with every linear joint in `free` at zero, and the direction in K along which each
+    /// linear joint moves it. The tip is linear in those joints, whatever rotary joints lie between them.
     pub(crate) fn linear_columns(
         &self,
         q: &JointValues,

@@ -1,5 +1,5 @@
-//! The content of `machine.toml` as it stands there: one Rust type a table, one field a key. The JSON Schema comes
-//! from these types.
+//! The content of `machine.toml` as written: one Rust type per table, one field per key. The JSON Schema is
+//! generated from these types.
 
 use std::collections::BTreeMap;
 

@@ -43,7 +43,7 @@ impl std::fmt::Display for Diagnosis {
 }
 
 impl Machine {
-    /// Limits that nobody has stated, in the order of the joints, the spindle last.
+    /// Limits that are not stated, in the order of the joints, the spindle last.
     pub fn missing_limits(&self) -> Vec<MissingLimit> {
         let mut all = Vec::new();
         for (j, joint) in self.joints.iter().enumerate() {
@@ -84,9 +84,10 @@ impl Machine {
         Diagnosis { code, severity, line, key, message: message.into(), remedy: remedy.into() }
     }
 
-    /// What `proveout check` tells about a machine that could be read: missing limits, values that look like another
-    /// unit, joints that cannot be reached or do nothing, model nodes without a body, numbers without a source, motion
-    /// that the joints cannot make. Each with line, key and remedy, in the order of the checks.
+    /// What `proveout check` reports about a machine that could be read: missing limits, values that look
+    /// like another unit, joints that cannot be reached or do nothing, model nodes without a body, numbers
+    /// without a source, motion that the joints cannot make. Each has a line, key and remedy; they come in
+    /// the order of the checks.
     pub fn diagnose(&self) -> Vec<Diagnosis> {
         let mut all = self.missing_limit_remarks();
         self.plausibility_remarks(&mut all);
@@ -171,7 +172,8 @@ impl Machine {
             let Some([low, high]) = joint.travel else { continue };
             let turns = (high - low) / std::f64::consts::TAU;
             if joint.is_rotary() && turns > 100.0 {
-                // Some controls know no endless axis and are given a travel that nobody reaches.
+                // Some controls have no endless axes; such an axis is given a travel too long to be
+                // reached.
                 let key = format!("joint.{}.travel_deg", joint.name);
                 let message = format!("{turns:.0} turns of travel");
                 let remedy = "write endless = true if the joint has no end stops";
@@ -214,7 +216,7 @@ impl Machine {
         }
     }
 
-    /// Whether a joint moves what hangs on an attachment.
+    /// Whether a joint moves the bodies of an attachment.
     fn moves(&self, joint: usize, attachment: Attachment) -> bool {
         let mut next = match attachment {
             Attachment::Joint(j) => Some(j),
@@ -344,7 +346,8 @@ const RADIAN_RANGE_DEG: f64 = 12.7;
 /// Volume of three unit directions below which slides count as lying in a plane: 0.06 degrees off.
 const FLAT_VOLUME: f64 = 1e-3;
 
-/// Transmission of a platform below which it is called singular: a leg then stands six degrees from where it holds nothing.
+/// Transmission of a platform below which it counts as singular: a leg is then six degrees from carrying no
+/// load.
 const LEAST_TRANSMISSION: f64 = 0.1;
 
 /// Key, usual range, factor from mm and radian to the key's unit, and what to check.

@@ -106,7 +106,7 @@ pub(crate) enum EncoderFile {
 pub enum Encoder {
     /// On the motor, before backlash and elasticity.
     Motor,
-    /// On the load, behind them.
+    /// On the load, after backlash and elasticity.
     Load,
 }
 
@@ -164,7 +164,7 @@ pub struct Drive {
     pub counterbalance: f64,
 }
 
-/// Checks the drive of the joint or leg whose table stands at `owner` and brings it to the units inside.
+/// Checks the drive of the joint or leg whose table is at `owner` and converts it to internal units.
 pub(crate) fn read_drive(
     source: &Document<'_>,
     owner: &[Step<'_>],
@@ -295,7 +295,7 @@ pub(crate) fn read_drive(
     }))
 }
 
-/// Where a key of a drive stands.
+/// Path of a key of a drive.
 fn place<'a>(owner: &[Step<'a>], key: &'a str) -> Vec<Step<'a>> {
     owner.iter().copied().chain([Key("drive"), Key(key)]).collect()
 }

@@ -1,8 +1,9 @@
 //! Geometric errors: what the actual machine does differently from the one that the control believes in.
 //!
-//! Names after ISO 230-7 and ISO 230-1: `E`, the component (X, Y, Z a shift, A, B, C a turn about it), for errors that do not
-//! depend on the position a 0, and the joint. Components are along and about the machine axes, with all joints at
-//! zero, and tell the physical motion of what the joint carries (whatever its sense in programs).
+//! Names follow ISO 230-7 and ISO 230-1: `E`, the component (X, Y, Z a shift; A, B, C a turn about it), a 0
+//! for errors that do not depend on the position, and the joint. Components are along and about the machine
+//! axes, with all joints at zero. They describe the physical motion of what the joint carries, whatever its
+//! sense in programs.
 //!
 //! * Position-independent: the line of a rotary joint is shifted (`EX0C`) or tilted about its point (`EA0C`), its zero is
 //!   turned (`EC0C`, the part along the axis); a slide's direction is turned (`EC0Y`: squareness of Y to X) or its zero

@@ -89,7 +89,7 @@ pub enum KinematicsError {
         name: String,
         /// Whether value and limit are radian.
         rotary: bool,
-        /// Where it would stand, mm or radian.
+        /// Position that the joint would need, mm or radian.
         value: f64,
         /// The limit, mm or radian.
         limit: f64,
@@ -118,8 +118,9 @@ impl Machine {
     /// table over the base to the spindle); branch 0 has the larger cosine of the second angle, thus the smaller tilt,
     /// and where both tilts are equal and opposite it has the positive one. At a singular pose there is one branch.
     ///
-    /// Travel is not looked at; held joints stand at home. When the axis cannot be reached there are no branches and
-    /// [`Branches::axis_error`] tells by how much; a pose that is not finite gives none with an infinite error.
+    /// Travel is not checked; held joints are at home. If the axis cannot be reached, there are no branches
+    /// and [`Branches::axis_error`] gives the remaining angle. A pose that is not finite gives no branches
+    /// and an infinite error.
     pub fn inverse(&self, pose_in_table: &ToolPose, tool_length: f64) -> Branches {
         let all = self.inverse_closest(pose_in_table, tool_length);
         let reached = all.axis_error <= AXIS_TOLERANCE;
@@ -144,7 +145,7 @@ impl Machine {
         let free_joint = self.solver.rotary().first().copied().filter(|_| found.free_first);
         for (index, branch) in result.items.iter_mut().enumerate().take(found.count) {
             let mut q = JointValues::ZERO;
-            // More slides than three move as little as they can from where they stand.
+            // With more than three slides, each moves as little as possible from its current position.
             let redundant = self.solver.linear().iter().filter(|_| self.solver.linear().len() > 3);
             for &j in self.solver.held().iter().chain(redundant) {
                 q[j] = given[j];
@@ -286,8 +287,8 @@ impl Machine {
         }
     }
 
-    /// The linear joints that bring the tip to a point of the table frame K while the rotary (and held) joints stand
-    /// where `rotary` has them: tool center point control with programmed rotary axes.
+    /// The linear joints that bring the tip to a point of the table frame K while the rotary (and held)
+    /// joints keep their values in `rotary`: tool center point control with programmed rotary axes.
     ///
     /// On machines whose linear joints do not span space the tip comes as near as it can; compare with
     /// [`Machine::forward`].
@@ -297,7 +298,7 @@ impl Machine {
         q
     }
 
-    /// First joint, rotary ones first, that stands outside its travel, and the limit that it passes.
+    /// First joint outside its travel, rotary ones first, and the limit that it passes.
     pub fn first_over_travel(&self, q: &JointValues) -> Option<(usize, f64)> {
         let rotary = (0..self.joints.len()).filter(|&j| self.joints[j].is_rotary());
         let linear = (0..self.joints.len()).filter(|&j| !self.joints[j].is_rotary());

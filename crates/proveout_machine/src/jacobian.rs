@@ -9,8 +9,8 @@ pub type Jacobian = SMatrix<f64, 6, MAX_JOINTS>;
 impl Machine {
     /// Analytic derivative of [`Machine::forward`] by the joint values. Columns of unused joints are zero.
     ///
-    /// A joint turns all that is nearer to the tool about its line as it stands (the spatial screw): the tip moves with
-    /// w x (tip - p) and the axis with w x axis (Lynch and Park 2017, section 5.1.1).
+    /// A joint turns everything nearer to the tool about its current line (the spatial screw): the tip
+    /// moves with w x (tip - p) and the axis with w x axis (Lynch and Park 2017, section 5.1.1).
     pub fn jacobian(&self, q: &JointValues, tool_length: f64) -> Jacobian {
         let pose = self.forward(q, tool_length);
         let mut jacobian = Jacobian::zeros();

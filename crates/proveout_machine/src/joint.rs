@@ -140,7 +140,7 @@ impl JointKind {
     }
 }
 
-/// What hangs on a joint.
+/// What a joint carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Carries {
     /// The spindle side.
@@ -149,7 +149,7 @@ pub enum Carries {
     Workpiece,
 }
 
-/// One axis of the machine with its limits; `None` means that nobody has stated the limit.
+/// One axis of the machine with its limits; `None` means that the limit is not stated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Name, as in programs and tables (`X`, `B`, `C`).
@@ -166,8 +166,9 @@ pub struct Joint {
     pub point: Point,
     /// Sideways shift that comes with the turn: the tilt joint of a [`crate::Platform`] has one, no other joint.
     pub turn_shift: Option<TurnShift>,
-    /// +1 or -1: the carried body moves physically by `sense` times the joint value along (about, right-handed) the
-    /// direction. A table axis after ISO 841 has -1, since its values tell the motion of the tool past the workpiece.
+    /// +1 or -1: the carried body moves physically by `sense` times the joint value along (about,
+    /// right-handed) the direction. A table axis after ISO 841 has -1, since its values describe the motion
+    /// of the tool relative to the workpiece.
     pub sense: f64,
     /// Lowest and highest position.
     pub travel: Option<[f64; 2]>,

@@ -12,7 +12,7 @@
 //! Main types:
 //! * [`Machine`] – read with [`Machine::read`]; forward ([`Machine::forward`]), inverse ([`Machine::inverse`],
 //!   [`Machine::inverse_nearest`], [`Machine::inverse_with_rotary`]), rates ([`Machine::jacobian`]).
-//! * [`Joint`] – one axis and its limits; [`Machine::missing_limits`] lists those that nobody has stated.
+//! * [`Joint`] – one axis and its limits; [`Machine::missing_limits`] lists those that are not stated.
 //! * [`Platform`] – a heave and a tilt joint on three legs (3-RPS), with leg lengths and rates.
 //! * [`GeometricErrors`] – what the actual machine does differently: [`Machine::actual_forward`],
 //!   [`Machine::actual_inverse_nearest`].
@@ -26,16 +26,16 @@
 //! * [`Drive`] – loop gains, friction, backlash, elasticity and force limit of a joint, where they are known.
 //! * [`kinematics_csv`] – whole tables, both ways.
 //!
-//! **Algorithm.** Forward: product of exponentials along one chain from the table to the spindle (Brockett 1984).
-//! Inverse: the tool axis gives the rotary joints as the intersection of two cones (Paden 1986), the tip then gives the
-//! linear joints, in which it is linear wherever they stand in the chain. Closed form for any two rotary joints, platforms
-//! included; the derivations stand at the top of `axis_pair.rs` and `platform.rs`. With more rotary joints a damped
-//! Newton way takes the smallest motion.
+//! **Algorithm.** Forward: product of exponentials along one chain from the table to the spindle (Brockett
+//! 1984). Inverse: the tool axis gives the rotary joints as the intersection of two cones (Paden 1986). The
+//! tip then gives the linear joints, in which it is linear wherever they are in the chain. Closed form for
+//! any two rotary joints, platforms included; the derivations are at the top of `axis_pair.rs` and
+//! `platform.rs`. With more rotary joints a damped Newton method takes the smallest motion.
 //!
-//! **Limits.** Eight joints. Platforms have heave and one tilt. Error tables hold error against the position of one joint;
-//! errors that depend on two joints, on load or on temperature are not described. The rounding of angles near a singular
-//! pose is that of the pose: with the tool axis known to 1e-16, the free joint is known to 1e-16 / sin(angle to the
-//! singular axis).
+//! **Limits.** Eight joints. Platforms have heave and one tilt. Error tables give the error as a function
+//! of the position of one joint; errors that depend on two joints, on load or on temperature are not
+//! described. Near a singular pose, angles are only as exact as the pose: with the tool axis known to
+//! 1e-16, the free joint is known to 1e-16 / sin(angle to the singular axis).
 
 mod actual;
 mod assemble;

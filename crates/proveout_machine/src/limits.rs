@@ -98,12 +98,13 @@ fn passed(value: f64, limit: Option<f64>, tolerance: f64) -> Option<(f64, f64)> 
 }
 
 impl Machine {
-    /// Every limit that a state of motion passes: travel, velocity, acceleration and jerk of each joint and of each leg, in
-    /// the order of the joints, then of the legs. `tolerance` is the part by
-    /// which velocity, acceleration and jerk may pass their limits (0.001 for 0.1 percent); travel has 1e-9 mm or rad.
+    /// Every limit that a state of motion exceeds: travel, velocity, acceleration and jerk of each joint
+    /// and of each leg, in the order of the joints, then of the legs. `tolerance` is the fraction by which
+    /// velocity, acceleration and jerk may exceed their limits (0.001 for 0.1 percent); for travel it is
+    /// 1e-9 mm or rad.
     ///
-    /// A limit that nobody has stated cannot be passed: see [`Machine::missing_limits`] for what stays unchecked. Nothing
-    /// is allocated while every limit is kept.
+    /// A limit that is not stated cannot be exceeded: see [`Machine::missing_limits`] for what stays
+    /// unchecked. Nothing is allocated while every limit is kept.
     pub fn limit_violations(&self, state: &MotionState, tolerance: f64) -> Vec<LimitViolation> {
         let mut all = Vec::new();
         for (j, joint) in self.joints.iter().enumerate() {

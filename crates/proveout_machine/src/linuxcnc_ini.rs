@@ -1,8 +1,10 @@
-//! A machine of LinuxCNC as a start: what its INI file tells, the rest chosen and marked.
+//! A first machine file from LinuxCNC: taken from its INI file where that has the value, otherwise assumed
+//! and marked.
 //!
-//! The file knows axes, travel, velocity, acceleration, home, spindle speed, cycle and the position of tool changes. It does not know which axes
-//! carry the table, where a rotary axis lies, where the table is, and what the machine looks like: those are chosen, with the reason, and without
-//! bodies no gate can speak of collisions with the machine.
+//! The INI file gives axes, travel, velocity, acceleration, home, spindle speed, cycle and the tool change
+//! position. It does not say which axes carry the table, where a rotary axis lies, where the table is, or
+//! what the machine looks like. Those are assumed, with the reason. Without bodies no gate can check
+//! collisions with the machine.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,12 +15,12 @@ use proveout_geom::{InputError, read_input};
 /// Millimeters of an inch.
 const INCH_MM: f64 = 25.4;
 
-/// A machine file with what is to be told of it.
+/// An imported machine file with the notes for its reader.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedMachine {
     /// Text of `machine.toml`.
     pub text: String,
-    /// What the file tells and the machine does not hold, and what must be looked at first.
+    /// What the source file has and the machine lacks, and what must be checked first.
     pub notes: Vec<String>,
     /// Bytes of the model file that the text names as `model.glb`.
     pub model: Option<Vec<u8>>,
@@ -27,7 +29,7 @@ pub struct ImportedMachine {
 /// Keys of a section, each with its value and line.
 type Section = BTreeMap<String, (String, usize)>;
 
-/// Sections with their keys; a key that stands twice keeps its first value, as LinuxCNC reads it.
+/// Sections with their keys; a repeated key keeps its first value, as in LinuxCNC.
 fn sections(file: &Path, text: &str) -> Result<BTreeMap<String, Section>, InputError> {
     let mut all: BTreeMap<String, Section> = BTreeMap::new();
     let mut section = String::new();

@@ -5,7 +5,7 @@ use crate::{
     chain::Chain, places::Places, solver::Solver,
 };
 
-/// What a body or a chain hangs on.
+/// What carries a body or a chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Attachment {
     /// The machine bed.
@@ -67,7 +67,7 @@ pub struct Control {
     pub spindle_start_time: f64,
     /// Way of moving in rapid blocks.
     pub rapid_mode: RapidMode,
-    /// Kinematics that programs may switch on; none where nobody has stated it.
+    /// Kinematics that programs may switch on; `None` where not stated.
     pub kinematics: Option<ControlKinematics>,
     /// Path tolerance where the program states none, mm.
     pub default_tolerance: f64,
@@ -91,7 +91,7 @@ pub struct SpindleData {
     pub max_speed_rpm: Option<f64>,
 }
 
-/// The surface that workpieces stand on.
+/// The surface that workpieces are clamped on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableData {
     /// What carries it.
@@ -126,7 +126,7 @@ pub struct Machine {
     pub description: String,
     /// All joints, in the order of the file; the index is the place in [`JointValues`].
     pub joints: Vec<Joint>,
-    /// Direction against gravity in M, a unit vector; none where nobody has stated it.
+    /// Direction against gravity in M, a unit vector; `None` where not stated.
     pub up: Option<Vector>,
     /// Joints from the base to the spindle.
     pub tool_chain: Vec<usize>,
@@ -201,7 +201,7 @@ impl Machine {
         links.fold(Pose::identity(), |p, l| p * l.pose(q[l.joint])) * self.spindle.gauge_pose
     }
 
-    /// Motion of everything that hangs on each joint, `M at q` from `M at zero`, in the order of the joints.
+    /// Motion of everything that each joint carries, `M at q` from `M at zero`, in the order of the joints.
     pub fn joint_poses(&self, q: &JointValues) -> [Pose; MAX_JOINTS] {
         let mut poses = [Pose::identity(); MAX_JOINTS];
         for chain in [&self.tool_chain, &self.work_chain] {
@@ -214,7 +214,7 @@ impl Machine {
         poses
     }
 
-    /// Pose of what hangs on an attachment: applied to coordinates in M with all joints at zero.
+    /// Pose of an attachment: applied to coordinates in M with all joints at zero.
     pub fn attachment_pose(&self, attachment: Attachment, q: &JointValues) -> Pose {
         let Attachment::Joint(joint) = attachment else { return Pose::identity() };
         for chain in [&self.tool_chain, &self.work_chain] {
@@ -235,8 +235,8 @@ impl Machine {
         chain.iter().fold(Pose::identity(), |pose, &j| pose * self.joints[j].motion(q[j]))
     }
 
-    /// The machine with its kinematics compiled anew from joints, chains and spindle, after they, the platforms or
-    /// the errors were changed.
+    /// The machine with its kinematics recompiled from joints, chains and spindle, after a change of these,
+    /// of the platforms or of the errors.
     #[must_use]
     pub fn recompiled(mut self) -> Self {
         for platform in &self.platforms {
@@ -280,7 +280,7 @@ mod tests {
             };
             assert_eq!(machine.body_pose(i, &q), by_joint, "{}", body.name);
         }
-        // The table top turns about the line at z = 120 and then stands upright at x = 120, facing -x.
+        // The table top turns about the line at z = 120 and is then upright at x = 120, facing -x.
         let table = machine.bodies.iter().position(|b| b.name == "table").expect("table");
         let top = machine.body_pose(table, &q).point(&machine.table.point);
         assert_eq!(top, Point::new(120.0, 0.0, 120.0));

@@ -1,13 +1,13 @@
 //! Machine models: one glTF binary file, whose named nodes become bodies.
 //!
-//! glTF is in meter with Y up; the machine is in millimeter with Z up: x = 1000 x, y = -1000 z, z = 1000 y. Node poses
-//! are applied, so that every mesh stands in machine coordinates with all joints at zero.
+//! glTF is in meters with Y up; the machine is in millimeters with Z up: x = 1000 x, y = -1000 z, z = 1000
+//! y. Node poses are applied, so that every mesh is in machine coordinates with all joints at zero.
 
 use std::path::Path;
 
 use proveout_geom::{GlbNode, TriMesh, read_glb_nodes};
 
-/// The nodes of a file; parents stand before their children.
+/// The nodes of a file; parents come before their children.
 #[derive(Debug)]
 pub(crate) struct Model {
     nodes: Vec<GlbNode>,

@@ -4,7 +4,7 @@ use proveout_geom::{Document, Step::Item, Step::Key};
 
 use crate::{Attachment, MachineBody, SpindleData, assemble::Checked, description::PairFile};
 
-/// Names that stand for a part of whichever tool is in the spindle.
+/// Names for the parts of whichever tool is in the spindle.
 pub const TOOL_PARTS: [&str; 4] = ["cutter", "neck", "shank", "holder"];
 
 /// What is wanted of a pair of bodies.
@@ -23,7 +23,8 @@ pub struct PairRule {
     pub bodies: [String; 2],
     /// What is wanted of them.
     pub care: PairCare,
-    /// Why, in the words of the machine file; empty where they keep another distance and nobody says why.
+    /// Why, in the words of the machine file; empty where the pair has a distance of its own and no reason
+    /// is given.
     pub reason: String,
 }
 

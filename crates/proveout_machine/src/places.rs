@@ -43,7 +43,7 @@ impl Places {
         }
     }
 
-    /// Line of a key, of its table where the key is missing; 0 where nothing of it stands in the file.
+    /// Line of a key, or of its table if the key is missing; 0 if neither is in the file.
     pub(crate) fn line(&self, key: &str) -> usize {
         let mut key = key;
         loop {

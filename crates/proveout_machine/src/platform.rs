@@ -1,8 +1,9 @@
 //! The 3-RPS platform: three legs of variable length between a fixed and a moving plate.
 //!
-//! Each leg turns on the fixed plate about a hinge (R), slides (P) and ends in a ball joint (S) on the moving plate. The
-//! joints stand at 120 degrees on circles of radius `r_p` (fixed) and `r_b` (moving); leg 1 stands in the direction
-//! `e1`, and each hinge keeps its leg in the upright plane through the middle and its hinge.
+//! Each leg turns on the fixed plate about a hinge (R), slides (P) and ends in a ball joint (S) on the
+//! moving plate. The joints are 120 degrees apart on circles of radius `r_p` (fixed) and `r_b` (moving).
+//! Leg 1 is in the direction `e1`, and each hinge keeps its leg in the upright plane through the middle and
+//! its hinge.
 //!
 //! ```text
 //!      side view, tilt a             from above
@@ -42,7 +43,7 @@ use crate::{Drive, JointValues};
 /// Legs 2 and 3 count as equal within this, mm: a difference of 1e-6 tilts a plate of 100 mm by 1e-8 rad.
 const EQUAL_LEGS_MM: f64 = 1e-6;
 
-/// One leg; `None` means that nobody has stated the limit.
+/// One leg; `None` means that the limit is not stated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Leg {
     /// Name, `L1`.

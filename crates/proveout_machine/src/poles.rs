@@ -1,31 +1,34 @@
-//! Singular poses on the way: branches that are kept, poles that are left and reached.
+//! Singular poses along a path: keeping a branch, leaving and reaching a pole.
 //!
-//! Along a path of tool axes that meets no singular pose each branch of [`Machine::inverse`] is a curve of its own: the height over
-//! the plane of both rotary axes, whose sign tells the branch, has no zero there. A control that follows a path therefore never
-//! looks for the nearest solution; it keeps its branch. In a pole (the first rotary joint does not turn the tool there) the height
-//! is zero: the path goes on in either branch, with the first joint where the direction of departure wants it.
+//! Along a path of tool axes that meets no singular pose each branch of [`Machine::inverse`] is a separate
+//! curve: the height over the plane of both rotary axes, whose sign gives the branch, has no zero there. A
+//! control that follows a path therefore never looks for the nearest solution; it keeps its branch. In a
+//! pole (the first rotary joint does not turn the tool there) the height is zero: the path continues in
+//! either branch, with the first joint at the angle that the direction of departure requires.
 
 use proveout_geom::{Vector, wrap_near};
 
 use crate::{AXIS_TOLERANCE, JointValues, Machine, inverse::unwrapped};
 
 impl Machine {
-    /// Cone about a pole where nobody states one, radian (0.001 degrees): it moves the flank of a tool by 0.9 micrometers at 50 mm from
-    /// the tip, below what any control resolves of a surface, and is wide enough for axes that are written with five digits.
+    /// Cone about a pole where none is stated, radian (0.001 degrees). It moves the flank of a tool by 0.9
+    /// micrometers at 50 mm from the tip, less than any control resolves on a surface, and is wide enough
+    /// for axes written with five digits.
     pub const USUAL_POLE_CONE: f64 = 0.001 * std::f64::consts::PI / 180.0;
     /// The widest cone about a pole that is taken, radian (5 degrees).
     pub const WIDEST_POLE_CONE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-    /// Tool axes (unit vectors of K) at which the first of two rotary joints, the one on the table's side, does not turn the
-    /// tool: the poles. None, one, or two opposite ones; travel is not looked at. Held joints stand where `at` has them.
+    /// Tool axes (unit vectors of K) at which the first of two rotary joints, the one on the table's side,
+    /// does not turn the tool: the poles. None, one, or two opposite ones. Travel is not checked. Held
+    /// joints keep their values in `at`.
     pub fn poles(&self, at: &JointValues) -> impl Iterator<Item = Vector> + use<> {
         let pair = self.solver.pair(&self.chain, at);
         let poles = pair.map_or([None; 2], |pair| pair.poles());
         poles.map(|pole| pole.map(|p| self.solver.seen_from_outside(&self.chain, at, &p))).into_iter().flatten()
     }
 
-    /// Branch ([`crate::Branch::index`]) on which two rotary joints stand; none in a singular pose, and on machines with fewer
-    /// or more rotary joints.
+    /// Branch ([`crate::Branch::index`]) of the two rotary joints; none in a singular pose, and on machines
+    /// with fewer or more rotary joints.
     pub fn branch_of(&self, q: &JointValues) -> Option<usize> {
         let pair = self.solver.pair(&self.chain, q)?;
         let second = *self.solver.rotary().get(1)?;
@@ -51,9 +54,10 @@ impl Machine {
         q.is_finite().then_some(q)
     }
 
-    /// The rotary joints of both branches for a tool that leaves (or reaches) a pole in a direction, in the limit of no way: unit
-    /// vectors of K, the direction across the pole. Each joint stands at the turn nearest to `near` that its travel admits; the
-    /// other joints are those of `near`. None on machines that have not two rotary joints.
+    /// The rotary joints of both branches for a tool that leaves (or reaches) a pole in a direction, in the
+    /// limit of a path of zero length. `pole` and `direction` are unit vectors of K; `direction` is
+    /// perpendicular to the pole. Each joint is at the turn nearest to `near` that its travel admits; the
+    /// other joints are those of `near`. `None` on machines that do not have two rotary joints.
     pub fn leaving_pole(&self, pole: &Vector, direction: &Vector, near: &JointValues) -> Option<[JointValues; 2]> {
         let pair = self.solver.pair(&self.chain, near)?;
         let seen = |v: &Vector| self.solver.seen_by_pair(&self.chain, near, v);

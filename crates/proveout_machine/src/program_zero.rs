@@ -1,9 +1,9 @@
 //! Where the coordinates of a program begin on the table.
 //!
-//! Without tool center point control a program moves axes: base coordinates (those of `G54` and the like) are positions of X, Y
-//! and Z, less the tool length. With it, base coordinates are those of a point that is fixed to the table. Work offsets stand once
-//! in the control and serve both, so that both must mean the same point where they can be compared: with all rotary joints at
-//! zero. There
+//! Without tool center point control a program moves axes: base coordinates (those of `G54` and the like)
+//! are positions of X, Y and Z, less the tool length. With it, base coordinates are those of a point that
+//! is fixed to the table. A work offset is stored once in the control and used in both cases, so both must
+//! mean the same point where they can be compared: with all rotary joints at zero. There
 //!
 //! ```text
 //!    tip_in_table = z + X e_x + Y e_y + Z e_z        z: where the tip of a tool of no length stands with all joints at zero
@@ -26,9 +26,10 @@ use crate::{JointValues, Machine};
 const ALONG_AXIS: f64 = 1e-9;
 
 impl Machine {
-    /// The point of the table frame K at which base coordinates of a program are zero, mm, in machine coordinates and with tool
-    /// center point control alike: where the gauge line's center stands with all joints at zero, held ones at home. None where
-    /// X, Y and Z are no joints that move the tool along x, y and z of K.
+    /// The point of the table frame K at which base coordinates of a program are zero, mm, in machine
+    /// coordinates and with tool center point control alike: the gauge line's center with all joints at
+    /// zero, held ones at home. `None` if X, Y and Z are not joints that move the tool along x, y and z of
+    /// K.
     pub fn program_zero(&self) -> Option<Point> {
         let mut q = JointValues::ZERO;
         for (value, joint) in q.0.iter_mut().zip(&self.joints) {

@@ -92,7 +92,7 @@ impl Solver {
     /// axis little (Levenberg 1944, Marquardt 1963): with the rates A (3 x n) it is `A' (A A' + m I)^-1 e`. Newton's way
     /// from a neighboring pose doubles the digits with each step.
     ///
-    /// A joint that stands at its end stop and would be pushed past it is left out of the step.
+    /// A joint at its end stop that would be pushed past it is left out of the step.
     pub(crate) fn turn_numerically(&self, chain: &Chain, joints: &[Joint], q: &mut JointValues, u: &Vector) -> f64 {
         let mut damping = 1e-12;
         let (mut axis, mut rates) = self.axis_rates(chain, q);
@@ -195,7 +195,7 @@ impl Solver {
         &self.held
     }
 
-    /// Home of every joint, where held joints stand unless told otherwise.
+    /// Home of every joint, the position of held joints unless stated otherwise.
     pub(crate) fn home(&self) -> &JointValues {
         &self.home
     }
@@ -242,7 +242,8 @@ impl Solver {
         (axes[0], axes[1], tool, wanted)
     }
 
-    /// Rotary angles that bring the tool axis into the unit vector `u` of K, with held joints where they stand.
+    /// Rotary angles that bring the tool axis into the unit vector `u` of K, with held joints at their
+    /// present values.
     pub(crate) fn axis_angles(&self, chain: &Chain, held: &JointValues, u: &Vector) -> AxisAngles {
         if let Some(pair) = &self.pair {
             return pair.solve(u);

@@ -42,7 +42,7 @@ pub enum TableError {
         line: u64,
         /// Name of the column.
         column: String,
-        /// The text that stands there.
+        /// The text of the cell.
         value: String,
         /// What is wrong and what to write.
         message: String,
@@ -62,13 +62,15 @@ fn column_name(joint: &Joint) -> String {
 
 /// Converts a table of joint values to tool poses, or of tool poses to joint values.
 ///
-/// CSV with one header line; columns in any order, further columns are passed through. Forward reads one column a
-/// joint (`X_mm`, `A_deg`; a held joint may be left out and stands at home; heave and tilt of a platform may be left
-/// out where all three of its legs are given, `L1_mm`) and appends `x_mm, y_mm, z_mm, i, j, k`, tip
-/// and tool axis in the table frame K. Inverse reads those six and appends the joints, the legs of platforms, `branch` and `residual_mm` (the
-/// distance of the tip that these joints give from the wanted one), one row a branch in the order of [`Machine::inverse`],
-/// and a `note` where travel (of a leg, too) is passed, the axis cannot be reached (the nearest one is then given) or the pose is
-/// singular. Numbers are written in full precision. Returns the number of rows read.
+/// CSV with one header line; columns in any order, further columns are passed through. Forward reads
+/// one column per joint (`X_mm`, `A_deg`) and appends tip and tool axis in the table frame K,
+/// `x_mm, y_mm, z_mm, i, j, k`. A held joint may be left out and is then at home. Heave and tilt of a
+/// platform may be left out where all three of its legs are given (`L1_mm`). Inverse reads those six
+/// columns and appends the joints, the legs of platforms, `branch`, `residual_mm` (the distance of the
+/// tip that these joints give from the wanted one) and a `note`, one row per branch in the order of
+/// [`Machine::inverse`]. The note reports an exceeded travel (of a leg, too), an axis that cannot be
+/// reached (the nearest one is then given) or a singular pose. Numbers are written in full precision.
+/// Returns the number of rows read.
 ///
 /// # Errors
 /// [`TableError`] with line and column.

@@ -7,10 +7,11 @@
 //!   q = value of the file,  h = home of the joint,  q' = q - h        what control and programs count
 //! ```
 //!
-//! With all joints at q' = 0 the slides stand at home, so that everything that a slide carries is described where it is then: moved by the sum
-//! of `sense h direction` over the slides below it. A turn about a line that is moved with it is the same turn, whatever stands above it:
-//! T(s) R T(-s), so that the machine moves as before. All of it is then moved back by the part of the table, which leaves places on the table,
-//! the mounting of a setup among them, as they were.
+//! With all joints at q' = 0 the slides are at home, so everything that a slide carries is described where
+//! it is then: moved by the sum of `sense h direction` over the slides below it. A turn about a line that
+//! is moved with it is the same turn, whatever it carries: T(s) R T(-s), so the machine moves as before.
+//! All of it is then moved back by the part of the table, which leaves places on the table, including the
+//! mounting of a setup, unchanged.
 
 use proveout_geom::Vector;
 
@@ -33,7 +34,7 @@ impl Machine {
         if let Some(&j) = slides.iter().find(|&&j| !self.joints[j].home_stated) {
             return Err(format!("joint {} has no home_mm", self.joints[j].name));
         }
-        // A joint may stand before the one that carries it.
+        // A joint may be listed before the one that carries it.
         let own = |j: usize| {
             let joint = &self.joints[j];
             if slides.contains(&j) { joint.direction * (joint.sense * joint.home) } else { Vector::zeros() }
@@ -99,7 +100,8 @@ mod tests {
         (before, after)
     }
 
-    /// Tip, table, bodies and points of every machine of the library stand where they stood, with positions that count from home.
+    /// Tip, table, bodies and points of every machine of the library stay where they were when positions
+    /// count from home.
     #[test]
     fn nothing_moves_but_the_numbers() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines");

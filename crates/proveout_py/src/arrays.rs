@@ -1,4 +1,4 @@
-//! Numbers of Rust as numpy arrays: the memory is handed over, not copied, and nobody writes to it.
+//! Numbers of Rust as numpy arrays: the memory is handed over, not copied, and the arrays are read-only.
 
 use numpy::{
     Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2,

@@ -5,11 +5,11 @@
 //!
 //! | module | does | data out |
 //! |---|---|---|
-//! | `work` | runs something long beside the interpreter: signals, progress, panics | |
-//! | `watcher` | an observer that tells progress, ends a run, keeps the surface | |
+//! | `work` | runs a long task apart from the interpreter: signals, progress, panics | |
+//! | `watcher` | an observer that reports progress, ends a run, keeps the surface | |
 //! | `runs` | prove-outs and comparisons | run folder, `Part`, height maps |
 //! | `tables` | Parquet files and canonical commands as Arrow | `Table`, `__arrow_c_stream__` |
-//! | `arrays` | numbers as numpy arrays that nobody writes to, without a copy | |
+//! | `arrays` | numbers as read-only numpy arrays, without a copy | |
 //! | `kinematics` | joints and tool poses | numpy, mm and degrees |
 //! | `programs` | planned and re-scheduled programs, NC text | text, JSON, tables |
 //! | `scenes` | what a scene holds, and copies of it with other values | |

@@ -78,7 +78,7 @@ const AXES: [(&str, &str); 9] = [
     ("V", "mm"),
     ("W", "mm"),
 ];
-/// Numbers that stand in the lines of commands themselves, with their units.
+/// Numbers that are direct members of a command line, with their units.
 const NUMBERS: [(&str, &str); 5] = [
     ("feed_mm_min", "mm/min"),
     ("feed_mm_rev", "mm/rev"),

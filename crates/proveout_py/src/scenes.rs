@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use crate::errors::raised;
 
-/// Keys whose text is a path beside the scene.
+/// Keys whose text is a path relative to the scene.
 const PATHS: [&str; 7] = ["machine", "tools", "mesh", "sections", "file", "from_run", "control"];
 
 /// Name, description, programs with their files, machine, file and folder of a scene.

@@ -1,4 +1,5 @@
-//! An observer for Python: tells how far the run is, ends it when the caller wants no more, keeps the surface that it left.
+//! An observer for Python: reports progress, ends the run when the caller wants no more, keeps the final
+//! surface.
 
 use std::{
     path::Path,

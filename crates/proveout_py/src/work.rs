@@ -1,12 +1,12 @@
-//! Long work beside the interpreter.
+//! Long tasks in a thread of their own, apart from the interpreter.
 //!
 //! ```text
 //! thread of the caller   look for signals, tell progress, sleep 0.1 s ... ──────────────┐
 //! thread of the work     reads, runs, writes; asks at every batch whether it should end ─┴─► result, or the exception that broke it off
 //! ```
 //!
-//! The interpreter is free for other threads but for the moments in which progress is told. Work that is broken off is waited for: what
-//! it was writing is removed before the exception goes on.
+//! The interpreter is free for other threads except while progress is reported. A task that is broken off
+//! is waited for: what it was writing is removed before the exception goes on.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
@@ -49,14 +49,14 @@ impl Shared {
         self.ends.load(Ordering::Relaxed)
     }
 
-    /// Leaves the work where it stands, if it should end: for places that cannot give an error back.
+    /// Breaks off the task at once, if it should end: for places that cannot return an error.
     pub(crate) fn leave_if_it_ends(&self) {
         if self.ends() {
             resume_unwind(Box::new(BrokenOff));
         }
     }
 
-    /// The share that is done never falls: two programs of a comparison run beside each other.
+    /// The reported share never falls: two programs of a comparison run at the same time.
     pub(crate) fn tell(&self, share: f64, text: String) {
         let mut told = lock(&self.told);
         *told = Told { share: told.share.max(share), text };

@@ -14,8 +14,9 @@ const EXCESS: [u8; 3] = [33, 102, 172];
 
 /// Signed deviation to color: red below the design (gouge), light gray on it, blue above it (material left).
 ///
-/// The two ends have the same lightness and stay apart for people who do not tell red from green. Between the three
-/// stops the color runs straight in the `OKLab` space (Ottosson 2020), in which equal steps look equal.
+/// The two ends have the same lightness and remain distinct for people who cannot distinguish red from
+/// green. Between the three stops the color runs straight in the `OKLab` space (Ottosson 2020), in which
+/// equal steps look equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviationMap {
     /// Deviation that gets the full color, to both sides, mm; larger values get the same color.

@@ -31,7 +31,7 @@ pub(crate) enum Shades<'a> {
     Values,
 }
 
-/// A value that stands for none: the largest of a half float.
+/// The value that means "none": the largest half float.
 const NO_VALUE: f16 = f16::MAX;
 
 /// A mesh packed for the page's viewer, little endian:

@@ -173,7 +173,7 @@ mod tests {
         let bar = left + 720 + 2 * MARGIN + 3;
         assert_eq!((at(bar, top), at(bar, top + 359)), (height_color(1.0), height_color(0.0)));
         assert!(width > bar && height > top + 360);
-        // Letters are there: ink in the row of the title and beside the bar.
+        // Letters are there: ink in the row of the title and next to the bar.
         assert!((left..left + 60).any(|x| at(x, MARGIN + 4) == NEUTRAL_INK));
         assert!((top..top + 360).any(|y| at(bar + BAR_WIDTH + 10, y) == NEUTRAL_INK));
         assert_eq!(

@@ -1,4 +1,4 @@
-//! `inspection.csv`: the measured features for a measuring record; `inspection.qif` beside it is in `qif`.
+//! `inspection.csv`: the measured features for a measuring record; module `qif` writes `inspection.qif`.
 
 use std::path::Path;
 
@@ -38,7 +38,7 @@ pub(crate) fn inspection_csv(features: &[Inspected]) -> String {
     text
 }
 
-/// A field of RFC 4180. One that a table program would calculate is told to be text.
+/// A field of RFC 4180. One that a spreadsheet would evaluate as a formula is marked as text.
 fn field(name: &str) -> String {
     let name: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let name = if name.starts_with(['=', '+', '-', '@']) { format!("'{name}") } else { name };

@@ -31,11 +31,11 @@ pub struct RunInfo {
     pub command: Vec<String>,
     /// Wall time from the call to the written files, s.
     pub wall_s: f64,
-    /// Time of all processor cores, s; none where the host does not tell.
+    /// Time of all processor cores, s; none where the host does not report it.
     pub cpu_s: Option<f64>,
     /// Threads of the run.
     pub threads: usize,
-    /// Largest resident memory, MiB; none where the host does not tell.
+    /// Largest resident memory, MiB; none where the host does not report it.
     pub peak_rss_mib: Option<f64>,
     /// Memory that was announced before the stock was made, MiB; none where several runs share the process.
     pub announced_mib: Option<f64>,
@@ -68,7 +68,7 @@ pub struct StageTimes {
     pub servo_s: f64,
     /// Sweeping the stock.
     pub removal_s: f64,
-    /// Interference; runs beside the removal.
+    /// Interference; runs in parallel with the removal.
     pub collision_s: f64,
     /// Surface, deviation, inspection.
     pub surface_s: f64,

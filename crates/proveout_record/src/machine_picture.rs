@@ -9,9 +9,9 @@
 //!   +------------------------+
 //! ```
 //!
-//! An arrow of a slide points along the motion of what it carries for a growing value; an arc about a rotary axis shows the same. A table that
-//! turns against its program (ISO 841) is so seen to turn against it. The tripod stands in the middle of the clamping surface, the ring on
-//! the gauge line.
+//! An arrow of a slide points along the motion of what it carries for a growing value; an arc about a
+//! rotary axis shows the same. A table that turns against its programmed value (ISO 841) is therefore drawn
+//! so. The tripod is in the middle of the clamping surface, the ring on the gauge line.
 
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_machine::{Attachment, Carries, Joint, Machine};
@@ -28,7 +28,7 @@ const SIZE: [usize; 2] = [1300, 830];
 const MARGIN: usize = 16;
 const TITLE: usize = 34;
 const LINE: usize = 22;
-/// Where the viewer stands: at the right in front, above.
+/// Direction to the viewer: at the right in front, above.
 const BACK: [f64; 3] = [0.62, -1.0, 0.62];
 /// Length of an arrow, and radius of an arc, as a share of the machine's diagonal.
 const ARROW: f64 = 0.11;
@@ -146,7 +146,7 @@ fn color_of(joint: &Joint) -> [u8; 3] {
     }
 }
 
-/// Joints with their travel, and bodies with their colors, beside the view.
+/// Joints with their travel, and bodies with their colors, next to the view.
 fn list(machine: &Machine, canvas: &mut Canvas) {
     let left = MARGIN + VIEW[0] + 24;
     let wide = SIZE[0] - left - MARGIN;
@@ -303,7 +303,7 @@ impl Pen<'_> {
         }
     }
 
-    /// A name beside a place, on white.
+    /// A name next to a place, on white.
     fn name(&mut self, place: &Point, name: &str) {
         let [x, y, _] = self.view.place(place);
         let (wide, high) = (width_of(name) as f64, 14.0);
@@ -342,7 +342,7 @@ mod tests {
         assert!(count(&canvas, BACKGROUND) < VIEW[0] * VIEW[1] * 3 / 4);
     }
 
-    /// What is nearer hides what is behind: the picture does not depend on the order of the bodies.
+    /// What is nearer hides what is farther away: the picture does not depend on the order of the bodies.
     #[test]
     fn the_order_of_the_bodies_does_not_matter() {
         let one = machine("three-axis-mill");

@@ -4,7 +4,8 @@ use proveout_sim::digest::sha256;
 
 use crate::encode::base64;
 
-/// The policy of a page whose scripts are these, as they stand in it: nothing is loaded, and nothing else runs.
+/// The policy of a page with these scripts, in the exact text of the page: nothing is loaded, and no other
+/// script runs.
 pub(crate) fn policy(scripts: &[&str]) -> String {
     let scripts: Vec<String> = scripts.iter().map(|s| format!("'sha256-{}'", base64(&sha256(s.as_bytes())))).collect();
     format!(

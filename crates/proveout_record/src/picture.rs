@@ -41,7 +41,7 @@ impl Picture {
         let good = |t: &&[u32; 3]| t.iter().all(|&i| finite.get(i as usize).copied().unwrap_or(false));
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(good).copied().collect();
         let given = |i: usize| normals.get(i).filter(|n| n.norm_squared().is_finite() && n.norm_squared() > 1e-12);
-        // What a surface tells of itself needs no faces.
+        // If the surface gives all normals, no faces are needed.
         let mut sums = Vec::new();
         if !(0..count).all(|i| given(i).is_some()) {
             sums = vec![Vector::zeros(); count];

@@ -6,10 +6,12 @@
 //! | touch | linear coordinate along X, Y or Z, with its tolerance to both sides | point with its nominal and its measured place, workpiece frame, mm |
 //! | thickness | thickness, with its tolerance to both sides | none |
 //!
-//! *What was checked.* Names, order and attributes of the elements of the document, below `Results` and of the base types of characteristics against
-//! `QIFDocument.xsd`, `QIFResults.xsd` and `Characteristics.xsd` of QIF 3.0 (DMSC; files of the community's repository); those of point features
-//! against the types that another program has generated from the schemas. A test holds each document against these orders, its counts and its
-//! references with a reader of XML. No document was validated with the whole schemas by a program.
+//! *What was checked.* Names, order and attributes of the elements of the document, below `Results` and of
+//! the base types of characteristics, against `QIFDocument.xsd`, `QIFResults.xsd` and `Characteristics.xsd`
+//! of QIF 3.0 (DMSC; files of the community's repository); those of point features against the types that
+//! another program has generated from the schemas. A test checks each document against these orders, its
+//! counts and its references with an XML reader. No document was validated with the whole schemas by a
+//! program.
 //!
 //! A feature whose probe met no surface has its item and no measurement, and fails the whole. Identifiers of the document are digests of what it
 //! says, so that the same run gives the same bytes.
@@ -115,7 +117,8 @@ fn list(out: &mut String, tag: &str, parts: &[String]) {
     }
 }
 
-/// The document. `plan` are the features of the scene in the order of `features`; none where there is nothing to tell.
+/// The document. `plan` are the features of the scene in the order of `features`; `None` where there is
+/// nothing to report.
 pub(crate) fn inspection_qif(features: &[Inspected], plan: &[Planned], run: &str) -> Option<String> {
     if features.is_empty() || features.len() != plan.len() {
         return None;

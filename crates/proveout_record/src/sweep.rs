@@ -30,7 +30,7 @@ const TEMPLATE: &str = include_str!("../templates/sweep.html");
 const TABLES: &str = include_str!("../templates/tables.js");
 /// Rows of the page: the fastest jobs of the best state.
 const SHOWN: usize = 200;
-/// Faults that are told.
+/// Largest number of faults that are shown.
 const FAULTS: usize = 10;
 /// Points of a chart.
 const POINTS: usize = 2000;

@@ -1,4 +1,5 @@
-//! Design surfaces in closed form, so that a cut part can be held against the exact shape without facet error.
+//! Design surfaces in closed form, so that a cut part can be compared with the exact shape without facet
+//! error.
 
 use proveout_geom::{Point, Vector};
 
@@ -116,8 +117,9 @@ impl DesignSurface for ConeFrustum {
     }
 }
 
-/// The flank of a frustum alone: it answers only for points whose foot lies on the flank, at least `end_margin` (mm, along
-/// the flank) from its two ends. So the face it stands on and the run-out of the cutter do not count.
+/// The flank of a frustum alone: it answers only for points whose foot lies on the flank, at least
+/// `end_margin` (mm, along the flank) from its two ends. So the floor below the frustum and the run-out of
+/// the cutter do not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConeFlank {
     /// The frustum.

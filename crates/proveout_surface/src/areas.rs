@@ -13,8 +13,9 @@
 //! with the square of the area `n_a` `A_a` that their rays see. Without intervals of the design (a face in closed form) it is the
 //! sum of depth times area over the points.
 //!
-//! **Area** is that of the design's surface where a gap begins: each end of an interval of the design stands for `A_a` |`n_a`| (see
-//! [`crate::Deviation`]). Without intervals of the design it is that of the points.
+//! **Area** is that of the design's surface where a gap begins: each end of an interval of the design
+//! represents `A_a`
+//! `n_a`| (see [`crate::Deviation`]). Without intervals of the design it is that of the points.
 //!
 //! **Memory.** Where more than [`MOST_CELLS`] cells are touched, cells of twice the edge are taken, until they are few enough. That
 //! depends on all points together and on nothing else.
@@ -60,7 +61,7 @@ pub struct Seed {
     pub design_area: f64,
     /// Area of the cut surface, mm².
     pub cut_area: f64,
-    /// Set and length of the gap that begins here, mm, and area that its ray stands for, mm².
+    /// Set and length of the gap that begins here, mm, and area that its ray represents, mm².
     pub gap: Option<(usize, f64, f64)>,
     /// Thickness of the wall that is gone, mm.
     pub wall: Option<f64>,
@@ -498,7 +499,7 @@ mod tests {
         });
         let found = wall.finish();
         assert!(found.len() == 1 && found[0].foil && found[0].wall == Some(0.02));
-        // Beside something deep it is part of that, and does not set its depth.
+        // Next to something deep it is part of that, and does not set its depth.
         let mut both = Areas::new(vec![part()], 0.03);
         both.add(0, &foil(1.0, 1.0));
         both.add(0, &Seed { depth: 0.01, ..seed(1.5, 1.0, 0.01) });
@@ -513,7 +514,7 @@ mod tests {
             let gap = Some((2, 0.3, 0.25));
             areas.add(0, &Seed { gap, ..seed(2.0 + 0.5 * x, 2.0 + 0.5 * y, 0.3) });
         }
-        // Rays along it: one layer of them, which stands for a whole cell of depth.
+        // Rays along it: one layer of them, which represents a whole cell of depth.
         (0..10).for_each(|y| {
             areas.add(0, &Seed { gap: Some((0, 5.0, 0.25)), ..seed(2.0, 2.0 + 0.5 * f64::from(y), 0.1) });
         });

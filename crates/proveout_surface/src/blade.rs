@@ -31,11 +31,12 @@ const FINE: usize = 8;
 /// Facets are looked at closer where their distance is more than this part of the largest.
 const CLOSER: f64 = 0.8;
 
-/// Largest distance of the facets of a mesh from the surface that it stands for, mm, as measured: on the middles of all facets and edges, and
-/// where these are farthest off, at 45 places of each facet.
+/// Largest distance of the facets of a mesh from the surface that it approximates, mm, as measured: at the
+/// middles of all facets and edges, and where these are farthest off, at 45 places of each facet.
 ///
-/// Between places a facet deviates by little more: the distance of a flat facet from a smooth surface bends by no more than the surface itself,
-/// and its middle and those of its edges are where it is largest. None where the design does not answer for a place.
+/// Between these places a facet deviates by little more: the distance of a flat facet from a smooth surface
+/// bends no more than the surface itself, and is largest at the middles of the facet and of its edges.
+/// `None` where the design does not answer for a place.
 pub fn chord_error(mesh: &TriMesh, design: &(impl DesignSurface + ?Sized)) -> Option<f64> {
     let place = |triangle: &[u32; 3], parts: [f64; 3]| {
         let corners = triangle.map(|i| mesh.positions.get(i as usize).map_or_else(Vector::zeros, |p| p.coords));

@@ -1,8 +1,9 @@
-//! Parts of a design that the rays of a stock cannot tell.
+//! Parts of a design that the rays of a stock cannot resolve.
 //!
-//! On a ray everything is exact; what lies between rays is known from its neighbors. A wall is always met by the set of rays that
-//! crosses it, however thin it is. A pin or a rib thinner than the cells in two directions may stand between all rays: whether
-//! it was milled away is then not known, and a judgement must say so.
+//! On a ray everything is exact; what lies between rays is inferred from its neighbors. A wall is always
+//! met by the set of rays that crosses it, however thin it is. A pin or a rib thinner than the cells in two
+//! directions may lie between all rays. Whether it was milled away is then not known, and the verdict must
+//! say so.
 //!
 //! The surface of the design is sampled at the distance of the rays (each triangle in strips along its longest edge, so that no
 //! triangle is left out, however small). A sample p with outward normal n is *seen* when a point of a ray lies within
@@ -15,8 +16,8 @@
 //!     '-'      o                  2. Else points of the rays round p are tried one by one: beside p, half a cell in, and in the plane of the surface.
 //! ```
 //!
-//! The line makes sure that a pin is not taken for seen because rays run through the floor that it stands on. What is seen is
-//! compared on that ray (see `gaps`).
+//! Because of the line, a pin does not count as seen when rays only run through the floor below it. What is
+//! seen is compared on that ray (see `gaps`).
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 use proveout_stock::TriDexel;
@@ -24,8 +25,9 @@ use rayon::prelude::*;
 
 use crate::{DesignMesh, DesignSurface};
 
-/// Distance from a sample within which a ray must see it, in cells: points at which rays meet a wall that stands aslant to all of
-/// them are sqrt(3) cells apart in one direction, and in a corner of it the next may be as far in both.
+/// Distance from a sample within which a ray must see it, in cells. Rays meet a wall oblique to all of them
+/// at points up to sqrt(3) cells apart in one direction, and in a corner of the wall the next point may be
+/// as far in both.
 const REACH: f64 = 2.0;
 /// Radius of a ball that no ray of a set misses, and depth of its center, in cells.
 const BALL: f64 = 0.71;
@@ -39,7 +41,7 @@ const LARGE: f64 = 4.0;
 /// Triangles that are worked on at once by a thread.
 const TRIANGLES: usize = 64;
 
-/// Part of the design that no ray tells.
+/// Part of the design that no ray resolves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen {
     /// Its area, mm².
@@ -59,7 +61,8 @@ pub struct Watcher<'a> {
     pub window: Option<Aabb>,
 }
 
-/// Looks for what none of the rays tells; `region` is where the design is judged. The first watcher is the stock.
+/// Finds what none of the rays resolves; `region` is where the design is judged. The first watcher is the
+/// stock.
 pub fn unseen(mesh: &TriMesh, design: &DesignMesh, watchers: &[Watcher<'_>], region: Option<&Aabb>) -> Option<Unseen> {
     let count = mesh.triangles.len();
     let parts: Vec<Option<Unseen>> = (0..count.div_ceil(TRIANGLES))
@@ -99,7 +102,7 @@ pub(crate) fn watcher<'a, 'b>(watchers: &'b [Watcher<'a>], p: &Point) -> Option<
     patch.or_else(|| watchers.iter().find(|w| w.window.is_none()))
 }
 
-/// Takes samples: place, outward normal, area that it stands for, and whether no ray can be near.
+/// Takes samples: place, outward normal, area that it represents, and whether no ray can be near.
 pub(crate) type See<'a> = dyn FnMut(&Point, &Vector, f64, bool) + 'a;
 
 /// Calls with samples of a triangle. One that is far larger than the stock is halved, and halves that no ray comes near are one sample each: a design in
@@ -116,7 +119,7 @@ pub(crate) fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], se
             samples(&t, watchers, see);
             continue;
         }
-        // A ray is near a place that lies beside the stock along one axis at most: along that of the ray.
+        // A ray can be near a place outside the stock's box along one axis at most: along that of the ray.
         let own = Aabb::of_points(&t);
         let beside = (0..3).filter(|&i| own.max[i] < near.min[i] || near.max[i] < own.min[i]).count();
         if beside >= 2 {
@@ -218,7 +221,8 @@ fn sees_from(design: &DesignMesh, stock: &TriDexel, from: &Point, n: &Vector, ri
                 continue;
             }
             let Some(ray) = stock.ray_near(axis, from, [di, dj]) else { continue };
-            // Beside the sample, half a cell in, and where the ray meets the plane of the surface: in a thin wall.
+            // At the sample, half a cell in, and where the ray meets the plane of the surface: in a thin
+            // wall.
             let aside = ray.point(from[axis]) - from;
             let beside = [0.0, 0.5].map(|inward| from[axis] - inward * cell * n[axis]);
             let on_plane = (n[axis].abs() > FLAT).then(|| from[axis] - aside.dot(n) / n[axis]);

@@ -1,4 +1,4 @@
-//! What a cut surface is held against.
+//! The surface that a cut part is compared with.
 
 use proveout_geom::{Point, Vector};
 

@@ -47,11 +47,11 @@ pub struct DeviationSettings {
 ///   material missing inside of it:   - (gouge)
 /// ```
 ///
-/// Mean, root mean square and areas weigh each point with the area it stands for. Rays along axis i with spacing h meet
-/// a surface of unit normal n at `|n_i| / h²` points an area (`h²` is the area of the two other edges where cells are not
-/// cubes). The weight `h² |n_i|` therefore makes the sum over the three
-/// families `n_x² + n_y² + n_z² = 1` for each unit of area, with no weight above one cell, while `h² / |n_i|` would let
-/// points on grazing rays decide.
+/// Mean, root mean square and areas weight each point by the area it represents. Rays along axis i with
+/// spacing h meet a surface of unit normal n at `|n_i| / h²` points per unit area (`h²` is the area of
+/// the two other edges where cells are not cubes). The weight `h² |n_i|` therefore makes the sum over
+/// the three families `n_x² + n_y² + n_z² = 1` for each unit of area, with no weight above one cell,
+/// while `h² / |n_i|` would let points on grazing rays dominate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Deviation {
     /// Error of the design surface as given.
@@ -102,7 +102,7 @@ pub enum Judged {
     Counts {
         /// Signed deviation, mm.
         deviation: f64,
-        /// Area that the point stands for, mm².
+        /// Area that the point represents, mm².
         weight: f64,
     },
 }

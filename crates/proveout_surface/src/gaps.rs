@@ -26,8 +26,9 @@
 //! The second condition keeps a thin layer that was milled off a block out: its points lie under the top face, far nearer than half the
 //! width of the block.
 //!
-//! **Foils.** A wall no thicker than the tolerance that is gone as a whole lies within the tolerance on each single ray, and so does the
-//! tip of a wedge. They are told apart by their extent, by the caller ([`Gap::foil`]).
+//! **Foils.** A wall no thicker than the tolerance that is gone as a whole lies within the tolerance on
+//! each single ray, and so does the tip of a wedge. The caller distinguishes them by their extent
+//! ([`Gap::foil`]).
 //!
 //! Known limits: material between two rays of a set is not seen where the others do not see it either: see `coverage`.
 
@@ -56,7 +57,7 @@ pub struct GapSettings {
     pub missing: f64,
     /// Material left higher than this counts, mm.
     pub left: f64,
-    /// Below this nothing can be told, mm: error of design and stock.
+    /// Below this no deviation can be resolved, mm: error of design and stock.
     pub floor: f64,
 }
 
@@ -110,8 +111,8 @@ pub struct OnRay<'a> {
     pub deviations: &'a [f64],
 }
 
-/// Finds the gaps of a ray that count. `solid` gives signed distances to the design whose intervals these are; `counts` tells
-/// which heights on the ray are judged.
+/// Finds the gaps of a ray that count. `solid` gives signed distances to the design whose intervals these
+/// are; `counts` returns whether a height on the ray is judged.
 pub fn gaps(
     ray: &OnRay<'_>,
     solid: &(impl DesignSurface + ?Sized),

@@ -26,8 +26,9 @@
 //! deepest point.
 //! A face mill on a flat face is decided in one box, a ball in a fillet in boxes of `sqrt(8 R t)`.
 //!
-//! **Result.** Gouges deeper than the allowed depth by more than [`Overcut::grain`] are found; what is less deep than the allowed depth is none.
-//! Boxes that stay undecided (the search took too long) are told with place and size.
+//! **Result.** Gouges deeper than the allowed depth by more than [`Overcut::grain`] are found; nothing less
+//! deep than the allowed depth is reported. Boxes that stay undecided (the search took too long) are
+//! reported with place and size.
 
 use std::cell::Cell;
 
@@ -40,7 +41,7 @@ use crate::{
     topography::{SweepItem, SweptBodies},
 };
 
-/// Faces of a box up to which pieces are held against it; with more it is halved first.
+/// Largest number of faces of a box for which pieces are checked against it; with more it is halved first.
 const MOST_FACES: usize = 256;
 /// Directions that are tried.
 const ASPECTS: usize = 6;
@@ -238,8 +239,8 @@ impl Search<'_> {
         out
     }
 
-    /// Climbs from a gouge to the deepest point in its block or beside it. Every step ends inside a swept piece, so the
-    /// depth was really cut.
+    /// Climbs from a gouge to the deepest point in its block or a neighboring one. Every step ends inside a
+    /// swept piece, so the depth was really cut.
     fn climbed(&self, place: &Place, known: Worst) -> Worst {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds.expanded(self.on.block));
         let mut groups = place.items.clone();

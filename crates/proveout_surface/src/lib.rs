@@ -10,17 +10,18 @@
 //! * [`Films`] – sheets of material as thin as the error of their own faces.
 //! * [`Areas`] – what is too deep or too high, area by area.
 //! * [`refined`] – the worst place of an area on the swept surface itself, between the rays.
-//! * [`unseen`] – parts of the design that no ray tells.
+//! * [`unseen`] – parts of the design that no ray resolves.
 //! * [`overcuts`] – gouges between the rays, decided on the swept pieces.
-//! * [`uncut`] – places beside the design that no piece has cleared.
+//! * [`uncut`] – places next to the design that no piece has cleared.
 //!
 //! Nearest points of a mesh are found by branch and bound over a bounding volume hierarchy; their sign by angle-weighted
 //! pseudo-normals (Baerentzen and Aanaes 2005).
 //!
-//! Known limits: the deviation of a cut point is its distance to the nearest design point; what it misses (walls that are
-//! thinner than a gouge is deep) is found on the rays, for designs that bound a solid. A groove of the cut part narrower than the cells, between
-//! all rays, is not seen. A design mesh counts as exact; its chord error is the caller's tolerance floor. The rays of
-//! a solid are compared with its mesh also where the points are held against a closed form.
+//! Known limits: the deviation of a cut point is its distance to the nearest design point. What this misses
+//! (walls thinner than a gouge is deep) is found on the rays, for designs that bound a solid. A groove of
+//! the cut part narrower than the cells, between all rays, is not seen. A design mesh counts as exact; its
+//! chord error is the caller's tolerance floor. The rays of a solid are compared with its mesh even where
+//! the points are compared with a closed form.
 
 mod analytic;
 mod areas;

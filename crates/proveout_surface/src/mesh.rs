@@ -138,7 +138,7 @@ impl DesignMesh {
     /// its surface; at most eight.
     pub fn middles_inside(&self, from: &Point, to: &Point) -> Vec<Point> {
         const MOST: usize = 16;
-        /// Part of the line by which a search goes on behind a face.
+        /// Fraction of the line by which a search steps past a face.
         const STEP: f64 = 1e-9;
         let (way, mut at, mut last) = (to - from, 0.0, None);
         let mut out = Vec::new();

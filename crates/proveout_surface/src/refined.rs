@@ -13,10 +13,11 @@
 //! step^2 / 2R, and a ridge, where heights fall off with a slope, to slope times step: it ends below 0.1 micrometers for cells up to 0.4 mm.
 //! Halving keeps twice the step about the best place, so that a ridge that runs askew is not lost.
 //!
-//! **What holds it on the part.** The place lies within the cells round a point of the cut surface, inside of the stock's box and the judged
-//! region, and its height is its distance from the design: past the middle between two faces, as along the normal of an end face into a layer that
-//! is milled off beside it, the other face is nearer and tells. Other pieces that cut deeper at the worst place of a gouge take its place, and
-//! are searched in their turn.
+//! **What keeps it on the part.** The place lies within the cells round a point of the cut surface, inside
+//! of the stock's box and the judged region, and its height is its distance from the design. Past the
+//! middle between two faces the other face is nearer and gives the distance, as along the normal of an end
+//! face into a layer that is milled off next to it. Other pieces that cut deeper at the worst place of a
+//! gouge replace the first one, and are searched in turn.
 //!
 //! Limits: an area that is partly skin of the raw stock keeps its points as excess (what the skin bounds is not searched); so do gaps of
 //! walls that are gone, and points made by an earlier run. An area with more than [`crate::MOST_STARTS`] cells of nearly the same
@@ -44,7 +45,8 @@ const STARTS_OF_EXCESS: usize = 4;
 const AGAIN: usize = 4;
 /// What a height followed may be off the point that the stock has, mm: bound of the sweeps along the normal, and rounding.
 const SAME: f64 = 5e-3;
-/// A height may differ from the distance of its point by this part and mm: the corners of a mesh that stands for a smooth face.
+/// A height may differ from the distance of its point by this fraction and mm: the corners of a mesh of a
+/// smooth face.
 const OWN: [f64; 2] = [0.02, 1e-4];
 /// Heights that differ by less are one, mm.
 const EQUAL: f64 = 1e-9;

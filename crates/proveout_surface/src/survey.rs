@@ -1,4 +1,4 @@
-//! The whole surface of a stock held against a design, band by band.
+//! The whole surface of a stock compared with a design, band by band.
 //!
 //! A band is some rows of rays. Its points are measured and its rays compared with the design in parallel; what came out is
 //! handed on in the order of the rays, so that nothing depends on the number of threads and no more than a band is in memory.
@@ -17,7 +17,7 @@ use crate::{
 /// Rays of a band, about: some ten megabytes.
 const RAYS_AT_ONCE: usize = 1 << 15;
 
-/// What is held against what.
+/// What is compared, and how.
 pub struct Survey<'a> {
     /// The cut part.
     pub stock: &'a TriDexel,

@@ -1,7 +1,8 @@
-//! Material left beside the design, decided on the swept pieces themselves.
+//! Material left next to the design, decided on the swept pieces themselves.
 //!
-//! A slot, a hole, a chamfer or a cavity of the design that was left full has no point of the cut part near its faces when it is narrower than
-//! the cells. So every face of the design asks whether the room in front of it was cleared:
+//! If a slot, a hole, a chamfer or a cavity of the design is narrower than the cells and was left full, the
+//! cut part has no point near its faces. So each face of the design is tested: was the room in front of it
+//! cleared?
 //!
 //! ```text
 //!      p = q + (t + e) n             q: sample of the design's surface with its normal n; t: height that is allowed
@@ -10,18 +11,21 @@
 //!   ===+===== design                 It is exact: nothing is searched between rays.
 //! ```
 //!
-//! Samples lie a cell apart, at least one on every face. In a concave edge of the design most is left where a round cutter cannot go; there
-//! the place that is just higher than t above both faces is asked as well, a cell apart along the edge.
+//! Samples lie a cell apart, at least one on every face. In a concave edge of the design most material is
+//! left where a round cutter cannot go; there the place just higher than t above both faces is tested as
+//! well, a cell apart along the edge.
 //!
-//! **Height.** From a place that is left the way goes on along n while nothing was cleared, and then to the sides while the distance from the
-//! design grows; the largest that was met is told.
+//! **Height.** From a place with material left the search goes along n while nothing was cleared, and then
+//! to the sides while the distance from the design grows; the largest distance found is reported.
 //!
-//! **Missing from the start.** The same places on the other side, `q - (t + e) n` and deeper than t below both faces of an edge that is bent
-//! outward, tell whether the raw stock held the design: a bar may leave out the edges of a block by less than a cell.
+//! **Missing from the start.** The same places on the other side, `q - (t + e) n` and deeper than t below
+//! both faces of a convex edge, show whether the raw stock contained the design: a bar may lack the edges
+//! of a block by less than a cell.
 //!
-//! **When the motion does not tell.** What an earlier run left, or material that fell away without being cut, is known on rays alone. Then a
-//! point of a ray beside p, outside of the design and in plain sight of p, tells whether material is there; where there is none in reach, the
-//! place stays unknown, and its area counts.
+//! **When the motion is not enough.** What an earlier run left, or material that fell away without being
+//! cut, is known on rays alone. Then a point of a ray next to p, outside of the design and in plain sight
+//! of p, decides whether material is there. With no such point in reach the place stays unknown, and its
+//! area counts.
 
 use std::collections::HashMap;
 
@@ -72,7 +76,7 @@ pub struct Uncut<'a> {
     pub allowed: f64,
     /// Depth below the design at which the raw stock may end, mm.
     pub missing: f64,
-    /// Material nearer to what was swept may be a sheet that the twin cannot tell from none, mm.
+    /// Material nearer to what was swept may be a sheet too thin for the twin to distinguish from none, mm.
     pub film: f64,
     /// Whether the rays have found material left at a place: nothing is asked there.
     pub known: &'a (dyn Fn(&Point) -> bool + Sync),
@@ -96,13 +100,13 @@ pub struct UncutFound {
     pub left: Vec<Left>,
     /// Where the raw stock left the design out, with the depth that is missing at least.
     pub missing: Vec<Left>,
-    /// Area of the design in front of which nothing tells whether material is left, mm².
+    /// Area of the design in front of which it is not known whether material is left, mm².
     pub unknown: f64,
     /// A place of it.
     pub at: Option<Point>,
 }
 
-/// What a place tells.
+/// The state of a place.
 enum Told {
     Free,
     Full,
@@ -168,7 +172,8 @@ impl Uncut<'_> {
         }
         match self.told(&p, n) {
             Told::Free => {}
-            // In a gap of the design that is no wider than twice the height, or beside another face, nothing is too high.
+            // In a gap of the design that is no wider than twice the height, or next to another face,
+            // nothing is too high.
             _ if self.height(&p) < self.allowed => {}
             Told::Unknown => {
                 found.unknown += area;
@@ -196,7 +201,7 @@ impl Uncut<'_> {
         }
     }
 
-    /// Climbs from a place that is left to a higher one beside it.
+    /// Climbs from a place with material left to a higher one next to it.
     fn highest(&self, mut best: Left, n: &Vector) -> Left {
         let mut step = 0.5 * best.depth;
         for _ in 0..CLIMBS {

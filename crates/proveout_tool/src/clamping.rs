@@ -18,7 +18,7 @@ use crate::{Body, Profile, Role, Segment, Tool};
 const JOIN_MM: f64 = 1e-6;
 
 impl Tool {
-    /// Length that stands out of the holder now, from the tip to the holder's nose, mm; none without a holder.
+    /// Current projection from the holder: tip to holder nose, mm; none without a holder.
     pub fn overhang(&self) -> Option<f64> {
         let holder = self.bodies.iter().filter(|b| b.role == Role::Holder);
         holder.map(|b| b.profile.z_min()).reduce(f64::min)

@@ -1,32 +1,34 @@
-//! A tool as somebody else's file tells it, on its way into a library: dimensions that are told, those that are not, and why a number stands
-//! where nothing told it.
+//! A tool from another program's file, on its way into a library: given dimensions, missing dimensions, and
+//! why a missing one has its value.
 //!
-//! A draft keeps apart what was read and what was chosen. [`ToolDraft::complete`] chooses what a library cannot do without (length of the flutes,
-//! gauge length) and gives the reason; [`library_text`] writes all of it as a library file, chosen keys named with their reasons.
+//! A draft keeps read and assumed values apart. [`ToolDraft::complete`] assumes what a library requires
+//! (flute length, gauge length) and gives the reason. [`library_text`] writes everything as a library file
+//! and names the assumed keys with their reasons.
 
 use std::fmt::Write as _;
 
 use crate::import::words::TAP_ENVELOPE;
 use crate::{HolderSection, Thread, ThreadSize, thread_of};
 
-/// Length of the flutes over the diameter where nothing tells it: that of a usual end mill. A cut that is deeper is a finding, so that a
-/// longer tool is never assumed.
+/// Flute length in diameters where it is not given: that of a usual end mill. A deeper cut is a finding, so
+/// a longer tool is never assumed.
 const FLUTES_OVER_DIAMETER: f64 = 3.0;
 /// Flutes of a tool of which only the point cuts, over its height.
 const FLUTES_OVER_POINT: f64 = 1.0;
-/// Stick-out behind the flutes where nothing tells it, mm.
+/// Projection beyond the flutes where it is not given, mm.
 const BEHIND_FLUTES_MM: f64 = 15.0;
-/// What stands out of the holder over the deepest cut, where nothing tells how far the tool stands out, mm.
+/// Projection beyond the deepest cut where the projection is not given, mm.
 const ABOVE_CUT_MM: f64 = 5.0;
 /// Lengths that differ by less are one, mm.
 const SAME_MM: f64 = 1e-6;
 /// Gauge length without a holder, mm: a usual projection of tool and holder together.
 const BARE_GAUGE_MM: f64 = 150.0;
-/// Full angle of a drill's point where nothing tells it, degrees: that of a usual twist drill.
+/// Full point angle of a drill where it is not given, degrees: that of a usual twist drill.
 const DRILL_POINT_DEG: f64 = 118.0;
 /// A thread is that of a tool whose diameter differs by no more than this part.
 const SAME_THREAD: f64 = 0.02;
-/// Entering angle of a face mill where nothing tells it, degrees: a square shoulder, the fullest body of its diameter.
+/// Entering angle of a face mill where it is not given, degrees: a square shoulder, the fullest body of its
+/// diameter.
 const SQUARE_DEG: f64 = 90.0;
 
 /// One tool as read, mm and degrees.
@@ -34,11 +36,11 @@ const SQUARE_DEG: f64 = 90.0;
 pub struct ToolDraft {
     /// Place in the tool table.
     pub number: u32,
-    /// Name; `T7` where nothing tells it.
+    /// Name; `T7` where none is given.
     pub name: String,
     /// Words for people.
     pub description: String,
-    /// `kind` of the library; none where nothing tells the shape.
+    /// `kind` of the library; `None` where the shape is not given.
     pub kind: Option<&'static str>,
     /// Keys of the shape with their values, in the order in which they are written.
     pub shape: Vec<(&'static str, f64)>,
@@ -52,27 +54,27 @@ pub struct ToolDraft {
     pub shank: Option<f64>,
     /// Length of the tool without its holder.
     pub overall: Option<f64>,
-    /// Length that stands out of the holder.
+    /// Length from the tip to the holder's nose.
     pub stick_out: Option<f64>,
     /// From the tip to the gauge line.
     pub gauge: Option<f64>,
     /// Number of teeth.
     pub flutes: Option<u32>,
-    /// Whether its edges reach the center of its end; none where nothing tells it.
+    /// Whether its edges reach the center of its end; `None` where not given.
     pub center_cutting: Option<bool>,
     /// The tool cuts when the spindle turns counter-clockwise.
     pub left_handed: bool,
     /// Name of the holder.
     pub holder_name: String,
-    /// Holder from its nose up; empty where nothing tells it.
+    /// Holder from its nose up; empty where not given.
     pub holder: Vec<HolderSection>,
     /// Where the numbers come from.
     pub source: String,
-    /// Keys that nothing told, and why they have their values.
+    /// Keys with assumed values, and the reasons.
     pub chosen: Vec<(Vec<&'static str>, String)>,
 }
 
-/// Holder that a call gives to tools of which nothing tells one.
+/// Holder that a call gives to tools without one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlainHolder {
     /// Diameter, mm.
@@ -103,14 +105,15 @@ impl ToolDraft {
         }
     }
 
-    /// Cutting diameter, where it is told, mm.
+    /// Cutting diameter, mm, if known.
     pub fn diameter(&self) -> Option<f64> {
         let outline = self.segments.iter().map(|([r, _], _)| 2.0 * r).fold(0.0, f64::max);
         self.get("diameter_mm").or((outline > 0.0).then_some(outline))
     }
 
-    /// Makes a tap of it, with the pitch that the words or `pitch` (mm) tell. Where nothing tells it the tap has none, with the reason `why`: its
-    /// thread is then not known. A thread of another diameter than the one that is told is none of this tool.
+    /// Makes this tool a tap. The pitch is `pitch` (mm), or else that of a thread named in `text`. Without
+    /// a valid pitch the tap has none, with the reason `why`: its thread is then not known. A named thread
+    /// whose diameter differs from the tool's is ignored.
     pub fn become_tap(&mut self, text: &str, pitch: Option<f64>, why: &str) {
         let named = thread_of(text);
         if let (None, Some(size)) = (self.diameter(), named) {
@@ -159,11 +162,12 @@ impl ToolDraft {
         }
     }
 
-    /// Chooses what a library cannot do without and nothing has told; every choice has its reason. `holder` is that of the call, for a tool
-    /// without one: none leaves it without, so that what needs a holder stays unchecked.
+    /// Assumes what a library requires and the file does not give; every assumption has its reason.
+    /// `holder` is that of the call, for a tool without one. With `None` the tool stays without, and what
+    /// needs a holder stays unchecked.
     ///
     /// # Errors
-    /// What cannot be chosen: a tool of which neither diameter nor shape is told.
+    /// What cannot be assumed: a tool with neither a diameter nor a shape.
     pub fn complete(&mut self, holder: Option<PlainHolder>) -> Result<(), String> {
         let Some(diameter) = self.diameter() else {
             return Err(format!("nothing tells the diameter of tool T{}", self.number));
@@ -197,7 +201,7 @@ impl ToolDraft {
         let end = self.end_height();
         self.give_holder(holder);
         let held: f64 = self.holder.iter().map(|s| s.length).sum();
-        // A length that is told leaves so much below the holder.
+        // A given gauge length leaves this much below the holder.
         let below = self.gauge.map(|gauge| gauge - held);
         if let (Some(gauge), Some(below)) = (self.gauge, below)
             && held > 0.0
@@ -250,8 +254,8 @@ impl ToolDraft {
         Ok(())
     }
 
-    /// Takes an overall length back that ends before the holder, where nothing tells how far the tool stands out: one of both is not what it
-    /// is taken for, and only the overall length may be left out.
+    /// Drops an overall length that ends before the holder if the projection is assumed. One of the two
+    /// lengths does not mean what it is taken for, and only the overall length may be left out.
     fn without_short_overall(&mut self) {
         let out = self.gauge.unwrap_or(0.0) - self.holder.iter().map(|s| s.length).sum::<f64>();
         let chosen = self.chosen.iter().any(|(keys, _)| keys.contains(&"gauge_length_mm"));
@@ -277,9 +281,10 @@ impl ToolDraft {
         }
     }
 
-    /// Lets a tool of which nothing tells how far it stands out reach a cut that is so deep below the material's top, mm: nobody chucks a tool
-    /// so short that its holder would meet the part. The flutes of a drill, where nothing tells them, reach as far; those of a mill do not,
-    /// since a cut that is deeper is a finding. Whether a length changed.
+    /// Lengthens a tool of assumed projection until it reaches `depth` below the material's top, mm: no one
+    /// clamps a tool so short that its holder would hit the part. The assumed flutes of a drill grow by as
+    /// much; those of a mill do not, since a cut deeper than the flutes is a finding. Returns whether a
+    /// length changed.
     pub fn reach(&mut self, depth: f64) -> bool {
         let is_chosen = |this: &Self, key: &str| this.chosen.iter().any(|(keys, _)| keys.contains(&key));
         let mut changed = false;
@@ -457,7 +462,7 @@ mod tests {
         mill.complete(holder).expect("told");
         assert_eq!(mill.flute_length, Some(15.0), "no longer than what stands out");
         assert!(!mill.reach(50.0) && mill.gauge == Some(75.0));
-        // A library whose tools stand out by their flutes and no more.
+        // A library whose tools project from the holder by exactly their flutes.
         let flush = ToolDraft { gauge: Some(80.0), flute_length: Some(20.0), ..draft("flat", &[("diameter_mm", 8.0)]) };
         assert!(flush.clone().complete(holder).is_ok());
         let short = ToolDraft { gauge: Some(30.0), ..draft("flat", &[("diameter_mm", 8.0)]) }.complete(holder);

@@ -6,7 +6,8 @@ use crate::cutter::{ShapeError, length, refuse};
 use crate::library_file::EdgesEntry;
 use crate::{Role, Segment, Tool};
 
-/// Largest way by which a round insert may stand off the outline of its cutter, mm: rounding of dimensions in a catalogue.
+/// Largest deviation of a round insert from the outline of its cutter, mm: rounding of dimensions in a
+/// catalogue.
 const OFF_OUTLINE_MM: f64 = 1e-3;
 
 /// Run-out of one tooth, mm.
@@ -38,7 +39,7 @@ pub enum RakeAbout {
     Nose,
 }
 
-/// The edges of the teeth, which stand at equal pitch; [`Tool::flutes`] counts them.
+/// The edges of the teeth, at equal pitch; [`Tool::flutes`] counts them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CuttingEdges {
     /// Helix angle at the largest radius, radian; right-hand positive, of constant lead.
@@ -53,7 +54,7 @@ pub struct CuttingEdges {
     pub rake_about: RakeAbout,
 }
 
-/// The edges of an entry of a library file, held against the tool that was made of it.
+/// The edges of an entry of a library file, checked against the tool made from that entry.
 pub(crate) fn edges_of(e: &EdgesEntry, tool: &Tool) -> Result<CuttingEdges, ShapeError> {
     let Some(teeth) = tool.flutes else {
         return refuse("flutes", f64::NAN, "is missing: [tool.edges] describes each tooth, so that they are counted");

@@ -57,7 +57,8 @@ pub(crate) const SHAPE_KEYS: [&str; 16] = [
     "segments",
 ];
 
-/// Of a tap of which nothing tells the pitch, the cylinder round its teeth is known all the same.
+/// The key that may be missing: of a tap without a pitch, the cylinder round its teeth is known all the
+/// same.
 const OPTIONAL: &str = "pitch_mm";
 
 /// The keys that a kind cannot do without.
@@ -123,7 +124,7 @@ fn shape_value(e: &ToolEntry, key: &str) -> Option<f64> {
         "half_angle_deg" => e.half_angle_deg,
         "entering_angle_deg" => e.entering_angle_deg,
         "pitch_mm" => e.pitch_mm,
-        // Stands for "is there".
+        // Any value: it only means that the key is present.
         "segments" => e.segments.as_ref().map(|s| s.len() as f64),
         _ => None,
     }

@@ -19,8 +19,8 @@
 //! * [`Thread`] – what a tap cuts outside of its core hole.
 //! * [`CuttingEdges`] – the teeth where they are described: helix, run-out, round inserts, rake.
 //!
-//! Known limits: a cutter is the body that its edges sweep; relief is not described, and teeth stand at equal pitch. Arcs
-//! are convex; a concave fillet between shank and neck is given as short cones.
+//! Known limits: a cutter is the body that its edges sweep; relief is not described, and all teeth have
+//! equal pitch. Arcs are convex; a concave fillet between shank and neck is given as short cones.
 
 mod assembly;
 mod builder;

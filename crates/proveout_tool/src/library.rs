@@ -10,7 +10,7 @@ use crate::entry::tool_of;
 use crate::library_file::{Kind, LengthIs, LibraryFile};
 use crate::{Tool, ToolId};
 
-/// Tables of a tool in which its keys stand, besides its own.
+/// Tables of a tool that contain its keys, in addition to its own table.
 const TABLES: [&[Step<'_>]; 4] =
     [&[Key("holder")], &[Key("edges")], &[Key("residual")], &[Key("edges"), Key("round_insert")]];
 
@@ -52,7 +52,7 @@ impl ToolLibrary {
         Self::from_text(path, &read_input(path)?)
     }
 
-    /// The same from a text; `name` stands in errors.
+    /// The same from a text; errors show `name`.
     ///
     /// # Errors
     /// As for [`Self::read`].
@@ -112,7 +112,7 @@ impl ToolLibrary {
         Ok(library)
     }
 
-    /// Whether the length of a tool was chosen, and nobody has measured or prescribed it.
+    /// Whether the length of a tool was assumed, neither measured nor prescribed.
     pub fn is_length_assumed(&self, index: usize) -> bool {
         let chosen = |notes: &ToolNotes| notes.chosen.iter().any(|(keys, _)| keys.iter().any(|k| k == GAUGE_LENGTH));
         self.notes.get(index).is_some_and(|notes| chosen(notes) && !notes.length_prescribed)

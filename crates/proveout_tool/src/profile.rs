@@ -434,7 +434,8 @@ mod tests {
             for i in 0..4000 {
                 let p = [f64::from(i % 63) * 0.13, f64::from(i / 63) * 0.45 - 4.0];
                 let outside = profile.signed_distance(p);
-                // Outside the distance to the wide body is less by 1.5 exactly; inside only the sign is told.
+                // Outside, the distance to the wide body is smaller by exactly 1.5; inside, only the sign
+                // is defined.
                 if outside > 1.5 {
                     assert!((wide.signed_distance(p) - (outside - 1.5)).abs() < 1e-9, "{p:?}");
                 } else if (outside - 1.5).abs() > 1e-9 {

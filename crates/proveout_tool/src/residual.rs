@@ -1,4 +1,4 @@
-//! What a tool leaves on a surface beside the marks of its motion.
+//! What a tool leaves on a surface in addition to the marks of its motion.
 
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -10,7 +10,7 @@ use crate::cutter::refuse;
 const DEPTH_OVER_PITCH: f64 = 0.625 * 0.866_025_403_784_438_6;
 /// One inch, mm.
 const INCH_MM: f64 = 25.4;
-/// Pitches over the diameter that are believed in a text: above it stands the length of a screw.
+/// Largest pitch over diameter that is accepted from a text: a larger number is the length of a screw.
 const COARSEST: f64 = 0.35;
 /// Largest number of an inch thread by number, and its coarsest pitch, threads an inch.
 const MOST_NUMBERED: f64 = 12.0;
@@ -104,7 +104,8 @@ pub struct ThreadSize {
     pub diameter: f64,
     /// Pitch, mm.
     pub pitch: f64,
-    /// The pitch is named; else it is the coarse one of ISO 261, which a size without a pitch stands for.
+    /// Whether the text names the pitch; otherwise it is the coarse one of ISO 261, which a size without a
+    /// pitch means.
     pub pitch_told: bool,
 }
 
@@ -174,7 +175,7 @@ fn inches(text: &str) -> Option<f64> {
     Some(whole + part)
 }
 
-/// A number and what stands behind it.
+/// A leading number and the text after it.
 fn leading_number(text: &str) -> Option<(f64, &str)> {
     let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
     let number: f64 = text[..end].parse().ok()?;

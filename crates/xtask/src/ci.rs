@@ -216,7 +216,8 @@ fn tests(context: &Context) -> Result<String, Failure> {
         .map_err(|Failure(text)| Failure(format!("{total}\n{text}")))
 }
 
-/// Begin of the line by which a test tells that it passed without looking, for lack of data; past the capture of the harness.
+/// Start of the line with which a test reports that it passed without checking, for lack of data; not
+/// captured by the test harness.
 const LEFT_OUT: &str = "LEFT OUT: ";
 
 /// The tests, and what passed without looking.

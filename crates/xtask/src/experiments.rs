@@ -29,7 +29,8 @@ may agree and which reproduces nothing.
 
 /// Begin of the line that says when a section was written.
 const WRITTEN: &str = "Written at commit ";
-/// Begin of the command that made a section; not as a person types it, since tests type what stands on pages like that, and some of these take minutes.
+/// Start of the line with the command that made a section. It differs from what a person types, since tests
+/// run the commands on pages, and some of these take minutes.
 const MADE: &str = "Made by proveout: `";
 /// Hexadecimal digits of a digest that are shown.
 const SHOWN: usize = 12;
@@ -111,7 +112,7 @@ fn registry(root: &Path) -> Result<Vec<toml::Value>, Failure> {
     Ok(table.get("run").and_then(toml::Value::as_array).cloned().unwrap_or_default())
 }
 
-/// Commit that the page is written at, and whether files beside it have changed since.
+/// Commit that the page is written at, and whether other files have changed since.
 fn commit(root: &Path) -> Result<String, Failure> {
     let git = |words: &[&str]| -> Result<String, Failure> {
         let output = Command::new("git").args(words).current_dir(root).output();
@@ -123,13 +124,13 @@ fn commit(root: &Path) -> Result<String, Failure> {
     Ok(format!("{WRITTEN}{}{changed}.", git(&["log", "-1", "--format=%h of %cs"])?))
 }
 
-/// Drawings that a comparison writes beside its results, and what they show.
+/// Drawings that a comparison writes with its results, and what they show.
 const DRAWINGS: [(&str, &str); 2] = [
     ("published-ranges.svg", "Published values and ours, with the ranges of ours over choices, draws and twin"),
     ("gain-over-limit.svg", "Time saved over the velocity limit of a joint, beside what the best schedule would save"),
 ];
 
-/// Puts the drawings of a comparison beside the page, and shows them.
+/// Puts the drawings of a comparison next to the page, and shows them.
 fn drawn(root: &Path, folder: &str, check: bool) -> Result<String, Failure> {
     let name = Path::new(folder).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut shown = String::new();

@@ -1,4 +1,4 @@
-//! Programs that are not part of the toolchain: one pinned version each, installed beside the build.
+//! Programs that are not part of the toolchain: one pinned version each, installed next to the build.
 
 use std::{
     path::{Path, PathBuf},
@@ -54,7 +54,7 @@ pub(crate) fn find(tool: &Tool, target: &Path) -> Result<PathBuf, Failure> {
         .env_remove("RUSTFLAGS")
         .status()
         .map_err(|e| Failure(format!("cannot start cargo install: {e}")))?;
-    // Hundreds of MB that nobody needs again; a failure to clear them is no fault of the check.
+    // Hundreds of MB that are not needed again; if they cannot be removed, the check does not fail.
     let _ = std::fs::remove_dir_all(&build);
     if status.success() && has_version(&program, tool) {
         return Ok(program);

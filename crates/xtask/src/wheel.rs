@@ -63,7 +63,7 @@ impl Options {
     }
 }
 
-/// Builds the wheel, tests it in an environment of its own, and tells where it lies.
+/// Builds the wheel, tests it in an environment of its own, and returns a text with its place.
 pub(crate) fn run(root: &Path, options: Options) -> Result<String, Failure> {
     let place = Workspace::read(root)?.target.join("wheel");
     let interpreter = interpreter()?;

@@ -38,7 +38,7 @@ pub(crate) struct Member {
     pub(crate) dependencies: Vec<Dependency>,
 }
 
-/// The workspace as `cargo metadata` tells it.
+/// The workspace as reported by `cargo metadata`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Workspace {
     /// Members, sorted by name.

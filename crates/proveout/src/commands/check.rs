@@ -294,7 +294,8 @@ mod tests {
 
     use super::*;
 
-    /// Every TOML file of the repository's scenes, machines, tools and controls, under a name that tells nothing.
+    /// Every TOML file of the repository's scenes, machines, tools and controls, under a name that gives no
+    /// hint.
     #[test]
     fn a_file_is_what_its_keys_say_whatever_its_name() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

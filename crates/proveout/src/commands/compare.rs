@@ -50,8 +50,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
     Ok(accepted(&compared.comparison, &args.accept_unchecked))
 }
 
-/// The verdict of a comparison; unchecked gates of its programs that the call accepts count as passed, and are told. A value or a
-/// criterion of the scene that is open stays open.
+/// The verdict of a comparison. Unchecked gates of its programs that the call accepts count as passed, and
+/// are reported. A value or a criterion of the scene that is open stays open.
 fn accepted(comparison: &Comparison, gates: &[String]) -> State {
     let open = |s: State| s == State::Unchecked;
     let programs = comparison.programs.values();

@@ -1,4 +1,4 @@
-//! What a package installs beside the program: completions of shells, manual pages.
+//! What a package installs with the program: shell completions, manual pages.
 
 use std::fs;
 

@@ -14,7 +14,7 @@ use crate::{args::NcArgs, failure::Failure};
 
 /// Text that leaves at once: some hundred lines, so that the time of a call to the system does not count.
 const OUTPUT_BYTES: usize = 1 << 16;
-/// Most remarks of a kind that are told.
+/// Largest number of remarks of a kind that are printed.
 pub(super) const MAX_REMARKS: usize = 20;
 
 /// Where the commands go.
@@ -105,7 +105,7 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     let target = args.post.as_deref().map(dialect_of).transpose()?;
     let compensation = tools.as_ref().map_or(Compensation::Programmed, |t| Compensation::ToolCenter(tool_radii(t)));
     let settings = Settings { compensation, ..settings };
-    // A written program moves to the coordinates that stand in it: a reference point that nobody knows is refused.
+    // A written program moves to explicit coordinates, so a move to an unknown reference point is refused.
     let settings = match settings.reference_points {
         None if target.is_some() => Settings { reference_points: Some(ReferencePoints::default()), ..settings },
         _ => settings,
@@ -157,7 +157,8 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(told)
 }
 
-/// Reads a written program with the reader of its dialect and holds its motion against that of the original.
+/// Reads a written program with the reader of its dialect and compares its motion with that of the
+/// original.
 fn read_again(args: &NcArgs, settings: &Settings, to: Dialect, form: &PostSettings, text: &str) -> Result<(), Failure> {
     let name = format!("{} as {}", args.program.display(), to.name());
     let reading = Settings {
@@ -192,7 +193,8 @@ fn unknown(args: &NcArgs, settings: &Settings) -> Result<(), Failure> {
     write!(out, "{found}").map_err(told)
 }
 
-/// Tells what `check` tells of the program, as far as it is not among the commands; what is wrong with it as a whole is an error.
+/// Prints the part of the `check` result that is not among the commands. A fault of the program as a whole
+/// is an error.
 fn judge(survey: &Survey, posted: bool) -> Result<(), Failure> {
     let judged = survey.judged();
     if !judged.is_empty() {

@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::args::{NewArgs, UnitArg};
 use crate::failure::Failure;
 
-/// Folder of the machine library beside scenes and tools.
+/// Folder of the machine library, next to those of scenes and tools.
 const LIBRARY: &str = "machines";
 
 /// Makes a scene from programs, or lists the machines.
@@ -226,7 +226,7 @@ fn list(as_json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Joints with their travel: mm and degrees, and whether nobody has published it.
+/// Joints with their travel in mm and degrees, and whether the travel is assumed rather than published.
 fn joints(machine: &Machine) -> Vec<serde_json::Value> {
     let joint = |j: &proveout_machine::Joint| {
         json!({

@@ -1,4 +1,5 @@
-//! Files that a command writes: beside their place, and moved there when they are whole. Nothing is written over without `--force`.
+//! Output files of a command: written to a temporary file in the same folder and renamed when complete. An
+//! existing file is overwritten only with `--force`.
 
 use std::{
     ffi::OsString,
@@ -27,7 +28,7 @@ pub(super) fn check(path: &Path, force: bool) -> Result<(), Failure> {
     }
 }
 
-/// Has a file written beside its place by `write`, and moves it there.
+/// Lets `write` write a temporary file next to the place, and moves it there.
 pub(super) fn put(path: &Path, force: bool, write: impl FnOnce(&Path) -> Result<(), Failure>) -> Result<(), Failure> {
     check(path, force)?;
     // Links are followed, so that the file that is meant is replaced and not the link.

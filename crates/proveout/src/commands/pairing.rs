@@ -14,7 +14,7 @@ const MOST_DISTANCES: usize = 4_000_000;
 
 type Kind<'a> = (&'a str, &'a [String], Option<&'a str>, Option<u32>, bool);
 
-/// What has to agree; one finding that stands for many areas is no single one.
+/// What must agree. A finding that covers several areas never pairs with one of a single area.
 fn kind(f: &Finding) -> Kind<'_> {
     (&f.code, &f.bodies, f.file.as_deref(), f.line, f.areas.is_some_and(|n| n > 1))
 }

@@ -273,7 +273,7 @@ fn options_in_words(work: &Rescheduled) -> String {
     }
 }
 
-/// The language of an output file; an 840D text where the ending does not tell.
+/// The language of an output file; 840D where the file extension does not decide it.
 fn language(path: &Path) -> Dialect {
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match (detect(&path.display().to_string(), ""), ending.as_deref()) {

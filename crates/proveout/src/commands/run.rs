@@ -141,7 +141,7 @@ fn failed(error: &SimError, folder: &RunFolder) -> Failure {
     }
 }
 
-/// Writes the manifest and moves a folder into its place; tells what stays there.
+/// Writes the manifest and moves a folder into its place; prints which older files stay there.
 pub(super) fn complete(
     folder: RunFolder,
     inputs: &[InputFile],
@@ -151,7 +151,7 @@ pub(super) fn complete(
     front::complete(folder, inputs, scene_folder, before_move).map(told_kept).map_err(|e| Failure::from(&e))
 }
 
-/// The place of a folder; tells what stays there.
+/// The place of a folder; prints which older files stay there.
 pub(super) fn told_kept(Committed { place, kept }: Committed) -> PathBuf {
     for name in &kept {
         tell!("note: {} is of no run and stays", place.join(name).display());
@@ -163,7 +163,7 @@ fn stopped(verdict: &Verdict) -> bool {
     verdict.partial.as_ref().is_some_and(|p| p.stopped.is_some())
 }
 
-/// The verdict of a run; unchecked gates that the call accepts count as passed, and are told.
+/// The verdict of a run. Unchecked gates that the call accepts count as passed, and are reported.
 fn accepted(verdict: &Verdict, gates: &[String]) -> State {
     let unchecked: Vec<&str> =
         verdict.gates.iter().filter(|g| g.state == State::Unchecked).map(|g| g.name.as_str()).collect();
@@ -192,7 +192,7 @@ pub(super) fn check_viewer(rerun: RerunArg) -> Result<(), Failure> {
     })
 }
 
-/// Tells what the run will hold, before the stock is made.
+/// Prints how much memory the run will hold, before the stock is made.
 fn announce(memory: &Memory) {
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let stocks: Vec<String> =

@@ -27,7 +27,7 @@ use crate::{
     progress::Progress,
 };
 
-/// Faults of jobs that are told at the end.
+/// Largest number of job faults printed at the end.
 const TOLD: usize = 10;
 /// Folder of a whole run, in that of its job; of a run in shards, in that of the sweep.
 const RUN: &str = "run";

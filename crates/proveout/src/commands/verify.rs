@@ -12,8 +12,8 @@ const SHOWN: usize = 20;
 /// What to name as a run.
 const RUN_FOLDER: &str = "name a folder that `proveout run` or `proveout compare` has written";
 
-/// Holds a run folder against its manifest, and says what it did not check. Pass: all is as it was; fail: a file of the folder is not;
-/// unchecked: an input is not, or cannot be found.
+/// Checks a run folder against its manifest, and reports what it did not check. Pass: nothing has changed.
+/// Fail: a file of the folder has changed. Unchecked: an input has changed or cannot be found.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<State, Failure> {
     let named = args.scene.as_deref().map(folder_of);
     let found = hold(&args.run, named.as_deref()).map_err(|e| Failure::new(e).with_help(RUN_FOLDER))?;

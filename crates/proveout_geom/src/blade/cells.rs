@@ -198,7 +198,7 @@ impl Cells {
         Self { cells, tree }
     }
 
-    /// Whether no point is nearer than `reach`, as far as [`LOOKS`] halvings tell.
+    /// Whether every point is at least `reach` away, as far as [`LOOKS`] halvings can prove it.
     pub(super) fn is_beyond<S: ParametricSurface + Bent>(&self, surface: &S, p: &Point, reach: f64) -> bool {
         let mut open: Vec<Cell> = Vec::new();
         self.tree.within(p, reach, |k| {
@@ -390,8 +390,8 @@ fn at_end(x: f64, range: [f64; 2], sense: f64) -> bool {
     (x <= range[0] && sense > 0.0) || (x >= range[1] && sense < 0.0)
 }
 
-/// The step of Newton's method, or of Gauss's where the distance has no minimum nearby. `held` says for a parameter and the sign of its gradient
-/// whether it stands at the end of its range.
+/// The step of Newton's method, or of Gauss's where the distance has no minimum nearby. `held` takes a
+/// parameter and the sign of its gradient and returns whether the parameter is at the end of its range.
 fn step(at: &Local, p: &Point, held: impl Fn(usize, f64) -> bool) -> [f64; 2] {
     let f = at.point - p;
     let [su, sv] = &at.first;

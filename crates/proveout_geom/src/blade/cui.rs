@@ -1,11 +1,12 @@
-//! The ruled face on which the smoothing of axes near a pole of Cui et al. 2022 is tried; the paper gives no surface, this is the stand-in of its
-//! specification.
+//! The ruled face used to test the smoothing of axes near a pole of Cui et al. 2022. The paper gives no
+//! surface; this is the substitute defined in its specification.
 //!
 //! ```text
 //!   S(z, w) = d n(a) + w t(a) + z e_z      a = 90 + 25 z / 120 degrees      n = (cos a, sin a, 0)   t = (-sin a, cos a, 0)
 //! ```
 //!
-//! The row runs along z from plate to plate at w = 0, d from the axis of C. u is w, v is z, both mm; the blade stands along +Z.
+//! The row runs along z from plate to plate at w = 0, d from the axis of C. u is w, v is z, both mm; the
+//! blade's length is along +Z.
 
 use super::{closed_form::ClosedForm, scalar::Scalar, surface::Domain};
 use crate::rad;
@@ -26,7 +27,8 @@ pub struct Cui {
 }
 
 impl Cui {
-    /// The stand-in: 120 mm between the plates, 8 mm from the axis, 6 mm wide: a wheel's contact stays within 3 mm of the row.
+    /// The substitute: 120 mm between the plates, 8 mm from the axis, 6 mm wide: a wheel's contact stays
+    /// within 3 mm of the row.
     pub fn stand_in() -> Self {
         Self { distance: 8.0, half_width: 3.0, half_length: 60.0, azimuth: rad(90.0), twist: rad(25.0) / 120.0 }
     }

@@ -160,7 +160,8 @@ impl Discs {
             let wanted = if bend > 0.0 { -seen.slope / bend } else { -seen.slope.signum() * most };
             let to = (s + wanted.clamp(-most, most)).clamp(0.0, self.length);
             let mut way = to - s;
-            // A short step of Newton is right to the last digits, which the value no longer tells.
+            // A short Newton step is right to the last digits, where the value is too coarse to show an
+            // improvement.
             let sure = bend > 0.0 && way.abs() < 1e-5;
             if way.abs() < 1e-13 * self.length {
                 break;
@@ -229,7 +230,8 @@ pub(super) fn look_at([lo, hi]: [f64; 2], best: Option<f64>) -> f64 {
     best.filter(|best| (best - middle).abs() <= 3.0 * half).map_or(middle, |best| best.clamp(lo, hi))
 }
 
-/// Where an interval is cut: in its middle, or, where it holds the best place known, beside that.
+/// Where an interval is cut: in its middle, or, if it contains the best place known, between that and the
+/// farther end.
 pub(super) fn cut([lo, hi]: [f64; 2], best: Option<f64>) -> f64 {
     match best.filter(|best| (lo..=hi).contains(best)) {
         None => 0.5 * (lo + hi),
@@ -274,8 +276,9 @@ mod tests {
 
     #[test]
     fn the_least_of_all_discs_is_found_everywhere() {
-        // Against 20001 discs: beside the least of them F rises by less than slope h + bend h^2 / 2 with h = 1.6e-3 mm, slope 0 at a
-        // minimum inside, up to 1 at an end, where a station lies. Corners: camber line, pivot, beyond both ends, far away.
+        // Compared with 20001 discs: near the least of them F rises by less than slope h + bend h^2 / 2
+        // with h = 1.6e-3 mm, slope 0 at a minimum inside, up to 1 at an end, where a station lies.
+        // Corners: camber line, pivot, beyond both ends, far away.
         let section = CamberSection::stand_in();
         let discs = Discs::new(&section);
         let n = 20_000;
@@ -290,7 +293,7 @@ mod tests {
             let all = (0..=n).map(|k| discs.see(q, discs.length * f64::from(k) / f64::from(n)).value);
             let least = all.fold(f64::INFINITY, f64::min);
             assert!(seen.value <= least + 1e-9, "{q:?}: {} {least}", seen.value);
-            // A cone of slope one stands at a center itself: half a spacing.
+            // A cone of slope one has its tip at a center: half a spacing.
             assert!(least - seen.value <= 1.7e-3 * (0.01 + if seen.far < 0.01 { 1.0 } else { 0.0 }), "{q:?} {s}");
         }
     }

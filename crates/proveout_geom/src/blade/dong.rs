@@ -1,6 +1,7 @@
-//! The free-form surface on which the tool axes of Dong et al. 2023 (doi:10.3390/mi14061199) are tried; the paper gives none, this is the stand-in of
-//! its specification: `z = (0.004 + 0.016 x / 60) (y - 20)^2 / 2 + 0.8 sin(2 pi x / 60)` over 60 x 40 mm. u is x, the feed; v is y, across it; both mm;
-//! the part lies below.
+//! The free-form surface used to test the tool axes of Dong et al. 2023 (doi:10.3390/mi14061199). The
+//! paper gives none; this is the substitute defined in its specification:
+//! `z = (0.004 + 0.016 x / 60) (y - 20)^2 / 2 + 0.8 sin(2 pi x / 60)` over 60 x 40 mm. u is x, the
+//! feed; v is y, across it; both mm. The part lies below the surface.
 
 use std::f64::consts::TAU;
 
@@ -20,7 +21,7 @@ pub struct Dong {
 }
 
 impl Dong {
-    /// The stand-in.
+    /// The substitute surface.
     pub fn stand_in() -> Self {
         Self { length: 60.0, width: 40.0, cross_curvature: [0.004, 0.016], wave: 0.8 }
     }

@@ -1,5 +1,6 @@
-//! The compressor blade on which the polar-angle parameters of Lu, Yang & Zhao 2022 (doi:10.21203/rs.3.rs-1213345/v1) are tried: the paper gives no
-//! blade, this is the stand-in of its specification.
+//! The compressor blade used to test the polar-angle parameters of Lu, Yang & Zhao 2022
+//! (doi:10.21203/rs.3.rs-1213345/v1). The paper gives no blade; this is the substitute defined in its
+//! specification.
 //!
 //! ```text
 //!   xi = cos(w) / 2     eta = m (1 - 4 xi^2) + (tau / 2) sin w (1 - 0.35 cos w)      w = 0 trailing edge, pi leading edge, suction side between
@@ -59,7 +60,7 @@ pub struct Lu {
 }
 
 impl Lu {
-    /// The twisted stand-in.
+    /// The twisted substitute.
     pub fn stand_in() -> Self {
         Self {
             span: 100.0,

@@ -50,7 +50,7 @@ impl Blade {
         let spec = self.spec();
         let mut levels = Vec::new();
         if let Some(platform) = spec.platform {
-            // The platform is not twisted: its rim stands straight on its faces.
+            // The platform is not twisted: its rim is perpendicular to its faces.
             levels.push(Level { x: -platform.thickness, offset: platform.margin, twisted: false });
             levels.push(Level { x: 0.0, offset: platform.margin, twisted: false });
             let f = platform.fillet_radius;

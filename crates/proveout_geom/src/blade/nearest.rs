@@ -15,8 +15,8 @@
 //! both x' and s are searched. *Inside* the nearest face counts; there `N = d - G >= d - F(x', s)` for any s, so that x' alone is searched,
 //! with the s of the middle of an interval.
 //!
-//! Both searches are by branch and bound, whose bounds stand in `bounds`: an interval that holds nothing nearer by [`NEAREST_ERROR_MM`] is left.
-//! What remains is this distance, plus rounding.
+//! Both searches use branch and bound, with the bounds of `bounds`: an interval that contains nothing
+//! nearer by [`NEAREST_ERROR_MM`] is dropped. The error is at most this distance, plus rounding.
 
 mod bounds;
 
@@ -150,7 +150,7 @@ impl Blade {
             place: Place::Known(*p, Vector::x()),
         };
         let own = search.slice(face, face.parameter(at));
-        // At the platform's height or beside its rim it may be nearer than the slice.
+        // At the platform's height or next to its rim the platform may be nearer than the slice.
         let platform = spec.platform.filter(|_| p.x < own.distance.max(own.n.abs()));
         let base = platform.map(|platform| (platform, self.discs().nearest(foot)));
         let in_blade = (0.0..=height).contains(&p.x) && own.n <= 0.0;
@@ -238,7 +238,7 @@ impl Search<'_> {
         }
     }
 
-    /// Bottom, rim and top of the platform. `seen`: the disc of the section as it stands on the platform.
+    /// Bottom, rim and top of the platform. `seen`: the disc of the section at the platform's height.
     fn platform(&mut self, platform: &Platform, (s, seen): (f64, Seen)) {
         let (p, g) = (self.p, seen.value);
         let away = touching(self.blade.discs(), &seen, s);
@@ -280,7 +280,7 @@ impl Search<'_> {
         for _ in 0..STEPS {
             let mut step = (node.b + self.step(face, &node)).clamp(low, high) - node.b;
             node = loop {
-                // Below this the distance does not tell.
+                // Below this the distance is too coarse to show a change.
                 if step.abs() < 1e-9 {
                     return;
                 }

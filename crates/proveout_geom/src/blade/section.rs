@@ -15,8 +15,8 @@
 //! path of a ball's center, a fillet and a platform's rim are the same curve with another d. Both ends are closed by arcs of
 //! the first and last circle; tangents meet there, curvatures do not.
 //!
-//! Section law of the stand-in blade: specification of the S-theta method (Li et al. 2022, doi:10.3390/machines10100953),
-//! data file `s-theta.toml`, table `standin`.
+//! Section law of the substitute blade: specification of the S-theta method (Li et al. 2022,
+//! doi:10.3390/machines10100953), data file `s-theta.toml`, table `standin`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -109,7 +109,7 @@ struct Local {
 }
 
 impl CamberSection {
-    /// The stand-in section of the S-theta specification.
+    /// The substitute section of the S-theta specification.
     pub fn stand_in() -> Self {
         let mut section = Self {
             chord: 60.0,

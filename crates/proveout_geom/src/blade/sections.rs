@@ -51,7 +51,7 @@ pub enum SectionsError {
         /// Points of the first section.
         expected: usize,
     },
-    /// A point stands in another part than that of the first section.
+    /// A point belongs to another part than the same point of the first section.
     #[error(
         "section {section}, point {point}: it belongs to another part than point {point} of {first}; mark the same points in every section"
     )]

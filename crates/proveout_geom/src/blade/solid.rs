@@ -12,8 +12,9 @@
 //!        ----------'--+--- x_platform
 //! ```
 //!
-//! The airfoil is trimmed at v(u), or where `S_x` is that of a flat end. Blades stand along +X. An allowance a moves every face outward: blade S + a n,
-//! platform by a, and leaves the fillet around the same centers with f - a; flat ends, rims and undersides stay.
+//! The airfoil is trimmed at v(u), or where `S_x` is that of a flat end. The span of a blade is along +X.
+//! An allowance a moves every face outward: blade S + a n, platform by a, and leaves the fillet around the
+//! same centers with f - a; flat ends, rims and undersides stay.
 
 use std::sync::Arc;
 
@@ -250,7 +251,8 @@ impl BladeSolid {
         let range = self.surface.domain().v;
         let far = |at: &Local| at.point.x + radius * at.normal.x - wanted;
         let rise = |at: &Local| at.first[1].x + radius * normal_changes(at)[1].x;
-        // From the checked place nearby, or the middle of the span; the function rises along v on a blade that stands along X.
+        // From the checked place nearby, or the middle of the span; the function rises along v, since the
+        // span is along X.
         let domain = self.surface.domain();
         let part = (u - domain.u[0]) / (domain.u[1] - domain.u[0]);
         let place = ((part - part.floor()) * CHECKED as f64) as usize % CHECKED;

@@ -291,7 +291,7 @@ impl BladeSolid {
         let (left, right) = if ccw { (ring, turned) } else { (turned, ring) };
         let flat = || MeshingError::Flat { x_mm };
         let Some(plate) = self.ends()[end].plate else {
-            // The solid lies behind a flat end: its face looks away from the blade.
+            // The flat end closes the solid: its face looks away from the blade.
             let all = flat::triangles(&places(mesh), &left, &[]).ok_or_else(flat)?;
             mesh.triangles.extend(all.into_iter().map(|[a, b, c]| if end == 1 { [a, b, c] } else { [a, c, b] }));
             return Ok(());
@@ -339,7 +339,8 @@ fn turned(from: &Vector, to: &Vector, part: f64) -> Vector {
     from * (((1.0 - part) * angle).sin() / sine) + to * ((part * angle).sin() / sine)
 }
 
-/// A closed mesh of a face with rims: the face, and straight behind it at a depth, along one direction or towards the axis.
+/// How a face with rims is closed to a mesh: by a back at a depth below it, along one direction or towards
+/// the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backing {
     /// A plane of constant z, mm.
@@ -347,7 +348,7 @@ pub enum Backing {
         /// Below the face, mm.
         z: f64,
     },
-    /// So far behind the face along its normal at w = 0 of each row, mm: for ruled faces.
+    /// A back at this depth below the face, along its normal at w = 0 of each row, mm: for ruled faces.
     Behind {
         /// mm.
         depth: f64,

@@ -46,11 +46,12 @@ impl BladeSolid {
     /// face of the blade without ends is cut off, the depth is that of the nearest foot that a search from a net of places finds.
     pub fn nearest(&self, p: &Point) -> NearestOnSolid {
         let nothing = NearestOnSolid { distance: f64::INFINITY, normal: Vector::x() };
-        // The faces of an end lie between its plane and the top of the fillet, or behind it.
+        // The faces of an end lie between its plane and the top of the fillet, or beyond the plane.
         let beyond =
             [0, 1].map(|end| (p.x - self.ends()[end].x) * Self::sense(end) - 2.0 * self.fillet(end) - self.allowance());
-        // Beside a platform or behind an end its faces are mostly nearer than all of the airfoil, which is told by a few of its cells; the foot on it
-        // would lie on its rim, where it takes longest to prove.
+        // Next to a platform or beyond an end, the faces of the end are mostly nearer than all of the
+        // airfoil. A few cells of the airfoil are enough to prove that. The foot on the airfoil would lie
+        // on its rim, where a proof takes longest.
         let mut known = [0, 1].map(|end| (beyond[end] <= 0.0).then(|| self.on_end(end, p)));
         let mut with_ends = |mut best: NearestOnSolid| {
             for end in 0..2 {

@@ -5,9 +5,10 @@
 //!   node    -> mesh -> primitive -> accessor -> buffer view -> bytes of BIN
 //! ```
 //!
-//! Nothing of the file is believed: every count is held against the bytes that are there before memory is asked for, and each node
-//! is visited once, since the nodes of a scene are trees (section 3.5.2). What is not read (sparse accessors, strips and fans,
-//! buffers outside of the file, extensions that are required) is refused by name.
+//! The file is not trusted: every count is checked against the number of bytes before memory is allocated.
+//! Each node is visited once, since the nodes of a scene are trees (section 3.5.2). What is not read
+//! (sparse accessors, strips and fans, buffers outside of the file, required extensions) is refused by
+//! name.
 
 use std::path::Path;
 

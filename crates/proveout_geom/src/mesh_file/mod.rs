@@ -1,5 +1,6 @@
-//! Mesh files. The readers are written here, over the bytes of a whole file: nothing of a file is believed, counts are held against
-//! the bytes that are there before memory is asked for, and what cannot be read is refused by name.
+//! Mesh files. The readers are written here and read the bytes of a whole file. The file is not trusted:
+//! counts are checked against the number of bytes before memory is allocated, and what cannot be read is
+//! refused by name.
 
 mod glb;
 mod glb_container;
@@ -50,8 +51,9 @@ pub enum MeshFileError {
     },
 }
 
-/// Reads a triangle mesh by the ending of its file: STL (both forms) and OBJ in millimeter as they stand; glTF is in
-/// meter with Y up and becomes millimeter with Z up, node poses applied. Equal vertices are joined.
+/// Reads a triangle mesh; the file extension decides the format. STL (both forms) and OBJ are taken as
+/// millimeters. glTF is in meters with Y up and is converted to millimeters with Z up, node poses applied.
+/// Equal vertices are merged.
 ///
 /// # Errors
 /// [`MeshFileError`] with the path; the mesh itself is not checked, see [`TriMesh::check_solid`].

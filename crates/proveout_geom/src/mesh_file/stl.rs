@@ -1,4 +1,5 @@
-//! STL, both forms; the binary one is told by its length, since text files and binary ones may both begin with `solid`.
+//! STL, both forms. The length of the file identifies the binary form, since both forms may begin with
+//! `solid`.
 
 use std::path::Path;
 

@@ -48,14 +48,14 @@ impl Axis {
 /// All axes, by letter.
 pub(super) struct Axes {
     pub(super) all: Vec<Axis>,
-    /// Axis that each link hangs on; none for the base.
+    /// Axis that carries each link; none for the base.
     pub(super) carrier: Vec<Option<char>>,
     /// Letter of the last axis before the tool link, and before the table link.
     pub(super) last: [Option<char>; 2],
     pub(super) notes: Vec<String>,
 }
 
-/// The letter that a name tells: it is one, or one of its words is (`x_axis`, `joint-B`, `axisC`).
+/// The axis letter of a name: the name itself, or one of its words (`x_axis`, `joint-B`, `axisC`).
 fn letter_of(name: &str) -> Option<char> {
     let mut found = None;
     let mut word = String::new();
@@ -198,7 +198,7 @@ fn letters(
         let message = format!("--axis-names {}: the joint moves nothing between table and tool", shown(idle));
         return Err(source.whole(message, format!("joints that do: {}", names())));
     }
-    // What is no machine tool is told first: letters would not help it.
+    // Report first what is not a machine tool: axis letters would not help it.
     let slides = chain.iter().filter(|&&j| robot.joints[j].kind == Kind::Prismatic).count();
     if slides < 3 || chain.len() > MAX_JOINTS {
         let message = format!(
@@ -274,7 +274,7 @@ fn reversed(
 }
 
 impl Axes {
-    /// The machine that the axes make is refused: told of the joint in the file.
+    /// The error for a machine that its axes make invalid: it names the joint in the URDF file.
     pub(super) fn no_machine(&self, source: &Source<'_>, robot: &Robot, error: &InputError) -> InputError {
         let letter = error.key.strip_prefix("joint.").and_then(|rest| rest.chars().next());
         let joint = self.all.iter().find(|a| Some(a.letter) == letter).map(|a| &robot.joints[a.joint]);
@@ -290,7 +290,7 @@ impl Axes {
         joint.map_or_else(|| source.whole(&message, remedy), |j| source.at(&j.place, &message, remedy))
     }
 
-    /// Tells which axes a program would find the other way round.
+    /// Reports which axes a program would find reversed.
     pub(super) fn tell_ways(&self, machine: &Machine, notes: &mut Vec<String>) {
         let along = |a: &Axis| match a.letter {
             'X' | 'A' => a.direction.x,

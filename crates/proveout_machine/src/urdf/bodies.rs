@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{TOOL_PARTS, mass::is_inertia};
 
-/// Facets round a sphere, as round bodies of the library have: its corners stand out by two thousandths of the radius.
+/// Facets round a sphere, as for other round bodies: its corners protrude by two thousandths of the radius.
 const SECTORS: usize = 72;
 
 /// A direction that misses an axis of the machine by less than this (sine) runs along it: rounding.

@@ -15,8 +15,8 @@ pub(super) struct Meshes {
     triangles: usize,
 }
 
-/// File of a name: a path from the folder of the URDF file, `file://`, or `package://NAME/...` with a folder NAME that is one of those above the
-/// file, or beside one of them.
+/// File of a name: a path from the folder of the URDF file, `file://`, or `package://NAME/...`, where NAME
+/// is one of the folders above the file or next to one of them.
 fn locate(urdf: &Path, name: &str) -> Option<PathBuf> {
     let folder = urdf.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let package = ["package://", "model://"].into_iter().find_map(|scheme| name.strip_prefix(scheme));

@@ -1,19 +1,22 @@
-//! A machine from a URDF description, as a start: what the file tells, the rest chosen and marked.
+//! A first machine file from a URDF description: what the URDF states, the rest assumed and marked.
 //!
-//! A URDF (ROS, `robot` of XML) is a tree of links that joints bind: where each joint stands (`origin`, meter and radian, roll, pitch and yaw about
-//! fixed axes), how it moves (`axis`, `limit`), what the links look like. It does not know which link carries the tool and which the
-//! workpiece, what a control calls the axes, and how fast they gain speed:
+//! A URDF (ROS, `robot` of XML) is a tree of links connected by joints: where each joint is (`origin`,
+//! meter and radian, roll, pitch and yaw about fixed axes), how it moves (`axis`, `limit`), what the links
+//! look like. It does not say which link carries the tool and which the workpiece, what a control calls the
+//! axes, or how fast they accelerate:
 //!
 //! ```text
 //!   root ── ... ── base ──┬─ joints of the table ── table link        M: frame of the root, all joints at zero, in mm
 //!                         └─ joints of the tool ─── tool link         base: the last link that both ways have in common
 //! ```
 //!
-//! The two links are named by the caller. Between them lie the axes; each is given by its line in M with all joints at zero, which takes the
-//! fixed joints in. A joint of the file moves what it carries by +value along its axis. On the side of the table the machine file is
-//! written after ISO 841: the direction is the one in which the *tool* goes past the workpiece, and the sense is -1.
+//! The caller names the two links. The axes lie between them. Each is given by its line in M with all
+//! joints at zero, which includes the fixed joints. A joint of the file moves what it carries by +value
+//! along its axis. On the side of the table the machine file follows ISO 841: the direction is the one in
+//! which the *tool* moves relative to the workpiece, and the sense is -1.
 //!
-//! Links become bodies of the joint that they hang on: boxes along the axes and cylinders as such, all else as a mesh of `model.glb`.
+//! Links become bodies of the joint that carries them: boxes along the axes and cylinders as such, all else
+//! as a mesh of `model.glb`.
 
 mod axes;
 mod bodies;
@@ -33,7 +36,8 @@ use proveout_geom::{InputError, read_input};
 use self::{source::Source, tree::Tree};
 use crate::{ImportedMachine, Machine};
 
-/// What a URDF file does not tell of a machine, in the words of the caller; none where nothing is said.
+/// What a URDF file does not say about a machine, in the words of the caller; `None` where the caller says
+/// nothing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct UrdfOptions {
     /// Link that carries the tool: its origin is the middle of the gauge line.
@@ -65,7 +69,7 @@ pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine
     let mut notes = axes.notes.clone();
     let kinematics = write::kinematics(&source, &robot, &tree, &ends, &axes, &mut notes)?;
     let whole = |bodies: &write::Sections<'_>| write::machine(&source, &robot, &kinematics, bodies);
-    // The axes alone first, so that what they lack is told of the file that was named.
+    // The axes alone first, so that errors about them name the URDF file.
     let machine = Machine::from_text(Path::new("machine.toml"), &whole(&write::Sections::default()))
         .map_err(|e| axes.no_machine(&source, &robot, &e))?;
     axes.tell_ways(&machine, &mut notes);

@@ -1,4 +1,4 @@
-//! The elements of a URDF file as they stand there, lengths in mm.
+//! The elements of a URDF file as written, lengths in mm.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -182,7 +182,7 @@ impl Robot {
         *self.left_out.entry(short(name)).or_default() += 1;
     }
 
-    /// Tells what stands in the file and not in the machine.
+    /// Reports what is in the file and not in the machine.
     pub(super) fn tell_what_is_left_out(&self, notes: &mut Vec<String>) {
         if self.squared > 0 {
             notes.push(format!(
@@ -270,7 +270,7 @@ impl Robot {
         Ok(Joint {
             place: place(node),
             limit_place: limit.map_or_else(|| place(node), place),
-            // Zero stands in many files for a velocity that nobody has stated.
+            // Many files give zero for a velocity that is not known.
             velocity: velocity.filter(|v| *v > 0.0).map(|v| v * scale),
             name,
             kind,
@@ -282,7 +282,7 @@ impl Robot {
         })
     }
 
-    /// Ends of travel, mm or radian. An end that is missing beside the other one is zero, as the format has it.
+    /// Ends of travel, mm or radian. If only one end is given, the other is zero, as the format defines.
     fn travel(source: &Source<'_>, n: Node<'_, '_>, kind: Kind) -> Result<Option<[f64; 2]>, InputError> {
         let [lower, upper] = if kind == Kind::Prismatic {
             [source.lengths::<1>(n, "lower")?, source.lengths::<1>(n, "upper")?]

@@ -50,7 +50,8 @@ pub(super) fn place(node: Node<'_, '_>) -> Place {
     start..start + 1 + node.tag_name().name().len()
 }
 
-/// The multiple of a right angle that a text stands for which has been cut or rounded to two decimals or more: 1.57, 3.1416.
+/// The multiple of a right angle meant by a text that has been cut or rounded to two decimals or more:
+/// 1.57, 3.1416.
 fn right_angle(text: &str, value: f64) -> Option<f64> {
     let quarters = (value / FRAC_PI_2).round();
     if quarters == 0.0 || quarters.abs() > 8.0 || text.contains(['e', 'E']) {
@@ -128,7 +129,7 @@ impl Source<'_> {
         let words = node.attribute("rpy").unwrap_or_default().split_whitespace();
         for (value, text) in values.iter_mut().zip(words) {
             if let Some(exact) = right_angle(text, *value) {
-                // Nobody needs to hear of the last digits of a double.
+                // Rounding in the last digits of a double is not worth a note.
                 *squared += usize::from((*value - exact).abs() > 1e-9);
                 *value = exact;
             }

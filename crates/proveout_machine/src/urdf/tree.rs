@@ -1,4 +1,4 @@
-//! The links and joints of a URDF as one tree, and where they stand with all joints at zero.
+//! The links and joints of a URDF as one tree, and their poses with all joints at zero.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ pub(super) struct Tree {
     pub(super) parent: Vec<usize>,
     /// Link that each joint carries.
     pub(super) child: Vec<usize>,
-    /// Links, each behind the one that it hangs on.
+    /// Links, each after the one that carries it.
     pub(super) order: Vec<usize>,
     /// `machine_from_link` with all joints at zero; M is the frame of the root.
     pub(super) poses: Vec<Pose>,

@@ -21,7 +21,7 @@ const TURN: [f64; 2] = [500.0, 10_000.0];
 /// A slide that runs this far along the normal of the table (cosine) takes the tool off it at home.
 const OFF_THE_TABLE: f64 = 0.7;
 
-/// What stands behind the axes.
+/// What follows the axes in the file.
 #[derive(Default)]
 pub(super) struct Sections<'b> {
     pub(super) bodies: &'b str,
@@ -156,7 +156,7 @@ pub(super) fn kinematics(
     Ok(w)
 }
 
-/// Where a joint stands when the program begins.
+/// Position of a joint when the program begins.
 fn home(axis: &Axis, normal: &Vector) -> f64 {
     let Some([low, high]) = axis.travel else { return 0.0 };
     let off = axis.direction.dot(normal);

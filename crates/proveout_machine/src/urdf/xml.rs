@@ -19,7 +19,7 @@ pub(super) fn document<'t>(source: &Source<'t>) -> Result<Document<'t>, InputErr
         return Err(source.whole("the file is empty", "name a URDF file"));
     }
     let mut at = 0;
-    // No value holds a `<`, so that the attributes of an element stand in one piece.
+    // No value contains a `<`, so the attributes of an element are in one piece.
     for piece in text.split_inclusive('<') {
         let values = piece.split('=').skip(1).filter(|v| v.trim_start().starts_with(['"', '\''])).count();
         if values > MAX_ATTRIBUTES {

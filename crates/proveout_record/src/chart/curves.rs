@@ -8,8 +8,8 @@ const RIGHT: f64 = 10.0;
 const TOP: f64 = 20.0;
 const BOTTOM: f64 = 34.0;
 
-/// How a series is drawn. The style sheet gives program 0, 1, 2, ... a color and a dash each, so that they can be told
-/// apart without color.
+/// How a series is drawn. The style sheet gives program 0, 1, 2, ... a color and a dash each, so that they
+/// differ even without color.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Style {
     /// Line of a program.

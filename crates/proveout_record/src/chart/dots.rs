@@ -11,7 +11,7 @@ const RIGHT: f64 = 10.0;
 pub(crate) struct DotRow {
     /// Name; plain text.
     pub(crate) name: String,
-    /// Range that is drawn as a band behind the dots.
+    /// Range drawn as a band below the dots.
     pub(crate) band: Option<[f64; 2]>,
     /// Hollow dot: a value from elsewhere.
     pub(crate) reference: Option<f64>,

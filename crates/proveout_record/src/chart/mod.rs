@@ -19,7 +19,7 @@ fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
     out.write_fmt(text).unwrap_or_default(); // a string takes everything
 }
 
-/// Begins a picture; `label` tells it to those who do not see it.
+/// Begins a picture; `label` is its text for screen readers.
 fn begin(class: &str, width: f64, height: f64, label: &str) -> String {
     format!(r#"<svg class="{class}" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#, escape(label))
 }

@@ -1,5 +1,6 @@
-//! Drawings of a comparison as files of their own: what a program gains over the velocity limit of a joint, and published values beside ours with
-//! their ranges. All of it is in `compare.json`; the drawings carry their styles, so that any page can show them.
+//! Drawings of a comparison, one file each: the gain of a program over the velocity limit of a joint, and
+//! published values next to ours with their ranges. All values are in `compare.json`. The drawings carry
+//! their styles, so that any page can show them.
 
 use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
 
@@ -86,7 +87,7 @@ type Gains<'a> = (&'a String, Vec<&'a GainAtLimit>);
 
 /// Time that programs save over the velocity limit of a joint, by feed and this limit alone; none where no limit binds anything.
 pub(super) fn gain_drawing(c: &Comparison) -> Option<String> {
-    // A panel for each joint and program before: only schedules of one program can be held against each other.
+    // One panel for each joint and original program: only schedules of the same program can be compared.
     let mut panels: BTreeMap<(String, String), Vec<Gains<'_>>> = BTreeMap::new();
     for name in &c.order {
         let Some(made) = c.programs.get(name).and_then(|p| p.made.as_ref()) else { continue };
@@ -223,7 +224,8 @@ fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[Gains<'_>], 
     }
 }
 
-/// Published values beside ours, as parts of the published ones, with what choices, draws and twin do to ours; none without a published value.
+/// Published values next to ours, as fractions of the published ones, with the effect of choices, draws and
+/// twin on ours; `None` without a published value.
 pub(super) fn ranges_drawing(c: &Comparison) -> Option<String> {
     let rows: Vec<&Published> = c.published.iter().filter(|p| p.published != 0.0 && p.value.is_some()).collect();
     if rows.is_empty() {

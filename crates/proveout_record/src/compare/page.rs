@@ -140,7 +140,7 @@ fn published_chart(c: &Comparison) -> Option<String> {
     if percent.is_empty() {
         return None;
     }
-    // One color for ours: the program changes from row to row and stands in the table.
+    // One color for ours: the program changes from row to row and is named in the table.
     let row = |p: &&proveout_sim::compare::Published| DotRow {
         name: p.name.clone(),
         band: p.band,

@@ -116,7 +116,7 @@ pub(crate) struct LimitRow {
     source: String,
 }
 
-/// Limits that the scene sets, beside those of the machine.
+/// Limits that the scene sets, with those of the machine for comparison.
 pub(crate) fn limits(c: &Comparison) -> Vec<LimitRow> {
     let row = |l: &proveout_sim::compare::ChangedLimit| LimitRow {
         machine: l.machine.clone(),
@@ -147,7 +147,7 @@ pub(crate) struct PublishedRow {
     remark: String,
 }
 
-/// As many as the published value needs to be told from others.
+/// Decimals that show how a value differs from the published one.
 fn digits(published: f64) -> usize {
     if published.abs() < 2.0 { 3 } else { 1 }
 }

@@ -269,7 +269,7 @@ fn a_comparison_without_part_and_method_has_a_page() {
     assert!(!text.contains("part-mesh\"") && text.contains("no design surface"), "no viewer without a part");
 }
 
-/// Drawings tell what is known, at its place, and escape what others wrote.
+/// Drawings show what is known, at its place, and escape text from the inputs.
 #[test]
 fn drawings_show_gains_over_limits_and_ranges_of_published_values() {
     let mut c = compared(EVIL).comparison;

@@ -1,4 +1,4 @@
-//! Pictures of first contacts: both bodies in color, as they stand when the finding begins.
+//! Pictures of first contacts: both bodies in color, at their positions when the finding begins.
 //!
 //! ```text
 //!   +----------------+ +----------------+
@@ -136,8 +136,8 @@ const ROLES: [(Role, &str); 4] =
 /// Moments of a piece that are tried for the one at which a part of a tool is at the place.
 const MOMENTS: u32 = 64;
 
-/// Joints at which the part of a tool that a finding holds against the stock is nearest to the place, within the piece that begins with
-/// the finding; none for other findings.
+/// Joints at which the part of a tool named in a finding is nearest to the place, within the piece that
+/// begins with the finding; `None` for other findings.
 fn at_place(setup: &Setup<'_>, pieces: &[Piece], f: &Finding, focus: Point) -> Option<JointValues> {
     let (name, word) = f.bodies.first()?.split_once('/')?;
     let tool = setup.tools.tools.iter().find(|t| t.name == name)?;
@@ -238,7 +238,7 @@ fn best_view(bodies: &[Body], focus: Point) -> Vector {
         bodies.iter().filter(|b| b.part != Part::Other).for_each(|b| raster.draw(&b.mesh, b.part));
         let ([a, b], depth) = raster.seen();
         let hidden = depth > 0.5 * CLOSE;
-        // Both large, the place itself not behind something, from above rather than from below.
+        // Both large, the place itself not hidden, from above rather than from below.
         a.min(b) as f64 * if hidden { 0.3 } else { 1.0 } * if back.z < 0.0 { 0.7 } else { 1.0 }
     };
     let mut best = (f64::NEG_INFINITY, Vector::new(1.0, -1.4, 0.8));

@@ -1,15 +1,17 @@
 //! Triangles as a shaded picture: parallel projection with a depth for each point, two bodies in color and everything else in gray.
 //!
-//! What is in color is never hidden by what is gray: a gray body in front of it is drawn as glass, so that a contact behind a door or
-//! between two walls is seen. Of a body in color that the other one hides, as a shank deep in the stock, what is hidden is hatched.
+//! A gray body never hides a colored one: in front of it, it is drawn as glass, so that a contact inside a
+//! door or between two walls is visible. If one colored body hides the other, as stock around a shank does,
+//! the hidden part is hatched.
 
 use proveout_geom::{Point, TriMesh, Vector};
 
 use crate::canvas::Canvas;
 
-/// Color of the first body, of the second, of the others: told apart with all kinds of color vision (Okabe and Ito 2008).
+/// Color of the first body, of the second, of the others: distinct for all kinds of color vision (Okabe and
+/// Ito 2008).
 pub(crate) const COLORS: [[u8; 3]; 3] = [[213, 94, 0], [0, 114, 178], [190, 192, 196]];
-/// Behind all bodies.
+/// Where there is no body.
 const BACKGROUND: [u8; 3] = [250, 250, 250];
 /// A body of which less than this part is seen is hatched where the other hides it, by stripes of so many points.
 const SEEN: f64 = 0.25;
@@ -183,7 +185,7 @@ mod tests {
         assert_eq!(raster.seen(), ([2500, 0], 5.0));
         raster.draw(&cube([20.0, 0.0, 0.0], 2.0), Part::Second);
         assert_eq!(raster.seen(), ([2500 - 400, 400], 22.0));
-        // One behind changes nothing, nor does a gray one in front.
+        // A body farther away changes nothing, nor does a gray one in front.
         raster.draw(&cube([-20.0, 0.0, 0.0], 4.0), Part::Second);
         raster.draw(&cube([40.0, 0.0, 0.0], 9.0), Part::Other);
         assert_eq!(raster.seen(), ([2500 - 400, 400], 22.0));
@@ -195,7 +197,7 @@ mod tests {
         assert!(blue[2] > blue[0] && orange[0] > orange[2], "{blue:?} {orange:?}");
     }
 
-    /// A cube wholly inside of another is hatched; one that stands out of it by half is not.
+    /// A cube wholly inside of another is hatched; one that is half outside is not.
     #[test]
     fn what_the_other_body_hides_is_hatched() {
         for (center, hatched) in [([0.0, 0.0, 0.0], true), ([0.0, 6.0, 0.0], false)] {

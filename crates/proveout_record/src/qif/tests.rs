@@ -17,10 +17,11 @@ fn between<'a>(text: &'a str, tag: &str) -> Vec<&'a str> {
     text.split(&open).skip(1).filter_map(|t| t.split(&close).next()).collect()
 }
 
-/// Name of an element, and its children in the order of the published type; those that are not written are left out where the type has them
-/// between two that are (QIF 3.0: `QIFDocumentType`, `QIFDocumentHeaderType`, `ResultsType`, `MeasurementResultsType`,
-/// `CharacteristicItemBaseType`, `CharacteristicNominalBaseType`, `CharacteristicMeasurementBaseType` with what the linear coordinate adds behind it,
-/// `PointFeatureNominalType`, `PointFeatureItemType`, `PointFeatureMeasurementType`).
+/// Name of an element, and its children in the order of the published type. Children that are not written
+/// are left out where the type has them between two that are (QIF 3.0: `QIFDocumentType`,
+/// `QIFDocumentHeaderType`, `ResultsType`, `MeasurementResultsType`, `CharacteristicItemBaseType`,
+/// `CharacteristicNominalBaseType`, `CharacteristicMeasurementBaseType` followed by what the linear
+/// coordinate adds, `PointFeatureNominalType`, `PointFeatureItemType`, `PointFeatureMeasurementType`).
 const ORDERS: [(&str, &[&str]); 19] = [
     (
         "QIFDocument",

@@ -26,7 +26,7 @@ use crate::{
     units::JointUnit,
 };
 
-/// A camera: where it stands and what it looks at, mm, in the frame of its view; Z is up.
+/// A camera: its place and what it looks at, mm, in the frame of its view; Z is up.
 struct Eye {
     /// Entity of the view's settings.
     view: String,
@@ -50,7 +50,7 @@ pub(crate) struct Layout<'a> {
     pub(crate) joints: &'a [JointUnit],
     /// Drives are simulated, and plotted with each axis.
     pub(crate) drives: bool,
-    /// The viewer follows a run that goes on; it stands at a recording that is complete.
+    /// The viewer follows a run in progress; at a complete recording it is paused.
     pub(crate) live: bool,
     /// Machine at home, machine frame.
     pub(crate) machine: Aabb,
@@ -294,7 +294,7 @@ mod tests {
 
     use super::*;
 
-    /// What the viewer is told of its playhead.
+    /// The state of the playhead that the viewer receives.
     fn playhead(live: bool) -> String {
         let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).enabled(true).memory().expect("memory");
         let sink = Sink::new(stream, "memory".into());

@@ -18,7 +18,7 @@ pub(crate) struct Frame<T> {
     pub(crate) time: f64,
     /// A frame at a tool change is never joined.
     pub(crate) keep: bool,
-    /// Part by its number, as it stands at `time`.
+    /// Part by its number, in its state at `time`.
     pub(crate) parts: BTreeMap<u32, T>,
 }
 
@@ -47,7 +47,7 @@ impl<T> Frames<T> {
         time >= self.next
     }
 
-    /// Tells at a time when the run will be over, as far as its part that is done tells it.
+    /// Takes a time and the end of the run, as estimated from the part already done.
     pub(crate) fn expect(&mut self, time: f64, end: f64) {
         if end.is_finite() && !self.joined {
             self.spacing = (end / TO_THE_END).min(time * OF_THE_PAST).max(FIRST_SPACING);

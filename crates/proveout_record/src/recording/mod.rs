@@ -20,7 +20,7 @@
 //! /log                          findings and messages as text
 //! ```
 //!
-//! A re-scheduled program has its schedule beside the program that it is made from:
+//! The recording of a re-scheduled program has its schedule next to the original program:
 //!
 //! ```text
 //! /schedule                     also on the timeline `path_um`: way of the tool over all runs, micrometers

@@ -111,7 +111,7 @@ struct Open {
     patches: Vec<String>,
     frames: Frames<Picture>,
     trace: Trace,
-    /// Of the feed at the newest sample that a piece of the path was held against.
+    /// Feed class at the newest sample that was compared with a piece of the path.
     class: usize,
     marks: Vec<([f64; 3], String)>,
     last_joints: Option<(f64, JointValues)>,
@@ -376,7 +376,8 @@ impl Open {
         let changed = std::iter::once(batch.changed_tiles).chain(batch.changed_in_patches.iter().map(Vec::as_slice));
         self.tiles.iter_mut().zip(changed).for_each(|(tiles, changed)| tiles.mark(changed));
         if let Some(row) = batch.blocks.last() {
-            // Lines of the program tell the time that is left, more or less; subprograms and loops tell less.
+            // The program line gives a rough estimate of the remaining time; with subprograms and loops it
+            // is worse.
             let done = f64::from(row.line) / f64::from(setup.program_lines.max(1));
             self.frames.expect(batch.time, batch.time / done.clamp(1e-6, 1.0));
         }

@@ -1,4 +1,5 @@
-//! A recording read back: its entities, their rows and the values of plots. What a test holds against what was run.
+//! A recording read back: its entities, their rows and the values of plots. Tests compare them with the
+//! run.
 
 use std::{collections::BTreeMap, fs::File, io::BufReader, path::Path};
 

@@ -1,4 +1,5 @@
-//! A re-scheduled program beside the one before: tool axes on a sphere and on the part, channels, joints, what is left to gain.
+//! A re-scheduled program next to the original: tool axes on a sphere and on the part, channels, joints,
+//! remaining gain.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -17,7 +18,7 @@ use crate::{
     units::JointUnit,
 };
 
-/// Arrows that stand on the part for each program.
+/// Arrows on the part for each program.
 const ARROWS: usize = 160;
 /// Length of an arrow, part of the diagonal of the workpiece.
 const ARROW_PART: f64 = 0.13;
@@ -25,9 +26,9 @@ const ARROW_PART: f64 = 0.13;
 const CIRCLES_DEG: usize = 15;
 /// Points of a circle.
 const CIRCLE_POINTS: usize = 96;
-/// Radius of the solid sphere that hides what lies behind it.
+/// Radius of the solid sphere that hides the far side.
 const SOLID: f32 = 0.985;
-/// Places of the axes that stand at the time of the viewer.
+/// Points that show the axes at the time of the viewer.
 const PLACES: usize = 3000;
 /// Axes that are farther than this from their middle go round the sphere, radian.
 const WIDE: f64 = 1.3;
@@ -84,7 +85,7 @@ pub(crate) fn send(sink: &Sink, setup: &Setup<'_>, schedule: &Schedule) -> Resul
     Ok(ScheduleViews { joints, quantities, eye, target })
 }
 
-/// Where the blocks of all runs stand: time of the new program, and way over all runs.
+/// Positions of the blocks of all runs: time of the new program, and path length over all runs.
 fn places(runs: &[ScheduledRun]) -> Vec<Vec<Place>> {
     let mut begin = 0.0;
     let of = |run: &ScheduledRun| {
@@ -104,7 +105,7 @@ fn moves(run: &ScheduledRun, k: usize) -> bool {
     joint.channel.is_some() || range(&joint.original).max(range(&joint.new)) > 1e-4
 }
 
-/// Rows of all runs one behind the other; what is no number parts the line.
+/// Rows of all runs, one after the other; a NaN interrupts the line.
 fn rows(runs: &[ScheduledRun], places: &[Vec<Place>], of: impl Fn(&ScheduledRun, usize) -> Option<f64>) -> Rows {
     let mut all = Rows::new();
     for (run, places) in runs.iter().zip(places) {
@@ -173,7 +174,8 @@ fn joint(
     Ok(())
 }
 
-/// Ends of the channel and positions of both programs about its middle: over a whole turn of a joint nobody sees a channel of some degrees.
+/// Ends of the channel and positions of both programs about its middle: on the scale of a whole turn of the
+/// joint, a channel of some degrees would be invisible.
 fn in_channel(
     sink: &Sink,
     schedule: &Schedule,
@@ -295,13 +297,13 @@ fn sphere(
     let middle = if sum.norm() > 1e-6 { sum.normalize() } else { Vector::z() };
     let reach = from(&middle);
     if reach < WIDE {
-        // A ball hides what lies behind, which is nothing here.
+        // A ball hides its far side, where nothing is drawn here.
         sink.ball(path(["schedule", "sphere", "solid"]), SOLID, SPHERE)?;
         let away = 1.0 + (2.4 * reach).clamp(0.5, 2.0);
         let near = if reach < 0.6 { 0.95 } else { 0.3 };
         return Ok([(middle * away).into(), (middle * near).into()]);
     }
-    // Round an axis of the frame: from beside the one that is nearest to all.
+    // About an axis of the frame: looking from slightly off the one that is nearest to all.
     let frame = [Vector::x(), Vector::y(), Vector::z()].into_iter().flat_map(|v| [v, -v]);
     let best = frame.min_by(|a, b| from(a).total_cmp(&from(b))).unwrap_or_else(Vector::x);
     let beside =

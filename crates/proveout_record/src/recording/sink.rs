@@ -27,7 +27,7 @@ pub(crate) enum Level {
     Debug,
 }
 
-/// Where something along a path stands: time of the program that runs, s, and way, mm.
+/// Position of something along a path: time in the program that runs, s, and path length, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Place {
     pub(crate) time: f64,

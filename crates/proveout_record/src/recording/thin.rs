@@ -1,4 +1,4 @@
-//! Thinning of motion and signals, so that a recording stays small and still tells the truth.
+//! Thinning of motion and signals, so that a recording stays small and still correct.
 
 use proveout_machine::JointValues;
 
@@ -7,7 +7,7 @@ const ROWS: usize = 15_000;
 /// First spacing, s: 50 poses a second.
 const FIRST_SPACING: f64 = 0.02;
 
-/// Spacings between the repeated values of a signal that stands: a quarter of a second at first.
+/// Spacings between the repeated values of a constant signal: a quarter of a second at first.
 const REPEAT: f64 = 12.0;
 /// Most of them in one stretch.
 const MOST_REPEATS: f64 = 64.0;
@@ -207,7 +207,8 @@ mod tests {
         assert_eq!(rows.last().map(|r| r.0), Some(9.999));
     }
 
-    /// A jerk that ends at its lowest, drops to zero within the same stretch, and stands for five seconds.
+    /// A jerk that ends at its lowest, drops to zero within the same stretch, and stays there for five
+    /// seconds.
     #[test]
     fn a_standstill_holds_the_value_that_it_began_with() {
         let mut thinner = SignalThinner::default();

@@ -10,7 +10,7 @@ const POINTS: usize = 200_000;
 /// Left-out points that are checked against the line.
 const HELD: usize = 64;
 
-/// Shares of the programmed feed below which the classes behind the first begin.
+/// Shares of the programmed feed below which the classes after the first begin.
 pub(crate) const REACHED: [f64; 5] = [0.95, 0.8, 0.6, 0.4, 0.2];
 /// Shortest time in one class before the next may begin, s: what is shorter is less than a pixel at any useful zoom.
 const IN_CLASS: f64 = 0.02;
@@ -215,7 +215,7 @@ mod tests {
             let times = [f64::from(i) * 0.005, f64::from(i + 1) * 0.005];
             trace.push(MoveKind::Feed, class(i), times, at(i), at(i + 1));
         }
-        // A long piece behind a short one has its own class.
+        // A long piece after a short one has its own class.
         trace.push(MoveKind::Feed, 5, [0.25, 0.26], at(50), at(51));
         trace.push(MoveKind::Feed, 0, [0.26, 1.26], at(51), at(90));
         let strips = trace.finish(1.26, 1);

@@ -1,4 +1,4 @@
-//! Where the blocks of a run stand in its program files, and which motion belongs to which.
+//! Where the blocks of a run are in its program files, and which motion belongs to which block.
 
 use std::sync::Arc;
 
@@ -51,12 +51,12 @@ impl Blocks {
         }
     }
 
-    /// Where a block stands.
+    /// Place of a block in the files.
     pub(crate) fn of_block(&self, block: u32) -> Option<Place> {
         self.places.get(block as usize).copied().flatten()
     }
 
-    /// Where the block of a motion piece stands.
+    /// Place of the block of a motion piece.
     pub(crate) fn of_piece(&self, piece: u32) -> Option<Place> {
         if piece == NO_PIECE {
             return None;
@@ -71,7 +71,7 @@ impl Blocks {
     }
 }
 
-/// Numbers for the lines of all files together, from 1; 0 stands for none.
+/// Numbers for the lines of all files together, from 1; 0 means none.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LineNumbers {
     /// Name of a file, and the number before its first line.

@@ -78,7 +78,7 @@ pub(crate) struct PartView {
 /// The program as the page shows it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProgramView {
-    /// Lines of the files: all of them, or those round what is told of.
+    /// Lines of the files: all of them, or those round the reported places.
     pub(crate) listings: Vec<Listing>,
     /// Why lines are missing; empty when none are.
     pub(crate) left_out: String,
@@ -88,9 +88,9 @@ pub(crate) struct ProgramView {
     pub(crate) operations: Vec<Operation>,
     /// Number and name of the tools in the library.
     pub(crate) tools: Vec<(u32, String)>,
-    /// Beside each finding of the verdict.
+    /// Details of each finding of the verdict.
     pub(crate) explained: Vec<Explained>,
-    /// What was not checked beside the gates, and why.
+    /// What was not checked in addition to the gates, and why.
     pub(crate) unchecked: Vec<[String; 2]>,
 }
 
@@ -101,14 +101,14 @@ pub(crate) struct Page<'a> {
     pub(crate) machine: &'a str,
     /// What the scene says about itself.
     pub(crate) description: &'a str,
-    /// Rows of "inputs and method" beside what the verdict holds: name and value.
+    /// Rows of "inputs and method" in addition to those of the verdict: name and value.
     pub(crate) method: Vec<(String, String)>,
     pub(crate) joints: &'a [JointSignals],
     pub(crate) process: &'a ProcessSignals,
     pub(crate) part: &'a PartView,
     pub(crate) textures: &'a [ShownTexture],
     pub(crate) contacts: &'a [ContactPicture],
-    /// The program beside the part.
+    /// The program, shown next to the part.
     pub(crate) program: &'a ProgramView,
     /// Free tool axes along the program, where the call asks for them.
     pub(crate) axes: Option<&'a ShownAxes>,

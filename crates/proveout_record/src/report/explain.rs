@@ -1,4 +1,4 @@
-//! What stands behind a finding: its tool, where its limit comes from, and the lines of the program round it.
+//! Details of a finding: its tool, the source of its limit, and the lines of the program round it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -51,7 +51,7 @@ pub(crate) fn listings(setup: &Setup<'_>, blocks: &Blocks, findings: &[Finding])
     (near.into_iter().filter_map(read).collect(), words)
 }
 
-/// Beside each finding: its tool, its limit's source, its line.
+/// For each finding: its tool, its limit's source, its line.
 pub(crate) fn explained(
     setup: &Setup<'_>,
     blocks: &Blocks,

@@ -20,7 +20,7 @@ const LINES: usize = 12;
 /// Marks on the part: more hide it.
 const MARKS: usize = 150;
 
-/// What a run knows of a finding beside the finding.
+/// What a run knows about a finding in addition to the finding itself.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Explained {
     /// The tool in the spindle.
@@ -130,7 +130,8 @@ fn id(index: usize) -> String {
     format!("finding-{}", index + 1)
 }
 
-/// What a depth is counted from, in words: holder, neck and shank stand beside material more often than above it.
+/// What a depth is counted from, in words: holder, neck and shank are more often at the side of material
+/// than above it.
 fn deep(code: &str) -> &'static str {
     match code {
         "collision-holder-stock" | "process-neck-rubs" | "process-shank-rubs" => "from the free surface",
@@ -239,7 +240,7 @@ pub(crate) fn groups(told: &Told<'_>) -> Vec<Group> {
     order.into_iter().map(group).collect()
 }
 
-/// How many places, and how many blocks where a finding stands for more than one.
+/// The number of places, and the number of blocks where one finding covers several.
 fn places(list: &[usize], findings: &[Finding]) -> String {
     let repeats: u64 = list.iter().map(|&i| u64::from(findings[i].repeats)).sum();
     let places = count(list.len() as u64) + if list.len() == 1 { " place" } else { " places" };

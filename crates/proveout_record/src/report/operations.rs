@@ -3,7 +3,7 @@
 use proveout_controller::{Event, MoveKind};
 use proveout_sim::observer::{Batch, BlockRow, Setup};
 
-/// Most operations that are told apart; what follows counts to the last one.
+/// Largest number of separate operations; everything after counts to the last one.
 const MOST: usize = 500;
 /// Longest text of a message in a name, characters.
 const MOST_CHARS: usize = 60;
@@ -62,7 +62,7 @@ impl Operation {
             MoveKind::Rapid => self.rapid_s += time,
             _ => {}
         }
-        // Blocks of rotary motion alone have no length of the tip that a feed could be told of.
+        // Blocks of rotary motion alone have no tip path length, so no feed can be given for them.
         if let Some(feed) = row.feed.filter(|f| *f > 0.0 && row.kind == MoveKind::Feed && row.length > 0.0) {
             self.feed_mm += row.length;
             self.fed_s += time;
@@ -97,7 +97,7 @@ impl Operations {
 
     fn begin(&mut self, block: u32, text: &str) {
         let text: String = text.chars().take(MOST_CHARS).collect();
-        // A message right beside a tool change names the same operation.
+        // A message right before or after a tool change names the same operation.
         if let Some(last) = self.all.last_mut().filter(|o| block <= o.block + 1 && o.feed_s == 0.0) {
             if last.text.is_empty() {
                 last.text = text;

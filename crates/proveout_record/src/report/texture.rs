@@ -14,7 +14,8 @@ use crate::{
     texture::{ShownProfile, ShownTexture},
 };
 
-/// Most maps with a picture, and nodes along their sides: 2.5 MB of page. The others stand in the table.
+/// Largest number of maps with a picture, and nodes along their sides: 2.5 MB of page. The others are in
+/// the table.
 pub(crate) const PAGE_MAPS: usize = 24;
 pub(crate) const PAGE_SIDE: usize = 201;
 /// Stops of the color bar.

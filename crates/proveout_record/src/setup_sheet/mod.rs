@@ -1,4 +1,4 @@
-//! `setup.html`: what stands on the machine for this program, for the person who sets it up.
+//! `setup.html`: what is on the machine for this program, for the person who sets it up.
 
 mod picture;
 
@@ -68,7 +68,7 @@ struct ToolRow {
     flutes: String,
     overhang: String,
     holder: &'static str,
-    /// Keys of the library that nobody told.
+    /// Keys of the library with assumed values.
     chosen: String,
 }
 
@@ -271,7 +271,7 @@ fn body_row(name: &str, bounds: &Aabb) -> BodyRow {
 
 fn tool_row(tool: &Tool, overhang: Option<f64>, chosen: &[&str]) -> ToolRow {
     let radius = tool.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max);
-    // What stands out of the holder: from the tip to the lowest point of the holder.
+    // Projection from the holder: from the tip to the lowest point of the holder.
     let lowest = tool.bodies.iter().filter(|b| b.role == Role::Holder).map(|b| b.profile.z_min());
     let clamped = lowest.fold(f64::INFINITY, f64::min);
     let now = if clamped.is_finite() { format!("clamped {}", fixed(clamped, 1)) } else { "not stated".into() };

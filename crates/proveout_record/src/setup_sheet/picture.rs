@@ -1,4 +1,4 @@
-//! The stock in its clamping as a picture: stock blue, fixtures vermilion, the tool gray beside it.
+//! The stock in its clamping as a picture: stock blue, fixtures vermilion, the tool next to it gray.
 
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, revolved_mesh};
 use proveout_sim::observer::Setup;
@@ -21,7 +21,7 @@ const COARSE: usize = 120;
 /// Distance of the tip of a tool above the stock, as a share of the picture's half height.
 const ABOVE: f64 = 0.12;
 
-/// The stock as it stands with its fixtures, and a tool over it; as PNG in Base64.
+/// The stock in its present state with its fixtures, and a tool over it; as PNG in Base64.
 pub(super) fn clamped(setup: &Setup<'_>, stock: &TriDexel, tool: Option<&Tool>) -> Result<String, RecordError> {
     let work_from_table = setup.table_from_work.inverse();
     let step = stock.counts().into_iter().max().unwrap_or(1).div_ceil(COARSE);

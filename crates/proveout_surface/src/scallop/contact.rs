@@ -57,7 +57,8 @@ impl<'a> CutterContact<'a> {
         let mut best = (f64::NEG_INFINITY, [0.0, 0.0], 0.0);
         let mut offer = |place: [f64; 2], curvature: f64| {
             let along = place[0] * sine + place[1] * cosine;
-            // Of two places as far the one with the larger curvature: the end of an arc before the face beside it.
+            // Of two places equally far, the one with the larger curvature: the end of an arc rather than
+            // the face next to it.
             if along > best.0 + 1e-12 || along > best.0 - 1e-12 && curvature > best.2 {
                 best = (along.max(best.0), place, curvature);
             }
@@ -213,7 +214,8 @@ impl<'a> CutterContact<'a> {
         Some([self.reach(1.0, 1, height, curvature)?[0], self.reach(-1.0, 1, height, curvature)?[0]])
     }
 
-    /// Height that the moving cutter leaves beside the contact, mm, `y` counted to the left; none beyond its shadow.
+    /// Height that the moving cutter leaves to the side of the contact, mm, `y` counted to the left; none
+    /// beyond its shadow.
     pub fn swept_height(&self, y: f64) -> Option<f64> {
         Some(self.reach(if y < 0.0 { -1.0 } else { 1.0 }, 0, y.abs(), 0.0)?[1])
     }

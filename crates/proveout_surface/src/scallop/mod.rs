@@ -3,8 +3,8 @@
 //! * [`ball_scallop`], [`ball_step`] – two passes of a ball on plane, convex and concave surfaces in closed form.
 //! * [`CutterContact`] – any convex cutter at one contact: curvatures, widths of the strip of the standing and of the moving cutter;
 //!   [`scallop_between`] two of them.
-//! * [`ridges`] – the [`Ridge`]s between passes that a cut stock shows, each found on the swept surfaces themselves, with the valleys beside
-//!   it, spacing, and the height that the geometry of both contacts gives.
+//! * [`ridges`] – the [`Ridge`]s between passes on a cut stock, each found on the swept surfaces themselves, with the
+//!   two adjacent valleys, the spacing, and the height that the geometry of both contacts gives.
 //! * [`heights`], [`by_patch`], [`by_pass`], [`histogram`] – their figures.
 
 mod closed;

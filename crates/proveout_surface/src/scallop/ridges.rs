@@ -17,9 +17,9 @@
 //! equal (regula falsi on the difference) is X. Nothing of it lies on the grid of the rays: X is exact to rounding for the pieces as they
 //! are, and its height is its signed distance from the design.
 //!
-//! **Of the cut surface.** The heights followed from A and B must be those of A and B themselves, to the bound of the sweeps; otherwise
-//! the ridge counts as not followed. No other piece may cut deeper at X: all pieces that come near are asked, and where one does,
-//! the two ridges beside it take the place of X.
+//! **Of the cut surface.** The heights followed from A and B must be those of A and B themselves, to the
+//! bound of the sweeps; otherwise the ridge counts as not followed. No other piece may cut deeper at X. All
+//! pieces that come near are checked, and where one does, the two ridges on either side of it replace X.
 //!
 //! **Between passes.** A ridge between passes runs along the feed of both of them. A kink of a path of straight pieces runs across
 //! its own feed, and a step from one level to the next has no top: both are left out.
@@ -30,13 +30,14 @@
 //!
 //! # Error
 //!
-//! Heights are exact to 1e-9 mm for the pieces and the design as given. The chord error of a design mesh and the deviation of the pieces
-//! from the motion that they stand for come on top; the caller knows both.
+//! Heights are exact to 1e-9 mm for the pieces and the design as given. The chord error of a design mesh
+//! and the deviation of the pieces from the motion that they approximate come on top; the caller knows
+//! both.
 //!
 //! # Limits
 //!
-//! Passes nearer than two cells: a pass between two rays is found only where it cuts a ridge that was found; [`Ridges::narrow`] tells
-//! the length of ridges that lie nearer to their neighbor than that.
+//! Passes nearer than two cells: a pass between two rays is found only where it cuts a ridge that was
+//! found. [`Ridges::narrow`] is the length of ridges that lie nearer to their neighbor than that.
 
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{RayEnd, RayPlace, TriDexel};
@@ -56,7 +57,8 @@ const STEEP: f64 = 0.25;
 const KINK: f64 = 1e-4;
 /// Cosine between ridge and feed from which on the ridge lies between passes.
 const ALONG: f64 = 0.5;
-/// What the heights followed may be off the points of the stock, mm, beside the bound of the sweeps: as the stock rounds.
+/// Allowed difference of the followed heights from the points of the stock, mm, on top of the bound of the
+/// sweeps: the rounding of the stock.
 const ROUNDING: f64 = 1e-6;
 /// Heights that are equal, mm.
 const EQUAL: f64 = 1e-10;
@@ -91,7 +93,7 @@ pub struct Ridge {
     pub normal: Vector,
     /// Direction of the ridge.
     pub along: Vector,
-    /// Length that it stands for, mm.
+    /// Length that it represents, mm.
     pub weight: f64,
     /// Number of the pieces on both sides, the earlier one first.
     pub pieces: [u32; 2],
@@ -103,7 +105,8 @@ pub struct Ridge {
     pub curvature: Option<f64>,
     /// Height of the ridge over a design that the valleys touch, from axis, feed and cutter at the two contacts, mm.
     pub geometric: Option<f64>,
-    /// A pass beside it lies on the design with a flat of its cutter: valleys, distance and geometric height are none.
+    /// One of its two passes touches the design with a flat of its cutter: valleys, spacing and geometric
+    /// height are none.
     pub on_flat: bool,
 }
 
@@ -321,7 +324,8 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
         let mut last = (p, q);
         let (p, q) = both(high, [a.1, b.1])?;
         let mut above = p.height - q.height;
-        // A surface that was cut a moment ago is not told from the one before nearer than the bound: the ridge may lie beside the pair.
+        // A surface that was just cut differs from the one before by no more than the bound: the ridge may
+        // lie outside the pair.
         let width = high - low;
         if below > -EQUAL && below <= self.bound && above > below + EQUAL {
             low -= width;

@@ -92,9 +92,10 @@ pub fn by_patch(ridges: &[Ridge], edge: f64) -> Vec<PatchHeights> {
 
 /// Ridges by pass, in the order of the passes.
 ///
-/// A pass is the longest stretch of motion that leaves no ridge with itself. A ridge of the pieces p < q says that a pass begins in
-/// p + 1 ..= q; with the ridges in the order of q, a begin at q wherever none lies in that range is the smallest number of begins. So the
-/// turns of a helix and the rows of a zigzag are told apart without knowing what the program means.
+/// A pass is the longest stretch of motion that leaves no ridge with itself. A ridge of the pieces p < q
+/// says that a pass begins in p + 1 ..= q. With the ridges in the order of q, a begin at q wherever none
+/// lies in that range is the smallest number of begins. So the turns of a helix and the rows of a zigzag
+/// are separated without interpreting the program.
 pub fn by_pass(ridges: &[Ridge]) -> Vec<PassHeights> {
     let mut ends: Vec<[u32; 2]> = ridges.iter().map(|r| [r.pieces[1], r.pieces[0]]).collect();
     ends.sort_unstable();

@@ -1,4 +1,5 @@
-//! The valleys beside a ridge: where each pass comes nearest to the design, and what its geometry says of the ridge.
+//! The valleys next to a ridge: where each pass comes nearest to the design, and the ridge height that its
+//! geometry gives.
 
 use proveout_geom::{Point, Vector};
 use proveout_tool::Profile;
@@ -21,7 +22,7 @@ const CELLS: f64 = 4.0;
 /// Slope of the pass against the design at which it is level.
 const LEVEL: f64 = 1e-9;
 
-/// A valley beside a ridge, where its pass touches the design or comes nearest to it.
+/// A valley next to a ridge, where its pass touches the design or comes nearest to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Side {
     /// Height above the design, mm; negative in a gouge.
@@ -41,8 +42,9 @@ pub struct Side {
 /// Looks for both valleys of a ridge across its direction, and fills in spacing, curvature and geometric height; `cell` is the distance
 /// of the rays, mm.
 ///
-/// The design across the ridge stands as a circle through three points of it, `base` apart: the normals of a mesh jump from facet
-/// to facet, and a valley that followed them would lie anywhere within a facet. First with some cells, then with the step that they gave.
+/// The design across the ridge is approximated by a circle through three points of it, `base` apart. The
+/// normals of a mesh jump from facet to facet, and a valley that followed them would lie anywhere within a
+/// facet. The first `base` is some cells, the second the step found with it.
 pub(super) fn sides(
     path: &SweptPath,
     cutters: &[Vec<Profile>],
@@ -149,7 +151,7 @@ fn geometric(cutters: &[Vec<Profile>], sides: [&Side; 2], chord: f64, curvature:
     pairs.filter_map(|(a, b)| scallop_between(a, b, chord, curvature)).reduce(f64::min)
 }
 
-/// The level place of a pass beside the ridge, searched across it on the side on which the pass lies.
+/// The level place of a pass next to the ridge, searched across it on the side on which the pass lies.
 fn valley(
     path: &SweptPath,
     design: &(impl DesignSurface + ?Sized),

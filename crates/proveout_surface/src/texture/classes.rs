@@ -14,7 +14,7 @@ pub enum Standard {
 }
 
 impl Standard {
-    /// Number and edition, as printed beside each value.
+    /// Number and edition, as printed with each value.
     pub fn edition(self) -> &'static str {
         match self {
             Self::Iso21920 => "ISO 21920-2:2021",

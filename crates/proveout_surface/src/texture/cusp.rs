@@ -78,7 +78,8 @@ pub fn high_pass_share(wave_length: f64, cutoff: f64) -> f64 {
     -(-std::f64::consts::LN_2 * (cutoff / wave_length).powi(2)).exp_m1()
 }
 
-/// Rq of a row of parabolas of height `h` at pitch `pitch` (mm) behind the Gaussian high-pass with a cut-off (mm).
+/// Rq of a row of parabolas of height `h` at pitch `pitch` (mm) after the Gaussian high-pass with a cut-off
+/// (mm).
 pub fn parabola_rq_high_pass(h: f64, pitch: f64, cutoff: f64) -> f64 {
     let mut lost = 0.0;
     for n in 1..=10_000 {

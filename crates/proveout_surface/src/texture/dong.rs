@@ -1,5 +1,6 @@
-//! The 2D profile model of a bull-nose tool: Dong, He, Liu, Wan, Chang, "A Multi-Scale Tool Orientation Generation Method for Freeform
-//! Surface Machining with Bull-Nose Tool", Micromachines 2023, 14, 1199. The fast answer beside a simulated patch.
+//! The 2D profile model of a bull-nose tool: Dong, He, Liu, Wan, Chang, "A Multi-Scale Tool Orientation
+//! Generation Method for Freeform Surface Machining with Bull-Nose Tool", Micromachines 2023, 14, 1199. A
+//! fast alternative to a simulated patch.
 //!
 //! Frame at a contact: x the feed, z the outward normal N, y = z x x across the feed. The tool axis leans by the inclination l from N, its
 //! projection lies at the azimuth w from the feed: T = (sin l cos w, sin l sin w, cos l) (equation 2 with g - s = w).
@@ -246,12 +247,14 @@ impl Dong {
         }
     }
 
-    /// Where a line across the feed meets first what the tool sweeps, and the place of that cut along the feed.
+    /// Where a line across the feed first meets what the tool sweeps, and the place of that cut along the
+    /// feed.
     ///
-    /// A torus is the union of balls of radius r round the points of its ring; swept along the feed, each ball leaves a cylinder. In the plane across
-    /// the feed these are discs round the points of an ellipse: with P the distance of such a point beside the line and L that along it,
-    /// the line meets the disc at t = L - sqrt(r^2 - P^2). On the lower arc of the ellipse L is a convex function of P, and so is t: a search
-    /// by golden section finds its least value.
+    /// A torus is the union of balls of radius r round the points of its ring; swept along the feed, each
+    /// ball leaves a cylinder. In the plane across the feed these are discs round the points of an ellipse.
+    /// With P the distance of such a point from the line and L its distance along the line, the line meets
+    /// the disc at t = L - sqrt(r^2 - P^2). On the lower arc of the ellipse L is a convex function of P,
+    /// and so is t: a golden-section search finds its least value.
     fn swept(&self, from: [f64; 2], along: [f64; 2]) -> Option<(f64, f64)> {
         let ((sin_l, cos_l), (sin_w, cos_w)) = (self.inclination.sin_cos(), self.azimuth.sin_cos());
         let out = [-cos_l * cos_w, -cos_l * sin_w, sin_l];

@@ -6,10 +6,11 @@
 //!   s(x) = exp(-pi (x / (alpha c))^2) / (alpha c),     alpha = sqrt(ln 2 / pi) = 0.469718639...
 //! ```
 //!
-//! half of the amplitude passes at the wave length c. The sum over the lattice stands for the integral; the weights are divided
-//! by the sum of those that lie on the data, which is regression of order zero at the ends (ISO 16610-28:2016): a plane passes
-//! unchanged inside, and no point is lost. The function is cut at one whole cut-off on either side: what is left beyond,
-//! erfc(sqrt(pi) / alpha) = 9e-8 of the weight, is below the 1e-6 that the filter promises; at half a cut-off it would be 0.76 percent.
+//! half of the amplitude passes at the wave length c. The integral is replaced by the sum over the lattice.
+//! The weights are divided by the sum of those that lie on the data, which is regression of order zero at
+//! the ends (ISO 16610-28:2016): a plane passes unchanged inside, and no point is lost. The function is cut
+//! at one whole cut-off on either side. What is left beyond, erfc(sqrt(pi) / alpha) = 9e-8 of the weight,
+//! is below the 1e-6 that the filter promises; at half a cut-off it would be 0.76 percent.
 
 use rayon::prelude::*;
 

@@ -21,7 +21,7 @@ pub enum TextureError {
     Hole {
         /// Place in the list.
         index: usize,
-        /// What stands there.
+        /// Its value.
         value: f64,
     },
     /// The data are shorter than what the setting asks for.

@@ -1,8 +1,9 @@
 //! Surface texture: parameters, filters and setting classes of profiles (ISO 21920, ISO 4287) and of areas (ISO 25178).
 //!
-//! Data in: heights over a lattice, mm, the form already removed (heights are distances to the design surface along its
-//! normals). Data out: parameters, mm for heights, with everything that a number depends on beside it ([`ProfileSetting`],
-//! [`ArealSetting`]): standard, setting class, nesting indices, evaluation length, rule for the ends, spacing.
+//! Data in: heights over a lattice, mm, the form already removed (heights are distances to the design
+//! surface along its normals). Data out: parameters, mm for heights, together with everything that they
+//! depend on ([`ProfileSetting`], [`ArealSetting`]): standard, setting class, nesting indices, evaluation
+//! length, rule for the ends, spacing.
 //!
 //! * [`Profile`] – heights at equal steps; [`Profile::evaluate`] filters and cuts out the evaluation length; [`ProfileParameters`].
 //! * [`HeightMap`] – heights over a rectangle; [`HeightMap::evaluate`], [`ArealParameters`]; [`lay`] finds the direction of

@@ -189,7 +189,7 @@ impl Profile {
     }
 }
 
-/// What stands beyond the ends of the evaluation length.
+/// What is needed beyond the ends of the evaluation length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
     /// One cut-off of data.

@@ -1,11 +1,12 @@
 //! Blocks of a lattice: which pieces can matter, and the search point by point.
 //!
-//! The lattice is cut into bands, each band into blocks by halving. For a block every piece gets a floor: a height below which it comes
-//! nowhere over the block. A piece that touches the normal of the block's middle point has a tangent half space there; the convex cutter
-//! lies within it, and on the other normals of the block the half space begins at a height that is linear in the point up to the
-//! curvature of the design, for which the block's corners and middle stand. Over the time of the piece the floor sinks by rate times half
-//! duration (the height is convex in time for a straight piece) and by what a turn tilts and bends. A piece that misses the middle's normal is
-//! bounded by its distance.
+//! The lattice is cut into bands, each band into blocks by halving. For a block every piece gets a floor: a
+//! height below which the piece never comes over the block. A piece that touches the normal of the block's
+//! middle point has a tangent half space there, which contains the convex cutter. On the other normals of
+//! the block the half space begins at a height that is linear in the point up to the curvature of the
+//! design; the block's corners and middle represent the block. Over the time of the piece the floor sinks
+//! by rate times half duration (the height is convex in time for a straight piece) and by what a turn tilts
+//! and bends. A piece that misses the middle's normal is bounded by its distance.
 //!
 //! Pieces whose floor lies above an estimate of what the block can reach are left out, and the lowest of their floors is
 //! remembered. A point that ends above that floor is searched again among all pieces: the estimate costs time when it is wrong,
@@ -325,12 +326,14 @@ impl<'a> Search<'a> {
         Patch { middle, center, half, spread: spread.sqrt(), radius: radius.sqrt() }
     }
 
-    /// A height below which a piece comes nowhere over the block, and an estimate of one that it reaches everywhere.
+    /// A height below which a piece never comes over the block, and an estimate of one that it reaches
+    /// everywhere.
     ///
-    /// The piece touches the normal of the block's middle lowest at a time t0, at T with the cutter's outward normal m. The convex cutter
-    /// lies behind its tangent plane, so that at t0 it meets the normal n of a point P at h >= m (P - T) / a with a = - m n at the earliest.
-    /// At another time the plane is carried by the velocity V of the cutter at T, turned by delta at most, and T is bent off its straight
-    /// way by reach delta^2 / 2:
+    /// The piece has its lowest touch on the normal of the block's middle at a time t0, at T with the
+    /// cutter's outward normal m. The convex cutter lies on the inner side of its tangent plane, so at t0
+    /// it meets the normal n of a point P no lower than h >= m (P - T) / a with a = - m n. At another time
+    /// the plane is carried by the velocity V of the cutter at T, turned by delta at most, and T is bent
+    /// off its straight path by reach delta^2 / 2:
     ///
     /// ```text
     ///   h a' >= m (P - T) - (t - t0) m V - reach delta^2 / 2 - delta |P - T'|,    |a' - a| <= |n - n_middle| + delta

@@ -76,7 +76,7 @@ pub(crate) struct Hull {
     pub edge: Edge,
     /// By how much the arc leaves the body: only where it crosses the axis.
     margin: f64,
-    /// Distance from the axis within which the arc stands on the other side of it.
+    /// Distance from the axis within which the arc lies on the other side of it.
     behind: f64,
     /// Sine and cosine of the nose turn.
     nose: (f64, f64),
@@ -273,7 +273,8 @@ impl Walk<'_> {
         }
     }
 
-    /// Searches a revolution in parts, less what can be leapt over from its end; gives the time behind it.
+    /// Searches a revolution in parts, less what can be leapt over from its end; returns the time after the
+    /// revolution.
     fn turn_from(&self, time: f64, stop: f64, direction: f64, height: f64, best: &mut Lowest) -> f64 {
         let turn = TAU / self.piece.azimuth_rate.abs();
         let behind = time + direction * turn;
@@ -353,7 +354,8 @@ impl Walk<'_> {
         leap
     }
 
-    /// Time and height of the next contact, and by how much its time may be wrong; none where it cannot be told.
+    /// Time and height of the next contact, and the possible error of its time; `None` where they cannot be
+    /// determined.
     #[inline]
     fn next(
         &self,
@@ -497,7 +499,8 @@ impl Walk<'_> {
             }
             let step = (-distance / along).clamp(-0.5 * edge.radius, 0.5 * edge.radius);
             h += step;
-            // The next step is the square of this one over the radius: what is left tells the side of the plane, and roots are polished.
+            // The next step would be the square of this one over the radius. The residual is small enough
+            // to give the side of the plane; roots are polished.
             if step.abs() < 1e-5 * edge.radius {
                 let (residual, [pt, _], [ph, _]) = self.derivatives(&state, h);
                 let rate = self.piece.rate(&state, &q);

@@ -7,16 +7,18 @@
 //!   least(n):     least of n . x over all x of the swept piece                     {x: n . x >= least(n)} holds it
 //! ```
 //!
-//! **Distance.** The signed distance to a convex body is a convex function of the point. While the axis stands still, the point moves straight
-//! in the frame of the tool, so that the distance is a convex function of time, and its tangents close in on the least. A piece
-//! that turns is cut into parts that turn so little that no point of the tool leaves its chord by more than [`BULGE`].
+//! **Distance.** The signed distance to a convex body is a convex function of the point. While the axis
+//! keeps its direction, the point moves straight in the frame of the tool. The distance is then a convex
+//! function of time, and its tangents close in on the least. A piece that turns is cut into parts that turn
+//! so little that no point of the tool leaves its chord by more than [`BULGE`].
 //!
 //! **Half space.** A body of revolution with the unit axis a reaches `h(n) = max (r sqrt(1 - (n.a)^2) + z n.a)` along n over its generating
 //! curve: at an end of a line or an arc, or where the arc's normal is n. Of a straight motion one of the ends reaches farthest. A point of
 //! a part that turns by the angle w leaves its chord by `reach w^2 / 8` at most, which is taken off.
 //!
-//! Pieces lie in a tree of groups of eight that follow each other in time, so that whole passes are told apart at once: the tips of a
-//! group lie in a box, and its axes within an angle u of their mean, which moves no point by more than `reach u`.
+//! Pieces lie in a tree of groups of eight that follow each other in time, so that whole passes can be
+//! ruled out at once: the tips of a group lie in a box, and its axes within an angle u of their mean, which
+//! moves no point by more than `reach u`.
 
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_tool::Profile;
@@ -57,7 +59,7 @@ struct Group {
     body: Option<u32>,
     axis: Vector,
     tips: Aabb,
-    /// How far a point may lie beside the group's axis held still, mm.
+    /// Largest distance of a point from its place with the group's axis held fixed, mm.
     spread: f64,
     bounds: Aabb,
 }
@@ -232,7 +234,8 @@ impl SweptBodies {
         self.moves.get(first).map(|m| m.piece)
     }
 
-    /// A lower bound of `n . x` over all that it sweeps, sharp for a move whose axis stands still; n is a unit vector.
+    /// A lower bound of `n . x` over all that it sweeps, sharp for a move with a fixed axis direction; n is
+    /// a unit vector.
     pub fn least(&self, item: SweepItem, n: &Vector) -> f64 {
         if item.level == 0 {
             return self.least_of(&self.moves[item.index as usize], n);

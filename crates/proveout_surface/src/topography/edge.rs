@@ -84,7 +84,7 @@ pub(crate) struct Residual {
     pub side: f64,
     /// Height from the arc's center.
     pub height: f64,
-    /// Along the tooth; negative behind the axis.
+    /// Along the tooth; negative on the far side of the axis.
     pub along: f64,
     /// Across the tooth.
     pub across: f64,
@@ -134,7 +134,8 @@ impl Edge {
         numbers.iter().chain(&self.corner).all(|v| v.abs() < 1e9)
     }
 
-    /// Distance from the axis within which an arc with its center beyond the axis stands on the other side of it, mm; else zero.
+    /// Distance from the axis within which an arc with its center beyond the axis lies on the other side of
+    /// it, mm; else zero.
     pub(crate) fn behind_axis(&self) -> f64 {
         (-self.center_radius - self.radius * self.corner[0].sin()).max(0.0)
     }

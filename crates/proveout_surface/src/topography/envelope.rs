@@ -52,7 +52,7 @@ pub(crate) fn touch(ray: &Ray, piece: &Piece, body: &Body, time: f64, start: f64
         let gradient = Vector::new(gr * radial[0], gr * radial[1], gz);
         let along = gradient.dot(&direction);
         if along >= -1e-9 {
-            // Past the middle of the body, or beside it.
+            // Past the middle of the body, or the line misses it.
             if distance >= 0.0 {
                 return None;
             }
@@ -117,7 +117,8 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), be
     let [begin, end] = piece.time;
     let mut near = near;
     if !(begin..=end).contains(&near.0) {
-        // Most pieces beside the one that cuts are left after a leap or two: away from their end that is next to it, or from their middle.
+        // Most pieces near the one that cuts are ruled out after one or two leaps, from their end next to
+        // it or from their middle.
         let from = match near.0 {
             t if t > end && t - end < piece.duration() => end,
             t if t < begin && begin - t < piece.duration() => begin,
@@ -272,8 +273,8 @@ impl Leaps<'_> {
     }
 }
 
-/// A place under a level where the distance still falls with height, near to where it is least: its sample, its depth under the level, and what the
-/// tangent there leaves at the level, mm.
+/// A place under a level where the distance still falls with height, near its minimum: its sample, its
+/// depth under the level, and what the tangent there leaves at the level, mm.
 ///
 /// ```text
 ///  d |\               /        `low` falls, `high` rises, the body lies between or is passed beside:

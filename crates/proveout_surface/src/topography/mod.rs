@@ -35,13 +35,17 @@
 //!   change by it times the slope of the marks (a ball: half of feed a revolution over radius). Where the spindle changes its speed, pieces must be as short;
 //! * 1e-7 of the feed a revolution times the slope of the mark, where a contact falls on the joint of two pieces with different velocities.
 //!
-//! Speed of one core of a busy two-core machine (`cargo bench -p proveout_surface --bench topography`), a point: 1.0 to 1.2 us by the
-//! envelope on straight paths, 2.1 to 3.4 in five axes; by two teeth with helix and run-out 2.0 to 2.2 and 3.0 to 4.2 us, 7 us where the axis stands
-//! on the surface and points pass beside it. Distances from the cutter, and sine and cosine of the teeth, bound it.
+//! Time per point on one core of a busy two-core machine
+//! (`cargo bench -p proveout_surface --bench topography`): 1.0 to 1.2 us by the envelope on straight
+//! paths, 2.1 to 3.4 us in five axes; by two teeth with helix and run-out 2.0 to 2.2 us and 3.0 to 4.2
+//! us, 7 us where the axis is normal to the surface and points pass to its side. Distances from the
+//! cutter, and sine and cosine of the teeth, limit the speed.
 //!
-//! Limits: edges are rounded corners (arcs); a straight flank or face edge without rounding leaves no height here. Where the spindle
-//! stands, edges leave nothing. A contact at which the normal of the design grazes the cutter within a degree of 90 may be missed, and so may two contacts
-//! of a tooth within a sixteenth of a revolution beside the axis whose distance from the tooth turns more than once between them.
+//! Limits: edges are rounded corners (arcs); a straight flank or face edge without rounding leaves no
+//! height here. With the spindle stopped, edges leave nothing. Some contacts may be missed: one at which
+//! the normal of the design grazes the cutter within a degree of 90, and, near the axis, two contacts of a
+//! tooth within a sixteenth of a revolution whose distance from the tooth turns more than once between
+//! them.
 
 mod block;
 mod contact;

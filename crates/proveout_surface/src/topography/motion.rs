@@ -19,7 +19,7 @@ pub struct CutterPiece {
     pub turn: Vector,
     /// Azimuth of the cutter in the housing at the begin, radian; continuous from piece to piece.
     pub azimuth: f64,
-    /// Its rate, rad/s: negative for M3, zero for a spindle that stands.
+    /// Its rate, rad/s: negative for M3, zero for a stopped spindle.
     pub azimuth_rate: f64,
     /// The motion this piece belongs to, as the caller counts them.
     pub motion: u32,
@@ -189,7 +189,7 @@ impl Piece {
         State { tip: self.tip + self.velocity * t, frame, azimuth: self.azimuth + self.azimuth_rate * t }
     }
 
-    /// Rate of a point that stands in W, in the coordinates of the housing: - v - spin x q.
+    /// Rate of a point fixed in W, in the coordinates of the housing: - v - spin x q.
     #[inline]
     pub(crate) fn rate(&self, state: &State, q: &Vector) -> Vector {
         match self.velocity_in_housing {

@@ -28,7 +28,7 @@ const MOST_PARTS: f64 = 256.0;
 /// Pieces whose bounds are asked together.
 const GROUP: usize = 64;
 
-/// A cutter that stands still.
+/// A cutter at rest.
 #[derive(Debug)]
 pub struct StandingCutter {
     piece: Piece,
@@ -269,7 +269,7 @@ impl SweptPath {
 
     fn comes_near(&self, number: u32, point: &Point, range: f64) -> bool {
         let Some((known, bodies)) = self.of(number) else { return false };
-        // Where it stands half way; nothing of it is farther from there than half of its way.
+        // Its pose half way; no point of it moves farther from there than half of its path.
         let half = known.from.interpolated(&known.to, 0.5);
         let q = point - half.tip;
         let z = q.dot(&half.axis);
@@ -285,8 +285,9 @@ impl SweptPath {
     }
 }
 
-/// The lowest touch of a part of a piece. Where nobody knows when, a straight part is begun at the lowest of some touches: where the tip,
-/// or the middle of the smallest rounding, passes the line, and at quarters. What is not found is told as not followed.
+/// The lowest touch of a part of a piece. Without a guess of the time, a straight part starts at the lowest
+/// of some touches: where the tip, or the middle of the smallest rounding, passes the line, and at
+/// quarters. What is not found is reported as not followed.
 fn over_part(line: &Ray, moving: &Piece, body: &Body, guess: (f64, f64)) -> Option<(f64, f64)> {
     if moving.turns() {
         return descend(line, moving, body, guess).0;

@@ -55,7 +55,7 @@ pub enum TeethError {
         /// Feed a tooth, mm.
         chip_mm: f64,
     },
-    /// Teeth mark nothing where the spindle stands.
+    /// Teeth leave no marks while the spindle is stopped.
     #[error(
         "the spindle stands at {time_s} s: its teeth leave no marks; program a speed before the motion, or ask for the envelope"
     )]
@@ -142,7 +142,8 @@ pub fn edges_of(tool: &Tool) -> Result<Vec<Edge>, TeethError> {
         .collect())
 }
 
-/// Holds the run-out of a tool against the feed a tooth (mm): with more, a tooth is always behind the one before it.
+/// Checks the run-out of a tool against the feed per tooth (mm): with more run-out, some tooth always
+/// trails the one before it.
 ///
 /// # Errors
 /// Run-out above the chip.
@@ -159,7 +160,7 @@ pub fn check_chip(tool: &Tool, feed_per_tooth: f64) -> Result<(), TeethError> {
     Ok(())
 }
 
-/// Looks for what leaves no marks by teeth: a spindle that stands, numbers that are none.
+/// Finds pieces that leave no marks by teeth: a stopped spindle, numbers that are not finite.
 ///
 /// # Errors
 /// The first such piece.

@@ -34,7 +34,7 @@ fn face_mill(n: usize, wind: f64, speed: f64, depth: f64, phase: f64) -> Vec<f64
         tip: [Point::new(5.0, -5.0, 0.0), Point::new(5.0, -5.0 + feed * duration, 0.0)],
         housing: [Vector::x(), Vector::y(), Vector::z()],
         turn: Vector::zeros(),
-        // The first insert behind the axis at the begin.
+        // At the begin the first insert is on the trailing side of the axis.
         azimuth: -FRAC_PI_2 + wind * phase,
         azimuth_rate: wind * TAU * turns,
         motion: 0,

@@ -10,7 +10,7 @@ use super::words::{center_cutting_of, kind_of};
 use super::{ImportCall, Imported, LengthUnit};
 use crate::draft::ToolDraft;
 
-/// A tool as it stands there.
+/// A tool as written in the file.
 #[derive(Debug, Deserialize)]
 pub(super) struct Entry {
     units: Option<String>,

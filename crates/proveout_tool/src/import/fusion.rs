@@ -1,11 +1,12 @@
 //! Tool libraries of Fusion 360: JSON with a list `data`.
 //!
-//! What trips readers of it: the holder has a unit of its own; its segments run from the tip side to the spindle, and may go on above the
-//! gauge line; `TA` is the half angle of chamfer mills and countersinks and the full one of center drills; `SIG` is the full angle of a
-//! point; `LB` is the length below the holder; `TP` is the pitch of a tap; tools of one number occur.
+//! Pitfalls of the format: the holder has a unit of its own; its segments run from the tip side to the
+//! spindle, and may go on above the gauge line; `TA` is the half angle of chamfer mills and countersinks
+//! and the full one of center drills; `SIG` is the full point angle; `LB` is the length below the holder;
+//! `TP` is the pitch of a tap; tool numbers may repeat.
 //!
-//! Tools that do not turn (turning, laser, waterjet), form mills and corner-rounding mills have no kind in a library: they are left out and
-//! told.
+//! Tools that do not rotate (turning, laser, waterjet), form mills and corner-rounding mills have no kind
+//! in a library: they are left out and reported.
 
 use std::path::Path;
 
@@ -17,7 +18,7 @@ use super::{ImportCall, Imported, LengthUnit};
 use crate::HolderSection;
 use crate::draft::ToolDraft;
 
-/// A tool as it stands there; members that are not needed are passed over.
+/// A tool as written in the file; unused members are skipped.
 #[derive(Debug, Deserialize)]
 pub(super) struct Entry {
     #[serde(rename = "type")]
@@ -95,7 +96,7 @@ pub(super) fn drafts(file: &Path, data: Vec<Entry>, call: &ImportCall) -> Result
     for (at, entry) in data.into_iter().enumerate() {
         let words = entry.description.clone().unwrap_or_default();
         let kind = entry.kind.clone().unwrap_or_default().to_lowercase().replace(['-', '_'], " ");
-        // A holder that stands alone in the list has no number of a tool.
+        // A holder that is an entry of its own has no tool number.
         if kind == "holder" {
             continue;
         }
@@ -245,7 +246,7 @@ fn draft(
     } else if has("tap") && !has("taper") {
         draft.shape = vec![("diameter_mm", dc)];
         let words = draft.description.clone();
-        // Where the library has no pitch, the words may tell it.
+        // Where the library has no pitch, its texts may name it.
         draft.become_tap(&words, mm(g.TP), TAP_ENVELOPE);
     } else if ["flat", "slot", "thread mill", "reamer", "boring", "counter bore", "counterbore"].iter().any(|w| has(w))
     {

@@ -1,7 +1,8 @@
-//! Tool table of LinuxCNC: `T1 P1 D6.000 Z50.2 ;3 flute end mill`, a line a tool.
+//! Tool table of LinuxCNC: `T1 P1 D6.000 Z50.2 ;3 flute end mill`, one line per tool.
 //!
-//! Z is the length offset, here taken for the length to the gauge line; D the diameter. Lengths are in the unit of the machine, which
-//! stands in its INI file and not here. Words for lathes (I, J, Q) and offsets in other axes have no place in a library and are told.
+//! Z is the length offset, here taken for the length to the gauge line; D the diameter. Lengths are in the
+//! unit of the machine, which is in its INI file and not here. Words for lathes (I, J, Q) and offsets in
+//! other axes have no place in a library and are reported.
 
 use std::path::Path;
 

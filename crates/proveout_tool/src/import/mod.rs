@@ -1,6 +1,6 @@
 //! Tool libraries of other programs, read into [`ToolDraft`]s.
 //!
-//! | file | told by | unit |
+//! | file | recognized by | unit |
 //! |---|---|---|
 //! | Fusion 360 library | JSON with a list `data` | each tool and each holder has its own |
 //! | CAMotics project or tool table | JSON with a table `tools` | of the tool, else of the project |
@@ -8,8 +8,9 @@
 //! | offsets as a program (G10 L10, L12), as Haas and Fanuc controls write them | `G10` in the text | G20 or G21 in it, else the call states it |
 //! | CSV | ending `.csv` | in the name of each column |
 //!
-//! Nothing is filled in here: what a file does not tell is missing in the draft. What a file tells and a library cannot hold stands in
-//! [`Imported::notes`]. Two tools of one number are refused, unless they are the same tool.
+//! Nothing is filled in here: what a file does not give is missing in the draft. What a file gives and a
+//! library cannot store is in [`Imported::notes`]. Two tools with the same number are refused, unless they
+//! are the same tool.
 
 mod camotics;
 mod fusion;
@@ -30,7 +31,7 @@ const MAX_BYTES: u64 = 256 << 20;
 /// Millimeters of an inch.
 pub(crate) const INCH_MM: f64 = 25.4;
 
-/// Unit of length of a file that does not tell it.
+/// Unit of length for a file that does not state one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LengthUnit {
     /// Millimeters.
@@ -65,14 +66,14 @@ pub struct Imported {
     pub format: &'static str,
     /// The tools, in the order of the file.
     pub tools: Vec<ToolDraft>,
-    /// What the file tells and the drafts do not hold.
+    /// What the file gives and the drafts cannot store.
     pub notes: Vec<String>,
 }
 
 /// What a call says about a file.
 #[derive(Clone, Debug, Default)]
 pub struct ImportCall {
-    /// Unit of length, where the file does not tell it.
+    /// Unit of length, where the file does not state it.
     pub unit: Option<LengthUnit>,
     /// Numbers of the tools that are wanted; all where none.
     pub wanted: Option<BTreeSet<u32>>,
@@ -83,7 +84,7 @@ impl ImportCall {
         self.wanted.as_ref().is_none_or(|all| all.contains(&number))
     }
 
-    /// The unit of a file that cannot tell it.
+    /// The unit of a file whose format cannot state one.
     pub(crate) fn stated(&self, file: &Path, what: &str) -> Result<f64, InputError> {
         self.unit.map(LengthUnit::mm).ok_or_else(|| {
             InputError::file(
@@ -98,8 +99,8 @@ impl ImportCall {
 /// Reads the tools of another program's file.
 ///
 /// # Errors
-/// [`InputError`] with the file, and line where the format has lines: a file of no known kind, a value that is no dimension, a unit that nobody
-/// states, two tools of one number.
+/// [`InputError`] with the file, and the line where the format has lines: a file of no known kind, a value
+/// that is not a dimension, a unit that is not stated, two tools of one number.
 pub fn import_tools(file: &Path, call: &ImportCall) -> Result<Imported, InputError> {
     let ending = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let imported = match ending.as_str() {
@@ -124,7 +125,7 @@ pub fn import_tools(file: &Path, call: &ImportCall) -> Result<Imported, InputErr
     unique(file, imported)
 }
 
-/// A JSON file: which of the two it is stands in its keys.
+/// A JSON file; its keys decide which of the two formats it is.
 fn json(file: &Path, call: &ImportCall) -> Result<Imported, InputError> {
     let refused = |e: &dyn std::fmt::Display| {
         InputError::file(
@@ -161,7 +162,7 @@ struct Either {
     units: Option<String>,
 }
 
-/// Refuses two tools of one number; the same tool told twice counts once.
+/// Refuses two tools of one number; the same tool given twice counts once.
 fn unique(file: &Path, mut imported: Imported) -> Result<Imported, InputError> {
     let mut kept: Vec<ToolDraft> = Vec::new();
     for tool in std::mem::take(&mut imported.tools) {
@@ -190,7 +191,7 @@ fn unique(file: &Path, mut imported: Imported) -> Result<Imported, InputError> {
         ));
     }
     for (at, name) in twice(&kept) {
-        // Programs that call tools by name would not know which is meant; the number tells them apart.
+        // Programs that call tools by name would be ambiguous; the number makes the names differ.
         kept[at].name = format!("{name} (T{})", kept[at].number);
         imported.notes.push(format!(
             "T{}: another tool has the name \"{name}\" as well: this one is \"{}\"",

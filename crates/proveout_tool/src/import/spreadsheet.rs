@@ -16,7 +16,7 @@ use crate::HolderSection;
 use crate::draft::ToolDraft;
 use crate::entry::{KIND_WORDS, SHAPE_KEYS};
 
-/// Columns beside the keys of the shape.
+/// Columns in addition to the keys of the shape.
 const OTHERS: [&str; 17] = [
     "number",
     "name",

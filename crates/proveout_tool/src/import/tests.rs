@@ -104,8 +104,8 @@ fn kinds_of_a_library_give_their_outlines() {
     let all = import_tools(&shelf.file("lib.json", &text), &call(None)).expect("read");
     let read = library(all.tools);
     let widest = |n: usize| 2.0 * read.tools[n].cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max);
-    // Inserts of 45 degrees, 8 mm high, about a face of 50 mm: 66 mm.
-    // The cone of 5 degrees behind a ball of 1 mm radius: r = cos 5 + (20 - (1 - sin 5)) tan 5.
+    // Inserts of 45 degrees, 8 mm high, about a face of 50 mm: 66 mm. The cone of 5 degrees above a ball of
+    // 1 mm radius: r = cos 5 + (20 - (1 - sin 5)) tan 5.
     let half = 5.0_f64.to_radians();
     let top = half.cos() + (20.0 - (1.0 - half.sin())) * half.tan();
     for (n, want) in [8.0, 12.0, 2.0 * top, 20.0, 10.0, 6.8, 8.0, 66.0, 10.0].into_iter().enumerate() {

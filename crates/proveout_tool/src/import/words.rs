@@ -1,11 +1,12 @@
 //! What words of the trade say about a tool: remarks of tool tables, comments of posts, in English and German, and the most common ones in Polish, French,
 //! Italian and Spanish.
 
-/// Why a cylinder stands for a tap of which nothing tells the pitch.
+/// Why a tap without a pitch is taken as a cylinder.
 pub(crate) const TAP_ENVELOPE: &str = "a tap: a cylinder of its diameter is its envelope";
 
-/// Kind of the library and the words that mean it, in the order in which they are looked for: `ball nose end mill` is a ball, `spot drill`
-/// no drill. The last member says what the library has no word for, and why the kind stands for it.
+/// Kind of the library and the words that mean it, in search order: `ball nose end mill` is a ball,
+/// `spot drill` is not a drill. The last member gives the reason where this kind replaces one that the
+/// library lacks.
 const KINDS: [(&[&str], &str, Option<&str>); 17] = [
     (&["lollipop", "undercut ball"], "lollipop", None),
     (&["taper ball", "tapered ball", "conical ball", "tapered spherical", "tapered ballnosed"], "taper_ball", None),
@@ -75,7 +76,8 @@ const KINDS: [(&[&str], &str, Option<&str>); 17] = [
     ),
 ];
 
-/// Kind of a tool by the words of a text, and why another kind stands for what the library has no word for.
+/// Kind of a tool by the words of a text, and the reason where that kind replaces one that the library
+/// lacks.
 pub fn kind_of(text: &str) -> Option<(&'static str, Option<&'static str>)> {
     let text = text.to_lowercase().replace('_', " ");
     let has = |word: &&str| {

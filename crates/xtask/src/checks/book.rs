@@ -10,7 +10,7 @@ use std::{
 
 use crate::{Failure, files};
 
-/// Folders with pages, beside those at the root.
+/// Folders with pages, in addition to those at the root.
 const FOLDERS: [&str; 6] = ["docs", "scenes", "machines", "tools", "crates", "controls"];
 /// The list of pages of the book.
 const SUMMARY: &str = "docs/SUMMARY.md";
@@ -78,7 +78,7 @@ fn links(text: &str) -> Vec<String> {
         if fenced {
             continue;
         }
-        // What stands between backticks is code.
+        // Text between backticks is code.
         let plain: String = line.split('`').step_by(2).collect::<Vec<_>>().join("code");
         for part in plain.split("](").skip(1) {
             let Some((target, _)) = part.split_once(')') else { continue };

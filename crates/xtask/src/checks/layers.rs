@@ -8,11 +8,11 @@ use crate::{
 /// Prefix of the product's crates, left out in tables.
 pub(crate) const PREFIX: &str = "proveout_";
 
-/// Which crates of the workspace a crate may use, in tests as well. `xtask` and the crate of whole prove-outs stand
-/// above all and may use any.
+/// Which crates of the workspace a crate may use, in tests as well. `xtask` and the crate of whole
+/// prove-outs are at the top and may use any.
 ///
-/// `proveout` names the types of the stages that its commands `nc`, `kinematics` and `check` print; it stays without an
-/// algorithm of its own. `proveout_py` stands above it: its commands are those of the Python package too.
+/// `proveout` names the types of the stages that its commands `nc`, `kinematics` and `check` print; it has
+/// no algorithm of its own. `proveout_py` is above it: its commands are those of the Python package too.
 pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
     ("proveout_geom", &[]),
     ("proveout_nc", &["tool"]),

@@ -1,4 +1,4 @@
-//! `.ci/run` runs what the README tells people to run, and nothing else.
+//! `.ci/run` runs what the README says to run, and nothing else.
 
 use std::path::Path;
 

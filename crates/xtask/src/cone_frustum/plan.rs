@@ -1,4 +1,4 @@
-//! The setup of the scene and the passes of its program. Every number of the test piece stands here.
+//! The setup of the scene and the passes of its program. Every number of the test piece is here.
 
 use super::geometry::{Cone, Location, Rotaries, along, entry_between, on_generator};
 
@@ -34,7 +34,7 @@ pub(crate) const ROUGHER: Cutter = Cutter { name: "BULL_D25_R2", radius: 12.5, s
 /// Flank; in aluminum 377 m/min and 0.083 mm a tooth with four teeth.
 pub(crate) const FINISHER: Cutter = Cutter { name: "END_D20", radius: 10.0, spindle_rpm: 6000, feed_mm_min: 2000.0 };
 
-/// Feed down beside the blank, mm/min.
+/// Feed down at the side of the blank, mm/min.
 pub(crate) const PLUNGE_MM_MIN: f64 = 5000.0;
 /// The tool keeps at least this distance from the blank before it enters and after it left, mm.
 pub(crate) const CLEARANCE: f64 = 3.0;

@@ -58,7 +58,8 @@ pub(crate) struct Written {
     pub(crate) passes: Vec<PassReport>,
 }
 
-/// A number as it stands in a program: fixed decimals, no zeros at the end, no sign before zero, always a point.
+/// A number as written in a program: fixed decimals, no zeros at the end, no sign before zero, always a
+/// point.
 pub(crate) fn word(value: f64, decimals: usize) -> String {
     let fixed = format!("{value:.decimals$}");
     let short = if fixed.contains('.') { fixed.trim_end_matches('0') } else { &fixed };
@@ -146,10 +147,12 @@ fn foot(out: &mut Writer, rotaries: Rotaries) {
     out.block("M30");
 }
 
-/// One pass: rotary axes to the start while the spindle is up, down beside the blank, roll in, one turn, roll out, up.
+/// One pass: rotary axes to the start while the spindle is up, down at the side of the blank, roll in, one
+/// turn, roll out, up.
 ///
-/// The turn runs clockwise seen from above, which is climb milling with a right-hand cutter. C is wound back between
-/// the passes with the transformation off, so that no interpolation of orientations is asked to make a full turn.
+/// The turn runs clockwise seen from above, which is climb milling with a right-hand cutter. C is wound
+/// back between the passes with the transformation off, so that no interpolation of orientations has to
+/// make a full turn.
 fn write_pass(out: &mut Writer, rotaries: Rotaries, index: usize, pass: &Pass) -> PassReport {
     let tilt_letter = rotaries.tilt_letter();
     let blocks_per_turn = pass.blocks_per_turn(rotaries);

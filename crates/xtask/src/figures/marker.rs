@@ -1,4 +1,4 @@
-//! Figures in Markdown: where a number comes from stands beside it, in a remark that a reader does not see.
+//! Figures in Markdown: the source of a number is next to it, in a remark that a reader does not see.
 //!
 //! ```text
 //!   cut within <!--= cone-frustum deviation.gouge_max_mm .2um +-0.05 -->0.65<!--/--> µm
@@ -7,8 +7,9 @@
 //!                                                        decimals, and the factor to the unit of the page
 //! ```
 //!
-//! *Key*: names with points between them; `[name=limits]` takes the entry of a list whose `name` is that (`_` stands for a
-//! blank), `[2]` the entry at that place. `@command` and `@made` are the run's command and the commit and day of its figures.
+//! *Key*: names with points between them; `[name=limits]` takes the entry of a list whose `name` is that
+//! (`_` means a blank), `[2]` the entry at that place. `@command` and `@made` are the run's command and the
+//! commit and day of its figures.
 //!
 //! *Form*: `.2` is a number with two decimals, `s` a text as it is. `um` is for keys in mm that the page has in micrometers, `cm3` for
 //! keys in mm³, `pct` for ratios.

@@ -1,5 +1,6 @@
-//! The figures of the pages, from runs: `cargo xtask figures` makes the runs of `docs/figures.toml` and fills the pages,
-//! `cargo xtask figures --check` makes them and compares. No figure beside a remark is typed.
+//! The figures of the pages, from runs: `cargo xtask figures` makes the runs of `docs/figures.toml` and
+//! fills the pages, `cargo xtask figures --check` makes them and compares. A figure with a remark is never
+//! typed by hand.
 
 mod marker;
 
@@ -18,7 +19,7 @@ use crate::{
     workspace::{Workspace, cargo},
 };
 
-/// Where the runs stand.
+/// The file that lists the runs.
 const REGISTRY: &str = "docs/figures.toml";
 /// Folders with pages, below the root; pages at the root too.
 const FOLDERS: [&str; 5] = ["docs", "scenes", "machines", "tools", "crates"];
@@ -27,11 +28,11 @@ const FOLDERS: [&str; 5] = ["docs", "scenes", "machines", "tools", "crates"];
 #[derive(Clone, Debug)]
 struct Run {
     name: String,
-    /// Words after `proveout`; `DATA` stands for the file of `data`.
+    /// Words after `proveout`; `DATA` is replaced by the file of `data`.
     command: String,
-    /// `docs/experiments.md` tells of it.
+    /// `docs/experiments.md` reports it.
     experiment: bool,
-    /// A file that is published elsewhere, below `shared/cases` beside the checkout.
+    /// A file that is published elsewhere, below `shared/cases` in a folder above the checkout.
     data: Option<String>,
     /// Not made by `ci`.
     long: bool,
@@ -217,7 +218,7 @@ fn folder(root: &Path, run: &Run) -> PathBuf {
     root.join("target/figures").join(&run.name)
 }
 
-/// The result of a run; none where its data set is not beside the checkout.
+/// The result of a run; `None` where its data set is not there.
 fn made(root: &Path, program: &Path, run: &Run, wanted: &Wanted) -> Result<Option<Value>, Failure> {
     let folder = folder(root, run);
     let result = folder.join(if run.command.starts_with("compare") { "compare.json" } else { "verdict.json" });
@@ -297,7 +298,7 @@ fn write(root: &Path, runs: &[Run], pages: &[Page], results: &BTreeMap<String, V
         }
         files::put(&root.join(&page.name), &text, false, "cargo xtask figures")?;
     }
-    // When the figures of a long run were made stands in the registry too.
+    // The registry also records when the figures of a long run were made.
     let path = root.join(REGISTRY);
     let mut registry = files::get(&path)?;
     for run in runs.iter().filter(|r| r.long) {

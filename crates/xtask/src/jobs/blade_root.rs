@@ -1,7 +1,9 @@
-//! `blade-root`: the blade between two platforms of `scenes/blade-root`, finished round its sections but for 0.2 mm, and its design as a body that nothing may
-//! touch: a mesh of some 100,000 triangles beside the 12 bodies of the machine.
+//! `blade-root`: the blade between two platforms of `scenes/blade-root`, finished round its sections except
+//! for 0.2 mm. Its design is a body that nothing may touch: a mesh of some 100,000 triangles in addition to
+//! the 12 bodies of the machine.
 //!
-//! The cutter runs 0.2 mm above the mesh all the time, the near miss is wanted at 0.1 mm: a check that follows distances by steps has the most to do.
+//! The cutter runs 0.2 mm above the mesh all the time, and the near-miss distance is 0.1 mm: the worst case
+//! for a check that follows distances by steps.
 
 use std::{
     fs,

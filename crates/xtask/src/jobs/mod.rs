@@ -1,4 +1,4 @@
-//! Jobs that stand for what a user waits for: whole runs with all gates on, to be timed and looked into.
+//! Jobs that represent what a user waits for: whole runs with all gates on, to be timed and profiled.
 //!
 //! `raster`: 81 lines of 161 points over 40 x 40 mm (13,041 moves of 0.25 mm) with a ball of radius 3 mm, 0.2 mm cells. The tool axis runs on a
 //! cone of 15 degrees about a mean that leans 15 degrees, once round every 20 mm: once each turn it passes through the pole of a
@@ -47,7 +47,7 @@ sections = [
 ]
 "#;
 
-/// A machine and where the block stands on it.
+/// A machine and the place of the block on it.
 struct Place {
     machine: &'static str,
     mount_mm: [f64; 3],

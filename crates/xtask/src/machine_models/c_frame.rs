@@ -1,4 +1,4 @@
-//! C frame: a fixed column behind a table on cross slides, the head on the column.
+//! C frame: a fixed column at the rear of a table on cross slides, the head on the column.
 //!
 //! ```text
 //!    head  ||==|column        front at the left; y to the right

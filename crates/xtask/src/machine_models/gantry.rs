@@ -57,7 +57,7 @@ impl Gantry<'_> {
         let bed_front = (-clear[1] - 40.0).min(y0);
         let bed_back = (clear[1] + 40.0).max(y1);
 
-        // Walls lean back at the front and stand on the bed's full length.
+        // Walls lean back at the front and rest on the bed's full length.
         let lean = 0.25 * (wall_top - floor);
         let foot_front = (y0 - lean).max(bed_front);
         let outline = [
@@ -101,7 +101,7 @@ impl Gantry<'_> {
             ),
         ];
 
-        // The beam with its end carriages, ribs behind and rails in front.
+        // The beam with its end carriages, ribs at the rear and rails in front.
         let beam = block([-outside, beam_front, low], [outside, beam_back, high], 18.0);
         let beam_ribs = (0..7).map(|k| {
             let at = -outside + 40.0 + (2.0 * outside - 110.0) * f64::from(k) / 6.0;

@@ -1,8 +1,9 @@
 //! glTF binary files: one node a part, below the node of the joint that carries it.
 //!
-//! glTF is in meter with Y up: (x, y, z) of the machine becomes (x, z, -y) / 1000. The node of a rotary joint stands at
-//! its axis, so that a viewer can turn it; no normals are written, which glTF 2.0 (section 3.7.2.1) defines as flat
-//! facets. Coordinates are rounded to a micrometer first, so that the bytes do not depend on the last digit of a sine.
+//! glTF is in meters with Y up: (x, y, z) of the machine becomes (x, z, -y) / 1000. The node of a rotary
+//! joint is at its axis, so that a viewer can turn it. No normals are written, which glTF 2.0 (section
+//! 3.7.2.1) defines as flat facets. Coordinates are rounded to a micrometer first, so that the bytes do not
+//! depend on the last digit of a sine.
 
 use std::{collections::BTreeMap, io};
 

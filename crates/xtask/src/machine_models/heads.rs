@@ -1,5 +1,5 @@
-//! What carries the tool: spindles, fork heads, 45-degree heads. Each stands on the gauge line: the spindle nose's face
-//! is the gauge line of `machine.toml`.
+//! What carries the tool: spindles, fork heads, 45-degree heads. Each ends at the gauge line: the spindle
+//! nose's face is the gauge line of `machine.toml`.
 
 use crate::machine_models::{
     numbers::Numbers,
@@ -18,7 +18,7 @@ pub(crate) struct Spindle {
     pub(crate) top: f64,
 }
 
-/// Nose with a taper bore, and the stepped housing behind it, along the spindle direction of the machine.
+/// Nose with a taper bore, and the stepped housing above it, along the spindle direction of the machine.
 pub(crate) fn spindle(numbers: &Numbers, size: Spindle) -> Vec<Part> {
     let Spindle { nose, housing, top } = size;
     let (foot, axis, on) = (numbers.gauge, numbers.spindle_direction, numbers.spindle_on.as_str());
@@ -96,8 +96,8 @@ pub(crate) fn fork(numbers: &Numbers, fork: Fork<'_>) -> Result<Vec<Part>, crate
     Ok(parts)
 }
 
-/// A head that turns about an axis at 45 degrees: lower half with the spindle on `tilt`, upper half below the ram on
-/// `on`. The ram's lower end must stand `top` above the gauge line and reach to y = `back`.
+/// A head that turns about an axis at 45 degrees: lower half with the spindle on `tilt`, upper half below
+/// the ram on `on`. The ram's lower end must be `top` above the gauge line and reach to y = `back`.
 pub(crate) fn nutating(
     numbers: &Numbers,
     on: &str,

@@ -82,7 +82,8 @@ pub(crate) fn lu_hybrid(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let face = numbers.table[1];
     let top = height + 8.0;
     let headstock = prism(Axis::Y, [face - 150.0, face - 36.0], &{
-        // The outline along y is (z, x): the tongue stands in (x, z), turned over so that it stays counter-clockwise.
+        // The outline along y is (z, x): the tongue is in (x, z), turned over so that it stays
+        // counter-clockwise.
         let upright = tongue(70.0, top - 2.0, axis[2], 52.0);
         upright.iter().rev().map(|&[across, up]| [up, across]).collect::<Vec<_>>()
     });

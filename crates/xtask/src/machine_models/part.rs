@@ -63,8 +63,9 @@ impl Part {
         Self { name: name.into(), role, on: on.into(), color: paint.color(), bright, check: true, solid }
     }
 
-    /// A part that is only drawn: the legs of a platform, which turn with three joints and stand in their middle position.
-    /// Everything else is checked, guides, covers and motors too: a gate that leaves bodies out is no pass.
+    /// A part that is only drawn: the legs of a platform, which turn with three joints, drawn in their
+    /// middle position. Everything else is checked, guides, covers and motors too: a gate that leaves
+    /// bodies out does not pass.
     pub(crate) fn drawn(name: &str, role: &'static str, on: &str, paint: Paint, solid: Solid) -> Self {
         Self { check: false, ..Self::new(name, role, on, paint, solid) }
     }

@@ -44,7 +44,7 @@ pub(crate) fn y_slide(numbers: &Numbers, deck: f64, half: [f64; 2]) -> Result<Ve
     ])
 }
 
-/// Blade center: headstock and tailstock on a bed along x, a traveling column behind them.
+/// Blade center: headstock and tailstock on a bed along x, a traveling column at the rear.
 pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let accent = [150, 40, 44];
     let [x, y, z] = ["X", "Y", "Z"].map(|n| numbers.travel(n));
@@ -55,7 +55,7 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let swing = 325.0; // half of the swing of 650 mm of the same table
     let floor = -swing - 40.0;
 
-    // Bed: a low front part under the blade, a higher one behind it under the column.
+    // Bed: a low front part under the blade, a higher rear part under the column.
     let rear = y[1] + 620.0;
     let step = 420.0;
     let outline = [
@@ -148,7 +148,7 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     parts.push(Part::new("x_carriages", "guide", "X", Paint::Dark, Solid::all(x_blocks)));
     parts.push(Part::new("z_rails", "guide", "X", Paint::Rail, z_rails));
 
-    // The slide clasps the ram; both stand at the height of the pivot.
+    // The slide clasps the ram; both are at the height of the pivot.
     let h = pivot[2];
     let ram = 130.0;
     let slide_front = front - 300.0;
@@ -167,7 +167,7 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     parts.push(Part::new("slide", "saddle", "Z", Paint::Accent(accent), slide));
     parts.push(Part::new("z_carriages", "guide", "Z", Paint::Dark, Solid::all(z_blocks)));
 
-    // Ram along y with the B axis in its middle; its front stands off the spindle plane.
+    // Ram along y with the B axis in its middle; its front is at a distance from the spindle plane.
     let gap = 150.0;
     let ram_back = front + 200.0;
     let ram_body = block([-ram, gap, h - ram], [ram, ram_back, h + ram], 14.0);

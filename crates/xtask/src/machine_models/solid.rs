@@ -52,8 +52,8 @@ impl Axis {
     }
 }
 
-/// Facets of a full circle. They touch it from outside, so that no body is smaller than what it stands for: the corners of a spindle nose of
-/// 100 mm stand out by 0.05 mm, those of a table of 600 mm by 0.29 mm.
+/// Facets of a full circle. They touch it from outside, so no body is smaller than the real one: the
+/// corners of a spindle nose of 100 mm protrude by 0.05 mm, those of a table of 600 mm by 0.29 mm.
 const SECTORS: usize = 72;
 
 /// Radius of the corners of a polygon that touches a circle from outside, `half` being half the angle of a facet.
@@ -249,8 +249,8 @@ pub(crate) fn cylinder(foot: V3, axis: V3, radius: f64, height: f64, chamfer: f6
     revolved(foot, axis, &profile)
 }
 
-/// Outline of a plate: from `width` at `base` to a round end of `radius` about (0, `center`), counter-clockwise in the
-/// plane (across, up). The base may stand above or below the round end.
+/// Outline of a plate: from `width` at `base` to a round end of `radius` about (0, `center`),
+/// counter-clockwise in the plane (across, up). The base may be above or below the round end.
 pub(crate) fn tongue(half_width: f64, base: f64, center: f64, radius: f64) -> Vec<[f64; 2]> {
     const ARC: usize = 12;
     let side = if center > base { 1.0 } else { -1.0 };

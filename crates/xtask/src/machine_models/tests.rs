@@ -253,7 +253,7 @@ fn the_hybrid_machine_reproduces_its_reference_values() {
             q[machine.joint(joint).expect("joint")] = if key.ends_with("deg") { value.to_radians() } else { value };
         }
         let pose = machine.forward(&q, 0.0);
-        // The blade's origin stands at (0, 0, 460) with all joints at zero.
+        // The blade's origin is at (0, 0, 460) with all joints at zero.
         let tip = Point::new(number("px_mm"), number("py_mm"), 460.0 + number("pz_mm"));
         let axis = Vector::new(number("ti"), number("tj"), number("tk"));
         assert!((pose.tip - tip).norm() < REFERENCE_MM, "{} {tip}", pose.tip);

@@ -1,5 +1,5 @@
-//! What carries the workpiece: trunnions, rotary tables, fixed tables. The clamping face stands at the table point of
-//! `machine.toml`, the bearings on the axes of the tilting joint.
+//! What carries the workpiece: trunnions, rotary tables, fixed tables. The clamping face is at the table
+//! point of `machine.toml`, the bearings on the axes of the tilting joint.
 
 use crate::machine_models::{
     numbers::Numbers,
@@ -81,7 +81,7 @@ impl Trunnion<'_> {
         let motor = cylinder([outer + gap + 0.41 * r, 0.0, height], Axis::X.unit(), 0.8 * round, 0.3 * r, 8.0);
         let caps = [-1.0, 1.0]
             .map(|s| cylinder([s * (outer + gap + 0.41 * r), 0.0, height], [s, 0.0, 0.0], 0.95 * round, 0.06 * r, 3.0));
-        // The tilt axis lies in the plane of the table's middle or beside it: its own y (or x) counts across.
+        // The tilt axis may be offset from the plane of the table's middle: its own y (or x) counts across.
         let place = |solid: Solid| {
             if about_y {
                 solid.quarter_turned().at([pivot[0], center[1], 0.0])
@@ -109,7 +109,7 @@ impl Trunnion<'_> {
     }
 }
 
-/// A rotary table on a pedestal that stands on `floor`.
+/// A rotary table on a pedestal that rests on `floor`.
 pub(crate) fn rotary_table(numbers: &Numbers, on: &str, radius: f64, floor: f64, accent: [u8; 3]) -> Vec<Part> {
     let [x, y, face] = numbers.table;
     let thickness = (0.2 * radius).max(10.0);

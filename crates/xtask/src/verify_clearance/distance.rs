@@ -4,10 +4,11 @@
 //! both ends, or of the parabolas between them, shifted along a few vectors; at all turns of a joint it is the hull of the circles that its corners run
 //! through.
 //!
-//! What is claimed holds where a plane stands between each two pieces with as much room beside it as is claimed, and by nothing else. One plane often parts
-//! the whole of both, or a box of pieces from the other body; it is found by GJK of the query library between two pieces that no known plane
-//! parts, and kept for what comes next in the trees and in the next span. Where it comes from does not matter: how much room there is beside it is
-//! counted on both bodies each time.
+//! A claim holds if every two pieces are separated by a plane with at least the claimed room between them
+//! along its normal, and by nothing else. One plane often separates both bodies as a whole, or a box of
+//! pieces from the other body. A plane is found by GJK of the query library between two pieces that no known
+//! plane separates, and is kept for what comes next in the trees and in the next span. Where a plane comes
+//! from does not matter: its room is computed on both bodies each time.
 //!
 //! ```text
 //!    a in all places        |<- limit ->|       b
@@ -184,8 +185,9 @@ fn with_room(a: &impl Side, b: &impl Side, two: [usize; 2], limit: f64, d: Parry
 /// Steps of [`witnessed`]: they shrink slowly, and are only needed where the library has gone astray.
 const STEPS: usize = 4000;
 
-/// A direction along which two pieces have `limit` between them, or their distance below it: steps from a difference of two points towards the
-/// one that lies farthest back along it (Frank and Wolfe 1956), each a point of both bodies, so that what is told is one of them.
+/// A direction along which two pieces are at least `limit` apart, or their distance if it is less. Each
+/// step goes from a difference of two points towards the one that lies farthest back along it (Frank and
+/// Wolfe 1956). Each is a difference of points of the bodies, so a returned distance is a real one.
 fn witnessed(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> Result<ParryVector, f64> {
     let lowest = |along: ParryVector| b.local_support_point(-along) - a.local_support_point(along);
     let mut way = lowest(ParryVector::new(0.0, 0.0, 1.0));

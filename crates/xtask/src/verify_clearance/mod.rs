@@ -1,23 +1,27 @@
 //! Checks the certificates of a run (`clearance.parquet`) with code of its own.
 //!
-//! Machine, tools and fixtures are read again from the scene; the motion from `signals.parquet`; the claims from `verdict.json` and
-//! `clearance.parquet`. Nothing of `proveout_collision` is used: a distance holds by planes with that much room beside them, which are counted on the
-//! triangles and boxes of triangles of both bodies here (`distance.rs`), bounds of motion by the corners of the bodies (`motion.rs`). What is checked:
+//! Machine, tools and fixtures are read again from the scene; the motion from `signals.parquet`; the claims
+//! from `verdict.json` and `clearance.parquet`. Nothing of `proveout_collision` is used. A distance holds
+//! by planes with that much room at their sides, computed here on the triangles and boxes of triangles of
+//! both bodies (`distance.rs`); bounds of motion hold by the corners of the bodies (`motion.rs`). What is
+//! checked:
 //!
 //! 1. The inputs are those of the run, by their digests.
-//! 2. Every pair that moves against each other is told: as checked, or as unchecked with a reason.
+//! 2. Every pair that moves against each other is listed: as checked, or as unchecked with a reason.
 //! 3. The spans of a pair follow each other without a gap and with ranges that touch, and every sample of the motion while both bodies are in
 //!    place has its joints in the range of a span of its time. Parts of one piece of the motion have the time of the piece in common.
-//! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what the joints do in it. Where the range of a
-//!    joint has no ends, it turns one of the two about a fixed line and not the other, and the distance is held against that body at all turns.
-//! 5. What the verdict tells of a pair is what its spans prove; a pair of which nothing is proved has a finding. With a pair that is not
-//!    checked the gate does not pass.
+//! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what the
+//!    joints do in it. Where the range of a joint has no ends, it turns one of the two about a fixed line and not
+//!    the other, and the distance is checked against that body at all turns.
+//! 5. What the verdict claims for a pair is what its spans prove; a pair of which nothing is proved has a finding.
+//!    With a pair that is not checked the gate does not pass.
 //!
-//! A certificate is refused where it claims what is not true, has a gap, or is not what the verdict tells; one that claims less than is true is none
-//! the worse. That no byte of it was changed is for `proveout verify` to say.
+//! A certificate is refused if it claims what is not true, has a gap, or differs from the verdict. One that
+//! claims less than is true is accepted. That no byte of it was changed is checked by `proveout verify`.
 //!
-//! Not seen: distances of machine bodies of neighboring joints, of which the volume in which they bear on each other is left out by the
-//! product's own text (the verdict must tell of them), and the stock, which is another one at every moment.
+//! Not checked: distances of machine bodies of neighboring joints, for which the product's own text leaves
+//! out the volume in which they bear on each other (the verdict must report them), and the stock, which
+//! changes at every moment.
 
 mod distance;
 mod form;
@@ -44,9 +48,10 @@ use motion::JointCorners;
 use placed::Places;
 use table::{Sample, Span};
 
-/// By how much a claim may be beyond what is found here, mm: rounding, and arcs of tools that stand as polygons here.
+/// Allowed excess of a claim over what is found here, mm: rounding, and arcs of tools that are polygons
+/// here.
 const SLACK_MM: f64 = 1e-3;
-/// By how much what the verdict tells may differ from what the spans prove, mm: rounding of the sum.
+/// Allowed difference of the verdict from what the spans prove, mm: rounding of the sum.
 const VERDICT_SLACK_MM: f64 = 1e-9;
 /// By how much a joint of a sample may be outside of the range of its span: rounding of degrees.
 const JOINT_SLACK: f64 = 1e-6;
@@ -56,7 +61,7 @@ const FACET_RAD: f64 = 0.1763;
 /// By how much the time of a sample may be outside of a span: rounding.
 const TIME_SLACK_S: f64 = 1e-9;
 
-/// A body in the frame of what it hangs on.
+/// A body in the frame of its carrier.
 struct Body {
     attached: Attachment,
     is_machine: bool,
@@ -141,8 +146,8 @@ fn are_neighbors(machine: &Machine, a: &Body, b: &Body) -> bool {
     a.is_machine && b.is_machine && long.len() == short.len() + 1 && long.starts_with(&short)
 }
 
-/// Whether a body is one of revolution about the joint between it and its neighbor, but for facets: its corners of each height and radius stand all
-/// round the axis.
+/// Whether a body is one of revolution about the joint between it and its neighbor, except for facets: its
+/// corners of each height and radius lie all round the axis.
 fn is_round(machine: &Machine, body: &Body, other: &Body) -> bool {
     let (own, theirs) = (carriers(machine, body.attached), carriers(machine, other.attached));
     let Some(&joint) = (if own.len() > theirs.len() { own } else { theirs }).last() else { return false };
@@ -369,7 +374,7 @@ fn at_all_turns<'a>(
     }
 }
 
-/// What the spans of a pair tell of the next one.
+/// Results of a pair's spans so far that speed up the next one.
 #[derive(Default)]
 struct Known {
     search: Search,

@@ -39,7 +39,7 @@ pub(super) fn least(
     let turns = |j: usize| machine.joints[j].is_rotary();
     let all = 0..machine.joints.len();
     let Some([from, to]) = span.straight else {
-        // A joint that may stand at any turn is in the distance.
+        // A joint with unlimited range is covered by the distance.
         let counts = |j: &usize| turns(*j) && span.high[*j].is_finite();
         return all.filter(counts).map(|j| 0.5 * weights[j] * (span.high[j] - span.low[j])).sum();
     };

@@ -208,7 +208,7 @@ impl<'a> Circles<'a> {
         Self { turned, point, direction, shifts: &places.shifts }
     }
 
-    /// Directions across which the circles lie: along them two planes often tell.
+    /// The axis of the circles, both ways: planes normal to it often separate the bodies.
     pub(super) fn axes(&self) -> [Vector; 2] {
         [self.direction, -self.direction]
     }

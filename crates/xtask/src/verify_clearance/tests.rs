@@ -13,7 +13,7 @@ mod planes;
 const PROGRAM: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X-20. Y10.\nZ5.\nG1 Z-2. F600\nX60. Y12.\n\
                        A20. C60.\nX30. Z3.\nA-15. C-90.\nG0 Z60.\nM5\nM30\n%\n";
 
-/// Writes a scene with a post beside the block on a five-axis machine, and proves it out into a folder.
+/// Writes a scene with a post next to the block on a five-axis machine, and proves it out into a folder.
 fn made(folder: &Path) -> (Value, Prepared, Vec<Span>, Vec<Sample>) {
     let root = crate::workspace_root();
     let tools = "[[tool]]\nnumber = 1\nname = \"T1\"\nkind = \"ball\"\ndiameter_mm = 10\nflute_length_mm = 25\nshank_diameter_mm = 10\n\
@@ -100,7 +100,7 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
             refused(&format!("{name}: times moved by {by:?} s"), check(&verdict, &setup, &forged, &samples));
         }
     }
-    // A pair that was checked is told as not checked.
+    // A checked pair is reported as unchecked.
     let mut claim = verdict.clone();
     let of_post = |p: &Value| p["bodies"].to_string().contains("holder of T1\",\"post");
     claim["clearance"]["pairs"].as_array_mut().expect("pairs").retain(|p| !of_post(p));
@@ -124,7 +124,8 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     forged.remove(k + 1);
     refused("a part of a piece removed", check(&verdict, &setup, &forged, &samples));
 
-    // A row whose points go along parabolas: told as one of straight lines, it claims too little motion; its distance is that of the parabolas.
+    // A row whose points move along parabolas, reported as one of straight lines: it claims too little
+    // motion. Its distance is that of the parabolas.
     let rotary: Vec<usize> = (0..setup.machine.joints.len()).filter(|&j| setup.machine.joints[j].is_rotary()).collect();
     let turned = |s: &Span| -> f64 {
         s.straight.as_ref().map_or(0.0, |[from, to]| rotary.iter().map(|&j| (to[j] - from[j]).abs()).sum())
@@ -202,7 +203,7 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     of_post["proved_mm"] = (of_post["proved_mm"].as_f64().expect("number") + 0.01).into();
     refused("a claim of the verdict", check(&claim, &setup, &spans, &samples));
 
-    // The certificates are those of a smaller post than the one that stands there.
+    // The certificates are those of a smaller post than the real one.
     let (min, max) = (Point::new(69.0, -41.0, 50.0), Point::new(91.0, -19.0, 161.0));
     let post = setup.fixtures.iter_mut().find(|(name, _)| name == "post").expect("the post");
     post.1 = box_mesh(&Aabb { min, max });

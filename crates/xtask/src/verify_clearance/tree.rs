@@ -1,7 +1,8 @@
 //! Boxes over pieces of a body, and over its corners.
 //!
-//! A box lies along the axes or along the pieces (principal axes of their corners), whichever has less skin: groups of triangles of a wall are flat, so
-//! that one plane beside the wall parts whole groups of them from what runs along it.
+//! A box lies along the axes or along the pieces (principal axes of their corners), whichever has less
+//! skin: groups of triangles of a wall are flat, so one plane along the wall separates whole groups of them
+//! from what runs along it.
 
 use proveout_geom::{Aabb, Point, Pose, Vector};
 

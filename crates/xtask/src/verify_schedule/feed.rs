@@ -61,7 +61,7 @@ pub(super) fn check(run: &Value, least: &[f64], seams: &[f64]) -> Result<(), Fai
             }
             if g < vectors.len() {
                 let begin = off * norm(vectors[g]) / passed;
-                // A window that begins here has no bend here: S counts it behind this gate.
+                // A window that begins here has no bend here: S counts it after this gate.
                 begun = f64::max(begun, proved - claimed - bend(g) - seams[g] + begin);
                 proved += times[g] / passed - bend(g);
                 claimed += least[g];

@@ -1,4 +1,5 @@
-//! The checksum that X3P asks for: MD5, Rivest 1992 (RFC 1321). It tells damage, it protects from nothing.
+//! The checksum that X3P requires: MD5, Rivest 1992 (RFC 1321). It detects damage; it does not protect from
+//! tampering.
 
 /// Turns to the left, four a round.
 const TURNS: [[u32; 4]; 4] = [[7, 12, 17, 22], [5, 9, 14, 20], [4, 11, 16, 23], [6, 10, 15, 21]];

@@ -174,7 +174,7 @@ pub fn is_texture(path: &Path) -> bool {
     read.is_ok() && (begin.starts_with(b"PK\x03\x04") || sdf::is_one(&begin) || begin.starts_with(b"ISO 5436"))
 }
 
-/// Reads the bytes of a file; the format is told from them, not from the name.
+/// Reads the bytes of a file; the format is detected from them, not from the name.
 ///
 /// # Errors
 /// [`TextureFileError`] with place, value, limit and remedy.

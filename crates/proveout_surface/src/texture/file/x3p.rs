@@ -1,4 +1,5 @@
-//! X3P, the archive of ISO 25178-72:2017 (openGPS): `main.xml` with axes and counts, heights beside it, a checksum of each.
+//! X3P, the archive of ISO 25178-72:2017 (openGPS): `main.xml` with axes and counts, files with the
+//! heights, checksums.
 //!
 //! ```text
 //!   main.xml             Record1: Revision, FeatureType PRF or SUR, Axes CX CY CZ (type, data type, increment, offset)

@@ -97,7 +97,7 @@ impl<'a> Archive<'a> {
         let content = match entry.method {
             0 => packed.to_vec(),
             8 => {
-                // One byte more than told: what unpacks to more is damaged, and does not fill the memory.
+                // One byte more than stated: if more comes out, the file is damaged; memory stays bounded.
                 let mut content = Vec::new();
                 let told = entry.size as u64 + 1;
                 DeflateDecoder::new(packed)

@@ -95,7 +95,7 @@ pub struct ArealReport {
     pub unfiltered: ArealValues,
     /// Why there are no filtered values; empty when there are.
     pub unchecked: Vec<Unchecked>,
-    /// What a reader should know beside the values.
+    /// What a reader should know in addition to the values.
     pub remarks: Vec<String>,
     /// The filtered map; none when unchecked.
     #[serde(skip)]
@@ -103,7 +103,7 @@ pub struct ArealReport {
 }
 
 impl ArealReport {
-    /// Evaluates a map. Never fails: what cannot be evaluated stands in `unchecked`.
+    /// Evaluates a map. Never fails: what cannot be evaluated is in `unchecked`.
     pub fn of(map: &HeightMap, asked: &Asked) -> Self {
         let leveled = (asked.form == Form::Level).then(|| map.leveled());
         let map = leveled.as_ref().unwrap_or(map);

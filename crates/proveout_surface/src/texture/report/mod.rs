@@ -1,8 +1,9 @@
-//! One report for every output that prints texture: values, and beside them all that they depend on.
+//! One report for every output that prints texture: values, together with everything that they depend on.
 //!
-//! Two people with the same surface print different numbers when filter chain or rule of aggregation differ. So a value never
-//! stands alone: a [`ProfileReport`] or [`ArealReport`] names standard and edition, setting class, cut-offs, evaluation
-//! length, removal of the form, rule for the ends, spacing and direction to the lay, and has the unfiltered values beside the filtered.
+//! Two people with the same surface print different numbers if filter chain or rule of aggregation differ.
+//! So a value is never given alone: a [`ProfileReport`] or [`ArealReport`] names standard and edition,
+//! setting class, cut-offs, evaluation length, removal of the form, rule for the ends, spacing and
+//! direction to the lay, and has the unfiltered values next to the filtered ones.
 //!
 //! ```
 //! use proveout_surface::texture::{Asked, Profile, ProfileReport};
@@ -18,8 +19,8 @@
 //!
 //! # What is checked
 //!
-//! Nothing is evaluated beside its standard: where a rule is broken, `filtered` is none and `unchecked` says by name which rule it was
-//! ([`Unchecked::rule`]). Unfiltered values are always there.
+//! Nothing is evaluated outside its standard. Where a rule is broken, `filtered` is none and `unchecked`
+//! names the rule ([`Unchecked::rule`]). Unfiltered values are always there.
 //!
 //! | rule | what happens |
 //! |---|---|
@@ -117,7 +118,7 @@ impl Default for Asked {
     }
 }
 
-/// Everything about the texture of one place: its map, and the profiles beside it.
+/// Everything about the texture of one place: its map and its profiles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TextureReport {
     /// The map, where one was evaluated.

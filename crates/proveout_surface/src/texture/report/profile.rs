@@ -95,7 +95,7 @@ pub struct ProfileReport {
     pub unfiltered_length_mm: f64,
     /// Why there are no filtered values; empty when there are.
     pub unchecked: Vec<Unchecked>,
-    /// What a reader should know beside the values.
+    /// What a reader should know in addition to the values.
     pub remarks: Vec<String>,
     /// The roughness profile over the evaluation length, mm; empty when unchecked.
     #[serde(skip)]
@@ -113,7 +113,7 @@ fn direction(degrees: Option<f64>) -> &'static str {
 }
 
 impl ProfileReport {
-    /// Evaluates a profile. Never fails: what cannot be evaluated stands in `unchecked`.
+    /// Evaluates a profile. Never fails: what cannot be evaluated is in `unchecked`.
     pub fn of(profile: &Profile, asked: &Asked) -> Self {
         let profile = match asked.form {
             Form::Level => &profile.leveled(),

@@ -100,7 +100,8 @@ fn nodes_reach_as_far_as_all_their_points() {
     let mut numbers = Numbers(1);
     let (tool, mesh) = (tool(), Form::mesh(&numbers.mesh(70)));
     let block = Form::mesh(&box_mesh(&Aabb { min: Point::new(-9.0, 2.0, 1.0), max: Point::new(4.0, 8.0, 6.0) }));
-    // Points round the tool and on its ball stand for the round ones: 180 a circle of 6 mm, 48 a quarter of the ball.
+    // Points round the tool and on its ball approximate the round bodies: 180 a circle of 6 mm, 48 a
+    // quarter of the ball.
     let rough =
         6.0 * (1.0 - (0.5_f64 * 2.0).to_radians().cos()) + 6.0 * (1.0 - (0.5_f64 * 90.0 / 48.0).to_radians().cos());
     for k in 0..120 {
