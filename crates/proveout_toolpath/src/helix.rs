@@ -69,6 +69,12 @@ pub enum PassError {
 
 /// Points of a pass beyond which the numbers are a mistake.
 const MOST_POINTS: f64 = 1e7;
+/// Smallest ball radius, pitch and step, mm: what the messages say.
+const SMALLEST_MM: f64 = 1e-3;
+/// Largest ball radius, allowance and pitch, mm: what the messages say.
+const LARGEST_MM: f64 = 1e3;
+/// Longest step, mm: what its message says.
+const LONGEST_STEP_MM: f64 = 1e2;
 
 impl HelicalPass {
     /// The points of the pass, in order.
@@ -80,12 +86,12 @@ impl HelicalPass {
             let fits = value.is_finite() && value >= low && value <= high;
             if fits { Ok(()) } else { Err(PassError::Value { name, value, range }) }
         };
-        value("the ball radius", self.ball_radius, 1e-3, 1e3, "0.001 to 1000 mm")?;
-        value("the allowance", self.allowance, 0.0, 1e3, "0 to 1000 mm")?;
+        value("the ball radius", self.ball_radius, SMALLEST_MM, LARGEST_MM, "0.001 to 1000 mm")?;
+        value("the allowance", self.allowance, 0.0, LARGEST_MM, "0 to 1000 mm")?;
         value("the head tilt", self.head_tilt, -1.5, 1.5, "within 85 degrees either way")?;
         value("the lead", self.lead, -1.5, 1.5, "within 85 degrees either way")?;
-        value("the pitch", self.pitch, 1e-3, 1e3, "0.001 to 1000 mm")?;
-        value("the step", self.step, 1e-3, 1e2, "0.001 to 100 mm")?;
+        value("the pitch", self.pitch, SMALLEST_MM, LARGEST_MM, "0.001 to 1000 mm")?;
+        value("the step", self.step, SMALLEST_MM, LONGEST_STEP_MM, "0.001 to 100 mm")?;
         value("the start", self.start, 0.0, 1.0, "0 to 1")?;
         value("the first X", self.from_x, blade.airfoil_start(), blade.spec().length, "on the airfoil")?;
         value("the last X", self.to_x, self.from_x, blade.spec().length, "on the airfoil, above the first X")?;

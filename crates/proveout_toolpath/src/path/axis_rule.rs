@@ -2,12 +2,24 @@
 
 use proveout_geom::Vector;
 
-use super::{PathError, place::Place};
+use super::{PathError, error::UNIT, place::Place};
 
 /// A travel that leaves the direction of the table by less than 30 degrees (the arc sine of this)
 /// does not define a side of it: a line along the table that bends from one side to the other must
 /// not turn the axis over.
 const AGAINST: f64 = 0.5;
+/// Cosine below which two given axes count as opposite: no great circle is between them.
+const OPPOSITE: f64 = -1.0 + 1e-9;
+/// Least way from the first point of a ruling to the second, part of it.
+const NEXT_POINT: f64 = 1e-3;
+/// Given axes beyond which the numbers are a mistake.
+const MOST_AXES: f64 = 1e6;
+/// Least way from a given axis to the next, part of the line.
+const NEXT_AXIS: f64 = 1e-12;
+/// Sine of the angle between normal and table's axis below which a fixed head has no direction.
+const PARALLEL: f64 = 1e-9;
+/// Sine of the angle between two given axes below which they count as one.
+const SAME_AXIS: f64 = 1e-12;
 
 /// A rule for the tool axis; angles in radian. f is the direction of travel, n the outward normal, k = n x f.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,24 +83,24 @@ impl AxisRule {
                 PathError::within("the tilt in radian", *tilt, -4.0 * right, 4.0 * right)?;
             }
             Self::FixedHead { table, head, lead } => {
-                PathError::within("the length of the table's axis", table.norm(), 1.0 - 1e-9, 1.0 + 1e-9)?;
+                PathError::within("the length of the table's axis", table.norm(), 1.0 - UNIT, 1.0 + UNIT)?;
                 PathError::within("the head's angle in radian", *head, -right, right)?;
                 PathError::within("the lead in radian", *lead, -right, right)?;
             }
             Self::Ruling { points } => {
                 PathError::within("the first point of the ruling", points[0], 0.0, 0.999)?;
-                PathError::within("the second point of the ruling", points[1], points[0] + 1e-3, 1.0)?;
+                PathError::within("the second point of the ruling", points[1], points[0] + NEXT_POINT, 1.0)?;
             }
             Self::Interpolated(keys) => {
-                PathError::within("the number of given axes", keys.len() as f64, 1.0, 1e6)?;
+                PathError::within("the number of given axes", keys.len() as f64, 1.0, MOST_AXES)?;
                 for pair in keys.windows(2) {
-                    PathError::within("the place of a given axis", pair[1].0, pair[0].0 + 1e-12, 1.0)?;
+                    PathError::within("the place of a given axis", pair[1].0, pair[0].0 + NEXT_AXIS, 1.0)?;
                     let opposite = pair[0].1.dot(&pair[1].1);
-                    PathError::within("the cosine between neighboring given axes", opposite, -1.0 + 1e-9, 1.0 + 1e-9)?;
+                    PathError::within("the cosine between neighboring given axes", opposite, OPPOSITE, 1.0 + UNIT)?;
                 }
                 for (part, axis) in keys {
                     PathError::within("the place of a given axis", *part, 0.0, 1.0)?;
-                    PathError::within("the length of a given axis", axis.norm(), 1.0 - 1e-9, 1.0 + 1e-9)?;
+                    PathError::within("the length of a given axis", axis.norm(), 1.0 - UNIT, 1.0 + UNIT)?;
                 }
             }
         }
@@ -106,7 +118,7 @@ impl AxisRule {
                 Some(n * inclination.cos() + (f * tilt.cos() + k * tilt.sin()) * inclination.sin())
             }
             Self::FixedHead { table, head, lead } => {
-                let p = (n - table * n.dot(table)).try_normalize(1e-9)?;
+                let p = (n - table * n.dot(table)).try_normalize(PARALLEL)?;
                 let q = table.cross(&p);
                 let q = if q.dot(f) < -AGAINST { -q } else { q };
                 Some(table * head.sin() + (p * lead.cos() + q * lead.sin()) * head.cos())
@@ -124,7 +136,7 @@ impl AxisRule {
                 let t = (part - from.0) / (to.0 - from.0);
                 let sine = from.1.cross(&to.1).norm();
                 let angle = sine.atan2(from.1.dot(&to.1));
-                if sine < 1e-12 {
+                if sine < SAME_AXIS {
                     return Some(from.1);
                 }
                 Some((from.1 * ((1.0 - t) * angle).sin() + to.1 * (t * angle).sin()) / sine)

@@ -5,6 +5,7 @@
 use super::{
     Line, ParameterCurve, PathError, Place, Strategy, Task,
     curve::{Spline, fitted},
+    error::LEAST_SCALLOP_MM,
     families::{check_along, within},
     strategy::{beside, to_and_fro},
 };
@@ -26,6 +27,10 @@ const NODES: usize = 161;
 const MOST_LINES: usize = 100_000;
 /// Shortest piece of a line that is kept, part of the way along the blade.
 const SHORTEST: f64 = 0.01;
+/// Places nearer than this to the one before are left out, part of the way along the line.
+const SAME_PLACE: f64 = 1e-9;
+/// Least way across the lines, part of the domain.
+const LEAST_WAY: f64 = 1e-9;
 
 impl ConstantScallop {
     /// u of the next line over v: each place moved by its allowed chord.
@@ -59,7 +64,7 @@ impl ConstantScallop {
         }
         let at = |p: &[f64; 2]| (p[1] - v[0]) / (v[1] - v[0]);
         // A rim of the surface holds nearest points: those that were to lie beyond it are left to the nodes before.
-        nodes.dedup_by(|a, b| at(a) <= at(b) + 1e-9);
+        nodes.dedup_by(|a, b| at(a) <= at(b) + SAME_PLACE);
         if nodes.len() < NODES / 2 {
             let what = "lines of constant scallop fold over each other: begin at another line".to_owned();
             return Err(PathError::NoLine { what, section: self.along[0] });
@@ -112,7 +117,7 @@ fn pieces(line: &Spline, v: [f64; 2], end: f64, ahead: f64) -> Vec<[f64; 2]> {
 impl Strategy for ConstantScallop {
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         check_along(self.along)?;
-        PathError::within("the scallop in mm", self.scallop, 1e-6, 10.0)?;
+        PathError::within("the scallop in mm", self.scallop, LEAST_SCALLOP_MM, 10.0)?;
         let domain = task.surface.domain();
         let most = if domain.u_closed { 2.0 } else { 1.0 };
         PathError::within("the first line, part of the domain", self.range[0], 0.0, most)?;
@@ -120,7 +125,7 @@ impl Strategy for ConstantScallop {
         let [low, high] = [self.along[0].min(self.along[1]), self.along[0].max(self.along[1])];
         let v = [within(domain.v, low), within(domain.v, high)];
         let [from, to] = self.range.map(|r| within(domain.u, r));
-        PathError::within("the way across, part of the domain", (self.range[1] - self.range[0]).abs(), 1e-9, 1.0)?;
+        PathError::within("the way across, part of the domain", (self.range[1] - self.range[0]).abs(), LEAST_WAY, 1.0)?;
         let ahead = (to - from).signum();
         let no = || PathError::NoLine { what: "the first line has no length".into(), section: low };
         let mut line = Spline::new(vec![v[0], v[1]], vec![from, from]).ok_or_else(no)?;

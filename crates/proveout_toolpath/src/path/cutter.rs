@@ -28,6 +28,10 @@ const NO_HALF_PLANE: f64 = 1e-9;
 const FLAT: f64 = 1e-12;
 /// Curvature of a sharp corner, 1/mm: a radius of a tenth of a nanometer.
 const SHARP: f64 = 1e7;
+/// Rounding of the ends of an arc of the profile, part of its radius.
+const ARC_END: f64 = 1e-12;
+/// A contact nearer to the tool's axis than this is on it, mm.
+const ON_AXIS_MM: f64 = 1e-9;
 
 /// The cutting end of a tool as planning needs it.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +80,7 @@ impl PathCutter {
             // An arc of half a turn at most has the normals between those of its ends, counter-clockwise.
             if let Segment::Arc { center, radius, from, to } = *segment {
                 let turned = |p: [f64; 2]| (p[0] - center[0]) * d[1] - (p[1] - center[1]) * d[0];
-                let slack = 1e-12 * radius;
+                let slack = ARC_END * radius;
                 if turned(from) >= -slack && turned(to) <= slack {
                     let point = [(center[0] + radius * d[0]).max(0.0), center[1] + radius * d[1]];
                     if along(point) > reach + flat {
@@ -113,13 +117,13 @@ impl PathCutter {
             -across_axis / sine
         } else {
             let kept = before.unwrap_or(place.feed);
-            (kept - axis * kept.dot(axis)).try_normalize(1e-9).unwrap_or(place.feed)
+            (kept - axis * kept.dot(axis)).try_normalize(NO_HALF_PLANE).unwrap_or(place.feed)
         };
         let (on_profile, meridian) = self.support([sine, -upright]);
         let contact = place.point + n * allowance;
         let tip = contact - radial * on_profile[0] - axis * on_profile[1];
         let pose = ToolPose { tip, axis: *axis };
-        let round = if on_profile[0] > 1e-9 { sine / on_profile[0] } else { meridian };
+        let round = if on_profile[0] > ON_AXIS_MM { sine / on_profile[0] } else { meridian };
         // Directions on the skin: round the axis, and along the profile.
         let about = axis.cross(&radial);
         let (f, k) = (place.feed.dot(&about), place.across.dot(&about));

@@ -121,6 +121,10 @@ pub enum PathError {
 
 /// Points of a path beyond which its numbers are a mistake.
 pub const MOST_POINTS: usize = 20_000_000;
+/// By how much the length of a direction may be off one: rounding.
+pub(super) const UNIT: f64 = 1e-9;
+/// Smallest scallop that can be asked for, mm.
+pub(super) const LEAST_SCALLOP_MM: f64 = 1e-6;
 
 impl PathError {
     /// Takes a number that is finite and within a closed range.

@@ -5,6 +5,9 @@ use super::{
     strategy::{Family, to_and_fro},
 };
 
+/// Least way along or across the lines, part of the domain.
+pub(super) const LEAST_WAY: f64 = 1e-6;
+
 /// Lines along the blade on which the part of the section's length is constant (or the surface's own u): the usual lines of a CAM system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IsoParametric {
@@ -55,7 +58,7 @@ pub(crate) fn within([low, high]: [f64; 2], part: f64) -> f64 {
 pub(crate) fn check_along(along: [f64; 2]) -> Result<(), PathError> {
     PathError::within("the start along the blade", along[0], 0.0, 1.0)?;
     PathError::within("the end along the blade", along[1], 0.0, 1.0)?;
-    PathError::within("the length along the blade, part of the domain", (along[1] - along[0]).abs(), 1e-6, 1.0)?;
+    PathError::within("the length along the blade, part of the domain", (along[1] - along[0]).abs(), LEAST_WAY, 1.0)?;
     Ok(())
 }
 
@@ -135,7 +138,7 @@ impl Strategy for Transverse {
         PathError::within("the start round the section", self.round[0], 0.0, most)?;
         PathError::within("the end round the section", self.round[1], 0.0, most)?;
         let way = (self.round[1] - self.round[0]).abs();
-        PathError::within("the way round the section, part of the domain", way, 1e-6, 1.0)?;
+        PathError::within("the way round the section, part of the domain", way, LEAST_WAY, 1.0)?;
         let family = Round { u: self.round.map(|r| within(domain.u, r)), v: domain.v };
         let mut lines = task.family(&family, self.range, &self.spacing)?;
         if !self.one_way {

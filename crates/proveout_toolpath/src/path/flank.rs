@@ -25,7 +25,9 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::Segment;
 
 use super::{
-    AxisRule, Line, ParameterCurve, PathCutter, PathError, Place, Strategy, Task, Touch, families::within, place::named,
+    AxisRule, Line, ParameterCurve, PathCutter, PathError, Place, Strategy, Task, Touch,
+    families::{LEAST_WAY, within},
+    place::named,
 };
 
 /// Which lines of the parameter plane are straight in space.
@@ -84,6 +86,24 @@ const ACROSS: usize = 16;
 const SECTIONS: usize = 32;
 /// Steps until heights and axis of a cone agree.
 const ROUNDS: usize = 40;
+/// A line of the profile that rises by no more than this is no straight side, mm.
+const LEVEL_MM: f64 = 1e-6;
+/// Shorter rulings have no direction, mm.
+const SHORTEST_MM: f64 = 1e-9;
+/// A line that is to be straight, with its ends nearer to each other than this, has no direction, mm.
+const NO_CHORD_MM: f64 = 1e-12;
+/// Turn of the axis in a step at which heights and axis agree, radian.
+const STEADY: f64 = 1e-15;
+/// Rounding of the height of the straight side, mm.
+const ROUNDING_MM: f64 = 1e-9;
+/// A contact nearer to the tool's axis than this has no direction from it, mm.
+const ON_AXIS_MM: f64 = 1e-12;
+/// Least way on the surface for each unit of a parameter, mm: the width of the search stays finite.
+const SLOWEST: f64 = 1e-12;
+/// Largest reach below a ruling, mm.
+const DEEPEST_MM: f64 = 1e3;
+/// Smallest error of the flank that can be asked for, mm.
+const LEAST_LIMIT_MM: f64 = 1e-6;
 
 /// The straight side of a cutter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +116,7 @@ impl StraightSide {
     /// The longest line of the profile that goes up.
     fn of(cutter: &PathCutter) -> Option<Self> {
         let lines = cutter.profile().segments().iter().filter_map(|s| match *s {
-            Segment::Line { from, to } if to[1] - from[1] > 1e-6 => Some(Self { low: from, high: to }),
+            Segment::Line { from, to } if to[1] - from[1] > LEVEL_MM => Some(Self { low: from, high: to }),
             _ => None,
         });
         lines.max_by(|a, b| a.height().total_cmp(&b.height()))
@@ -151,15 +171,15 @@ impl Ruling {
         let (end, top) = (of(0.0).0, of(1.0).0);
         let ends = points.map(of);
         let straight = || no("the ruling has no length".into());
-        let mut axis = (ends[1].0 - ends[0].0).try_normalize(1e-9).ok_or_else(straight)?;
+        let mut axis = (ends[1].0 - ends[0].0).try_normalize(SHORTEST_MM).ok_or_else(straight)?;
         let start = side.low[1] + self.below;
         let height = |p: &Point, axis: &Vector| start + (p - end).dot(axis);
         for _ in 0..ROUNDS {
             let [from, to] = ends.map(|(p, n)| p + n * (side.radius(height(&p, &axis)) / cosine));
-            let next = (to - from).try_normalize(1e-9).ok_or_else(straight)?;
+            let next = (to - from).try_normalize(SHORTEST_MM).ok_or_else(straight)?;
             let turned = (next - axis).norm();
             axis = next;
-            if turned < 1e-15 {
+            if turned < STEADY {
                 break;
             }
         }
@@ -167,7 +187,7 @@ impl Ruling {
         let z = height(&p, &axis);
         let tip = p + n * (side.radius(z) / cosine) - axis * (z + side.radius(z) * tangent);
         let reach = height(&top, &axis);
-        if reach > side.high[1] + 1e-9 || start > side.high[1] {
+        if reach > side.high[1] + ROUNDING_MM || start > side.high[1] {
             return Err(no(format!(
                 "the straight side of the cutter ends {:.3} mm above its tip, the ruling {reach:.3} mm",
                 side.high[1]
@@ -177,7 +197,7 @@ impl Ruling {
         let middle = height(&contact, &axis);
         let off = contact - tip;
         let radial = off - axis * off.dot(&axis);
-        let radial = radial.try_normalize(1e-12).ok_or_else(|| no("the axis lies in the side".into()))?;
+        let radial = radial.try_normalize(ON_AXIS_MM).ok_or_else(|| no("the axis lies in the side".into()))?;
         let about = axis.cross(&radial);
         let round = cosine / side.radius(middle);
         let (f, k) = (place.feed.dot(&about), place.across.dot(&about));
@@ -216,7 +236,7 @@ impl Ruling {
             let here = self.uv(uv, j as f64 / (LOOKS - 1) as f64);
             let local = surface.local(here[0], here[1]);
             let k = usize::from(self.rulings == Rulings::Across);
-            let speed = local.first[k].norm().max(1e-12);
+            let speed = local.first[k].norm().max(SLOWEST);
             let width = cutter.profile().max_radius() / speed;
             let [from, to] = [(here[k] - width).max(low), (here[k] + width).min(high)];
             let distance = |w: f64| {
@@ -277,8 +297,8 @@ fn least(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
 
 impl Strategy for Flank {
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
-        PathError::within("the reach below the ruling in mm", self.below, 0.0, 1e3)?;
-        PathError::within("the error of the flank in mm", self.limit, 1e-6, 10.0)?;
+        PathError::within("the reach below the ruling in mm", self.below, 0.0, DEEPEST_MM)?;
+        PathError::within("the error of the flank in mm", self.limit, LEAST_LIMIT_MM, 10.0)?;
         let AxisRule::Ruling { points } = task.rule else {
             let what = "the flank of a cutter takes its axis from the ruling".to_owned();
             return Err(PathError::NoLine { what, section: self.along[0] });
@@ -294,7 +314,7 @@ impl Strategy for Flank {
             PathError::within(name, value, 0.0, high)?;
         }
         for range in [self.round, self.along] {
-            PathError::within("the way of the flank, part of the domain", (range[1] - range[0]).abs(), 1e-6, 1.0)?;
+            PathError::within("the way of the flank, part of the domain", (range[1] - range[0]).abs(), LEAST_WAY, 1.0)?;
         }
         let (u, v) = (self.round.map(|r| within(domain.u, r)), self.along.map(|r| within(domain.v, r)));
         let (range, way) = if self.rulings == Rulings::Along { (v, u) } else { (u, v) };
@@ -322,7 +342,7 @@ impl Flank {
             let uv = [at, at];
             let of = |part: f64| ruling.point(surface, uv, part, 0.0).0;
             let (from, to) = (of(0.0), of(1.0));
-            let along = (to - from).try_normalize(1e-12).unwrap_or_else(Vector::zeros);
+            let along = (to - from).try_normalize(NO_CHORD_MM).unwrap_or_else(Vector::zeros);
             for j in 1..LOOKS {
                 let p = of(j as f64 / LOOKS as f64);
                 let off = (p - from).cross(&along).norm();

@@ -8,6 +8,7 @@ use proveout_geom::{Point, Vector};
 use super::{
     Line, PathError, Spacing, Strategy, Task,
     curve::fitted,
+    error::{LEAST_SCALLOP_MM, UNIT},
     families::{check_along, within},
     strategy::to_and_fro,
 };
@@ -38,6 +39,18 @@ const STEPS: [f64; 2] = [1e-5, 1.0];
 const MOST_STEPS: usize = 400_000;
 /// Sine of the angle between plane and surface below which lines in planes have no distance of their own.
 const ALONG: f64 = 0.02;
+/// Sine of the angle between plane and surface below which they touch: no curve leaves from there.
+const TOUCHES: f64 = 1e-6;
+/// Distance from the plane at which a correction ends, mm.
+const ON_PLANE_MM: f64 = 1e-12;
+/// Least square of the length of a chord, mm2: the place on it stays finite.
+const NO_CHORD_MM2: f64 = 1e-30;
+/// A seed this near to a curve, with a tenth of the chord there, is on it, mm.
+const KNOWN_MM: f64 = 1e-3;
+/// Two points of a curve nearer than this are one, mm.
+const SAME_POINT_MM: f64 = 1e-7;
+/// Shortest step from plane to plane, mm: with shorter ones the lines come to no end.
+const LEAST_STEP_MM: f64 = 1e-9;
 
 struct Cut<'a> {
     surface: &'a dyn ParametricSurface,
@@ -58,7 +71,7 @@ impl Cut<'_> {
         let way = su * gv - sv * gu;
         let length = way.norm();
         // |way| is |S_u x S_v| times the sine of the angle between plane and surface.
-        (length > 1e-6 * su.cross(&sv).norm()).then(|| ([gv / length, -gu / length], way / length))
+        (length > TOUCHES * su.cross(&sv).norm()).then(|| ([gv / length, -gu / length], way / length))
     }
 
     /// Back onto the plane, across the curve.
@@ -72,7 +85,7 @@ impl Cut<'_> {
             let det = e * g - f * f;
             let (a, b) = ((g * gu - f * gv) / det, (e * gv - f * gu) / det);
             let slope = gu * a + gv * b;
-            if off.abs() < 1e-12 || slope <= 0.0 {
+            if off.abs() < ON_PLANE_MM || slope <= 0.0 {
                 break;
             }
             at = [at[0] - off * a / slope, at[1] - off * b / slope];
@@ -182,8 +195,8 @@ impl Cut<'_> {
             let known = followed.iter().any(|curve| {
                 curve.windows(2).any(|w| {
                     let d = w[1] - w[0];
-                    let s = ((here - w[0]).dot(&d) / d.norm_squared().max(1e-30)).clamp(0.0, 1.0);
-                    (here - w[0] - d * s).norm() < 1e-3 + 0.1 * d.norm()
+                    let s = ((here - w[0]).dot(&d) / d.norm_squared().max(NO_CHORD_MM2)).clamp(0.0, 1.0);
+                    (here - w[0] - d * s).norm() < KNOWN_MM + 0.1 * d.norm()
                 })
             });
             if known {
@@ -198,7 +211,7 @@ impl Cut<'_> {
                 points = back;
             }
             // A seed on a corner of the domain leaves nothing.
-            points.dedup_by(|a, b| (place(a) - place(b)).norm() < 1e-7);
+            points.dedup_by(|a, b| (place(a) - place(b)).norm() < SAME_POINT_MM);
             if points.len() > 2 {
                 followed.push(points.iter().map(place).collect());
                 curves.push(points);
@@ -240,7 +253,7 @@ impl IsoPlanar {
 
 impl Strategy for IsoPlanar {
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
-        PathError::within("the length of the planes' normal", self.normal.norm(), 1.0 - 1e-9, 1.0 + 1e-9)?;
+        PathError::within("the length of the planes' normal", self.normal.norm(), 1.0 - UNIT, 1.0 + UNIT)?;
         check_along(self.along)?;
         check_along(self.round)?;
         let mut lines = Vec::new();
@@ -256,7 +269,7 @@ impl Strategy for IsoPlanar {
                 }
             }
             Spacing::Scallop(height) => {
-                PathError::within("the scallop in mm", *height, 1e-6, 10.0)?;
+                PathError::within("the scallop in mm", *height, LEAST_SCALLOP_MM, 10.0)?;
                 let [from, to] = self.range;
                 let mut distance = from;
                 loop {
@@ -285,7 +298,7 @@ impl Strategy for IsoPlanar {
                     let least = least.into_inner();
                     let step = if least.is_finite() { 0.99 * least } else { 0.02 * (to - from).abs() };
                     distance = if (to - distance).abs() <= step { to } else { distance + step.copysign(to - from) };
-                    if lines.len() > 100_000 || step < 1e-9 {
+                    if lines.len() > 100_000 || step < LEAST_STEP_MM {
                         return Err(PathError::TooLong);
                     }
                 }

@@ -110,6 +110,8 @@ pub struct PathJudgement {
 
 /// Places inside of a block at which the tip is looked at.
 const INSIDE: usize = 20;
+/// A step of a joint below this is rounding and turns nothing round, mm or radian.
+const NO_STEP: f64 = 1e-10;
 
 impl Setting<'_> {
     fn pose(&self, contact: &PathContact) -> ToolPose {
@@ -228,7 +230,7 @@ impl Setting<'_> {
                 let way = line.contacts[k].length - line.contacts[k - 1].length;
                 demand.travel += step.abs();
                 // Rounding turns nothing round.
-                if step.abs() > 1e-10 {
+                if step.abs() > NO_STEP {
                     demand.reversals += usize::from(step * direction < 0.0);
                     direction = step;
                 }

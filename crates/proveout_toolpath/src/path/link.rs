@@ -53,6 +53,24 @@ enum Outside {
 
 /// Number of sample places in each direction that give the size of the surface.
 const LOOKS: usize = 48;
+/// A mean of directions that is shorter than this has none.
+const NO_MEAN: f64 = 1e-6;
+/// Shorter ways have no direction, mm.
+const SHORTEST_MM: f64 = 1e-9;
+/// Sine of the angle between tool axis and blade below which the axis leads out of nothing.
+const ALONG_BLADE: f64 = 1e-9;
+/// Least lift and clearance, mm.
+const LEAST_MM: f64 = 1e-3;
+/// Largest lift, mm.
+const MOST_LIFT_MM: f64 = 1e3;
+/// Largest clearance, mm.
+const MOST_CLEARANCE_MM: f64 = 1e4;
+/// Lowest and highest feed, mm/s.
+const FEEDS: [f64; 2] = [1e-6, 1e6];
+/// A joined line that begins nearer than this to the end of the last needs no link, mm.
+const SAME_POINT_MM: f64 = 1e-6;
+/// Way that a move takes time for at least, mm.
+const LEAST_WAY_MM: f64 = 1e-9;
 
 impl Outside {
     fn of(surface: &dyn ParametricSurface, most_allowance: f64, clearance: f64) -> Self {
@@ -68,14 +86,14 @@ impl Outside {
         let count = places.len() as f64;
         let mean = |of: &dyn Fn(&(Point, Vector)) -> Vector| places.iter().map(of).sum::<Vector>() / count;
         if !domain.u_closed {
-            let normal = mean(&|p| p.1).try_normalize(1e-6).unwrap_or_else(|| places[0].1);
+            let normal = mean(&|p| p.1).try_normalize(NO_MEAN).unwrap_or_else(|| places[0].1);
             let highest = places.iter().map(|p| p.0.coords.dot(&normal)).fold(f64::NEG_INFINITY, f64::max);
             return Self::Plane { point: Point::from(normal * (highest + most_allowance + clearance)), normal };
         }
         let row =
             |v: f64| (0..LOOKS).map(|i| surface.local(at(domain.u, i), v).point.coords).sum::<Vector>() / LOOKS as f64;
         let (root, tip) = (row(domain.v[0]), row(domain.v[1]));
-        let along = (tip - root).try_normalize(1e-9).unwrap_or_else(Vector::z);
+        let along = (tip - root).try_normalize(SHORTEST_MM).unwrap_or_else(Vector::z);
         let on_axis = Point::from(0.5 * (root + tip));
         let off = |p: &Point| {
             let d = p - on_axis;
@@ -96,7 +114,9 @@ impl Outside {
                 let (direction, a) = if a.norm() > 0.2 {
                     (pose.axis, a)
                 } else {
-                    let out = d.try_normalize(1e-9).unwrap_or_else(|| a.try_normalize(1e-9).unwrap_or_else(Vector::x));
+                    let out = d
+                        .try_normalize(SHORTEST_MM)
+                        .unwrap_or_else(|| a.try_normalize(ALONG_BLADE).unwrap_or_else(Vector::x));
                     (out, out)
                 };
                 let (p, q) = (d.dot(&a) / a.norm_squared(), (d.norm_squared() - radius * radius) / a.norm_squared());
@@ -126,7 +146,7 @@ impl Outside {
                     let d = pose.tip - on_axis;
                     let f = flat(d);
                     let angle = f.dot(&third).atan2(f.dot(&across));
-                    let out = f.try_normalize(1e-9).unwrap_or(across);
+                    let out = f.try_normalize(SHORTEST_MM).unwrap_or(across);
                     let round = along.cross(&out);
                     let axis = [pose.axis.dot(&out), pose.axis.dot(&round), pose.axis.dot(along)];
                     (angle, f.norm(), d.dot(along), axis)
@@ -144,7 +164,7 @@ impl Outside {
                     let out = across * c + third * s;
                     let round = along.cross(&out);
                     let [x, y, z] = std::array::from_fn(|i| mix(a.3[i], b.3[i], t));
-                    let axis = (out * x + round * y + along * z).try_normalize(1e-6).unwrap_or(out);
+                    let axis = (out * x + round * y + along * z).try_normalize(NO_MEAN).unwrap_or(out);
                     ToolPose { tip: on_axis + out * mix(a.1, b.1, t) + along * mix(a.2, b.2, t), axis }
                 };
                 (1..=n).map(pose).collect()
@@ -163,9 +183,9 @@ pub fn linked(
     lines: &[LineContacts],
     rule: &LinkRule,
 ) -> Result<Vec<Move>, PathError> {
-    PathError::within("the lift in mm", rule.lift, 1e-3, 1e3)?;
-    PathError::within("the clearance in mm", rule.clearance, 1e-3, 1e4)?;
-    PathError::within("the feed in mm/s", rule.feed, 1e-6, 1e6)?;
+    PathError::within("the lift in mm", rule.lift, LEAST_MM, MOST_LIFT_MM)?;
+    PathError::within("the clearance in mm", rule.clearance, LEAST_MM, MOST_CLEARANCE_MM)?;
+    PathError::within("the feed in mm/s", rule.feed, FEEDS[0], FEEDS[1])?;
     let most = lines.iter().map(|l| l.allowance).fold(0.0, f64::max);
     let reach = cutter.profile().max_radius();
     // The tip is led outside; the cutter around it has a radius.
@@ -181,7 +201,7 @@ pub fn linked(
         let Some(first) = line.contacts.first() else { continue };
         let apart = at.map(|last| (first.touch.pose.tip - last.touch.pose.tip).norm());
         match at {
-            Some(_) if line.joined && apart.is_some_and(|d| d < 1e-6) => {}
+            Some(_) if line.joined && apart.is_some_and(|d| d < SAME_POINT_MM) => {}
             Some(last)
                 if apart.is_some_and(|d| d <= rule.lift) && last.touch.pose.angle_to(&first.touch.pose) < 0.5 =>
             {
@@ -208,7 +228,7 @@ pub fn linked(
         for pair in line.contacts.windows(2) {
             // A step of the contact takes its length; where only the axis turns, as long as its tip needs.
             let chord = (pair[1].place.point - pair[0].place.point).norm();
-            let way = if rule.chords { chord } else { pair[1].length - pair[0].length }.max(1e-9);
+            let way = if rule.chords { chord } else { pair[1].length - pair[0].length }.max(LEAST_WAY_MM);
             moves.push(Move { pose: pair[1].touch.pose, seconds: Some(way / rule.feed) });
         }
         at = line.contacts.last();

@@ -13,8 +13,9 @@
 
 use super::{
     Line, ParameterCurve, PathError, Place, Spacing, Strategy, Task,
+    error::LEAST_SCALLOP_MM,
     families::{check_along, within},
-    strategy::beside,
+    strategy::{LEAST_USED, beside},
 };
 
 /// Rings inside each other.
@@ -32,6 +33,10 @@ pub struct Pocket {
 
 /// Rings beyond which the numbers are a mistake.
 const MOST_RINGS: usize = 100_000;
+/// Inset of the innermost ring, part of the domain: at a half it has no size.
+const INNERMOST: f64 = 0.5 - 1e-9;
+/// Shortest step from ring to ring, part of the domain: with shorter ones they come to no end.
+const LEAST_STEP: f64 = 1e-9;
 
 impl Pocket {
     fn corners(&self, task: &Task<'_>, inset: f64) -> [[f64; 2]; 4] {
@@ -61,7 +66,7 @@ impl Pocket {
                 }
                 return Ok(insets.clone());
             }
-            Spacing::Scallop(height) => PathError::within("the scallop in mm", *height, 1e-6, 10.0)?,
+            Spacing::Scallop(height) => PathError::within("the scallop in mm", *height, LEAST_SCALLOP_MM, 10.0)?,
         };
         let mut insets = vec![0.0];
         let mut inset = 0.0;
@@ -82,17 +87,17 @@ impl Pocket {
             };
             let mut step = 0.01_f64.min(0.5 - inset);
             for _ in 0..40 {
-                let taken = used((inset + step).min(0.5 - 1e-9))?;
+                let taken = used((inset + step).min(INNERMOST))?;
                 if taken <= 1.0 && (taken > 0.95 || inset + step >= 0.5) {
                     break;
                 }
-                step = (step * (0.98 / taken.max(1e-3)).clamp(0.1, 10.0)).min(0.5 - inset);
+                step = (step * (0.98 / taken.max(LEAST_USED)).clamp(0.1, 10.0)).min(0.5 - inset);
             }
             inset += step;
-            if inset < 0.5 - 1e-9 {
+            if inset < INNERMOST {
                 insets.push(inset);
             }
-            if insets.len() > MOST_RINGS || step < 1e-9 {
+            if insets.len() > MOST_RINGS || step < LEAST_STEP {
                 return Err(PathError::TooLong);
             }
         }

@@ -4,7 +4,11 @@
 use super::{
     Line, PathError, Spacing, Strategy, Task,
     families::{Round, check_along, within},
+    sample::WHOLE,
 };
+
+/// Smallest depth of a layer, mm.
+const LEAST_DEPTH_MM: f64 = 1e-3;
 
 /// Layers of lines round the sections.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +31,7 @@ impl PointRoughing {
     /// Allowances of the layers, mm.
     pub fn layers(&self) -> Vec<f64> {
         let way = self.from_allowance - self.to_allowance;
-        let count = (way / self.depth - 1e-9).ceil().max(0.0) as usize;
+        let count = (way / self.depth - WHOLE).ceil().max(0.0) as usize;
         (0..=count).map(|k| self.from_allowance - way * k as f64 / count.max(1) as f64).collect()
     }
 }
@@ -44,7 +48,7 @@ impl Strategy for PointRoughing {
             let what = "an open surface has no lines all round it".to_owned();
             return Err(PathError::NoLine { what, section: self.range[0] });
         }
-        PathError::within("the depth of a layer in mm", self.depth, 1e-3, 100.0)?;
+        PathError::within("the depth of a layer in mm", self.depth, LEAST_DEPTH_MM, 100.0)?;
         PathError::within("the allowance that stays in mm", self.to_allowance, 0.0, 100.0)?;
         PathError::within("the allowance of the first layer in mm", self.from_allowance, self.to_allowance, 1000.0)?;
         PathError::within("the start round the section", self.start, 0.0, 1.0)?;

@@ -96,6 +96,22 @@ const SHORTEST: f64 = 1e-6;
 const PLANNED: f64 = 0.9;
 /// Pieces of the length table of a line.
 const PIECES: usize = 256;
+/// Smallest chord error that can be asked for, mm.
+const CHORD_ERROR_MM: f64 = 1e-6;
+/// Range of the longest step, mm.
+const LONGEST_MM: [f64; 2] = [1e-3, 1e3];
+/// Range of equal steps, mm.
+const EQUAL_MM: [f64; 2] = [1e-4, 1e3];
+/// Rounding of the height of the cutter's top, mm.
+const ROUNDING_MM: f64 = 1e-9;
+/// Least way for each unit of t, mm: a step stays finite.
+const SLOWEST: f64 = 1e-12;
+/// Curvature times chord error below which a line is straight.
+const STRAIGHT: f64 = 1e-15;
+/// A count of steps that is above a whole number by no more than this is that number: rounding.
+pub(super) const WHOLE: f64 = 1e-9;
+/// Error of the place at a length at which its search ends, part of the line.
+const AT_LENGTH: f64 = 1e-12;
 
 impl Sampler<'_> {
     /// Checks the numbers.
@@ -106,11 +122,11 @@ impl Sampler<'_> {
         self.rule.check()?;
         match self.step {
             StepRule::Chord { error, longest } => {
-                PathError::within("the chord error in mm", error, 1e-6, 1.0)?;
-                PathError::within("the longest step in mm", longest, 1e-3, 1e3)?;
+                PathError::within("the chord error in mm", error, CHORD_ERROR_MM, 1.0)?;
+                PathError::within("the longest step in mm", longest, LONGEST_MM[0], LONGEST_MM[1])?;
             }
             StepRule::Length(step) => {
-                PathError::within("the step in mm", step, 1e-4, 1e3)?;
+                PathError::within("the step in mm", step, EQUAL_MM[0], EQUAL_MM[1])?;
             }
         }
         Ok(())
@@ -169,7 +185,7 @@ impl Sampler<'_> {
         if let Some([cutter, hollow]) = overlap(&touch.form, &place.form) {
             return Err(PathError::CutterTooLarge { at: self.at(place), cutter_1_mm: cutter, surface_1_mm: hollow });
         }
-        if touch.on_profile[1] >= self.cutter.profile().z_max() - 1e-9 {
+        if touch.on_profile[1] >= self.cutter.profile().z_max() - ROUNDING_MM {
             let angle = place.normal.dot(&touch.pose.axis).clamp(-1.0, 1.0).acos();
             return Err(PathError::AxisBelowSurface { at: self.at(place), angle_deg: angle.to_degrees() });
         }
@@ -213,7 +229,7 @@ impl Sampler<'_> {
         while from.place.t < end {
             let rest = end - from.place.t;
             let allowed = self.allowed(&from, PLANNED * error)?.min(longest);
-            let mut dt = (allowed / from.place.speed.max(1e-12)).min(guess).min(rest);
+            let mut dt = (allowed / from.place.speed.max(SLOWEST)).min(guess).min(rest);
             // A last step that is a sliver is shared with the one before it.
             if dt < rest && dt > 0.5 * rest {
                 dt = 0.5 * rest;
@@ -272,7 +288,7 @@ impl Sampler<'_> {
         let cutter = at.touch.form[0];
         let offset = if cutter > 0.0 { along.abs() * (1.0 + along / cutter).max(0.0) } else { along.abs() };
         let curvature = at.place.path_curvature.max(offset);
-        if curvature * error <= 1e-15 {
+        if curvature * error <= STRAIGHT {
             return Ok(f64::INFINITY);
         }
         let radius = 1.0 / curvature;
@@ -283,7 +299,7 @@ impl Sampler<'_> {
     }
 
     fn equal_steps(&self, line: &Line, ruler: &Ruler, step: f64) -> Result<Vec<PathContact>, PathError> {
-        let count = (ruler.total() / step - 1e-9).ceil().max(1.0);
+        let count = (ruler.total() / step - WHOLE).ceil().max(1.0);
         if count > MOST_POINTS as f64 {
             return Err(PathError::TooLong);
         }
@@ -375,7 +391,7 @@ impl Ruler {
         for _ in 0..4 {
             let off = self.lengths[k] + way(surface, line, from, t) - length;
             let speed = whole / self.piece;
-            if off.abs() <= 1e-12 * self.total() || speed <= 0.0 {
+            if off.abs() <= AT_LENGTH * self.total() || speed <= 0.0 {
                 break;
             }
             t -= off / speed;

@@ -21,6 +21,13 @@
 //!
 //! nothing is lost to differences of large numbers, and a plane is k = 0.
 
+/// By how much the widest step is taken smaller, part of it: rounding.
+const BELOW_WIDEST: f64 = 1e-12;
+/// Difference of height at which the search ends, part of it.
+const SAME_HEIGHT: f64 = 1e-14;
+/// Width of the bracket at which the search ends, part of the step.
+const NARROW: f64 = 1e-15;
+
 /// Height of the ridge between two contacts a chord `step` (mm) apart, mm: cut of `cutter_curvature`, surface of `curvature` (1/mm,
 /// positive where convex). None where the two cuts do not meet.
 pub fn scallop_height(cutter_curvature: f64, curvature: f64, step: f64) -> Option<f64> {
@@ -50,7 +57,7 @@ pub fn side_step(cutter_curvature: f64, curvature: f64, height: f64) -> Option<f
     }
     if scallop_height(cutter_curvature, curvature, high).is_none_or(|most| most < height) {
         // The rounding of the last place must not decide whether the widest step counts.
-        high *= 1.0 - 1e-12;
+        high *= 1.0 - BELOW_WIDEST;
         if scallop_height(cutter_curvature, curvature, high).is_none_or(|most| most < height) {
             return None;
         }
@@ -64,7 +71,7 @@ pub fn side_step(cutter_curvature: f64, curvature: f64, height: f64) -> Option<f
         } else {
             low = step;
         }
-        if (is - height).abs() <= 1e-14 * height || high - low <= 1e-15 * high {
+        if (is - height).abs() <= SAME_HEIGHT * height || high - low <= NARROW * high {
             break;
         }
         // Near the widest step the height rises ever faster: halves help where the root of the ratio does not.

@@ -59,6 +59,12 @@ pub struct Section {
 const SCAN: usize = 360;
 /// Pieces of u of a section in the table of its length.
 const PIECES: usize = 256;
+/// Step of u at which a search ends, part of the period.
+const FOUND: f64 = 1e-15;
+/// Height of a section over its chord below which it has none, part of the chord.
+const NO_THICKNESS: f64 = 1e-9;
+/// Error of the place at a length at which its search ends, part of the section.
+const AT_LENGTH: f64 = 1e-13;
 /// Default number of sections between which lines are fitted.
 pub const SECTIONS: usize = 101;
 
@@ -169,7 +175,7 @@ impl<'a> Sections<'a> {
                     let x = if round % 3 == 2 { 0.5 * (a + b) } else { (a * fb - b * fa) / (fb - fa) };
                     let x = if x > a.min(b) && x < a.max(b) { x } else { 0.5 * (a + b) };
                     let f = off(x);
-                    if f == 0.0 || (b - a).abs() <= 1e-15 * period {
+                    if f == 0.0 || (b - a).abs() <= FOUND * period {
                         return Ok(trailing + section.turn * x);
                     }
                     if (f > 0.0) == (fb > 0.0) {
@@ -241,7 +247,7 @@ impl Section {
             let step = [(hessian[2] * g[0] - hessian[1] * g[1]) / det, (hessian[0] * g[1] - hessian[1] * g[0]) / det];
             edges[0] -= step[0].clamp(-reach, reach);
             edges[1] -= step[1].clamp(-reach, reach);
-            if step[0].abs().max(step[1].abs()) < 1e-15 * period {
+            if step[0].abs().max(step[1].abs()) < FOUND * period {
                 break;
             }
         }
@@ -262,7 +268,7 @@ impl Section {
             .iter()
             .map(height)
             .fold(proveout_geom::Vector::zeros(), |far, h| if h.norm_squared() > far.norm_squared() { h } else { far });
-        let Some(up) = farthest.try_normalize(1e-9 * chord) else {
+        let Some(up) = farthest.try_normalize(NO_THICKNESS * chord) else {
             let what = "the section has no thickness".to_owned();
             return Err(PathError::NoLine { what, section: part(v, domain.v) });
         };
@@ -315,7 +321,7 @@ impl Section {
         for _ in 0..6 {
             let off = self.lengths[k] + self.way(surface, from, u) - length;
             u -= off / surface.local(u, self.v).first[0].norm();
-            if off.abs() < 1e-13 * self.lengths[PIECES] {
+            if off.abs() < AT_LENGTH * self.lengths[PIECES] {
                 break;
             }
         }

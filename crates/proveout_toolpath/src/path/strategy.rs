@@ -6,6 +6,7 @@ use proveout_geom::blade::ParametricSurface;
 
 use super::{
     AxisRule, Line, LineContacts, PathCutter, PathError, Place, Sampler, StepRule,
+    error::LEAST_SCALLOP_MM,
     scallop::{scallop_height, side_step},
 };
 
@@ -84,6 +85,24 @@ pub(crate) trait Family {
 const LOOKS: usize = 65;
 /// Lines of a family beyond which its numbers are a mistake.
 const MOST_LINES: usize = 100_000;
+/// Least part of a side step that counts as used: the next try stays finite.
+pub(super) const LEAST_USED: f64 = 1e-3;
+/// Largest allowance, mm.
+const MOST_ALLOWANCE_MM: f64 = 1e3;
+/// By how much a side step may be passed by rounding, part of it.
+const ROUNDING: f64 = 1e-9;
+/// Shortest step from label to label, part of their range: with shorter ones the lines come to no end.
+const LEAST_STEP: f64 = 1e-9;
+/// Cosine of the angle between feeds below which the next line runs across.
+const ACROSS: f64 = 1e-9;
+/// Step at which the search on the next line ends, part of it.
+const FOUND: f64 = 1e-12;
+/// How far off the plane across the feed the place of the next line may be, part of the side step.
+const OFF_PLANE: f64 = 1e-3;
+/// Side step that is taken for this at least, mm.
+const LEAST_BESIDE_MM: f64 = 1e-6;
+/// Ends whose squared distances differ by no more than this are one place, mm2.
+const CLOSED_MM2: f64 = 1e-9;
 
 impl Task<'_> {
     /// Contacts of all lines with the scallops between neighbors.
@@ -101,7 +120,7 @@ impl Task<'_> {
     /// # Errors
     /// As [`Strategy::lines`] and [`Sampler::line`].
     pub fn plan(&self, strategy: &dyn Strategy) -> Result<Vec<LineContacts>, PathError> {
-        PathError::within("the allowance in mm", self.allowance, 0.0, 1e3)?;
+        PathError::within("the allowance in mm", self.allowance, 0.0, MOST_ALLOWANCE_MM)?;
         let mut lines = strategy.lines(self)?;
         if !strategy.has_layers() {
             lines.iter_mut().for_each(|line| line.allowance = self.allowance);
@@ -136,7 +155,7 @@ impl Task<'_> {
 
     /// Lines of a family from one label to another whose ridges are nowhere higher than `scallop`.
     pub(crate) fn spaced(&self, family: &dyn Family, from: f64, to: f64, scallop: f64) -> Result<Vec<Line>, PathError> {
-        PathError::within("the scallop in mm", scallop, 1e-6, 10.0)?;
+        PathError::within("the scallop in mm", scallop, LEAST_SCALLOP_MM, 10.0)?;
         let mut label = from;
         let mut line = family.line(label)?;
         let mut lines = Vec::new();
@@ -163,11 +182,11 @@ impl Task<'_> {
                 if taken <= 1.0 && (taken > 0.98 || (to - label - step) * ahead <= 0.0) {
                     break;
                 }
-                let whole = step * (0.99 / taken.max(1e-3)).clamp(0.05, 20.0);
+                let whole = step * (0.99 / taken.max(LEAST_USED)).clamp(0.05, 20.0);
                 step = if (to - label - whole) * ahead <= 0.0 { to - label } else { whole };
                 next = family.line(label + step)?;
             }
-            if used(&next) > 1.0 + 1e-9 || step.abs() < 1e-9 * (to - from).abs() {
+            if used(&next) > 1.0 + ROUNDING || step.abs() < LEAST_STEP * (to - from).abs() {
                 let place = Place::on(self.surface, &line.curve, line.curve.range()[0]);
                 let reason =
                     "neighboring lines of this family are too far apart somewhere, however near their labels are";
@@ -237,11 +256,11 @@ fn fill_scallops(surface: &dyn ParametricSurface, path: &mut LineContacts, next:
         for _ in 0..8 {
             let off = (place.point - here.point).dot(&here.feed);
             let rate = place.feed.dot(&here.feed) * place.speed;
-            if rate.abs() < 1e-9 * place.speed {
+            if rate.abs() < ACROSS * place.speed {
                 break;
             }
             let stepped = (at - off / rate).clamp(start, end);
-            let done = (stepped - at).abs() <= 1e-12 * (end - start);
+            let done = (stepped - at).abs() <= FOUND * (end - start);
             (place, at) = along(stepped);
             if done {
                 break;
@@ -253,7 +272,7 @@ fn fill_scallops(surface: &dyn ParametricSurface, path: &mut LineContacts, next:
             t = None;
             continue;
         }
-        if (place.point - here.point).dot(&here.feed).abs() > 1e-3 * beside(&here, &place).max(1e-6) {
+        if (place.point - here.point).dot(&here.feed).abs() > OFF_PLANE * beside(&here, &place).max(LEAST_BESIDE_MM) {
             continue;
         }
         let step = beside(&here, &place);
@@ -268,6 +287,6 @@ fn nearest_end(surface: &dyn ParametricSurface, line: &Line, here: &Place) -> f6
     let [first, last] = ends.map(off);
     // Both ends of a line that closes are one place: the one from which it goes the way of the feed.
     let ahead = Place::on(surface, &line.curve, ends[0]).feed.dot(&here.feed) >= 0.0;
-    let start = if (first - last).abs() <= 1e-9 { ahead } else { first < last };
+    let start = if (first - last).abs() <= CLOSED_MM2 { ahead } else { first < last };
     if start { ends[0] } else { ends[1] }
 }

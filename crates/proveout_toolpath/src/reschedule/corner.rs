@@ -16,6 +16,11 @@
 
 use std::f64::consts::TAU;
 
+/// Step of t at which the search on a piece ends.
+const FOUND: f64 = 1e-15;
+/// Bend of a polyline below which a corner is its rounding error, radian.
+const STRAIGHT: f64 = 1e-12;
+
 /// Unit of theta in the construction of corners, S in mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ThetaUnit {
@@ -180,7 +185,7 @@ fn on_piece(c: [[f64; 2]; 3], s: f64) -> f64 {
         let rate = -3.0 * c[0][0] * r * r + 3.0 * c[1][0] * (1.0 - 2.0 * t) + 3.0 * c[2][0] * t * t;
         let newton = t - error / rate;
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if (next - t).abs() < 1e-15 {
+        if (next - t).abs() < FOUND {
             break;
         }
         t = next;
@@ -213,7 +218,7 @@ impl Smoothed {
                 let p = [scaled[i - 1], scaled[i], scaled[i + 1]];
                 let slopes = angles(p, rule);
                 // Below this bend the corner is a rounding error of the polyline.
-                if (slopes[2] - slopes[0]).abs() < 1e-12 {
+                if (slopes[2] - slopes[0]).abs() < STRAIGHT {
                     return None;
                 }
                 let [first, second] = Corner::eps_bounds(p, rule);

@@ -18,6 +18,9 @@ use super::{
     Surroundings,
 };
 
+/// Sine of the angle between two axes below which they count as one.
+const SAME_AXIS: f64 = 1e-12;
+
 /// Parameters of the baseline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quaternion {
@@ -38,7 +41,7 @@ impl Default for Quaternion {
 pub fn slerp(from: &Vector, to: &Vector, l: f64) -> Vector {
     let sine = from.cross(to).norm();
     let angle = sine.atan2(from.dot(to));
-    if sine < 1e-12 {
+    if sine < SAME_AXIS {
         return if l < 1.0 { *from } else { *to };
     }
     (from * ((1.0 - l) * angle).sin() + to * (l * angle).sin()) / sine

@@ -21,6 +21,15 @@ use super::{
     Study, Surroundings, TurnChannel,
 };
 
+/// Rounding of a way along the path, mm.
+const ROUNDING_MM: f64 = 1e-9;
+/// A limit this little below the angle at the end has reached it, radian.
+const REACHED: f64 = 1e-12;
+/// Points of a layer nearer than this along the path are one, mm.
+const SAME_MM: f64 = 1e-12;
+/// By how much angles may leave the channel or fall by rounding, radian.
+const ROUNDED: f64 = 1e-9;
+
 /// Parameters of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct STheta {
@@ -234,7 +243,7 @@ impl STheta {
         let end_flat = if layer.ends_at_base { self.base(path, channel, b).1 } else { 0.0 };
         let inner_end = path.arc[b] - end_flat;
         // The end of a path may be shorter than the flats of a layer: it is level.
-        if inner_end <= inner_start + 1e-9 {
+        if inner_end <= inner_start + ROUNDING_MM {
             let level = if layer.starts_at_base { start_theta } else { end_theta };
             if !(layer.starts_at_base && layer.ends_at_base) {
                 let points = vec![[path.arc[a], level], [path.arc[b], level]];
@@ -259,7 +268,7 @@ impl STheta {
             .map(|&i| {
                 let low = (channel.lower[i] + self.inset).min(end_theta);
                 // Where the limit itself has reached the angle at the end nothing rises above it.
-                let flat = layer.ends_at_base && channel.upper[i] >= end_theta - 1e-12;
+                let flat = layer.ends_at_base && channel.upper[i] >= end_theta - REACHED;
                 let high = if flat { end_theta } else { channel.upper[i] - self.inset };
                 // After the flat the limit may not have risen yet: a layer shorter than its flat.
                 Gate { s: path.arc[i], low, high: high.max(start_theta.min(channel.upper[i])) }
@@ -282,7 +291,7 @@ impl STheta {
         if layer.ends_at_base {
             points.push([path.arc[b], end_theta]);
         }
-        points.dedup_by(|p, q| (p[0] - q[0]).abs() < 1e-12);
+        points.dedup_by(|p, q| (p[0] - q[0]).abs() < SAME_MM);
         let room = self.room(path, channel, layer, &points);
         Ok(Smoothed::new(points, self.unit, path.period, |i, above| room[i][usize::from(above)]))
     }
@@ -350,8 +359,8 @@ impl STheta {
     fn verify(path: &SectionPath, channel: &Channel, angles: &[f64]) -> Result<(), RescheduleError> {
         for i in 0..path.len() {
             let passed = (angles[i] - channel.upper[i]).max(channel.lower[i] - angles[i]);
-            let falls = i > 0 && angles[i] < angles[i - 1] - 1e-9;
-            if passed > 1e-9 || falls || !angles[i].is_finite() {
+            let falls = i > 0 && angles[i] < angles[i - 1] - ROUNDED;
+            if passed > ROUNDED || falls || !angles[i].is_finite() {
                 let what = if falls { "falls" } else { "leaves the channel" };
                 return Err(RescheduleError::new(
                     "reschedule-channel",

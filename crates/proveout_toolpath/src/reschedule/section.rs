@@ -31,6 +31,10 @@ const SAME_PLACE: f64 = 0.1;
 const SHARP: f64 = 0.6;
 /// Blocks at each end in which a sharp turn is the joint with a lead-in or lead-out.
 const LEAD_BLOCKS: usize = 20;
+/// Rounding of the angle of a chord, radian.
+const ROUNDED: f64 = 1e-9;
+/// Shorter chords have no direction, mm.
+const SHORTEST_MM: f64 = 1e-9;
 
 /// A layer: from one base point to the next, as indices of blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,7 +198,7 @@ impl SectionPath {
         let start = self.outgoing[0];
         let mut turns = Vec::new();
         for (i, angle) in self.outgoing.iter().enumerate() {
-            if *angle >= start + TAU * turns.len() as f64 - 1e-9 {
+            if *angle >= start + TAU * turns.len() as f64 - ROUNDED {
                 turns.push(i);
             }
         }
@@ -310,7 +314,7 @@ fn chord_angles(points: &[[f64; 2]], lines: &[u32]) -> Result<Vec<f64>, Reschedu
     let mut angles: Vec<f64> = Vec::with_capacity(points.len());
     for i in 1..points.len() {
         let chord = [points[i][0] - points[i - 1][0], points[i][1] - points[i - 1][1]];
-        if chord[0].hypot(chord[1]) < 1e-9 {
+        if chord[0].hypot(chord[1]) < SHORTEST_MM {
             return Err(RescheduleError::new(
                 "reschedule-path",
                 lines[i],

@@ -34,6 +34,12 @@ pub(super) const CHORD_MM: f64 = 0.005;
 /// Axes between two blocks are no farther from the turn than this, radian: a great circle against a
 /// circle of equal inclination.
 pub(super) const CIRCLE: f64 = 2e-4;
+/// An interval of angles as wide as this is a whole turn, radian: rounding.
+pub(super) const WHOLE_TURN: f64 = TAU * (1.0 - 1e-12);
+/// Largest part along the pole of the axes of a circle: a circle that is a point has no direction.
+pub(super) const MOST_AXIAL: f64 = 1.0 - 1e-12;
+/// Least amplitude of the lean over the angle: the cosine stays finite.
+const LEAST_SIZE: f64 = 1e-12;
 
 /// What limits the channel in addition to freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,7 +131,7 @@ impl ToolChannel {
         let normal = surface.filter(|n| n.dot(&flat) > 0.5).unwrap_or(flat);
         let (in_plane, along) = ([normal.dot(&u), normal.dot(&v)], normal.dot(&w));
         let size = in_plane[0].hypot(in_plane[1]) * (1.0 - path.axial[i] * path.axial[i]).max(0.0).sqrt();
-        let cosine = (self.lean_max.cos() - along * path.axial[i]) / size.max(1e-12);
+        let cosine = (self.lean_max.cos() - along * path.axial[i]) / size.max(LEAST_SIZE);
         if cosine > 1.0 {
             return Err(RescheduleError::new(
                 "reschedule-channel",
@@ -146,7 +152,7 @@ impl ToolChannel {
 
 /// Intervals that are in both lists, modulo turns.
 pub(super) fn both(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let whole = |i: &[f64; 2]| i[1] - i[0] >= TAU * (1.0 - 1e-12);
+    let whole = |i: &[f64; 2]| i[1] - i[0] >= WHOLE_TURN;
     let mut out = Vec::new();
     for x in a {
         for y in b {

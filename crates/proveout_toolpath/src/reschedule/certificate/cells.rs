@@ -100,6 +100,8 @@ const SIZES: [(f64, usize); 6] = [(1.0, 45), (0.5, 90), (0.25, 180), (0.125, 360
 const STRIDES: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// Part of the bound that finer cells must add to be worth their room in a file.
 const WORTH: f64 = 1e-4;
+/// Rows of cells above which finer ones are not tried.
+const MOST_ROWS: f64 = 1e4;
 
 struct Grid<'a> {
     pair: &'a AxisPair,
@@ -201,7 +203,7 @@ impl CellBound {
             let feeds: Vec<f64> = stations.windows(2).map(|p| feed(p[0], p[1])).collect();
             for (height, width) in SIZES {
                 let rows = (travel / (height * caps.radius)).ceil().max(1.0);
-                if rows > 1e4 {
+                if rows > MOST_ROWS {
                     break;
                 }
                 let counts = [rows as usize, width];

@@ -26,6 +26,8 @@ use crate::reschedule::smooth::corridor_program::{CorridorProgram, Row, WEIGHTS}
 
 /// Part of the largest weight below which one is rounding of the solver.
 const NOTHING: f64 = 1e-9;
+/// Least unit of positions, radian: gates that are points stay numbers.
+const LEAST_UNIT: f64 = 1e-9;
 
 /// A least peak with its proof.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,7 +83,8 @@ impl LeastPeak {
         let times = times(least);
         // In units in which positions and differences are about one.
         let zero = gates[0][0];
-        let unit = gates.iter().map(|[low, high]| (high - zero).abs().max((low - zero).abs())).fold(1e-9, f64::max);
+        let unit =
+            gates.iter().map(|[low, high]| (high - zero).abs().max((low - zero).abs())).fold(LEAST_UNIT, f64::max);
         let slowest = times[n - 1].powi(-(order as i32));
         let scale = (peak(&times, start, order) / unit).max(slowest);
         let placed = |at: usize, weights: [f64; WEIGHTS]| {

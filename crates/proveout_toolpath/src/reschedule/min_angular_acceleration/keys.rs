@@ -15,6 +15,7 @@ use std::f64::consts::{PI, TAU};
 
 use proveout_geom::{Point, Vector};
 
+use super::super::tool_channel::{MOST_AXIAL, WHOLE_TURN};
 use super::super::{AxisTurn, FeasibleRegion};
 use super::touching;
 
@@ -27,6 +28,8 @@ const FINER: [f64; 3] = [2.0 * PI / 180.0, 1.0 * PI / 180.0, 0.5 * PI / 180.0];
 const SIDES: i32 = 3;
 /// Ball centers of a contact are no farther from it than this, mm.
 const DRIFT: f64 = 0.01;
+/// Rounding of a lean, radian.
+const ROUNDING: f64 = 1e-12;
 
 /// A key whose axis is looked for.
 pub(super) struct KeyPlace {
@@ -57,15 +60,15 @@ impl KeySearch<'_> {
     fn is_free(&self, key: &KeyPlace, [lean, about]: [f64; 2], half: f64) -> Option<bool> {
         let axis = self.axis(lean, about);
         let from_normal = key.normal.map_or(0.0, |n| axis.cross(&n).norm().atan2(axis.dot(&n)));
-        if lean > self.cap + 1e-12 || from_normal > LEAN {
+        if lean > self.cap + ROUNDING || from_normal > LEAN {
             return Some(false);
         }
-        let axial = lean.cos().clamp(-1.0 + 1e-12, 1.0 - 1e-12);
+        let axial = lean.cos().clamp(-MOST_AXIAL, MOST_AXIAL);
         let turn = AxisTurn { center: key.center, drift: DRIFT, basis: self.basis(), axial, spread: half };
         let free = self.region.free_turns(&turn)?;
         let holds = |[low, high]: &[f64; 2]| {
             let at = about - TAU * ((about - low) / TAU).floor();
-            high - low >= TAU * (1.0 - 1e-12) || at <= *high
+            high - low >= WHOLE_TURN || at <= *high
         };
         Some(free.iter().any(holds))
     }

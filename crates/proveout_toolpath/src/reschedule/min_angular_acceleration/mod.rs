@@ -38,6 +38,12 @@ pub use self::spline::true_minimum;
 const STRAIGHT: f64 = 1e-3;
 /// Shortest row, blocks.
 const SHORTEST: usize = 5;
+/// Shorter ways from block to block are none, mm.
+const SHORTEST_MM: f64 = 1e-9;
+/// Turns below this are none, radian.
+const NO_TURN: f64 = 1e-12;
+/// Cosine below which two key axes count as opposite: no great circle is between them.
+const OPPOSITE: f64 = -1.0 + 1e-9;
 
 /// What the axes between keys are the least of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +88,7 @@ pub fn inflections(points: &[Point], up: &Vector) -> Vec<usize> {
     let bend: Vec<f64> = (1..n - 1)
         .map(|i| {
             let (a, b) = (level(i), level(i + 1));
-            if a < 1e-9 || b < 1e-9 {
+            if a < SHORTEST_MM || b < SHORTEST_MM {
                 return 0.0;
             }
             2.0 * ((height[i + 1] - height[i]) / b - (height[i] - height[i - 1]) / a) / (a + b)
@@ -140,12 +146,12 @@ pub fn between_keys(arc: &[f64], keys: &[(usize, Vector)], window: f64) -> Vec<V
 fn touching(from: &Vector, to: &Vector) -> Vector {
     let across = to - from * to.dot(from);
     let sine = across.norm();
-    if sine < 1e-12 { Vector::zeros() } else { across * (sine.atan2(to.dot(from)) / sine) }
+    if sine < NO_TURN { Vector::zeros() } else { across * (sine.atan2(to.dot(from)) / sine) }
 }
 
 fn turned_by(from: &Vector, by: &Vector) -> Vector {
     let angle = by.norm();
-    if angle < 1e-12 { *from } else { from * angle.cos() + by * (angle.sin() / angle) }
+    if angle < NO_TURN { *from } else { from * angle.cos() + by * (angle.sin() / angle) }
 }
 
 /// The axis turned towards `up` until its lean is no more than the cap.
@@ -260,7 +266,7 @@ impl Method for MinAngularAcceleration {
         let mut arc = vec![0.0; n];
         for i in 1..n {
             let step = (row[i] - row[i - 1]).norm();
-            if step < 1e-9 {
+            if step < SHORTEST_MM {
                 let message = "two blocks follow each other with the tool at the same place";
                 return Err(RescheduleError::new(
                     "reschedule-path",
@@ -279,7 +285,7 @@ impl Method for MinAngularAcceleration {
         if self.search {
             self.find_keys(&mut keys, run, &centers, &arc, around)?;
         }
-        if let Some(pair) = keys.windows(2).find(|p| p[0].1.dot(&p[1].1) < -1.0 + 1e-9) {
+        if let Some(pair) = keys.windows(2).find(|p| p[0].1.dot(&p[1].1) < OPPOSITE) {
             let line = run.blocks[pair[1].0].line;
             let message = "two key axes are opposite to each other: no great circle is between them";
             return Err(RescheduleError::new("reschedule-path", line, message, "set a smaller cap"));

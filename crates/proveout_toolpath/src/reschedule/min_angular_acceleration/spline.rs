@@ -18,6 +18,8 @@ const STEPS: usize = 60;
 const MOVED: f64 = 1e-12;
 /// Diagonals of the band, the main one counted.
 const BAND: usize = 3;
+/// Sine of the angle between two directions below which they count as parallel.
+const PARALLEL: f64 = 1e-9;
 
 /// Axes at arc lengths with the least sum of squared changes of their turning, through axes that are given at some of them: keys rise, the first and the
 /// last block among them. Also their sum, rad2/mm2.
@@ -114,7 +116,8 @@ fn frames(axes: &[Vector]) -> Vec<[Vector; 2]> {
             None if axis.x.abs() < 0.9 => Vector::x(),
             None => Vector::y(),
         };
-        let across = (helper - axis * helper.dot(axis)).try_normalize(1e-9).unwrap_or_else(|| axis.cross(&Vector::z()));
+        let across =
+            (helper - axis * helper.dot(axis)).try_normalize(PARALLEL).unwrap_or_else(|| axis.cross(&Vector::z()));
         out.push([across, axis.cross(&across)]);
     }
     out

@@ -23,6 +23,12 @@ const RIM_STEP: f64 = 0.05;
 const RIM_MOST: f64 = 10.0;
 /// How near to its place a rim is found, mm.
 const RIM_CLOSE: f64 = 1e-12;
+/// Rounding of a profile's corner, mm.
+const ROUNDING_MM: f64 = 1e-9;
+/// Sine of the angle between axis and normal below which they count as parallel.
+const UPRIGHT: f64 = 1e-12;
+/// Least length of the direction to a rim: the place on the circle stays finite.
+const LEAST_RIM: f64 = 1e-12;
 
 /// The cutting end: a circle of corner centers thickened by the corner radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +43,9 @@ impl BullNose {
     /// Takes a profile whose lowest point is on a corner with its center off the axis.
     pub fn of(profile: &Profile) -> Option<Self> {
         profile.segments().iter().find_map(|segment| match *segment {
-            Segment::Arc { center, radius, .. } if center[0] > 1e-9 && (center[1] - radius).abs() < 1e-9 => {
+            Segment::Arc { center, radius, .. }
+                if center[0] > ROUNDING_MM && (center[1] - radius).abs() < ROUNDING_MM =>
+            {
                 Some(Self { circle: center[0], corner: radius })
             }
             _ => None,
@@ -69,7 +77,7 @@ impl BullNose {
         let sine = t.x.hypot(t.y);
         let along = 1.0 / self.corner;
         let across = sine / (self.circle + self.corner * sine);
-        let (x, y) = if sine > 1e-12 { (t.x / sine, t.y / sine) } else { (1.0, 0.0) };
+        let (x, y) = if sine > UPRIGHT { (t.x / sine, t.y / sine) } else { (1.0, 0.0) };
         [along * x * x + across * y * y, (along - across) * x * y, along * y * y + across * x * x]
     }
 
@@ -164,7 +172,7 @@ impl Shadow {
         let (sin, cos) = slope.sin_cos();
         let c = self.axis.y * sin - self.axis.z * cos;
         let rim = [-self.axis.x * c, sin - self.axis.y * c, -cos - self.axis.z * c];
-        let length = (rim[0] * rim[0] + rim[1] * rim[1] + rim[2] * rim[2]).sqrt().max(1e-12);
+        let length = (rim[0] * rim[0] + rim[1] * rim[1] + rim[2] * rim[2]).sqrt().max(LEAST_RIM);
         let part = circle / length;
         let radius = corner + part * self.axis.x * self.axis.x / (length * length);
         Rim {
@@ -194,7 +202,7 @@ pub(super) struct Rim {
 fn across(n: &Vector, t: &Vector) -> Vector {
     let w = n - t * n.dot(t);
     let length = w.norm();
-    if length > 1e-12 { w / length } else { Vector::zeros() }
+    if length > UPRIGHT { w / length } else { Vector::zeros() }
 }
 
 /// Smallest relative curvature of cutter and surface over all directions, 1/mm ((9)); `convex` is

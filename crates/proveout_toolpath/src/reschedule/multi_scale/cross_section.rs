@@ -35,6 +35,14 @@ const FILTER_REACH: f64 = 1.0;
 pub(super) const CUTOFF: f64 = 0.8;
 /// Spacing of the points of a profile, mm.
 const POINT: f64 = 0.02;
+/// A feed whose part across the normal is shorter than this has no direction.
+const ALONG_NORMAL: f64 = 1e-9;
+/// Step over y by which the slope of heights is taken, mm.
+const SLOPE_STEP: f64 = 1e-3;
+/// Step of the height at which the surface is met, mm.
+const MET_MM: f64 = 1e-9;
+/// Least change of y with the slope of a rim, mm/radian: a turn stays finite.
+const LEAST_RATE: f64 = 1e-6;
 
 /// The frame of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +57,7 @@ impl ContactFrame {
     /// Frame of a contact from its normal and a direction of feed that need not be tangent; none if
     /// the feed is along the normal.
     pub fn new(point: Point, normal: Vector, feed: Vector) -> Option<Self> {
-        let feed = (feed - normal * feed.dot(&normal)).try_normalize(1e-9)?;
+        let feed = (feed - normal * feed.dot(&normal)).try_normalize(ALONG_NORMAL)?;
         Some(Self { point, axes: [feed, normal.cross(&feed), normal] })
     }
 
@@ -142,7 +150,7 @@ impl CrossSection {
 
     fn contact(&self, surface: &dyn ContactSurface, frame: &ContactFrame, y: f64) -> RowContact {
         let z = self.height(y);
-        let slope = (self.height(y + 1e-3) - self.height(y - 1e-3)) / 2e-3;
+        let slope = (self.height(y + SLOPE_STEP) - self.height(y - SLOPE_STEP)) / (2.0 * SLOPE_STEP);
         let flat = Vector::new(0.0, -slope, 1.0).normalize();
         let place = frame.point + frame.axes[1] * y + frame.axes[2] * z;
         let normal = reached(surface, frame, &place).map_or(flat, |c| frame.local(&c.normal));
@@ -224,7 +232,7 @@ fn met(surface: &dyn ContactSurface, frame: &ContactFrame, y: f64, from: f64) ->
         }
         let step = (contact.point - p).dot(&contact.normal) / upright;
         z += step;
-        if step.abs() < 1e-9 {
+        if step.abs() < MET_MM {
             return Some(z);
         }
     }
@@ -239,7 +247,7 @@ fn shadow_height(shadow: &Shadow, y: f64, at: &mut Rim) -> f64 {
             break;
         }
         // The boundary of a convex shadow runs one way.
-        let turn = (off / at.rate.max(1e-6)).clamp(-0.3, 0.3);
+        let turn = (off / at.rate.max(LEAST_RATE)).clamp(-0.3, 0.3);
         *at = shadow.at((at.slope + turn).clamp(-1.5, 1.5));
     }
     at.z + (y - at.y) * at.rise

@@ -15,6 +15,8 @@
 use nalgebra::{DMatrix, DVector};
 
 const DEGREE: usize = 3;
+/// Largest residual of the equations, part of their right side and one.
+const MISSED: f64 = 1e-9;
 
 /// Values of the four basis functions that are not zero at `u` in 0 .. 1, and the index of the first, of a clamped uniform cubic
 /// B-spline with `coefficients` of them (at least four).
@@ -93,7 +95,7 @@ pub fn fitted<const N: usize>(
         }
         let solved = solver.solve(&right)?;
         let missed = (&kkt * &solved - &right).amax();
-        if missed.is_nan() || missed >= 1e-9 * (1.0 + right.amax()) {
+        if missed.is_nan() || missed >= MISSED * (1.0 + right.amax()) {
             return None;
         }
         *out = solved.rows(0, coefficients).iter().copied().collect();

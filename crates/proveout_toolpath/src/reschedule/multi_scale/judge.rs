@@ -4,7 +4,7 @@ use proveout_geom::{Point, Vector};
 
 use super::{
     super::{ContactSurface, Curve, CurveKind, CuttingRun, Figure, Quantity, Study, Surroundings},
-    BullNose, ContactFrame, CrossSection, Fitted, MultiScale, critical,
+    BullNose, ContactFrame, CrossSection, Fitted, MultiScale, UM_PER_MM, critical,
     cross_section::CUTOFF,
     found, leaned,
 };
@@ -23,6 +23,8 @@ const STEPS: usize = 30;
 const PLACES: f64 = 90.0;
 /// Rows farther apart than this many diameters of the cutter are not adjacent.
 const BESIDE: f64 = 1.0;
+/// How far before its begin the end of an empty interval lies, radian.
+const BEFORE: f64 = 1e-9;
 
 /// What an axis does at a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,7 +114,7 @@ impl Judge {
         if at[0] > 0.0 {
             let least = rough(LEAST);
             let up_to = if least > 0.0 { LEAST } else { root([LEAST, low], [least, at[0]], ROOT, rough) };
-            return [low, up_to.min(low - 1e-9)];
+            return [low, up_to.min(low - BEFORE)];
         }
         [low, if at[1] > 0.0 { root([low, high], at, ROOT, rough) } else { high }]
     }
@@ -308,7 +310,7 @@ pub(in super::super) fn ruled_figures(
     type Named = (fn(&Judged) -> Option<f64>, [&'static str; 4]);
     let of: [Named; 2] = [
         (
-            |j| Some(1e3 * j.roughness?),
+            |j| Some(UM_PER_MM * j.roughness?),
             [
                 "largest Ra across the feed before",
                 "largest Ra across the feed",
@@ -317,7 +319,7 @@ pub(in super::super) fn ruled_figures(
             ],
         ),
         (
-            |j| Some(1e3 * j.filtered?),
+            |j| Some(UM_PER_MM * j.filtered?),
             [
                 "largest Ra across the feed before, filtered at 0.8 mm",
                 "largest Ra across the feed, filtered at 0.8 mm",
@@ -374,7 +376,7 @@ pub(super) fn study(
     let strip = Quantity { name: "width of the strip in its section", unit: "mm" };
     let rough = Quantity { name: "Ra across the feed", unit: "um" };
     let degrees = |j: &Judged| Some(j.lean.to_degrees());
-    let micro = |j: &Judged| Some(1e3 * j.roughness?);
+    let micro = |j: &Judged| Some(UM_PER_MM * j.roughness?);
     let limit = |k: usize| judges.iter().map(move |j| Some(j.limits[k].to_degrees()));
     let figure = |name, unit, value: f64| Figure { name, unit, value };
     let fixed = done.fixed.iter().map(|&i| [arc[i], after[i].lean.to_degrees()]).collect();

@@ -60,6 +60,12 @@ const POLE_STEP: f64 = 10.0 * std::f64::consts::PI / 180.0;
 const LIFTED: f64 = 1e-2;
 /// Largest turn of the row between two steps, as a cosine.
 const STRAIGHT_ON: f64 = 0.5;
+/// Micrometers in a millimeter.
+const UM_PER_MM: f64 = 1e3;
+/// Roughness where none is asked for, mm.
+const USUAL_ROUGHNESS_MM: f64 = 1.6e-3;
+/// Shorter ways have no direction, mm.
+const SHORTEST_MM: f64 = 1e-9;
 
 /// Parameters of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +116,7 @@ impl Default for MultiScale {
         Self {
             strip: [2.15, 3.15],
             strip_height: 0.1,
-            roughness: 1.6e-3,
+            roughness: USUAL_ROUGHNESS_MM,
             evaluation_length: 4.0,
             run_in: 0.0,
             margin: 0.2 * std::f64::consts::PI / 180.0,
@@ -170,7 +176,7 @@ impl MultiScale {
         } else if !(positive(self.strip_height) && self.strip_height <= 1.0) {
             format!("a strip measured {} mm over the surface", self.strip_height)
         } else if !(self.roughness >= 0.0 && self.roughness.is_finite()) {
-            format!("a roughness of {} um", 1e3 * self.roughness)
+            format!("a roughness of {} um", UM_PER_MM * self.roughness)
         } else if !(positive(self.evaluation_length) && self.evaluation_length <= 50.0) {
             format!("an evaluation length of {} mm", self.evaluation_length)
         } else if !(self.run_in >= 0.0 && self.run_in.is_finite()) {
@@ -390,7 +396,7 @@ fn frames(run: &CuttingRun, contacts: &[Touching]) -> Result<Vec<ContactFrame>, 
     let mut out = Vec::with_capacity(n);
     for (i, contact) in contacts.iter().enumerate() {
         let steps = [(i > 0).then(|| point(i) - point(i - 1)), (i + 1 < n).then(|| point(i + 1) - point(i))];
-        let ways: Vec<Vector> = steps.iter().flatten().filter_map(|s| s.try_normalize(1e-9)).collect();
+        let ways: Vec<Vector> = steps.iter().flatten().filter_map(|s| s.try_normalize(SHORTEST_MM)).collect();
         if ways.len() < steps.iter().flatten().count() {
             return Err(stands(line(i)));
         }

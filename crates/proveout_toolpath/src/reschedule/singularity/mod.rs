@@ -32,6 +32,15 @@ use crate::path::PathCutter;
 pub use pole::{Junction, PoleAngles, PoleStretch, between, fitted, pole_angles};
 use pole::{Rules, treated};
 
+/// Sine of the angle between two directions below which they count as parallel.
+const PARALLEL: f64 = 1e-9;
+/// Axes nearer than this are the same, radian.
+const SAME_AXIS: f64 = 1e-9;
+/// Way from block to block at least, mm: some only turn the tool.
+const LEAST_STEP_MM: f64 = 1e-9;
+/// A joint that moves by no more than this does not turn back, radian.
+const STANDS: f64 = 1e-9;
+
 /// Parameters of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Singularity {
@@ -71,7 +80,7 @@ impl<'a> Head<'a> {
         let joint = &machine.joints[table];
         if (table != a && table != b)
             || joint.carries != Carries::Workpiece
-            || joint.direction.cross(&pole).norm() > 1e-9
+            || joint.direction.cross(&pole).norm() > PARALLEL
         {
             return None;
         }
@@ -84,7 +93,7 @@ impl<'a> Head<'a> {
             machine.forward(&q, 0.0).axis
         };
         let quarter = std::f64::consts::FRAC_PI_2;
-        let upright = (0..4).map(|k| quarter * f64::from(k)).find(|t| (axis(*t, 0.0) - pole).norm() < 1e-9)?;
+        let upright = (0..4).map(|k| quarter * f64::from(k)).find(|t| (axis(*t, 0.0) - pole).norm() < SAME_AXIS)?;
         let leaned = axis(upright + 0.5, 0.0);
         let azimuth = leaned.dot(&basis[1]).atan2(leaned.dot(&basis[0]));
         let sense = -joint.sense * joint.direction.dot(&pole).signum();
@@ -93,7 +102,7 @@ impl<'a> Head<'a> {
         let holds = [(0.3, 1.0), (-0.8, 0.4), (1.1, -2.0)].into_iter().all(|(polar, azimuth)| {
             let angles = PoleAngles { polar, azimuth };
             let q = head.joints(&angles);
-            (axis(q[tilt], q[table]) - head.axis(&angles)).norm() < 1e-9
+            (axis(q[tilt], q[table]) - head.axis(&angles)).norm() < SAME_AXIS
         });
         holds.then_some(head)
     }
@@ -175,7 +184,7 @@ impl Method for Singularity {
         for i in 1..arc.len() {
             let step = (contacts[i].place.point - contacts[i - 1].place.point).norm();
             // Blocks that only turn the tool have no length of their own.
-            arc[i] = arc[i - 1] + step.max(1e-9);
+            arc[i] = arc[i - 1] + step.max(LEAST_STEP_MM);
         }
         let local = |v: &Vector| Vector::new(v.dot(&head.basis[0]), v.dot(&head.basis[1]), v.dot(&head.basis[2]));
         let axes: Vec<Vector> = run.blocks.iter().map(|b| local(&b.pose.axis)).collect();
@@ -237,7 +246,7 @@ fn row_figures(row: &[PoleAngles], arc: &[f64]) -> [f64; 5] {
     let rate = steps().map(|(p, s)| ((p[1].azimuth - p[0].azimuth) / (s[1] - s[0])).abs()).fold(0.0, f64::max);
     let reversals = |of: fn(&PoleAngles) -> f64| {
         let (mut last, mut count) = (0.0, 0.0);
-        for step in row.windows(2).map(|p| of(&p[1]) - of(&p[0])).filter(|s| s.abs() > 1e-9) {
+        for step in row.windows(2).map(|p| of(&p[1]) - of(&p[0])).filter(|s| s.abs() > STANDS) {
             if last * step < 0.0 {
                 count += 1.0;
             }

@@ -9,6 +9,10 @@ use proveout_geom::Vector;
 
 /// Blocks of a junction: two before, the junction, two after.
 pub(super) const JUNCTION: usize = 5;
+/// Sine of the angle from the pole below which an axis has no azimuth.
+const AT_POLE: f64 = 1e-12;
+/// Rounding of a turn, radian.
+const ROUNDING: f64 = 1e-12;
 
 /// A tool axis by its angles to and about the pole, radian.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +62,7 @@ pub fn pole_angles(axes: &[Vector], start: PoleAngles) -> Vec<PoleAngles> {
     for axis in axes {
         let across = axis.x.hypot(axis.y);
         let polar = across.atan2(axis.z);
-        let mut now = if across > 1e-12 {
+        let mut now = if across > AT_POLE {
             let up = PoleAngles { polar, azimuth: near(axis.y.atan2(axis.x), last.azimuth) };
             let down = PoleAngles { polar: -polar, azimuth: near((-axis.y).atan2(-axis.x), last.azimuth) };
             let way = |p: &PoleAngles| (p.polar - last.polar).abs() + (p.azimuth - last.azimuth).abs();
@@ -66,7 +70,7 @@ pub fn pole_angles(axes: &[Vector], start: PoleAngles) -> Vec<PoleAngles> {
         } else {
             PoleAngles { polar, azimuth: last.azimuth }
         };
-        if row.is_empty() && (now.polar < 0.0) != (start.polar < 0.0) && across > 1e-12 {
+        if row.is_empty() && (now.polar < 0.0) != (start.polar < 0.0) && across > AT_POLE {
             now = now.other();
             now.azimuth = near(now.azimuth, start.azimuth);
         }
@@ -84,7 +88,7 @@ pub fn pole_angles(axes: &[Vector], start: PoleAngles) -> Vec<PoleAngles> {
 pub fn between(head: PoleAngles, tail: PoleAngles, t: f64, switch: f64) -> (PoleAngles, bool) {
     let (head, tail) = (head.positive(), tail.positive());
     let turn = wrapped(tail.azimuth - head.azimuth);
-    if turn.abs() <= switch + 1e-12 {
+    if turn.abs() <= switch + ROUNDING {
         let angles = PoleAngles { polar: head.polar + (tail.polar - head.polar) * t, azimuth: head.azimuth + turn * t };
         return (angles, false);
     }
@@ -209,7 +213,7 @@ pub(super) fn treated(row: &[PoleAngles], arc: &[f64], rules: &Rules) -> (Vec<Po
             angles.azimuth += shift;
         }
         let turn = wrapped(to.positive().azimuth - from.positive().azimuth).abs();
-        stretches.push(PoleStretch { head, tail, crossed, kept_back: !crossed && turn > FRAC_PI_2 + 1e-12 });
+        stretches.push(PoleStretch { head, tail, crossed, kept_back: !crossed && turn > FRAC_PI_2 + ROUNDING });
         // A run with less blocks than a junction has no room for two.
         if rules.junction != Junction::Off && tail - head >= JUNCTION {
             smooth(&mut out, arc, head, rules.junction);

@@ -24,6 +24,14 @@ const MOST_STEPS: usize = 80;
 const CENTERED: f64 = 1e-9;
 /// Largest violation of a row at the end.
 const HELD: f64 = 1e-9;
+/// By how much z starts above the peaks of the start.
+const OVER_PEAKS: f64 = 1e-3;
+/// Least slack of a row at the start.
+const LEAST_SLACK: f64 = 1e-2;
+/// Largest slope of the Lagrangian at the end.
+const STEEP: f64 = 1e-5;
+/// Added to the diagonal of the band: part of its largest element, and a number in any case.
+const DAMPING: [f64; 2] = [1e-15, 1e-13];
 
 /// A row: `low <= sum weights[k] x[at + k] <= high`; a peak row has z in place of both limits and ignores them.
 #[derive(Clone, Copy, Debug)]
@@ -177,8 +185,9 @@ impl CorridorProgram {
             return None;
         }
         let peaks = self.rows.iter().filter(|r| r.peak).map(|r| r.value(start).abs()).fold(0.0, f64::max);
-        let mut now = Point { x: start.to_vec(), z: 1.1 * peaks + 1e-3, slack: Vec::new(), multiplier: Vec::new() };
-        now.slack = sides.iter().map(|s| (s.bound - self.value(s, &now.x, now.z)).max(1e-2)).collect();
+        let mut now =
+            Point { x: start.to_vec(), z: 1.1 * peaks + OVER_PEAKS, slack: Vec::new(), multiplier: Vec::new() };
+        now.slack = sides.iter().map(|s| (s.bound - self.value(s, &now.x, now.z)).max(LEAST_SLACK)).collect();
         now.multiplier = now.slack.iter().map(|s| (0.1 / s).min(10.0)).collect();
         let count = sides.len() as f64;
         for _ in 0..MOST_STEPS {
@@ -196,7 +205,7 @@ impl CorridorProgram {
                 return None;
             }
             let steep = dual.iter().fold(dual_z.abs(), |m, r| m.max(r.abs()));
-            if mean < CENTERED && violated < HELD && steep < 1e-5 {
+            if mean < CENTERED && violated < HELD && steep < STEEP {
                 let mut pushes = vec![0.0; self.rows.len()];
                 for (side, multiplier) in sides.iter().zip(&now.multiplier) {
                     pushes[side.row as usize] += side.sign * multiplier;
@@ -223,7 +232,7 @@ impl CorridorProgram {
                 }
             }
             let diagonal = band.iter().map(|r| r[0]).fold(0.0, f64::max);
-            band.iter_mut().for_each(|r| r[0] += 1e-15 * diagonal + 1e-13);
+            band.iter_mut().for_each(|r| r[0] += DAMPING[0] * diagonal + DAMPING[1]);
             if !factor(&mut band) {
                 return None;
             }

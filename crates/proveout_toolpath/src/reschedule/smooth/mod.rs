@@ -61,6 +61,10 @@ const MOST_GIVEN_UP: f64 = 0.1;
 const ROUNDED: f64 = 1e-9;
 /// Another clearance of the same rule, shown together with the published one, radian.
 const OTHER_CLEARANCE: f64 = 10.0 * TAU / 360.0;
+/// Part of the time that is given up where none is stated.
+const USUAL_GIVEN_UP: f64 = 1e-3;
+/// Speed of a joint that is planned for at least, rad/s: one that stands still needs none.
+const LEAST_SPEED: f64 = 1e-6;
 
 /// Where the limits of the angle come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +99,7 @@ impl Default for Smooth {
             clearance: STHETA_DEFAULTS.clearance,
             lean_max: 80.0 * TAU / 360.0,
             monotone: true,
-            given_up: 1e-3,
+            given_up: USUAL_GIVEN_UP,
         }
     }
 }
@@ -229,7 +233,7 @@ impl Smooth {
             stretched.push(stretched[i] + t.max(needed));
         }
         let slope = |i: usize| (way[i + 1] - way[i]).abs() / (stretched[i + 1] - stretched[i]);
-        let needed = (0..least.len()).map(slope).fold(1e-6, f64::max);
+        let needed = (0..least.len()).map(slope).fold(LEAST_SPEED, f64::max);
         let corridor = Corridor {
             times: &stretched,
             gates,

@@ -11,6 +11,7 @@
 //! differences (the jerk) with at most [`ALLOWED`] times that peak. At the ends the joint is at
 //! rest, because lead-in and lead-out keep their axis; there a short ramp may exceed the peak.
 
+use super::LEAST_SPEED;
 use super::corridor_program::{CorridorProgram, Row, WEIGHTS};
 
 /// Knots are this many blocks apart, in the order in which they are tried: fine knots follow a channel with sharp bends.
@@ -23,6 +24,10 @@ const LEAST_PEAK: f64 = 0.002;
 const NARROWED: f64 = 1e-7;
 /// No more knots than this for each gate: blocks of very different times.
 const MOST_KNOTS: usize = 8;
+/// By how much the second program may pass the least peak in any case, rad/s2.
+const LEAST_ROOM: f64 = 1e-4;
+/// Least mean square of third differences: the weight of smoothness stays finite.
+const LEAST_THIRD: f64 = 1e-18;
 
 /// What the angle must keep.
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +89,7 @@ impl Corridor<'_> {
             (cell, basis(at - cell as f64))
         };
         let slope = |i: usize| (self.way[i + 1] - self.way[i]) / (self.times[i + 1] - self.times[i]);
-        let fastest = (0..self.way.len() - 1).map(|i| slope(i).abs()).fold(1e-6, f64::max);
+        let fastest = (0..self.way.len() - 1).map(|i| slope(i).abs()).fold(LEAST_SPEED, f64::max);
         let mut rows: Vec<Row> = Vec::with_capacity(self.times.len() + 2 * count);
         for (t, [low, high]) in self.times.iter().zip(self.gates) {
             let (at, weights) = place(*t);
@@ -131,12 +136,12 @@ impl Corridor<'_> {
             return None;
         }
         let (mut best, peak) = program.solved(&begin)?;
-        let bound = (ALLOWED * peak).max(LEAST_PEAK * ramp).max(peak + 1e-4);
+        let bound = (ALLOWED * peak).max(LEAST_PEAK * ramp).max(peak + LEAST_ROOM);
         let third = |x: &[f64]| {
             x.windows(4).map(|c| (c[3] - 3.0 * c[2] + 3.0 * c[1] - c[0]).powi(2)).sum::<f64>() / count as f64
         };
         program.peak_cost = 0.0;
-        program.smoothness = 1.0 / third(&best).max(1e-18);
+        program.smoothness = 1.0 / third(&best).max(LEAST_THIRD);
         for row in program.rows.iter_mut().filter(|r| r.peak) {
             (row.peak, row.low, row.high) = (false, -bound, bound);
         }

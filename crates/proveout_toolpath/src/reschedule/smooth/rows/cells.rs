@@ -18,6 +18,10 @@
 const EVEN: f64 = 0.02;
 /// Steps of more cells than this in a joint are not looked at.
 const WIDEST_STEP: usize = 16;
+/// Least width of a cell, radian: a range that is a point has one.
+const LEAST_CELL: f64 = 1e-9;
+/// How far inside of a cell its edges are taken, part of its width.
+const HAIR: f64 = 1e-9;
 
 /// A cell: places of turn and tilt.
 pub(super) type Cell = [usize; 2];
@@ -34,7 +38,7 @@ impl Scale {
     /// As many cells of about a width as a range has room for.
     pub(super) fn new([low, high]: [f64; 2], width: f64) -> Self {
         let count = ((high - low) / width).ceil().max(1.0) as usize;
-        Self { low, step: ((high - low) / count as f64).max(1e-9), count }
+        Self { low, step: ((high - low) / count as f64).max(LEAST_CELL), count }
     }
 
     pub(super) fn edge(&self, at: usize) -> f64 {
@@ -186,7 +190,7 @@ impl Cells {
     pub(super) fn limits(&self, [low, high]: [Cell; 2]) -> [[f64; 2]; 2] {
         [0, 1].map(|j| {
             let scale = &self.scales[j];
-            let hair = 1e-9 * scale.step;
+            let hair = HAIR * scale.step;
             [scale.edge(low[j]) + hair, scale.edge(high[j] + 1) - hair]
         })
     }

@@ -20,7 +20,7 @@ use std::ops::Range;
 use proveout_geom::{Point, ToolPose, Vector};
 
 use super::super::super::multi_scale::{Judge, Measures, RowRules};
-use super::super::super::tool_channel::{CHORD_MM, CIRCLE, both};
+use super::super::super::tool_channel::{CHORD_MM, CIRCLE, MOST_AXIAL, WHOLE_TURN, both};
 use super::super::super::{AxisTurn, FeasibleRegion};
 use super::cells::Scale;
 use super::joints::{Angles, TwoJoints};
@@ -40,6 +40,8 @@ const FAR: f64 = 0.15;
 const ROUNDED: f64 = 1e-9;
 /// By how much the rules of a bull-nose may be passed by rounding, as a part of their limits.
 const RULES: f64 = 1e-9;
+/// Two axes whose sum is shorter than this are opposite: none is half way.
+const OPPOSITE: f64 = 1e-9;
 
 /// Turns and tilts of a row that are free.
 pub(super) struct Freedom<'a> {
@@ -75,7 +77,7 @@ impl Freedom<'_> {
         let axis = self.joints.axis([0.0, tilt]);
         let [x, y, z] = self.joints.basis.map(|b| b.dot(&axis));
         // A circle that is a point has no direction; a little off it all directions are there.
-        let axial = z.clamp(-1.0 + 1e-12, 1.0 - 1e-12);
+        let axial = z.clamp(-MOST_AXIAL, MOST_AXIAL);
         Ring { axial, across: (1.0 - axial * axial).sqrt(), zero: y.atan2(x) }
     }
 
@@ -297,7 +299,7 @@ impl Freedom<'_> {
 
 /// Whether an interval holds angles from one to another, whole turns apart.
 fn holds([low, high]: &[f64; 2], from: f64, to: f64) -> bool {
-    if high - low >= TAU * (1.0 - 1e-12) {
+    if high - low >= WHOLE_TURN {
         return true;
     }
     let off = TAU * ((from - low) / TAU).floor();
@@ -323,7 +325,7 @@ fn between(
         return true;
     }
     let Some(halvings) = halvings.checked_sub(1) else { return false };
-    let Some(axis) = (a.axis + b.axis).try_normalize(1e-9) else { return false };
+    let Some(axis) = (a.axis + b.axis).try_normalize(OPPOSITE) else { return false };
     let middle = ToolPose { tip: nalgebra::center(&a.tip, &b.tip), axis };
     let most = motion(reach, &[a, middle]).max(motion(reach, &[middle, b]));
     let between_both = (middle, region.clearance_up_to(&middle, most));

@@ -24,6 +24,8 @@ const SAME: f64 = 1e-9;
 /// Turns that differ by more than this from those that follow from the poses must be written out,
 /// radian.
 const TOLD: f64 = 1e-7;
+/// Three axes whose steps span less than this lie on no circle.
+const IN_LINE: f64 = 1e-3;
 
 pub(super) struct TwoJoints<'a> {
     machine: &'a Machine,
@@ -40,7 +42,7 @@ impl<'a> TwoJoints<'a> {
         let mut made = Self { machine, joints: [turn, tilt], basis: [Vector::x(), Vector::y(), Vector::z()] };
         let pole = [0.4, 1.1, -0.7].into_iter().find_map(|tilt| {
             let [a, b, c] = [0.0, 1.0, 2.0].map(|turn| made.axis([turn, tilt]));
-            (b - a).cross(&(c - b)).try_normalize(1e-3)
+            (b - a).cross(&(c - b)).try_normalize(IN_LINE)
         })?;
         let helper = if pole.x.abs() < 0.9 { Vector::x() } else { Vector::y() };
         let u = (helper - pole * helper.dot(&pole)).normalize();

@@ -8,7 +8,7 @@
 
 use super::super::super::taut::{Gate, free_taut_string};
 use super::super::spline_in_corridor::Corridor;
-use super::super::{RAMP, RAMP_PART, VELOCITY_OF_STRING, VELOCITY_USED, at_gates, kept};
+use super::super::{LEAST_SPEED, RAMP, RAMP_PART, VELOCITY_OF_STRING, VELOCITY_USED, at_gates, kept};
 use super::joints::Angles;
 
 /// A joint that moves by less than this counts as at rest, radian.
@@ -60,7 +60,7 @@ impl Rectangles<'_> {
                 times: &at,
                 gates: &self.gates[j],
                 way,
-                velocity: (VELOCITY_USED * velocity).min(given * needed.max(1e-6)),
+                velocity: (VELOCITY_USED * velocity).min(given * needed.max(LEAST_SPEED)),
                 rising: false,
                 ramp,
                 rests: if rest { &[true, false] } else { &[false] },

@@ -15,6 +15,10 @@ use crate::path::PathCutter;
 const SHORTEST: usize = 5;
 /// Contacts that are nearer than this to each other while the tool moves ten times as far are those of a lift, mm.
 const LIFTED: f64 = 1e-2;
+/// How far below a cutter's top its radius is looked at, part of its height.
+const BELOW_TOP: f64 = 1e-6;
+/// By how much a wheel is narrower there than at its widest place, part of its radius.
+const NARROWER: f64 = 1e-6;
 
 /// A row.
 pub(super) struct Row {
@@ -131,8 +135,8 @@ impl Row {
 
 /// Whether a cutter narrows again above its widest place: a wheel, which cuts with its rim, where a mill goes on.
 fn narrows(cutter: &Profile) -> bool {
-    let top = cutter.z_max() - 1e-6 * (cutter.z_max() - cutter.z_min());
-    cutter.radius_at(top).is_some_and(|r| r < cutter.max_radius() * (1.0 - 1e-6))
+    let top = cutter.z_max() - BELOW_TOP * (cutter.z_max() - cutter.z_min());
+    cutter.radius_at(top).is_some_and(|r| r < cutter.max_radius() * (1.0 - NARROWER))
 }
 
 /// The blocks along the surface: without those at both ends whose contact stays while the tool is lifted.

@@ -9,6 +9,8 @@ use super::{KEPT, RowEnds, SmoothRows, Tried, VELOCITY_GIVEN, Work, put_ends};
 
 /// Name of schedules that turn evenly from end to end.
 pub(super) const EVEN: &str = "smoothest, even";
+/// Axes nearer than this are the same, radian.
+const SAME_AXIS: f64 = 1e-6;
 
 impl SmoothRows {
     /// The program before, what published methods for such rows make of it, and even turns between its ends, as far as the ends keep what they must and every
@@ -65,7 +67,7 @@ impl SmoothRows {
             let Some(angles) = own else { continue };
             let same = |i: usize| {
                 let [a, b] = [&angles, course].map(|q: &[Angles]| q.get(i).map(|q| work.joints.axis(*q)));
-                a.zip(b).is_some_and(|(a, b)| (a - b).norm() < 1e-6)
+                a.zip(b).is_some_and(|(a, b)| (a - b).norm() < SAME_AXIS)
             };
             if self.ends == RowEnds::Free || (same(0) && same(course.len() - 1)) {
                 out.push((name, angles));
