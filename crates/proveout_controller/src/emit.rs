@@ -19,6 +19,9 @@ use crate::{
     watch::{Parts, REACH, broken},
 };
 
+/// Rounding of places on the path, part of the block.
+const ROUNDING: f64 = 1e-9;
+
 /// An entry to be emitted before the block `before`.
 pub(crate) struct Waiting {
     /// Running number of the path block.
@@ -235,7 +238,7 @@ impl Emitter {
         let mut places = vec![a];
         if scope.settings.dynamics != Dynamics::Ideal {
             // Knots of a fit that lie on the border of the block but for rounding are none.
-            let rounding = 1e-9 * (b - a);
+            let rounding = ROUNDING * (b - a);
             let first = path.spans.partition_point(|p| p.s1 <= a + rounding);
             places.extend(path.spans[first..].iter().map(|p| p.s1).take_while(|s| *s < b - rounding));
         }

@@ -31,6 +31,10 @@ const SAME_BASE: f64 = 1e-9;
 /// the arc runs as a spiral.
 const RADIUS_MISMATCH_MM: f64 = 0.05;
 const RADIUS_MISMATCH: f64 = 0.01;
+/// Sine of the angle above which positions do not point the tool along the programmed axis.
+const OFF_AXIS: f64 = 1e-5;
+/// An arc of a smaller radius is none, mm.
+const NO_RADIUS_MM: f64 = 1e-9;
 
 /// Position of machine and program before a motion.
 #[derive(Clone, Copy, Debug)]
@@ -383,7 +387,9 @@ impl Context<'_> {
             }
             (None, OrientationInterpolation::GreatCircle) => AxisWay::circle(from, axis_of(to)),
             // Positions that do not point the tool along the programmed axis cannot replace it.
-            (Some(axis), OrientationInterpolation::Axes) if Vector::from(axis).cross(&axis_of(to)).norm() > 1e-5 => {
+            (Some(axis), OrientationInterpolation::Axes)
+                if Vector::from(axis).cross(&axis_of(to)).norm() > OFF_AXIS =>
+            {
                 AxisWay::circle(from, Vector::from(axis).normalize())
             }
             (_, OrientationInterpolation::Axes) => AxisWay::joints(position.q, *to),
@@ -501,7 +507,7 @@ impl Context<'_> {
         let (ra, rb) = (flat(a), flat(b));
         let (r0, r1) = (ra.norm(), rb.norm());
         let mismatch = (r1 - r0).abs();
-        if r0 < 1e-9 || mismatch > RADIUS_MISMATCH_MM.max(RADIUS_MISMATCH * r0) {
+        if r0 < NO_RADIUS_MM || mismatch > RADIUS_MISMATCH_MM.max(RADIUS_MISMATCH * r0) {
             let message = format!(
                 "the arc's radius is {r0:.4} mm at the start and {r1:.4} mm at the end, \
                  more than {RADIUS_MISMATCH_MM} mm and 1 percent apart"

@@ -64,6 +64,8 @@ use crate::{
 const SHORT: f64 = 0.1;
 /// Part of the tolerance by which a short curved block may leave its chord to be taken for a line.
 const OFF_CHORD: f64 = 0.5;
+/// Rounding of sums of the way, part of it and of one at least.
+const ROUNDING: f64 = 1e-12;
 
 /// How far corners may be rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,7 +116,7 @@ pub(crate) struct PathBlock {
 
 /// Whether a path that has come to s has come to the end of a block, but for rounding of their sums.
 pub(crate) fn reaches(s: f64, end: f64) -> bool {
-    end - s <= 1e-12 * end.abs().max(1.0)
+    end - s <= ROUNDING * end.abs().max(1.0)
 }
 
 impl PathBlock {

@@ -27,6 +27,14 @@ const DEEPEST: u32 = 20;
 const BETWEEN: f64 = 1.05;
 /// a kink next to one of them (a table of geometric errors bends) by a sixth.
 const BENT: f64 = 1.2;
+/// A number that is above a whole one by no more than this is that one: rounding.
+pub(crate) const WHOLE: f64 = 1e-9;
+/// Most parts of one way.
+const MOST_PARTS: f64 = 1e6;
+/// Square of the way of a tip below which it has no direction, mm2.
+pub(crate) const NO_WAY_MM2: f64 = 1e-12;
+/// A tool axis that turns by no more than this stands, radian.
+pub(crate) const NO_TURN: f64 = 1e-12;
 
 /// How far the true motion leaves a piece, mm.
 #[derive(Clone, Copy, Debug)]
@@ -123,7 +131,7 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
         if bends > 1 {
             parts = parts.max(bends as f64);
         }
-        (parts - 1e-9).ceil().clamp(1.0, 1e6) as usize
+        (parts - WHOLE).ceil().clamp(1.0, MOST_PARTS) as usize
     }
 
     /// Deviation of the whole way through several smooth parts, if it is within the tolerance.
@@ -153,11 +161,11 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
         let way = b.pose.tip - a.pose.tip;
         let length2 = way.norm_squared();
         // Where on the piece the true pose belongs is free: the uniform motion of a piece is not bound to time.
-        let t = if length2 > 1e-12 {
+        let t = if length2 > NO_WAY_MM2 {
             (x.pose.tip - a.pose.tip).dot(&way) / length2
         } else {
             let turn = a.pose.angle_to(&b.pose);
-            if turn > 1e-12 { a.pose.angle_to(&x.pose) / turn } else { part }
+            if turn > NO_TURN { a.pose.angle_to(&x.pose) / turn } else { part }
         };
         let ideal = a.pose.interpolated(&b.pose, t.clamp(0.0, 1.0));
         let (tip, axis) = ((x.pose.tip - ideal.tip).norm(), (x.pose.axis - ideal.axis).norm());

@@ -51,6 +51,8 @@ pub(crate) struct Cell {
 
 /// Two speeds (relative) that count as equal where the chains are compared: far above rounding, far below any effect.
 const SAME: f64 = 1e-9;
+/// Speeds that differ by no more than this are equal near a standstill, where no part of them is.
+const REST: f64 = 1e-12;
 
 /// A stretch of a chain: ramp from `v[0]` at border `from`, then constant `v[1]` up to border `to`.
 #[derive(Clone, Copy, Debug)]
@@ -228,8 +230,8 @@ fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], [v_start, v_end]: [
             if on_w && k > 0 { ahead.min(backward[k - 1].v[1]) } else { ahead }
         };
         let first = border == 0;
-        let f_low = f_speed <= w_speed * (1.0 + SAME) + 1e-12;
-        let w_low = w_speed <= f_speed * (1.0 + SAME) + 1e-12;
+        let f_low = f_speed <= w_speed * (1.0 + SAME) + REST;
+        let w_low = w_speed <= f_speed * (1.0 + SAME) + REST;
         if first || border == last || (on_f && f_low) || (on_w && w_low) {
             let speed = if first { v_start } else { f_speed.min(w_speed) };
             let takes_f = first || (on_f && f_low);

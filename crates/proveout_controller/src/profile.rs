@@ -5,6 +5,15 @@ use crate::{
     tempo::Tempo,
 };
 
+/// Step of time at which the search for a place ends, part of the phase.
+const FOUND: f64 = 1e-15;
+/// Duration that a phase counts for at least in this, s.
+const SHORT_PHASE_S: f64 = 1e-9;
+/// A time this near to a border of two phases is on it, part of the law and of a second at least.
+const AT_BORDER: f64 = 1e-9;
+/// A place this near to the end is the end, part of the way and of one at least.
+const AT_END: f64 = 1e-13;
+
 /// State along the path parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PathState {
@@ -59,7 +68,7 @@ impl Phase {
             if !(next >= low && next <= high) {
                 next = 0.5 * (low + high);
             }
-            if (next - t).abs() <= 1e-15 * high.max(1e-9) {
+            if (next - t).abs() <= FOUND * high.max(SHORT_PHASE_S) {
                 return next;
             }
             t = next;
@@ -174,7 +183,7 @@ impl Law {
     /// Keeps the part before the time `p` of the phases (a border of two of them) and returns the
     /// part after it, as a law of its own.
     pub(crate) fn cut(&mut self, p: f64) -> Self {
-        let near = 1e-9 * self.planned.max(1.0);
+        let near = AT_BORDER * self.planned.max(1.0);
         let mut behind = Self::default();
         if p >= self.planned - near {
             return behind;
@@ -265,7 +274,7 @@ impl Law {
             return 0.0;
         }
         // Near a standstill time is a cube root of the way: rounding of s must not become a visible error of time.
-        if s >= self.end().s - 1e-13 * s.abs().max(1.0) {
+        if s >= self.end().s - AT_END * s.abs().max(1.0) {
             return self.planned;
         }
         match stand(&self.phases, &mut cursor.phase, |phase| phase.start.s <= s) {

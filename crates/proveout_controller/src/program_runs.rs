@@ -10,6 +10,9 @@ use proveout_nc::{AXIS_LETTERS, Command, Feed, Location, Motion, Op, ToolAction,
 
 use crate::error::ControlError;
 
+/// By how much products of the columns of a rotation may be off those of unit vectors.
+const RIGID: f64 = 1e-9;
+
 /// A run of a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramRun {
@@ -84,7 +87,7 @@ impl Frame {
         (0..3).all(|a| {
             (0..3).all(|b| {
                 let dot: f64 = (0..3).map(|k| self.rotation[a][k] * self.rotation[b][k]).sum();
-                (dot - f64::from(u8::from(a == b))).abs() < 1e-9
+                (dot - f64::from(u8::from(a == b))).abs() < RIGID
             })
         })
     }

@@ -33,6 +33,10 @@ use crate::{
 
 /// Motions of fewer blocks are links and stay as they are.
 const SHORTEST_RUN: usize = 8;
+/// A rotary axis that is this near to where it was has not changed, radian.
+const SAME_ANGLE: f64 = 1e-12;
+/// A linear axis that is this near to where it was has not changed, mm.
+const SAME_MM: f64 = 1e-9;
 
 /// Axes of a run without tool center point control that stay within this do not turn, radian.
 const STANDS: f64 = 1e-9;
@@ -383,7 +387,7 @@ impl Reprogramming<'_> {
                 let letter = AXIS_LETTERS[3..6].iter().position(|&l| self.machine.joint_for_letter(l) == Some(joint));
                 let Some(letter) = letter else { continue };
                 let work = q[joint] - placed.frame.rotary[letter];
-                if motion.end.get(3 + letter).is_none_or(|old| (old - work).abs() > 1e-12) {
+                if motion.end.get(3 + letter).is_none_or(|old| (old - work).abs() > SAME_ANGLE) {
                     changed |= 1 << (3 + letter);
                 }
                 motion.end.put(3 + letter, work);
@@ -463,7 +467,7 @@ fn first_vector<'a>(commands: &'a [Command], found: &Found) -> Option<&'a Comman
 /// Writes a tip into work and base coordinates and notes the axes that have changed.
 fn put(end: &mut AxisValues, base: &mut AxisValues, changed: &mut u16, work: [f64; 3], tip: &Point) {
     for axis in 0..3 {
-        if end.get(axis).is_none_or(|old| (old - work[axis]).abs() > 1e-9) {
+        if end.get(axis).is_none_or(|old| (old - work[axis]).abs() > SAME_MM) {
             *changed |= 1 << axis;
         }
         end.put(axis, work[axis]);

@@ -25,6 +25,9 @@ use crate::{
     program_runs::base_zero,
 };
 
+/// Volume of three unit directions below which they are in a plane.
+const IN_A_PLANE: f64 = 1e-9;
+
 struct Link {
     joint: usize,
     rotary: bool,
@@ -82,7 +85,7 @@ impl Rig {
         let directions = slots.map(|i| machine.joints[i].direction);
         let volume = directions[0].cross(&directions[1]).dot(&directions[2]);
         debug_assert!(machine.joints.iter().all(|j| j.carries == Carries::Tool || j.carries == Carries::Workpiece));
-        (volume.abs() > 1e-9).then_some(rig)
+        (volume.abs() > IN_A_PLANE).then_some(rig)
     }
 
     /// Directions of the followed linear joints, the tool's less the workpiece's, if no rotary joint carries any of them.

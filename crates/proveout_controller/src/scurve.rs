@@ -15,6 +15,9 @@
 //! The classical seven-phase move (for example Biagiotti and Melchiorri 2008, section 3.4) is two ramps and a cruise
 //! between them; [`peak_speed`] finds the speed of the cruise.
 
+/// Width of the bracket at which the search for a speed ends, part of it.
+const FOUND: f64 = 1e-14;
+
 /// Acceleration and jerk that a ramp may use; infinite where there is no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rates {
@@ -159,7 +162,7 @@ pub(crate) fn peak_speed(v0: f64, v1: f64, distance: f64, ceiling: f64, up: Rate
         return low;
     }
     for _ in 0..80 {
-        if high - low <= 1e-14 * high {
+        if high - low <= FOUND * high {
             break;
         }
         let mut mid =

@@ -22,6 +22,8 @@ const RADIAN_MM: f64 = 200.0;
 /// Surcharge on a deviation measured at the quarters. A cubic error passes them by 3 percent; joints at a corner that is rounded within the
 /// piece bend more at one end. Chosen, not derived.
 const BETWEEN: f64 = 1.2;
+/// What a deviation is told larger for the rounding of places in single precision: a part of it, and mm or radian.
+const SINGLE: [f64; 2] = [1e-5, 1e-10];
 
 /// Of what the joints leave a piece by, so much may be a bend at one end of it that the middles of its quarters do not show.
 const AT_ONE_END: f64 = 1.0 / 32.0;
@@ -53,7 +55,10 @@ pub(crate) fn finer(
         let straight = from.interpolated(*to, 0.25 * (k + 1) as f64);
         std::array::from_fn(|j| told(quarters[k][j] - straight[j]))
     });
-    Some(FinerMotion { beside, joint_deviation: std::array::from_fn(|j| told(worst[j] * (1.0 + 1e-5) + 1e-10)) })
+    Some(FinerMotion {
+        beside,
+        joint_deviation: std::array::from_fn(|j| told(worst[j] * (1.0 + SINGLE[0]) + SINGLE[1])),
+    })
 }
 
 /// The largest deviation so far, joint by joint.

@@ -39,6 +39,10 @@ pub(crate) const MOST_SAMPLES: f64 = 2e6;
 /// Time before the last node up to which a part of a run is committed, s: several times what the slowest joints need for
 /// a change of their acceleration.
 const AHEAD: f64 = 0.5;
+/// Step of time by which the tempo of a law is measured, s.
+const TEMPO_STEP_S: f64 = 1e-3;
+/// Most samples that room is made for.
+const ROOM_SAMPLES: f64 = 1e6;
 
 /// State at a control sample.
 #[derive(Clone, Copy, Debug)]
@@ -294,8 +298,8 @@ fn spots(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, over: &[Over])
             let cell = path.cells.partition_point(|c| c.s1 < *s).min(last);
             let pace = v / jerk_along(frame, &path.cells[cell]);
             // Widths are times of the first law, which passes faster by the tempo.
-            let [at, ahead] = [t, t + 1e-3].map(|t| law.planned_time(t, &mut cursor));
-            let tempo = ((ahead - at) / 1e-3).max(1.0);
+            let [at, ahead] = [t, t + TEMPO_STEP_S].map(|t| law.planned_time(t, &mut cursor));
+            let tempo = ((ahead - at) / TEMPO_STEP_S).max(1.0);
             let excess = (a - 1.0).max(j - 1.0).max(2.0 * (velocity - 1.0)).max(0.0);
             let width = (DIP * tempo * pace.sqrt()).clamp(0.01, 1.0);
             Spot { at, excess: (TIGHTER * excess).min(0.3), width }
@@ -340,7 +344,7 @@ fn measure_into(samples: &mut Vec<Measured>, path: &Path, frame: &Frame<'_>, clo
     let machine = frame.kinematics.machine;
     let mut cell = 0;
     // A law that never ends has no samples to make room for.
-    let count = (law.duration / clock.cycle).clamp(0.0, 1e6) as usize + 1;
+    let count = (law.duration / clock.cycle).clamp(0.0, ROOM_SAMPLES) as usize + 1;
     samples.clear();
     // The way to rest follows the known part of a window: untouched memory costs nothing, moving
     // all samples does.

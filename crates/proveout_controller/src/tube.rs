@@ -61,6 +61,8 @@ const ARC: [f64; 2] = [0.05, 1.0];
 const TURN: f64 = 0.2;
 /// Gates within a curve whose radius is not looked at.
 const IN_CURVE: usize = 16;
+/// Most gates of a block.
+const MOST_PARTS: f64 = 1e4;
 
 /// What may happen between two gates.
 #[derive(Clone, Copy, Debug)]
@@ -265,7 +267,7 @@ fn parts(frame: &Frame<'_>, block: &PathBlock, tolerance: f64) -> usize {
         Shape::Spline(_) | Shape::Bezier(_) => (IN_CURVE as f64).max(turn(&block.shape)),
         Shape::Timed(_) => 1.0,
     };
-    parts.ceil().clamp(1.0, 1e4) as usize
+    parts.ceil().clamp(1.0, MOST_PARTS) as usize
 }
 
 /// Least time from one gate to another.

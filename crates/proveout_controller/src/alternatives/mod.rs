@@ -29,6 +29,8 @@ use crate::{Settings, program_runs::Found};
 
 /// By how much a joint may be off what the angles of a method say, radian: rounding of sums.
 const ROUNDED: f64 = 1e-6;
+/// By how much the sense of a table that turns with the angles may be off one.
+const ALONG: f64 = 1e-9;
 
 /// The schedules of a run, and where its programs are among them.
 #[derive(Clone, Debug, PartialEq)]
@@ -175,7 +177,7 @@ fn is_table(machine: &Machine, joint: usize) -> bool {
 fn turned(sense: f64, channel: &TurnChannel, joint: &[f64]) -> Result<Vec<[f64; 2]>, &'static str> {
     const APART: &str = "the table's joint does not turn as the angles of the channel do";
     let (Some(&zero), Some(&first)) = (joint.first(), channel.angles.first()) else { return Ok(Vec::new()) };
-    if (sense.abs() - 1.0).abs() > 1e-9 || joint.len() != channel.angles.len() || joint.len() != channel.limits.len() {
+    if (sense.abs() - 1.0).abs() > ALONG || joint.len() != channel.angles.len() || joint.len() != channel.limits.len() {
         return Err(APART);
     }
     let place = |angle: f64| zero - sense.signum() * (angle - first);

@@ -12,6 +12,9 @@ use crate::{
     path::PathBlock,
 };
 
+/// Joints that are this near to the position for a tool change are there, mm or radian.
+const STANDS: f64 = 1e-9;
+
 /// Commands that this control does not execute are refused by name.
 pub(super) fn special(op: &Op, location: &Location) -> Result<(), Box<ControlError>> {
     let what = match op {
@@ -206,7 +209,7 @@ where
                     to[i] = value;
                 }
             }
-            if (to - from).max_abs() <= 1e-9 {
+            if (to - from).max_abs() <= STANDS {
                 continue;
             }
             self.mapping = self.mapping_with(None);

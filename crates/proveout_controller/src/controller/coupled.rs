@@ -20,6 +20,9 @@ use crate::{
     output::{Event, LimitKind, MoveKind},
 };
 
+/// By how much a thread may pass a joint's velocity by rounding, part of it.
+const ROUNDING: f64 = 1e-9;
+
 /// What paces a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Pace {
@@ -115,7 +118,7 @@ where
             let slope = frame.kinematics.joints(&part.shape.jet(share * part.length)).first();
             for i in 0..self.device.limits.count {
                 let (need, most) = (slope[i].abs() * feed, self.device.limits.velocity[i]);
-                if need > most * (1.0 + 1e-9) {
+                if need > most * (1.0 + ROUNDING) {
                     let joint = &self.device.machine.joints[i];
                     let (unit, scale) = (joint.kind.unit(), joint.kind.unit_factor());
                     return Err(fail(format!(

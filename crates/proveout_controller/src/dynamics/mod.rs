@@ -13,6 +13,7 @@ mod rapier_plant;
 mod rapier_plant;
 mod tree;
 
+pub(crate) use newton_euler::TO_NEWTON;
 pub use newton_euler::{MassMatrix, STANDARD_GRAVITY};
 pub use rapier_plant::RapierPlant;
 pub use tree::{MassReport, RigidTree};

@@ -30,7 +30,7 @@ pub const STANDARD_GRAVITY: f64 = 9806.65;
 pub type MassMatrix = SMatrix<f64, MAX_JOINTS, MAX_JOINTS>;
 
 /// Forces in kg mm/s² make N, torques in kg mm²/s² make N mm.
-const TO_NEWTON: f64 = 1e-3;
+pub(crate) const TO_NEWTON: f64 = 1e-3;
 
 /// A spatial vector: angular part, linear part.
 #[derive(Clone, Copy)]

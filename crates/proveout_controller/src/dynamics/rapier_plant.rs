@@ -33,6 +33,8 @@ use super::{STANDARD_GRAVITY, tree::RigidTree};
 const METER: f64 = 1e-3;
 /// Substeps of the library within one step.
 const SUBSTEPS: usize = 4;
+/// By how much a step may be longer than the longest by rounding, part of it.
+const ROUNDING: f64 = 1e-9;
 
 fn to_meter(v: &proveout_geom::Vector) -> Vector {
     Vector::new(v.x * METER, v.y * METER, v.z * METER)
@@ -83,7 +85,7 @@ impl RapierPlant {
         if let Some((_, reason)) = tree.report().unknown.first() {
             return Err(reason.clone());
         }
-        if !(step > 0.0 && step <= Self::LONGEST_STEP * (1.0 + 1e-9)) {
+        if !(step > 0.0 && step <= Self::LONGEST_STEP * (1.0 + ROUNDING)) {
             return Err(format!("a step of {step} s; the plant needs at most {} s", Self::LONGEST_STEP));
         }
         let mut world = PhysicsWorld::new();

@@ -11,6 +11,8 @@ use proveout_machine::{JointKind, JointValues, Machine};
 
 /// Parts of the table of lengths of a Bezier curve; Simpson's rule over 1/512 of a cubic is exact to 1e-11 of its length.
 const PARTS: usize = 512;
+/// Sine of the angle between the ends of a circle below which it has no direction.
+const SAME_AXIS: f64 = 1e-12;
 
 /// Way of the tip, or of the three linear joints X, Y and Z.
 #[derive(Clone, Debug)]
@@ -136,7 +138,7 @@ impl AxisWay {
         let Self::Circle([a, b]) = self else { return 1.0 };
         let normal = a.cross(b);
         let angle = normal.norm().atan2(a.dot(b));
-        let Some(ahead) = normal.cross(a).try_normalize(1e-12) else { return 1.0 };
+        let Some(ahead) = normal.cross(a).try_normalize(SAME_AXIS) else { return 1.0 };
         (axis.dot(&ahead).atan2(axis.dot(a)) / angle).clamp(0.0, 1.0)
     }
 

@@ -17,6 +17,8 @@ const CELL_ARC: f64 = 0.2;
 const POINT_SURCHARGE: f64 = 1.02;
 /// Points of a cell at which curved paths are looked at.
 const POINTS: usize = 5;
+/// A piece of a spline shorter than this part of the block is rounding of its ends.
+const NO_PIECE: f64 = 1e-12;
 
 /// End, limits, and the joints as polynomials of a cell, where these were checked and approximate
 /// the kinematics.
@@ -81,7 +83,7 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
             let mut cells = Vec::with_capacity(pieces.len());
             for piece in pieces {
                 let (a, b) = (piece.u0.max(u0), piece.u1.min(u1));
-                if b - a > 1e-12 * block.length {
+                if b - a > NO_PIECE * block.length {
                     cells.push(looked_at(&|u| piece.jet(u), [a, b], POINTS));
                 }
             }

@@ -21,6 +21,12 @@ const SLOWEST_MIDDLE: f64 = 0.087;
 const OVER_SHORT: f64 = 1.23;
 /// Half width over feed of short blocks, s: waves of many tiny blocks are to die out as well.
 const SMOOTHED: f64 = 0.005;
+/// A step of the slope that is smaller than this part of it is rounding.
+const KINKED: f64 = 1e-9;
+/// A step of the curvature that is smaller than this part of it is rounding.
+const BENT: f64 = 1e-9;
+/// Least half width of a kink, part of the largest slope of a joint, and what that counts for at least.
+const SOME_WIDTH: [f64; 2] = [1e-3, 1e-3];
 
 pub(super) enum Corner {
     /// Value, slope and curvature agree: nothing to do.
@@ -47,7 +53,7 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
     let bend = start.second() - end.second();
     let lines = a.course().is_line() && b.course().is_line();
     let scale = end.first().max_abs().max(start.first().max_abs());
-    let kinked = slope.max_abs() > 1e-9 * scale;
+    let kinked = slope.max_abs() > KINKED * scale;
     if a.is_rapid() != b.is_rapid() && (kinked || !lines) {
         return Corner::Stop;
     }
@@ -60,7 +66,7 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
         let kink = Kink::new((number, b.s0), slopes, none, f64::INFINITY, (tolerance, short));
         return Corner::Kink(Box::new(kink));
     }
-    if !kinked && (lines || bend.max_abs() < 1e-9 * end.second().max_abs().max(start.second().max_abs())) {
+    if !kinked && (lines || bend.max_abs() < BENT * end.second().max_abs().max(start.second().max_abs())) {
         return Corner::Smooth;
     }
     let machine = frame.kinematics.machine;
@@ -177,5 +183,5 @@ fn needed_half_width(frame: &Frame<'_>, (way, end, start): (Way, &JointJet, &Joi
         d = d.max(0.75 * bend * speed.powi(3) / j);
     }
     // Some width in any case: a kink that needs no rounding at the feed still must not jump in velocity.
-    d.max(1e-3 * end.first().max_abs().max(1e-3))
+    d.max(SOME_WIDTH[0] * end.first().max_abs().max(SOME_WIDTH[1]))
 }

@@ -35,6 +35,10 @@ const SPACING: f64 = 0.75;
 const BORDER_SPACING: f64 = 0.4;
 /// The same for a place that counts as the last knot: the lift is 1e-18 of the half width there, its curvature 1e-6 of the highest.
 const NOTHING: f64 = 1e-6;
+/// Places nearer than this to each other are one, part of the way and of one at least.
+const SAME_PLACE: f64 = 1e-9;
+/// Rounding of a slope, part of the largest one.
+const ROUNDING: f64 = 1e-12;
 
 /// The fit of a run and the span under way.
 #[derive(Debug, Default)]
@@ -150,7 +154,7 @@ impl Path {
             self.push_span(frame, whole, overlaps);
         } else {
             // Places may coincide with each other and with the ends.
-            let apart = 1e-9 * s.abs().max(1.0);
+            let apart = SAME_PLACE * s.abs().max(1.0);
             let mut before = (from, start);
             for at in left_out.into_iter().filter(|at| s - at > apart) {
                 if at - before.0 > apart {
@@ -220,7 +224,7 @@ impl Path {
                 longest = longest.max(size(machine, &slope).0);
             }
         }
-        let rounding = 1e-12 * low.max_abs().max(high.max_abs()).min(f64::MAX);
+        let rounding = ROUNDING * low.max_abs().max(high.max_abs()).min(f64::MAX);
         span.slopes().iter().all(|slope| {
             let within =
                 (0..frame.limits.count).all(|i| slope[i] >= low[i] - rounding && slope[i] <= high[i] + rounding);

@@ -37,6 +37,12 @@ const SLOW: f64 = 0.2;
 /// Excess between two points of an interval that needs points between them, and the most parts.
 const BETWEEN: f64 = 0.004;
 const PARTS: f64 = 4.0;
+/// Two places are one where the way between them takes less than this part of the shortest interval.
+const SAME_PLACE: f64 = 1e-5;
+/// A piece of an interval that is shorter than this part of the step is rounding of its ends.
+const NO_PIECE: f64 = 1e-9;
+/// Largest speed over jerk that counts, s2: where no jerk is limited it is infinite.
+const MOST_PACE: f64 = 1e9;
 
 /// Time between neighboring borders of phases and cells.
 #[derive(Clone, Copy, Debug)]
@@ -232,7 +238,7 @@ impl<'a> Probe<'a> {
         let c = &self.path.cells[cell];
         let (jet, [rate, bend]) = match self.last {
             // The same place, seen from the other side of a border that the path does not know.
-            Some((c, s, jet, rate)) if c == cell && (x.s - s).abs() <= 1e-5 * x.v * INTERVAL[0] => (jet, rate),
+            Some((c, s, jet, rate)) if c == cell && (x.s - s).abs() <= SAME_PLACE * x.v * INTERVAL[0] => (jet, rate),
             _ => {
                 let kinematics = &self.frame.kinematics;
                 match &c.joints {
@@ -283,14 +289,14 @@ pub(super) fn field(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], sp
             }
             let to = if k == last { piece.to } else { piece.to.min(knots[k + 1]) };
             let length = to - from;
-            if length > 1e-9 * step {
+            if length > NO_PIECE * step {
                 let tau = |part: f64| ((from + part * length - knots[k]) / (knots[k + 1] - knots[k])).clamp(0.0, 1.0);
                 let begin = probe.rows(piece.cell, from + INSIDE * length);
                 // Between borders alone the acceleration could pass its limit by J h/4, at the middle by a quarter of that at most.
                 // Between points the jerk may pass its line by 4.5 h^2 b'' q'''/8 with q' b''/2 and q''' up to the limit.
                 // Within a blend the third derivative of the path runs from one sign to the other and back.
                 let fewest = if probe.path.cells[piece.cell].exact { 2.0 } else { 3.0 };
-                let most = length * length / piece.pace.min(1e9);
+                let most = length * length / piece.pace.min(MOST_PACE);
                 let parts = (most / BETWEEN).sqrt().ceil().clamp(fewest, PARTS) as usize;
                 let weight = length / parts as f64;
                 (grid.cell, grid.smooth) = (piece.cell, grid.smooth + 1);

@@ -40,6 +40,10 @@ const LEAST: f64 = 0.3;
 const ROOM: f64 = 0.04;
 /// Largest remaining excess over a row, as part of its limit.
 const EXCESS: f64 = 2e-5;
+/// Gap over the time at the start above which rows contradict each other.
+const DIVERGED: f64 = 1e3;
+/// Step, part of the full one, below which rows contradict each other.
+const STUCK: f64 = 1e-7;
 
 /// Vectors that live through the iterations.
 #[derive(Default)]
@@ -155,7 +159,7 @@ impl Part {
         for _ in 0..=ITERATIONS {
             let sums = self.assemble(c, going.unwrap_or_default(), work);
             let (gap, excess) = (sums.gap.sum(), sums.excess.highest());
-            if !gap.is_finite() || gap > 1e3 * start || going.is_some_and(|going| going.primal < 1e-7) {
+            if !gap.is_finite() || gap > DIVERGED * start || going.is_some_and(|going| going.primal < STUCK) {
                 return false; // rows that contradict each other
             }
             if let Some(Going { primal, dual, .. }) = going {

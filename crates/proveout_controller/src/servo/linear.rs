@@ -26,6 +26,10 @@ pub(crate) const LOAD: usize = 4;
 pub(crate) const MOTOR: usize = 5;
 /// Place of the flank that touches, or of the load in the lost motion.
 pub(crate) const OFFSET: usize = 6;
+/// Largest element of the power above which the motion does not die out: the next square could overflow.
+const GROWN: f64 = 1e80;
+/// Largest element of the power below which the motion dies out.
+const DIED_OUT: f64 = 1e-3;
 
 /// One step: `z = A z + B u`.
 #[derive(Clone, Debug)]
@@ -79,10 +83,10 @@ impl<const N: usize> Map<N> {
         for _ in 0..30 {
             power = &power * &power;
             let size = power.amax();
-            if size.is_nan() || size >= 1e80 {
+            if size.is_nan() || size >= GROWN {
                 return false;
             }
-            if size < 1e-3 {
+            if size < DIED_OUT {
                 return true;
             }
         }

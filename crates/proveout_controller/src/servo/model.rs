@@ -42,6 +42,7 @@ use proveout_machine::{Drive, Encoder, VelocityGain};
 use thiserror::Error;
 
 use super::linear::{ACCELERATION, FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET, RATE};
+use crate::pieces::WHOLE;
 
 /// Longest inner step, s: the usual cycle of a drive's velocity loop.
 const LONGEST_INNER_STEP: f64 = 1.25e-4;
@@ -49,6 +50,8 @@ const LONGEST_INNER_STEP: f64 = 1.25e-4;
 const MOST_STEPS: usize = 1 << 14;
 /// N to kg mm/s², N mm to kg mm²/s².
 pub(crate) const FROM_NEWTON: f64 = 1e3;
+/// Milliseconds in a second.
+pub(super) const MS_PER_S: f64 = 1e3;
 
 /// Why a drive cannot be simulated.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -180,7 +183,7 @@ impl DriveModel {
             return fault("an elastic drive whose motor has no mass".to_owned(), "state the mass of the motor");
         }
         let on_load = drive.encoder == Encoder::Load;
-        let mut steps = (cycle / LONGEST_INNER_STEP - 1e-9).ceil().max(1.0);
+        let mut steps = (cycle / LONGEST_INNER_STEP - WHOLE).ceil().max(1.0);
         loop {
             let step = cycle / steps;
             let half = (drive.backlash == 0.0 && steps >= 4.0).then_some(0.5 * cycle);
@@ -217,7 +220,7 @@ impl DriveModel {
                          {inertia:.6} (kg or kg mm2)",
                         law.position_gain,
                         law.velocity_gain / std::f64::consts::TAU,
-                        drive.integral_time.map_or_else(|| "none".to_owned(), |t| format!("{:.3}", t * 1e3)),
+                        drive.integral_time.map_or_else(|| "none".to_owned(), |t| format!("{:.3}", t * MS_PER_S)),
                     );
                     let help = "lower position_gain_1_s, raise the gain of the velocity loop or its integral time, or \
                                 correct the masses";

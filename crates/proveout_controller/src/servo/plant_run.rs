@@ -18,7 +18,11 @@ use super::{
 use crate::{
     dynamics::{RapierPlant, RigidTree},
     error::ControlError,
+    pieces::WHOLE,
 };
+
+/// By how much bodies may be heavier than what is stated as moved by rounding, part of it.
+const ROUNDING: f64 = 1e-9;
 
 /// What moves under the forces of the drives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -125,7 +129,7 @@ impl Bank {
             let model = DriveModel::new(drive, inertia, cycle).map_err(|e| fault(machine, j, &e.message, e.help))?;
             let motor = if drive.elastic.is_some() { 0.0 } else { drive.motor_inertia.unwrap_or(0.0) };
             armature[j] = motor + inertia - own[j];
-            if plant == Plant::Rapier && armature[j] < -1e-9 * inertia {
+            if plant == Plant::Rapier && armature[j] < -ROUNDING * inertia {
                 let message =
                     format!("{inertia} is stated as moved, and its bodies alone have {} (kg or kg mm2)", own[j]);
                 let help = "correct moving_mass_kg or the masses of the bodies, or take plant = \"newton-euler\"";
@@ -139,7 +143,7 @@ impl Bank {
         let loads = bank.loads(&home, &zero, &zero);
         bank.states = bank.models.iter().enumerate().map(|(j, m)| m.rest(loads[j])).collect();
         if plant == Plant::Rapier {
-            let steps = (cycle / RapierPlant::LONGEST_STEP - 1e-9).ceil().max(1.0);
+            let steps = (cycle / RapierPlant::LONGEST_STEP - WHOLE).ceil().max(1.0);
             let mut plant = RapierPlant::new(&bank.tree, cycle / steps, &armature).map_err(|message| {
                 let help = if cfg!(feature = "rapier") {
                     "add mass to every body and `up`, or take plant = \"newton-euler\""

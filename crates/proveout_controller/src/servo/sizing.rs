@@ -34,7 +34,9 @@ use std::f64::consts::TAU;
 
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
-use crate::dynamics::{RigidTree, STANDARD_GRAVITY};
+use super::model::MS_PER_S;
+use crate::dynamics::{RigidTree, STANDARD_GRAVITY, TO_NEWTON};
+use crate::pieces::WHOLE;
 
 /// Random states that are tried for the loads; twice as many change no rounded force of the library.
 const STATES: u32 = 4096;
@@ -42,6 +44,10 @@ const STATES: u32 = 4096;
 const RESERVE: f64 = 1.5;
 const STATIC_OVER_DRY: f64 = 1.45;
 const VISCOUS_OVER_DRY: f64 = 3.0;
+/// mm make m, N mm make N m.
+const M_PER_MM: f64 = 1e-3;
+/// kg mm² make kg m².
+const M2_PER_MM2: f64 = 1e-6;
 
 /// A drive by the rule, in the units and rounding of `machine.toml`: N, kg, mm/min or Nm, kg m², degrees/s.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +85,7 @@ fn rounded(value: f64, digits: i32, up: bool) -> f64 {
     }
     let power = digits - 1 - value.log10().floor() as i32;
     let whole = value * 10_f64.powi(power);
-    let whole = if up { (whole - 1e-9).ceil() } else { whole.round() };
+    let whole = if up { (whole - WHOLE).ceil() } else { whole.round() };
     // Division by a power of ten gives the decimal number itself.
     if power >= 0 { whole / 10_f64.powi(power) } else { whole * 10_f64.powi(-power) }
 }
@@ -137,7 +143,7 @@ pub fn size_drives(machine: &Machine) -> Result<Vec<SizedDrive>, String> {
             return Err(format!("machine {}, joint {}: the highest {what} is not stated", machine.name, joint.name));
         };
         Ok(if joint.is_rotary() {
-            rotary(j, matrix[(j, j)] * 1e-6, v, a, loads[j] * 1e-3)
+            rotary(j, matrix[(j, j)] * M2_PER_MM2, v, a, loads[j] * M_PER_MM)
         } else {
             linear(j, matrix[(j, j)], v, a, loads[j])
         })
@@ -149,7 +155,7 @@ fn loops(bandwidth: f64) -> [(&'static str, f64); 5] {
     [
         ("position_gain_1_s", rounded(TAU * bandwidth / 5.0, 2, false)),
         ("velocity_bandwidth_hz", rounded(bandwidth, 2, false)),
-        ("integral_time_ms", rounded(3e3 / (TAU * bandwidth), 2, false)),
+        ("integral_time_ms", rounded(3.0 * MS_PER_S / (TAU * bandwidth), 2, false)),
         ("velocity_feed_forward", 1.0),
         ("acceleration_feed_forward", 1.0),
     ]
@@ -159,12 +165,12 @@ fn loops(bandwidth: f64) -> [(&'static str, f64); 5] {
 fn linear(joint: usize, moved: f64, v: f64, a: f64, load: f64) -> SizedDrive {
     let frequency = (75.0 * (600.0 / moved).powf(0.25)).clamp(40.0, 120.0);
     let motor = 0.7 * moved;
-    let dry = 0.03 * moved * STANDARD_GRAVITY * 1e-3;
-    let need = load + motor * a * 1e-3 + (VISCOUS_OVER_DRY + 1.0) * dry;
+    let dry = 0.03 * moved * STANDARD_GRAVITY * TO_NEWTON;
+    let need = load + motor * a * TO_NEWTON + (VISCOUS_OVER_DRY + 1.0) * dry;
     let mut keys = loops(0.55 * frequency).to_vec();
     keys.extend([
         ("max_force_N", rounded(RESERVE * need, 2, true)),
-        ("viscous_friction_N_s_m", rounded(VISCOUS_OVER_DRY * dry / (v * 1e-3), 2, false)),
+        ("viscous_friction_N_s_m", rounded(VISCOUS_OVER_DRY * dry / (v * M_PER_MM), 2, false)),
         ("coulomb_friction_N", rounded(dry, 2, false)),
         ("static_friction_N", rounded(STATIC_OVER_DRY * dry, 2, true)),
         ("stribeck_velocity_mm_min", 150.0),

@@ -42,6 +42,8 @@ const RESTS: f64 = 1e-8;
 const LAST_SETTLING: f64 = 1.0;
 /// Farthest that a rotary joint can move a tool for a radian, mm: a crude bound used while it is good enough.
 const FARTHEST: f64 = 4000.0;
+/// N mm/s make W.
+const TO_WATT: f64 = 1e-3;
 
 /// A stretch of planned motion of one block.
 #[derive(Clone, Copy, Debug)]
@@ -270,8 +272,7 @@ impl<'m> ServoStage<'m> {
         for j in 0..self.bank.models.len() {
             let used = &mut self.uses[j];
             if let Some((platform, _)) = self.bank.legs.leg(j) {
-                // N mm/s to W.
-                let power = d.force[j] * self.actual[1][j] * 1e-3;
+                let power = d.force[j] * self.actual[1][j] * TO_WATT;
                 let [energy, before] = &mut self.of_platforms;
                 energy[j] += (0.5 * (power + before[j])).max(0.0) * gap;
                 before[j] = power;

@@ -32,6 +32,9 @@ use super::{
     model::{DriveModel, Friction, Mechanics, Pair},
 };
 
+/// kg mm²/s³ make W.
+const TO_WATT: f64 = 1e-6;
+
 /// The set point's derivatives; the jerk is constant over the time for which they are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reference {
@@ -143,7 +146,7 @@ impl DriveState {
     /// Books force and motor velocity at the end of a step of length `h`.
     pub(crate) fn book(&mut self, model: &DriveModel, force: f64, h: f64) {
         self.force = force;
-        let power = force * self.motor_velocity * model.inertia() * 1e-6; // kg mm²/s³ to W
+        let power = force * self.motor_velocity * model.inertia() * TO_WATT;
         self.energy += (0.5 * (power + self.power)).max(0.0) * h;
         self.power = power;
     }

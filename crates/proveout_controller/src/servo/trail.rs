@@ -18,6 +18,7 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use crate::{
     output::{MoveKind, Piece},
+    pieces::{NO_TURN, NO_WAY_MM2, WHOLE},
     settings::Settings,
     straightness::Straightness,
 };
@@ -277,7 +278,7 @@ fn parts_by_size(a: &Stance, b: &Stance, of: &SpanOf<'_>) -> f64 {
     if bends > 1 {
         parts = parts.max(bends as f64);
     }
-    parts - 1e-9
+    parts - WHOLE
 }
 
 /// Distance of a stance from the piece between two others, anywhere between tip and gauge line.
@@ -285,9 +286,9 @@ fn deviation(a: &Stance, b: &Stance, x: &Stance, tool_length: f64) -> f64 {
     let way = b.pose.tip - a.pose.tip;
     let length2 = way.norm_squared();
     let turn = a.pose.angle_to(&b.pose);
-    let t = if length2 > 1e-12 {
+    let t = if length2 > NO_WAY_MM2 {
         (x.pose.tip - a.pose.tip).dot(&way) / length2
-    } else if turn > 1e-12 {
+    } else if turn > NO_TURN {
         a.pose.angle_to(&x.pose) / turn
     } else {
         0.5

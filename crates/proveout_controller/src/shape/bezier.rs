@@ -18,6 +18,10 @@ use crate::jet::JointJet;
 const PARTS: usize = 64;
 /// Lowest speed |r'| over the mean one: below it the curve has a cusp, where no control keeps its feed.
 const CUSP: f64 = 1e-4;
+/// Places this near to an end of a part are that end, part of the curve.
+const AT_BORDER: f64 = 1e-9;
+/// Step of the parameter at which the search for a length ends.
+const FOUND: f64 = 1e-16;
 /// Points and weights of Gauss' rule over -1..=1, the negative half by symmetry (Abramowitz and Stegun 1964, table 25.4).
 const GAUSS: [(f64, f64); 3] = [
     (0.0, 0.568_888_888_888_888_9),
@@ -85,7 +89,7 @@ impl Bezier {
     /// Places over the length between u0 and u1 (both included), denser where the curve turns.
     pub(crate) fn places(&self, u0: f64, u1: f64) -> Vec<f64> {
         let mut places = vec![u0];
-        let gap = 1e-9 * self.length();
+        let gap = AT_BORDER * self.length();
         places.extend(self.lengths.iter().copied().filter(|u| *u > u0 + gap && *u < u1 - gap));
         places.push(u1);
         places
@@ -156,7 +160,7 @@ impl Bezier {
             if !(next >= low && next <= high) {
                 next = 0.5 * (low + high);
             }
-            if (next - t).abs() <= 1e-16 {
+            if (next - t).abs() <= FOUND {
                 return next;
             }
             t = next;

@@ -26,6 +26,8 @@ use crate::jet::{Jet, VectorJet};
 
 /// Two opposite axes have no circle between them; nearer to that than this (radian), rounding chooses it.
 pub(super) const OPPOSITE: f64 = 1e-6;
+/// Sine of the angle between two axes below which they are the same: no circle is between them.
+const SAME_AXIS: f64 = 1e-12;
 
 /// A pole nearer than this (radian) to an end of the circle is that end: a tenth of what counts as a pole.
 const AT_END: f64 = 1e-7;
@@ -68,7 +70,7 @@ impl AxisCurve {
             return None;
         }
         let across = to - from * from.dot(to);
-        let way = (across - from * from.dot(&across)).try_normalize(1e-12)?;
+        let way = (across - from * from.dot(&across)).try_normalize(SAME_AXIS)?;
         Some(Self { from: *from, way, angle, pass: None })
     }
 

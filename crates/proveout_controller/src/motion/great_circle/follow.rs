@@ -48,6 +48,8 @@ const LAST_BIT: f64 = 1e-9;
 const END_OF_REACH: f64 = 1e-6;
 /// Difference of joints at a begin in a pole that the first step takes away, radian: rounding of the program.
 pub(super) const ABSORBED: f64 = 2e-6;
+/// A rest of a stretch that is shorter than this part of it is taken with the step before.
+const SLIVER: f64 = 1e-9;
 
 /// A place of the way with task coordinates and derivatives by t.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +105,7 @@ impl Follower<'_> {
         while t < target {
             let rest = target - t;
             // The rest is never a sliver.
-            let to = if step >= rest * (1.0 - 1e-9) {
+            let to = if step >= rest * (1.0 - SLIVER) {
                 target
             } else if 2.0 * step > rest {
                 t + 0.5 * rest
