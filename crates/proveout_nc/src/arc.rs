@@ -18,6 +18,8 @@ use crate::control::ArcTolerance;
 
 /// Two points nearer than this are one point, mm: below the resolution of every program, above rounding of coordinates.
 pub(crate) const SAME_POINT_MM: f64 = 1e-6;
+/// Sine of the angle between tangent and chord below which the end lies on the tangent line.
+const ON_TANGENT: f64 = 1e-9;
 
 /// An arc in its plane: first and second axis of the plane, counter-clockwise positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -166,7 +168,7 @@ pub(crate) fn from_tangent(start: [f64; 2], end: [f64; 2], tangent: [f64; 2]) ->
     let side = tangent[0] * chord[1] - tangent[1] * chord[0];
     let length = chord[0].hypot(chord[1]);
     let tangent_length = tangent[0].hypot(tangent[1]);
-    if length < SAME_POINT_MM || side.abs() <= 1e-9 * length * tangent_length {
+    if length < SAME_POINT_MM || side.abs() <= ON_TANGENT * length * tangent_length {
         return None;
     }
     // The center lies on the normal of the tangent, as far from the start as from the end.

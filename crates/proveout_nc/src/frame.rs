@@ -2,6 +2,17 @@
 
 use crate::WorkOffset;
 
+/// Cosine of the angle between two directions above which they are one.
+pub(crate) const SAME_DIRECTION: f64 = 1.0 - 1e-9;
+/// Cosine of the angle between two directions below which they are at right angles.
+pub(crate) const SQUARE: f64 = 1e-9;
+/// A scale this near to one is none.
+pub(crate) const UNIT_SCALE: f64 = 1e-9;
+/// Scales that differ by no more than this part of the larger one are the same.
+const SAME_SCALE: f64 = 1e-9;
+/// A vector that is no longer than this has no direction.
+const NO_LENGTH: f64 = 1e-12;
+
 /// Sine and cosine of an angle in degrees; exact at multiples of 90 degrees.
 pub(crate) fn sin_cos_degrees(angle: f64) -> (f64, f64) {
     let turn = angle.rem_euclid(360.0);
@@ -116,8 +127,8 @@ impl Frame {
         let length = |axis: usize| (0..3).map(|row| self.linear[row][axis].powi(2)).sum::<f64>().sqrt();
         let (x, y, z) = (length(0), length(1), length(2));
         let column = |axis: usize| [self.linear[0][axis], self.linear[1][axis], self.linear[2][axis]];
-        let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
-        let square = |a: usize, b: usize| dot(column(a), column(b)).abs() <= 1e-9 * x * x;
+        let near = |a: f64, b: f64| (a - b).abs() <= SAME_SCALE * a.abs().max(b.abs());
+        let square = |a: usize, b: usize| dot(column(a), column(b)).abs() <= SQUARE * x * x;
         (x > 0.0 && near(x, y) && near(x, z) && square(0, 1) && square(0, 2) && square(1, 2)).then_some(x)
     }
 
@@ -149,7 +160,7 @@ pub(crate) fn norm(a: [f64; 3]) -> f64 {
 /// Unit vector; none for a vector without length.
 pub(crate) fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
     let length = norm(a);
-    (length > 1e-12 && length.is_finite()).then(|| a.map(|v| v / length + 0.0))
+    (length > NO_LENGTH && length.is_finite()).then(|| a.map(|v| v / length + 0.0))
 }
 
 #[cfg(test)]

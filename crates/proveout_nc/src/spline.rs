@@ -18,6 +18,8 @@ pub(crate) const CHORD_TOLERANCE_MM: f64 = 0.001;
 const MAX_HALVINGS: u32 = 30;
 /// Most chords of one piece: those of an arc of a kilometer are fewer.
 pub(crate) const MAX_CHORDS: usize = 20_000;
+/// Weights that differ by no more than this part are equal.
+const SAME_WEIGHT: f64 = 1e-12;
 
 fn mix(a: &Homogeneous, b: &Homogeneous, t: f64) -> Homogeneous {
     std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
@@ -69,7 +71,7 @@ fn insert(degree: usize, knots: &mut Vec<f64>, points: &mut Vec<Homogeneous>, kn
 /// A piece as a cubic Bezier curve, where its degree is at most 3 and all weights are equal.
 pub(crate) fn cubic(piece: &[Homogeneous]) -> Option<[[f64; 3]; 4]> {
     let weight = piece.first()?[3];
-    if piece.iter().any(|p| (p[3] - weight).abs() > 1e-12 * weight.abs()) {
+    if piece.iter().any(|p| (p[3] - weight).abs() > SAME_WEIGHT * weight.abs()) {
         return None;
     }
     let p: Vec<[f64; 3]> = piece.iter().map(projected).collect();

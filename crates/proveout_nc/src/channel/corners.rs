@@ -22,7 +22,7 @@ use super::{Channel, Language};
 use crate::codes;
 use crate::compensation::contour::{self, Element, Shape};
 use crate::diagnostic::Diagnostic;
-use crate::frame::Frame;
+use crate::frame::{Frame, SAME_DIRECTION};
 use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
 
 /// Most commands between the two blocks of a corner.
@@ -279,7 +279,7 @@ fn element(op: &Op, mark: &CornerMark) -> Option<Element> {
         return None;
     }
     let shape = match op {
-        Op::Arc(arc) if arc.normal[w].abs() > 1.0 - 1e-9 => Shape::Arc {
+        Op::Arc(arc) if arc.normal[w].abs() > SAME_DIRECTION => Shape::Arc {
             center: [arc.center[u], arc.center[v]],
             radius: (start[0] - arc.center[u]).hypot(start[1] - arc.center[v]),
             counter_clockwise: arc.normal[w] > 0.0,

@@ -17,6 +17,12 @@ use crate::{AxisValues, Feed, Motion};
 
 /// Most passes of one cycle.
 pub(crate) const MAX_PASSES: usize = 100_000;
+/// Heights and sums of infeeds nearer than this are one, mm: rounding.
+pub(crate) const SAME_HEIGHT_MM: f64 = 1e-9;
+/// A count of passes that is above a whole number by no more than this is that number: rounding.
+pub(crate) const WHOLE: f64 = 1e-9;
+/// Most turns of a helix, and strokes of a ramp there and back.
+const MOST_TURNS: f64 = 1e4;
 
 /// How the tool comes to a depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,8 +91,8 @@ pub(crate) struct Job {
 pub(crate) fn levels(total: f64, infeed: f64) -> Vec<f64> {
     let mut depths = Vec::new();
     let mut reached = 0.0;
-    while total - reached > 1e-9 && depths.len() < MAX_PASSES {
-        reached = if infeed > 0.0 && reached + infeed < total - 1e-9 { reached + infeed } else { total };
+    while total - reached > SAME_HEIGHT_MM && depths.len() < MAX_PASSES {
+        reached = if infeed > 0.0 && reached + infeed < total - SAME_HEIGHT_MM { reached + infeed } else { total };
         depths.push(reached);
     }
     depths
@@ -292,7 +298,7 @@ impl<L: Mills> Channel<L> {
             Plunge::Vertical => self.mill_to(None, Some(to), job.plunge, span),
             Plunge::Helix { radius, slope } => {
                 let side = plan.place.at([plan.entry[0] + radius, plan.entry[1]]);
-                let turns = (drop / (std::f64::consts::TAU * radius * slope)).ceil().clamp(1.0, 1e4);
+                let turns = (drop / (std::f64::consts::TAU * radius * slope)).ceil().clamp(1.0, MOST_TURNS);
                 self.mill_to(Some(side), None, job.plunge, span)?;
                 let circle = (side, entry, !job.climb);
                 self.mill_arc(circle, turns * std::f64::consts::TAU, Some(to), job.plunge, span)?;
@@ -313,7 +319,7 @@ impl<L: Mills> Channel<L> {
                     return self.mill_to(None, Some(to), job.plunge, span);
                 }
                 // There and back, so that the tool ends where it began; the last two are level.
-                let pairs = (drop / (2.0 * length * slope)).ceil().clamp(1.0, 1e4) as u32;
+                let pairs = (drop / (2.0 * length * slope)).ceil().clamp(1.0, MOST_TURNS) as u32;
                 for stroke in 0..2 * pairs + 2 {
                     let part = (f64::from(stroke + 1) / f64::from(2 * pairs)).min(1.0);
                     let height = begin + (to - begin) * part;

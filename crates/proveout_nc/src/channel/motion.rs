@@ -13,6 +13,9 @@ use crate::{
     AXIS_LETTERS, ArcMotion, AxisValues, FrameChange, Motion, Op, RotarySolution, SpindleDirection, ThreadMotion,
 };
 
+/// Difference of the radii of an arc that a tolerance of a control explains, part of the larger one.
+const LITTLE: f64 = 1e-4;
+
 impl<L: Language> Channel<L> {
     /// The motion to an end in work coordinates of which these axes (bit mask) are programmed; the missing axes where a turned
     /// frame needs more.
@@ -229,7 +232,7 @@ pub(crate) fn unknown_axes(missing: &MissingAxes, span: Span) -> Fault {
 /// Why the words of an arc make no circle. `full_circle`: how the language writes one.
 /// The radii at start and end of an arc differ by no more than rounding or another tolerance explains.
 pub(crate) fn differ_by_little(fault: &ArcFault) -> bool {
-    matches!(fault, ArcFault::Radii(start, end) if (start - end).abs() <= 0.1_f64.max(1e-4 * start.max(*end)))
+    matches!(fault, ArcFault::Radii(start, end) if (start - end).abs() <= 0.1_f64.max(LITTLE * start.max(*end)))
 }
 
 pub(crate) fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, full_circle: &str, span: Span) -> Fault {

@@ -12,6 +12,8 @@ const SAME: f64 = 1e-9;
 const NO_WAY: f64 = 1e-9;
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
+/// Radii of a rotary axis nearer than this are the same, mm.
+const SAME_RADIUS_MM: f64 = 1e-6;
 
 /// What commands and notes so far say of how the parameters count.
 #[derive(Debug, Default)]
@@ -101,7 +103,8 @@ impl<L: Language> Channel<L> {
             });
         }
         // A block of rotary axes alone counts degrees, unless a radius is stated.
-        let alone = !linear && counted.radius.iter().all(|r| *r == 0.0 || (r - FeedCounts::DEGREE_IS_MM).abs() < 1e-6);
+        let alone = !linear
+            && counted.radius.iter().all(|r| *r == 0.0 || (r - FeedCounts::DEGREE_IS_MM).abs() < SAME_RADIUS_MM);
         if alone || self.told.counts == Some(counted) {
             return;
         }

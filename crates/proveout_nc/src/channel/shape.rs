@@ -16,6 +16,8 @@ pub(crate) type Point = [f64; 2];
 
 /// Widths below this are none, mm.
 pub(crate) const NO_WIDTH_MM: f64 = 1e-6;
+/// An arc of more than this is a full turn, radian: rounding.
+const FULL_TURN: f64 = TAU - 1e-9;
 
 /// A piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -221,7 +223,7 @@ impl Place {
 /// Angle of an arc from its ends, radian; ends at one point are a full turn.
 pub(crate) fn sweep(start: Point, end: Point, center: Point, clockwise: bool) -> f64 {
     let sweep = crate::arc::sweep(start, end, center, clockwise);
-    if sweep > TAU - 1e-9 { TAU } else { sweep }
+    if sweep > FULL_TURN { TAU } else { sweep }
 }
 
 #[cfg(test)]

@@ -9,6 +9,9 @@ use crate::codes;
 use crate::frame;
 use crate::{AxisValues, Command, Feed, Location, Op};
 
+/// Sine of the angle between tool axis and normal above which the axis is not square to the plane.
+const OFF_SQUARE: f64 = 1e-6;
+
 impl Compensated {
     pub(super) fn motion(&mut self, mut command: Command) -> Result<(), Fault> {
         let location = command.location.clone();
@@ -52,7 +55,7 @@ impl Compensated {
             return self.pass(command);
         }
         if let Some(axis) = motion.tool_axis_base
-            && frame::norm(frame::cross(axis, plane.normal)) > 1e-6
+            && frame::norm(frame::cross(axis, plane.normal)) > OFF_SQUARE
         {
             return Err(self.unfit(&location, "the tool axis is not square to the plane of cutter compensation"));
         }
@@ -106,7 +109,7 @@ impl Compensated {
     pub(super) fn shape(&self, op: &Op, plane: &Plane, location: &Location) -> Result<Shape, Fault> {
         let Op::Arc(arc) = op else { return Ok(Shape::Line) };
         let sense = frame::dot(arc.normal_base, plane.normal);
-        if sense.abs() < 1.0 - 1e-9 {
+        if sense.abs() < frame::SAME_DIRECTION {
             return Err(self.unfit(location, "a circle outside of the plane of cutter compensation"));
         }
         let center = plane.project_point(arc.center_base);

@@ -6,6 +6,10 @@ use std::f64::consts::TAU;
 pub(crate) const SAME_POINT_MM: f64 = 1e-6;
 /// Rounding of lengths and of arc lengths in intersections, mm: coordinates up to 10 m carry 2e-12 mm.
 pub(crate) const ROUNDING_MM: f64 = 1e-9;
+/// Radius that rounding is an angle of at least, mm: a smaller one would make it a large angle.
+pub(super) const LEAST_RADIUS_MM: f64 = 1e-3;
+/// Sine of the angle between two lines below which they do not meet.
+const PARALLEL: f64 = 1e-12;
 
 pub(crate) type Point = [f64; 2];
 
@@ -221,7 +225,7 @@ fn turn(from: Point, to: Point, counter_clockwise: bool) -> f64 {
 /// Angle from one radius to another in the direction of motion, in [0, 2 pi); what is a full turn but for rounding is none.
 fn angle(from: Point, to: Point, counter_clockwise: bool, radius: Option<f64>) -> f64 {
     let angle = turn(from, to, counter_clockwise);
-    let rounding = ROUNDING_MM / radius.unwrap_or(1.0).abs().max(1e-3);
+    let rounding = ROUNDING_MM / radius.unwrap_or(1.0).abs().max(LEAST_RADIUS_MM);
     if angle >= 0.0 {
         angle
     } else if angle > -rounding {
@@ -250,7 +254,7 @@ pub(crate) struct Meeting {
 pub(crate) fn inside_corner(first: &Element, second: &Element, offset: f64, rest: f64) -> Option<Meeting> {
     let rounding = |e: &Element| match e.offset_radius(offset) {
         None => ROUNDING_MM,
-        Some(radius) => ROUNDING_MM / radius.abs().max(1e-3),
+        Some(radius) => ROUNDING_MM / radius.abs().max(LEAST_RADIUS_MM),
     };
     let mut best: Option<Meeting> = None;
     for point in intersections(first, second, offset).into_iter().flatten() {
@@ -271,7 +275,7 @@ pub(crate) fn intersections(first: &Element, second: &Element, offset: f64) -> [
     match (first.shape, second.shape) {
         (Shape::Line, Shape::Line) => {
             let across = cross(s, t);
-            if across.abs() < 1e-12 {
+            if across.abs() < PARALLEL {
                 return [None, None];
             }
             [Some(along(p, s, cross(sub(q, p), t) / across)), None]

@@ -15,6 +15,10 @@ const SLIVER_MM: f64 = 1e-4;
 const FLAT_MM: f64 = 1e-5;
 /// Largest change of direction of such a corner, radian, for the smallest tools.
 const FLAT_TURN: f64 = 0.1;
+/// Rounding of the largest turn that runs to an intersection, radian.
+const AT_LIMIT: f64 = 1e-9;
+/// Nearer to half a turn than this the lines beside a corner have no intersection, radian.
+const TURNED_BACK: f64 = 1e-6;
 
 /// How the dialect guides the tool around and onto the contour.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -200,7 +204,7 @@ pub(super) fn join(begun: &Begun, second: &Element, offset: f64, corner: Corner,
     let beside = along(first.end, left(s), offset);
     let mut pieces = Vec::new();
     let (to, from) = match corner {
-        Corner::Intersection { limit, .. } if turn <= limit + 1e-9 && turn < PI - 1e-6 => {
+        Corner::Intersection { limit, .. } if turn <= limit + AT_LIMIT && turn < PI - TURNED_BACK => {
             let point = along(beside, s, offset.abs() * (0.5 * turn).tan());
             (point, point)
         }

@@ -16,7 +16,9 @@
 //! contour after it. A block longer than [`SHORT_MM`] is never passed: the part of the contour that
 //! is not followed must be a crumb as well.
 
-use super::contour::{Element, Point, ROUNDING_MM, SAME_POINT_MM, Shape, along, cross, dot, norm, sub, unit};
+use super::contour::{
+    Element, LEAST_RADIUS_MM, Point, ROUNDING_MM, SAME_POINT_MM, Shape, along, cross, dot, norm, sub, unit,
+};
 use super::corner::{Begun, Join, Piece};
 use super::distance;
 
@@ -87,7 +89,7 @@ fn take_up(begun: &Begun, second: &Element, offset: f64) -> Option<Join> {
     let from = begun.from;
     let used = second.after_start(from, offset);
     let foot = second.behind_start(used, offset);
-    let rounding = second.offset_radius(offset).map_or(ROUNDING_MM, |r| ROUNDING_MM / r.abs().max(1e-3));
+    let rounding = second.offset_radius(offset).map_or(ROUNDING_MM, |r| ROUNDING_MM / r.abs().max(LEAST_RADIUS_MM));
     if used < -rounding || used > second.extent() || norm(sub(from, foot)) > CRUMB_MM {
         return None;
     }

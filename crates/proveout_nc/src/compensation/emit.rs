@@ -8,6 +8,9 @@ use super::{Compensated, Fault, Pending, State, motion_mut, motion_of};
 use crate::codes;
 use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
 
+/// A factor of the feed this near to one is none.
+const SAME_FEED: f64 = 1e-9;
+
 impl Compensated {
     /// Ends the pending block before the next one, or at the end of its own equidistant where there
     /// is none. Emits the commands held after it and the pieces of the corner. Returns where the
@@ -240,7 +243,7 @@ fn straight(motion: Motion, rapid: bool) -> Op {
 }
 
 fn scale_feed(feed: Feed, factor: f64) -> Option<Feed> {
-    if (factor - 1.0).abs() < 1e-9 {
+    if (factor - 1.0).abs() < SAME_FEED {
         return None;
     }
     match feed {

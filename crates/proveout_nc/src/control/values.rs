@@ -8,6 +8,13 @@ use super::file::{
 use super::model::{ArcTolerance, Centers, Control, DwellUnit, WholeNumbers};
 use super::place::Text;
 
+/// Increment of lengths where none is stated, mm.
+const INCREMENT_MM: f64 = 1e-3;
+/// The same of programs in inches, inch.
+const INCREMENT_INCH: f64 = 1e-4;
+/// Increment of angles where none is stated, degree.
+const INCREMENT_DEG: f64 = 1e-3;
+
 fn positive(value: f64, path: &[&str], text: &Text<'_>) -> Checked<f64> {
     if value > 0.0 && value.is_finite() {
         return Ok(value);
@@ -22,9 +29,9 @@ fn positive(value: f64, path: &[&str], text: &Text<'_>) -> Checked<f64> {
 
 pub(super) fn numbers(file: &NumbersFile, before: WholeNumbers, text: &Text<'_>) -> Checked<Option<WholeNumbers>> {
     let sizes = [
-        ("increment_mm", file.increment_mm, 1e-3),
-        ("increment_inch", file.increment_inch, 1e-4),
-        ("increment_deg", file.increment_deg, 1e-3),
+        ("increment_mm", file.increment_mm, INCREMENT_MM),
+        ("increment_inch", file.increment_inch, INCREMENT_INCH),
+        ("increment_deg", file.increment_deg, INCREMENT_DEG),
     ];
     let counted = match file.without_point {
         Some(WithoutPointFile::Units) => Some(WholeNumbers::Units),

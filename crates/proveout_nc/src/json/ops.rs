@@ -15,6 +15,8 @@ const AXIS_KEYS: [&str; AXIS_LETTERS.len()] =
 /// Index of the first rotary axis, and of the first axis after the rotary ones, in
 /// [`AXIS_LETTERS`].
 const ROTARY: std::ops::Range<usize> = 3..6;
+/// Component of a normal above which it is that of a plane of the program.
+const ALONG_AXIS: f64 = 1.0 - 1e-12;
 
 /// Planes by the index of their normal.
 const PLANES: [&str; 3] = ["YZ", "ZX", "XY"];
@@ -206,7 +208,7 @@ fn put_plane(text: &mut Text, normal: usize) {
 
 fn put_arc(text: &mut Text, arc: &ArcMotion) {
     put_motion(text, "arc", &arc.motion);
-    put_plane(text, arc.normal.iter().position(|v| v.abs() > 1.0 - 1e-12).unwrap_or(PLANES.len()));
+    put_plane(text, arc.normal.iter().position(|v| v.abs() > ALONG_AXIS).unwrap_or(PLANES.len()));
     text.put_point("center", arc.center);
     text.put_point("normal", arc.normal);
     text.put_point("center_base", arc.center_base);

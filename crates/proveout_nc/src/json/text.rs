@@ -18,6 +18,10 @@ const fn digits() -> [[u8; 4]; 1000] {
 
 /// Number of 1e-9 from which on numbers are written without an exponent, as `serde_json` does.
 const SMALLEST_PLAIN: u64 = 10_000;
+/// How many times 1e-9 makes one.
+const NANO: f64 = 1e9;
+/// Numbers of 1e-9 below this are rounded: beyond 2^52 the spacing of doubles is coarser already.
+const ROUNDED: f64 = 4.5e15;
 
 /// Bytes on their way into the buffer: sign, ten digits of a whole number, point, nine decimals.
 #[derive(Clone, Copy)]
@@ -148,9 +152,8 @@ impl Text {
     /// each other than a double from its neighbors, so that no other text of nine decimals or less reads as the same double.
     #[inline]
     pub(super) fn number(&mut self, value: f64) {
-        let scaled = value * 1e9;
-        // Beyond 2^52 the spacing of doubles is coarser than 1e-9 already.
-        if scaled.abs() < 4.5e15 {
+        let scaled = value * NANO;
+        if scaled.abs() < ROUNDED {
             // Half away from zero, as `f64::round`: the fraction of a double below 2^52 is exact.
             let below = scaled as i64;
             let fraction = scaled - below as f64;
@@ -165,7 +168,7 @@ impl Text {
         let magnitude = nano.unsigned_abs();
         let decimals = (magnitude % 1_000_000_000) as u32;
         if magnitude < SMALLEST_PLAIN && magnitude != 0 {
-            return self.exact(nano as f64 / 1e9);
+            return self.exact(nano as f64 / NANO);
         }
         let mut short = Short::EMPTY;
         if nano < 0 {

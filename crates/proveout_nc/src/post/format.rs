@@ -191,19 +191,20 @@ impl Frames {
     pub(crate) fn is_tilted(&self) -> bool {
         let m = &self.above.linear;
         let off = [m[0][2], m[1][2], m[2][0], m[2][1]];
-        off.iter().any(|v| v.abs() > 1e-9)
+        off.iter().any(|v| v.abs() > TILTED)
     }
 
     /// A pure rotation.
     pub(crate) fn is_rotation(&self) -> bool {
-        self.above.determinant() > 0.0 && self.above.uniform_scale().is_some_and(|s| (s - 1.0).abs() < 1e-9)
+        self.above.determinant() > 0.0
+            && self.above.uniform_scale().is_some_and(|s| (s - 1.0).abs() < frame::UNIT_SCALE)
     }
 }
 
 /// An arc that falls onto one point when it is written: shorter than the last decimal.
 pub(crate) fn full_turns(arc: &ArcMotion) -> u32 {
     // Rounding of the angle must not make a full circle one turn and nothing.
-    ((arc.sweep / TAU - 1e-9).ceil() - 1.0).clamp(0.0, 1e6) as u32
+    ((arc.sweep / TAU - TURNS).ceil() - 1.0).clamp(0.0, MOST_TURNS) as u32
 }
 
 /// The radius with its sign (negative beyond a half turn), where an arc is well said by it: near a half turn and a full one
@@ -217,6 +218,14 @@ pub(crate) fn radius_word(arc: &ArcMotion, settings: &PostSettings) -> Option<f6
 
 /// Largest difference of the radii at start and end of an arc that every reader takes, mm.
 const RADII_MM: f64 = 0.009;
+/// Component of the new z across that of the work offset above which the plane is tilted.
+const TILTED: f64 = 1e-9;
+/// Rounding of the turns of an arc.
+const TURNS: f64 = 1e-9;
+/// Most full turns of an arc.
+const MOST_TURNS: f64 = 1e6;
+/// Cosine of a middle angle below which the outer two turn about the same axis.
+pub(super) const LEAST_COSINE: f64 = 1e-9;
 
 /// The words of an arc, rounded as they are written, give radii that a control refuses.
 pub(crate) fn radii_apart(start: [f64; 2], end: [f64; 2], center: [f64; 2]) -> bool {
@@ -244,7 +253,7 @@ pub(crate) fn between(start: [f64; 2], end: [f64; 2], center: [f64; 2]) -> [f64;
 
 /// Coordinate axis along a direction, and its sign.
 pub(crate) fn along_axis(direction: [f64; 3]) -> Option<(usize, f64)> {
-    let axis = direction.iter().position(|v| v.abs() > 1.0 - 1e-9)?;
+    let axis = direction.iter().position(|v| v.abs() > frame::SAME_DIRECTION)?;
     Some((axis, direction[axis].signum()))
 }
 

@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::format::{Frames, Lines, along_axis, full_turns, offset_number, one_line, radius_word, speed};
+use super::format::{Frames, LEAST_COSINE, Lines, along_axis, full_turns, offset_number, one_line, radius_word, speed};
 use super::{Post, PostError, PostSettings, Unsaid};
 use crate::frame::Frame;
 use crate::settings::Dialect;
@@ -466,7 +466,7 @@ impl<W: Write> HeidenhainPost<W> {
             let m = above.linear;
             let flat = m[0][0].hypot(m[1][0]);
             let b = (-m[2][0]).atan2(flat);
-            let (a, c) = if flat > 1e-9 {
+            let (a, c) = if flat > LEAST_COSINE {
                 (m[2][1].atan2(m[2][2]), m[1][0].atan2(m[0][0]))
             } else {
                 (0.0, (-m[0][1]).atan2(m[1][1]))

@@ -15,6 +15,9 @@ use crate::{
     RotarySolution, Spindle, SpindleDirection, ToolAction, ToolName,
 };
 
+/// An override this near to one is none.
+const SAME_FEED: f64 = 1e-12;
+
 /// Which coordinates are written under a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Way {
@@ -349,7 +352,7 @@ impl<W: Write> IsoPost<W> {
 
     /// The rotary axes turn the tool upright on the tilted plane.
     fn swivel(&mut self, motion: &Motion) -> Result<(), Unsaid> {
-        let upright = motion.tool_axis.is_some_and(|axis| axis[2] > 1.0 - 1e-9);
+        let upright = motion.tool_axis.is_some_and(|axis| axis[2] > frame::SAME_DIRECTION);
         if self.tilted && upright {
             self.swiveled = true;
             self.forget();
@@ -459,7 +462,7 @@ impl<W: Write> IsoPost<W> {
     }
 
     fn override_word(&mut self, change: Override) -> Result<(), Unsaid> {
-        if (change.feed - 1.0).abs() > 1e-12 {
+        if (change.feed - 1.0).abs() > SAME_FEED {
             return Err(Unsaid::new("a programmed feed override", "write the feed itself"));
         }
         self.out.block(if change.enabled { "M48" } else { "M49" })

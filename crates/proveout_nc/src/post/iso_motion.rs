@@ -11,6 +11,8 @@ use crate::{AXIS_LETTERS, ArcMotion, Feed, Motion, ProbeMotion, SplineMotion, Th
 
 /// Tool axes nearer than this are the same.
 const SAME_AXIS: f64 = 1e-9;
+/// Heights nearer than this are one, mm: the curve is in its plane.
+const LEVEL_MM: f64 = 1e-6;
 
 impl<W: Write> IsoPost<W> {
     /// The coordinate of an axis as it is written.
@@ -279,7 +281,7 @@ impl<W: Write> IsoPost<W> {
 
     /// G5 of `LinuxCNC`: a cubic in the XY plane.
     pub(crate) fn spline(&mut self, spline: &SplineMotion) -> Result<(), Unsaid> {
-        let flat = |z: f64| self.at[2].is_some_and(|at| (z - at).abs() < 1e-6);
+        let flat = |z: f64| self.at[2].is_some_and(|at| (z - at).abs() < LEVEL_MM);
         let end = spline.motion.end.xyz();
         let (Some(x), Some(y), Some(end), true) = (self.at[0], self.at[1], end, self.dialect == Dialect::LinuxCnc)
         else {

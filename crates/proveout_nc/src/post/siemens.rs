@@ -12,6 +12,9 @@ use crate::{
     Offset, Op, OrientationInterpolation, PathMode, SpindleDirection, Tcp, ThreadMotion, ToolAction, ToolName,
 };
 
+/// An axis that is this near to where it was does not move, in the unit of the program.
+const STANDS: f64 = 1e-9;
+
 /// Writes canonical commands as a program for an 840D, one after the other.
 #[derive(Debug)]
 pub struct SiemensPost<W> {
@@ -243,7 +246,7 @@ impl<W: Write> SiemensPost<W> {
 
     /// Words of an arc; none for what CIP cannot say.
     fn arc_words(&mut self, arc: &ArcMotion) -> Option<String> {
-        let normal = arc.normal.iter().position(|v| v.abs() > 1.0 - 1e-9);
+        let normal = arc.normal.iter().position(|v| v.abs() > frame::SAME_DIRECTION);
         let extra_turns = full_turns(arc);
         let within = arc.sweep - f64::from(extra_turns) * TAU;
         let mut words = String::new();
@@ -347,7 +350,7 @@ impl<W: Write> SiemensPost<W> {
             axes.iter().map(|&a| self.written[a].as_ref().and_then(|t| t.parse().ok())).collect();
         let moves = |at: usize| {
             let end = thread.motion.end.get(axes[at]).map(|v| self.out.in_unit(v));
-            end.zip(start[at]).is_none_or(|(end, start)| (end - start).abs() > 1e-9)
+            end.zip(start[at]).is_none_or(|(end, start)| (end - start).abs() > STANDS)
         };
         let moving: Vec<usize> = (0..axes.len()).filter(|&at| moves(at)).map(|at| axes[at]).collect();
         let [axis] = moving.as_slice() else {
@@ -388,7 +391,7 @@ impl<W: Write> Post for SiemensPost<W> {
 
 /// A motion that only turns the tool upright on the new frame.
 fn is_swivel(motion: &Motion) -> bool {
-    motion.programmed == 0 && motion.tool_axis.is_some_and(|axis| axis[2] > 1.0 - 1e-9)
+    motion.programmed == 0 && motion.tool_axis.is_some_and(|axis| axis[2] > frame::SAME_DIRECTION)
 }
 
 fn tool_word(tool: &ToolName) -> String {

@@ -2,10 +2,14 @@
 
 use std::io::Write;
 
+use super::format::LEAST_COSINE;
 use super::siemens::SiemensPost;
 use super::{Unsaid, decimal};
 use crate::frame::{self, Frame};
 use crate::{FrameChange, RotarySolution};
+
+/// Numbers of frames nearer than this are written the same.
+const SAME: f64 = 1e-9;
 
 impl<W: Write> SiemensPost<W> {
     /// TRANS, AROT, AMIRROR, ASCALE that make the transform above the work offset; none for a sheared one.
@@ -50,7 +54,7 @@ impl<W: Write> SiemensPost<W> {
         if mirrored {
             lines.push("AMIRROR X0".to_owned());
         }
-        if factors.iter().any(|f| (f - 1.0).abs() > 1e-9) {
+        if factors.iter().any(|f| (f - 1.0).abs() > frame::UNIT_SCALE) {
             let text = factors.map(|v| decimal(v, 9));
             lines.push(format!("ASCALE X{} Y{} Z{}", text[0], text[1], text[2]));
         }
@@ -72,7 +76,8 @@ impl<W: Write> SiemensPost<W> {
         let total = Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
         let shift = frame::sub(total.translation, self.settable.translation);
         let m = &total.linear;
-        let square = total.determinant() > 0.0 && total.uniform_scale().is_some_and(|s| (s - 1.0).abs() < 1e-9);
+        let square =
+            total.determinant() > 0.0 && total.uniform_scale().is_some_and(|s| (s - 1.0).abs() < frame::UNIT_SCALE);
         if !square {
             return Err(Unsaid::new(
                 "a swivel plane with a mirror or a scale",
@@ -82,7 +87,7 @@ impl<W: Write> SiemensPost<W> {
         // Rx Ry Rz: the image of e_z is (sy, -sx cy, cx cy).
         let flat = m[1][2].hypot(m[2][2]);
         let y = m[0][2].atan2(flat);
-        let (x, z) = if flat > 1e-9 {
+        let (x, z) = if flat > LEAST_COSINE {
             ((-m[1][2]).atan2(m[2][2]), (-m[0][1]).atan2(m[0][0]))
         } else {
             (m[2][1].atan2(m[1][1]), 0.0)
@@ -113,7 +118,7 @@ impl<W: Write> SiemensPost<W> {
 
 /// Frames that do not differ within what is written of them.
 fn same(a: &Frame, b: &Frame) -> bool {
-    let near = |x: f64, y: f64| (x - y).abs() < 1e-9;
+    let near = |x: f64, y: f64| (x - y).abs() < SAME;
     a.linear.iter().flatten().zip(b.linear.iter().flatten()).all(|(x, y)| near(*x, *y))
         && a.translation.iter().zip(b.translation).all(|(x, y)| near(*x, y))
         && a.rotary.iter().zip(b.rotary).all(|(x, y)| near(*x, y))
@@ -129,7 +134,7 @@ fn decompose(frame: &Frame) -> Option<([f64; 3], bool, [f64; 3])> {
     if mirrored {
         unit[0] = unit[0].map(|v| -v);
     }
-    let square = |a: usize, b: usize| frame::dot(unit[a], unit[b]).abs() < 1e-9;
+    let square = |a: usize, b: usize| frame::dot(unit[a], unit[b]).abs() < frame::SQUARE;
     if !(square(0, 1) && square(0, 2) && square(1, 2)) {
         return None;
     }
@@ -137,7 +142,7 @@ fn decompose(frame: &Frame) -> Option<([f64; 3], bool, [f64; 3])> {
     let r = |row: usize, at: usize| unit[at][row];
     let cy = r(0, 0).hypot(r(1, 0));
     let y = (-r(2, 0)).atan2(cy);
-    let (x, z) = if cy > 1e-9 {
+    let (x, z) = if cy > LEAST_COSINE {
         (r(2, 1).atan2(r(2, 2)), r(1, 0).atan2(r(0, 0)))
     } else {
         // Y is plus or minus 90 degrees: X and Z turn about the same axis, all goes to Z.

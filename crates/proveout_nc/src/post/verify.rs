@@ -15,6 +15,20 @@ use crate::{
 pub(super) const FLAT_MM: f64 = 1e-5;
 /// Largest difference of the components of a tool vector of six decimals.
 const VECTOR: f64 = 3e-6;
+/// Largest difference of a pitch, part of it.
+const PITCH: f64 = 1e-3;
+/// Largest difference of a dwell, s: three decimals.
+const DWELL_S: f64 = 6e-4;
+/// Largest difference of the components of the normal of an arc.
+const NORMAL: f64 = 1e-6;
+/// Least sine of half of a sweep that rounding of both ends is related to.
+const LEAST_SINE: f64 = 1e-3;
+/// Largest difference of a feed, part of it.
+const FEED: f64 = 1e-3;
+/// Largest difference of a feed for each revolution, mm, at least.
+const PER_REVOLUTION: f64 = 1e-3;
+/// Largest difference of the speed of a spindle, part of it.
+const SPEED: f64 = 1e-3;
 
 /// Where a written program differs from its original.
 #[derive(Clone, Debug)]
@@ -189,13 +203,13 @@ fn differs(a: &Step, b: &Step, limits: Limits) -> Option<String> {
         (Op::Probe(x), Op::Probe(y)) => motion(&x.motion, &y.motion, limits),
         (Op::Spline(x), Op::Spline(y)) => motion(&x.motion, &y.motion, limits),
         (Op::Thread(x), Op::Thread(y)) => motion(&x.motion, &y.motion, limits).or_else(|| {
-            (near(x.pitch, y.pitch, 1e-3 * x.pitch) && x.direction == y.direction).then_some(()).map_or_else(
+            (near(x.pitch, y.pitch, PITCH * x.pitch) && x.direction == y.direction).then_some(()).map_or_else(
                 || Some(format!("the pitch is {} mm and comes back as {} mm", x.pitch, y.pitch)),
                 |()| None,
             )
         }),
         (Op::Dwell(Dwell::Seconds(x)), Op::Dwell(Dwell::Seconds(y))) => {
-            (!near(*x, *y, 6e-4)).then(|| format!("the dwell is {x} s and comes back as {y} s"))
+            (!near(*x, *y, DWELL_S)).then(|| format!("the dwell is {x} s and comes back as {y} s"))
         }
         (Op::Dwell(x), Op::Dwell(y)) => (x != y).then(|| "the dwell comes back in another unit".to_owned()),
         (Op::Stop { optional: x }, Op::Stop { optional: y }) => {
@@ -255,11 +269,11 @@ fn motion(a: &Motion, b: &Motion, limits: Limits) -> Option<String> {
 }
 
 fn arc(a: &ArcMotion, b: &ArcMotion, limits: Limits) -> Option<String> {
-    let about = (0..3).all(|i| near(a.normal_base[i], b.normal_base[i], 1e-6));
+    let about = (0..3).all(|i| near(a.normal_base[i], b.normal_base[i], NORMAL));
     // Rounding of both ends moves the center of a short arc by the inverse of its half chord; said by its radius, the
     // center of an arc near a half turn by the inverse of its height over the chord.
     let (s, c) = (0.5 * a.sweep.min(TAU)).sin_cos();
-    let lever = (1.0 / s.abs().max(1e-3)).max(1.0 / c.abs().max(0.17));
+    let lever = (1.0 / s.abs().max(LEAST_SINE)).max(1.0 / c.abs().max(0.17));
     let radius = near(a.radius, b.radius, 4.0 * limits.length_mm * lever) || is_flat(a, limits);
     let sweep = near(a.sweep, b.sweep, 8.0 * limits.length_mm * lever / a.radius);
     if about && radius && sweep {
@@ -279,9 +293,9 @@ fn state(a: &Step, b: &Step, limits: Limits) -> Option<String> {
     let (x, y) = (&a.state, &b.state);
     if matches!(a.op, Op::Linear(_) | Op::Arc(_) | Op::Spline(_)) {
         let same = match (x.feed, y.feed) {
-            (Some(Feed::PerTime(a)), Some(Feed::PerTime(b))) => near(a, b, 1e-3 * a + limits.feed.max(0.002)),
-            (Some(Feed::PerRevolution(a)), Some(Feed::PerRevolution(b))) => near(a, b, 1e-3_f64.max(limits.feed)),
-            (Some(Feed::InverseTime(a)), Some(Feed::InverseTime(b))) => near(a, b, 1e-3 * a),
+            (Some(Feed::PerTime(a)), Some(Feed::PerTime(b))) => near(a, b, FEED * a + limits.feed.max(0.002)),
+            (Some(Feed::PerRevolution(a)), Some(Feed::PerRevolution(b))) => near(a, b, PER_REVOLUTION.max(limits.feed)),
+            (Some(Feed::InverseTime(a)), Some(Feed::InverseTime(b))) => near(a, b, FEED * a),
             (a, b) => a.is_some() == b.is_some() && a.is_none(),
         };
         if !same {
@@ -296,7 +310,7 @@ fn state(a: &Step, b: &Step, limits: Limits) -> Option<String> {
     let turning = |state: &State| state.spindle.filter(|(direction, _)| *direction != SpindleDirection::Off);
     match (turning(x), turning(y)) {
         (Some((direction, speed)), Some((other, found))) if cuts => {
-            let same = speed.zip(found).is_none_or(|(a, b)| near(a, b, 1e-3 * a + 0.5));
+            let same = speed.zip(found).is_none_or(|(a, b)| near(a, b, SPEED * a + 0.5));
             if direction != other || !same {
                 return Some("the spindle comes back with another direction or speed".to_owned());
             }

@@ -20,6 +20,8 @@ use crate::source::Source;
 
 /// Most full turns of one circle.
 const MAX_TURNS: f64 = 1000.0;
+/// Radius that rounding of points is an angle of at least, mm.
+const LEAST_RADIUS_MM: f64 = 1e-6;
 
 impl AptReader {
     /// CIRCLE/x,y,z,i,j,k[,r[,...]], MOVARC/x,y,z,i,j,k,r[,ANGLE,a]; the next point is the end. Without a radius (`CAMWorks`) it is
@@ -220,7 +222,7 @@ impl AptReader {
 fn turned(arc: PlaneArc, angle: f64) -> Option<f64> {
     // The angle has at least two decimals of a degree; short arcs with rounded points may differ by
     // more than that.
-    let limit = 0.01_f64.to_radians() + 0.02 / arc.radius.max(1e-6);
+    let limit = 0.01_f64.to_radians() + 0.02 / arc.radius.max(LEAST_RADIUS_MM);
     let short = arc.sweep % TAU;
     let turns = ((angle - short) / TAU).round().max(0.0);
     let sweep = short + turns * TAU;
@@ -230,7 +232,7 @@ fn turned(arc: PlaneArc, angle: f64) -> Option<f64> {
 /// A direction along an axis, made exact where six digits mean it.
 fn snapped(direction: [f64; 3]) -> [f64; 3] {
     for axis in 0..3 {
-        if direction[axis].abs() > 1.0 - 1e-9 {
+        if direction[axis].abs() > frame::SAME_DIRECTION {
             let mut exact = [0.0; 3];
             exact[axis] = direction[axis].signum();
             return exact;

@@ -28,6 +28,8 @@ const DEEP_AHEAD_MM: f64 = 1.0;
 const CHIP_LIFT_MM: f64 = 1.0;
 /// Heights closer than this count as equal, mm.
 const SAME_MM: f64 = 1e-9;
+/// Least number of threads of an inch: a pitch stays finite.
+const LEAST_TPI: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
@@ -198,7 +200,7 @@ impl AptReader {
                 "STEP" | "STEP1" | "INCR" | "1STPECK" | "PECK" => v.step = Some(value()?.abs() * unit),
                 "SUBPECK" => v.next_step = Some(value()?.abs() * unit),
                 "PITCH" => v.pitch = Some(value()?.abs() * unit),
-                "TPI" => v.pitch = Some(25.4 / value()?.abs().max(1e-9)),
+                "TPI" => v.pitch = Some(25.4 / value()?.abs().max(LEAST_TPI)),
                 "DWELL" => {
                     if next.is_some_and(|i| Self::word(source, i) == "REV") {
                         at += 1;

@@ -21,6 +21,8 @@ use crate::{CompSide, Offset, Op, Settings, SpindleDirection, ToolAction, ToolNa
 pub(crate) const INCH: f64 = 25.4;
 /// Most names that a text may define.
 const MAX_NAMES: usize = 100_000;
+/// Numbers from here on are out of range: a double has no more digits.
+const LARGEST: f64 = 1e15;
 
 /// A circle that waits for the point where it ends.
 #[derive(Clone, Copy, Debug)]
@@ -340,7 +342,7 @@ impl AptReader {
             }
             _ => return Err(item.place.bad(codes::SYNTAX, "a bracket stands where a number must", "take it out")),
         };
-        if value.is_finite() && value.abs() < 1e15 {
+        if value.is_finite() && value.abs() < LARGEST {
             return Ok(value);
         }
         Err(item.place.bad(codes::BAD_VALUE, "the number is out of range", "write a number below 1e15"))

@@ -19,6 +19,10 @@ use crate::{ArcMotion, Op};
 
 /// How a full circle is written.
 pub(crate) const FULL_CIRCLE: &str = "program a full circle with CC and C";
+/// An angle below this is a full circle, degree: rounding of the start.
+const NO_TURN_DEG: f64 = 1e-7;
+/// Most turns of an arc.
+const MOST_TURNS: f64 = 1e5;
 
 /// A pole with the plane of its circles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -268,9 +272,9 @@ impl Interpreter {
             let clockwise = Self::direction(w, span)?;
             let turn = if clockwise { now - value } else { value - now }.rem_euclid(360.0);
             // Rounding of the start must not turn a full circle into none.
-            (clockwise, if turn < 1e-7 { turn + 360.0 } else { turn })
+            (clockwise, if turn < NO_TURN_DEG { turn + 360.0 } else { turn })
         };
-        if !(turn > 0.0 && turn.to_radians() / TAU <= 1e5) {
+        if !(turn > 0.0 && turn.to_radians() / TAU <= MOST_TURNS) {
             return Err(Fault::new(codes::BAD_VALUE, span, format!("the angle of the arc is {turn} degrees"))
                 .help("write an angle above zero and below 100 000 turns"));
         }

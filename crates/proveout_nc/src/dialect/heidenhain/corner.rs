@@ -26,6 +26,10 @@ use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
 /// Feet of the rounding may lie this far outside an element, mm: allows for rounded coordinates,
 /// not for geometry.
 const SLACK_MM: f64 = 1e-6;
+/// Sine of the angle between two lines below which they do not meet.
+const PARALLEL: f64 = 1e-12;
+/// Sine of the angle between two elements below which they form no corner.
+const NO_CORNER: f64 = 1e-9;
 
 type Point = [f64; 2];
 
@@ -144,7 +148,7 @@ fn meets(a: &Element, b: &Element, shift: f64) -> Vec<Point> {
     match (moved(a), moved(b)) {
         (Some(Moved::Line(p, d)), Some(Moved::Line(q, e))) => {
             let det = cross(d, e);
-            if det.abs() < 1e-12 { Vec::new() } else { vec![along(p, d, cross(minus(q, p), e) / det)] }
+            if det.abs() < PARALLEL { Vec::new() } else { vec![along(p, d, cross(minus(q, p), e) / det)] }
         }
         (Some(Moved::Line(p, d)), Some(Moved::Circle(c, r))) | (Some(Moved::Circle(c, r)), Some(Moved::Line(p, d))) => {
             line_circle(p, d, c, r)
@@ -276,7 +280,7 @@ impl Interpreter {
             return Err(at(wrong("an element beside the corner has no length")));
         };
         let side = cross(t1, t2);
-        if side.abs() < 1e-9 {
+        if side.abs() < NO_CORNER {
             return Err(at(wrong("the two elements beside RND or CHF do not form a corner")));
         }
         let left = side > 0.0;

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use super::cycle::Setting;
 use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
-use crate::channel::milling::Heights;
+use crate::channel::milling::{Heights, SAME_HEIGHT_MM};
 use crate::channel::{Holes, Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -26,6 +26,8 @@ use crate::{Feed, Motion, SpindleDirection};
 const MAX_INFEEDS: u32 = 10_000;
 /// Retraction of the boring bar from the wall in cycle 202, mm: fixed in the control.
 const FREE_MM: f64 = 0.2;
+/// Least infeed where the decrement would leave less, mm.
+const LEAST_INFEED_MM: f64 = 1e-6;
 
 type Values = BTreeMap<u32, Setting>;
 
@@ -254,7 +256,7 @@ impl Interpreter {
         let mut broken = 0u32;
         loop {
             count += 1;
-            if count > MAX_INFEEDS || step <= 1e-9 {
+            if count > MAX_INFEEDS || step <= SAME_HEIGHT_MM {
                 return Err(Fault::new(
                     codes::ARGUMENTS,
                     span,
@@ -262,11 +264,11 @@ impl Interpreter {
                 )
                 .help("check the infeed Q202 and the decrement Q212"));
             }
-            let target = if reached + step >= total - 1e-9 { total } else { reached + step };
+            let target = if reached + step >= total - SAME_HEIGHT_MM { total } else { reached + step };
             if break_after > 0.0 {
                 // 205: the chip is broken each time Q257 has been drilled.
                 let mut part = reached + break_after;
-                while part < target - 1e-9 {
+                while part < target - SAME_HEIGHT_MM {
                     count += 1;
                     if count > MAX_INFEEDS {
                         break;
@@ -292,7 +294,7 @@ impl Interpreter {
                 self.course(&[Stroke::at(h.clear, up), Stroke::wait(Some(dwell_top)), back], span)?;
             }
             let next = step - decrement;
-            step = if next < least { least.max(1e-6).min(step) } else { next };
+            step = if next < least { least.max(LEAST_INFEED_MM).min(step) } else { next };
         }
         self.course(&[Stroke::wait(Some(dwell_bottom)), Stroke::at(h.clear, up)], span)
     }
@@ -356,7 +358,7 @@ impl Interpreter {
         let mut reached = 0.0;
         if let Some(infeed) = infeed {
             let mut count = 0u32;
-            while reached + infeed < total - 1e-9 {
+            while reached + infeed < total - SAME_HEIGHT_MM {
                 count += 1;
                 if count > MAX_INFEEDS {
                     return Err(Fault::new(

@@ -18,6 +18,8 @@ use crate::{AxisValues, Op, Retract, SpindleDirection};
 
 /// Code of an `M` without a number.
 pub(crate) const NOTHING: u32 = u32::MAX;
+/// A feed is told with six decimals.
+const DECIMALS: f64 = 1e6;
 
 /// Most blocks that M120 LA allows.
 const MOST_AHEAD: f64 = 99.0;
@@ -176,7 +178,7 @@ impl Interpreter {
                         // Limits the compensating motions of the linear axes, which the limits of
                         // the machine bound too.
                         if let Some(crate::Feed::PerTime(feed)) = self.feed_of(feed, m.span)? {
-                            self.note(format!("M128 F{}", (feed * 60.0 * 1e6).round() / 1e6));
+                            self.note(format!("M128 F{}", (feed * 60.0 * DECIMALS).round() / DECIMALS));
                         }
                     }
                     self.modal.spatial = false;

@@ -12,6 +12,10 @@ use crate::{AxisValues, CompSide, CutterComp, Feed, Motion, Op, RotarySolution};
 pub(crate) const LINEAR: u16 = 0b111;
 /// Bits of A, B and C.
 pub(crate) const ROTARY: u16 = 0b111_000;
+/// Rounding of a feed, part of it.
+const ROUNDING: f64 = 1e-12;
+/// A feed that is this near to a number of rapid traverse is that number.
+const SAME_NUMBER: f64 = 1e-6;
 
 /// Highest numbers of F that controls without FMAX took for rapid traverse.
 const RAPID_NUMBERS: [f64; 6] = [9998.0, 9999.0, 15998.0, 15999.0, 29998.0, 29999.0];
@@ -164,9 +168,11 @@ impl Interpreter {
         };
         let mm_min = feed * 60.0;
         self.modal.rapid_number =
-            self.settings.control.rapid_from_mm_min.is_some_and(|from| mm_min >= from * (1.0 - 1e-12));
+            self.settings.control.rapid_from_mm_min.is_some_and(|from| mm_min >= from * (1.0 - ROUNDING));
         let written = mm_min / if self.modal.inch { 2.54 } else { 1.0 };
-        let Some(number) = RAPID_NUMBERS.into_iter().find(|number| (number - written).abs() < 1e-6) else { return };
+        let Some(number) = RAPID_NUMBERS.into_iter().find(|number| (number - written).abs() < SAME_NUMBER) else {
+            return;
+        };
         let stated = self.settings.control.rapid_from_mm_min.is_some();
         if !stated && !std::mem::replace(&mut self.modal.rapid_number_told, true) {
             self.assume(format!(

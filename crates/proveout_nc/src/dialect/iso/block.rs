@@ -495,6 +495,8 @@ const MAX_VACANT: usize = 1000;
 const RETURN_LEVEL: u32 = 710;
 /// M52 to M54 on such a control: to the end of travel, to the level of G71, to the R plane.
 pub(crate) const RETURNS: std::ops::RangeInclusive<u32> = 52..=54;
+/// Ten times the number of a G word is nearer than this to a whole number.
+pub(super) const WHOLE_CODE: f64 = 1e-6;
 
 /// G words that are only noted are kept among the functions, above this number.
 pub(crate) const NOTED_G: u32 = 1_000_000_000;
@@ -506,7 +508,7 @@ fn is_macro_call(block: &Block) -> bool {
 /// Ten times the number of a G word.
 fn g_code(value: f64, span: Span) -> Result<u32, Fault> {
     let tenths = (value * 10.0).round();
-    if (value * 10.0 - tenths).abs() < 1e-6 && (0.0..=9999.0).contains(&tenths) {
+    if (value * 10.0 - tenths).abs() < WHOLE_CODE && (0.0..=9999.0).contains(&tenths) {
         return Ok(tenths as u32);
     }
     Err(Fault::new(codes::BAD_VALUE, span, format!("G{value} is no G word"))

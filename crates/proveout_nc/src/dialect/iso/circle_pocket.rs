@@ -20,7 +20,7 @@ use super::block::g_name;
 use super::calls::whole;
 use super::interpreter::{Interpreter, Iso};
 use super::pending::Pending;
-use crate::channel::milling::{MAX_PASSES, Mills};
+use crate::channel::milling::{MAX_PASSES, Mills, WHOLE};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Compensation;
@@ -28,6 +28,8 @@ use crate::{AxisValues, CompSide, CutterComp, Motion, Op, ToolName};
 
 /// Most repetitions of a block.
 const MOST_REPEATS: f64 = 9999.0;
+/// A circle of the tool center of no more than this radius is none, mm.
+const NO_PATH_MM: f64 = 1e-6;
 
 impl Mills for Iso {
     fn working_plane(channel: &Interpreter) -> [usize; 3] {
@@ -82,7 +84,7 @@ impl Interpreter {
         let radii = match (first, last, step) {
             (Some(i), None, None) if i > 0.0 && i.is_finite() => vec![i],
             (Some(i), Some(k), Some(q)) if i > 0.0 && k > i && q > 0.0 && (k - i) / q < MAX_PASSES as f64 => {
-                let steps = ((k - i) / q - 1e-9).ceil() as u32;
+                let steps = ((k - i) / q - WHOLE).ceil() as u32;
                 (0..=steps).map(|n| if n == steps { k } else { i + q * f64::from(n) }).collect()
             }
             _ => {
@@ -113,7 +115,7 @@ impl Interpreter {
         let at = |radius: f64| [center[0] + radius, center[1]];
         let tool = self.pocket_tool(offset, &name, span)?;
         let paths: Vec<f64> = radii.iter().map(|radius| radius - tool.unwrap_or(0.0)).collect();
-        if let Some(tool) = tool.filter(|_| paths.iter().any(|path| *path <= 1e-6)) {
+        if let Some(tool) = tool.filter(|_| paths.iter().any(|path| *path <= NO_PATH_MM)) {
             let message = format!("a tool of radius {tool} mm does not fit into the first circle of {name}");
             return wrong(codes::COMPENSATION, message, "use a smaller tool, or a larger I");
         }

@@ -6,6 +6,7 @@ use super::calls::CallKind;
 use super::expr::Expr;
 use super::index::{self, Partner};
 use super::interpreter::{Interpreter, Loaded};
+use super::osp::NAMED_SEQUENCE;
 use super::parser::{self, Block};
 use super::statement::{Label, OWord, Statement};
 use crate::codes;
@@ -212,7 +213,11 @@ impl Interpreter {
         span: Span,
     ) -> Result<Mark, Fault> {
         let missing = || {
-            let what = if number < 1e9 { format!("block number N{number}") } else { "sequence name".to_owned() };
+            let what = if number < f64::from(NAMED_SEQUENCE) {
+                format!("block number N{number}")
+            } else {
+                "sequence name".to_owned()
+            };
             Fault::new(codes::JUMP_TARGET, span, format!("the {what} is not in this program"))
                 .help("write the block number at the start of its block")
         };

@@ -17,8 +17,10 @@ use super::block::g_name;
 use super::flavor::Flavor;
 use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
+use super::motion::SAME_ANGLE;
 use super::pending::{AXES, Pending};
 use super::words::Group;
+use crate::channel::milling::SAME_HEIGHT_MM;
 use crate::channel::{Holes, Stroke, opposite, unknown_axis};
 use crate::codes;
 use crate::control::ReturnLevel;
@@ -210,7 +212,7 @@ impl Interpreter {
             let value = value.to_radians();
             let stays = match self.position.work.get(axis) {
                 Some(_) if self.modal.incremental => value == 0.0,
-                Some(now) => (now - value).abs() < 1e-9,
+                Some(now) => (now - value).abs() < SAME_ANGLE,
                 None => self.modal.incremental && value == 0.0,
             };
             if !stays {
@@ -546,7 +548,7 @@ impl Interpreter {
             reached += infeed;
             since_out += infeed;
             // Rounding must not leave a last infeed of nothing.
-            let last = reached >= total - 1e-9;
+            let last = reached >= total - SAME_HEIGHT_MM;
             let depth = if last { levels.depth } else { levels.r - reached };
             self.course(&[Stroke::Feed(depth)], span)?;
             if last {
@@ -555,7 +557,7 @@ impl Interpreter {
                 return self.course(&[Stroke::wait(dwell)], span);
             }
             let ahead = Stroke::Rapid((depth + clearance).min(levels.r));
-            let comes_out = out_after.is_some_and(|j| since_out >= j - 1e-9);
+            let comes_out = out_after.is_some_and(|j| since_out >= j - SAME_HEIGHT_MM);
             if comes_out {
                 since_out = 0.0;
             }
@@ -566,7 +568,7 @@ impl Interpreter {
             }
             if variable {
                 infeed = (infeed - less.unwrap_or(0.0).abs()).max(least.unwrap_or(0.0).abs());
-                if infeed <= 1e-9 {
+                if infeed <= SAME_HEIGHT_MM {
                     return wrong("the infeeds of the cycle become zero".to_owned());
                 }
             }
@@ -630,7 +632,7 @@ impl Interpreter {
             "tapping in steps comes out by {TAP_LIFT_MM} mm after each; the control is set up for a distance, or for the R plane (parameters 5200 and 5213 of a Fanuc)"
         ));
         let mut reached = infeed;
-        while reached < total - 1e-9 {
+        while reached < total - SAME_HEIGHT_MM {
             let down = Stroke::Thread { to: levels.r - reached, pitch, turn };
             let lift = (levels.r - reached + TAP_LIFT_MM).min(levels.r);
             self.course(&[down, Stroke::Thread { to: lift, pitch, turn: opposite(turn) }], span)?;

@@ -10,6 +10,10 @@ use crate::diagnostic::{Fault, Span, give};
 
 /// Number of the highest parameter (`RS274NGC_MAX_PARAMETERS` of the interpreter less one).
 const LINUXCNC_PARAMETERS: u32 = 5601;
+/// A calculated number of a parameter is this near to a whole one.
+const WHOLE_NUMBER: f64 = 1e-6;
+/// Whole numbers below this are exact.
+const EXACT: f64 = 9.0e15;
 
 /// `LinuxCNC` takes values nearer than this as equal (`TOLERANCE_EQUAL` of its interpreter).
 const LINUXCNC_EQUAL: f64 = 1e-4;
@@ -108,7 +112,7 @@ impl Interpreter {
         let number = self.number(index, span)?;
         // Calculated numbers are whole up to rounding.
         let whole = number.round();
-        if (number - whole).abs() < 1e-6 && (0.0..=999_999.0).contains(&whole) {
+        if (number - whole).abs() < WHOLE_NUMBER && (0.0..=999_999.0).contains(&whole) {
             return Ok(whole as u32);
         }
         Err(Fault::new(codes::BAD_VALUE, span, format!("#{number} is not a parameter")).help("use a whole number"))
@@ -249,7 +253,7 @@ fn endless(span: Span) -> Fault {
 /// AND, OR, XOR of macro B: bit by bit on whole numbers.
 fn bits(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
     let whole = |v: f64| {
-        if v.abs() < 9.0e15 {
+        if v.abs() < EXACT {
             Ok(v.round() as i64)
         } else {
             Err(arithmetic(format!("{v} is too large for AND, OR, XOR"), span))

@@ -33,6 +33,12 @@ use crate::{AxisValues, CompSide, CutterComp, Feed, Op, SpindleDirection};
 const MOST_INFEEDS: usize = 10_000;
 /// Any feed says that a motion is one in feed: which one it is comes from F.
 const IN_FEED: Option<Feed> = Some(Feed::PerTime(1.0));
+/// Least infeed, mm: pecks come to an end.
+const LEAST_PECK_MM: f64 = 1e-6;
+/// Least distance of two rings, mm: where there is no room for a second one.
+const LEAST_STEP_MM: f64 = 1e-6;
+/// An arc onto the wall of no more than this radius is none, mm.
+const NO_LEAD_MM: f64 = 1e-6;
 
 /// Words of a cycle as they are in force, lengths in mm.
 #[derive(Clone, Debug, Default)]
@@ -222,7 +228,7 @@ impl Interpreter {
             c.get(b'K').zip(self.settings.control.dwell_unit(b'K')).map(|(value, unit)| unit.seconds(value, true));
         let (mut peck, mut reached, mut count) = (c.get(b'B').map_or(0.0, f64::abs), surface, 0.0);
         for _ in 0..MOST_INFEEDS {
-            let next = (reached - peck.max(1e-6)).max(depth);
+            let next = (reached - peck.max(LEAST_PECK_MM)).max(depth);
             self.course(&[Stroke::Feed(next), Stroke::wait(dwell)], span)?;
             if next <= depth {
                 return Ok(());
@@ -297,7 +303,8 @@ impl Interpreter {
             return Err(Fault::new(codes::ARGUMENTS, span, message).help("write a smaller C"));
         }
         let room = (shape.half_width() - radius - side).max(0.0);
-        let step = (room / (room / width.min(1.7 * radius) - 1e-9).ceil().clamp(1.0, MAX_PASSES as f64)).max(1e-6);
+        let step = (room / (room / width.min(1.7 * radius) - milling::WHOLE).ceil().clamp(1.0, MAX_PASSES as f64))
+            .max(LEAST_STEP_MM);
         let rough = milling::rings(shape, radius, side, step, climb).ok_or_else(|| {
             let message = format!("a tool of radius {radius} mm does not fit into {name}");
             Fault::new(codes::COMPENSATION, span, message).help("use a smaller tool")
@@ -305,10 +312,10 @@ impl Interpreter {
         let ring = shape.ring(radius);
         let ring: Pass = if climb { ring } else { ring.reversed() };
         let lead = radius.min(shape.half_width() - radius);
-        let wall = if lead > 1e-6 { ring.with_leads(lead, false, climb, true) } else { ring };
+        let wall = if lead > NO_LEAD_MM { ring.with_leads(lead, false, climb, true) } else { ring };
         let total = surface - depth;
         let infeed = c.get(b'B').unwrap_or(total);
-        let equal = total / (total / infeed.abs() - 1e-9).ceil().max(1.0);
+        let equal = total / (total / infeed.abs() - milling::WHOLE).ceil().max(1.0);
         let levels = milling::levels(total, if infeed > 0.0 { equal } else { -infeed });
         for level in &levels {
             self.own.feed = plunge;

@@ -4,7 +4,7 @@
 //! word), 21 (two words of one group), 24 (two words that take the axes), 25 (repeated letter), 26 to 36 (values that miss or that
 //! nothing takes), 37 (G43.1), 38 (T). What a control file gives a meaning is left to it.
 
-use super::block::g_name;
+use super::block::{WHOLE_CODE, g_name};
 use super::interpreter::Interpreter;
 use super::parser::{Block, Value, Word};
 use super::pending::Pending;
@@ -68,7 +68,7 @@ fn foreign_word(word: &Word, block: &Block, control: &Control) -> Option<Fault> 
     match word.letter {
         b'G' => {
             let code = (value * 10.0).round();
-            let code = if (value * 10.0 - code).abs() < 1e-6 && code >= 0.0 { code as u32 } else { u32::MAX };
+            let code = if (value * 10.0 - code).abs() < WHOLE_CODE && code >= 0.0 { code as u32 } else { u32::MAX };
             if G_WORDS.contains(&code) || control.words.g(code).is_some() {
                 return None;
             }

@@ -20,6 +20,8 @@ const MOST_REPEATS: f64 = 9999.0;
 const LEAST_PROBING_MM: f64 = 0.254;
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
+/// A rotary axis that is this near to its present position stays, radian.
+pub(super) const SAME_ANGLE: f64 = 1e-9;
 
 impl Interpreter {
     /// Executes the motion of a block, if it has one.
@@ -164,7 +166,7 @@ impl Interpreter {
             } else {
                 value
             };
-            matches!((target, self.position.work.get(axis)), (Some(to), Some(now)) if (to - now).abs() < 1e-9)
+            matches!((target, self.position.work.get(axis)), (Some(to), Some(now)) if (to - now).abs() < SAME_ANGLE)
         })
     }
 

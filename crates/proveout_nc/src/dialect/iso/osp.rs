@@ -93,7 +93,7 @@ pub(super) fn local(s: &mut Scanner<'_>) -> String {
 }
 
 /// Sequence names are numbered above all block numbers.
-const NAMED_SEQUENCE: u32 = 1_000_000_000;
+pub(super) const NAMED_SEQUENCE: u32 = 1_000_000_000;
 
 /// `END` after N, as a block number of its own; the scanner is after the N.
 pub(super) fn sequence(s: &mut Scanner<'_>, flavor: Flavor) -> Option<u32> {

@@ -20,6 +20,8 @@ use crate::diagnostic::{Fault, Span};
 const MOST_M: usize = 4;
 /// One-shot words that take the axis letters of their block.
 const TAKES_AXES: [u32; 5] = [100, 280, 300, 520, 920];
+/// A number is whole where its fraction is no more than this.
+const NOT_WHOLE: f64 = 1e-4;
 
 /// A letter, and the words that it belongs to: motion words, other G words, M words (times ten, G as ten times its number).
 struct Letter {
@@ -279,7 +281,7 @@ impl Interpreter {
         }
         let number = p.peek(b'P').unwrap_or(-1.0);
         let (least, most) = if list == 2.0 || list == 20.0 { (0.0, 9.0) } else { (1.0, f64::INFINITY) };
-        if number.fract().abs() > 1e-4 || number < least || number > most {
+        if number.fract().abs() > NOT_WHOLE || number < least || number > most {
             let message = format!("P of G10 L{list} is a whole number from {least} and is {number}");
             return Err(Fault::new(codes::BAD_VALUE, span, message).help("write G10 L2 P1"));
         }

@@ -12,6 +12,9 @@ use crate::diagnostic::{Fault, Span};
 use crate::frame;
 use crate::{AxisValues, Motion};
 
+/// Sine of the angle between the ways to intermediate point and end below which they lie on one line.
+const ON_LINE: f64 = 1e-9;
+
 impl Interpreter {
     pub(super) fn arc(&mut self, p: &Pending, mut end: AxisValues, span: Span) -> Result<(), Fault> {
         let [u, v, w] = self.modal.plane_axes();
@@ -153,7 +156,7 @@ impl Interpreter {
         let (a, b) = (frame::sub(middle, start), frame::sub(end_point, start));
         let across = frame::cross(a, b);
         let span_area = frame::norm(a) * frame::norm(b);
-        let Some(normal) = frame::unit(across).filter(|_| frame::norm(across) > 1e-9 * span_area) else {
+        let Some(normal) = frame::unit(across).filter(|_| frame::norm(across) > ON_LINE * span_area) else {
             return Err(Fault::new(codes::ARC_GEOMETRY, span, "start, intermediate point and end lie on one line")
                 .help("choose an intermediate point beside the line, or use G1"));
         };

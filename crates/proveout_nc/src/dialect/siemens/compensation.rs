@@ -10,6 +10,7 @@ use super::pending::Pending;
 use crate::codes;
 use crate::compensation::FeedAt;
 use crate::diagnostic::{Fault, Span};
+use crate::frame::SQUARE;
 use crate::{CompSide, CutterComp, Op};
 
 impl Interpreter {
@@ -66,7 +67,8 @@ impl Interpreter {
                 return refuse("cutter compensation with `DISC=` above zero is not supported".to_owned(), "use DISC=0");
             }
             let (normal, linear) = (self.modal.normal, self.modal.frames.without_swivel().linear);
-            let square = linear.iter().enumerate().all(|(row, factors)| row == normal || factors[normal].abs() < 1e-9);
+            let square =
+                linear.iter().enumerate().all(|(row, factors)| row == normal || factors[normal].abs() < SQUARE);
             if !square && !state.plane_in_frame && !self.own.swiveled {
                 return refuse(
                     "`CUT2D` in a frame that tilts the working plane is not supported".to_owned(),

@@ -16,7 +16,7 @@
 
 use super::contour::Named;
 use super::interpreter::Interpreter;
-use super::milling::{Words, share};
+use super::milling::{LEAST_SHARE_MM, Words, share};
 use super::parser::Call;
 use crate::channel::milling::{self, Heights};
 use crate::channel::shape::{Leg, Pass, Place, Point};
@@ -121,7 +121,7 @@ impl Interpreter {
         }
         let total = (h.depth - h.surface).abs() - if finishing { 0.0 } else { floor };
         let step = share(total, infeed);
-        if !(total > 0.0 && total / step.max(1e-12) <= MAX_INFEEDS as f64) {
+        if !(total > 0.0 && total / step.max(LEAST_SHARE_MM) <= MAX_INFEEDS as f64) {
             let message = format!("`CYCLE72` would need no infeed or more than {MAX_INFEEDS}");
             return Err(words.fault(codes::ARGUMENTS, message, "check DP, FALD and MID"));
         }

@@ -12,6 +12,7 @@ use super::frames::number;
 use super::interpreter::{Interpreter, Siemens};
 use super::parser::Call;
 use super::slots::surplus;
+use crate::channel::milling::SAME_HEIGHT_MM;
 use crate::channel::{Holes, Stroke};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -420,8 +421,8 @@ fn infeeds(total: f64, first: f64, degression: f64, smallest: Option<f64>, lengt
     // vanish.
     let amount = degression.max(0.0) * length;
     let floor = smallest.filter(|s| *s > 0.0).unwrap_or(if degression > 0.0 { amount } else { 0.0 });
-    while rest > 1e-9 {
-        if list.len() >= MAX_INFEEDS || infeed <= 1e-9 {
+    while rest > SAME_HEIGHT_MM {
+        if list.len() >= MAX_INFEEDS || infeed <= SAME_HEIGHT_MM {
             return None;
         }
         if list.is_empty() || rest > 2.0 * infeed || rest <= infeed {

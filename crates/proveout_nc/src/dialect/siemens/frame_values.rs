@@ -10,7 +10,7 @@ use crate::AxisValues;
 use crate::channel::expression::Operator;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::frame::Frame;
+use crate::frame::{Frame, UNIT_SCALE};
 
 /// Word of a settable frame by its index in `$P_UIFR`.
 fn settable_word(index: f64) -> Option<String> {
@@ -34,7 +34,7 @@ fn unsupported(span: Span, message: impl Into<String>) -> Fault {
 fn rpy_angles(frame: &Frame) -> Option<[f64; 3]> {
     let m = &frame.linear;
     let scale = frame.uniform_scale()?;
-    if (scale - 1.0).abs() > 1e-9 || frame.determinant() < 0.0 {
+    if (scale - 1.0).abs() > UNIT_SCALE || frame.determinant() < 0.0 {
         return None;
     }
     let y = (-m[2][0]).clamp(-1.0, 1.0).asin();

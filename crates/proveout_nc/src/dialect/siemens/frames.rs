@@ -19,6 +19,9 @@ use crate::frame::Frame;
 use crate::machine_data::KinematicsKind;
 use crate::{Motion, Offset, Op, PathMode, RotarySolution};
 
+/// Cosine of the angle between the new Z and the old one below which a plane is swiveled.
+const UPRIGHT: f64 = 1.0 - 1e-12;
+
 impl Interpreter {
     /// Puts the frames of the modal state into effect and emits the resulting frame.
     pub(crate) fn take_frames(&mut self, word: &str) {
@@ -312,7 +315,7 @@ impl Interpreter {
     /// chosen as reference. Where that position is out of travel, the control takes the other one
     /// (828D, *Operating manual Milling*, "Swivel plane", parameter "Direction").
     fn swivel_solution(&mut self, higher: bool) -> RotarySolution {
-        let turned = self.modal.frames.swivel.apply_vector([0.0, 0.0, 1.0])[2] < 1.0 - 1e-12;
+        let turned = self.modal.frames.swivel.apply_vector([0.0, 0.0, 1.0])[2] < UPRIGHT;
         if turned
             && self.settings.control.parameters.tilt_reference.is_none()
             && !std::mem::replace(&mut self.own.reference_told, true)

@@ -40,6 +40,8 @@ pub(super) const USUAL_WIDTH: f64 = 0.8;
 pub(super) const WIDEST_STEP: f64 = 1.7;
 /// Radius of the arc onto the wall, mm.
 pub(super) const LEAD_MM: f64 = 2.0;
+/// Least infeed, mm: their count stays finite.
+pub(super) const LEAST_SHARE_MM: f64 = 1e-12;
 
 impl Mills for Siemens {
     fn working_plane(channel: &Interpreter) -> [usize; 3] {
@@ -223,7 +225,7 @@ impl Words<'_> {
 /// The largest equal share of a distance that does not exceed the limit; the whole distance where
 /// no limit is given.
 pub(super) fn share(way: f64, greatest: f64) -> f64 {
-    if greatest > 0.0 { way / (way / greatest - 1e-9).ceil().max(1.0) } else { way }
+    if greatest > 0.0 { way / (way / greatest - milling::WHOLE).ceil().max(1.0) } else { way }
 }
 
 /// Positions of a pocket's arguments, after those of its shape.

@@ -25,7 +25,7 @@
 use super::drilling::MAX_INFEEDS;
 use super::eval::Val;
 use super::interpreter::Interpreter;
-use super::milling::{LEAD_MM, USUAL_WIDTH, WIDEST_STEP, Words, no_radius, share};
+use super::milling::{LEAD_MM, LEAST_SHARE_MM, USUAL_WIDTH, WIDEST_STEP, Words, no_radius, share};
 use crate::channel::milling::{self, Heights, Job, Plan, Plunge};
 use crate::channel::shape::{Leg, NO_WIDTH_MM, Pass, Place, Point, Shape};
 use crate::codes;
@@ -81,7 +81,7 @@ impl Row {
 /// Depths of a cycle: heights, and what is below the surface.
 fn depths(total: f64, infeed: f64, words: &Words<'_>) -> Result<Vec<f64>, Fault> {
     let step = share(total, infeed);
-    if total / step.max(1e-12) > MAX_INFEEDS as f64 {
+    if total / step.max(LEAST_SHARE_MM) > MAX_INFEEDS as f64 {
         let message = format!("`{}` would need more than {MAX_INFEEDS} infeeds", words.name);
         return Err(words.fault(codes::LOOP_LIMIT, message, "check the infeed MID"));
     }

@@ -33,6 +33,10 @@ const MAX_POINTS: usize = 100_000;
 const MAX_COMMANDS: usize = 200_000;
 /// Highest degree of a polynomial.
 const MAX_DEGREE: usize = 5;
+/// Points nearer than this in each axis are one, mm.
+const SAME_POINT_MM: f64 = 1e-9;
+/// Changes of slope whose sum is no more than this are none: the slopes weigh the same.
+const SAME_SLOPE: f64 = 1e-15;
 
 type Vector = [f64; 3];
 
@@ -287,7 +291,7 @@ impl Interpreter {
         let mut of: Vec<&SplinePoint> = Vec::new();
         for point in &curve.points {
             // A point twice is one point.
-            if frame::sub(point.at, at[at.len() - 1]).iter().any(|d| d.abs() > 1e-9) {
+            if frame::sub(point.at, at[at.len() - 1]).iter().any(|d| d.abs() > SAME_POINT_MM) {
                 at.push(point.at);
                 of.push(point);
             }
@@ -514,7 +518,7 @@ fn akima_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
             }
             let (a, b, c, e) = (at(i - 2), at(i - 1), at(i), at(i + 1));
             let (before, behind) = ((e - c).abs(), (b - a).abs());
-            if before + behind > 1e-15 { (before * b + behind * c) / (before + behind) } else { 0.5 * (b + c) }
+            if before + behind > SAME_SLOPE { (before * b + behind * c) / (before + behind) } else { 0.5 * (b + c) }
         })
         .collect()
 }

@@ -15,6 +15,9 @@ use crate::channel::shape::{Place, Point};
 use crate::codes;
 use crate::diagnostic::Fault;
 
+/// Least infeed, mm: their count stays finite.
+const LEAST_INFEED_MM: f64 = 1e-9;
+
 /// A surface that is milled line by line.
 struct Surface {
     heights: Heights,
@@ -146,10 +149,10 @@ impl Interpreter {
         let (along, across) = if tens % 2 == 1 { (0, 1) } else { (1, 0) };
         let to_and_fro = tens > 2;
         let (first, last) = (greatest - radius, sides[across].abs() + over - radius);
-        let steps = if last > first { ((last - first) / greatest - 1e-9).ceil() } else { 0.0 };
+        let steps = if last > first { ((last - first) / greatest - milling::WHOLE).ceil() } else { 0.0 };
         let total = (h.depth - h.surface).abs();
         let rough = (total - floor).max(0.0);
-        let infeeds = if finishing { 1.0 } else { rough / share(rough, infeed).max(1e-9) };
+        let infeeds = if finishing { 1.0 } else { rough / share(rough, infeed).max(LEAST_INFEED_MM) };
         if steps * infeeds >= MAX_PASSES as f64 || steps.is_nan() {
             let message = format!("`{}` would need more than {MAX_PASSES} lines", words.name);
             return Err(words.fault(codes::LOOP_LIMIT, message, "check LENG, WID, MID and MIDA"));

@@ -15,13 +15,16 @@ use crate::compensation::Corner;
 use crate::settings::Compensation;
 use crate::{AXIS_LETTERS, CompSide, Feed, PathMode, ToolName};
 
+/// System variables have nine decimals.
+const DECIMALS: f64 = 1e9;
+
 impl Interpreter {
     /// Gives the variables the values of the system variables before this line.
     pub(crate) fn refresh_system(&mut self, block: &Block) {
         let mut values: Vec<(String, f64)> = Vec::new();
         // Rounded to 1e-9: conversion to degrees and back changes the last bits, and programs
         // compare such values.
-        let mut put = |name: &str, value: f64| values.push((name.to_owned(), (value * 1e9).round() / 1e9));
+        let mut put = |name: &str, value: f64| values.push((name.to_owned(), (value * DECIMALS).round() / DECIMALS));
         let length = self.modal.units.length();
         for (axis, letter) in AXIS_LETTERS.iter().enumerate() {
             let unit = |v: f64| if (3..6).contains(&axis) { v.to_degrees() } else { v / length };

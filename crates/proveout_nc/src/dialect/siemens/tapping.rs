@@ -11,6 +11,7 @@ use super::frames::number;
 use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{Pending, Reference};
+use crate::channel::milling::WHOLE;
 use crate::channel::{Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -150,7 +151,7 @@ impl Interpreter {
         }
         let total = (planes.reference - planes.depth).abs();
         let down = if planes.depth < planes.reference { -1.0 } else { 1.0 };
-        let count = (total / infeed - 1e-9).ceil();
+        let count = (total / infeed - WHOLE).ceil();
         if count > MAX_TAPPING_STEPS {
             return Err(Fault::new(codes::ARGUMENTS, span, format!("`{NAME}` would need {count} infeeds"))
                 .help(format!("choose DAM so that there are at most {MAX_TAPPING_STEPS}")));

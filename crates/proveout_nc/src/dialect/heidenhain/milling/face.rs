@@ -9,6 +9,7 @@
 //! ```
 
 use super::Values;
+use crate::channel::milling::WHOLE;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::heidenhain::interpreter::Interpreter;
@@ -65,10 +66,10 @@ impl Interpreter {
             self.cycle_feed(values, 253, span)?,
         );
         // Equal passes and equal infeeds, none above the allowed size.
-        let passes = (width.abs() / self.overlap(values, radius, span)? - 1e-9).ceil().max(1.0);
+        let passes = (width.abs() / self.overlap(values, radius, span)? - WHOLE).ceil().max(1.0);
         let total = top - bottom;
         let rough = total.signum() * (total.abs() - allowance).max(0.0);
-        let infeeds = (rough.abs() / infeed - 1e-9).ceil().max(0.0);
+        let infeeds = (rough.abs() / infeed - WHOLE).ceil().max(0.0);
         if passes > MAX_LINES || infeeds > MAX_LINES {
             return Err(Fault::new(codes::ARGUMENTS, span, "cycle 232 would need more than 10 000 passes or infeeds")
                 .help("check Q219, Q370, Q202"));
@@ -169,10 +170,10 @@ impl Interpreter {
                 ([here[0] - from[0], here[1] - from[1]], [1.0, 1.0])
             }
         };
-        let passes = (sides[over].abs() / self.overlap(values, radius, span)? - 1e-9).ceil().max(1.0);
+        let passes = (sides[over].abs() / self.overlap(values, radius, span)? - WHOLE).ceil().max(1.0);
         let total = top - bottom;
         let rough = total.signum() * (total.abs() - allowance).max(0.0);
-        let infeeds = (rough.abs() / infeed - 1e-9).ceil().max(0.0);
+        let infeeds = (rough.abs() / infeed - WHOLE).ceil().max(0.0);
         if passes > MAX_LINES || infeeds > MAX_LINES {
             return Err(Fault::new(codes::ARGUMENTS, span, "cycle 233 would need more than 10 000 passes or infeeds")
                 .help("check Q218, Q219, Q370, Q202"));

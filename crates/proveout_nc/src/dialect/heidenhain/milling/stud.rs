@@ -9,7 +9,7 @@
 //! ```
 
 use super::Values;
-use crate::channel::milling::{Job, MAX_PASSES, Plan, Plunge};
+use crate::channel::milling::{Job, MAX_PASSES, Plan, Plunge, WHOLE};
 use crate::channel::shape::{Leg, Pass, Place, Point, Shape};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -100,7 +100,7 @@ impl Interpreter {
             if job.climb { ring.reversed() } else { ring }
         };
         let count =
-            |allowance: f64| ((thickness - allowance) / overlap - 1e-9).ceil().clamp(1.0, MAX_PASSES as f64) as usize;
+            |allowance: f64| ((thickness - allowance) / overlap - WHOLE).ceil().clamp(1.0, MAX_PASSES as f64) as usize;
         // The half circle reaches from the plunge to the ring.
         let outermost = job.radius + job.side + (count(job.side) - 1) as f64 * overlap;
         let entry = [job.radius + BESIDE_BLANK_MM + blank.max(a + outermost - job.radius), 0.0];

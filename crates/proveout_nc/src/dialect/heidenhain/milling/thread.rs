@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 use super::Values;
 use super::bore::Helix;
 use crate::Feed;
-use crate::channel::milling::levels;
+use crate::channel::milling::{SAME_HEIGHT_MM, levels};
 use crate::channel::shape::{NO_WIDTH_MM, Place};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -70,7 +70,7 @@ impl Interpreter {
         self.come_over(center, h.clear, span)?;
         if number == 264 {
             let hole = self.mm(values, 356, None, span)?.abs();
-            if total + 0.5 * p > hole + 1e-9 {
+            if total + 0.5 * p > hole + SAME_HEIGHT_MM {
                 let message = format!(
                     "the thread of cycle 264 with its lead of half a pitch is {:.3} mm deep, and its hole Q356 {hole:.3} mm",
                     total + 0.5 * p
