@@ -13,6 +13,8 @@ use crate::{SpindleDirection, ToolName};
 
 /// Codes of control file functions start at this number, ordered by their place in its table.
 pub(super) const LISTED: u32 = 4_000_000_000;
+/// Numbers of system data from here on are none.
+const SYSTEM_NUMBERS: f64 = 1e6;
 
 impl Interpreter {
     /// Replaces functions by what the control file defines for them, and refuses those that are not
@@ -82,7 +84,9 @@ impl Interpreter {
     /// System data that follow from the program. Numbers after HEIDENHAIN, *TNC 640 Klartext programming*, "Reading system data":
     /// 20 state of the machine, 270 position in the active coordinate system.
     fn system_value(&self, [id, number, index]: [Option<f64>; 3]) -> Option<f64> {
-        let whole = |value: Option<f64>| value.filter(|v| v.fract() == 0.0 && (0.0..1e6).contains(v)).map(|v| v as u32);
+        let whole = |value: Option<f64>| {
+            value.filter(|v| v.fract() == 0.0 && (0.0..SYSTEM_NUMBERS).contains(v)).map(|v| v as u32)
+        };
         let technology = &self.technology;
         match (whole(id)?, whole(number)?) {
             (20, 1) => match technology.in_spindle.as_ref()? {

@@ -500,6 +500,10 @@ pub(super) const WHOLE_CODE: f64 = 1e-6;
 
 /// G words that are only noted are kept among the functions, above this number.
 pub(crate) const NOTED_G: u32 = 1_000_000_000;
+/// Numbers of M from here on are in no control file.
+const M_LISTED: f64 = 1e9;
+/// Numbers of M from here on are not told as words that no control file lists.
+const M_TOLD: f64 = 1e8;
 
 fn is_macro_call(block: &Block) -> bool {
     block.words.iter().any(|w| w.letter == b'G' && matches!(w.value, Value::Number { value: 65.0 | 66.0, .. }))
@@ -562,7 +566,7 @@ pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, wor
     let Value::Number { value, .. } = word.value else { return None };
     let listed = match word.letter {
         b'G' => control.words.g(g_code(value, word.span).ok()?),
-        b'M' if (0.0..1e9).contains(&value) => control.words.m(value as u32),
+        b'M' if (0.0..M_LISTED).contains(&value) => control.words.m(value as u32),
         _ => return None,
     };
     if let Some((_, listed)) = listed {
@@ -604,7 +608,7 @@ pub(crate) fn unlisted_word(
             };
             control.words.g(code).is_none().then_some((WordKey::G(code), now))
         }
-        b'M' if (0.0..1e8).contains(&value) => {
+        b'M' if (0.0..M_TOLD).contains(&value) => {
             let code = value as u32;
             if RETURNS.contains(&code) && control.stated_returns {
                 return None;

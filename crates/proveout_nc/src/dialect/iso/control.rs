@@ -13,6 +13,9 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::source::Mark;
 
+/// Block numbers from here on are none: they and those of sequence names are whole numbers of 32 bits.
+const BLOCK_NUMBERS: f64 = 4e9;
+
 impl Interpreter {
     /// Does a statement; false where it leaves a loop, and nothing else of its block is run.
     pub(crate) fn statement(
@@ -222,7 +225,7 @@ impl Interpreter {
                 .help("write the block number at the start of its block")
         };
         let Some(level) = self.stack.last() else { return Err(missing()) };
-        if !(number.fract() == 0.0 && (0.0..4e9).contains(&number)) {
+        if !(number.fract() == 0.0 && (0.0..BLOCK_NUMBERS).contains(&number)) {
             return Err(missing());
         }
         let (section, wanted) = (level.section, number as u32);

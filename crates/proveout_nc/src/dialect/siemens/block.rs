@@ -20,6 +20,16 @@ pub(crate) use crate::diagnostic::refused;
 
 /// Bits of X, Y and Z.
 pub(super) const LINEAR: u16 = 0b111;
+/// Tool numbers from here on are none: they are whole numbers of 32 bits.
+const TOOL_NUMBERS: f64 = 4.0e9;
+/// Numbers of G from here on are in no control file.
+const G_LISTED: f64 = 1e6;
+/// Numbers of M from here on are in no control file.
+const M_LISTED: f64 = 1e9;
+/// Numbers of G from here on are not told as words that no control file lists.
+const G_TOLD: f64 = 1e4;
+/// Numbers of M from here on are not told as words that no control file lists.
+const M_TOLD: f64 = 1e8;
 
 impl Interpreter {
     /// Executes the words of a block.
@@ -217,7 +227,7 @@ impl Interpreter {
             Val::Text(name) if name.trim().is_empty() || name.trim() == "0" => Ok(ToolName::Empty),
             Val::Text(name) => Ok(ToolName::Name(name)),
             Val::Number(0.0) => Ok(ToolName::Empty),
-            Val::Number(number) if number.fract() == 0.0 && (0.0..4.0e9).contains(&number) => {
+            Val::Number(number) if number.fract() == 0.0 && (0.0..TOOL_NUMBERS).contains(&number) => {
                 Ok(ToolName::Number(number as u32))
             }
             Val::Number(number) => Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is not a tool number"))
@@ -461,12 +471,12 @@ pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
     let span = word.span;
     let listed = match &word.kind {
         WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) }
-            if (0.0..1e6).contains(code) =>
+            if (0.0..G_LISTED).contains(code) =>
         {
             control.words.g(*code as u32 * 10)
         }
         WordKind::Address { letter: b'M', extension: None | Some(1), value: Value::Number(code) }
-            if (0.0..1e9).contains(code) =>
+            if (0.0..M_LISTED).contains(code) =>
         {
             let code = *code as u32;
             if control.refuses_unlisted && control.words.m(code).is_none() && !is_function(code) {
@@ -505,7 +515,7 @@ pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
 pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, &'static str)> {
     match &word.kind {
         WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) }
-            if (0.0..1e4).contains(code) =>
+            if (0.0..G_TOLD).contains(code) =>
         {
             let code = *code as u32;
             if does_g(i64::from(code)) || words::is_noted_g(code) || control.words.g(code * 10).is_some() {
@@ -515,7 +525,7 @@ pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, 
             Some((WordKey::G(code * 10), if known { "refused: not supported" } else { "refused: unknown" }))
         }
         WordKind::Address { letter: b'M', extension: None | Some(1), value: Value::Number(code) }
-            if (0.0..1e8).contains(code) =>
+            if (0.0..M_TOLD).contains(code) =>
         {
             let code = *code as u32;
             if is_function(code) || control.words.m(code).is_some() {

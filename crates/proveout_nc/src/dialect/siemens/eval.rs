@@ -10,6 +10,8 @@ use crate::diagnostic::{Fault, Span, give};
 
 /// Two numbers that differ by less than this, relative to the larger, are equal: the control compares relatively too.
 const RELATIVE_EQUALITY: f64 = 1e-12;
+/// Indices of arrays and numbers of R parameters from here on are none.
+const INDICES: f64 = 1e9;
 
 /// Functions of one argument.
 const FUNCTIONS: [(&str, Function); 13] = [
@@ -219,7 +221,7 @@ impl Variables {
             .iter()
             .map(|index| {
                 let value = self.number(index, span)?.round();
-                if (0.0..1e9).contains(&value) {
+                if (0.0..INDICES).contains(&value) {
                     return Ok(value as usize);
                 }
                 Err(Fault::new(codes::BAD_VALUE, span, format!("{value} is not an index")).help("indices begin at 0"))
@@ -312,7 +314,7 @@ impl Variables {
 
 pub(crate) fn param_index(value: f64, span: Span) -> Result<u32, Fault> {
     let index = value.round();
-    if (0.0..1e9).contains(&index) {
+    if (0.0..INDICES).contains(&index) {
         return Ok(index as u32);
     }
     Err(Fault::new(codes::BAD_VALUE, span, format!("R{value} is not an R parameter")).help("use R0 and above"))
