@@ -8,7 +8,7 @@ use crate::approach::{Outlook, outlook};
 use crate::distance::{Gap, Warm, gap, inside, penetration, skins};
 use crate::interference::FinerPiece;
 use crate::kept::{Kept, dot};
-use crate::least::{FINE_MM, STRAIGHT_MM};
+use crate::least::{BEYOND, FINE_MM, STRAIGHT_MM};
 use crate::neighbors::Neighbors;
 use crate::parts::chain_to;
 use crate::report::{Breach, Nearest, Severity};
@@ -270,7 +270,7 @@ impl Interference {
         } else {
             Places::between([from, to])
         };
-        let limit = (told + bent) * (1.0 + 1e-12);
+        let limit = (told + bent) * (1.0 + BEYOND);
         let found = least_distance(&a.shape, &b.shape, &places, limit);
         self.effort.misses += 1;
         if noted && found > bent {

@@ -23,6 +23,10 @@ use proveout_geom::{Point, Vector};
 const MOST_ROUNDS: usize = 120;
 /// Rounds without a shorter v after which rounding is all that is left.
 const MOST_IN_VAIN: usize = 3;
+/// A round is in vain when it comes nearer by less than this part.
+const NEARER: f64 = 1e-12;
+/// Square of the height of a triangle, as a part of that of its longest edge, below which it has no face.
+const NO_FACE: f64 = 1e-28;
 
 /// What is known of a distance, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +97,7 @@ pub(crate) fn nearest(supports: impl Fn(&Vector) -> [Point; 2], start: &Vector, 
         v = mean(&|c| c.w);
         let apart = v.norm();
         if apart < best.apart {
-            in_vain = if apart < best.apart * (1.0 - 1e-12) { 0 } else { in_vain + 1 };
+            in_vain = if apart < best.apart * (1.0 - NEARER) { 0 } else { in_vain + 1 };
             best.apart = apart;
             best.on_first = Point::from(mean(&|c| c.on_first.coords));
             best.on_second = Point::from(mean(&|c| c.on_second.coords));
@@ -157,7 +161,7 @@ fn on_face(a: Vector, b: Vector, c: Vector) -> Option<Vec<f64>> {
     let part = side.dot(&along) / square;
     let across = side - along * part;
     let height = across.norm_squared();
-    if height.is_nan() || height <= 1e-28 * square {
+    if height.is_nan() || height <= NO_FACE * square {
         return None;
     }
     let t = -points[i].dot(&across) / height;

@@ -17,6 +17,8 @@ use crate::triangle_tree::TriangleTree;
 pub(crate) const PROVED_WITHIN_MM: f64 = 1e-7;
 /// Rounds of nearest points in turn: a few are enough where GJK came near. Where the two points creep, the search of `certain.rs` goes on from them.
 const MOST_PROJECTIONS: usize = 12;
+/// Shorter products of edges and directions have no direction: zero alone.
+const NOT_ZERO: f64 = 1e-300;
 
 /// Answer to "how far apart, as far as nearer than a limit".
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -332,7 +334,7 @@ fn parallel_planes(corners: &[Point; 3], axis: &Vector) -> impl Iterator<Item = 
     let [a, b, c] = *corners;
     let edges = [b - a, c - b, a - c];
     let all = [edges[0].cross(&edges[1]), edges[0].cross(axis), edges[1].cross(axis), edges[2].cross(axis)];
-    all.into_iter().filter_map(|n| n.try_normalize(1e-300)).flat_map(|n| [n, -n])
+    all.into_iter().filter_map(|n| n.try_normalize(NOT_ZERO)).flat_map(|n| [n, -n])
 }
 
 /// Pose of a body in the frame of a mesh, the way back, and the same for the query library.

@@ -27,6 +27,8 @@ const JOIN_MM: f64 = 1e-3;
 const TIGHT: usize = 12;
 /// Largest turn of a rotary joint in one step of the check, radian (10 degrees).
 const STEP_RAD: f64 = std::f64::consts::PI / 18.0;
+/// Steps of a turn at most: the work for a senseless motion stays bounded.
+const MOST_STEPS: f64 = 1e6;
 
 /// Where the joints are at the quarters of a piece, with the bounds for the ways between these.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -413,7 +415,7 @@ impl Interference {
         }
         let motion: [f64; MAX_JOINTS] = std::array::from_fn(|j| (to[j] - from[j]).abs());
         let turn = self.machine.joints.iter().zip(&motion).filter(|(j, _)| j.is_rotary()).map(|(_, m)| *m);
-        let steps = (turn.fold(0.0, f64::max) / STEP_RAD).ceil().clamp(1.0, 1e6) as usize;
+        let steps = (turn.fold(0.0, f64::max) / STEP_RAD).ceil().clamp(1.0, MOST_STEPS) as usize;
         for k in 0..steps {
             let at = |i: usize| i as f64 / steps as f64;
             let step = Step {

@@ -12,6 +12,9 @@ use crate::parts::{Wanted, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::{Revolved, Shape};
 
+/// Sine of the angle to Z below which a tool stands upright.
+const UPRIGHT: f64 = 1e-12;
+
 /// Solids fixed in one frame, prepared once for any number of tools. A copy shares them.
 #[derive(Clone, Debug)]
 pub struct StandingSolids(Arc<[Shape]>);
@@ -68,7 +71,7 @@ impl ToolClearance {
 /// A frame with its z along the tool axis; bodies of revolution do not care for the rest.
 fn upright(pose: &ToolPose) -> Pose {
     let across = Vector::z().cross(&pose.axis);
-    let turn = match across.try_normalize(1e-12) {
+    let turn = match across.try_normalize(UPRIGHT) {
         Some(axis) => Pose::from_axis_angle(&axis, across.norm().atan2(pose.axis.z)),
         None if pose.axis.z > 0.0 => Pose::identity(),
         None => Pose::from_axis_angle(&Vector::x(), std::f64::consts::PI),

@@ -17,6 +17,8 @@ use proveout_geom::{Point, Vector};
 /// Squared sine of the angle of two edges below which their ends are tried as well: there the foot of the common perpendicular
 /// is known to 1e-8 of the edges only.
 const ALMOST_PARALLEL: f64 = 1e-8;
+/// Area, as a part of the squares of two edges, below which a triangle has no normal.
+const NO_AREA: f64 = 1e-14;
 
 /// Two points that are near each other, one on each body, and the square of their distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +104,7 @@ impl<'a> Face<'a> {
         let (u, v) = (corners[1] - corners[0], corners[2] - corners[0]);
         let across = u.cross(&v);
         let area = across.norm();
-        (area > 1e-14 * (u.norm_squared() + v.norm_squared())).then(|| Self { corners, normal: across / area })
+        (area > NO_AREA * (u.norm_squared() + v.norm_squared())).then(|| Self { corners, normal: across / area })
     }
 
     fn height(&self, p: &Point) -> f64 {

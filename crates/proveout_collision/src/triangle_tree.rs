@@ -17,6 +17,9 @@ use proveout_geom::{Point, TriMesh, Vector};
 
 use crate::boxes::{BoxTree, Branch};
 
+/// Part of the longest edge that must lie across the mean normal to give a direction.
+const ACROSS: f64 = 1e-9;
+
 /// Triangles in a tree of boxes.
 #[derive(Clone, Debug)]
 pub(crate) struct TriangleTree {
@@ -54,7 +57,7 @@ impl Lean {
         let longest =
             longest.max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared())).unwrap_or_else(Vector::zeros);
         let frame = sum.try_normalize(f64::MIN_POSITIVE).and_then(|z| {
-            let x = (longest - z * longest.dot(&z)).try_normalize(1e-9 * longest.norm())?;
+            let x = (longest - z * longest.dot(&z)).try_normalize(ACROSS * longest.norm())?;
             Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
         });
         let axes = frame.unwrap_or_else(Matrix3::identity);

@@ -17,6 +17,8 @@ use crate::{
 
 /// Cosine of the angle between normals from which two faces do not look to the same side.
 const ALIKE: f64 = 0.999;
+/// A triangle with less area has no normal, mm^2.
+const NO_AREA: f64 = 1e-300;
 
 /// Two triangles that share a piece of face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +53,8 @@ impl TriMesh {
     }
 
     fn overlap(&self, s: usize, t: usize) -> bool {
-        let (Some(n), Some(m)) = (self.area_normal(s).try_normalize(1e-300), self.area_normal(t).try_normalize(1e-300))
+        let (Some(n), Some(m)) =
+            (self.area_normal(s).try_normalize(NO_AREA), self.area_normal(t).try_normalize(NO_AREA))
         else {
             return false;
         };

@@ -17,6 +17,8 @@ use toml::de::{DeTable, DeValue};
 pub const MAX_LENGTH_MM: f64 = 1e5;
 /// Of numbers without a unit.
 const PLAIN: f64 = 1e9;
+/// Values that are written without an exponent, and zero.
+const WRITTEN_PLAIN: Range<f64> = 1e-7..1e9;
 
 /// A unit (`_mm`) or a whole key, its least and its largest value, and whether zero is also allowed
 /// ("none", "not stated").
@@ -97,7 +99,7 @@ pub fn check_quantity(key: &str, value: f64) -> Result<(), OutOfRange> {
     if (least..=most).contains(&value) || zero && value == 0.0 {
         return Ok(());
     }
-    let plain = value == 0.0 || (1e-7..1e9).contains(&value.abs());
+    let plain = value == 0.0 || WRITTEN_PLAIN.contains(&value.abs());
     let value = if plain { value.to_string() } else { format!("{value:e}") };
     Err(OutOfRange { span: 0..0, key: key.to_owned(), value, least, most })
 }

@@ -1,5 +1,8 @@
 use crate::{Point, Pose, Vector};
 
+/// Sine between axes below which the axis does not turn: opposite ones have no great circle.
+const NO_TURN: f64 = 1e-12;
+
 /// Tip and axis of a tool in one frame: a cutter location. The turn about the axis is left open, since every body of a
 /// tool assembly is a body of revolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +26,7 @@ impl ToolPose {
         let tip = self.tip + (to.tip - self.tip) * t;
         let sine = self.axis.cross(&to.axis).norm();
         let angle = sine.atan2(self.axis.dot(&to.axis));
-        if sine < 1e-12 {
+        if sine < NO_TURN {
             let axis = if t < 1.0 { self.axis } else { to.axis };
             return Self { tip, axis };
         }

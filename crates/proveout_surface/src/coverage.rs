@@ -40,6 +40,8 @@ const FLAT: f64 = 0.3;
 const LARGE: f64 = 4.0;
 /// Triangles that are worked on at once by a thread.
 const TRIANGLES: usize = 64;
+/// What a part of an edge is divided by is this at least: the height is least where it ends.
+const NOT_ZERO: f64 = 1e-300;
 
 /// Part of the design that no ray resolves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +173,7 @@ fn samples(corners: &[Point; 3], watchers: &[Watcher<'_>], see: &mut See<'_>) {
     for i in 0..strips as usize {
         let x = (i as f64 + 0.5) / strips;
         // Part of the height that the triangle has over this place of its longest edge.
-        let part = if x < foot { x / foot } else { (1.0 - x) / (1.0 - foot).max(1e-300) }.min(1.0);
+        let part = if x < foot { x / foot } else { (1.0 - x) / (1.0 - foot).max(NOT_ZERO) }.min(1.0);
         let rows = (height * part / finest).ceil().max(1.0);
         let area = length / strips * height * part / rows;
         for j in 0..rows as usize {

@@ -62,6 +62,24 @@ const MOST_BOXES: usize = 20_000;
 const MOST_BOXES_DEEPER: usize = 40;
 /// Halvings in parallel: 2^12 boxes.
 const PARALLEL: u32 = 12;
+/// A point that is looked at lies this deep in a piece, mm, so that rounding does not put it outside.
+const BELOW_FACE: f64 = 1e-7;
+/// The same in a box whose middle lies outside of the piece, mm.
+const BELOW_MIDDLE: f64 = 1e-6;
+/// Shorter parts of directions, both of length 1, are made of rounding.
+const SHORTEST: f64 = 1e-9;
+/// Area that a face has at least where normals are weighed by area, mm^2: one without area has a normal too.
+const LEAST_AREA: f64 = 1e-12;
+/// Weighed normals whose sum is shorter have no mean, mm^2.
+const NO_MEAN: f64 = 1e-12;
+/// A shift may fall short of a length that is asked by this, mm: rounding of the normal equations.
+const SHORT: f64 = 1e-9;
+/// Square of the sine of the angle between two normals below which they bind as one.
+const ONE_NORMAL: f64 = 1e-6;
+/// Volume between three unit normals below which they meet in no point that is known.
+const NO_CORNER: f64 = 1e-3;
+/// A plane passes a box by where it is farther from it than this, mm: rounding.
+const PASSES: f64 = 1e-9;
 
 /// What is decided.
 pub struct Overcut<'a> {
@@ -264,7 +282,7 @@ impl Search<'_> {
         let at = |p: &Point| {
             let (there, item) = nearest(p)?;
             let error = sweeps.distance_error(item);
-            let out = (there.distance + 1.5 * error + 1e-7).max(0.0);
+            let out = (there.distance + 1.5 * error + BELOW_FACE).max(0.0);
             let inside = p - there.normal * out;
             self.gouge_at(item, &inside).filter(|_| bounds.contains(&inside))
         };
@@ -284,7 +302,7 @@ impl Search<'_> {
                 ways.extend([down, down - out * out.dot(&down), down.cross(&out), out.cross(&down)]);
             }
             asked += ways.len();
-            let steps = ways.into_iter().filter_map(|way| way.try_normalize(1e-9));
+            let steps = ways.into_iter().filter_map(|way| way.try_normalize(SHORTEST));
             let tried = steps.filter_map(|way| at(&(best.point + way * step)));
             match tried.max_by(|a, b| a.depth.total_cmp(&b.depth)).filter(|w| w.depth > best.depth) {
                 Some(deeper) => best = deeper,
@@ -332,7 +350,8 @@ impl Search<'_> {
             if is_kept && out.best.is_none() {
                 // The middle of the box may lie just outside of the piece: try the nearest points inside it.
                 let into = |way: f64| center + n * (near.distance + way + 1.1 * error).max(0.0);
-                out.best = self.gouge_at(*item, &into(1e-6)).or_else(|| self.gouge_at(*item, &into(0.5 * half)));
+                out.best =
+                    self.gouge_at(*item, &into(BELOW_MIDDLE)).or_else(|| self.gouge_at(*item, &into(0.5 * half)));
             }
             is_kept
         });
@@ -426,14 +445,14 @@ impl Search<'_> {
             }
             let from = polygon[0];
             let area: f64 = polygon.windows(2).map(|w| (w[0] - from).cross(&(w[1] - from)).norm()).sum();
-            sums[index].1 += face.normal * (area + 1e-12);
+            sums[index].1 += face.normal * (area + LEAST_AREA);
             parts.push((index, polygon));
         }
         let mean: Vector = sums.iter().map(|s| s.1).sum();
         let mut normals: Vec<Vector> =
             sums.iter().map(|(first, sum)| sum.try_normalize(0.0).unwrap_or(*first)).collect();
         if normals.len() > 1 && normals.len() < ASPECTS {
-            normals.extend(mean.try_normalize(1e-12));
+            normals.extend(mean.try_normalize(NO_MEAN));
         }
         let top = |n: &Vector, only: Option<usize>| {
             let of = parts.iter().filter(|(k, _)| only.is_none_or(|o| o == *k)).flat_map(|(_, p)| p);
@@ -485,7 +504,7 @@ impl Search<'_> {
 /// The shortest shift d with `n . d >= g` for all pairs of a unit direction n and a length g: the one that is bound by the fewest of them, by
 /// the normal equations of these.
 fn least_shift(asked: &[(Vector, f64)]) -> Option<Vector> {
-    let does = |d: &Vector| asked.iter().all(|(n, g)| n.dot(d) >= g - 1e-9);
+    let does = |d: &Vector| asked.iter().all(|(n, g)| n.dot(d) >= g - SHORT);
     if does(&Vector::zeros()) {
         return Some(Vector::zeros());
     }
@@ -500,12 +519,12 @@ fn least_shift(asked: &[(Vector, f64)]) -> Option<Vector> {
         for (j, (m, h)) in asked.iter().enumerate().skip(i + 1) {
             let (c, cross) = (n.dot(m), n.cross(m));
             let sine = 1.0 - c * c;
-            if sine > 1e-6 {
+            if sine > ONE_NORMAL {
                 take(n * ((g - c * h) / sine) + m * ((h - c * g) / sine));
             }
             for (o, k) in asked.iter().skip(j + 1) {
                 let volume = cross.dot(o);
-                if volume.abs() > 1e-3 {
+                if volume.abs() > NO_CORNER {
                     take((m.cross(o) * *g + o.cross(n) * *h + cross * *k) / volume);
                 }
             }
@@ -526,7 +545,7 @@ fn touches(face: &Face, bounds: &Aabb) -> bool {
     }
     let (middle, half) = (bounds.center(), bounds.size() * 0.5);
     let reach: f64 = (0..3).map(|k| face.normal[k].abs() * half[k]).sum();
-    (middle - a).dot(&face.normal).abs() <= reach + 1e-9
+    (middle - a).dot(&face.normal).abs() <= reach + PASSES
 }
 
 /// The part of a triangle in a box, cut by its six planes one by one (Sutherland and Hodgman 1974).

@@ -175,11 +175,12 @@ impl DesignMesh {
 
 impl DesignSurface for DesignMesh {
     fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+        /// Part by which the search reaches farther than asked: it keeps what is strictly nearer than its bound.
+        const BEYOND: f64 = 1e-12;
         if !p.iter().all(|v| v.is_finite()) {
             return None;
         }
-        // The search keeps what is strictly nearer than its bound.
-        let bound = if range < f64::MAX { range * (1.0 + 1e-12) + f64::MIN_POSITIVE } else { f64::MAX };
+        let bound = if range < f64::MAX { range * (1.0 + BEYOND) + f64::MIN_POSITIVE } else { f64::MAX };
         let nearest = nearest_of(&self.mesh, p, bound)?;
         if self.shells.is_empty() {
             return Some(nearest);

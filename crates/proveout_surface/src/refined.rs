@@ -50,6 +50,8 @@ const SAME: f64 = 5e-3;
 const OWN: [f64; 2] = [0.02, 1e-4];
 /// Heights that differ by less are one, mm.
 const EQUAL: f64 = 1e-9;
+/// Pieces are near a place when their bounds hold it or are not farther from it than this, mm.
+const NEAR: f64 = 1e-6;
 
 /// What is searched on.
 pub struct Refine<'a> {
@@ -175,7 +177,7 @@ impl Refine<'_> {
         let followed = |foot: &Point, normal: &Vector, from: &PathContact| self.path.follow(from, foot, normal);
         for _ in 0..AGAIN {
             let best = self.search(&start, -1.0, &followed);
-            let near = self.path.near(&best.point(), 1e-6);
+            let near = self.path.near(&best.point(), NEAR);
             let deeper = self.path.lowest_of(&near, &best.foot, &best.normal, best.contact.height);
             let deeper =
                 deeper.filter(|c| c.height < best.contact.height - EQUAL).map(|contact| Place { contact, ..best });

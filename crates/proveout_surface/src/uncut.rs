@@ -55,6 +55,10 @@ const FOLDED: f64 = 0.2;
 const REACH: f64 = 2.0;
 /// Triangles and edges that are worked on at once by a thread.
 const AT_ONCE: usize = 64;
+/// Places on an edge that are asked at most: the work for a long edge of a fine stock stays bounded.
+const MOST_ON_EDGE: f64 = 1e5;
+/// An edge goes inward where a corner of the other face lies above this one by more, mm.
+const ABOVE: f64 = 1e-9;
 
 /// What is decided.
 pub struct Uncut<'a> {
@@ -136,7 +140,7 @@ pub fn uncut(on: &Uncut<'_>) -> UncutFound {
             let mut found = UncutFound::default();
             for edge in some {
                 let [a, b] = edge.ends;
-                let steps = ((b - a).norm() / on.finest()).ceil().clamp(1.0, 1e5) as usize;
+                let steps = ((b - a).norm() / on.finest()).ceil().clamp(1.0, MOST_ON_EDGE) as usize;
                 for i in 0..steps {
                     let q = a + (b - a) * ((i as f64 + 0.5) / steps as f64);
                     if edge.inward {
@@ -327,7 +331,7 @@ fn edges(mesh: &TriMesh) -> Vec<Edge> {
             let above = mesh.corners(other).iter().map(|p| (p - corners[k]).dot(&n)).fold(0.0, f64::max);
             out.push(Edge {
                 ends: [corners[k], corners[(k + 1) % 3]],
-                inward: above > 1e-9,
+                inward: above > ABOVE,
                 outward,
                 stretch: 1.0 / outward.dot(&n),
             });

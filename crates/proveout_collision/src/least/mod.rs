@@ -74,6 +74,8 @@ const IN_VAIN: u32 = 16;
 pub(crate) const STRAIGHT_MM: f64 = 1e-4;
 /// Joints that differ by less are at rest, mm and radian: rounding.
 const STANDS: f64 = 1e-8;
+/// Distances are asked for by this part farther, so that rounding hides nothing that lies at the limit.
+pub(crate) const BEYOND: f64 = 1e-12;
 
 /// Least distance of a pair over the motion so far. The true one is at least `proved`, and at most `measured` where that is known.
 #[derive(Clone, Debug, PartialEq)]
@@ -470,7 +472,7 @@ impl<'a> PairAsk<'a> {
         for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && weights[j] > 0.0) {
             places.shift(column(self.machine, &ring.a, ring.b, &middle, j) * half[j]);
         }
-        let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
+        let limit = (wanted + turning - aside).max(0.0) * (1.0 + BEYOND);
         let mut effort = Effort::at_most(self.most_of_look);
         let shapes = (&*ring.a.shape, &*ring.b.shape);
         let distance = least_distance_with(shapes, &places, limit, &mut effort).min(limit);
@@ -554,7 +556,7 @@ impl Ask for PairAsk<'_> {
         if seen - turning + aside < wanted {
             return none;
         }
-        let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
+        let limit = (wanted + turning - aside).max(0.0) * (1.0 + BEYOND);
         let Some((ends, curved)) = line else {
             let middle = (range.low + range.high) * 0.5;
             let mut places = Places::at(self.b_from_a(&middle));

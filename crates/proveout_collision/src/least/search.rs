@@ -38,9 +38,9 @@ use std::collections::BinaryHeap;
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use super::ENOUGH_MM;
 use super::noted::Noted;
 use super::way::{Stretch, Way};
+use super::{BEYOND, ENOUGH_MM};
 
 /// A stretch whose motion is more than this part of the least distance that was measured is long.
 const LONG: f64 = 0.05;
@@ -282,7 +282,7 @@ impl Search {
         let needed = wanted - ask.about(way, stretch, &joints, 0.0).reached();
         // Where it is not asked how far they are, a place that is nearer than the nearest one so far does not matter either.
         let nearer = if self.measured.is_none() { ENOUGH_MM } else { known.min(self.enough) };
-        let limit = nearer.max(needed) * (1.0 + 1e-12);
+        let limit = nearer.max(needed) * (1.0 + BEYOND);
         let [proved, distance] = ask.distance(&joints, limit);
         self.seen = distance;
         if distance < known.min(limit) {

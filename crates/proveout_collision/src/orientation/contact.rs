@@ -4,10 +4,15 @@ use proveout_geom::{Point, Vector};
 use proveout_tool::ProfileError;
 use thiserror::Error;
 
+use super::NOT_ZERO;
 use crate::report::CollisionError;
 
 /// A unit vector may be this far from length one.
 const UNIT: f64 = 1e-6;
+/// Principal directions may be this far from length one and from right angles.
+const PRINCIPAL: f64 = 1e-4;
+/// Sine of the angle to the normal below which a feed has no direction on the surface.
+const ALONG_NORMAL: f64 = 1e-9;
 
 /// Where a cutter touches a surface, in the frame of the solids.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,7 +133,7 @@ impl LocalFrame {
         }
         let normal = contact.normal / length;
         let flat = contact.feed - normal * contact.feed.dot(&normal);
-        let along = flat.try_normalize(1e-9 * contact.feed.norm().max(1e-300));
+        let along = flat.try_normalize(ALONG_NORMAL * contact.feed.norm().max(NOT_ZERO));
         let along = along.ok_or(OrientationError::NoFeed { point: at, feed: contact.feed.into() })?;
         let across = normal.cross(&along);
         let mut form = None;
@@ -142,8 +147,8 @@ impl LocalFrame {
                 sum = [sum[0] + k * x * x, sum[1] + k * x * y, sum[2] + k * y * y];
             }
             let [(_, u), (_, v)] = principal;
-            let unit = |d: &Vector| (d.norm() - 1.0).abs() < 1e-4 && d.dot(&normal).abs() < 1e-4;
-            if !(unit(u) && unit(v) && u.dot(v).abs() < 1e-4) {
+            let unit = |d: &Vector| (d.norm() - 1.0).abs() < PRINCIPAL && d.dot(&normal).abs() < PRINCIPAL;
+            if !(unit(u) && unit(v) && u.dot(v).abs() < PRINCIPAL) {
                 return Err(OrientationError::Directions { point: at });
             }
             form = Some(sum);

@@ -17,6 +17,9 @@
 
 use super::search::Verdict;
 
+/// Rounding of the curvatures as a part of the largest: a ball in a cylinder of its own radius fits.
+const GRAIN: f64 = 1e-9;
+
 /// Smallest eigenvalue of `[xx, xy, yy]`.
 fn least(m: [f64; 3]) -> f64 {
     let (mean, half) = (0.5 * (m[0] + m[2]), 0.5 * (m[0] - m[2]));
@@ -59,8 +62,7 @@ pub(crate) fn judge(
         let rate = if round > 0.0 { spread.min(1.0 / round - k) } else { spread };
         (least_difference(circle, round, form, sine, yaw), rate.max(0.0) * half)
     };
-    // Rounding of the curvatures, relative: a ball in a cylinder of its own radius fits.
-    let grain = 1e-9 * form.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let grain = GRAIN * form.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let (worst, turn) = at(low);
     if worst - turn >= -grain {
         return Verdict::Free;

@@ -33,6 +33,9 @@ const LEAST_MM: f64 = 0.01;
 const STEP: f64 = 1e-4;
 /// Number of places on the arc from which the angles that are too near are looked for.
 const STARTS: usize = 24;
+/// Distances and the widths of bins are larger by this part, and widths by this, mm: rounding.
+const LARGER: f64 = 1e-9;
+const WIDER_MM: f64 = 1e-12;
 
 /// Angles from the axis, radian; from above to for none.
 type Angles = [f64; 2];
@@ -57,7 +60,7 @@ pub(crate) struct Extent {
 impl Extent {
     /// The parts that turn with the axis; `kind` picks the distance that they must keep.
     pub(crate) fn new(limbs: &[Limb], kind: usize, ball: f64) -> Self {
-        let far = limbs.iter().map(|l| l.reach + l.needs[kind]).fold(0.0, f64::max) * (1.0 + 1e-9);
+        let far = limbs.iter().map(|l| l.reach + l.needs[kind]).fold(0.0, f64::max) * (1.0 + LARGER);
         let near = (INSIDE * ball).max(LEAST_MM);
         let first = bin(near);
         let count = (bin(far.max(near)) - first + 1) as usize;
@@ -65,7 +68,7 @@ impl Extent {
         for k in 0..count as u64 {
             let [low, high] = [first + k, first + k + 1].map(|b| f64::from_bits(b << BITS_BELOW));
             let middle = 0.5 * (low + high);
-            let half = 0.5 * (high - low) * (1.0 + 1e-9) + 1e-12;
+            let half = 0.5 * (high - low) * (1.0 + LARGER) + WIDER_MM;
             let (mut hull, mut sure) = (NONE, Vec::new());
             for limb in limbs {
                 let own = may_be_near(limb, limb.needs[kind], middle, half);

@@ -6,6 +6,13 @@ use proveout_geom::{Vector, sin_cos};
 
 use super::contact::LocalFrame;
 
+/// Part by which a number of rings or of halvings may round above a whole one.
+const WHOLE: f64 = 1e-9;
+/// Part by which a tilt may round above the largest one: the last ring is closed.
+const CLOSED: f64 = 1e-12;
+/// Added to the spread of a cell: rounding.
+const ROUNDING: f64 = 1e-12;
+
 /// A cell: tilts and yaws, radian; lower ends belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cell {
@@ -27,9 +34,9 @@ pub(crate) struct Grid {
 impl Grid {
     /// Rings of at most `largest` up to `limit`, halved until they are at most `finest`, radian.
     pub(crate) fn new(limit: f64, largest: f64, finest: f64) -> Self {
-        let rings = (limit / largest - 1e-9).ceil().max(1.0);
+        let rings = (limit / largest - WHOLE).ceil().max(1.0);
         let step = limit / rings;
-        let levels = (step / finest * (1.0 - 1e-9)).log2().ceil().max(0.0) as u32;
+        let levels = (step / finest * (1.0 - WHOLE)).log2().ceil().max(0.0) as u32;
         let mut starts = vec![0];
         for ring in 0..rings as usize {
             let length = TAU * ((ring as f64 + 0.5) * step).sin();
@@ -55,8 +62,7 @@ impl Grid {
     pub(crate) fn root_of(&self, [tilt, yaw]: [f64; 2]) -> Option<usize> {
         let rings = self.starts.len() - 1;
         let ring = (tilt / self.step) as usize;
-        // The last ring is closed.
-        let ring = if ring == rings && tilt <= self.step * rings as f64 * (1.0 + 1e-12) { rings - 1 } else { ring };
+        let ring = if ring == rings && tilt <= self.step * rings as f64 * (1.0 + CLOSED) { rings - 1 } else { ring };
         let ends = self.starts.get(ring..ring + 2)?;
         let sectors = ends[1] - ends[0];
         let k = ((yaw + PI) / TAU * sectors as f64) as usize;
@@ -133,9 +139,8 @@ impl Cell {
             chord = chord.max((frame.direction(tk, yk) - axis).norm());
             lean_chord = lean_chord.max((frame.direction(turned(tk), yk) - lean).norm());
         }
-        let round = 1e-12;
         let halves = 0.5 * (self.tilt[1] - self.tilt[0] + self.yaw[1] - self.yaw[0]);
-        Spread { axis, lean, chord: chord + round, lean_chord: lean_chord + round, turn: halves + round }
+        Spread { axis, lean, chord: chord + ROUNDING, lean_chord: lean_chord + ROUNDING, turn: halves + ROUNDING }
     }
 
     /// The direction of the cell that is nearest to one of polar angle and yaw `at`: its tilt and yaw.

@@ -2,6 +2,9 @@
 
 use proveout_tool::{Profile, Segment};
 
+/// Nearer to the skin than this, the way from it gives no normal, mm.
+const ON_SKIN_MM: f64 = 1e-12;
+
 /// What the part is made of.
 #[derive(Clone, Debug)]
 enum Shape {
@@ -184,7 +187,7 @@ fn body_height(pieces: &[Piece], p: [f64; 2]) -> Height {
             (least, foot, skin_normal) = (d, q, n);
         }
     }
-    if outside && least > 1e-12 {
+    if outside && least > ON_SKIN_MM {
         Height { distance: least, normal: [(p[0] - foot[0]) / least, (p[1] - foot[1]) / least] }
     } else {
         Height { distance: if outside { least } else { -least }, normal: skin_normal }

@@ -14,6 +14,8 @@ const INSIDE: f64 = 2e-5;
 const SHORTEST_WAY: f64 = 1e-5;
 /// A way of a bull-nose this near to the normal passes from one side of its corner to the other, radian.
 const AT_POLE: f64 = 1e-6;
+/// Axes whose sum is shorter are opposite.
+const OPPOSITE: f64 = 1e-6;
 
 /// What is known of the axes of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -220,7 +222,7 @@ impl OrientationMap {
     /// contact. Opposite axes have no such way, and a bull-nose cannot pass the normal: its contact would jump across.
     pub fn way_is_free(&self, from: &Vector, to: &Vector) -> bool {
         let (Some(a), Some(b)) = (unit(from), unit(to)) else { return false };
-        if !self.is_free(&a) || !self.is_free(&b) || (a + b).norm() < 1e-6 {
+        if !self.is_free(&a) || !self.is_free(&b) || (a + b).norm() < OPPOSITE {
             return false;
         }
         if self.circle_at_pole {

@@ -107,3 +107,8 @@ pub use map::{AxisState, OrientationCell, OrientationMap, Refusal};
 pub use space::{Obstacle, OrientationSettings, OrientationSpace};
 pub use turn::BallTurn;
 pub use walk::OrientationWalk;
+
+/// Balls are larger by this part, and by as much in mm, so that rounding leaves no corner out.
+const BALL_ROUNDING: f64 = 1e-12;
+/// Shorter vectors have no direction: zero alone.
+const NOT_ZERO: f64 = 1e-300;

@@ -20,6 +20,10 @@ const MORE_LOOKS: u32 = 24;
 const MOST_PIECES: usize = 40;
 /// Pieces are no smaller than this, mm.
 const LEAST_PIECE_MM: f64 = 0.1;
+/// Shorter vectors across an axis, and products of edges and axes, have no direction.
+const SHORTEST: f64 = 1e-12;
+/// Square of a step below which the search for a plane stands, mm^2.
+const STANDS: f64 = 1e-18;
 
 /// What is proved of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -284,7 +288,7 @@ fn plane(pose: &CellPose, limb: &Limb, need: f64, corners: &[Point; 3]) -> Near 
         if height.distance < need && height.distance + pose.motion(limb, pose.levers(&x)) < need {
             return Near::Blocked;
         }
-        let outward = radial.try_normalize(1e-12).unwrap_or_else(|| across(&pose.axis));
+        let outward = radial.try_normalize(SHORTEST).unwrap_or_else(|| across(&pose.axis));
         let normal = outward * height.normal[0] + pose.axis * height.normal[1];
         let lowest = corners.iter().map(|p| normal.dot(&(p - x))).fold(f64::INFINITY, f64::min);
         if height.distance + lowest > wanted {
@@ -300,7 +304,7 @@ fn plane(pose: &CellPose, limb: &Limb, need: f64, corners: &[Point; 3]) -> Near 
         } else {
             closest(corners, &(x - normal * height.distance))
         };
-        if step != 1 && (next - x).norm_squared() < 1e-18 {
+        if step != 1 && (next - x).norm_squared() < STANDS {
             if step > 1 {
                 break;
             }
@@ -320,14 +324,14 @@ fn face_and_edges(pose: &CellPose, limb: &Limb, corners: &[Point; 3]) -> (f64, P
         [edges[0].cross(&edges[1]), edges[0].cross(&pose.axis), edges[1].cross(&pose.axis), edges[2].cross(&pose.axis)];
     let mut best = (f64::NEG_INFINITY, pose.center);
     for direction in directions {
-        let Some(normal) = direction.try_normalize(1e-12) else { continue };
+        let Some(normal) = direction.try_normalize(SHORTEST) else { continue };
         for normal in [normal, -normal] {
             let lowest = corners.iter().map(|p| normal.dot(&(p - pose.center))).fold(f64::INFINITY, f64::min);
             let w = normal.dot(&pose.axis);
             let radial = normal - pose.axis * w;
             let (support, at) = limb.support([radial.norm(), w]);
             if lowest - support > best.0 {
-                let outward = radial.try_normalize(1e-12).unwrap_or_else(|| across(&pose.axis));
+                let outward = radial.try_normalize(SHORTEST).unwrap_or_else(|| across(&pose.axis));
                 best = (lowest - support, pose.center + outward * at[0] + pose.axis * at[1]);
             }
         }

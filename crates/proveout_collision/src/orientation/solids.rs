@@ -2,6 +2,7 @@
 
 use proveout_geom::{Point, TriMesh};
 
+use super::BALL_ROUNDING;
 use crate::parts::{Wanted, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::MeshShape;
@@ -119,7 +120,7 @@ fn grow(triangles: &[[Point; 3]], order: &mut [u32], nodes: &mut Vec<Node>, inde
     let first_anchor = if let [only] = order { closest(&triangles[*only as usize], &center) } else { all[0] };
     let anchor = all.iter().fold(first_anchor, |a, p| if (p - center).norm() < (a - center).norm() { *p } else { a });
     // Rounding of the center must not leave a corner out.
-    let radius = radius * (1.0 + 1e-12) + 1e-12;
+    let radius = radius * (1.0 + BALL_ROUNDING) + BALL_ROUNDING;
     if let [only] = order {
         nodes[index] = Node { center, radius, anchor, first: *only, leaf: true };
         return;

@@ -6,6 +6,7 @@ use std::ops::Range;
 use proveout_geom::{Point, ToolPose, TriMesh, Vector, sin_cos};
 use proveout_tool::{Role, Tool};
 
+use super::NOT_ZERO;
 use super::caps::Caps;
 use super::contact::{LocalFrame, OrientationError, SurfaceContact};
 use super::curvature::{judge, least_difference};
@@ -22,6 +23,9 @@ use super::walk::OrientationWalk;
 const LEAST_CELL: f64 = 3.5e-4;
 /// Cells are at most this high before they are halved, radian: yaws of the bounds must not differ by more than a right angle.
 const LARGEST_CELL: f64 = std::f64::consts::FRAC_PI_4;
+/// Part by which a limit of the settings, which are given in degrees, may round above the largest, and below the least.
+const ABOVE: f64 = 1e-12;
+const BELOW: f64 = 1e-6;
 
 /// A solid near a contact, in the frame of the contacts.
 #[derive(Clone, Copy, Debug)]
@@ -67,13 +71,13 @@ impl OrientationSettings {
     fn check(&self) -> Result<(), OrientationError> {
         let wrong = |key, value, limit| Err(OrientationError::Setting { key, value, limit });
         let deg = f64::to_degrees;
-        if !(self.largest_cell > 0.0 && self.largest_cell <= LARGEST_CELL * (1.0 + 1e-12)) {
+        if !(self.largest_cell > 0.0 && self.largest_cell <= LARGEST_CELL * (1.0 + ABOVE)) {
             return wrong("largest_cell_deg", deg(self.largest_cell), "above 0 and at most 45");
         }
-        if !(self.finest_cell >= LEAST_CELL * (1.0 - 1e-6) && self.finest_cell <= self.largest_cell) {
+        if !(self.finest_cell >= LEAST_CELL * (1.0 - BELOW) && self.finest_cell <= self.largest_cell) {
             return wrong("finest_cell_deg", deg(self.finest_cell), "at least 0.02 and at most the largest cell");
         }
-        if !(self.tilt_limit > 0.0 && self.tilt_limit <= FRAC_PI_2 * (1.0 + 1e-12)) {
+        if !(self.tilt_limit > 0.0 && self.tilt_limit <= FRAC_PI_2 * (1.0 + ABOVE)) {
             return wrong("tilt_limit_deg", deg(self.tilt_limit), "above 0 and at most 90");
         }
         if !(self.clearance >= 0.0 && self.clearance.is_finite()) {
@@ -321,5 +325,5 @@ pub(crate) fn split(nodes: &mut Vec<MapNode>, cell: &Cell, halving: super::grid:
 /// A unit vector, where there is one.
 pub(crate) fn unit(v: &Vector) -> Option<Vector> {
     let finite = v.iter().all(|x| x.is_finite());
-    v.try_normalize(1e-300).filter(|_| finite)
+    v.try_normalize(NOT_ZERO).filter(|_| finite)
 }

@@ -5,6 +5,7 @@
 
 use proveout_geom::{Point, Vector};
 
+use super::BALL_ROUNDING;
 use super::extent::Extent;
 use super::solids::Solid;
 use super::space::Place;
@@ -184,7 +185,7 @@ impl<'a> Spots<'a> {
     #[inline(always)]
     fn quarter(&mut self, solid: u32, piece: &Piece) {
         let Piece { corners: [a, b, c], center, radius } = piece;
-        let radius = 0.5 * radius * (1.0 + 1e-12) + 1e-12;
+        let radius = 0.5 * radius * (1.0 + BALL_ROUNDING) + BALL_ROUNDING;
         let amid = Point::from(0.5 * (a.coords + b.coords + c.coords - center.coords));
         let [by_a, by_b, by_c] = [a, b, c].map(|p| nalgebra::center(p, center));
         let centers = [by_a, by_b, by_c, amid];
@@ -342,10 +343,10 @@ fn circle(corners: &[Point; 3]) -> (Point, f64) {
         let radius = 0.5 * (q - p).norm();
         if (other - middle).norm() <= radius || square <= 0.0 {
             let radius = radius.max((other - middle).norm());
-            return (middle, radius * (1.0 + 1e-12) + 1e-12);
+            return (middle, radius * (1.0 + BALL_ROUNDING) + BALL_ROUNDING);
         }
     }
     let center = a + (normal.cross(&u) * v.norm_squared() + v.cross(&normal) * u.norm_squared()) / (2.0 * square);
     let radius = corners.iter().map(|p| (p - center).norm()).fold(0.0, f64::max);
-    (center, radius * (1.0 + 1e-12) + 1e-12)
+    (center, radius * (1.0 + BALL_ROUNDING) + BALL_ROUNDING)
 }

@@ -19,6 +19,7 @@ use std::f64::consts::{PI, TAU};
 
 use proveout_geom::{Point, Vector};
 
+use super::BALL_ROUNDING;
 use super::extent::Extent;
 use super::solids::{Solid, closest};
 use super::space::OrientationSpace;
@@ -34,6 +35,12 @@ const SMALL: f64 = 0.06;
 const HARDLY: f64 = 0.004;
 /// Rounding, radian.
 const ROUNDING: f64 = 1e-9;
+/// A place this near to the center has no direction, mm.
+const CENTER_MM: f64 = 1e-9;
+/// Angles begin on the axis where their largest cosine is less than one by no more than this.
+const ON_AXIS: f64 = 1e-9;
+/// Vectors of a basis may be this far from length one.
+const UNIT: f64 = 1e-9;
 
 /// A turn of the axis of a tool with a ball end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,7 +154,7 @@ impl Turning<'_> {
         let seen = |radius: f64| if radius < r { (radius / r).asin() } else { PI };
         let angle = high.clamp(-1.0, 1.0).acos() + seen(wide) + self.turn.spread + ROUNDING;
         // A place at the center itself has no direction; everything is forbidden.
-        let interval = if r > 1e-9 { self.near(&(from / r), angle)? } else { (0.0, PI) };
+        let interval = if r > CENTER_MM { self.near(&(from / r), angle)? } else { (0.0, PI) };
         Some((interval, seen(radius)))
     }
 
@@ -155,11 +162,11 @@ impl Turning<'_> {
     fn take_inner(&mut self, place: &Point) {
         let from = place - self.turn.center;
         let r = from.norm();
-        if r <= 1e-9 {
+        if r <= CENTER_MM {
             return;
         }
         // Angles from the axis on: a ring would leave out its middle.
-        if let Some([low, high]) = self.extent.inner(r).filter(|[low, _]| *low >= 1.0 - 1e-9)
+        if let Some([low, high]) = self.extent.inner(r).filter(|[low, _]| *low >= 1.0 - ON_AXIS)
             && let Some((middle, half)) = self.near(&(from / r), high.clamp(-low, low).acos())
         {
             self.union.add(middle, half);
@@ -205,7 +212,8 @@ impl Turning<'_> {
             while let Some(piece) = pieces.pop() {
                 let [a, b, c] = piece;
                 let center = Point::from((a.coords + b.coords + c.coords) / 3.0);
-                let radius = piece.iter().map(|p| (p - center).norm()).fold(0.0, f64::max) * (1.0 + 1e-12) + 1e-12;
+                let radius = piece.iter().map(|p| (p - center).norm()).fold(0.0, f64::max) * (1.0 + BALL_ROUNDING)
+                    + BALL_ROUNDING;
                 if self.settled(&center, radius) {
                     continue;
                 }
@@ -224,7 +232,7 @@ impl OrientationSpace {
     pub fn free_turns(&self, turn: &BallTurn) -> Option<Vec<[f64; 2]>> {
         let extents = self.extents.as_ref()?;
         let finite = turn.center.coords.iter().chain(turn.basis.iter().flat_map(|b| b.iter())).all(|v| v.is_finite());
-        let unit = turn.basis.iter().all(|b| (b.norm() - 1.0).abs() < 1e-9);
+        let unit = turn.basis.iter().all(|b| (b.norm() - 1.0).abs() < UNIT);
         let known = turn.drift >= 0.0 && turn.drift.is_finite() && turn.spread >= 0.0 && turn.axial.abs() < 1.0;
         if !(finite && unit && known) {
             return None;

@@ -3,10 +3,11 @@
 use thiserror::Error;
 
 use super::{
+    MOST_PLATFORM_MM,
     discs::Discs,
     section::{CamberSection, SectionCurve, SectionError},
 };
-use crate::{Point, Vector};
+use crate::{MAX_LENGTH_MM, Point, Vector};
 
 /// Platform below the blade: the outline of the section at a distance, with flat faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,12 +90,12 @@ impl Blade {
             if fits { Ok(()) } else { Err(BladeError::Value { name, value, range }) }
         };
         let outline = spec.section.curve(0.0)?;
-        value("the length", spec.length, 0.0, 1e5, "above zero")?;
+        value("the length", spec.length, 0.0, MAX_LENGTH_MM, "above zero")?;
         value("the twist", spec.twist, -0.2, 0.2, "less than 0.2 radian/mm either way")?;
         if let Some(platform) = &spec.platform {
             value("the fillet radius", platform.fillet_radius, 0.0, spec.length, "above zero, below the length")?;
-            value("the margin", platform.margin, platform.fillet_radius, 1e4, "above the fillet radius")?;
-            value("the thickness of the platform", platform.thickness, 0.0, 1e4, "above zero")?;
+            value("the margin", platform.margin, platform.fillet_radius, MOST_PLATFORM_MM, "above the fillet radius")?;
+            value("the thickness of the platform", platform.thickness, 0.0, MOST_PLATFORM_MM, "above zero")?;
             spec.section.curve(platform.margin)?;
         }
         let discs = Discs::new(&spec.section);

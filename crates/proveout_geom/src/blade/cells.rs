@@ -17,6 +17,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 use crate::{Point, Vector};
 
 use super::{
+    LEAST_PART,
     ball_tree::BallTree,
     scalar::{Interval, Scalar},
     surface::{Domain, Foot, Local, ParametricSurface},
@@ -43,6 +44,12 @@ const LOOKS: usize = 64;
 /// Cells that one search looks at: beyond this a whole patch is equally near, as to the center of a sphere. The search ends there and says how
 /// much nearer the cells that are left might come ([`Foot::error`]).
 const MOST_CELLS: usize = 100_000;
+/// A cell whose radius has no bound counts as so large where the size of a surface is estimated, mm.
+const MOST_RADIUS_MM: f64 = 1e4;
+/// A step of the polishing may lead away by this, mm: rounding.
+const AWAY_MM: f64 = 1e-9;
+/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is no minimum nearby.
+const LEAST_DETERMINANT: f64 = 1e-9;
 
 /// A surface with bounds of its second derivatives.
 pub(super) trait Bent {
@@ -179,7 +186,10 @@ impl Cells {
                 open.push(Cell::new(surface, [a[0], a[1]], [b[0], b[1]], 0));
             }
         }
-        let size = open.iter().map(|c| (c.center - open[0].center).norm() + c.radius().min(1e4)).fold(0.0, f64::max);
+        let size = open
+            .iter()
+            .map(|c| (c.center - open[0].center).norm() + c.radius().min(MOST_RADIUS_MM))
+            .fold(0.0, f64::max);
         let mut cells = Vec::new();
         while let Some(cell) = open.pop() {
             let [a, b] = cell.reach();
@@ -339,7 +349,7 @@ fn descend<S: ParametricSurface>(surface: &S, domain: &Domain, p: &Point, start:
         });
         let mut part = 1.0;
         let mut moved = false;
-        while part > 1e-4 {
+        while part > LEAST_PART {
             let next = keep([here[0] - part * step[0], here[1] - part * step[1]]);
             let there = surface.local(next[0], next[1]);
             let far = (there.point - p).norm();
@@ -378,7 +388,7 @@ fn polish<S: ParametricSurface>(surface: &S, domain: &Domain, p: &Point, from: [
             break;
         }
         let there = (surface.local(next[0], next[1]).point - p).norm();
-        if there > distance + 1e-9 {
+        if there > distance + AWAY_MM {
             break;
         }
         (here, distance) = (next, there);
@@ -398,8 +408,12 @@ fn step(at: &Local, p: &Point, held: impl Fn(usize, f64) -> bool) -> [f64; 2] {
     let g = [f.dot(su), f.dot(sv)];
     let gauss = [su.norm_squared(), su.dot(sv), sv.norm_squared()];
     let full: [f64; 3] = std::array::from_fn(|k| gauss[k] + f.dot(&at.second[k]));
-    let [a, b, c] =
-        if full[0] > 0.0 && full[0] * full[2] - full[1] * full[1] > 1e-9 * gauss[0] * gauss[2] { full } else { gauss };
+    let [a, b, c] = if full[0] > 0.0 && full[0] * full[2] - full[1] * full[1] > LEAST_DETERMINANT * gauss[0] * gauss[2]
+    {
+        full
+    } else {
+        gauss
+    };
     match (held(0, g[0]), held(1, g[1])) {
         (true, true) => [0.0, 0.0],
         (true, false) => [0.0, g[1] / c],

@@ -38,6 +38,16 @@ const LOWER_MM: f64 = 1e-12;
 pub(super) const STARTS: usize = 8;
 /// Steps of Newton's method.
 const STEPS: usize = 40;
+/// Distance from a center by which a bend is divided at least, mm.
+const LEAST_FAR_MM: f64 = 1e-12;
+/// A Newton step that is shorter is right to the last digits, where the value is too coarse to show an improvement, mm.
+const SURE_MM: f64 = 1e-5;
+/// The search ends at a step of this part of the length.
+const LAST_STEP: f64 = 1e-13;
+/// A step that does not improve is halved down to this, mm.
+const LAST_HALF_MM: f64 = 1e-7;
+/// An interval that is shorter is a place, mm.
+const NARROW_MM: f64 = 1e-12;
 
 /// The discs of a section, in y and z.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,21 +163,19 @@ impl Discs {
             let disc = &seen.disc;
             let toward_pivot = [self.pivot[0] - disc.center[0], self.pivot[1] - disc.center[1]];
             let inward = seen.away[0] * toward_pivot[0] + seen.away[1] * toward_pivot[1];
-            let bend = seen.across * seen.across / seen.far.max(1e-12)
+            let bend = seen.across * seen.across / seen.far.max(LEAST_FAR_MM)
                 - inward * self.camber_bend * self.camber_bend
                 - disc.bends;
             let most = self.length / STARTS as f64;
             let wanted = if bend > 0.0 { -seen.slope / bend } else { -seen.slope.signum() * most };
             let to = (s + wanted.clamp(-most, most)).clamp(0.0, self.length);
             let mut way = to - s;
-            // A short Newton step is right to the last digits, where the value is too coarse to show an
-            // improvement.
-            let sure = bend > 0.0 && way.abs() < 1e-5;
-            if way.abs() < 1e-13 * self.length {
+            let sure = bend > 0.0 && way.abs() < SURE_MM;
+            if way.abs() < LAST_STEP * self.length {
                 break;
             }
             let mut next = self.see(q, s + way);
-            while !sure && next.value >= seen.value && way.abs() > 1e-7 {
+            while !sure && next.value >= seen.value && way.abs() > LAST_HALF_MM {
                 way *= 0.5;
                 next = self.see(q, s + way);
             }
@@ -199,7 +207,7 @@ impl Discs {
             if seen.value < best.1.value - LOWER_MM {
                 best = self.settle(q, at);
             }
-            if !self.may_hold(&seen, at, [lo, hi], best.1.value) || hi - lo < 1e-12 {
+            if !self.may_hold(&seen, at, [lo, hi], best.1.value) || hi - lo < NARROW_MM {
                 continue;
             }
             let cut = cut([lo, hi], Some(best.0));

@@ -5,8 +5,15 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::body::Blade;
+use super::{
+    LEAST_BEND,
+    body::Blade,
+    solid_mesh::{COARSEST_MM, FINEST_MM},
+};
 use crate::{Point, TriMesh};
+
+/// Smallest step of an arc, radian.
+const LEAST_ARC: f64 = 1e-4;
 
 /// One level of the mesh: height and offset of the outline.
 #[derive(Clone, Copy)]
@@ -23,7 +30,7 @@ impl Blade {
     /// the fillet of its radius, and along X of the saddle that twist makes of a strip (`twist h_x h / 4`).
     pub fn mesh(&self, chord_error: f64) -> TriMesh {
         let spec = self.spec();
-        let tolerance = chord_error.clamp(1e-5, 1.0);
+        let tolerance = chord_error.clamp(FINEST_MM, COARSEST_MM);
         let largest = spec.platform.map_or(0.0, |p| p.margin);
         let section = &spec.section;
         // The sharpest curvature of the sides is below 1 / (camber radius - thickness) plus that of the thickness law.
@@ -62,8 +69,8 @@ impl Blade {
         }
         let start = self.airfoil_start();
         let reach = 0.6 * spec.section.chord + spec.section.thickness;
-        let saddle = 4.0 * tolerance / (spec.twist.abs() * side_step).max(1e-12);
-        let sagitta = (8.0 * tolerance / (spec.twist * spec.twist * reach).max(1e-12)).sqrt();
+        let saddle = 4.0 * tolerance / (spec.twist.abs() * side_step).max(LEAST_BEND);
+        let sagitta = (8.0 * tolerance / (spec.twist * spec.twist * reach).max(LEAST_BEND)).sqrt();
         let height = spec.length - start;
         let steps = ((height / saddle.min(sagitta).min(height)).ceil() as usize).clamp(1, 4000);
         for i in 0..=steps {
@@ -101,7 +108,7 @@ impl Blade {
 /// Steps of an arc of this angle with sagitta `r (1 - cos(a/2))` below the tolerance.
 fn arc_steps(radius: f64, tolerance: f64, angle: f64) -> usize {
     let step = 2.0 * (1.0 - (tolerance / radius).min(1.0)).acos();
-    ((angle / step.max(1e-4)).ceil() as usize).clamp(4, 4000)
+    ((angle / step.max(LEAST_ARC)).ceil() as usize).clamp(4, 4000)
 }
 
 fn stitch(mesh: &mut TriMesh, levels: usize, size: usize) {

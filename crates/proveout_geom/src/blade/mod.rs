@@ -45,3 +45,10 @@ pub use solid::{BladeEnd, BladeSolid, Plate, SolidError};
 pub use solid_mesh::{Backing, MeasuredMesh, MeshingError, face_mesh};
 pub use solid_nearest::NearestOnSolid;
 pub use surface::{Domain, Foot, Local, ParametricSurface};
+
+/// Largest thickness and margin of a platform, mm.
+const MOST_PLATFORM_MM: f64 = 1e4;
+/// A bend that a chord error is divided by is this at least: what is flat has steps as long as it is.
+const LEAST_BEND: f64 = 1e-12;
+/// Smallest part of a step of Newton's method that is tried before its search ends.
+const LEAST_PART: f64 = 1e-4;

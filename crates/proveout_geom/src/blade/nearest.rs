@@ -39,6 +39,10 @@ const LOWER_MM: f64 = 1e-11;
 const CENTER_MM: f64 = 1e-6;
 /// Steps of the search for a minimum nearby.
 const STEPS: usize = 30;
+/// A step below this ends that search, mm: the distance is too coarse to show a change.
+const LAST_STEP_MM: f64 = 1e-9;
+/// An interval that is shorter is a place, mm.
+const NARROW_MM: f64 = 1e-12;
 
 /// The nearest point of a blade.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -280,8 +284,7 @@ impl Search<'_> {
         for _ in 0..STEPS {
             let mut step = (node.b + self.step(face, &node)).clamp(low, high) - node.b;
             node = loop {
-                // Below this the distance is too coarse to show a change.
-                if step.abs() < 1e-9 {
+                if step.abs() < LAST_STEP_MM {
                     return;
                 }
                 let b = node.b + step;
@@ -334,12 +337,12 @@ impl Search<'_> {
                 let climb = (face.height(heights[1]) - node.x).max(node.x - face.height(heights[0]));
                 let (bound, fall) = self.bound_outside(&node, climb, [way[0] - s, way[1] - s]);
                 let (lower, lost) = self.lower(face, &node, &bound, sides);
-                let tiny = way[1] - way[0] < 1e-12 && heights[1] - heights[0] < 1e-12;
+                let tiny = way[1] - way[0] < NARROW_MM && heights[1] - heights[0] < NARROW_MM;
                 if lower >= self.best - NEAREST_ERROR_MM || tiny {
                     continue;
                 }
                 let best = self.best_on(face);
-                if fall >= lost && way[1] - way[0] >= 1e-12 {
+                if fall >= lost && way[1] - way[0] >= NARROW_MM {
                     let at = cut(way, best.map(|n| n.s));
                     open.push((heights, [way[0], at]));
                     open.push((heights, [at, way[1]]));
@@ -371,7 +374,7 @@ impl Search<'_> {
                 let climb = (face.height(heights[1]) - node.x).max(node.x - face.height(heights[0]));
                 let bound = self.bound_inside(&node, climb);
                 let (lower, _) = self.lower(face, &node, &bound, [heights[0] - b, heights[1] - b]);
-                if lower >= self.best - NEAREST_ERROR_MM || heights[1] - heights[0] < 1e-12 {
+                if lower >= self.best - NEAREST_ERROR_MM || heights[1] - heights[0] < NARROW_MM {
                     continue;
                 }
                 let at = cut(heights, self.best_on(face).map(|n| n.b));

@@ -22,8 +22,14 @@ use std::f64::consts::{PI, TAU};
 
 use thiserror::Error;
 
+use crate::MAX_LENGTH_MM;
+
 /// Panels of Gauss-Legendre quadrature on each of the four pieces of a section.
 const PANELS: usize = 24;
+/// Smallest camber angle, radian: below it the radius of the camber line has no digits left.
+const LEAST_CAMBER: f64 = 1e-6;
+/// Largest shift, mm.
+const MOST_SHIFT_MM: f64 = 1e6;
 /// Nodes and weights of the 5-point Gauss-Legendre rule on -1..1 (Abramowitz & Stegun 1964, table 25.4).
 const GAUSS: [(f64, f64); 5] = [
     (0.0, 0.568_888_888_888_888_9),
@@ -132,8 +138,8 @@ impl CamberSection {
             let fits = value.is_finite() && value > low && value < high;
             if fits { Ok(()) } else { Err(SectionError::Value { name, value, range }) }
         };
-        value("the chord", self.chord, 0.0, 1e5, "above zero")?;
-        value("the camber angle", self.camber_angle, 1e-6, 3.0, "between 0 and 170 degrees")?;
+        value("the chord", self.chord, 0.0, MAX_LENGTH_MM, "above zero")?;
+        value("the camber angle", self.camber_angle, LEAST_CAMBER, 3.0, "between 0 and 170 degrees")?;
         value(
             "the leading edge radius",
             self.leading_radius,
@@ -151,8 +157,8 @@ impl CamberSection {
         let edges = self.leading_radius + self.trailing_radius;
         value("the thickness", self.thickness, 0.0, self.chord, "above zero, below the chord")?;
         value("the thickness over the edges", 2.0 * self.thickness - edges, 0.0, f64::MAX, "above zero")?;
-        value("the shift", self.shift[0], -1e6, 1e6, "finite")?;
-        value("the shift", self.shift[1], -1e6, 1e6, "finite")
+        value("the shift", self.shift[0], -MOST_SHIFT_MM, MOST_SHIFT_MM, "finite")?;
+        value("the shift", self.shift[1], -MOST_SHIFT_MM, MOST_SHIFT_MM, "finite")
     }
 
     /// Radius of the camber line, mm.

@@ -27,6 +27,8 @@ const MOST_SHIFT: f64 = 0.1;
 const FEWEST: usize = 8;
 /// Points of one section nearer to each other than this are one point, mm.
 const SAME_MM: f64 = 1e-6;
+/// Ends of ranges that lie on lines of patches touch those beyond; so far inside they do not, in patches.
+const INSIDE: f64 = 1e-12;
 
 /// Why points make no blade.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -389,8 +391,7 @@ fn nets(sections: &[PointedSection], u: &[f64], v: &[f64], joints: &[usize]) -> 
 
 impl Bent for SkinnedBlade {
     fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3] {
-        // Ends that lie on lines of patches touch those beyond; a hair inside leaves them out.
-        let inner = |r: [f64; 2]| [r[0] + 1e-12, r[1] - 1e-12];
+        let inner = |r: [f64; 2]| [r[0] + INSIDE, r[1] - INSIDE];
         let (u, v, patches) = (inner(u), inner(v), self.nets.len() as i64);
         let turn = |x: f64| {
             let turns = x.floor();

@@ -21,10 +21,10 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{
-    flat,
+    MOST_PLATFORM_MM, flat,
     surface::{Local, ParametricSurface},
 };
-use crate::{Point, Vector};
+use crate::{MAX_LENGTH_MM, Point, Vector};
 
 /// A platform at an end of a blade: a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,6 +123,14 @@ const NEARLY: f64 = 1e-10;
 
 /// A place beyond the end of the airfoil by this still belongs to it: rounding where faces join.
 const JOINED: f64 = 1e-9;
+/// An end is reached within this part of the range of v, and within this in mm and as a part of its place: rounding.
+const REACHED: f64 = 1e-9;
+/// Shortest way between the ends, smallest fillet radius and platform, mm.
+const LEAST_MM: f64 = 1e-3;
+/// Smallest fillet radius less the allowance, mm.
+const LEAST_FILLET_MM: f64 = 1e-4;
+/// Largest allowance and fillet radius, mm.
+const MOST_FILLET_MM: f64 = 1e3;
 
 /// A blade between two ends.
 #[derive(Clone, Debug)]
@@ -158,16 +166,22 @@ impl BladeSolid {
             let fits = value.is_finite() && value >= low && value <= high;
             if fits { Ok(()) } else { Err(SolidError::Value { name, value, range }) }
         };
-        value("the allowance", allowance, 0.0, 1e3, "0 to 1000 mm")?;
-        value("X of the first end", ends[0].x, -1e5, 1e5, "within 100 m")?;
-        value("X of the second end", ends[1].x, ends[0].x + 1e-3, 1e5, "above that of the first end")?;
+        value("the allowance", allowance, 0.0, MOST_FILLET_MM, "0 to 1000 mm")?;
+        value("X of the first end", ends[0].x, -MAX_LENGTH_MM, MAX_LENGTH_MM, "within 100 m")?;
+        value("X of the second end", ends[1].x, ends[0].x + LEAST_MM, MAX_LENGTH_MM, "above that of the first end")?;
         for plate in ends.iter().filter_map(|e| e.plate) {
-            value("the fillet radius", plate.fillet_radius, 1e-3, 1e3, "0.001 to 1000 mm")?;
-            value("the fillet radius less the allowance", plate.fillet_radius - allowance, 1e-4, 1e3, "above zero")?;
-            value("the thickness of the platform", plate.thickness, 1e-3, 1e4, "above zero")?;
+            value("the fillet radius", plate.fillet_radius, LEAST_MM, MOST_FILLET_MM, "0.001 to 1000 mm")?;
+            value(
+                "the fillet radius less the allowance",
+                plate.fillet_radius - allowance,
+                LEAST_FILLET_MM,
+                MOST_FILLET_MM,
+                "above zero",
+            )?;
+            value("the thickness of the platform", plate.thickness, LEAST_MM, MOST_PLATFORM_MM, "above zero")?;
             for side in [plate.y, plate.z] {
-                value("the width of the platform", side[1] - side[0], 1e-3, 1e5, "above zero")?;
-                value("the rim of the platform", side[0], -1e5, 1e5, "within 100 m")?;
+                value("the width of the platform", side[1] - side[0], LEAST_MM, MAX_LENGTH_MM, "above zero")?;
+                value("the rim of the platform", side[0], -MAX_LENGTH_MM, MAX_LENGTH_MM, "within 100 m")?;
             }
         }
         let mut solid =
@@ -277,10 +291,9 @@ impl BladeSolid {
             }
             last = moved;
         }
-        let tolerance = 1e-9;
-        let reaches = v >= range[0] - tolerance * wide
-            && v <= range[1] + tolerance * wide
-            && far(&at).abs() < 1e-9 * (1.0 + wanted.abs());
+        let reaches = v >= range[0] - REACHED * wide
+            && v <= range[1] + REACHED * wide
+            && far(&at).abs() < REACHED * (1.0 + wanted.abs());
         if !reaches {
             return Err(SolidError::Short { u, x_mm: self.ends[end].x });
         }

@@ -7,7 +7,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::{
-    flat,
+    LEAST_BEND, flat,
     solid::{BladeSolid, Plate, SolidError, Trim, normal_changes},
     surface::{Local, ParametricSurface},
 };
@@ -18,14 +18,18 @@ const ASKED: [usize; 2] = [1440, 24];
 /// Share of the chord error for the parts along u, along v, and across.
 const SHARE: [f64; 3] = [0.4, 0.3, 0.3];
 /// Chord errors that are taken: below, files outgrow any memory.
-const FINEST_MM: f64 = 1e-5;
-const COARSEST_MM: f64 = 1.0;
+pub(super) const FINEST_MM: f64 = 1e-5;
+pub(super) const COARSEST_MM: f64 = 1.0;
 /// Times that the steps are shortened.
 const ROUNDS: usize = 6;
 /// Steps along the centers of a fillet's ball.
 const FOLLOWED: usize = 4;
 /// Places of a facet as parts of its corners where its distance is measured.
 const MEASURED: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
+/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is no minimum nearby.
+const LEAST_DETERMINANT: f64 = 1e-3;
+/// Sine between directions below which there is nothing between them.
+const NO_ANGLE: f64 = 1e-12;
 
 /// A mesh and how far it lies from the closed form.
 #[derive(Clone, Debug)]
@@ -101,7 +105,7 @@ fn grid(surface: &dyn ParametricSurface, moved: f64, error: f64) -> [Vec<f64>; 2
             let [a, b] = [i as f64 / ASKED[0] as f64, j as f64 / ASKED[1] as f64];
             let at = surface.local(domain.u[0] + wide[0] * a, domain.v[0] + wide[1] * b);
             let [l, m, n] = form(&at, moved);
-            let step = |form: f64, share: f64, wide: f64| (8.0 * share * error / form.max(1e-12)).sqrt() / wide;
+            let step = |form: f64, share: f64, wide: f64| (8.0 * share * error / form.max(LEAST_BEND)).sqrt() / wide;
             *column = column.min(step(l, SHARE[0], wide[0]));
             *row = row.min(step(n, SHARE[1], wide[1]));
             across[i] = across[i].max(m * wide[0] * wide[1]);
@@ -111,7 +115,8 @@ fn grid(surface: &dyn ParametricSurface, moved: f64, error: f64) -> [Vec<f64>; 2
     let rows = spread(&steps(&rows, 0.25));
     let longest = rows.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
     // What the saddle leaves: h_u h_v M / 4.
-    let limit = across.iter().zip(&columns).map(|(m, c)| (4.0 * SHARE[2] * error / (m * longest).max(1e-12)).min(*c));
+    let limit =
+        across.iter().zip(&columns).map(|(m, c)| (4.0 * SHARE[2] * error / (m * longest).max(LEAST_BEND)).min(*c));
     let columns = spread(&steps(&limit.collect::<Vec<_>>(), 0.05));
     [columns, rows]
 }
@@ -128,7 +133,7 @@ fn near_distance(surface: &dyn ParametricSurface, p: &Point, start: [f64; 2], mo
         let gauss = [su.norm_squared(), su.dot(sv), sv.norm_squared()];
         let full: [f64; 3] = std::array::from_fn(|k| gauss[k] + f.dot(&at.second[k]));
         let of = |[a, b, c]: [f64; 3]| a * c - b * b;
-        let least = full[0] > 0.0 && of(full) > 1e-3 * of(gauss);
+        let least = full[0] > 0.0 && of(full) > LEAST_DETERMINANT * of(gauss);
         let [a, b, c] = if least { full } else { gauss };
         let det = of([a, b, c]);
         u -= (c * g[0] - b * g[1]) / det;
@@ -333,7 +338,7 @@ fn places(mesh: &TriMesh) -> Vec<[f64; 2]> {
 fn turned(from: &Vector, to: &Vector, part: f64) -> Vector {
     let angle = from.dot(to).clamp(-1.0, 1.0).acos();
     let sine = angle.sin();
-    if sine < 1e-12 {
+    if sine < NO_ANGLE {
         return *from;
     }
     from * (((1.0 - part) * angle).sin() / sine) + to * ((part * angle).sin() / sine)

@@ -9,7 +9,7 @@
 //! * plane faces: the point below, if it is in the face and not in the foot of the blade; else the rim.
 
 use super::{
-    FOOT_ERROR_MM, flat,
+    FOOT_ERROR_MM, LEAST_PART, flat,
     solid::{BladeSolid, Plate},
 };
 use crate::{Point, Vector};
@@ -40,6 +40,10 @@ const STARTS: usize = 6;
 const ABREAST: f64 = 1e-6;
 /// Steps of Newton's method.
 const STEPS: usize = 30;
+/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is no minimum nearby.
+const LEAST_DETERMINANT: f64 = 1e-6;
+/// Nearer to the center of a fillet's ball than this, no direction leads away from it, mm.
+const CENTER_MM: f64 = 1e-12;
 
 impl BladeSolid {
     /// The nearest of all faces; the distance to the closed form, within [`super::FOOT_ERROR_MM`]. Deep inside of the material, where the nearest
@@ -137,7 +141,7 @@ impl BladeSolid {
             let gauss = [at.first[0].norm_squared(), at.first[0].dot(&at.first[1]), at.first[1].norm_squared()];
             let full: [f64; 3] = std::array::from_fn(|k| gauss[k] + f.dot(&at.second[k]));
             let of = |[a, b, c]: [f64; 3]| a * c - b * b;
-            let [a, b, c] = if full[0] > 0.0 && of(full) > 1e-6 * of(gauss) { full } else { gauss };
+            let [a, b, c] = if full[0] > 0.0 && of(full) > LEAST_DETERMINANT * of(gauss) { full } else { gauss };
             let step = [(c * g[0] - b * g[1]) / of([a, b, c]), (a * g[1] - b * g[0]) / of([a, b, c])];
             let mut part = 1.0;
             let nearer = loop {
@@ -146,7 +150,7 @@ impl BladeSolid {
                     break Some(next);
                 }
                 part *= 0.25;
-                if part < 1e-4 {
+                if part < LEAST_PART {
                     break None;
                 }
             };
@@ -237,7 +241,7 @@ impl BladeSolid {
         let trim = self.trim(end, u).ok()?;
         let out = p - trim.center;
         let far = out.norm();
-        let direction = out.try_normalize(1e-12)?;
+        let direction = out.try_normalize(CENTER_MM)?;
         // As a sum of the ways to blade and platform, both of which an arc between them has forward.
         let (blade, plane) = (-trim.at.normal, Vector::x() * -Self::sense(end));
         let cosine = blade.dot(&plane);

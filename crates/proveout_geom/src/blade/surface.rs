@@ -9,6 +9,9 @@ use std::fmt::Debug;
 
 use crate::{Point, Vector};
 
+/// Shorter sums of derivatives have no direction: all directions have the same curvature.
+const SHORTEST: f64 = 1e-12;
+
 /// Range of the two parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Domain {
@@ -47,7 +50,7 @@ impl Local {
         // (II - k I) (a, b) = 0: from the row that is farther from zero.
         let rows = [[l - high * e, m - high * f], [m - high * f, n - high * g]];
         let row = if rows[0][0].hypot(rows[0][1]) > rows[1][0].hypot(rows[1][1]) { rows[0] } else { rows[1] };
-        let direction = (u * row[1] - v * row[0]).try_normalize(1e-12).unwrap_or_else(|| u.normalize());
+        let direction = (u * row[1] - v * row[0]).try_normalize(SHORTEST).unwrap_or_else(|| u.normalize());
         [(high, direction), (half_sum - root, self.normal.cross(&direction))]
     }
 

@@ -20,6 +20,10 @@ use crate::{Point, TriMesh};
 
 const FLOAT: u32 = 5126;
 const TRIANGLES: u32 = 4;
+/// Millimeters in a meter, the unit of glTF.
+const MM_PER_M: f64 = 1e3;
+/// A quaternion that is shorter is no turn.
+const SHORTEST_TURN: f64 = 1e-6;
 
 /// A node of a glTF file.
 #[derive(Debug)]
@@ -162,9 +166,9 @@ fn read(file: &[u8]) -> Result<Vec<GlbNode>, Fault> {
     let scene = document.scenes.get(document.scene.unwrap_or(0)).ok_or("the file has no scene")?;
     // Meter, Y up, to millimeter, Z up: x = 1000 x, y = -1000 z, z = 1000 y.
     let mm_from_gltf = Matrix4::new(
-        1e3, 0.0, 0.0, 0.0, //
-        0.0, 0.0, -1e3, 0.0, //
-        0.0, 1e3, 0.0, 0.0, //
+        MM_PER_M, 0.0, 0.0, 0.0, //
+        0.0, 0.0, -MM_PER_M, 0.0, //
+        0.0, MM_PER_M, 0.0, 0.0, //
         0.0, 0.0, 0.0, 1.0,
     );
     let mut open: Vec<_> = scene.nodes.iter().rev().map(|&node| (node, None, mm_from_gltf)).collect();
@@ -226,7 +230,7 @@ fn pose(node: &Node) -> Option<Matrix4<f64>> {
         Some(columns) => Matrix4::from_column_slice(&columns),
         None => {
             let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-            let turn = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6)?;
+            let turn = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), SHORTEST_TURN)?;
             Matrix4::new_translation(&Vector3::from(node.translation.unwrap_or_default()))
                 * turn.to_homogeneous()
                 * Matrix4::new_nonuniform_scaling(&Vector3::from(node.scale.unwrap_or([1.0; 3])))

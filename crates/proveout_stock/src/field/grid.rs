@@ -8,6 +8,8 @@ pub(crate) const TILE: usize = 8;
 pub(crate) const TILE_RAYS: usize = TILE * TILE;
 /// Cells on one side of a block of the surface (see [`crate::TileId`]).
 pub(crate) const BLOCK: usize = 32;
+/// Part of a cell by which a length of whole cells may round above them.
+const WHOLE_CELLS: f64 = 1e-7;
 
 /// Cells from the lower corner of the stock's box, with an edge of their own along each axis. Rays of set `a` run along axis
 /// `a` through the cell centers of the other two axes, taken in cyclic order: u = a + 1, v = a + 2 (modulo 3).
@@ -38,8 +40,7 @@ impl Grid {
             let what = format!("the box measures {} x {} x {} mm", size.x, size.y, size.z);
             return Err(StockError::Degenerate { what });
         }
-        // A length of n cells and a rounding error has n cells.
-        let n = [0, 1, 2].map(|i| ((size[i] / cells[i] - 1e-7).ceil() as usize).max(1));
+        let n = [0, 1, 2].map(|i| ((size[i] / cells[i] - WHOLE_CELLS).ceil() as usize).max(1));
         let tiles = [0, 1, 2].map(|a| [n[(a + 1) % 3].div_ceil(TILE), n[(a + 2) % 3].div_ceil(TILE)]);
         let mut first_tile = [0; 4];
         for a in 0..3 {

@@ -34,6 +34,12 @@ impl From<[f64; 3]> for Cells {
 /// Intervals that a ray is counted with in the estimate of memory: deep pockets and slots from several sides leave more,
 /// most rays keep one.
 const SPANS_PER_RAY: u64 = 2;
+/// Cells that fit are proposed in parts of a millimeter: a tenth of a micrometer.
+const PARTS_OF_MM: f64 = 1e4;
+/// Cosine of the angle between a ray and the axis of a cylinder below which no end plane is met.
+const ACROSS: f64 = 1e-12;
+/// Square of the sine of that angle below which the round face is not met.
+const ALONG: f64 = 1e-18;
 
 impl TriDexel {
     /// Memory that a stock of this box will take, bytes: two intervals a ray and the lists of the tiles.
@@ -66,7 +72,7 @@ impl TriDexel {
                     cell_mm: longest,
                     needed_mib: mib(needed),
                     limit_mib: mib(limit_bytes),
-                    fitting_cell_mm: (longest * high * 1e4).ceil() / 1e4,
+                    fitting_cell_mm: (longest * high * PARTS_OF_MM).ceil() / PARTS_OF_MM,
                 });
             }
         }
@@ -250,7 +256,7 @@ fn cylinder_span(base: &Point, w: &Vector, radius: f64, length: f64, a: usize, p
     let y = p - base;
     // Between the two end planes: 0 <= (y + s e) . w <= length.
     let (z, rate) = (y.dot(w), w[a]);
-    if rate.abs() > 1e-12 {
+    if rate.abs() > ACROSS {
         let (s0, s1) = (-z / rate, (length - z) / rate);
         (lo, hi) = (s0.min(s1), s0.max(s1));
         (lo_normal, hi_normal) = if rate > 0.0 { (-w, *w) } else { (*w, -w) };
@@ -261,7 +267,7 @@ fn cylinder_span(base: &Point, w: &Vector, radius: f64, length: f64, a: usize, p
     let (q, f) = (y - w * z, e - w * rate);
     let (f2, qf) = (f.norm_squared(), q.dot(&f));
     let normal_at = |s: f64| (q + f * s) / radius;
-    if f2 > 1e-18 {
+    if f2 > ALONG {
         let under = qf * qf - f2 * (q.norm_squared() - radius * radius);
         if under <= 0.0 {
             return None;

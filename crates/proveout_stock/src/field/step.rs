@@ -14,6 +14,9 @@ use crate::{
     looking::contact::Moves,
 };
 
+/// The arc of a turn is longer than its chord by less, mm.
+const LONGER_MM: f64 = 1e-3;
+
 /// An item made ready.
 pub(crate) struct Ready {
     pub body: usize,
@@ -53,8 +56,7 @@ pub(crate) struct Step {
 impl Step {
     fn new(piece: Piece, ball: Option<BallPath>, [low, high]: [V; 2], item: u32, body: &Meridian) -> Self {
         let middle = [piece.tip_at(0.5), piece.axis_at(0.5)];
-        // A micrometer more than the chord of the turn: its arc is longer by less.
-        let half_way = 0.5 * (norm(piece.travel) + piece.angle2.sqrt() * body.reach) + 1e-3;
+        let half_way = 0.5 * (norm(piece.travel) + piece.angle2.sqrt() * body.reach) + LONGER_MM;
         // (1) of `ray_turn` half of the motion away from the sample, with room for the uneven pace of the turn.
         let (angle, way) = (piece.angle2.sqrt(), norm(piece.travel));
         let sway = 0.505 * angle;

@@ -9,6 +9,9 @@ use proveout_geom::{Aabb, Point, Vector};
 
 use crate::looking::surface::SurfaceMesh;
 
+/// Means of unit normals that are shorter have no direction.
+const SHORTEST: f64 = 1e-9;
+
 impl SurfaceMesh {
     /// The part inside of a box, its faces included.
     #[must_use]
@@ -122,7 +125,7 @@ impl Cutter {
             let normal: Vector = self.out.normals[a] * (1.0 - t) + self.out.normals[b] * t;
             let near = if t < 0.5 { a } else { b };
             self.out.mesh.positions.push(point);
-            self.out.normals.push(normal.try_normalize(1e-9).unwrap_or(self.out.normals[near]));
+            self.out.normals.push(normal.try_normalize(SHORTEST).unwrap_or(self.out.normals[near]));
             self.out.made_by.push(self.out.made_by[near]);
         }
         index

@@ -36,6 +36,8 @@ use crate::{
 const ROUNDING: f64 = 2e-6;
 /// Cells that differ by less than this part are equal.
 const SAME_CELL: f64 = 1e-12;
+/// One and the cosine between two normals are together this at least: opposite normals say nothing.
+const OPPOSITE: f64 = 1e-9;
 
 /// How far a stock that was taken over from another grid may lie from the one it was made from, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -235,7 +237,7 @@ pub(crate) fn spread(vertex: &Point, crossings: &[(Point, Vector)]) -> Spread {
             let cosine = n.dot(m).clamp(-1.0, 1.0);
             out.edge |= cosine < EDGE_COSINE;
             // tan(t / 2) with t the angle between the normals.
-            let half = ((1.0 - cosine) / (1.0 + cosine).max(1e-9)).sqrt();
+            let half = ((1.0 - cosine) / (1.0 + cosine).max(OPPOSITE)).sqrt();
             // No farther than the points are apart: beyond 127 degrees the triangle says nothing.
             out.height = out.height.max((0.5 * (p - q).norm() * half).min((p - q).norm()));
         }

@@ -10,6 +10,11 @@ use crate::{
     kernels::vec3::{V, dot, sub},
 };
 
+/// Square of the way of a ball across a ray below which it runs along it, mm^2.
+pub(crate) const ALONG_RAY: f64 = 1e-24;
+/// One over the way across the ray where there is none: all times are within the limit.
+const ANY_TIME: f64 = 1e30;
+
 /// The path of the center of a ball, ready for any number of rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BallPath {
@@ -32,9 +37,9 @@ impl BallPath {
         let way = sub(end, start);
         let mut across2 = way[1] * way[1] + way[2] * way[2];
         // Along the ray the time of the nearest approach is any; all times are then within the limit.
-        let (mut per_across2, mut per_across) = (0.0, 1e30);
+        let (mut per_across2, mut per_across) = (0.0, ANY_TIME);
         let mut lean = if way[0] >= 0.0 { 1.0 } else { -1.0 };
-        if across2 > 1e-24 {
+        if across2 > ALONG_RAY {
             per_across2 = 1.0 / across2;
             per_across = 1.0 / across2.sqrt();
             lean = way[0] / dot(way, way).sqrt();

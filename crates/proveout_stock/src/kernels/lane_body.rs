@@ -43,6 +43,9 @@ use crate::{
     kernels::vec3,
 };
 
+/// Square of the way across the axis below which no time is nearest, mm^2.
+const NO_WAY: f64 = 1e-12;
+
 /// A body on one piece of motion, for all lanes that are asked for. True when some may be left without proof.
 pub(crate) struct BodyOnLanes<'a> {
     pub piece: &'a Piece,
@@ -72,7 +75,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
     // Where in time a point is nearest: its place along the part of the way that is across the axis.
     let sideways = vec3::along(piece.travel, piece.axis, -vec3::dot(piece.travel, piece.axis));
     let square = vec3::dot(sideways, sideways);
-    let across = L::splat3(simd, vec3::scale(sideways, if square > 1e-12 { 1.0 / square } else { 0.0 }));
+    let across = L::splat3(simd, vec3::scale(sideways, if square > NO_WAY { 1.0 / square } else { 0.0 }));
     let zero = L::splat(simd, 0.0);
     let (middle, axis) = (L::splat3(simd, piece.tip_at(0.5)), piece.axis_at(0.5));
     // Weight of "as high as the material comes" against "near the ray": only an axis along the ray leaves the choice.

@@ -4,10 +4,13 @@ use pulp::Simd;
 
 use crate::{
     kernels::lanes::{L, L3, along, cross, dot, scale},
-    kernels::meridian::{Meridian, Piece as Part, Quarter},
-    kernels::motion::Piece,
+    kernels::meridian::{AT_CENTER, Meridian, Piece as Part, Quarter},
+    kernels::motion::{ON_AXIS, Piece},
     kernels::vec3,
 };
+
+/// Square of the way over a piece below which a place hardly moves, mm^2.
+const STANDS: f64 = 1e-12;
 
 /// The piece of motion in all lanes.
 #[derive(Clone, Copy)]
@@ -135,7 +138,7 @@ pub(crate) fn sample<S: Simd, const TURNS: bool>(
     let z = dot(y, axis);
     let p = [z.fma_from(axis[0], y[0]), z.fma_from(axis[1], y[1]), z.fma_from(axis[2], y[2])];
     let r = dot(p, p).sqrt();
-    let per_r = r.gt(s.same(1e-12)).select(one / r, zero);
+    let per_r = r.gt(s.same(ON_AXIS)).select(one / r, zero);
     let Value { f, fr, fz, km } = function(body, r, z);
     let kr = fr * per_r;
     let normal = along(scale(p, kr), axis, fz);
@@ -163,7 +166,7 @@ impl<S: Simd> Sample<S> {
     pub(crate) fn normal_across_way<const TURNS: bool>(&self, motion: &Motion<S>) -> L3<S> {
         let v = self.velocity::<TURNS>(motion);
         let square = dot(v, v);
-        let moves = square.gt(square.same(1e-12));
+        let moves = square.gt(square.same(STANDS));
         let k = -dot(self.normal, v) / moves.select(square, square.same(1.0));
         let n = along(self.normal, v, k);
         // The rest of a unit normal that runs along the way is nothing.
@@ -225,7 +228,7 @@ fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
                 let (f0, f1) = (r.same(first[0]), r.same(first[1]));
                 let (l0, l1) = (r.same(last[0]), r.same(last[1]));
                 let square = x.fma(x, y * y);
-                let sector = (f0 * y).ge(f1 * x) & (x * l1).ge(y * l0) & square.gt(r.same(1e-24));
+                let sector = (f0 * y).ge(f1 * x) & (x * l1).ge(y * l0) & square.gt(r.same(AT_CENTER));
                 let length = square.sqrt();
                 let per_length = r.same(1.0) / length;
                 let (a, b) = (f0.fma(x, f1 * y), l0.fma(x, l1 * y));
@@ -248,7 +251,7 @@ fn quarter_of<S: Simd>(quarter: &Quarter, r: L<S>, z: L<S>) -> Value<S> {
     let (zero, one) = (r.same(0.0), r.same(1.0));
     let (x, y) = (r - r.same(quarter.center[0]), z - r.same(quarter.center[1]));
     let square = x.fma(x, y * y);
-    let sector = x.ge(zero) & y.le(zero) & square.gt(r.same(1e-24));
+    let sector = x.ge(zero) & y.le(zero) & square.gt(r.same(AT_CENTER));
     let length = square.sqrt();
     let per_length = one / length;
     let low = (-y).gt(x);

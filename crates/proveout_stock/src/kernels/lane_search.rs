@@ -24,6 +24,14 @@ const GRAZING: f64 = 0.004;
 
 /// Times at which F falls and grows bound the time looked for while the height moves by less than this, mm.
 const SAME_HEIGHT: f64 = 0.01;
+/// Curvature of F along the ray from which on the skin is round enough for a parabola, 1/mm.
+const ROUND: f64 = 1e-3;
+/// Slope of F along the way below which it does not rise.
+const RISES: f64 = 1e-9;
+/// Second derivative in time by which a step is divided at least, mm.
+const LEAST_IN_TIME: f64 = 1e-9;
+/// Curvature along the ray by which a step is divided at least, 1/mm.
+const LEAST_ALONG_RAY: f64 = 1e-4;
 
 /// What a search found, one condition each; none of them: no proof.
 #[derive(Clone, Copy)]
@@ -116,10 +124,10 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
     let open = wanted & !miss;
     if open.any() {
         let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
-        let round = fss.gt(s.same(1e-3));
+        let round = fss.gt(s.same(ROUND));
         let per_fss = one / round.select(fss, one);
         let root = (q.f * s.same(2.0)).fma_from(fss, q.fs * q.fs).max(zero).sqrt();
-        let turned = q.fs.le(s.same(1e-9));
+        let turned = q.fs.le(s.same(RISES));
         let drop = q.f / turned.select(one, q.fs);
         // Up out of the body: on the parabola with the height, slope and curvature of the skin, or straight. From outside to where F
         // is least.
@@ -129,7 +137,7 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
         let other = -round.select((root + q.fs) * per_fss, q.f / q.fs.min(s.same(-0.05)));
         let step = covered.select(other, inside.select(out, (turned & outside).select(lowest, -drop)));
         let next = (s + step).max(ray.lo).min(ray.hi);
-        let time = (tau - fts.fma(next - s, q.ft) / ftt.max(s.same(1e-9))).max(zero).min(one);
+        let time = (tau - fts.fma(next - s, q.ft) / ftt.max(s.same(LEAST_IN_TIME))).max(zero).min(one);
         look.s = next;
         look.tau = time;
     }
@@ -186,7 +194,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let (up, steep) = (q.fs.gt(zero), q.fs.abs());
         let rise = q.fs * outward;
         let inside = q.f.le(s.same(REACHED));
-        let turned = rise.le(s.same(1e-9));
+        let turned = rise.le(s.same(RISES));
         let drop = q.f / turned.select(one, q.fs);
         // Where the skin is smooth the last step may be longer: F leaves the tangent by curvature / 2 times its square.
         let left_over = drop * drop * q.kr.max(s.same(body.bend));
@@ -274,7 +282,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
                 // Where the other end is likely to be: on the parabola with the same height, slope and curvature.
                 let [_, _, fss] = q.curvature::<TURNS>(motion);
                 let root = (q.f * s.same(2.0)).fma_from(fss, rise * rise).max(zero).sqrt();
-                let round = fss.gt(s.same(1e-3));
+                let round = fss.gt(s.same(ROUND));
                 let out = (rise + root) / round.select(fss, one);
                 let straight = q.f / q.fs.min(s.same(-0.05));
                 found.other = covered.select(s - round.select(out, straight), found.other);
@@ -299,17 +307,17 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
             // Out of the body where its skin is round: the parabola with the same height, slope and curvature.
             let root = (q.f * s.same(2.0)).fma_from(fss, rise * rise).max(zero).sqrt();
-            let round = deep_in & fss.gt(s.same(1e-3));
+            let round = deep_in & fss.gt(s.same(ROUND));
             let out = (root - rise) / round.select(fss, one);
             next = round.select(s + outward * out, next);
             if astray.any() {
                 // To the minimum of F along the ray, the time going along with the height.
-                let per_ftt = one / ftt.max(s.same(1e-9));
+                let per_ftt = one / ftt.max(s.same(LEAST_IN_TIME));
                 let share = settled.select(zero, fts * per_ftt);
                 let (slope, bend) = (q.fs - share * q.ft, fss - share * fts);
-                let bottom = s - slope / bend.max(s.same(1e-4));
+                let bottom = s - slope / bend.max(s.same(LEAST_ALONG_RAY));
                 let between = bottom.gt(sinking.s) & bottom.lt(rising.s);
-                let known = bend.gt(s.same(1e-3)) & (!valley | between);
+                let known = bend.gt(s.same(ROUND)) & (!valley | between);
                 next = astray.select(known.select(bottom, valley.select(lowest, limit)), next);
             }
             next = next.max(ray.lo).min(ray.hi);
@@ -321,7 +329,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             let crossed = falls_at.gt(grows_at);
             grows = (crossed & falling).select(zero, grows);
             falls = (crossed & !falling).select(zero, falls);
-            let step = tau - slant / ftt.max(s.same(1e-9));
+            let step = tau - slant / ftt.max(s.same(LEAST_IN_TIME));
             let both = falls.lt(zero) & grows.gt(zero) & !far;
             let between = step.gt(falls_at) & step.lt(grows_at);
             let secant = falls_at + (grows_at - falls_at) * falls / both.select(falls - grows, one);

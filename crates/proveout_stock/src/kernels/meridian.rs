@@ -23,6 +23,15 @@ use proveout_tool::{Profile, Segment};
 
 /// The body is taken smaller by this (mm), so that a body that only touches a face overlaps nothing.
 pub(crate) const TOUCH: f64 = 1e-7;
+/// Square of the distance from the center of an arc below which no direction leads away from it, mm^2.
+pub(crate) const AT_CENTER: f64 = 1e-24;
+/// A face is the end of an arc when their normals, and their supports, mm, differ by less.
+const SAME_NORMAL: f64 = 1e-12;
+const SAME_SUPPORT: f64 = 1e-11;
+/// A corner lies in a tube, a center on the axis and a ball in its body within this, mm: rounding of the outline.
+const WITHIN: f64 = 1e-9;
+/// Normals that differ by more jump: an edge is between them.
+const JUMP: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Piece {
@@ -62,7 +71,7 @@ impl Piece {
                 let (x, y) = (r - center[0], z - center[1]);
                 if first[0] * y - first[1] * x >= 0.0 && x * last[1] - y * last[0] >= 0.0 {
                     let square = x * x + y * y;
-                    if square > 1e-24 {
+                    if square > AT_CENTER {
                         let length = square.sqrt();
                         let inverse = 1.0 / length;
                         return (length - radius, x * inverse, y * inverse);
@@ -85,7 +94,7 @@ fn needed(pieces: Vec<Piece>) -> Vec<Piece> {
             let Piece::Arc { center, radius, first, last } = *arc else { return false };
             [first, last].iter().any(|n| {
                 let support = n[0] * center[0] + n[1] * center[1] + radius;
-                (n[0] - nr).hypot(n[1] - nz) < 1e-12 && (support - c).abs() < 1e-11
+                (n[0] - nr).hypot(n[1] - nz) < SAME_NORMAL && (support - c).abs() < SAME_SUPPORT
             })
         })
     });
@@ -108,7 +117,7 @@ fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
         }
     }
     for p in segments.iter().flat_map(|s| [s.from(), s.to()]) {
-        let inside = |t: &[f64; 4]| (p[0] - t[0]).hypot(p[1] - t[1]) <= t[2] + 1e-9;
+        let inside = |t: &[f64; 4]| (p[0] - t[0]).hypot(p[1] - t[1]) <= t[2] + WITHIN;
         if !tubes.iter().any(inside) {
             tubes.push([p[0], p[1], 0.0, p[0].hypot(p[1])]);
         }
@@ -203,7 +212,7 @@ fn smooth(segments: &[Segment]) -> ([f64; 2], f64) {
             Piece::Arc { first, last, .. } => [first, last],
         })
         .collect();
-    let jumps = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-6;
+    let jumps = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) > JUMP;
     let mut edges: Vec<f64> = Vec::new();
     for (k, s) in segments.iter().enumerate() {
         let before = if k > 0 { normals[k - 1][1] } else { [0.0, -1.0] };
@@ -261,8 +270,8 @@ impl Meridian {
         let Some(Segment::Arc { center, radius, to, .. }) = profile.segments().first() else { return whole };
         // The whole ball must lie in the body: its support may not pass that of any other piece.
         let mut pieces: Vec<Piece> = profile.segments()[1..].iter().map(Piece::of).collect();
-        let inside = pieces.iter().all(|p| p.eval(0.0, center[1]).0 <= -radius + 1e-9 + TOUCH);
-        if center[0].abs() > 1e-9 || !inside {
+        let inside = pieces.iter().all(|p| p.eval(0.0, center[1]).0 <= -radius + WITHIN + TOUCH);
+        if center[0].abs() > WITHIN || !inside {
             return whole;
         }
         let has_rest = !pieces.is_empty();

@@ -20,6 +20,10 @@ const BALL_TURN: f64 = 0.5;
 const MOST_PIECES: f64 = 1e5;
 /// Turns below this (radian) do not move any point of a 1 m tool by 1e-9 mm.
 const NO_TURN: f64 = 1e-12;
+/// Nearer to the axis of a body than this, no direction leads away from it, mm.
+pub(crate) const ON_AXIS: f64 = 1e-12;
+/// Part of an axis along a direction below which it lies across it.
+const LEVEL: f64 = 1e-9;
 
 /// Straight tip, axis on a short great circle; tau runs from 0 to 1. Components in the order (ray, u, v).
 #[derive(Clone, Copy, Debug)]
@@ -107,7 +111,7 @@ impl Piece {
         let p = along(y, w, -z);
         let r = norm(p);
         let (f, fr, fz) = body.eval(r, z);
-        let radial = if r > 1e-12 { fr / r } else { 0.0 };
+        let radial = if r > ON_AXIS { fr / r } else { 0.0 };
         let normal = add(scale(p, radial), scale(w, fz));
         let mut ft = -dot(normal, self.travel);
         if self.angle2 > 0.0 {
@@ -228,8 +232,8 @@ pub(crate) fn swept_box(p: &Piece, body: &Meridian, bounds: &Aabb) -> Aabb {
             for (tip, axis, half) in &ends {
                 // Beyond: side (tip + z axis) - half > side face + bend.
                 let (room, slope) = (side * (tip[i] - face) - half[i] - bend, side * axis[i]);
-                if slope.abs() < 1e-9 {
-                    if room - high.abs().max(low.abs()) * 1e-9 <= 0.0 {
+                if slope.abs() < LEVEL {
+                    if room - high.abs().max(low.abs()) * LEVEL <= 0.0 {
                         to = f64::NEG_INFINITY;
                     }
                 } else if slope > 0.0 {

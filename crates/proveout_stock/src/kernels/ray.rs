@@ -43,6 +43,8 @@ pub(crate) struct Taken {
 
 /// A step in space that separates the two faces at an edge of a body, mm.
 const EDGE_STEP: f64 = 1e-3;
+/// Sums of normals that are shorter have no direction.
+const SHORTEST: f64 = 1e-3;
 
 /// Normal of the swept surface at an end at `s` that was sampled at time `tau`; `sign` 1: upper end.
 ///
@@ -68,7 +70,7 @@ pub(crate) fn swept_normal(
                 let k = face.ft / (face.ft - sample.ft);
                 let blend = add(scale(n, k), scale(face.normal, 1.0 - k));
                 let length = norm(blend);
-                if length > 1e-3 {
+                if length > SHORTEST {
                     n = scale(blend, 1.0 / length);
                 }
             }

@@ -18,7 +18,7 @@
 
 use crate::{
     field::span::SLIVER,
-    kernels::lane_ball::BallPath,
+    kernels::lane_ball::{ALONG_RAY, BallPath},
     kernels::ray::{End, Ray, Taken},
     kernels::vec3::dot,
 };
@@ -31,7 +31,7 @@ pub(crate) fn sweep_ball(path: &BallPath, ray: &Ray) -> Option<Taken> {
     let (u, v) = (start[1] - ray.u, start[2] - ray.v);
     let dp2 = du * du + dv * dv;
     let (first, last, s0, k2, tau_best, nearest);
-    if dp2 > 1e-24 {
+    if dp2 > ALONG_RAY {
         nearest = -(u * du + v * dv) / dp2;
         let (pu, pv) = (u + nearest * du, v + nearest * dv);
         k2 = radius * radius - (pu * pu + pv * pv);
@@ -55,9 +55,9 @@ pub(crate) fn sweep_ball(path: &BallPath, ray: &Ray) -> Option<Taken> {
         nearest = 0.0;
         (first, last, s0, tau_best) = (0.0, 1.0, start[0], if de >= 0.0 { 1.0 } else { 0.0 });
     }
-    let half = |tau: f64| if dp2 > 1e-24 { (k2 - dp2 * tau * tau).max(0.0).sqrt() } else { k2.sqrt() };
+    let half = |tau: f64| if dp2 > ALONG_RAY { (k2 - dp2 * tau * tau).max(0.0).sqrt() } else { k2.sqrt() };
     let top = tau_best.clamp(first, last);
-    let bottom = if dp2 > 1e-24 { (-tau_best).clamp(first, last) } else { 1.0 - top };
+    let bottom = if dp2 > ALONG_RAY { (-tau_best).clamp(first, last) } else { 1.0 - top };
     let hi = s0 + de * top + half(top);
     let lo = s0 + de * bottom - half(bottom);
     if hi.min(ray.hi) - lo.max(ray.lo) <= SLIVER {

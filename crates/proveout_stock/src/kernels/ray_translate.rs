@@ -29,6 +29,8 @@ use crate::{
 const CORNERS: usize = 64;
 /// Cuts for one end after which the polygon's corner is taken as it is. Smooth bodies need ten.
 const CUTS: usize = 56;
+/// Corners of the polygon whose heights differ by less are equally high, mm.
+const SAME_HEIGHT: f64 = 1e-10;
 
 /// Convex polygon in the plane (t, s).
 struct Polygon {
@@ -80,7 +82,7 @@ impl Polygon {
         }
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for c in &self.corners[..self.n] {
-            if sign * c.1 >= best - 1e-10 {
+            if sign * c.1 >= best - SAME_HEIGHT {
                 low = low.min(c.0);
                 high = high.max(c.0);
             }

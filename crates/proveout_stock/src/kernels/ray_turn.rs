@@ -42,6 +42,9 @@ use crate::{
     kernels::vec3::{V, add, cross, dot, norm, scale, sub},
 };
 
+/// Slope of F outward along the ray from which on nothing of the body is beyond a place outside of it.
+const RISES: f64 = 1e-3;
+
 /// An end of the interval at one time, or a point outside of it with the half plane there.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
@@ -338,7 +341,7 @@ impl TurnSweep<'_> {
         }
         let sample = self.sample(tau, end.s);
         if sample.f > REACHED {
-            let falls = sample.fs * sign < (self.angle * h).max(1e-3);
+            let falls = sample.fs * sign < (self.angle * h).max(RISES);
             return if falls { None } else { Some(Edge { s: end.s, tau, sample }) };
         }
         let guess = end.s + sign * (1.5 * depth / end.sample.fs.abs().max(0.05) + SLIVER);

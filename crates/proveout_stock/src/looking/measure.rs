@@ -62,6 +62,14 @@ pub struct Probe {
 const COARSE: f64 = 4.0;
 /// Cells of the probe at most: memory of a fine stock stays bounded.
 const MOST_CELLS: f64 = 4e6;
+/// Smallest cell of a probe, mm.
+const LEAST_CELL_MM: f64 = 1e-6;
+/// Part of a cell by which a line is moved aside, off the lattice.
+const OFF_LATTICE: f64 = 1e-6;
+/// Part of a cell that ranges are wider, so that a crossing on a border is in a cell that is looked at.
+const PLAY: f64 = 1e-9;
+/// A direction that is shorter is none.
+const SHORTEST: f64 = 1e-12;
 
 impl Probe {
     /// Extracts the surface of a stock.
@@ -75,7 +83,7 @@ impl Probe {
         let bounds =
             if mesh.positions.is_empty() { Aabb { min: Point::origin(), max: Point::origin() } } else { mesh.aabb() };
         let size = bounds.size();
-        let mut cell = if cell_mm.is_finite() { cell_mm.max(1e-6) } else { 1.0 };
+        let mut cell = if cell_mm.is_finite() { cell_mm.max(LEAST_CELL_MM) } else { 1.0 };
         let count = |cell: f64| [0, 1, 2].map(|k| (size[k] / cell).floor().max(0.0) + 1.0);
         while count(cell).iter().product::<f64>() > MOST_CELLS {
             cell *= 1.5;
@@ -193,7 +201,7 @@ impl Probe {
     /// in a direction that meets no such lattice, so that it does not run through corners and edges.
     fn crossings(&self, from: &Point, way: &Vector) -> Vec<(f64, bool)> {
         let aside = way.cross(&Vector::from(ASIDE)) + way.cross(&Vector::from(ASKEW)) * 0.37;
-        let from = &(from + aside * (1e-6 * self.cell));
+        let from = &(from + aside * (OFF_LATTICE * self.cell));
         let mut found: Vec<(f64, bool, u32)> = Vec::new();
         self.cells_along(from, way, |c| {
             for &t in &self.list[self.start[c] as usize..self.start[c + 1] as usize] {
@@ -215,8 +223,7 @@ impl Probe {
         for i in 0..self.n[a] {
             let plane = |i: usize| (self.low[a] + i as f64 * self.cell - from[a]) / way[a];
             let ends = [from + way * plane(i), from + way * plane(i + 1)];
-            // A hair of play, so that a crossing on a border is in a cell that is looked at.
-            let play = 1e-9 * self.cell;
+            let play = PLAY * self.cell;
             let range = |k: usize| {
                 let (low, high) = (ends[0][k].min(ends[1][k]) - play, ends[0][k].max(ends[1][k]) + play);
                 let end = self.low[k] + self.n[k] as f64 * self.cell;
@@ -240,7 +247,7 @@ impl Probe {
     /// caliper would read it: from the face where it enters material (before `from`, if that lies
     /// in material) to the face where it leaves it. None when it meets no material ahead.
     pub fn wall(&self, from: &Point, direction: &Vector) -> Option<Wall> {
-        let way = direction.try_normalize(1e-12)?;
+        let way = direction.try_normalize(SHORTEST)?;
         let mut depth = 0;
         let mut entry = None;
         for (s, leaves) in self.crossings(from, &way) {

@@ -10,8 +10,11 @@ use proveout_geom::{Point, TriMesh, Vector};
 
 use crate::looking::measure::Outline;
 
+/// A normal that is shorter is none.
+const SHORTEST: f64 = 1e-12;
+
 pub(crate) fn outlines(mesh: &TriMesh, on: &Point, normal: &Vector) -> Vec<Outline> {
-    let Some(n) = normal.try_normalize(1e-12) else { return Vec::new() };
+    let Some(n) = normal.try_normalize(SHORTEST) else { return Vec::new() };
     let height: Vec<f64> = mesh.positions.iter().map(|p| (p - on).dot(&n)).collect();
     let above = |v: u32| height[v as usize] > 0.0;
     // Segments by the edge that they begin at: the edge of a triangle that goes down through the plane, to the one that goes up.

@@ -30,6 +30,9 @@ use crate::{
     looking::sheets::{EDGES, Sheets},
 };
 
+/// Sums of unit normals that are shorter have no direction.
+const SHORTEST: f64 = 1e-9;
+
 /// A block of 32 x 32 x 32 cells of the stock, x fastest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileId(pub u32);
@@ -301,7 +304,7 @@ impl<'a> Nodes<'a> {
                 slab.spread.push(spread(&vertex, &crossings));
             }
             slab.positions.push(vertex);
-            slab.normals.push(planes.normal.try_normalize(1e-9).unwrap_or_else(Vector::z));
+            slab.normals.push(planes.normal.try_normalize(SHORTEST).unwrap_or_else(Vector::z));
             slab.made_by.push((id != INITIAL).then_some(id));
         }
     }

@@ -26,6 +26,30 @@ use crate::topography::StandingCutter;
 const UPRIGHT: f64 = 1e-6;
 /// Halvings: an angle is then exact to rounding.
 const HALVINGS: usize = 60;
+/// Shorter vectors have no direction.
+const SHORTEST: f64 = 1e-12;
+/// The axis may lie below the tangent plane by this sine: rounding.
+const TILTED: f64 = 1e-9;
+/// Places are equally far along a direction within this, mm.
+const EQUALLY_FAR: f64 = 1e-12;
+/// A direction ends on an arc where it lies this part of the radius beyond: rounding.
+const BEYOND_ARC: f64 = 1e-12;
+/// A sine below this is zero: the direction lies on the axis.
+const ON_AXIS: f64 = 1e-15;
+/// A share below this is none, also of a curvature without bound.
+const NO_SHARE: f64 = 1e-15;
+/// Sine of a lean below which it has no azimuth.
+const NO_LEAN: f64 = 1e-12;
+/// Radius of a place below which it lies on the axis, mm.
+const CENTER_MM: f64 = 1e-12;
+/// Ends of a flat end are level, and apart, by more than this, mm.
+const FLAT_MM: f64 = 1e-9;
+/// The search for the width steps back from the edge of the shadow by this part of the widest.
+const BACK: f64 = 1e-9;
+/// There the height is as asked within this part of it and mm: else the cutter has ended below it.
+const REACHED: [f64; 2] = [1e-3, 1e-6];
+/// Two cutters are equally high where they cross within this, mm, and part of the step.
+const CROSSED: f64 = 1e-9;
 
 /// A cutter that touches the design.
 #[derive(Clone, Copy, Debug)]
@@ -40,9 +64,9 @@ pub struct CutterContact<'a> {
 impl<'a> CutterContact<'a> {
     /// A contact; none where a direction has no length, the feed runs along the normal, or the cutter lies in the part.
     pub fn new(profile: &'a Profile, axis: Vector, normal: Vector, feed: Vector) -> Option<Self> {
-        let (axis, normal) = (axis.try_normalize(1e-12)?, normal.try_normalize(1e-12)?);
-        let feed = (feed - normal * feed.dot(&normal)).try_normalize(1e-12)?;
-        (axis.dot(&normal) > -1e-9).then_some(Self { profile, axis, normal, feed, left: normal.cross(&feed) })
+        let (axis, normal) = (axis.try_normalize(SHORTEST)?, normal.try_normalize(SHORTEST)?);
+        let feed = (feed - normal * feed.dot(&normal)).try_normalize(SHORTEST)?;
+        (axis.dot(&normal) > -TILTED).then_some(Self { profile, axis, normal, feed, left: normal.cross(&feed) })
     }
 
     /// The same with lead and tilt: inclination of the axis to the normal, and azimuth of the lean from the feed toward the left, radian.
@@ -59,7 +83,7 @@ impl<'a> CutterContact<'a> {
             let along = place[0] * sine + place[1] * cosine;
             // Of two places equally far, the one with the larger curvature: the end of an arc rather than
             // the face next to it.
-            if along > best.0 + 1e-12 || along > best.0 - 1e-12 && curvature > best.2 {
+            if along > best.0 + EQUALLY_FAR || along > best.0 - EQUALLY_FAR && curvature > best.2 {
                 best = (along.max(best.0), place, curvature);
             }
         };
@@ -68,7 +92,7 @@ impl<'a> CutterContact<'a> {
             offer(segment.to(), f64::INFINITY);
             if let Segment::Arc { center, radius, from, to } = *segment {
                 let cross = |p: [f64; 2]| (p[0] - center[0]) * cosine - (p[1] - center[1]) * sine;
-                if cross(from) >= -1e-12 * radius && cross(to) <= 1e-12 * radius {
+                if cross(from) >= -BEYOND_ARC * radius && cross(to) <= BEYOND_ARC * radius {
                     return ([center[0] + radius * sine, center[1] + radius * cosine], 1.0 / radius);
                 }
             }
@@ -82,7 +106,7 @@ impl<'a> CutterContact<'a> {
         let across = u - self.axis * cosine;
         let sine = across.norm();
         let ([r, z], _) = self.farthest(sine, cosine);
-        let out = if sine > 1e-15 { across / sine } else { Vector::zeros() };
+        let out = if sine > ON_AXIS { across / sine } else { Vector::zeros() };
         out * r + self.axis * z
     }
 
@@ -95,7 +119,7 @@ impl<'a> CutterContact<'a> {
     pub fn lean(&self) -> [f64; 2] {
         let aside = [self.axis.dot(&self.feed), self.axis.dot(&self.left)];
         let sine = aside[0].hypot(aside[1]);
-        [sine.atan2(self.axis.dot(&self.normal)), if sine > 1e-12 { aside[1].atan2(aside[0]) } else { 0.0 }]
+        [sine.atan2(self.axis.dot(&self.normal)), if sine > NO_LEAN { aside[1].atan2(aside[0]) } else { 0.0 }]
     }
 
     /// Curvatures of the cutter at the contact along and across its lean, 1/mm: k1 of the generating curve (infinite at a sharp corner),
@@ -104,14 +128,14 @@ impl<'a> CutterContact<'a> {
         let [inclination, _] = self.lean();
         let (sine, cosine) = inclination.sin_cos();
         let ([r, _], k1) = self.farthest(sine, -cosine);
-        [k1, if r > 1e-12 { sine / r } else { k1 }]
+        [k1, if r > CENTER_MM { sine / r } else { k1 }]
     }
 
     /// Radius of curvature of the cutter across the feed, in the plane Y N, mm.
     pub fn radius_across(&self) -> f64 {
         let ([k1, k2], [_, azimuth]) = (self.curvatures(), self.lean());
         let (sine, cosine) = azimuth.sin_cos();
-        let part = |k: f64, share: f64| if share.abs() < 1e-15 { 0.0 } else { k * share };
+        let part = |k: f64, share: f64| if share.abs() < NO_SHARE { 0.0 } else { k * share };
         1.0 / (part(k1, sine * sine) + part(k2, cosine * cosine))
     }
 
@@ -136,8 +160,8 @@ impl<'a> CutterContact<'a> {
         inclination < UPRIGHT
             && self.profile.segments().iter().any(|segment| {
                 let (from, to) = (segment.from(), segment.to());
-                let level = |p: [f64; 2]| p[1] <= lowest + 1e-9;
-                matches!(segment, Segment::Line { .. }) && level(from) && level(to) && (to[0] - from[0]).abs() > 1e-9
+                let level = |p: [f64; 2]| p[1] <= lowest + FLAT_MM;
+                matches!(segment, Segment::Line { .. }) && level(from) && level(to) && (to[0] - from[0]).abs() > FLAT_MM
             })
     }
 
@@ -161,8 +185,8 @@ impl<'a> CutterContact<'a> {
                 if at(middle).is_some_and(|h| h[1] < height) { low = middle } else { high = middle }
             }
             // Beyond the cutter nothing has a height: the edge of its shadow is no width.
-            let last = low - 1e-9 * widest;
-            let ends = at(last).filter(|h| (h[1] - height).abs() < 1e-3 * height + 1e-6);
+            let last = low - BACK * widest;
+            let ends = at(last).filter(|h| (h[1] - height).abs() < REACHED[0] * height + REACHED[1]);
             ends.and_then(|_| at(low)).map(|h| h[0])
         };
         Some([width(1.0)?, width(-1.0)?])
@@ -273,7 +297,7 @@ pub fn scallop_between(
         }
     }
     let (y, z) = (0.5 * (low + high), best?);
-    above(y).filter(|(d, _)| d.abs() < 1e-9 * (1.0 + step))?;
+    above(y).filter(|(d, _)| d.abs() < CROSSED * (1.0 + step))?;
     // Height above the circle of the design through the first contact: center at -1 / curvature on the normal.
     let (a, b) = (y * curvature, 1.0 + z * curvature);
     let grown = a.hypot(b);

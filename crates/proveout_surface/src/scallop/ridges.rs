@@ -66,6 +66,16 @@ const EQUAL: f64 = 1e-10;
 const CUT: f64 = 1e-7;
 /// Ridges within a ridge: passes between two neighboring rays.
 const DEPTH: usize = 4;
+/// Points of a pair that are nearer than this across the normal have no direction, mm.
+const NO_CHORD: f64 = 1e-9;
+/// A stretch across a ridge that is shorter is a point, mm: rounding of coordinates of 100 mm.
+const NARROW: f64 = 1e-13;
+/// Heights that are equal where the search has ended without [`EQUAL`], mm.
+const NEARLY_EQUAL: f64 = 1e-7;
+/// A way of a pass that is shorter has no direction, mm.
+const NO_WAY: f64 = 1e-12;
+/// Least square of what the rays of a set see of the direction of a ridge, by which its weight is divided.
+const FLATTEST: f64 = 1e-3;
 
 /// What is looked at.
 #[derive(Clone, Copy, Debug)]
@@ -271,7 +281,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
     fn between(&self, pair: &Pair) -> Found {
         let mut out = Found::default();
         let chord = pair.at[1] - pair.at[0];
-        let Some(across) = (chord - pair.normal * chord.dot(&pair.normal)).try_normalize(1e-9) else { return out };
+        let Some(across) = (chord - pair.normal * chord.dot(&pair.normal)).try_normalize(NO_CHORD) else { return out };
         let line = Line { origin: pair.foot, across, normal: pair.normal };
         let s = pair.at.map(|p| (p - line.origin).dot(&across));
         let mut ends = [None, None];
@@ -346,7 +356,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
             }
             last = both(s, [last.0, last.1])?;
             let d = last.0.height - last.1.height;
-            if d.abs() <= EQUAL || (high - low).abs() < 1e-13 {
+            if d.abs() <= EQUAL || (high - low).abs() < NARROW {
                 return Some((s, last.0, last.1));
             }
             if d < 0.0 {
@@ -365,7 +375,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
         }
         let s = 0.5 * (low + high);
         let (p, q) = both(s, [last.0, last.1])?;
-        ((p.height - q.height).abs() < 1e-7).then_some((s, p, q))
+        ((p.height - q.height).abs() < NEARLY_EQUAL).then_some((s, p, q))
     }
 
     /// The ridge where two contacts meet, if it lies between passes.
@@ -382,7 +392,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
             return None;
         }
         let along = along / kink;
-        let runs_along = |t: &Touching| t.way.try_normalize(1e-12).is_some_and(|w| w.dot(&along).abs() > ALONG);
+        let runs_along = |t: &Touching| t.way.try_normalize(NO_WAY).is_some_and(|w| w.dot(&along).abs() > ALONG);
         if !touching.iter().all(runs_along) || !self.counts(&top) {
             return None;
         }
@@ -400,7 +410,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
             height: nearest.distance,
             normal: nearest.normal,
             along,
-            weight: spacing * share / flat.max(1e-3),
+            weight: spacing * share / flat.max(FLATTEST),
             pieces: [contacts[0].piece, contacts[1].piece],
             sides: None,
             spacing: None,

@@ -8,6 +8,8 @@ use super::ridges::Ridge;
 
 /// Bars of a histogram at most.
 const BARS: f64 = 20.0;
+/// Width of a bar at least, mm: what is known of a height.
+const NARROWEST: f64 = 1e-6;
 
 /// Heights of some ridges, mm; means and percentiles are weighed with the length of the ridges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,7 +126,7 @@ pub fn histogram(ridges: &[Ridge]) -> Histogram {
         return Histogram::default();
     }
     // No bar is narrower than what is known of a height.
-    let least = ((high - low) / BARS).max(1e-6);
+    let least = ((high - low) / BARS).max(NARROWEST);
     let power = 10.0_f64.powf(least.log10().floor());
     let width = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|w| *w >= least).unwrap_or(least);
     let from = (low / width).floor() * width;

@@ -21,6 +21,16 @@ const FIRST_STEP: f64 = 0.01;
 const CELLS: f64 = 4.0;
 /// Slope of the pass against the design at which it is level.
 const LEVEL: f64 = 1e-9;
+/// Shorter vectors have no direction.
+const SHORTEST: f64 = 1e-9;
+/// Half an angle of an arc below which it is as long as its chord.
+const STRAIGHT: f64 = 1e-9;
+/// Feet nearer to each other than this are one, mm, and show no curvature.
+const ONE_FOOT: f64 = 1e-9;
+/// A bracket that is narrower is a place, mm.
+const NARROW: f64 = 1e-9;
+/// A way of a pass that is shorter has no direction, mm.
+const NO_WAY: f64 = 1e-12;
 
 /// A valley next to a ridge, where its pass touches the design or comes nearest to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +63,7 @@ pub(super) fn sides(
     contacts: [PathContact; 2],
     (reach, cell): (f64, f64),
 ) {
-    let Some(across) = ridge.normal.cross(&ridge.along).try_normalize(1e-9) else { return };
+    let Some(across) = ridge.normal.cross(&ridge.along).try_normalize(SHORTEST) else { return };
     let line = Line { origin: ridge.point, across, normal: ridge.normal };
     let look = |base: f64| {
         let circle = Circle::through(design, &line, base, reach)?;
@@ -70,7 +80,7 @@ pub(super) fn sides(
     let (curvature, first, second) = found;
     let chord = (second.foot - first.foot).norm();
     let half = 0.5 * chord * curvature;
-    let arc = if half.abs() > 1e-9 { 2.0 * half.clamp(-1.0, 1.0).asin() / curvature } else { chord };
+    let arc = if half.abs() > STRAIGHT { 2.0 * half.clamp(-1.0, 1.0).asin() / curvature } else { chord };
     if [&first, &second].into_iter().any(|side| on_flat(cutters, side)) {
         ridge.on_flat = true;
         return;
@@ -104,7 +114,7 @@ impl Circle {
         let (a, b) = (in_plane(foot(-base)?), in_plane(foot(base)?));
         let length = |d: [f64; 2]| d[0].hypot(d[1]);
         let lengths = [length(a), length(b), length([b[0] - a[0], b[1] - a[1]])];
-        if lengths.iter().any(|l| *l < 1e-9) {
+        if lengths.iter().any(|l| *l < ONE_FOOT) {
             return None;
         }
         // Four times the area of the triangle over the product of its sides.
@@ -120,12 +130,12 @@ impl Circle {
     fn normal_at(&self, p: &Point) -> Option<Vector> {
         let d = p - self.middle;
         let d = self.plane[0] * d.dot(&self.plane[0]) + self.plane[1] * d.dot(&self.plane[1]);
-        (self.normal + d * self.curvature).try_normalize(1e-9)
+        (self.normal + d * self.curvature).try_normalize(SHORTEST)
     }
 
     /// A direction in the plane of the section.
     fn flat(&self, v: &Vector) -> Option<Vector> {
-        (self.plane[0] * v.dot(&self.plane[0]) + self.plane[1] * v.dot(&self.plane[1])).try_normalize(1e-9)
+        (self.plane[0] * v.dot(&self.plane[0]) + self.plane[1] * v.dot(&self.plane[1])).try_normalize(SHORTEST)
     }
 }
 
@@ -194,7 +204,7 @@ fn valley(
         }
         let here = look(s, &best.1)?;
         best = here;
-        if here.0.abs() < LEVEL || (near.0 - far.0).abs() < 1e-9 {
+        if here.0.abs() < LEVEL || (near.0 - far.0).abs() < NARROW {
             break;
         }
         if here.0 * start.0 > 0.0 {
@@ -218,7 +228,7 @@ fn valley(
         foot: point - normal * nearest.distance,
         normal,
         axis,
-        feed: way.try_normalize(1e-12)?,
+        feed: way.try_normalize(NO_WAY)?,
         cutter: path.pieces().get(contact.piece as usize)?.cutter?,
     })
 }

@@ -15,6 +15,10 @@ use super::HeightMap;
 
 /// Share of its value in the middle to which the autocorrelation must fall (ISO 25178-3, default).
 const DECAY: f64 = 0.2;
+/// Heights below this are what the transform leaves of a flat, mm: rounding.
+const ROUNDING: f64 = 1e-12;
+/// Their square, mm^2.
+const ROUNDING_SQUARED: f64 = 1e-24;
 
 /// Lengths over which heights are alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,7 +126,7 @@ impl Autocorrelation {
         let lag = Lags { raw: &raw, size: &size, nx: nx as isize, ny: ny as isize };
         let top = lag.at(0, 0);
         // Rounding of the transform is not texture.
-        if top.is_nan() || top <= 0.0 || map.parameters().sz <= 1e-12 {
+        if top.is_nan() || top <= 0.0 || map.parameters().sz <= ROUNDING {
             return none;
         }
         let Some((shortest, longest, inside)) = lag.decay(DECAY * top, map.step_x(), map.step_y()) else { return none };
@@ -245,6 +249,6 @@ pub fn lay(map: &HeightMap) -> Option<f64> {
         }
     }
     // Squares of what rounding leaves of a flat.
-    let flat = 1e-24 * (nx * ny) as f64;
+    let flat = ROUNDING_SQUARED * (nx * ny) as f64;
     (best.0 > flat).then(|| std::f64::consts::PI * ((best.1 + DIRECTIONS / 2) % DIRECTIONS) as f64 / DIRECTIONS as f64)
 }

@@ -59,6 +59,10 @@ pub fn parabola_rq(h: f64) -> f64 {
 pub const PARABOLA_RSK: f64 = 0.638_876_564_999_939_9;
 /// Rku of a row of parabolas.
 pub const PARABOLA_RKU: f64 = 15.0 / 7.0;
+/// Terms of a series of sum 1 that are smaller add no digit.
+const LAST_TERM: f64 = 1e-18;
+/// Steepest slope up to which the series of the developed ratio is exact.
+const SERIES: f64 = 1e-3;
 
 /// Sq, Ssk and Sku of two rows of parabolas of heights `h1` and `h2` across each other; none where both are flat.
 pub fn crossed(h1: f64, h2: f64) -> Option<(f64, f64, f64)> {
@@ -87,7 +91,7 @@ pub fn parabola_rq_high_pass(h: f64, pitch: f64, cutoff: f64) -> f64 {
         let share = high_pass_share(pitch / n, cutoff);
         let term = 8.0 / (std::f64::consts::PI * n).powi(4) * (1.0 - share) * (1.0 + share);
         lost += term;
-        if term < 1e-18 {
+        if term < LAST_TERM {
             break;
         }
     }
@@ -97,7 +101,7 @@ pub fn parabola_rq_high_pass(h: f64, pitch: f64, cutoff: f64) -> f64 {
 /// Developed ratio (length over projection, less one) of a row of parabolas of height `h` at pitch `pitch`.
 pub fn parabola_developed_ratio(h: f64, pitch: f64) -> f64 {
     let g = 4.0 * h / pitch;
-    if g.abs() < 1e-3 {
+    if g.abs() < SERIES {
         // Series of (sqrt(1 + g^2) + asinh(g) / g) / 2 - 1.
         g * g / 6.0 - g.powi(4) / 40.0
     } else {

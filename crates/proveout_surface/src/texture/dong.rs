@@ -111,6 +111,10 @@ const TOUCH: f64 = 1e-12;
 const NARROWINGS: usize = 44;
 /// Most points of a profile.
 const MOST_POINTS: f64 = 10_000_000.0;
+/// The tool is as high as asked within this part: else it has ended below.
+const REACHED: f64 = 1e-6;
+/// Angle of an arc below which it is as good as its parabola, radian.
+const PARABOLA: f64 = 1e-9;
 
 impl Dong {
     /// A tool of total and corner radius (mm) whose axis is inclined by `inclination` (rad) to the normal at `azimuth` (rad) from the feed, on
@@ -184,7 +188,7 @@ impl Dong {
                 if above(sign * y).is_none_or(|z| z > height) { high = y } else { low = y }
             }
             // At its end the tool is not as high as asked.
-            above(sign * low).filter(|z| (z - height).abs() < 1e-6 * height).map(|_| low)
+            above(sign * low).filter(|z| (z - height).abs() < REACHED * height).map(|_| low)
         };
         // The left side lies towards +y as seen along the feed.
         Some((side(1.0)?, side(-1.0)?))
@@ -333,7 +337,7 @@ impl Dong {
         // Point of a circle of curvature c at an arc length: sin(c s) / c, (1 - cos(c s)) / c.
         let point = |s: f64| {
             let angle = c * s;
-            if angle.abs() < 1e-9 {
+            if angle.abs() < PARABOLA {
                 [s, 0.5 * c * s * s]
             } else {
                 [angle.sin() / c, 2.0 * (0.5 * angle).sin().powi(2) / c]

@@ -18,10 +18,12 @@ use super::HeightMap;
 
 /// sqrt(ln 2 / pi).
 const ALPHA: f64 = 0.469_718_639_349_826;
+/// Part by which a cut-off of whole steps may round below them.
+const WHOLE_STEPS: f64 = 1e-12;
 
 /// Weights at 0, 1, 2 ... steps from the middle, not yet divided by their sum.
 fn half_weights(cutoff: f64, step: f64) -> Vec<f64> {
-    let reach = (cutoff / step * (1.0 + 1e-12)).floor();
+    let reach = (cutoff / step * (1.0 + WHOLE_STEPS)).floor();
     // A cut-off below a step has one weight: nothing is filtered.
     let reach = if reach.is_finite() && reach > 0.0 { reach as usize } else { 0 };
     (0..=reach)

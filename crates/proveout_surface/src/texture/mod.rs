@@ -48,3 +48,8 @@ pub use height_map::{HeightMap, TextureError};
 pub use profile::{Profile, ProfileEvaluation, ProfileSetting};
 pub use profile_parameters::ProfileParameters;
 pub use report::{ArealReport, ArealValues, Asked, Form, ProfileReport, ProfileValues, TextureReport, Unchecked};
+
+/// Micrometers in a millimeter.
+const UM_PER_MM: f64 = 1e3;
+/// Part by which lengths and spacings given in decimals may miss a limit: rounding.
+const DECIMALS: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{ProfileParameters, SettingClass, Standard, TextureError, gaussian_mean};
+use super::{DECIMALS, ProfileParameters, SettingClass, Standard, TextureError, UM_PER_MM, gaussian_mean};
 
 /// What the values of a profile depend on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -94,10 +94,10 @@ impl Profile {
     /// and filter ends do not fit.
     pub fn evaluate(&self, class: SettingClass, standard: Standard) -> Result<ProfileEvaluation, TextureError> {
         // A spacing given in decimals may lie a rounding error above the limit.
-        if self.step > class.max_spacing() * (1.0 + 1e-9) {
+        if self.step > class.max_spacing() * (1.0 + DECIMALS) {
             return Err(TextureError::TooCoarse {
-                step_um: self.step * 1e3,
-                limit_um: class.max_spacing() * 1e3,
+                step_um: self.step * UM_PER_MM,
+                limit_um: class.max_spacing() * UM_PER_MM,
                 class: class.name(),
             });
         }
@@ -114,7 +114,7 @@ impl Profile {
     }
 
     fn end_steps(&self, class: SettingClass) -> usize {
-        (class.lambda_c() / self.step * (1.0 - 1e-9)).floor() as usize
+        (class.lambda_c() / self.step * (1.0 - DECIMALS)).floor() as usize
     }
 
     /// The spacing is the caller's business.

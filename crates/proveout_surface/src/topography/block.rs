@@ -17,7 +17,7 @@ use proveout_tool::Profile;
 use rayon::prelude::*;
 
 use super::{
-    CutterPiece, Edge, Lattice,
+    CutterPiece, Edge, Lattice, NOT_ZERO,
     contact::{Hull, Lowest, Run},
     envelope::{Ray, descend, lowest, touch},
     motion::Piece,
@@ -28,6 +28,16 @@ use super::{
 const BLOCK: usize = 16;
 /// A block side of the first division.
 const BAND: usize = 64;
+/// Parts of vectors across a normal that are shorter have no direction.
+const SHORTEST: f64 = 1e-9;
+/// Cosine between a tangent plane's normal and the lines of a block from which on it bounds their heights from below.
+const STEEPEST: f64 = 1e-3;
+/// A piece begins where and when the one before ends within this, s, mm and radian.
+const JOINED_S: f64 = 1e-9;
+const JOINED_MM: f64 = 1e-6;
+const JOINED_RAD: f64 = 1e-6;
+/// Growth of the last one with the angle that the spindle has turned, 1/radian: rounding.
+const JOINED_PER_RAD: f64 = 1e-6;
 
 /// What decides which points count as cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -304,7 +314,7 @@ impl<'a> Search<'a> {
         // Along the rows of the block, where that is a direction.
         let along = self.ray((area.row[0] + area.row[1]) / 2, area.column[0]).point - middle.point;
         let across = if n.x.abs() < 0.6 { Vector::x() } else { Vector::y() };
-        let flat = |v: Vector| (v - n * v.dot(&n)).try_normalize(1e-9);
+        let flat = |v: Vector| (v - n * v.dot(&n)).try_normalize(SHORTEST);
         let x = flat(along).or_else(|| flat(across)).unwrap_or_else(Vector::x);
         let axes = [x, n.cross(&x), n];
         let (mut low, mut high, mut spread, mut radius) = ([0.0_f64; 3], [0.0_f64; 3], 0.0_f64, 0.0_f64);
@@ -360,7 +370,7 @@ impl<'a> Search<'a> {
         let m = touch.normal;
         let along = -m.dot(&middle.normal);
         let (before, after) = (time - piece.time[0], piece.time[1] - time);
-        let delta = piece.angle() * before.max(after) / piece.duration().max(1e-300);
+        let delta = piece.angle() * before.max(after) / piece.duration().max(NOT_ZERO);
         // m V: the height on the middle's normal falls at `rate`, which is m V over m n.
         let carried = -touch.rate * along;
         let sunk = (carried * after).max(-carried * before).max(0.0);
@@ -369,7 +379,7 @@ impl<'a> Search<'a> {
         let least = m.dot(&(patch.center - at)) - patch.half.iter().map(|h| m.dot(h).abs()).sum::<f64>() - sink;
         let lean = patch.spread + delta;
         let (low, high) = (along - lean, along + lean);
-        let floor = match (least >= 0.0, low > 1e-3) {
+        let floor = match (least >= 0.0, low > STEEPEST) {
             (true, _) => least / high.min(1.0),
             (false, true) => least / low,
             (false, false) => f64::NEG_INFINITY,
@@ -394,10 +404,10 @@ impl<'a> Search<'a> {
 fn joins(a: &CutterPiece, b: &CutterPiece) -> bool {
     let turned = a.azimuth + a.azimuth_rate * (a.time[1] - a.time[0]);
     let close = |x: f64, y: f64, tolerance: f64| (x - y).abs() <= tolerance;
-    close(a.time[1], b.time[0], 1e-9)
-        && (a.tip[1] - b.tip[0]).norm() <= 1e-6
+    close(a.time[1], b.time[0], JOINED_S)
+        && (a.tip[1] - b.tip[0]).norm() <= JOINED_MM
         && a.azimuth_rate * b.azimuth_rate > 0.0
-        && close(turned, b.azimuth, 1e-6 * (1.0 + turned.abs() * 1e-6))
+        && close(turned, b.azimuth, JOINED_RAD * (1.0 + turned.abs() * JOINED_PER_RAD))
 }
 
 /// The pieces of a block, in the form in which they are searched.

@@ -27,6 +27,7 @@ use std::f64::consts::TAU;
 use proveout_geom::Vector;
 
 use super::{
+    AT_CENTER, NOT_ZERO,
     edge::{Edge, Residual},
     envelope::Ray,
     motion::{Piece, State},
@@ -43,6 +44,28 @@ const ROUNDING: f64 = 1e-12;
 const STEADY: f64 = 0.3;
 /// Parts of a revolution that is searched by itself.
 const PARTS: usize = 16;
+/// Square of the least distance from the axis within the plane of a turned nose, mm^2: beyond it the arc's circle does not come.
+const LEAST_SQUARE: f64 = 1e-12;
+/// Leaps below this part of a turn are not worth their price: contacts are met one by one then.
+const SHORT_LEAP: f64 = 1e-3;
+/// Part of a turn by which a root may lie behind the place from which it is looked for: rounding.
+const BEHIND: f64 = 1e-5;
+/// Part of a turn by which a contact at the very begin may seem to be passed: rounding.
+const AT_BEGIN: f64 = 1e-6;
+/// Error of a guess at least, in turns.
+const LEAST_SPREAD: f64 = 1e-3;
+/// Part of a turn by which a root may lie outside of its piece: no joint of two pieces loses one.
+const RIM: f64 = 1e-7;
+/// Last step to the circle on the normal, in radii of the arc: for a guess, and for a meeting.
+const GUESSED: f64 = 1e-4;
+const MET: f64 = 1e-5;
+/// Determinant of Newton's equations below which a root is none that can be followed.
+const SINGULAR: f64 = 1e-12;
+/// Last step in time, as the angle that the spindle turns meanwhile, radian.
+const SETTLED_RAD: f64 = 1e-11;
+/// A bracket, radian, or a distance from the plane of the edge, mm, from which Newton's method takes over.
+const NARROW_RAD: f64 = 1e-4;
+const NEAR_PLANE: f64 = 1e-7;
 
 /// Pieces that follow one another without gap in time, tip and azimuth, each with a height below which it does not come anywhere
 /// in the part of the lattice that is searched.
@@ -103,8 +126,8 @@ impl Hull {
         if self.edge.center_radius >= 0.0 {
             (out, up) = (out.max(0.0), up.min(0.0));
         }
-        let length = (out * out + up * up).sqrt().max(1e-15);
-        let radial = out / (length * rho.max(1e-300));
+        let length = (out * out + up * up).sqrt().max(AT_CENTER);
+        let radial = out / (length * rho.max(NOT_ZERO));
         Look {
             rho,
             distance: length - self.edge.radius - self.margin,
@@ -125,11 +148,11 @@ impl Hull {
             (rho - c, 1.0)
         } else {
             let (sin, cos) = self.nose;
-            let root = (rho2 - c * c * sin * sin).max(1e-12).sqrt();
+            let root = (rho2 - c * c * sin * sin).max(LEAST_SQUARE).sqrt();
             (root - c * cos, rho / root)
         };
-        let length = (out * out + up * up).sqrt().max(1e-15);
-        let radial = out * by_rho / (length * rho.max(1e-300));
+        let length = (out * out + up * up).sqrt().max(AT_CENTER);
+        let radial = out * by_rho / (length * rho.max(NOT_ZERO));
         (length - self.edge.radius, Vector::new(radial * q.x, radial * q.y, up / length))
     }
 }
@@ -244,7 +267,7 @@ impl Walk<'_> {
             let velocity = self.piece.rate(&state, &q);
             let look = self.hull.look(&q);
             let leap = self.leap(&q, &normal, &velocity, &look, direction, height);
-            if leap > 1e-3 * turn {
+            if leap > SHORT_LEAP * turn {
                 time += direction * leap;
                 at_root = false;
                 continue;
@@ -259,7 +282,7 @@ impl Walk<'_> {
             }
             match self.root(guess.0, guess.1) {
                 Some(root)
-                    if (root.time - guess.0).abs() < 0.3 * turn && (root.time - time) * direction > -1e-5 * turn =>
+                    if (root.time - guess.0).abs() < 0.3 * turn && (root.time - time) * direction > -BEHIND * turn =>
                 {
                     self.lower(&root, best);
                     time = root.time;
@@ -323,7 +346,7 @@ impl Walk<'_> {
             // Past the cutter; so must the design point be: its cutter came from within.
             let design = self.hull.look(&(q - normal * height));
             if design.distance > 0.0 && design.gradient.dot(normal) >= 0.0 {
-                leap = look.distance.min(design.distance) / (velocity.norm() + spin * q.norm()).max(1e-300);
+                leap = look.distance.min(design.distance) / (velocity.norm() + spin * q.norm()).max(NOT_ZERO);
             }
         }
         // Inside of a ring nothing below this height comes nearer to its circle than its own distance, unless the normal leans toward it.
@@ -337,18 +360,18 @@ impl Walk<'_> {
             let free = inside * inside + below * below - r * r;
             if room >= 0.0 && free > 0.0 {
                 // (inside - outward t)^2 + (below - upward t)^2 = r^2, where that comes before the ring's circle is under the point.
-                let under = inside / outward.max(1e-300);
+                let under = inside / outward.max(NOT_ZERO);
                 let first = if below - upward * under > r {
-                    (below - r) / upward.max(1e-300)
+                    (below - r) / upward.max(NOT_ZERO)
                 } else {
                     let (a, b) = (outward * outward + upward * upward, inside * outward + below * upward);
-                    free / (b + (b * b - a * free).max(0.0).sqrt()).max(1e-300)
+                    free / (b + (b * b - a * free).max(0.0).sqrt()).max(NOT_ZERO)
                 };
-                let upright = room / (normal.z * upward).max(1e-300);
+                let upright = room / (normal.z * upward).max(NOT_ZERO);
                 leap = leap.max(first.min(upright));
             } else if room < 0.0 {
                 let distance = inside * normal.z + below * across - r;
-                leap = leap.max(distance / (outward + upward).max(1e-300));
+                leap = leap.max(distance / (outward + upward).max(NOT_ZERO));
             }
         }
         leap
@@ -382,7 +405,7 @@ impl Walk<'_> {
             let step = (-distance / along).clamp(-0.5 * edge.radius, 0.5 * edge.radius);
             q += normal * step;
             height += step;
-            if step.abs() < 1e-4 * edge.radius {
+            if step.abs() < GUESSED * edge.radius {
                 break;
             }
         }
@@ -396,7 +419,7 @@ impl Walk<'_> {
         // Nearest to the axis on the way over this turn and the quarter that the next contact may lie beyond it.
         let (run, over) = ((q.x * met.x + q.y * met.y) * direction, 1.25 * TAU / w.abs());
         let flat = met.x * met.x + met.y * met.y;
-        let until = (-run / flat.max(1e-300)).clamp(0.0, over);
+        let until = (-run / flat.max(NOT_ZERO)).clamp(0.0, over);
         let nearest = (rho2 + (2.0 * run + flat * until) * until).max(0.0).sqrt();
         if speed > STEADY * w.abs() * nearest || nearest < 2.0 * self.hull.behind {
             return None;
@@ -419,18 +442,18 @@ impl Walk<'_> {
             turn
         } else {
             // A contact at the very begin is not passed over.
-            (alpha / close * direction + 1e-6 * turn).rem_euclid(turn) - 1e-6 * turn
+            (alpha / close * direction + AT_BEGIN * turn).rem_euclid(turn) - AT_BEGIN * turn
         };
         let guess = time + direction * ahead;
         let climb = -gradient.dot(&rate) / along;
-        let spread = (0.02 + speed / (w.abs() * nearest)) * ahead.abs() + 1e-3 * turn;
+        let spread = (0.02 + speed / (w.abs() * nearest)) * ahead.abs() + LEAST_SPREAD * turn;
         Some(((guess, height + climb * direction * ahead), spread))
     }
 
     /// Takes a root if it is lower, on the edge and within the piece.
     fn lower(&self, root: &Root, best: &mut Lowest) {
         let [begin, end] = self.piece.time;
-        let rim = 1e-7 * TAU / self.piece.azimuth_rate.abs();
+        let rim = RIM * TAU / self.piece.azimuth_rate.abs();
         if root.on_edge && root.height < best.height && root.time >= begin - rim && root.time <= end + rim {
             let time = root.time.clamp(begin, end);
             *best = Lowest { height: root.height, time, motion: self.piece.motion, edge: self.index };
@@ -445,7 +468,7 @@ impl Walk<'_> {
             let state = self.piece.state(t);
             let (residual, [pt, at], [ph, ah]) = self.derivatives(&state, h);
             let det = pt * ah - ph * at;
-            if det.abs() < 1e-12 {
+            if det.abs() < SINGULAR {
                 return None;
             }
             let dt = -(residual.plane * ah - ph * residual.arc) / det;
@@ -460,7 +483,7 @@ impl Walk<'_> {
             let step = (dt * self.piece.azimuth_rate).abs() + dh.abs() / edge.radius;
             let simple = det.abs() > 0.1 * (pt.abs() + at.abs());
             let next = 4.0 * step * step * (edge.radius + edge.center_radius.abs());
-            let settled = dh.abs() <= CLOSE * (1.0 + h.abs()) && (dt * self.piece.azimuth_rate).abs() < 1e-11;
+            let settled = dh.abs() <= CLOSE * (1.0 + h.abs()) && (dt * self.piece.azimuth_rate).abs() < SETTLED_RAD;
             if settled || simple && next <= CLOSE {
                 // Coming from inside of the design the arc is entered, on the side of the tooth, in its range.
                 let on_edge = ah < 0.0 && (residual.along >= 0.0 || residual.side >= 0.0) && edge.holds(&residual);
@@ -501,7 +524,7 @@ impl Walk<'_> {
             h += step;
             // The next step would be the square of this one over the radius. The residual is small enough
             // to give the side of the plane; roots are polished.
-            if step.abs() < 1e-5 * edge.radius {
+            if step.abs() < MET * edge.radius {
                 let (residual, [pt, _], [ph, _]) = self.derivatives(&state, h);
                 let rate = self.piece.rate(&state, &q);
                 return Some(Meeting { time, height: h, plane: residual.plane, rate: pt - ph * g.dot(&rate) / along });
@@ -523,7 +546,7 @@ impl Walk<'_> {
         let turn = TAU / self.piece.azimuth_rate.abs();
         // A way of a twentieth of the arc's radius is as small a part, where the spindle hardly turns.
         let ways = (self.piece.travel() + self.piece.angle() * self.hull.edge.radius) / (0.05 * self.hull.edge.radius);
-        let share = (to - from) / self.piece.duration().max(1e-300);
+        let share = (to - from) / self.piece.duration().max(NOT_ZERO);
         let parts = ((to - from) / turn * PARTS as f64).max(ways * share).ceil().clamp(1.0, 4096.0) as usize;
         let mut last: Option<Meeting> = None;
         let mut start = height;
@@ -579,13 +602,13 @@ impl Walk<'_> {
         let (mut a, mut b, mut fa, mut fb) = (x.time, y.time, x.plane, y.plane);
         let (mut at, mut height, mut side) = (if fa.abs() < fb.abs() { a } else { b }, x.height, 0);
         for _ in 0..30 {
-            if fa == fb || (b - a).abs() * self.piece.azimuth_rate.abs() < 1e-4 {
+            if fa == fb || (b - a).abs() * self.piece.azimuth_rate.abs() < NARROW_RAD {
                 break;
             }
             at = (a * fb - b * fa) / (fb - fa);
             let Some(m) = self.meeting(at, height) else { break };
             height = m.height;
-            if m.plane.abs() < 1e-7 {
+            if m.plane.abs() < NEAR_PLANE {
                 break;
             }
             if m.plane * fb > 0.0 {

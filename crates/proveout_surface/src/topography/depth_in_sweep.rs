@@ -39,6 +39,16 @@ const KNOWN: f64 = 1e-8;
 const BEND: f64 = 5e-5;
 /// Axes that differ by less are one.
 const SAME_AXIS: f64 = 1e-12;
+/// Reach of a cutter at least where a piece is cut into parts, mm.
+const LEAST_REACH: f64 = 1e-6;
+/// Axes whose sum is shorter have no mean.
+const NO_MEAN: f64 = 1e-6;
+/// Error of the distance from a piece that keeps its axis, mm: that of the search, tenfold.
+const STRAIGHT_ERROR: f64 = 1e-7;
+/// Nearer to the axis than this there is no direction away from it, mm.
+const ON_AXIS: f64 = 1e-12;
+/// Part of a piece below which a bracket in time is a time.
+const NARROW: f64 = 1e-9;
 
 /// A convex body of a cutter on one part of a piece of motion.
 #[derive(Clone, Copy, Debug)]
@@ -130,7 +140,7 @@ impl SweptBodies {
     fn add(&mut self, number: u32, body: u32, piece: &PathPiece, within: &Aabb) {
         let reach = self.bodies[body as usize].1;
         let angle = piece.from.angle_to(&piece.to);
-        let parts = (angle / (8.0 * BULGE / reach.max(1e-6)).sqrt()).ceil().clamp(1.0, MOST_PARTS);
+        let parts = (angle / (8.0 * BULGE / reach.max(LEAST_REACH)).sqrt()).ceil().clamp(1.0, MOST_PARTS);
         let mut from = piece.from;
         for k in 1..=parts as usize {
             let last = k == parts as usize;
@@ -162,7 +172,7 @@ impl SweptBodies {
             .chunks(GROUP)
             .map(|of| {
                 let sum: Vector = of.iter().map(|m| m.from.axis + m.to.axis).sum();
-                let axis = sum.try_normalize(1e-6).unwrap_or(of[0].from.axis);
+                let axis = sum.try_normalize(NO_MEAN).unwrap_or(of[0].from.axis);
                 let apart =
                     of.iter().flat_map(|m| [m.from.axis, m.to.axis]).map(|a| (a - axis).norm()).fold(0.0, f64::max);
                 let reach = of.iter().map(|m| self.bodies[m.body as usize].1).fold(0.0, f64::max);
@@ -267,7 +277,8 @@ impl SweptBodies {
 
     /// The largest error of [`Self::distance`], mm.
     pub fn distance_error(&self, item: SweepItem) -> f64 {
-        1e-7 + self.moves.get(item.index as usize).map_or(0.0, |m| if m.bulge > 0.0 { 2.0 * BEND } else { 0.0 })
+        STRAIGHT_ERROR
+            + self.moves.get(item.index as usize).map_or(0.0, |m| if m.bulge > 0.0 { 2.0 * BEND } else { 0.0 })
     }
 
     /// The same, but stops early once the point is known to be farther than `far`; the result is then some value above it.
@@ -302,7 +313,7 @@ impl SweptBodies {
             let out = q - axis * z;
             let r = out.norm();
             let (distance, gradient) = outline.distance(r, z);
-            let radial = if r > 1e-12 { out / r } else { Vector::zeros() };
+            let radial = if r > ON_AXIS { out / r } else { Vector::zeros() };
             let along = q.dot(&turning) - way.dot(&axis);
             let aside = -radial.dot(&way) - z * radial.dot(&turning);
             let seen = InSweep { distance, normal: radial * gradient[0] + axis * gradient[1] };
@@ -341,7 +352,7 @@ impl SweptBodies {
             for _ in 0..STEPS {
                 let meet = (hi.1 - lo.1 + lo.2 * lo.0 - hi.2 * hi.0) / (lo.2 - hi.2);
                 let bound = lo.1 + lo.2 * (meet - lo.0) - if turns { BEND } else { 0.0 };
-                if best.distance <= enough || bound > far(&best) - KNOWN || hi.0 - lo.0 < 1e-9 {
+                if best.distance <= enough || bound > far(&best) - KNOWN || hi.0 - lo.0 < NARROW {
                     break;
                 }
                 let room = 0.05 * (hi.0 - lo.0);

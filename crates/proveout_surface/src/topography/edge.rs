@@ -3,6 +3,11 @@
 use proveout_geom::Vector;
 use proveout_tool::RunOut;
 
+use super::{AT_CENTER, LARGEST};
+
+/// The ends of an arc reach farther by this, radian: they belong to it, and rounding must not cut them off.
+const ROUNDING: f64 = 1e-9;
+
 /// The corner of one tooth: an arc in the plane of the edge.
 ///
 /// ```text
@@ -107,7 +112,7 @@ impl Edge {
         let (gs, gc) = if self.nose_turn == 0.0 { (0.0, 1.0) } else { self.nose_turn.sin_cos() };
         let side = offset * gc + w * gs;
         let plane = -offset * gs + w * gc;
-        let length = (side * side + height * height).sqrt().max(1e-15);
+        let length = (side * side + height * height).sqrt().max(AT_CENTER);
         let (us, uz) = (side / length, height / length);
         // s, w by psi: w and -s.
         let (side_by, plane_by) = (w * gc - s * gs, -w * gs - s * gc);
@@ -131,7 +136,7 @@ impl Edge {
     /// Whether all numbers are finite and of the size of a tool's.
     pub fn is_finite(&self) -> bool {
         let numbers = [self.center_radius, self.center_height, self.radius, self.azimuth, self.lead, self.nose_turn];
-        numbers.iter().chain(&self.corner).all(|v| v.abs() < 1e9)
+        numbers.iter().chain(&self.corner).all(|v| v.abs() < LARGEST)
     }
 
     /// Distance from the axis within which an arc with its center beyond the axis lies on the other side of
@@ -156,8 +161,7 @@ impl Edge {
     #[inline]
     pub(crate) fn holds(&self, r: &Residual) -> bool {
         let kappa = r.side.atan2(-r.height);
-        // The ends belong to the edge; rounding must not cut them off.
-        kappa >= self.corner[0] - 1e-9 && kappa <= self.corner[1] + 1e-9
+        kappa >= self.corner[0] - ROUNDING && kappa <= self.corner[1] + ROUNDING
     }
 }
 

@@ -2,7 +2,7 @@
 
 use proveout_geom::Vector;
 
-use super::{motion::Piece, outline::Body};
+use super::{AT_CENTER, LARGEST, MOST_RADIUS, NOT_ZERO, motion::Piece, outline::Body};
 
 /// A line through a design point along its normal; heights are counted along it.
 #[derive(Clone, Copy, Debug)]
@@ -13,7 +13,7 @@ pub(crate) struct Ray {
 
 impl Ray {
     pub(crate) fn is_finite(&self) -> bool {
-        self.point.iter().chain(self.normal.iter()).all(|v| v.abs() < 1e9)
+        self.point.iter().chain(self.normal.iter()).all(|v| v.abs() < LARGEST)
     }
 }
 
@@ -34,6 +34,12 @@ pub(crate) struct Touch {
 const STEPS: usize = 40;
 /// Change of height at which the search ends, mm: rounding of coordinates of 100 mm.
 const CLOSE: f64 = 1e-13;
+/// Change of the distance with height from which on the ray has passed the middle of the body, or misses it.
+const PASSED: f64 = 1e-9;
+/// Part of a piece below which a step in time is as good as none: the distance changes by less than rounding.
+const LEAST_STEP: f64 = 1e-7;
+/// A height that can fall by less than this, mm, is closed in on from the other side.
+const CLOSING: f64 = 1e-12;
 
 /// The touch at a time; none where the ray misses the body.
 ///
@@ -48,10 +54,10 @@ pub(crate) fn touch(ray: &Ray, piece: &Piece, body: &Body, time: f64, start: f64
         let q = base + direction * height;
         let r = (q.x * q.x + q.y * q.y).sqrt();
         let (distance, [gr, gz]) = body.distance(r, q.z);
-        let radial = if r > 1e-15 { [q.x / r, q.y / r] } else { [0.0, 0.0] };
+        let radial = if r > AT_CENTER { [q.x / r, q.y / r] } else { [0.0, 0.0] };
         let gradient = Vector::new(gr * radial[0], gr * radial[1], gz);
         let along = gradient.dot(&direction);
-        if along >= -1e-9 {
+        if along >= -PASSED {
             // Past the middle of the body, or the line misses it.
             if distance >= 0.0 {
                 return None;
@@ -96,7 +102,7 @@ fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Samp
     let q = state.point(&(ray.point + ray.normal * height));
     let r = (q.x * q.x + q.y * q.y).sqrt();
     let (distance, [gr, gz]) = body.distance(r, q.z);
-    let over = if r > 1e-15 { gr / r } else { 0.0 };
+    let over = if r > AT_CENTER { gr / r } else { 0.0 };
     let gradient = Vector::new(over * q.x, over * q.y, gz);
     Sample {
         distance,
@@ -214,7 +220,7 @@ impl Leaps<'_> {
         let design = sample(ray, piece, body, time, floor);
         if design.by_height >= 0.0 {
             let free = s.distance.min(design.distance);
-            return Around::Clear(free / (self.speed + self.spin * s.reach).max(1e-300));
+            return Around::Clear(free / (self.speed + self.spin * s.reach).max(NOT_ZERO));
         }
         let (below, depth, free) = falling(ray, piece, body, time, (floor, design), (height, s));
         Around::Tangent { below, free, depth }
@@ -248,8 +254,7 @@ impl Leaps<'_> {
     /// The first touch from a time on; `around` is what that time says.
     fn toward(&self, from: f64, around: &Around, direction: f64) -> Option<(f64, f64)> {
         let piece = self.piece;
-        // So short a step is as good as none: the distance changes by less than rounding.
-        let least = 1e-7 * piece.duration();
+        let least = LEAST_STEP * piece.duration();
         let end = if direction > 0.0 { piece.time[1] } else { piece.time[0] };
         let mut time = from;
         let (mut leap, mut start) = (self.leap(around, direction), self.start(around));
@@ -326,9 +331,9 @@ pub(crate) fn descend(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -
     let mut height = near.1;
     // Second derivative of the height to begin with: that of a ball of the smallest radius.
     let speed = piece.travel() / piece.duration();
-    let mut bend = speed * speed / body.smallest_radius().min(1e3);
+    let mut bend = speed * speed / body.smallest_radius().min(MOST_RADIUS);
     // By how much the rate changes with height, 1/s.
-    let turning = speed / body.smallest_radius().min(1e3) + piece.spin.norm();
+    let turning = speed / body.smallest_radius().min(MOST_RADIUS) + piece.spin.norm();
     let mut before: Option<(f64, f64)> = None;
     for _ in 0..24 {
         let s = sample(ray, piece, body, time, height);
@@ -351,7 +356,7 @@ pub(crate) fn descend(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -
             if rate < 0.0 { low = time } else { high = time }
         }
         // A convex height cannot fall by more on the way to the zero of its rate, which lies between `low` and `high`.
-        if settled && (rate * (high - low)).abs() <= 1e-13 {
+        if settled && (rate * (high - low)).abs() <= CLOSE {
             return (Some((height, time)), true);
         }
         if let Some((t, r)) = before
@@ -364,7 +369,7 @@ pub(crate) fn descend(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -
         }
         before = Some((time, rate));
         // Where little is left to fall, twice the step: that closes the bracket from the other side, or shows that the bend was too large.
-        let closing = (rate * rate / bend).abs() <= 1e-12;
+        let closing = (rate * rate / bend).abs() <= CLOSING;
         let mut next = time - rate / bend * if closing { 2.0 } else { 1.0 };
         if !(next >= low && next <= high) {
             // Beyond what is known: to the end if nothing was seen there, else halfway.
@@ -415,7 +420,7 @@ fn lowest_slowly(ray: &Ray, piece: &Piece, body: &Body, start: f64) -> Option<(f
             best = (here.height, t);
         }
         // What the height can still fall on the way to the zero of its rate.
-        if (here.rate * (b - a)).abs() <= 1e-13 {
+        if (here.rate * (b - a)).abs() <= CLOSE {
             break;
         }
         if here.rate < 0.0 {

@@ -68,3 +68,12 @@ pub use motion::CutterPiece;
 pub use path::{PathContact, PathPiece, StandingCutter, SweptPath, Touching};
 pub use proveout_tool::RunOut;
 pub use teeth::{TeethError, check_chip, check_motion, edges_of, phase_zero};
+
+/// Coordinates, times and angles are smaller than this, mm, s and radian: far beyond any program.
+const LARGEST: f64 = 1e9;
+/// A divisor that may be zero is this at least, so that what is divided by it is without bound.
+const NOT_ZERO: f64 = 1e-300;
+/// Nearer to a center or an axis than this no direction leads away from it, mm.
+const AT_CENTER: f64 = 1e-15;
+/// A cutter with a larger radius, or none, is taken for a ball of this one where a search begins, mm.
+const MOST_RADIUS: f64 = 1e3;

@@ -2,6 +2,13 @@
 
 use proveout_geom::{Point, Vector};
 
+use super::LARGEST;
+
+/// Duration of a piece at least, s: one that stands has none.
+const SHORTEST_S: f64 = 1e-12;
+/// A smaller angle is no turn, radian.
+const NO_TURN: f64 = 1e-12;
+
 /// A piece of the motion of a cutter in the frame of the design (W): the tip runs straight and evenly, the housing of the spindle
 /// turns evenly about one direction, the cutter turns evenly in the housing.
 ///
@@ -28,8 +35,7 @@ pub struct CutterPiece {
 impl CutterPiece {
     /// Whether all numbers are finite and of a size that a machine has, and time passes where there is a way. Other pieces leave nothing.
     pub fn is_finite(&self) -> bool {
-        // Millimeter, seconds, radian: far beyond any program; and the revolutions of a piece of ten hours at 16 000 1/min.
-        const LARGEST: f64 = 1e9;
+        // Revolutions of a piece of ten hours at 16 000 1/min.
         const TURNS: f64 = 1e7;
         let tips = self.tip.iter().flat_map(|p| p.iter());
         let vectors = self.housing.iter().flat_map(|v| v.iter()).chain(self.turn.iter());
@@ -110,10 +116,10 @@ fn sin_cos_of_small(x: f64) -> (f64, f64) {
 
 impl Piece {
     pub(crate) fn new(p: &CutterPiece) -> Self {
-        let duration = (p.time[1] - p.time[0]).max(1e-12);
+        let duration = (p.time[1] - p.time[0]).max(SHORTEST_S);
         let velocity = (p.tip[1] - p.tip[0]) / duration;
         let angle = p.turn.norm();
-        let turn = (angle > 1e-12).then(|| Turn::new(p.turn / angle, angle / duration, &p.housing));
+        let turn = (angle > NO_TURN).then(|| Turn::new(p.turn / angle, angle / duration, &p.housing));
         let in_housing = |v: &Vector| Vector::new(p.housing[0].dot(v), p.housing[1].dot(v), p.housing[2].dot(v));
         Self {
             time: p.time,

@@ -2,7 +2,12 @@
 
 use proveout_tool::{Profile, Segment};
 
-use super::edge::Edge;
+use super::{AT_CENTER, edge::Edge};
+
+/// Length by which a line is divided at least, mm.
+const SHORTEST: f64 = 1e-12;
+/// Nearer to a corner than this the way from it leads down, mm.
+const AT_CORNER: f64 = 1e-12;
 
 /// What bounds a cutter from outside.
 #[derive(Clone, Debug)]
@@ -43,7 +48,7 @@ impl Body {
     pub(crate) fn distance(&self, r: f64, z: f64) -> (f64, [f64; 2]) {
         let from = |dr: f64, dz: f64, radius: f64| {
             let length = (dr * dr + dz * dz).sqrt();
-            (length - radius, if length > 1e-15 { [dr / length, dz / length] } else { [0.0, 0.0] })
+            (length - radius, if length > AT_CENTER { [dr / length, dz / length] } else { [0.0, 0.0] })
         };
         match *self {
             Self::Outline(ref outline) => outline.distance(r, z),
@@ -82,7 +87,7 @@ impl Outline {
             .map(|segment| match *segment {
                 Segment::Line { from, to } => {
                     let (dx, dz) = (to[0] - from[0], to[1] - from[1]);
-                    let length = dx.hypot(dz).max(1e-12);
+                    let length = dx.hypot(dz).max(SHORTEST);
                     let along = [dx / length, dz / length];
                     // The curve runs counter-clockwise: the body lies to the left.
                     Part::Line { from, along, length, normal: [along[1], -along[0]] }
@@ -122,7 +127,7 @@ impl Outline {
                         let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
                         if length < corner.0 {
                             corner =
-                                (length, if length > 1e-12 { [d[0] / length, d[1] / length] } else { [0.0, -1.0] });
+                                (length, if length > AT_CORNER { [d[0] / length, d[1] / length] } else { [0.0, -1.0] });
                         }
                     }
                 }
@@ -174,7 +179,7 @@ impl Part {
             Self::Arc { center, radius, first, last, from, to } => {
                 let d = [r - center[0], z - center[1]];
                 if cross(first, d) >= 0.0 && cross(d, last) >= 0.0 {
-                    let length = (d[0] * d[0] + d[1] * d[1]).sqrt().max(1e-15);
+                    let length = (d[0] * d[0] + d[1] * d[1]).sqrt().max(AT_CENTER);
                     (Some((length - radius, [d[0] / length, d[1] / length])), 0.0, from)
                 } else {
                     let (end, normal) = if cross(first, d) < 0.0 { (from, first) } else { (to, last) };

@@ -9,7 +9,7 @@ use proveout_tool::Profile;
 use rayon::prelude::*;
 
 use super::{
-    CutterPiece,
+    CutterPiece, MOST_RADIUS, NOT_ZERO,
     envelope::{Ray, descend, touch},
     motion::Piece,
     outline::{Body, Outline},
@@ -27,6 +27,10 @@ const TURN: f64 = 0.03;
 const MOST_PARTS: f64 = 256.0;
 /// Pieces whose bounds are asked together.
 const GROUP: usize = 64;
+/// Sine between axes below which a piece does not turn. As the stock: opposite axes have no great circle, the axis stays.
+const NO_TURN: f64 = 1e-12;
+/// A part with less way and less turn stands, mm and radian.
+const STANDS: f64 = 1e-12;
 
 /// A cutter at rest.
 #[derive(Debug)]
@@ -65,8 +69,7 @@ fn piece(number: u32, from: &ToolPose, to: &ToolPose) -> Piece {
     let x = least.cross(&z).normalize();
     let over = z.cross(&to.axis);
     let sine = over.norm();
-    // As the stock: opposite axes have no great circle, the axis stays.
-    let turn = if sine < 1e-12 { Vector::zeros() } else { over * (sine.atan2(z.dot(&to.axis)) / sine) };
+    let turn = if sine < NO_TURN { Vector::zeros() } else { over * (sine.atan2(z.dot(&to.axis)) / sine) };
     Piece::new(&CutterPiece {
         time: [0.0, 1.0],
         tip: [from.tip, to.tip],
@@ -172,7 +175,7 @@ impl SweptPath {
                 known.from.interpolated(&known.to, (k + 1) as f64 / parts)
             };
             let moving = piece(number, &from, &to);
-            let stands = moving.travel() < 1e-12 && moving.angle() < 1e-12;
+            let stands = moving.travel() < STANDS && moving.angle() < STANDS;
             // Within the part where it is thought to be; of the others the middle.
             let at = (near.1 - begin) * parts;
             let guess = (if (0.0..=1.0).contains(&at) { at } else { f64::NAN }, near.0);
@@ -301,9 +304,9 @@ fn over_part(line: &Ray, moving: &Piece, body: &Body, guess: (f64, f64)) -> Opti
     let (from, to) = (moving.state(begin), moving.state(end));
     let across = |v: Vector| v - line.normal * line.normal.dot(&v);
     let way = across(to.tip - from.tip);
-    let passes = [0.0, body.smallest_radius().min(1e3)].map(|z| {
+    let passes = [0.0, body.smallest_radius().min(MOST_RADIUS)].map(|z| {
         let left = across(line.point - (from.tip + from.frame[2] * z));
-        left.dot(&way) / way.norm_squared().max(1e-300)
+        left.dot(&way) / way.norm_squared().max(NOT_ZERO)
     });
     let times =
         passes.into_iter().chain([0.0, 0.25, 0.5, 0.75, 1.0]).map(|part| begin + (end - begin) * part.clamp(0.0, 1.0));

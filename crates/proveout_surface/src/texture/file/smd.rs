@@ -19,6 +19,12 @@ use super::{Fault, HOLE_HELP, MeasuredFile, count, measured, sdf::shown};
 pub(super) const END_OF_RECORD: u8 = 3;
 const FORMAT: &str = "SMD (ISO 5436-2)";
 const ANEW: &str = "write the file anew: header with CX and CZ, remarks and heights, each closed by ETX";
+/// Millimeters in a meter, a micrometer and a nanometer.
+const MM_PER_M: f64 = 1e3;
+const MM_PER_UM: f64 = 1e-3;
+const MM_PER_NM: f64 = 1e-6;
+/// Points of an axis that are believed at most.
+const MOST_POINTS: f64 = 1e9;
 
 struct Axis {
     line: usize,
@@ -32,10 +38,10 @@ struct Axis {
 /// Factor to mm.
 fn unit(name: &str) -> Option<f64> {
     match name.to_ascii_lowercase().as_str() {
-        "m" => Some(1e3),
+        "m" => Some(MM_PER_M),
         "mm" => Some(1.0),
-        "um" | "µm" => Some(1e-3),
-        "nm" => Some(1e-6),
+        "um" | "µm" => Some(MM_PER_UM),
+        "nm" => Some(MM_PER_NM),
         _ => None,
     }
 }
@@ -55,7 +61,7 @@ fn axis(line: usize, fields: &[&str]) -> Result<Axis, Fault> {
         ));
     };
     let points =
-        points.parse::<f64>().ok().filter(|n| n.fract() == 0.0 && (2.0..=1e9).contains(n)).ok_or_else(|| {
+        points.parse::<f64>().ok().filter(|n| n.fract() == 0.0 && (2.0..=MOST_POINTS).contains(n)).ok_or_else(|| {
             Fault::at(line, format!("{:?} points on axis {name}; a whole number from 2 is wanted", shown(points)), ANEW)
         })? as usize;
     let unit = unit(unit_name).ok_or_else(|| {

@@ -2,7 +2,8 @@ use serde::Serialize;
 
 use super::{AREAL_FILTER, AREAL_STANDARD, Asked, Form, PITCH_SLACK, REGRESSION, Unchecked};
 use crate::texture::{
-    ArealParameters, Autocorrelation, HeightMap, ProfileParameters, SettingClass, gaussian_mean_of_map, lay, spacing,
+    ArealParameters, Autocorrelation, DECIMALS, HeightMap, ProfileParameters, SettingClass, UM_PER_MM,
+    gaussian_mean_of_map, lay, spacing,
 };
 
 /// A map wants this many points within a cut-off at least. Chosen: the Gaussian filter is then off its equation by less than 1e-6.
@@ -42,11 +43,11 @@ impl ArealValues {
         let p: ArealParameters = map.parameters();
         let (lengths, direction) = rayon::join(|| Autocorrelation::of(map), || lay(map));
         Self {
-            sa_um: 1e3 * p.sa,
-            sq_um: 1e3 * p.sq,
-            sp_um: 1e3 * p.sp,
-            sv_um: 1e3 * p.sv,
-            sz_um: 1e3 * p.sz,
+            sa_um: UM_PER_MM * p.sa,
+            sq_um: UM_PER_MM * p.sq,
+            sp_um: UM_PER_MM * p.sp,
+            sv_um: UM_PER_MM * p.sv,
+            sz_um: UM_PER_MM * p.sz,
             ssk: p.ssk,
             sku: p.sku,
             sdq: p.sdq,
@@ -117,7 +118,7 @@ impl ArealReport {
             next: next.map(SettingClass::name),
         };
         let found = loop {
-            if let Some(known) = pitch.filter(|p| *p > class.lambda_c() * (1.0 + 1e-9)) {
+            if let Some(known) = pitch.filter(|p| *p > class.lambda_c() * (1.0 + DECIMALS)) {
                 let Some(next) = SettingClass::for_pitch(known) else {
                     unchecked = vec![beyond(known, None)];
                     break None;
@@ -171,11 +172,11 @@ impl ArealReport {
         } else {
             remarks.push(format!(
                 "points every {:.4} µm carry no profile parameters of class {}, which wants {} µm: take profiles of their own",
-                1e3 * map.step_x().max(map.step_y()),
+                UM_PER_MM * map.step_x().max(map.step_y()),
                 class.name(),
-                1e3 * class.max_spacing()
+                UM_PER_MM * class.max_spacing()
             ));
-            format!("left out: {} µm are not carried by this spacing", 1e3 * class.lambda_s())
+            format!("left out: {} µm are not carried by this spacing", UM_PER_MM * class.lambda_s())
         };
         let lay_deg = found.as_ref().map_or(unfiltered.std_deg, |(_, v)| v.std_deg);
         Self {
@@ -183,12 +184,12 @@ impl ArealReport {
             filter_standard: AREAL_FILTER,
             class: class.name(),
             class_asked: asked.class.name(),
-            s_filter_um: (found.is_some() && carried).then(|| 1e3 * class.lambda_s()),
+            s_filter_um: (found.is_some() && carried).then(|| UM_PER_MM * class.lambda_s()),
             s_filter,
             l_filter_mm: class.lambda_c(),
             form_removal: asked.form.of_map(),
             end_rule: if found.is_some() { REGRESSION } else { "nothing was filtered" },
-            spacing_um: [1e3 * map.step_x(), 1e3 * map.step_y()],
+            spacing_um: [UM_PER_MM * map.step_x(), UM_PER_MM * map.step_y()],
             evaluation_area_mm: map.size(),
             points: [map.columns(), map.rows()],
             lay_deg,
@@ -203,23 +204,31 @@ impl ArealReport {
 }
 
 fn carries_s(map: &HeightMap, class: SettingClass) -> bool {
-    map.step_x().max(map.step_y()) <= class.max_spacing() * (1.0 + 1e-9)
+    map.step_x().max(map.step_y()) <= class.max_spacing() * (1.0 + DECIMALS)
 }
 
 /// S-filter where the spacing carries it, then L-filter.
 fn filter(map: &HeightMap, class: SettingClass) -> Result<HeightMap, Unchecked> {
     let (cutoff, [x, y]) = (class.lambda_c(), map.size());
-    if cutoff > x.min(y) * (1.0 + 1e-9) {
+    if cutoff > x.min(y) * (1.0 + DECIMALS) {
         return Err(Unchecked::CutoffBeyondPatch { cutoff_mm: cutoff, class: class.name(), x_mm: x, y_mm: y });
     }
     let (coarse, fine) = (map.step_x().max(map.step_y()), map.step_x().min(map.step_y()));
     let limit = cutoff / POINTS_IN_CUTOFF;
-    if coarse > limit * (1.0 + 1e-9) {
-        return Err(Unchecked::TooCoarse { spacing_um: 1e3 * coarse, limit_um: 1e3 * limit, class: class.name() });
+    if coarse > limit * (1.0 + DECIMALS) {
+        return Err(Unchecked::TooCoarse {
+            spacing_um: UM_PER_MM * coarse,
+            limit_um: UM_PER_MM * limit,
+            class: class.name(),
+        });
     }
     let finest = 0.05 * class.max_spacing();
-    if fine < finest * (1.0 - 1e-9) {
-        return Err(Unchecked::TooFine { spacing_um: 1e3 * fine, limit_um: 1e3 * finest, class: class.name() });
+    if fine < finest * (1.0 - DECIMALS) {
+        return Err(Unchecked::TooFine {
+            spacing_um: UM_PER_MM * fine,
+            limit_um: UM_PER_MM * finest,
+            class: class.name(),
+        });
     }
     let smooth = if carries_s(map, class) { gaussian_mean_of_map(map, class.lambda_s()) } else { map.clone() };
     Ok(smooth.minus(&gaussian_mean_of_map(&smooth, cutoff)))

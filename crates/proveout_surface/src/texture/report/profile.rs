@@ -1,7 +1,9 @@
 use serde::Serialize;
 
 use super::{Asked, DATA_BEYOND, Form, PITCH_SLACK, PROFILE_FILTER, REGRESSION, Unchecked, next_class};
-use crate::texture::{Profile, ProfileEvaluation, ProfileParameters, SettingClass, profile::Ends, spacing};
+use crate::texture::{
+    DECIMALS, Profile, ProfileEvaluation, ProfileParameters, SettingClass, UM_PER_MM, profile::Ends, spacing,
+};
 
 /// Points closer than this share of the largest spacing of the class are not filtered: the work grows with the square of their number
 /// (some 10^10 products at this limit).
@@ -33,12 +35,12 @@ pub struct ProfileValues {
 impl From<&ProfileParameters> for ProfileValues {
     fn from(p: &ProfileParameters) -> Self {
         Self {
-            ra_um: 1e3 * p.ra,
-            rq_um: 1e3 * p.rq,
-            rp_um: 1e3 * p.rp,
-            rv_um: 1e3 * p.rv,
-            rz_um: 1e3 * p.rz,
-            rt_um: 1e3 * p.rt,
+            ra_um: UM_PER_MM * p.ra,
+            rq_um: UM_PER_MM * p.rq,
+            rp_um: UM_PER_MM * p.rp,
+            rv_um: UM_PER_MM * p.rv,
+            rz_um: UM_PER_MM * p.rz,
+            rt_um: UM_PER_MM * p.rt,
             rsk: p.rsk,
             rku: p.rku,
             rsm_mm: p.rsm,
@@ -122,7 +124,7 @@ impl ProfileReport {
         let (mut class, mut unchecked, mut remarks) = (asked.class, Vec::new(), Vec::new());
         let mut pitch = asked.pitch.filter(|p| p.is_finite() && *p > 0.0);
         let found = loop {
-            if let Some(beyond) = pitch.filter(|p| *p > class.lambda_c() * (1.0 + 1e-9)) {
+            if let Some(beyond) = pitch.filter(|p| *p > class.lambda_c() * (1.0 + DECIMALS)) {
                 let Some(next) = SettingClass::for_pitch(beyond) else {
                     unchecked = vec![beyond_cutoff(beyond, asked.class, None)];
                     break None;
@@ -212,12 +214,12 @@ impl ProfileReport {
             tolerance_rule: asked.standard.tolerance_rule(),
             class: class.name(),
             class_asked: asked.class.name(),
-            lambda_s_um: 1e3 * class.lambda_s(),
+            lambda_s_um: UM_PER_MM * class.lambda_s(),
             lambda_c_mm: class.lambda_c(),
             evaluation_length_mm: class.evaluation_length(),
             sections: SettingClass::SECTIONS,
-            spacing_limit_um: 1e3 * class.max_spacing(),
-            spacing_um: 1e3 * profile.step(),
+            spacing_limit_um: UM_PER_MM * class.max_spacing(),
+            spacing_um: UM_PER_MM * profile.step(),
             length_mm: profile.length(),
             form_removal: asked.form.of_profile(),
             end_rule,
@@ -246,19 +248,21 @@ fn beyond_cutoff(pitch: f64, class: SettingClass, next: Option<SettingClass>) ->
 
 /// With data beyond the ends where there are any, else by regression.
 fn evaluate(profile: &Profile, class: SettingClass, asked: &Asked) -> Result<ProfileEvaluation, Unchecked> {
-    // Lengths and spacings given in decimals may miss the limit by rounding.
-    let slack = 1e-9;
     let (spacing, class_name) = (profile.step(), class.name());
-    if spacing > class.max_spacing() * (1.0 + slack) {
+    if spacing > class.max_spacing() * (1.0 + DECIMALS) {
         return Err(Unchecked::TooCoarse {
-            spacing_um: 1e3 * spacing,
-            limit_um: 1e3 * class.max_spacing(),
+            spacing_um: UM_PER_MM * spacing,
+            limit_um: UM_PER_MM * class.max_spacing(),
             class: class_name,
         });
     }
     let finest = FINEST * class.max_spacing();
-    if spacing < finest * (1.0 - slack) {
-        return Err(Unchecked::TooFine { spacing_um: 1e3 * spacing, limit_um: 1e3 * finest, class: class_name });
+    if spacing < finest * (1.0 - DECIMALS) {
+        return Err(Unchecked::TooFine {
+            spacing_um: UM_PER_MM * spacing,
+            limit_um: UM_PER_MM * finest,
+            class: class_name,
+        });
     }
     let too_short = |_| Unchecked::TooShort {
         length_mm: profile.length(),
@@ -266,7 +270,7 @@ fn evaluate(profile: &Profile, class: SettingClass, asked: &Asked) -> Result<Pro
         class: class_name,
         smaller: SettingClass::ALL
             .into_iter()
-            .rfind(|c| c.evaluation_length() <= profile.length() * (1.0 + slack) && *c < class)
+            .rfind(|c| c.evaluation_length() <= profile.length() * (1.0 + DECIMALS) && *c < class)
             .map(SettingClass::name),
     };
     let ends = if profile.carries_ends(class) { Ends::Data } else { Ends::Regression };
