@@ -4,6 +4,8 @@
 pub(crate) const UM_PER_MM: f64 = 1e3;
 /// Millimeters of a micrometer.
 pub(crate) const MM_PER_UM: f64 = 1e-3;
+/// Millimeters of a meter.
+pub(crate) const MM_PER_M: f64 = 1e3;
 /// Meters of a millimeter.
 pub(crate) const M_PER_MM: f64 = 1e-3;
 /// N m of an N mm.
