@@ -7,6 +7,8 @@ use proveout_sim::run::{Checks, RunResult};
 
 /// Clock ticks a second of `/proc/self/stat`: 100 on every Linux that Rust supports.
 const TICKS_PER_S: f64 = 100.0;
+/// Keeps the speed of a run that took no time a number, s.
+pub(crate) const LEAST_WALL_S: f64 = 1e-9;
 
 /// Peak memory of the process, MiB, where the system reports it.
 pub(crate) fn peak_mib() -> Option<f64> {
@@ -21,7 +23,7 @@ pub(crate) fn peak_mib() -> Option<f64> {
 pub(crate) fn run_info(result: &RunResult, scene: &Path, threads: usize, alone: bool) -> RunInfo {
     let s = &result.stages;
     let simulated = result.verdict.time.total_s;
-    let wall = result.wall.max(1e-9);
+    let wall = result.wall.max(LEAST_WALL_S);
     let versions = [
         ("proveout", env!("CARGO_PKG_VERSION")),
         ("verdict_schema", &proveout_sim::verdict::SCHEMA_VERSION.to_string()),

@@ -17,10 +17,15 @@ use crate::{
     platform_reader::read_platforms,
     solver::Solver,
     structure::{chain_to, check_kinematics},
+    units::S_PER_MS,
 };
 
 /// A direction may miss the length one by this much, and is then normalized: six digits in a file.
 const UNIT_TOLERANCE: f64 = 1e-6;
+/// Shorter vectors have no direction.
+const SHORTEST: f64 = 1e-12;
+/// Sine of the angle to Z below which a direction is along it.
+const PARALLEL: f64 = 1e-12;
 
 pub(crate) type Checked<T> = Result<T, InputError>;
 
@@ -169,7 +174,7 @@ pub(crate) fn unit(source: &Document<'_>, path: &[Step<'_>], v: [f64; 3]) -> Che
         // A vector that is exact already, as along a machine axis, must stay exact.
         return Ok(if length == 1.0 { v } else { v / length });
     }
-    let remedy = match v.try_normalize(1e-12) {
+    let remedy = match v.try_normalize(SHORTEST) {
         Some(n) => format!("write [{:.9}, {:.9}, {:.9}] if that is the direction", n.x, n.y, n.z),
         None => "write a vector of length one".to_owned(),
     };
@@ -180,7 +185,7 @@ pub(crate) fn unit(source: &Document<'_>, path: &[Step<'_>], v: [f64; 3]) -> Che
 /// The rotation that brings +z into a direction on the shortest way; half a turn about x for -z.
 fn upright(z: &Vector) -> Pose {
     let across = Vector::z().cross(z);
-    match across.try_normalize(1e-12) {
+    match across.try_normalize(PARALLEL) {
         Some(axis) => Pose::from_axis_angle(&axis, across.norm().atan2(z.z)),
         None if z.z > 0.0 => Pose::identity(),
         None => Pose::from_axis_angle(&Vector::x(), rad(180.0)),
@@ -200,8 +205,8 @@ fn read_control(source: &Document<'_>, content: &MachineFile, joints: &[Joint]) 
     };
     Ok(Control {
         file: file.file.clone(),
-        cycle_time: required("cycle_time_ms", file.cycle_time_ms)? * 1e-3,
-        block_time: not_negative(source, &at("block_time_ms"), file.block_time_ms)? * 1e-3,
+        cycle_time: required("cycle_time_ms", file.cycle_time_ms)? * S_PER_MS,
+        block_time: not_negative(source, &at("block_time_ms"), file.block_time_ms)? * S_PER_MS,
         tool_change_time: not_negative(source, &at("tool_change_time_s"), file.tool_change_time_s)?,
         spindle_start_time: not_negative(source, &[Key("spindle"), Key("start_time_s")], content.spindle.start_time_s)?,
         rapid_mode: match file.rapid_mode {

@@ -34,6 +34,8 @@ use proveout_geom::Vector;
 /// distance from the end of reach at which two branches count as one. 1e-10 rad moves a tool of 1 m by 0.1 nm, so what is
 /// dropped here is below the precision promised for poses.
 pub(crate) const SINGULAR_ANGLE: f64 = 1e-10;
+/// Branches whose cosines of the second angle differ by less are mirror images: rounding.
+const MIRRORED: f64 = 1e-9;
 
 /// Sine below which two axes count as parallel: the angles would amplify rounding a million times.
 pub(crate) const PARALLEL_SINE: f64 = 1e-6;
@@ -109,7 +111,7 @@ impl AxisPair {
         let sine = second.cross(&cosine);
         // Branch 0 has the larger cosine of the second angle; when the branches are mirror images it has the larger sine.
         let side = cosine.dot(&normal);
-        let side = if side.abs() > 1e-9 { side } else { sine.dot(&normal) };
+        let side = if side.abs() > MIRRORED { side } else { sine.dot(&normal) };
         Some(Self {
             first,
             plane,

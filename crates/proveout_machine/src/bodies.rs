@@ -18,6 +18,10 @@ use crate::{
 /// outside, so the faceted body is nowhere smaller than the real one, and larger by no more than this. That
 /// is below any usual clearance between machine parts, and coarse enough for a few hundred facets per body.
 const FACET_TOLERANCE_MM: f64 = 0.05;
+/// Sine of the angle to Z below which a direction is along it.
+const PARALLEL: f64 = 1e-12;
+/// Angles of a convex outline add up to a turn within this, radian: rounding.
+const ONE_TURN: f64 = 1e-6;
 
 /// Color of a body that states none: the gray of castings.
 const DEFAULT_COLOR: [u8; 4] = [150, 155, 160, 255];
@@ -141,7 +145,7 @@ fn round_body(from: Vector, along: Vector, radii: [f64; 2]) -> TriMesh {
     let upright = revolved_mesh(&[[0.0, 0.0], [foot, 0.0], [top, length], [0.0, length]], sectors);
     let z = along / length;
     let across = Vector::z().cross(&z);
-    let turn = match across.try_normalize(1e-12) {
+    let turn = match across.try_normalize(PARALLEL) {
         Some(axis) => Pose::from_axis_angle(&axis, across.norm().atan2(z.z)),
         None if z.z > 0.0 => Pose::identity(),
         None => Pose::from_axis_angle(&Vector::x(), PI),
@@ -172,7 +176,7 @@ fn part_prism(source: &Document<'_>, path: &[Step<'_>], part: &PrismFile) -> Che
             (ax * by - ay * bx).atan2(ax * bx + ay * by)
         })
         .sum();
-    if !(0..n).all(turns_left) || (winding - 2.0 * PI).abs() > 1e-6 {
+    if !(0..n).all(turns_left) || (winding - 2.0 * PI).abs() > ONE_TURN {
         return wrong("the outline is not convex and counter-clockwise", "split it, or turn the order of its corners");
     }
     let place = |[a, b]: [f64; 2], t: f64| match part.along {

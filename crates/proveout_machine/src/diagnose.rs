@@ -312,7 +312,7 @@ impl Machine {
                 }
             }
             if let (Some(v), Some(a)) = (joint.max_velocity, joint.max_acceleration)
-                && !(1e-3..=60.0).contains(&(v / a))
+                && !USUAL_RAMP_S.contains(&(v / a))
             {
                 let key = if rotary { "max_acceleration_deg_s2" } else { "max_acceleration_mm_s2" };
                 doubt(key, format!("the joint takes {} s to reach its velocity", v / a), "check both units");
@@ -342,6 +342,9 @@ impl Machine {
 /// A rotary travel of this or less (degrees) looks like radians: two turns are 12.6 rad, and no machine tool swivels by
 /// less than 15 degrees.
 const RADIAN_RANGE_DEG: f64 = 12.7;
+
+/// Time in which an axis comes to its highest velocity, s: what is shorter or longer is a slip of a unit.
+const USUAL_RAMP_S: std::ops::RangeInclusive<f64> = 1e-3..=60.0;
 
 /// Volume of three unit directions below which slides count as lying in a plane: 0.06 degrees off.
 const FLAT_VOLUME: f64 = 1e-3;

@@ -16,7 +16,14 @@ use proveout_geom::{Document, Step, Step::Key, rad};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::assemble::Checked;
+use crate::{
+    assemble::Checked,
+    units::{MM2_PER_M2, N_MM_PER_N_M, N_S_MM_PER_N_S_M, S_PER_MS},
+};
+
+/// Gains of the position, 1/s. One kilohertz is beyond every drive: a slip of the unit would pass for a very stiff axis.
+const LEAST_GAIN: f64 = 1e-3;
+const MOST_GAIN: f64 = 1e3;
 
 /// The drive of one joint, as the file states it. What is left out is not there: no integral part, no feed-forward, no
 /// friction, no backlash, no elasticity, no limit of the force.
@@ -196,8 +203,8 @@ pub(crate) fn read_drive(
     let pick = |linear: (&'static str, Option<f64>), turning: (&'static str, Option<f64>)| {
         if rotary { turning } else { linear }
     };
-    let force = if rotary { 1e3 } else { 1.0 };
-    let damping = if rotary { 1e3 } else { 1e-3 };
+    let force = if rotary { N_MM_PER_N_M } else { 1.0 };
+    let damping = if rotary { N_MM_PER_N_M } else { N_S_MM_PER_N_S_M };
     let speed = if rotary { rad(1.0) } else { 1.0 / 60.0 };
 
     let (key, value) =
@@ -239,7 +246,7 @@ pub(crate) fn read_drive(
     let (key, value) = pick(("backlash_mm", f.backlash_mm), ("backlash_deg", f.backlash_deg));
     let backlash = not_negative(key, value)? * if rotary { rad(1.0) } else { 1.0 };
     let (motor_key, value) = pick(("motor_mass_kg", f.motor_mass_kg), ("motor_inertia_kg_m2", f.motor_inertia_kg_m2));
-    let motor_inertia = above_zero(motor_key, value)?.map(|m| if rotary { m * 1e6 } else { m });
+    let motor_inertia = above_zero(motor_key, value)?.map(|m| if rotary { m * MM2_PER_M2 } else { m });
     let frequency = above_zero("elastic_frequency_hz", f.elastic_frequency_hz)?;
     let elastic = match (frequency, f.elastic_damping) {
         (None, None) => None,
@@ -274,12 +281,11 @@ pub(crate) fn read_drive(
         ("viscous_friction_Nm_s_rad", f.viscous_friction_nm_s_rad),
     );
     let viscous_friction = not_negative(key, value)? * damping;
-    // A gain of one kilohertz is beyond every drive: a slip of the unit would pass for a very stiff axis.
-    let position_gain = bounded("position_gain_1_s", f.position_gain_1_s, 1e-3, 1e3)?;
+    let position_gain = bounded("position_gain_1_s", f.position_gain_1_s, LEAST_GAIN, MOST_GAIN)?;
     Ok(Some(Drive {
         position_gain,
         velocity_gain,
-        integral_time: above_zero("integral_time_ms", f.integral_time_ms)?.map(|t| t * 1e-3),
+        integral_time: above_zero("integral_time_ms", f.integral_time_ms)?.map(|t| t * S_PER_MS),
         velocity_feed_forward: bounded("velocity_feed_forward", f.velocity_feed_forward, 0.0, 1.0)?,
         acceleration_feed_forward: bounded("acceleration_feed_forward", f.acceleration_feed_forward, 0.0, 1.0)?,
         max_force,

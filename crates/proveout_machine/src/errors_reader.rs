@@ -11,10 +11,13 @@ use crate::{
     assemble::{Checked, finite_vector},
     description::Notes,
     errors::COMPONENTS,
+    units::{MM_PER_UM, RAD_PER_URAD},
 };
 
 /// Part of an error that must vanish where it has no meaning, relative to the whole.
 const MEANINGLESS: f64 = 1e-9;
+/// Positions of an endless axis span a turn within this, radian: rounding of degrees.
+const FULL_TURN: f64 = 1e-9;
 
 /// Largest error (mm, radian) that is still one: beyond it a number has the wrong unit, or the description is wrong.
 const IMPLAUSIBLE: [f64; 2] = [5.0, 0.02];
@@ -70,9 +73,9 @@ fn parse(name: &str) -> Result<(usize, &str, f64), String> {
         .find_map(|(k, letter)| Some((k, stem.strip_prefix('E')?.strip_prefix(*letter)?)))
         .ok_or("a name begins with E and the component X, Y, Z, A, B or C")?;
     let factor = match (unit, k < 3) {
-        ("um", true) => 1e-3,
+        ("um", true) => MM_PER_UM,
         ("mm", true) => 1.0,
-        ("urad", false) => 1e-6,
+        ("urad", false) => RAD_PER_URAD,
         ("arcsec", false) => rad(1.0) / 3600.0,
         ("deg", false) => rad(1.0),
         (_, true) => return Err("the components X, Y, Z are shifts, in _um or _mm".into()),
@@ -213,7 +216,7 @@ fn read_table(source: &Document<'_>, index: usize, file: &ErrorTableFile, joints
     }
     if joints[joint].endless {
         let (first, last) = (positions.first().copied().unwrap_or(0.0), positions.last().copied().unwrap_or(0.0));
-        let turn = (last - first - std::f64::consts::TAU).abs() < 1e-9;
+        let turn = (last - first - std::f64::consts::TAU).abs() < FULL_TURN;
         if !turn || components.first() != components.last() {
             let remedy = "give a full turn whose last values are the first ones";
             return wrong(key, format!("the table of the endless joint {} does not close", file.joint), remedy);

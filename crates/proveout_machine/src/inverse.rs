@@ -8,6 +8,8 @@ use crate::{Joint, JointValues, Machine, axis_pair::SINGULAR_ANGLE, joint::TRAVE
 /// Largest angle (radian) between the wanted and the reached tool axis for a pose to count as reached: 1e-6 rad is
 /// 0.2 arc second and admits axes that were written with six digits on the edge of what a machine reaches.
 pub const AXIS_TOLERANCE: f64 = 1e-6;
+/// A shorter tool axis has no direction.
+const SHORTEST: f64 = 1e-9;
 
 /// Largest distance (mm) between the wanted and the reached tip; it only matters for machines whose linear joints do
 /// not span space.
@@ -135,7 +137,7 @@ impl Machine {
 
     fn branches(&self, pose: &ToolPose, tool_length: f64, given: &JointValues) -> Branches {
         let finite = pose.tip.iter().chain(pose.axis.iter()).all(|v| v.is_finite()) && tool_length.is_finite();
-        let axis = pose.axis.try_normalize(1e-9).filter(|_| finite);
+        let axis = pose.axis.try_normalize(SHORTEST).filter(|_| finite);
         let Some(axis) = axis else { return Branches { axis_error: f64::INFINITY, ..Branches::default() } };
         if !self.solver.has_closed_form() {
             return self.numerical_branch(pose, &axis, tool_length, given);

@@ -7,7 +7,11 @@ use crate::{
     assemble::{Checked, attachment, finite_vector, positive, unit},
     description::{CarriesFile, JointFile, KindFile},
     drive::read_drive,
+    units::MM2_PER_M2,
 };
+
+/// Part by which a rapid may be above the highest velocity: rounding of its unit.
+const ROUNDING: f64 = 1e-12;
 
 pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, all: &[JointFile]) -> Checked<Joint> {
     let at = |key| [Key("joint"), Item(index), Key(key)];
@@ -110,7 +114,7 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
         home_stated: stated_home.is_some(),
         tool_change,
         moving_inertia: if rotary {
-            positive(source, &at("moving_inertia_kg_m2"), file.moving_inertia_kg_m2)?.map(|j| j * 1e6)
+            positive(source, &at("moving_inertia_kg_m2"), file.moving_inertia_kg_m2)?.map(|j| j * MM2_PER_M2)
         } else {
             positive(source, &at("moving_mass_kg"), file.moving_mass_kg)?
         },
@@ -127,7 +131,7 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
         }
     }
     if let (Some(rapid), Some(most)) = (joint.rapid_velocity, joint.max_velocity)
-        && rapid > most * (1.0 + 1e-12)
+        && rapid > most * (1.0 + ROUNDING)
     {
         let of = |name: &'static str| -> (&'static str, f64) {
             // Of several units the one that is written.

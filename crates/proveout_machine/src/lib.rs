@@ -68,6 +68,7 @@ mod structure;
 mod table;
 #[cfg(test)]
 mod testing;
+mod units;
 mod urdf;
 mod zero_at_home;
 

@@ -4,6 +4,9 @@ use std::fmt;
 
 use crate::{JointKind, JointValues, Machine};
 
+/// A leg may be past the end of its travel by this, mm: rounding.
+const LENGTH_TOLERANCE_MM: f64 = 1e-9;
+
 /// Joint positions and their first three derivatives by time: mm or radian, per s, s² and s³. What is not known is
 /// [`JointValues::ZERO`], which keeps every limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -128,7 +131,7 @@ impl Machine {
             let jerks = platform.leg_jerk(&state.q, [&state.velocity, &state.acceleration, &state.jerk]);
             for (k, leg) in platform.legs.iter().enumerate() {
                 let travel = leg.travel.and_then(|[low, high]| {
-                    let within = (low - 1e-9..=high + 1e-9).contains(&lengths[k]);
+                    let within = (low - LENGTH_TOLERANCE_MM..=high + LENGTH_TOLERANCE_MM).contains(&lengths[k]);
                     (!within).then_some((lengths[k], if lengths[k] < low { low } else { high }))
                 });
                 let found = [

@@ -12,6 +12,8 @@ use std::path::Path;
 
 use proveout_geom::{InputError, read_input};
 
+use crate::units::MS_PER_NS;
+
 /// Millimeters of an inch.
 const INCH_MM: f64 = 25.4;
 
@@ -191,7 +193,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
     let name = get("EMC", "MACHINE")
         .map_or_else(|| file.file_stem().unwrap_or_default().to_string_lossy().into_owned(), |(n, _)| n.clone());
     let quoted = name.replace(['"', '\\'], "'");
-    let cycle = number("EMCMOT", "SERVO_PERIOD")?.map_or(1.0, |ns| ns * 1e-6);
+    let cycle = number("EMCMOT", "SERVO_PERIOD")?.map_or(1.0, |ns| ns * MS_PER_NS);
     let speed = match number("SPINDLE_0", "MAX_FORWARD_VELOCITY")? {
         Some(rpm) if rpm > 0.0 => format!("max_speed_rpm = {rpm}\n"),
         _ => String::new(),

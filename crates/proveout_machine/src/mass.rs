@@ -24,7 +24,11 @@ use serde::Deserialize;
 use crate::{
     assemble::{Checked, finite_vector, positive},
     description::{MachineFile, Notes},
+    units::{KG_MM3_PER_KG_M3, MM2_PER_M2},
 };
+
+/// Part by which a moment of inertia may be above the sum of the two others: rounding of what a file states.
+const ROUNDING: f64 = 1e-9;
 
 /// Mass of a body: what it weighs, or the density of its shape. Coordinates are those of the machine with all joints at
 /// zero.
@@ -126,7 +130,7 @@ pub(crate) fn read_mass(
         let Some(densities) = &content.body_density else { return Ok(None) };
         let density = densities.roles_kg_m3.get(&body.role).copied().unwrap_or(densities.default_kg_m3);
         return match solid_moments(mesh) {
-            Some(moments) => Ok(Some(spread(moments, density * 1e-9 * moments.0))),
+            Some(moments) => Ok(Some(spread(moments, density * KG_MM3_PER_KG_M3 * moments.0))),
             None => Err(no_volume(source, &[Key("body"), Item(index), Key("name")])),
         };
     };
@@ -143,7 +147,7 @@ pub(crate) fn read_mass(
     }
     if let (Some(mass), Some(center), Some([xx, yy, zz, xy, yz, zx])) = (stated, f.center_mm, f.inertia_kg_m2) {
         let center = Point::from(finite_vector(source, &at("center_mm"), center)?);
-        let inertia = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) * 1e6;
+        let inertia = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) * MM2_PER_M2;
         if !is_inertia(&inertia) {
             let message = "no body can have this inertia";
             let remedy = "each principal inertia must be above zero and at most the sum of the other two";
@@ -152,7 +156,7 @@ pub(crate) fn read_mass(
         return Ok(Some(BodyMass { mass, center, inertia, estimated: false }));
     }
     let Some(moments) = solid_moments(mesh) else { return Err(no_volume(source, &at("mass_kg"))) };
-    let mass = stated.unwrap_or_else(|| density.unwrap_or(0.0) * 1e-9 * moments.0);
+    let mass = stated.unwrap_or_else(|| density.unwrap_or(0.0) * KG_MM3_PER_KG_M3 * moments.0);
     Ok(Some(spread(moments, mass)))
 }
 
@@ -174,7 +178,7 @@ pub(crate) fn is_inertia(tensor: &Matrix3<f64>) -> bool {
     }
     let e = tensor.symmetric_eigenvalues();
     let sum = e.sum();
-    e.iter().all(|v| *v > 0.0 && 2.0 * v <= sum * (1.0 + 1e-9))
+    e.iter().all(|v| *v > 0.0 && 2.0 * v <= sum * (1.0 + ROUNDING))
 }
 
 #[cfg(test)]

@@ -47,6 +47,14 @@ const NUMERICAL_FLOOR: f64 = 4e-16;
 const MAX_AXIS_STEP: f64 = 0.3;
 const MAX_JOINT_STEP: f64 = 0.6;
 
+/// Damping of the numerical way: at first and at least, after a step that did not help at least, and where it gives up.
+const LEAST_DAMPING: f64 = 1e-12;
+const DAMPED: f64 = 1e-9;
+const MOST_DAMPING: f64 = 1e6;
+
+/// Sine of the angle between two axes below which no turn about the direction across them is seen.
+const PARALLEL: f64 = 1e-14;
+
 impl Solver {
     pub(crate) fn new(chain: &Chain, joints: &[Joint]) -> Self {
         let pick = |rotary: bool| {
@@ -94,7 +102,7 @@ impl Solver {
     ///
     /// A joint at its end stop that would be pushed past it is left out of the step.
     pub(crate) fn turn_numerically(&self, chain: &Chain, joints: &[Joint], q: &mut JointValues, u: &Vector) -> f64 {
-        let mut damping = 1e-12;
+        let mut damping = LEAST_DAMPING;
         let (mut axis, mut rates) = self.axis_rates(chain, q);
         let angle = |axis: &Vector| axis.cross(u).norm().atan2(axis.dot(u));
         let mut left = angle(&axis);
@@ -103,7 +111,7 @@ impl Solver {
                 break;
             }
             // The way on the great circle; upside down any way across will do.
-            let across = axis.cross(u).try_normalize(1e-14);
+            let across = axis.cross(u).try_normalize(PARALLEL);
             let way = match across {
                 Some(w) => w.cross(&axis) * left.min(MAX_AXIS_STEP),
                 None if left < 1.0 => u - axis,
@@ -114,10 +122,10 @@ impl Solver {
             let next_left = angle(&next_axis);
             if next_left < left {
                 (*q, axis, rates, left) = (next, next_axis, next_rates, next_left);
-                damping = (damping * 0.1).max(1e-12);
+                damping = (damping * 0.1).max(LEAST_DAMPING);
             } else {
-                damping = (damping * 100.0).max(1e-9);
-                if damping > 1e6 {
+                damping = (damping * 100.0).max(DAMPED);
+                if damping > MOST_DAMPING {
                     break;
                 }
             }

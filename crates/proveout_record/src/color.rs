@@ -1,5 +1,10 @@
 //! Colors of the pictures: a diverging map for signed deviations and fixed colors for roles.
 
+/// Least end of a color scale, mm: a part that is exact has a scale, too.
+pub(crate) const LEAST_FLOOR_MM: f64 = 1e-6;
+/// Part by which a value may be above a round number and still have it as its end: rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// Color of sRGB with opacity, 0..=255 each.
 pub type Rgba = [u8; 4];
 
@@ -30,7 +35,7 @@ impl DeviationMap {
     /// Values that are not finite are left out.
     pub fn of(deviations: &[f64], floor: f64) -> Self {
         let mut sizes: Vec<f64> = deviations.iter().map(|d| d.abs()).filter(|d| d.is_finite()).collect();
-        let floor = if floor.is_finite() { floor.max(1e-6) } else { 1e-6 };
+        let floor = if floor.is_finite() { floor.max(LEAST_FLOOR_MM) } else { LEAST_FLOOR_MM };
         if sizes.is_empty() {
             return Self { range: round_up(floor) };
         }
@@ -76,7 +81,7 @@ pub(crate) fn height_color(share: f64) -> [u8; 3] {
 /// Smallest of 1, 2, 5 times a power of ten that is not below `value`.
 fn round_up(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
-    let slack = 1.0 + 1e-9;
+    let slack = 1.0 + ROUNDING;
     [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|r| r * slack >= value).unwrap_or(10.0 * power)
 }
 

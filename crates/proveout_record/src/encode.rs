@@ -8,6 +8,9 @@ use half::f16;
 
 use crate::picture::Picture;
 
+/// Values are cut to this: half precision ends at 65504.
+const LARGEST_HALF: f32 = 6e4;
+
 /// Base64 (RFC 4648, section 4), with padding.
 pub(crate) fn base64(bytes: &[u8]) -> String {
     STANDARD.encode(bytes)
@@ -72,7 +75,7 @@ pub(crate) fn pack_mesh(picture: &Picture, shades: Shades<'_>, lines: &[u32]) ->
         }
         Shades::Values => {
             for v in &picture.values {
-                let half = if v.is_finite() { f16::from_f32(v.clamp(-6e4, 6e4)) } else { NO_VALUE };
+                let half = if v.is_finite() { f16::from_f32(v.clamp(-LARGEST_HALF, LARGEST_HALF)) } else { NO_VALUE };
                 out.extend(half.to_bits().to_le_bytes());
             }
         }

@@ -17,6 +17,8 @@ const PAGE_MAPS: usize = 12;
 const DISK: f64 = 90.0;
 /// Borders of cells are written to this step, degrees.
 const CELL_DIGIT_DEG: f64 = 1.0 / 8192.0;
+/// Keeps the scale of a map without a tilt a number, radian.
+const LEAST_TILT: f64 = 1e-9;
 
 /// The whole file.
 #[derive(Serialize)]
@@ -174,7 +176,7 @@ fn figure(place: &FreePlace) -> [String; 2] {
         -size,
         2.0 * size
     );
-    let limit = place.map.cells().map(|c| c.tilt[1]).fold(1e-9, f64::max);
+    let limit = place.map.cells().map(|c| c.tilt[1]).fold(LEAST_TILT, f64::max);
     for cell in place.map.cells() {
         let class = match cell.state {
             AxisState::Free => "free",

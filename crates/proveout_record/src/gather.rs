@@ -14,7 +14,7 @@ use proveout_sim::{
 use crate::{
     classes::Classes,
     color::DeviationMap,
-    picture::{Cluster, NO_PIECE, Picture, single},
+    picture::{Cluster, LEAST_CELL_MM, LEAST_SQUARE, NO_AREA, NO_PIECE, Picture, single},
 };
 
 /// Part of the triangles of a picture that patches may take together: they are there to be seen.
@@ -22,6 +22,8 @@ const FOR_PATCHES: f64 = 0.5;
 /// Edge of the cells above the one that area and limit ask for: faces that are slanted against the cells meet more of them than flat
 /// ones, and to gather the picture a second time takes 200 bytes a vertex.
 const WIDER: f64 = 1.3;
+/// Numbers of cells are cut to this: they are whole numbers of 32 bits.
+const FARTHEST_CELL: f64 = 1e9;
 
 /// Gathers the points and the meshes of a run's surface.
 #[derive(Debug)]
@@ -164,7 +166,8 @@ struct Gather {
 
 impl Gather {
     fn new(limit: usize, triangles: u64, area: f64, owned: bool) -> Self {
-        let cell = (triangles > limit as u64).then(|| WIDER * (2.0 * area / limit.max(1) as f64).sqrt().max(1e-6));
+        let cell =
+            (triangles > limit as u64).then(|| WIDER * (2.0 * area / limit.max(1) as f64).sqrt().max(LEAST_CELL_MM));
         Self {
             limit,
             owned,
@@ -186,7 +189,8 @@ impl Gather {
             self.close_below(part.from_x, cell);
         }
         for (i, p) in part.positions.iter().enumerate() {
-            let normal = part.normals.get(i).filter(|n| n.norm_squared() > 1e-12 && n.norm_squared().is_finite());
+            let normal =
+                part.normals.get(i).filter(|n| n.norm_squared() > LEAST_SQUARE && n.norm_squared().is_finite());
             let normal = normal.and_then(|n| n.try_normalize(0.0)).unwrap_or_else(Vector::z);
             let value = part.deviations.get(i).copied();
             let piece = part.made_by.get(i).copied().flatten();
@@ -255,7 +259,7 @@ impl Gather {
         }
         let at = [a, b, c].map(|v| Point::from(v.place.map(f64::from)));
         let area = (at[1] - at[0]).cross(&(at[2] - at[0]));
-        if let Some(n) = area.try_normalize(1e-300) {
+        if let Some(n) = area.try_normalize(NO_AREA) {
             for (k, v) in [a, b, c].iter().enumerate() {
                 let (slab, number) = v.cell;
                 if !ids[..k].contains(&ids[k])
@@ -277,7 +281,7 @@ impl Gather {
             return;
         }
         // A hair less: positions are in single precision.
-        let first = (x / cell - 0.01).floor().clamp(-1e9, 1e9) as i32;
+        let first = (x / cell - 0.01).floor().clamp(-FARTHEST_CELL, FARTHEST_CELL) as i32;
         let rest = self.open.split_off(&first);
         let below = std::mem::replace(&mut self.open, rest);
         self.place_all(below, cell);

@@ -18,6 +18,7 @@ use crate::{
     canvas::{Canvas, width_of},
     color::{NEUTRAL_INK, height_color},
     error::RecordError,
+    units::{MM_PER_UM, UM_PER_MM},
 };
 
 /// Points of the longer side of the map.
@@ -33,6 +34,8 @@ const AXIS_ROOM: [usize; 2] = [84, 52];
 const TITLE_ROOM: usize = 40;
 /// Half of the line that shows the lay.
 const LAY_HALF: f64 = 34.0;
+/// Part of a step, or of the whole scale, that a mark may be past its end by: rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// Round numbers within an interval, about `count` of them, with the decimals that they need.
 fn ticks(low: f64, high: f64, count: f64) -> (Vec<f64>, usize) {
@@ -43,10 +46,10 @@ fn ticks(low: f64, high: f64, count: f64) -> (Vec<f64>, usize) {
         return (vec![low], 3);
     }
     let decimals = (-step.log10().floor()).max(0.0) as usize;
-    let first = (low / step - 1e-9).ceil();
-    let values = (0..).map(|k| (first + f64::from(k)) * step).take_while(|v| *v <= high + 1e-9 * span).take(50);
+    let first = (low / step - ROUNDING).ceil();
+    let values = (0..).map(|k| (first + f64::from(k)) * step).take_while(|v| *v <= high + ROUNDING * span).take(50);
     // No minus before zero.
-    (values.map(|v| if v.abs() < 1e-9 * step { 0.0 } else { v }).collect(), decimals)
+    (values.map(|v| if v.abs() < ROUNDING * step { 0.0 } else { v }).collect(), decimals)
 }
 
 /// A height map as PNG. `lay` is the direction of the marks, rad from x; a title is drawn as it is.
@@ -122,9 +125,9 @@ fn draw(map: &HeightMap, title: &str, lay: Option<f64>) -> Canvas {
         canvas.fill([bar_left, top + v], [BAR_WIDTH, 1], height_color(t));
     }
     canvas.frame([bar_left, top], [BAR_WIDTH, bar_height]);
-    let (values, decimals) = ticks(1e3 * low, 1e3 * high, 8.0);
+    let (values, decimals) = ticks(UM_PER_MM * low, UM_PER_MM * high, 8.0);
     for value in &values {
-        let y = top + ((1.0 - share(1e-3 * value)) * (bar_height - 1) as f64).round() as usize;
+        let y = top + ((1.0 - share(MM_PER_UM * value)) * (bar_height - 1) as f64).round() as usize;
         canvas.fill([bar_left + BAR_WIDTH + 1, y], [6, 1], NEUTRAL_INK);
         canvas.text([bar_left + BAR_WIDTH + 11, y.saturating_sub(7)], &format!("{value:.decimals$}"));
     }

@@ -20,6 +20,7 @@ use crate::{
     canvas::{Canvas, width_of},
     color::NEUTRAL_INK,
     error::RecordError,
+    picture::NO_AREA,
 };
 
 /// Points of the view, and of the whole picture.
@@ -33,6 +34,14 @@ const BACK: [f64; 3] = [0.62, -1.0, 0.62];
 /// Length of an arrow, and radius of an arc, as a share of the machine's diagonal.
 const ARROW: f64 = 0.11;
 const BACKGROUND: [u8; 3] = [250, 250, 250];
+/// Sine of the angle between up and the direction of the view below which X is to the right.
+const UPRIGHT: f64 = 1e-6;
+/// Least half of the width and height of the view, mm: a machine without bodies has one, too.
+const LEAST_HALF_MM: f64 = 1e-3;
+/// Twice the area of a triangle in the picture, points squared, below which it is not drawn.
+const LEAST_SHOWN: f64 = 1e-12;
+/// Shorter products of directions and ways (mm) have no direction.
+const SHORTEST: f64 = 1e-9;
 
 /// A machine at home as PNG.
 ///
@@ -55,13 +64,13 @@ impl View {
     /// All of a box in the view.
     fn of(room: &Aabb, up: &Vector) -> Self {
         let back = Vector::from(BACK).normalize();
-        let right = up.cross(&back).try_normalize(1e-6).unwrap_or_else(Vector::x);
+        let right = up.cross(&back).try_normalize(UPRIGHT).unwrap_or_else(Vector::x);
         let up = back.cross(&right);
         let corners = (0..8).map(|k| {
             let pick = |i: usize| if k >> i & 1 == 1 { room.max[i] } else { room.min[i] };
             Vector::new(pick(0), pick(1), pick(2)) - room.center().coords
         });
-        let mut half = [1e-3_f64; 2];
+        let mut half = [LEAST_HALF_MM; 2];
         for c in corners {
             half = [half[0].max(c.dot(&right).abs()), half[1].max(c.dot(&up).abs())];
         }
@@ -206,10 +215,10 @@ impl Pen<'_> {
     fn triangle(&mut self, corners: [Point; 3], color: [u8; 3]) {
         let [a, b, c] = corners.map(|p| self.view.place(&p));
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if !(area.abs() > 1e-12 && area.is_finite()) {
+        if !(area.abs() > LEAST_SHOWN && area.is_finite()) {
             return;
         }
-        let Some(normal) = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).try_normalize(1e-300) else {
+        let Some(normal) = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).try_normalize(NO_AREA) else {
             return;
         };
         let light = (self.view.back + self.view.up * 0.45 - self.view.right * 0.3).normalize();
@@ -269,7 +278,7 @@ impl Pen<'_> {
     /// Two strokes back from the tip, in the plane of the picture.
     fn head(&mut self, from: Point, to: Point, color: [u8; 3]) {
         let way = to - from;
-        let side = way.cross(&self.view.back).try_normalize(1e-9).unwrap_or(self.view.right) * (0.12 * way.norm());
+        let side = way.cross(&self.view.back).try_normalize(SHORTEST).unwrap_or(self.view.right) * (0.12 * way.norm());
         for s in [-1.0, 1.0] {
             self.line(to, to - way * 0.25 + side * s, color, 2);
         }
@@ -279,7 +288,7 @@ impl Pen<'_> {
     fn arc(&mut self, middle: &Point, about: &Vector, radius: f64, color: [u8; 3], name: &str) {
         self.line(middle - about * (1.6 * radius), middle + about * (1.6 * radius), color, 0);
         let seed = if about.z.abs() < 0.9 { Vector::z() } else { Vector::x() };
-        let Some(u) = seed.cross(about).try_normalize(1e-9) else { return };
+        let Some(u) = seed.cross(about).try_normalize(SHORTEST) else { return };
         let v = about.cross(&u);
         let at = |k: u32| {
             let angle = f64::from(k) * 0.75 * std::f64::consts::TAU / 48.0;

@@ -3,6 +3,19 @@
 use nalgebra::{Matrix3, Vector3};
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
+/// Least area that has a normal, mm²: any that is not zero.
+pub(crate) const NO_AREA: f64 = 1e-300;
+/// Square of the length of a normal that is given: a shorter one is none.
+pub(crate) const LEAST_SQUARE: f64 = 1e-12;
+/// Shortest edge of a cell in which vertices become one, mm.
+pub(crate) const LEAST_CELL_MM: f64 = 1e-6;
+/// Normals whose cosine is closer to 1 are the same: rounding.
+const SAME_NORMAL: f64 = 1e-9;
+/// Normals of a cell whose sum is shorter cancel out.
+const NO_NORMAL: f64 = 1e-12;
+/// Part of the largest eigenvalue from which on the faces of a cell say where its vertex lies along the direction.
+const CERTAIN: f64 = 1e-2;
+
 /// Indexed triangles with a normal and a value a vertex; mm, counter-clockwise seen from outside.
 ///
 /// Single precision is enough for pictures only (0.06 µm at 1000 mm); what is measured stays in `surface.parquet`.
@@ -40,7 +53,8 @@ impl Picture {
         let finite: Vec<bool> = mesh.positions.iter().map(|p| p.iter().all(|v| v.is_finite())).collect();
         let good = |t: &&[u32; 3]| t.iter().all(|&i| finite.get(i as usize).copied().unwrap_or(false));
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(good).copied().collect();
-        let given = |i: usize| normals.get(i).filter(|n| n.norm_squared().is_finite() && n.norm_squared() > 1e-12);
+        let given =
+            |i: usize| normals.get(i).filter(|n| n.norm_squared().is_finite() && n.norm_squared() > LEAST_SQUARE);
         // If the surface gives all normals, no faces are needed.
         let mut sums = Vec::new();
         if !(0..count).all(|i| given(i).is_some()) {
@@ -54,7 +68,7 @@ impl Picture {
             }
         }
         let unit = |i: usize| {
-            let normal = given(i).or_else(|| sums.get(i)).and_then(|n| n.try_normalize(1e-300));
+            let normal = given(i).or_else(|| sums.get(i)).and_then(|n| n.try_normalize(NO_AREA));
             normal.unwrap_or_else(Vector::z)
         };
         Self {
@@ -76,7 +90,7 @@ impl Picture {
     pub(crate) fn creased(mesh: &TriMesh, crease: f64) -> Self {
         let limit = crease.cos();
         let merged = mesh.merge_equal_vertices();
-        let normal = |t: usize| merged.area_normal(t).try_normalize(1e-300);
+        let normal = |t: usize| merged.area_normal(t).try_normalize(NO_AREA);
         let faces: Vec<Option<Vector>> = (0..merged.triangles.len()).map(normal).collect();
         let mut around: Vec<Vec<u32>> = vec![Vec::new(); merged.positions.len()];
         for (t, triangle) in merged.triangles.iter().enumerate() {
@@ -95,9 +109,9 @@ impl Picture {
                         sum += n * merged.area_normal(other as usize).norm();
                     }
                 }
-                let n = sum.try_normalize(1e-300).unwrap_or(face);
+                let n = sum.try_normalize(NO_AREA).unwrap_or(face);
                 let known = &mut made[i as usize];
-                if let Some((_, index)) = known.iter().find(|(m, _)| m.dot(&n) > 1.0 - 1e-9) {
+                if let Some((_, index)) = known.iter().find(|(m, _)| m.dot(&n) > 1.0 - SAME_NORMAL) {
                     return *index;
                 }
                 let index = out.positions.len() as u32;
@@ -149,7 +163,7 @@ impl Picture {
         }
         let area: f64 = (0..self.triangles.len()).map(|t| self.area_normal(t).norm() * 0.5).sum();
         // A cell of edge h keeps about two triangles a h² of surface.
-        let mut cell = (2.0 * area / limit.max(1) as f64).sqrt().max(1e-6);
+        let mut cell = (2.0 * area / limit.max(1) as f64).sqrt().max(LEAST_CELL_MM);
         // Counting is cheap against placing the vertices.
         loop {
             let (of_vertex, _) = self.cells(cell);
@@ -210,7 +224,7 @@ impl Picture {
         for (t, triangle) in self.triangles.iter().enumerate() {
             let ids = triangle.map(|i| cluster_of[i as usize]);
             let area = self.area_normal(t);
-            if let Some(n) = area.try_normalize(1e-300) {
+            if let Some(n) = area.try_normalize(NO_AREA) {
                 let corner = self.point(triangle[0]).coords;
                 for (k, &id) in ids.iter().enumerate() {
                     if !ids[..k].contains(&id) {
@@ -302,7 +316,7 @@ impl Cluster {
 
     /// Mean of the normals.
     pub(crate) fn normal(&self) -> Vector {
-        self.normal.try_normalize(1e-12).unwrap_or_else(Vector::z)
+        self.normal.try_normalize(NO_NORMAL).unwrap_or_else(Vector::z)
     }
 
     /// Least squares point in the cell: directions whose eigenvalue is below a hundredth of the largest are open.
@@ -314,7 +328,7 @@ impl Cluster {
         let mut shift = Vector::zeros();
         for k in 0..3 {
             let value = eigen.eigenvalues[k];
-            if value > 1e-2 * largest && value > 0.0 {
+            if value > CERTAIN * largest && value > 0.0 {
                 let direction = eigen.eigenvectors.column(k);
                 shift += direction * (direction.dot(&rest) / value);
             }

@@ -8,6 +8,8 @@ use crate::error::RecordError;
 
 /// Room round the drawing, part of its longer edge.
 const MARGIN: f64 = 0.05;
+/// Least side of a section that the margin is a part of, mm.
+const LEAST_SIDE_MM: f64 = 1e-3;
 
 /// Coordinates to the right and upward of a section across an axis: x y, y z, x z.
 fn plane(axis: char) -> [usize; 2] {
@@ -59,7 +61,7 @@ fn svg(section: &Section) -> String {
     if low[0] > high[0] {
         (low, high) = ([0.0; 2], [1.0; 2]);
     }
-    let margin = MARGIN * (high[0] - low[0]).max(high[1] - low[1]).max(1e-3);
+    let margin = MARGIN * (high[0] - low[0]).max(high[1] - low[1]).max(LEAST_SIDE_MM);
     let (width, height) = (high[0] - low[0] + 2.0 * margin, high[1] - low[1] + 2.0 * margin);
     let names = ["X", "Y", "Z"];
     let mut out = format!(

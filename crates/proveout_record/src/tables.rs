@@ -15,7 +15,7 @@ use proveout_tool::Tool;
 use crate::{
     error::RecordError,
     table::{Column, Table},
-    units::{JointUnit, PER_MINUTE},
+    units::{JointUnit, PER_MINUTE, UM_PER_MM},
 };
 
 fn kind_name(kind: MoveKind) -> &'static str {
@@ -199,7 +199,7 @@ impl SurfaceTable {
             let mut row = self.table.row()?;
             row.reals([point.x, point.y, point.z, normal.x, normal.y, normal.z]);
             row.real(None).real(None).real(None).real(None).index(None).text(None).text(Some(&texture.name));
-            row.index((i / map.columns) as u32).index((i % map.columns) as u32).real(height.map(|h| 1e3 * h));
+            row.index((i / map.columns) as u32).index((i % map.columns) as u32).real(height.map(|h| UM_PER_MM * h));
             row.index(maker.map(|m| m.block)).index(maker.and_then(|m| m.tooth));
         }
         Ok(())

@@ -7,6 +7,7 @@ use crate::{
     color::{Rgba, STEEL, height_color},
     envelope::Envelope,
     picture::{Picture, single},
+    units::UM_PER_MM,
 };
 
 /// A map as it is shown.
@@ -49,7 +50,7 @@ impl ShownProfile {
         let envelope = |first: usize, heights: &[f64]| {
             let mut shown = Envelope::default();
             for (k, height) in heights.iter().enumerate() {
-                shown.push((first + k) as f64 * profile.step_mm, 1e3 * height);
+                shown.push((first + k) as f64 * profile.step_mm, UM_PER_MM * height);
             }
             shown
         };
@@ -83,7 +84,7 @@ impl ShownTexture {
             rows,
             step: map.step_mm.map(|s| s * every as f64),
             every,
-            heights: places().map(|k| (1e3 * map.heights[k]) as f32).collect(),
+            heights: places().map(|k| (UM_PER_MM * map.heights[k]) as f32).collect(),
             points: places().map(|k| map.points[k] + map.normals[k] * finite(map, k)).collect(),
             normals: places().map(|k| single(&map.normals[k])).collect(),
             lay: map.lay_deg,
@@ -91,7 +92,7 @@ impl ShownTexture {
                 .heights
                 .iter()
                 .filter(|h| h.is_finite())
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], h| [a.min(1e3 * h), b.max(1e3 * h)]),
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], h| [a.min(UM_PER_MM * h), b.max(UM_PER_MM * h)]),
         }
     }
 

@@ -18,7 +18,7 @@ pub(crate) struct JointUnit {
 impl JointUnit {
     fn of(joint: &Joint) -> Self {
         let (unit, factor) = (joint.kind.unit(), joint.kind.unit_factor());
-        let (force_unit, force_factor) = if joint.is_rotary() { ("Nm", 1e-3) } else { ("N", 1.0) };
+        let (force_unit, force_factor) = if joint.is_rotary() { ("Nm", N_M_PER_N_MM) } else { ("N", 1.0) };
         Self { name: joint.name.clone(), unit, factor, force_unit, force_factor }
     }
 
@@ -28,5 +28,11 @@ impl JointUnit {
     }
 }
 
+/// N m of an N mm.
+const N_M_PER_N_MM: f64 = 1e-3;
+/// Micrometers of a millimeter.
+pub(crate) const UM_PER_MM: f64 = 1e3;
+/// Millimeters of a micrometer.
+pub(crate) const MM_PER_UM: f64 = 1e-3;
 /// mm/s to mm/min.
 pub(crate) const PER_MINUTE: f64 = 60.0;

@@ -14,6 +14,10 @@ use crate::{
 /// Areas of a kind that get a finding of their own, the worst first; all others share one more. A
 /// page of findings is read, a longer list is not, and all of them are counted.
 const TOLD: usize = 20;
+/// Smaller volumes are written with an exponent, mm3.
+const LEAST_PLAIN_MM3: f64 = 1e-3;
+/// The last of the six decimals that are written at most: what is smaller has no more.
+const SIX_DECIMALS: f64 = 1e-6;
 
 /// Findings for the areas beyond the tolerances, the worst first; the place in the program is the block that made the worst point.
 pub(crate) fn judge_areas(
@@ -143,7 +147,7 @@ pub(crate) fn films_in_words(measured: &Measured) -> String {
 
 /// Three figures of a volume that may be next to nothing.
 fn scientific(value: f64) -> String {
-    if value > 0.0 && value < 1e-3 { format!("{value:.2e}") } else { figure(value) }
+    if value > 0.0 && value < LEAST_PLAIN_MM3 { format!("{value:.2e}") } else { figure(value) }
 }
 
 /// What a tool is that has a cylinder in place of its teeth.
@@ -181,6 +185,6 @@ fn of_area(code: &Code, word: &str, area: &Area, [limit, floor]: [f64; 2]) -> Fi
 
 /// Three figures, as far as they are known.
 fn figure(value: f64) -> String {
-    let digits = (2.0 - value.abs().max(1e-6).log10().floor()).clamp(0.0, 6.0) as usize;
+    let digits = (2.0 - value.abs().max(SIX_DECIMALS).log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{value:.digits$}")
 }

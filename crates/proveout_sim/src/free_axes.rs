@@ -34,6 +34,8 @@ const FINEST: f64 = 2.0 * std::f64::consts::PI / 180.0;
 const TRIED: usize = 16;
 /// Places that one thread takes in a row.
 const IN_A_ROW: usize = 16;
+/// Shorter vectors have no direction, mm; of axes and normals, without a unit.
+const SHORTEST: f64 = 1e-9;
 
 /// What was found.
 #[derive(Clone, Debug)]
@@ -212,16 +214,16 @@ fn spots(pieces: &[KeptPiece], count: usize) -> Vec<Spot> {
 fn contact(space: &OrientationSpace, piece: &KeptPiece, part: f64, reach: f64) -> Option<(SurfaceContact, Vector)> {
     let radius = space.ball_radius()?;
     let [from, to] = [piece.motion.from, piece.motion.to];
-    let axis = (from.axis * (1.0 - part) + to.axis * part).try_normalize(1e-9)?;
+    let axis = (from.axis * (1.0 - part) + to.axis * part).try_normalize(SHORTEST)?;
     let tip = from.tip + (to.tip - from.tip) * part;
     let center = tip + axis * radius;
     let nearest = space.nearest_on_part(&center, radius + reach)?;
-    let normal = (center - nearest).try_normalize(1e-9)?;
+    let normal = (center - nearest).try_normalize(SHORTEST)?;
     let feed = to.tip - from.tip;
     // Straight into the surface there is no direction along it: yaw then counts from any.
     let along = feed - normal * feed.dot(&normal);
-    let feed = if along.norm() > 1e-9 { along } else { normal.cross(&axis) };
-    let feed = if feed.norm() > 1e-9 { feed } else { normal.cross(&any_across(&normal)) };
+    let feed = if along.norm() > SHORTEST { along } else { normal.cross(&axis) };
+    let feed = if feed.norm() > SHORTEST { feed } else { normal.cross(&any_across(&normal)) };
     Some((SurfaceContact { point: center - normal * radius, normal, feed, curvatures: None }, axis))
 }
 

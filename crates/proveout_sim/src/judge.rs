@@ -27,6 +27,7 @@ use crate::{
     survey::{self, Measured, Surveyed},
     tap_pitch,
     texture::{self, SurfaceTexture},
+    units::N_M_PER_N_MM,
     unstated,
     verdict::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
@@ -200,7 +201,7 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
                 jerk_utilisation: s.jerk_utilisation,
                 reversals: s.reversals.into(),
                 max_following_error: s.drive.map(|d| scale(d.max_following_error)),
-                max_drive_force: s.drive.map(|d| d.max_force * if rotary { 1e-3 } else { 1.0 }),
+                max_drive_force: s.drive.map(|d| d.max_force * if rotary { N_M_PER_N_MM } else { 1.0 }),
                 drive_force_unit: s.drive.map(|_| if rotary { "Nm" } else { "N" }.into()),
                 drive_utilisation: s.drive.and_then(|d| d.force_utilisation),
                 max_drive_power_w: s.drive.map(|d| d.max_power),

@@ -112,6 +112,7 @@ mod tap_pitch;
 mod texture;
 mod thread_strokes;
 mod tools_of_run;
+mod units;
 mod unstated;
 
 pub use choice::{Choice, StockChoice, resolution_fault};

@@ -14,6 +14,8 @@ use crate::{error::SimError, part_mesh::solid, prepare::MEMORY, raw_stock::STOCK
 
 /// Cells of the search grid along the longest edge of a design.
 const DESIGN_CELLS: f64 = 100.0;
+/// Shorter vectors are no direction.
+const SHORTEST: f64 = 1e-9;
 
 /// What is asked; workpiece frame, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -120,7 +122,7 @@ pub fn measure(questions: &Questions) -> Result<Answers, SimError> {
     let refuse = |message: String, help: &str| SimError::from(InputError::file(&path, message, help));
     for (_, direction) in &questions.walls {
         let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
-        if length <= 1e-9 || !length.is_finite() {
+        if length <= SHORTEST || !length.is_finite() {
             return Err(refuse(
                 format!("the direction {direction:?} of a wall has no length"),
                 "give three numbers of which one is not 0, such as 0,0,1",

@@ -24,6 +24,9 @@ use std::path::{Path, PathBuf};
 
 use crate::scene::Scene;
 
+/// Keeps ratios to a body without an extent numbers, mm.
+const LEAST_DIVISOR_MM: f64 = 1e-9;
+
 /// Unit of the numbers of a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -119,7 +122,7 @@ fn other_unit(
     place: &Aabb,
     fits: impl Fn(&Aabb) -> bool,
 ) -> Option<&'static (f64, &'static str, &'static str)> {
-    let ratio = |factor: f64| largest(&scaled(own, factor)) / largest(place).max(1e-9);
+    let ratio = |factor: f64| largest(&scaled(own, factor)) / largest(place).max(LEAST_DIVISOR_MM);
     let plausible = |factor: f64| (1.0 / PLAUSIBLE..=PLAUSIBLE).contains(&ratio(factor));
     let all = UNITS.iter().filter(|(factor, ..)| plausible(*factor) && fits(&scaled(own, *factor)));
     all.min_by(|a, b| ratio(a.0).ln().abs().total_cmp(&ratio(b.0).ln().abs()))
@@ -165,7 +168,10 @@ fn doubt_of_design(own: &Aabb, stock: &Aabb) -> Option<(String, bool, Option<&'s
     }
     (size * DESIGN_SMALL < other || size < LEAST_MM).then(|| {
         (
-            format!("is {:.1} times smaller than the stock ({against}) that it is cut from", other / size.max(1e-9)),
+            format!(
+                "is {:.1} times smaller than the stock ({against}) that it is cut from",
+                other / size.max(LEAST_DIVISOR_MM)
+            ),
             true,
             unit,
         )

@@ -17,6 +17,7 @@ use crate::{
     programs::{Head, Writer, offset_of, tip},
     scene::{PathFile, PostedFile, Scene, StrategyFile, TimedByFile},
     shape::Shape,
+    units::UM_PER_MM,
 };
 
 /// Longest step of a rapid, mm, and largest turn of the tool axis in it, radian (5 degrees): between two of them a control without tool
@@ -24,6 +25,9 @@ use crate::{
 const RAPID_STEP: [f64; 2] = [25.0, 0.087];
 /// A position below this is written as zero, mm or radian.
 const SAME_JOINT: f64 = 1e-12;
+/// Least and most rpm of a spindle and mm/min of a feed: wider than any machine, so that times and lengths stay numbers.
+const LEAST_RATE: f64 = 1e-3;
+const MOST_RATE: f64 = 1e6;
 
 /// A path with its program.
 #[derive(Clone, Debug)]
@@ -248,8 +252,8 @@ pub fn plan_over(
 
 fn check(file: &PathFile) -> Result<(), (String, String)> {
     let ranges = [
-        ("spindle_rpm", file.spindle_rpm, 1e-3, 1e6),
-        ("feed_mm_min", file.feed_mm_min, 1e-3, 1e6),
+        ("spindle_rpm", file.spindle_rpm, LEAST_RATE, MOST_RATE),
+        ("feed_mm_min", file.feed_mm_min, LEAST_RATE, MOST_RATE),
         ("tolerance_mm", file.tolerance_mm, 0.0, 10.0),
         ("allowance_mm", file.allowance_mm, 0.0, 1000.0),
     ];
@@ -501,8 +505,8 @@ fn report(
         length_mm: line.contacts.iter().map(|c| c.length).collect(),
         feed_mm_min: feeds.iter().map(|f| f.is_finite().then_some(60.0 * f)).collect(),
         joints: q.iter().map(in_unit).collect(),
-        scallop_um: line.contacts.iter().map(|c| c.scallop.map(|s| 1e3 * s)).collect(),
-        chord_error_um: line.contacts.iter().map(|c| 1e3 * c.chord_error).collect(),
+        scallop_um: line.contacts.iter().map(|c| c.scallop.map(|s| UM_PER_MM * s)).collect(),
+        chord_error_um: line.contacts.iter().map(|c| UM_PER_MM * c.chord_error).collect(),
     });
     PlanReport {
         strategy: name.to_owned(),
@@ -519,12 +523,12 @@ fn report(
         slowest_joint: judged.slowest_joint.clone(),
         axis_rate_deg_mm: shown(&judged.axis_rate, deg(1.0)),
         pole_distance_deg: shown(&judged.pole, deg(1.0)),
-        tip_error_without_tcp_um: shown(&judged.tip_error_without_tcp, 1e3),
-        chord_error_um: shown(&judged.chord_error, 1e3),
-        scallop_um: shown(&judged.scallop, 1e3),
+        tip_error_without_tcp_um: shown(&judged.tip_error_without_tcp, UM_PER_MM),
+        chord_error_um: shown(&judged.chord_error, UM_PER_MM),
+        scallop_um: shown(&judged.scallop, UM_PER_MM),
         side_step_mm: shown(&judged.side_step, 1.0),
-        flank_gouge_um: shown(&judged.flank_gouge, 1e3),
-        flank_left_um: shown(&judged.flank_left, 1e3),
+        flank_gouge_um: shown(&judged.flank_gouge, UM_PER_MM),
+        flank_left_um: shown(&judged.flank_left, UM_PER_MM),
         ruling_twist_deg: shown(&judged.ruling_twist, deg(1.0)),
         joints: judged.joints.iter().map(joint).collect(),
         points: points.collect(),

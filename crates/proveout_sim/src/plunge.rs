@@ -41,6 +41,10 @@ const CORE_CELLS: f64 = 1.5;
 const CORE_PART: f64 = 0.5;
 /// Ways that are steeper than this are no ramps, radian.
 const STEEPEST_RAMP: f64 = std::f64::consts::FRAC_PI_4;
+/// A ramp may be steeper than the stated angle by this, radian: degrees of a text with three digits.
+const THREE_DIGITS: f64 = 1e-5;
+/// Most parts of one piece of a motion at whose ends the material below is noted.
+const MOST_PARTS: f64 = 1e4;
 
 /// The core of a tool that has to be watched, for a stock of these cells (mm); none of a tool that cuts at its center.
 pub(crate) fn core(tool: &Tool, cell: f64) -> Option<Profile> {
@@ -153,8 +157,7 @@ impl Descent {
     /// What the tool's own data say; `contact` is what counts as touching, mm.
     pub(crate) fn judged(&self, tool: &Tool, contact: f64) -> Judgement {
         let angle = tool.max_ramp_angle.unwrap_or(STEEPEST_RAMP);
-        // Degrees of a text with three digits.
-        let flat = self.angle <= angle + 1e-5;
+        let flat = self.angle <= angle + THREE_DIGITS;
         let stub = match tool.dead_center {
             Some(radius) => IN_AND_BACK * radius * angle.tan() + contact,
             None => TO_AND_FRO * cutter_radius(tool) * angle.tan() + contact,
@@ -221,7 +224,7 @@ impl PlungeWatch {
         // A layer that is thinner than a cell is seen by the rays along the axis alone, and volumes are means over three sets of rays.
         let in_material = (SETS * met.volume_mm3 / area).min(down);
         let region = tool.dead_center.unwrap_or(USUAL_DEAD_CENTER * radius);
-        let parts = (aside / (STEP * region)).ceil().clamp(1.0, 1e4);
+        let parts = (aside / (STEP * region)).ceil().clamp(1.0, MOST_PARTS);
         let (mut stub, mut pillar) = (0.0_f64, 0.0_f64);
         for k in 0..parts as usize {
             self.places.push_back((from.interpolated(to, k as f64 / parts).tip, self.sunk));

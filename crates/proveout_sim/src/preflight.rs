@@ -13,8 +13,8 @@ use proveout_nc::{AXIS_LETTERS, Location, ProgramText, ToolName};
 use serde::Serialize;
 
 use crate::control_settings::length_active_after_change;
-use crate::first_part::place::{Fit, fit};
-use crate::first_part::reading::{MachineMove, Reading, ToolUse};
+use crate::first_part::place::{Fit, PAST_TRAVEL, fit};
+use crate::first_part::reading::{MachineMove, NO_TURN, Reading, ToolUse};
 use crate::first_part::{setup, shown};
 use crate::prepare::Prepared;
 
@@ -24,6 +24,8 @@ const CONTACT_MM: f64 = 0.01;
 const MAX_LINES: usize = 6;
 /// A drill goes through the stock by so much, mm.
 const BELOW_MM: f64 = 5.0;
+/// Positions of a joint that differ by less are the same, mm or radian: rounding.
+const SAME_POSITION: f64 = 1e-9;
 
 /// What has lengths come with the tool on a control whose programs have no word for them.
 const WITH_TOOL: &str = "; where lengths come with the tool on your control, name a file under [control] file that says so: inherits = \"fanuc-0i\", \
@@ -285,7 +287,7 @@ fn axes(machine: &Machine, reading: &Reading, program: &Path) -> Vec<Cause> {
         let joint = &machine.joints[j];
         let Some([least, most]) = joint.travel else { continue };
         let (below, above) = (least - low.0, high.0 - most);
-        if below <= 1e-6 && above <= 1e-6 {
+        if below <= PAST_TRAVEL && above <= PAST_TRAVEL {
             continue;
         }
         let unit = |v: f64| joint.kind.in_unit(v);
@@ -304,7 +306,7 @@ fn axes(machine: &Machine, reading: &Reading, program: &Path) -> Vec<Cause> {
         // Where the program has sent it by a position of the machine it is still there: that is
         // reported already.
         let letter_of = |m: &MachineMove| machine.joint_for_letter(m.letter) == Some(j);
-        if reading.machine_moves.iter().any(|m| letter_of(m) && (m.value - value).abs() < 1e-9) {
+        if reading.machine_moves.iter().any(|m| letter_of(m) && (m.value - value).abs() < SAME_POSITION) {
             continue;
         }
         let fits = high.0 - low.0 <= most - least;
@@ -329,7 +331,7 @@ fn axes(machine: &Machine, reading: &Reading, program: &Path) -> Vec<Cause> {
                     high.1.line,
                     most - least
                 );
-                let turned = |j: &usize| reading.joints.get(j).is_some_and(|[low, high]| high.0 - low.0 > 1e-9);
+                let turned = |j: &usize| reading.joints.get(j).is_some_and(|[low, high]| high.0 - low.0 > NO_TURN);
                 let table_turns = machine.work_chain.iter().filter(|j| machine.joints[**j].is_rotary()).any(turned);
                 match &offsets[..] {
                     // How far apart they lie is a statement of the scene.
@@ -376,7 +378,7 @@ fn not_cancelled(
 ) -> Option<impl Fn(&str) -> String> {
     let turn = reading.turns.iter().find(|turn| turn.at == *at)?.clone();
     let [low, high] = *reading.joints_besides.get(&j)?;
-    if low < least - 1e-6 || high > most + 1e-6 {
+    if low < least - PAST_TRAVEL || high > most + PAST_TRAVEL {
         return None;
     }
     let text = ProgramText::open(program).ok();

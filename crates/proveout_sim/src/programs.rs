@@ -24,6 +24,9 @@ use crate::{
     scene_limits::limit_joints,
 };
 
+/// The tip of a shorter motion is at rest, mm.
+const AT_REST_MM: f64 = 1e-9;
+
 /// Decimals of a made program: ends to 0.1 micrometers, tool vectors to 1e-8, which is 2 nm at a tip 200 mm away. Positions of the axes
 /// without tool center point control to 1e-5: half of that in a head's angle moves a tip 300 mm away by 26 nm.
 fn format(commands: &[Command]) -> PostSettings {
@@ -69,7 +72,7 @@ fn tip_feeds(commands: &[Command]) -> Vec<Command> {
                 if let (Op::Linear(_), Some(seconds), Some(a), Some(b)) = (&command.op, pending, at, end) {
                     let length = (0..3).map(|i| (b[i] - a[i]).powi(2)).sum::<f64>().sqrt();
                     // A tip at rest has no feed of its own; the one before stays.
-                    if length > 1e-9 {
+                    if length > AT_REST_MM {
                         let op = Op::Feed(Feed::PerTime(length / seconds));
                         out.push(Command { location: command.location.clone(), op });
                     }

@@ -21,6 +21,8 @@ use crate::{
 
 /// File of a run folder that holds the stock that is left.
 pub const STOCK_FILE: &str = "stock.dexel";
+/// Scale of the four decimals of a cell's edge that is told.
+const FOUR_DECIMALS: f64 = 1e4;
 
 /// File of a run folder that holds what is left in a patch and round it.
 pub fn patch_file(name: &str) -> String {
@@ -181,7 +183,7 @@ fn too_large(
         }
         high
     });
-    let edge = |cell: f64, factor: f64| (cell * factor * 1e4).ceil() / 1e4;
+    let edge = |cell: f64, factor: f64| (cell * factor * FOUR_DECIMALS).ceil() / FOUR_DECIMALS;
     let Some(first) = file.patch.first() else {
         let message = format!(
             "a run with {longest} mm cells needs {:.0} MiB ({}; the rest {:.0} MiB), more than the {limit:.0} MiB allowed",

@@ -16,6 +16,7 @@ use crate::{
     prepare::Prepared,
     scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch},
     scene_tolerance::SurfaceKey,
+    units::{MM_PER_UM, UM_PER_MM},
 };
 
 /// Places on ridges that are measured at most; of more every second, third, ... is taken.
@@ -117,24 +118,24 @@ impl Measured {
             ridges.iter().filter_map(|r| r.geometric.map(|g| (g, r.height - g, r.weight))).collect();
         let length: f64 = both.iter().map(|b| b.2).sum();
         let mean = |of: fn(&(f64, f64, f64)) -> f64| {
-            (length > 0.0).then(|| 1e3 * both.iter().map(|b| b.2 * of(b)).sum::<f64>() / length)
+            (length > 0.0).then(|| UM_PER_MM * both.iter().map(|b| b.2 * of(b)).sum::<f64>() / length)
         };
         let spacings = || ridges.iter().filter_map(|r| r.spacing.map(|s| (s, r.weight)));
         let of_spacings: f64 = spacings().map(|s| s.1).sum();
-        let [strip, swept] = self.widths(1e-3 * limit_um);
+        let [strip, swept] = self.widths(MM_PER_UM * limit_um);
         let bars = histogram(ridges);
         let bar = |(k, length_mm): (usize, &f64)| {
-            let [from_um, to_um] = [k, k + 1].map(|k| 1e3 * (bars.from + k as f64 * bars.width));
+            let [from_um, to_um] = [k, k + 1].map(|k| UM_PER_MM * (bars.from + k as f64 * bars.width));
             ScallopBar { from_um, to_um, length_mm: *length_mm }
         };
         Some(Scallop {
-            bound_um: 1e3 * self.bounds.iter().copied().fold(0.0, f64::max),
-            mean_bound_um: 1e3 * known.mean,
-            p95_bound_um: 1e3 * known.p95,
+            bound_um: UM_PER_MM * self.bounds.iter().copied().fold(0.0, f64::max),
+            mean_bound_um: UM_PER_MM * known.mean,
+            p95_bound_um: UM_PER_MM * known.p95,
             all: ScallopHeights::from(&all),
             geometric_mean_um: mean(|b| b.0),
             difference_mean_um: mean(|b| b.1),
-            difference_p95_um: percentile(both.iter().map(|b| (b.1.abs(), b.2))).map(|v| 1e3 * v),
+            difference_p95_um: percentile(both.iter().map(|b| (b.1.abs(), b.2))).map(|v| UM_PER_MM * v),
             spacing_mean_mm: (of_spacings > 0.0).then(|| spacings().map(|s| s.0 * s.1).sum::<f64>() / of_spacings),
             spacing_max_mm: spacings().map(|s| s.0).reduce(f64::max),
             strip_width_min_mm: strip,

@@ -4,6 +4,8 @@ use proveout_surface::scallop::Heights;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::units::UM_PER_MM;
+
 /// The ridges between the passes; means and percentiles are weighed with the length of the ridges, heights count from the design.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scallop {
@@ -60,7 +62,7 @@ pub struct ScallopHeights {
 
 impl From<&Heights> for ScallopHeights {
     fn from(h: &Heights) -> Self {
-        let [mean_um, p95_um, max_um] = [h.mean, h.p95, h.max].map(|v| 1e3 * v);
+        let [mean_um, p95_um, max_um] = [h.mean, h.p95, h.max].map(|v| UM_PER_MM * v);
         Self { places: h.places, length_mm: h.length, mean_um, p95_um, max_um }
     }
 }

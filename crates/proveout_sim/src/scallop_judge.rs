@@ -16,6 +16,7 @@ use crate::{
     scallop_figures::{Scallop, ScallopHeights, ScallopRegion},
     scene_tolerance::{Limit, SurfaceKey, Tolerances},
     surface_gate::Judgement,
+    units::UM_PER_MM,
     verdict::{State, Surface},
 };
 
@@ -146,9 +147,9 @@ impl<'a> Group<'a> {
         let Some(of) = self.heights.as_ref().map(ScallopHeights::from) else {
             return (State::Unchecked, format!("{begin}no ridge between two passes was found there"));
         };
-        let (bound, limit, difference) = (1e3 * self.known.p95, self.limit.um, &self.difference);
+        let (bound, limit, difference) = (UM_PER_MM * self.known.p95, self.limit.um, &self.difference);
         let patches = by_patch(&self.ridges, PATCH_MM);
-        let worst = patches.first().map(|p| (&self.ridges[p.heights.highest], 1e3 * p.heights.p95));
+        let worst = patches.first().map(|p| (&self.ridges[p.heights.highest], UM_PER_MM * p.heights.p95));
         let place = worst.map_or_else(String::new, |(ridge, p95)| {
             let made = blocks(facts, ridge);
             let made = if made.is_empty() { String::new() } else { format!(", cut by {}", made.join(" and ")) };

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::Scene;
 
+/// Part by which a limit may be above the machine's: rounding of its unit.
+const ROUNDING: f64 = 1e-9;
+
 /// Limits of one joint, in force for all programs of the scene; what is left out stays as the machine has it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -131,7 +134,7 @@ fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), (String, Stri
         if !(value > 0.0 && value.is_finite()) {
             return Err((format!("{key} = {value} is no limit"), "write a number above 0".into()));
         }
-        if let Some(most) = target.filter(|most| inside > *most * (1.0 + 1e-9)) {
+        if let Some(most) = target.filter(|most| inside > *most * (1.0 + ROUNDING)) {
             return Err((
                 format!("{key} = {value} is above the machine's limit of {}", most / unit),
                 "a scene can lower what a machine can do, not raise it; change machine.toml for another machine".into(),

@@ -13,6 +13,11 @@ use crate::{
     scene_place::offset_of,
 };
 
+/// Chord errors of a blade's mesh that are taken, mm: finer ones make too many triangles, coarser ones no shape.
+const CHORD_ERROR_MM: std::ops::RangeInclusive<f64> = 1e-5..=1.0;
+/// Shorter vectors are no direction.
+const SHORTEST: f64 = 1e-9;
+
 /// Design part: a mesh, or a surface with a closed form.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -92,7 +97,7 @@ pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), Inpu
         }
         None => {}
     }
-    if part.blade.is_some_and(|b| !(1e-5..=1.0).contains(&b.chord_error_mm)) {
+    if part.blade.is_some_and(|b| !CHORD_ERROR_MM.contains(&b.chord_error_mm)) {
         return at_key(
             &[Key("blade"), Key("chord_error_mm")],
             "chord_error_mm of the blade is out of range",
@@ -108,7 +113,7 @@ pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), Inpu
             && 0.0 <= c.from_mm
             && c.from_mm < c.to_mm
             && c.reach_mm > 0.0
-            && Vector::from(c.axis).norm() > 1e-9)
+            && Vector::from(c.axis).norm() > SHORTEST)
     {
         return fault(
             "the cone frustum is not one",

@@ -11,6 +11,11 @@ use proveout_toolpath::path::{
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+/// Shorter vectors are no direction.
+const SHORTEST: f64 = 1e-12;
+/// Part of a distance between lines that one more would have to cover: rounding adds no line.
+const ROUNDING: f64 = 1e-9;
+
 /// What `proveout plan` makes: one table a strategy.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -372,7 +377,7 @@ impl PathFile {
 
     /// The rule of the tool axis.
     pub fn axis_rule(&self) -> AxisRule {
-        let unit = |v: [f64; 3]| Vector::from(v).try_normalize(1e-12).unwrap_or_else(Vector::zeros);
+        let unit = |v: [f64; 3]| Vector::from(v).try_normalize(SHORTEST).unwrap_or_else(Vector::zeros);
         match &self.axis {
             AxisFile::Normal {} => AxisRule::Normal,
             AxisFile::LeadTilt { lead_deg, tilt_deg } => {
@@ -429,7 +434,7 @@ impl PathFile {
                 "add `across_mm`: the first plane and the last".into(),
             ));
         };
-        let count = ((to - from).abs() / apart - 1e-9).ceil().max(0.0);
+        let count = ((to - from).abs() / apart - ROUNDING).ceil().max(0.0);
         if !(apart > 0.0 && (1.0..=MOST_LINES).contains(&count)) {
             let message = format!("lines_apart_mm = {apart} between {from} and {to} mm makes {count} distances");
             return Err((
@@ -493,7 +498,7 @@ impl PathFile {
             }),
             StrategyFile::IsoPlanar => {
                 let normal = Vector::from(self.normal.ok_or_else(|| missing("normal"))?);
-                let normal = normal.try_normalize(1e-12);
+                let normal = normal.try_normalize(SHORTEST);
                 let normal =
                     normal.ok_or_else(|| ("the planes' normal has no length".into(), "give a direction".to_owned()))?;
                 let apart = self.lines_apart()?;

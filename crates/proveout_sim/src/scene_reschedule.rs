@@ -12,6 +12,8 @@ use proveout_toolpath::reschedule::{
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::units::MM_PER_UM;
+
 pub use self::words::{
     ChannelFile, CriterionFile, EndsFile, InsetFile, InsetWordFile, JunctionFile, KeyAxesFile, MethodFile,
     ThetaUnitFile,
@@ -101,7 +103,7 @@ impl RescheduleFile {
         MultiScale {
             strip: [self.strip_min_mm.unwrap_or(narrow), self.strip_max_mm.unwrap_or(wide)],
             strip_height: self.strip_height_mm.unwrap_or(defaults.strip_height),
-            roughness: self.ra_um.map_or(defaults.roughness, |um| 1e-3 * um),
+            roughness: self.ra_um.map_or(defaults.roughness, |um| MM_PER_UM * um),
             evaluation_length: self.evaluation_length_mm.unwrap_or(defaults.evaluation_length),
             run_in: self.run_in_mm.unwrap_or(defaults.run_in),
             margin: self.margin_deg.map_or(defaults.margin, |d| d * TAU / 360.0),

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
-use crate::scene_place::offset_of;
+use crate::{scene_place::offset_of, units::UM_PER_MM};
 
 /// Longest name of a patch: it becomes part of a file name.
 const LONGEST_NAME: usize = 40;
@@ -18,6 +18,17 @@ const MOST_NODES: f64 = 16e6;
 const MOST_PATCHES: usize = 10_000;
 /// Most repetitions with random spindle phases.
 const MOST_PHASES: u32 = 100;
+/// Largest coordinate, mm, and largest angle, degrees.
+const FARTHEST: f64 = 1e6;
+/// Shorter and longer vectors are no direction.
+const SHORTEST: f64 = 1e-9;
+const LONGEST: f64 = 1e9;
+/// Steps of a map, micrometers: wider than what instruments sample with.
+const STEP_UM: std::ops::RangeInclusive<f64> = 0.01..=1e4;
+/// Sides of a map, mm.
+const SIDE_MM: std::ops::RangeInclusive<f64> = 0.001..=1e3;
+/// Part of a spacing that a side may lack for one more patch: rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// What leaves the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -271,7 +282,7 @@ impl Middle<'_> {
         let numbers = self.at.iter().flatten().copied().chain(self.arc).chain(self.x);
         numbers
             .into_iter()
-            .find(|v| !v.is_finite() || v.abs() > 1e6)
+            .find(|v| !v.is_finite() || v.abs() > FARTHEST)
             .map(|v| (format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame"))
     }
 }
@@ -279,19 +290,19 @@ impl Middle<'_> {
 fn direction_fault(key: &str, v: &Option<[f64; 3]>) -> Option<(String, &'static str)> {
     let v = (*v)?;
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
-    (!(length > 1e-9 && length < 1e9))
+    (!(length > SHORTEST && length < LONGEST))
         .then(|| (format!("{key} = {v:?} is no direction"), "write for example [1, 0, 0]"))
 }
 
 fn size_fault(size: [f64; 2], step_um: f64) -> Option<(String, &'static str)> {
-    if !(0.01..=1e4).contains(&step_um) {
+    if !STEP_UM.contains(&step_um) {
         return Some((format!("step_um = {step_um} is out of range"), "write 0.01 to 10000 micrometers"));
     }
-    if !size.iter().all(|s| (0.001..=1e3).contains(s)) {
+    if !size.iter().all(|s| SIDE_MM.contains(s)) {
         return Some((format!("size_mm = {size:?} is out of range"), "write sides of 0.001 to 1000 mm"));
     }
-    let nodes: f64 = size.iter().map(|s| (s * 1e3 / step_um).round() + 1.0).product();
-    if size.iter().any(|s| s * 1e3 < 2.0 * step_um) {
+    let nodes: f64 = size.iter().map(|s| (s * UM_PER_MM / step_um).round() + 1.0).product();
+    if size.iter().any(|s| s * UM_PER_MM < 2.0 * step_um) {
         return Some((
             format!("sides of {size:?} mm hold no two steps of {step_um} um"),
             "give a larger patch or a smaller step_um",
@@ -385,7 +396,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
     }
     for spanned in &file.phase {
         let (phase, offset) = (spanned.get_ref(), spanned.span().start);
-        if !phase.at_mm.iter().chain([&phase.tooth_deg]).all(|v| v.is_finite() && v.abs() <= 1e6) {
+        if !phase.at_mm.iter().chain([&phase.tooth_deg]).all(|v| v.is_finite() && v.abs() <= FARTHEST) {
             return fault(offset, "[[surface.phase]]", ("a number is none".into(), "write mm and degrees"));
         }
     }
@@ -417,7 +428,7 @@ impl SurfaceGridFile {
         let sides = [&self.u_mm, &self.v_mm].into_iter().flatten().flatten();
         let numbers =
             self.arc_mm.iter().chain(&self.x_mm).flatten().chain(self.corner_mm.iter().flatten()).chain(sides);
-        if let Some(v) = numbers.into_iter().find(|v| !v.is_finite() || v.abs() > 1e6) {
+        if let Some(v) = numbers.into_iter().find(|v| !v.is_finite() || v.abs() > FARTHEST) {
             return Some((format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame"));
         }
         if let Some(f) = direction_fault("u_mm", &self.u_mm).or_else(|| direction_fault("v_mm", &self.v_mm)) {
@@ -450,7 +461,7 @@ impl SurfaceGridFile {
         let sides = self.sides();
         [0, 1].map(|k| match (self.count, self.spacing_mm) {
             (Some(count), _) => count[k] as usize,
-            (None, Some(spacing)) => ((sides[k] / spacing[k] + 1e-9).floor() as usize).saturating_add(1),
+            (None, Some(spacing)) => ((sides[k] / spacing[k] + ROUNDING).floor() as usize).saturating_add(1),
             (None, None) => 0,
         })
     }

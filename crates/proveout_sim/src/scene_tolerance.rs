@@ -7,6 +7,9 @@ use serde_spanned::Spanned;
 
 use crate::scene_place::offset_of;
 
+/// Largest tolerance of a height, micrometers: a meter.
+const HIGHEST_UM: f64 = 1e6;
+
 /// Bounds of the gates.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -167,7 +170,7 @@ impl Tolerances {
         for (key, bound, at) in of_surface.into_iter().chain(of_regions) {
             let Some(um) = bound else { continue };
             let word = key.word();
-            if !(um > 0.0 && um <= 1e6) {
+            if !(um > 0.0 && um <= HIGHEST_UM) {
                 let help = "write a height above 0 and up to 1,000,000 micrometers, or leave it out";
                 return Some((at, format!("{word} = {um} is no height"), help));
             }

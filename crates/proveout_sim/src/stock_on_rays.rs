@@ -5,7 +5,7 @@
 
 use proveout_stock::{RawBody, TriDexel};
 
-use crate::{error::SimError, mesh_unit, scene::Scene};
+use crate::{error::SimError, mesh_unit, scene::Scene, units::MM_PER_M};
 
 /// Part of its volume by which a stock may differ on the rays of any direction.
 pub(crate) const SHARE: f64 = 1.0 / 3.0;
@@ -65,7 +65,7 @@ pub(crate) fn check(scene: &Scene, body: &RawBody, stock: &TriDexel) -> Result<(
         )
     };
     let unit = match size.max() {
-        size if size < SMALL_MM => in_unit(("meters", "m", 1e3)),
+        size if size < SMALL_MM => in_unit(("meters", "m", MM_PER_M)),
         size if size < SMALL_IN_INCHES_MM && mesh_unit::is_stock_in_doubt(scene) => in_unit(("inches", "inch", 25.4)),
         _ => String::new(),
     };

@@ -9,6 +9,9 @@ use crate::{
     verdict::{Gate, State, Surface},
 };
 
+/// Heights that differ by less are shown as one, micrometers: half of the last of four decimals.
+pub(crate) const ONE_FIGURE_UM: f64 = 5e-5;
+
 /// What one tolerance says of the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Judgement {
@@ -36,7 +39,7 @@ pub(crate) fn evaluated(surface: &Surface) -> Option<String> {
     let words = all.iter().filter_map(|(name, range)| {
         let [low, high] = (*range)?;
         let one = format!("{name} {low:.4} um");
-        Some(if high - low < 5e-5 { one } else { format!("{name} {low:.4} to {high:.4} um") })
+        Some(if high - low < ONE_FIGURE_UM { one } else { format!("{name} {low:.4} to {high:.4} um") })
     });
     let words: Vec<String> = words.collect();
     if words.is_empty() {

@@ -22,6 +22,7 @@ use crate::{
     scallop::RidgeMap,
     surface_map::{MapPoint, PatchShape, SurfaceShape},
     thread_strokes::{Strokes, is_thread},
+    units::UM_PER_MM,
     verdict::Deviation,
 };
 
@@ -444,7 +445,7 @@ impl Sums {
         if let Some(error) = mesh_error.filter(|_| design.against != MESH) {
             extent = format!(
                 "{extent} (missing walls on rays through its mesh, up to {:.2} um off as measured)",
-                1e3 * error
+                UM_PER_MM * error
             );
         }
         if let Some(area) = design.area {

@@ -5,6 +5,9 @@ use proveout_controller::Dynamics;
 
 use crate::{engine::Facts, gates::Coverage, prepare::Prepared};
 
+/// A length longer than a tenth of a millimeter by less is not rounded up to the next, tenths of a millimeter.
+const ROUNDING: f64 = 1e-6;
+
 /// What the gates that depend on the path say under ideal dynamics.
 pub(crate) fn ideal(prepared: &Prepared) -> Option<String> {
     (prepared.dynamics == Dynamics::Ideal).then(|| "dynamics are ideal: corner rounding did not cut".to_owned())
@@ -59,7 +62,7 @@ fn assumed_lengths(prepared: &Prepared, facts: &Facts) -> Vec<String> {
             );
             let shortest = match prepared.least_overhang_mm.get(&tool.name) {
                 // Rounded up: a length that is printed clears.
-                Some(least) => format!("the shortest that clears is {:.1} mm", (least * 10.0 - 1e-6).ceil() / 10.0),
+                Some(least) => format!("the shortest that clears is {:.1} mm", (least * 10.0 - ROUNDING).ceil() / 10.0),
                 None => "`proveout run --overhang` finds the shortest that clears".to_owned(),
             };
             Some(format!(

@@ -1,5 +1,8 @@
 use crate::{CuttingEdges, Profile, Residual, Segment, Thread};
 
+/// An end that rises by less of its radius is flat: rounding.
+const FLAT: f64 = 1e-9;
+
 /// What a part of the assembly may do to the stock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Role {
@@ -88,7 +91,7 @@ impl Tool {
     pub fn cuts_at_center(&self) -> Option<bool> {
         self.center_cutting.or_else(|| {
             let end = self.cutting().next()?.profile.segments().first()?;
-            let flat = matches!(end, Segment::Line { from, to } if to[1] - from[1] <= 1e-9 * to[0]);
+            let flat = matches!(end, Segment::Line { from, to } if to[1] - from[1] <= FLAT * to[0]);
             (!flat).then_some(true)
         })
     }

@@ -9,6 +9,8 @@ use crate::{Profile, ProfileError, Segment};
 
 /// Largest dimension of a tool, mm: above it a value is a slip of the unit.
 pub(crate) const LARGEST_MM: f64 = 10_000.0;
+/// Part of the radius of a circle, of a millimeter at least, within which a line touches it: rounding.
+const TANGENT: f64 = 1e-9;
 
 /// Why dimensions do not make a tool.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -455,7 +457,7 @@ fn line_circle(p: [f64; 2], d: [f64; 2], center: [f64; 2], radius: f64, side: f6
     let to_center = [center[0] - p[0], center[1] - p[1]];
     let along = to_center[0] * d[0] + to_center[1] * d[1];
     let off = (to_center[0] * d[1] - to_center[1] * d[0]).abs();
-    let t = if (radius - off).abs() <= 1e-9 * radius.max(1.0) {
+    let t = if (radius - off).abs() <= TANGENT * radius.max(1.0) {
         along
     } else if off < radius {
         along + side * ((radius - off) * (radius + off)).sqrt()

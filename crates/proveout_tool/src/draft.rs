@@ -20,7 +20,7 @@ const BEHIND_FLUTES_MM: f64 = 15.0;
 /// Projection beyond the deepest cut where the projection is not given, mm.
 const ABOVE_CUT_MM: f64 = 5.0;
 /// Lengths that differ by less are one, mm.
-const SAME_MM: f64 = 1e-6;
+pub(crate) const SAME_MM: f64 = 1e-6;
 /// Gauge length without a holder, mm: a usual projection of tool and holder together.
 const BARE_GAUGE_MM: f64 = 150.0;
 /// Full point angle of a drill where it is not given, degrees: that of a usual twist drill.

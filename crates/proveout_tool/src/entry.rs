@@ -6,6 +6,7 @@ use crate::builder::{HolderSection, ToolBuilder};
 use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
 use crate::edges::edges_of;
 use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
+use crate::profile::ON_CIRCLE_MM;
 use crate::residual::residual_of;
 use crate::{ProfileError, Segment, Thread, Tool};
 
@@ -283,7 +284,7 @@ fn segments_of(e: &ToolEntry) -> Result<Vec<Segment>, ShapeError> {
             Some(center) => {
                 let radius = crate::profile::distance(center, to);
                 let off = (crate::profile::distance(center, from) - radius).abs();
-                if off > 1e-6 {
+                if off > ON_CIRCLE_MM {
                     let reason = "the ends of the arc are not equally far from its center";
                     return Err(ProfileError::Degenerate { segment: segments.len(), reason }.into());
                 }

@@ -4,6 +4,10 @@ use thiserror::Error;
 pub(crate) const JOIN_MM: f64 = 1e-9;
 /// Allowed turn to the wrong side at a joint of two segments (radian) before the profile counts as concave.
 pub(crate) const CONVEX_RAD: f64 = 1e-7;
+/// How far the ends of an arc may be off its circle, mm: coordinates of a text are rounded.
+pub(crate) const ON_CIRCLE_MM: f64 = 1e-6;
+/// Chord error over radius that a picture is not finer than.
+const FINEST_CHORD: f64 = 1e-6;
 
 /// One piece of a generating curve; points are `[r, z]`, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,7 +200,7 @@ impl Profile {
             }
             if let Segment::Arc { center, radius, .. } = *s {
                 let off = [from, to].map(|p| (distance(p, center) - radius).abs());
-                if !(radius > 0.0 && off[0] < 1e-6 && off[1] < 1e-6) {
+                if !(radius > 0.0 && off[0] < ON_CIRCLE_MM && off[1] < ON_CIRCLE_MM) {
                     return Err(degenerate("the ends of the arc are not on its circle"));
                 }
             }
@@ -354,7 +358,7 @@ impl Profile {
             if let Segment::Arc { center, radius, from, to } = *s {
                 let start = (from[1] - center[1]).atan2(from[0] - center[0]);
                 let sweep = ((to[1] - center[1]).atan2(to[0] - center[0]) - start).rem_euclid(std::f64::consts::TAU);
-                let step = 2.0 * (1.0 - (tolerance / radius).clamp(1e-6, 1.0)).acos();
+                let step = 2.0 * (1.0 - (tolerance / radius).clamp(FINEST_CHORD, 1.0)).acos();
                 let n = (sweep / step).ceil().max(1.0) as usize;
                 points.extend((1..n).map(|k| {
                     let a = start + sweep * k as f64 / n as f64;

@@ -17,6 +17,8 @@ const MOST_NUMBERED: f64 = 12.0;
 const COARSEST_NUMBERED: f64 = 24.0;
 /// Threads an inch that are believed.
 const THREADS_PER_INCH: std::ops::RangeInclusive<f64> = 4.0..=120.0;
+/// Nominal diameters that differ by less are one, mm: rounding.
+const SAME_DIAMETER_MM: f64 = 1e-9;
 
 /// Nominal diameter and coarse pitch, mm (ISO 261, all choices that have a coarse pitch). The only table of it: readers of programs use it too.
 const COARSE: [(f64, f64); 40] = [
@@ -64,7 +66,7 @@ const COARSE: [(f64, f64); 40] = [
 
 /// The coarse pitch of a metric thread of this nominal diameter, mm (ISO 261); none where the standard has no coarse pitch for it.
 pub fn coarse_pitch(diameter: f64) -> Option<f64> {
-    COARSE.into_iter().find(|(d, _)| (d - diameter).abs() < 1e-9).map(|(_, pitch)| pitch)
+    COARSE.into_iter().find(|(d, _)| (d - diameter).abs() < SAME_DIAMETER_MM).map(|(_, pitch)| pitch)
 }
 
 /// The thread that a tap cuts.

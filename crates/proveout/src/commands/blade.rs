@@ -9,6 +9,8 @@ use crate::{
 
 /// Largest allowance, mm.
 const MOST_ALLOWANCE_MM: f64 = 1e3;
+/// Chord errors that are offered, mm: as a scene may state them.
+const CHORD_ERROR_MM: std::ops::RangeInclusive<f64> = 1e-5..=1.0;
 
 /// Writes the mesh of the blade of a scene.
 pub(crate) fn blade(args: &BladeArgs) -> Result<(), Failure> {
@@ -22,7 +24,7 @@ pub(crate) fn blade(args: &BladeArgs) -> Result<(), Failure> {
         return Err(Failure::new(format!("--allowance-mm {} is no allowance", args.allowance_mm))
             .with_help("give 0 to 1000 mm"));
     }
-    if let Some(error) = args.chord_error_mm.filter(|e| !(1e-5..=1.0).contains(e)) {
+    if let Some(error) = args.chord_error_mm.filter(|e| !CHORD_ERROR_MM.contains(e)) {
         return Err(Failure::new(format!("--chord-error-mm {error} is not offered")).with_help("give 0.00001 to 1 mm"));
     }
     let scene = Scene::read(&args.scene).map_err(|e| Failure::from(&e.into()))?;

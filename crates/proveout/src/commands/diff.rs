@@ -11,6 +11,8 @@ use crate::failure::Failure;
 
 /// Largest verdict.
 const MAX_BYTES: u64 = 1 << 30;
+/// A change of a smaller number is told without its share: of what rounding leaves, a share says nothing.
+const LEAST_OF_SHARE: f64 = 1e-9;
 
 /// Reads the verdict of a run folder.
 fn read(run: &Path) -> Result<Verdict, Failure> {
@@ -59,8 +61,7 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
         if x != y {
             let show = |v: Option<f64>| v.map_or("unchecked".to_owned(), |v| format!("{v:.6}"));
             let percent = match (x, y) {
-                // Of what rounding leaves, a share says nothing.
-                (Some(x), Some(y)) if x.abs() > 1e-9 => format!(" ({:+.3} %)", 100.0 * (y - x) / x),
+                (Some(x), Some(y)) if x.abs() > LEAST_OF_SHARE => format!(" ({:+.3} %)", 100.0 * (y - x) / x),
                 _ => String::new(),
             };
             say!("{name:<28} {} -> {}{percent}", show(x), show(y));

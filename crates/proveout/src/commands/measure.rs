@@ -9,6 +9,9 @@ use super::{
 };
 use crate::{args::MeasureArgs, failure::Failure};
 
+/// Micrometers of a millimeter.
+const UM_PER_MM: f64 = 1e3;
+
 /// Measures a stock or a texture: lines on standard output, and a file where one is asked for. False where a texture stays unchecked.
 pub(crate) fn measure(args: &MeasureArgs) -> Result<bool, Failure> {
     match (&args.profile, &args.file) {
@@ -114,7 +117,11 @@ fn line(text: &str) -> Result<([f64; 3], [f64; 3]), Failure> {
 
 fn print(a: &Answers) {
     let [x, y, z] = a.cells_mm;
-    say!("{}: cells of {x} x {y} x {z} mm, swept surface within {:.2} µm on its rays", a.stock, 1e3 * a.sweep_bound_mm);
+    say!(
+        "{}: cells of {x} x {y} x {z} mm, swept surface within {:.2} µm on its rays",
+        a.stock,
+        UM_PER_MM * a.sweep_bound_mm
+    );
     if let Some(s) = &a.section {
         let holes = s.stock.outlines.iter().filter(|o| o.area_mm2 < 0.0).count();
         let length: f64 = s.stock.outlines.iter().map(|o| o.length_mm).sum();

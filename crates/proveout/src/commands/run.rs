@@ -17,7 +17,7 @@ use crate::{
     args::{DynamicsArg, PlantArg, RerunArg, RunArgs},
     failure::Failure,
     front::{self, default_place},
-    host::run_info,
+    host::{LEAST_WALL_S, run_info},
     progress::Progress,
     stop::Stop,
 };
@@ -27,6 +27,8 @@ const MAX_THREADS: usize = 512;
 /// Where a viewer listens (its own default), and how long it may take to answer.
 const VIEWER_PORT: u16 = 9876;
 const VIEWER_ANSWERS: std::time::Duration = std::time::Duration::from_millis(500);
+/// Hundredths of a whole.
+const PERCENT: f64 = 1e2;
 
 /// Runs a scene; the verdict, with what the call accepts.
 pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
@@ -306,15 +308,15 @@ pub(super) fn print_summary(result: &RunResult, place: &Path) {
     say!(
         "\n  computed in {:.1} s: {:.0} times faster than the machine, {} pieces of motion",
         result.wall,
-        v.time.total_s / result.wall.max(1e-9),
+        v.time.total_s / result.wall.max(LEAST_WALL_S),
         result.pieces
     );
     let bodies = &result.checks.bodies;
     say!(
         "  collision: {:.2} % of {} pieces settled by one comparison, {:.2} % of {} pairs in the others; {} distances asked for, {} from the stock",
-        1e2 * bodies.share_by_allowance(),
+        PERCENT * bodies.share_by_allowance(),
         bodies.pieces,
-        1e2 * bodies.share_of_pairs_by_allowance(),
+        PERCENT * bodies.share_of_pairs_by_allowance(),
         bodies.pair_checks,
         bodies.misses + bodies.distances,
         result.checks.stock_queries

@@ -15,6 +15,8 @@ use crate::{Carries, MAX_JOINTS, Machine};
 
 /// Letters of axes, in the order of the machine file. Programs move the first six.
 const LETTERS: &str = "XYZABCUVW";
+/// Directions whose cosine is closer to 1 are the same: rounding.
+const SAME_DIRECTION: f64 = 1e-9;
 
 /// An axis of the machine.
 pub(super) struct Axis {
@@ -313,8 +315,11 @@ impl Axes {
                 against.join(",")
             ));
         }
-        let aside: Vec<String> =
-            moved.iter().filter(|a| !a.rotary() && along(a).abs() < 1.0 - 1e-9).map(|a| a.letter.to_string()).collect();
+        let aside: Vec<String> = moved
+            .iter()
+            .filter(|a| !a.rotary() && along(a).abs() < 1.0 - SAME_DIRECTION)
+            .map(|a| a.letter.to_string())
+            .collect();
         if !aside.is_empty() {
             notes.push(format!(
                 "{} does not run along its axis of the root link, whose frame is that of the machine: a fixed joint below a new root turns it",

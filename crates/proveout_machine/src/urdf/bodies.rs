@@ -18,6 +18,12 @@ use crate::{TOOL_PARTS, mass::is_inertia};
 
 /// Facets round a sphere, as for other round bodies: its corners protrude by two thousandths of the radius.
 const SECTORS: usize = 72;
+/// Masses and moments of inertia that a body of a machine can have, kg and kg m²; a file that describes pictures states others.
+const LEAST_KG: f64 = 1e-6;
+const MOST_KG: f64 = 1e7;
+const MOST_KG_M2: f64 = 1e6;
+/// Part by which a polyhedron about a ball is made larger: rounding must not bring a face inside.
+const OUTSIDE: f64 = 1e-12;
 
 /// A direction that misses an axis of the machine by less than this (sine) runs along it: rounding.
 const ALONG: f64 = 1e-9;
@@ -102,9 +108,9 @@ fn mass(link: &Link, inertia: &Inertia, machine_from_link: &Pose, notes: &mut Ve
     let center = *machine_from_link * inertia.link_from_center;
     let tensor = inertia.tensor.map(|t| center.rotation * t * center.rotation.transpose());
     let largest = tensor.map_or(0.0, |t: Matrix3<f64>| t.amax());
-    let known = inertia.mass_kg > 1e-6
-        && inertia.mass_kg <= 1e7
-        && largest <= 1e6
+    let known = inertia.mass_kg > LEAST_KG
+        && inertia.mass_kg <= MOST_KG
+        && largest <= MOST_KG_M2
         && center.translation.amax() <= MAX_LENGTH_MM
         && tensor.as_ref().is_some_and(is_inertia);
     let Some(t) = tensor.filter(|_| known) else {
@@ -138,7 +144,7 @@ fn quarter_turn(pose: &Pose) -> Option<[usize; 3]> {
 /// Its faces are flat trapezoids between two circles of latitude. With the corners on a sphere of radius R, N facets round and N / 2 in height,
 /// no face is nearer to the middle than `R cos²(pi / N)`.
 fn ball(radius: f64) -> TriMesh {
-    let outer = radius / (PI / SECTORS as f64).cos().powi(2) * (1.0 + 1e-12);
+    let outer = radius / (PI / SECTORS as f64).cos().powi(2) * (1.0 + OUTSIDE);
     let stacks = SECTORS / 2;
     let ring = |k: usize| {
         let (s, c) = proveout_geom::sin_cos(PI * (k as f64 / stacks as f64 - 0.5));

@@ -7,8 +7,10 @@ use std::io;
 
 use proveout_geom::{Point, TriMesh, write_glb_container};
 
+use crate::units::M_PER_MM;
+
 fn vertex(p: &Point) -> [f32; 3] {
-    [p.x, p.z, -p.y].map(|v| (v * 1e-3) as f32 + 0.0)
+    [p.x, p.z, -p.y].map(|v| (v * M_PER_MM) as f32 + 0.0)
 }
 
 /// A string of JSON; names have no control characters.

@@ -11,6 +11,11 @@ use super::{
     xml,
 };
 
+/// Shorter vectors have no direction.
+const SHORTEST: f64 = 1e-12;
+/// Least size of a shape, mm. A nanometer: below it, rounding would leave nothing.
+const LEAST_MM: f64 = 1e-6;
+
 /// A description of a robot.
 pub(super) struct Robot {
     pub(super) name: String,
@@ -239,7 +244,7 @@ impl Robot {
         {
             // The largest of them first, so that neither a tiny nor a huge one leaves the range of the numbers.
             let given = Vector::from(given);
-            match (given / given.amax()).try_normalize(1e-12).filter(|v| v.iter().all(|x| x.is_finite())) {
+            match (given / given.amax()).try_normalize(SHORTEST).filter(|v| v.iter().all(|x| x.is_finite())) {
                 Some(v) => axis = v,
                 None if kind == Kind::Fixed => {}
                 None => {
@@ -378,8 +383,7 @@ impl Robot {
             Form::Sphere(radius) => *radius,
             Form::Mesh { .. } | Form::Other(_) => 1.0,
         };
-        // A nanometer: below it, rounding would leave nothing.
-        if least < 1e-6 {
+        if least < LEAST_MM {
             let message = format!("<{tag}> measures {least} mm");
             return Err(source.at(&place(node), message, "write meters above zero, or leave the shape out"));
         }

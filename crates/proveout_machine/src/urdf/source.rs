@@ -14,6 +14,12 @@ const SHOWN: usize = 60;
 /// Millimeters of a meter.
 pub(super) const METER_MM: f64 = 1e3;
 
+/// A right angle may miss half of its last decimal by this, radian: rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// An angle that was less off its right angle is not worth a note, radian: rounding in the last digits of a double.
+const WORTH_A_NOTE: f64 = 1e-9;
+
 pub(super) struct Source<'a> {
     pub(super) file: &'a Path,
     pub(super) text: &'a str,
@@ -60,7 +66,7 @@ fn right_angle(text: &str, value: f64) -> Option<f64> {
     let exact = quarters * FRAC_PI_2;
     let decimals = text.split_once('.').map_or(0, |(_, d)| d.len().min(15));
     let (unit, miss) = (0.1_f64.powi(decimals as i32), (value - exact).abs());
-    let rounded = miss <= 0.5 * unit + 1e-12;
+    let rounded = miss <= 0.5 * unit + ROUNDING;
     let cut = value.abs() < exact.abs() && miss < unit;
     (decimals >= 2 && (rounded || cut)).then_some(exact)
 }
@@ -129,8 +135,7 @@ impl Source<'_> {
         let words = node.attribute("rpy").unwrap_or_default().split_whitespace();
         for (value, text) in values.iter_mut().zip(words) {
             if let Some(exact) = right_angle(text, *value) {
-                // Rounding in the last digits of a double is not worth a note.
-                *squared += usize::from((*value - exact).abs() > 1e-9);
+                *squared += usize::from((*value - exact).abs() > WORTH_A_NOTE);
                 *value = exact;
             }
         }

@@ -17,6 +17,9 @@ use crate::Carries;
 /// 10,000 mm/s² and 100 to 1,500 degrees/s²; the jerk takes 50 ms to full acceleration.
 const SLIDE: [f64; 2] = [2_000.0, 40_000.0];
 const TURN: [f64; 2] = [500.0, 10_000.0];
+/// Scales of the decimals that numbers and unit vectors are written with.
+const NINE_DECIMALS: f64 = 1e9;
+const FIFTEEN_DECIMALS: f64 = 1e15;
 
 /// A slide that runs this far along the normal of the table (cosine) takes the tool off it at home.
 const OFF_THE_TABLE: f64 = 0.7;
@@ -43,7 +46,7 @@ pub(super) fn quoted(text: &str) -> String {
 
 /// A number with nine decimals: a millionth of a nanometer.
 pub(super) fn number(v: f64) -> String {
-    format!("{}", (v * 1e9).round() / 1e9 + 0.0)
+    format!("{}", (v * NINE_DECIMALS).round() / NINE_DECIMALS + 0.0)
 }
 
 pub(super) fn place(p: &Point) -> String {
@@ -52,7 +55,7 @@ pub(super) fn place(p: &Point) -> String {
 
 /// A unit vector with fifteen decimals.
 fn unit(v: &Vector) -> String {
-    let [x, y, z] = [v.x, v.y, v.z].map(|x| (x * 1e15).round() / 1e15 + 0.0);
+    let [x, y, z] = [v.x, v.y, v.z].map(|x| (x * FIFTEEN_DECIMALS).round() / FIFTEEN_DECIMALS + 0.0);
     format!("[{x}, {y}, {z}]")
 }
 

@@ -5,6 +5,8 @@ use crate::report::format::compact;
 
 /// Distance of the scale from the right edge.
 const RIGHT: f64 = 10.0;
+/// Values that span less are one; the scale then reaches one to both sides.
+const LEAST_RANGE: f64 = 1e-9;
 
 /// A row of a dot chart: values of several programs on one scale.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +30,7 @@ pub(crate) fn dots(rows: &[DotRow], scale: &str, label: &str, width: f64) -> Str
     let values =
         rows.iter().flat_map(|r| r.dots.iter().map(|d| d.1).chain(r.reference).chain(r.band.into_iter().flatten()));
     let [mut low, mut high] = bounds(values.filter(|v| v.is_finite()).chain([0.0]));
-    if high - low < 1e-9 {
+    if high - low < LEAST_RANGE {
         (low, high) = (low - 1.0, high + 1.0);
     }
     let margin = 0.04 * (high - low);

@@ -13,7 +13,9 @@ pub(crate) struct Bar {
 /// Bars side by side with their largest share as scale; `marks` are values at the left end, in the middle and at the right end.
 pub(crate) fn histogram(bars: &[Bar], marks: [&str; 3], label: &str) -> String {
     const HEIGHT: f64 = 120.0;
-    let top = bars.iter().map(|b| b.share).fold(0.0, f64::max).max(1e-12);
+    // Keeps the heights of empty bars numbers.
+    const LEAST_TOP: f64 = 1e-12;
+    let top = bars.iter().map(|b| b.share).fold(0.0, f64::max).max(LEAST_TOP);
     let mut out = begin("plot", 480.0, HEIGHT + 30.0, label);
     let width = 480.0 / bars.len().max(1) as f64;
     for (i, bar) in bars.iter().enumerate() {

@@ -15,6 +15,10 @@ pub(crate) use self::{
 };
 use crate::report::format::compact;
 
+/// Least range of values that is drawn as it is: by itself, and as a part of the largest.
+const LEAST_RANGE: f64 = 1e-9;
+const LEAST_PART: f64 = 1e-6;
+
 fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
     out.write_fmt(text).unwrap_or_default(); // a string takes everything
 }
@@ -39,7 +43,7 @@ fn level(out: &mut String, value: f64, y: f64, [left, right]: [f64; 2]) {
 
 /// A range that is no point, with a share of it as margin at both ends.
 fn widened([mut low, mut high]: [f64; 2], margin: f64) -> [f64; 2] {
-    let least = 1e-9_f64.max(1e-6 * low.abs().max(high.abs()));
+    let least = LEAST_RANGE.max(LEAST_PART * low.abs().max(high.abs()));
     if high - low < least {
         (low, high) = (low - 0.5 * least.max(1.0), high + 0.5 * least.max(1.0));
     }

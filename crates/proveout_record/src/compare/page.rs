@@ -25,6 +25,9 @@ const MAPS: &str = include_str!("../../templates/maps.js");
 const WIDTH: f64 = 1080.0;
 /// Size of a chart in which a degree is as long across as up: its frame, with the margins of names and numbers.
 const SQUARE: [f64; 2] = [536.0, 569.2];
+/// A held joint trembles by the rounding of corners and by the decimals of the text: less is no motion that was asked for, mm/s or
+/// degrees/s.
+const ASKED_FOR: f64 = 1e-3;
 
 #[derive(Serialize)]
 struct Key {
@@ -183,12 +186,11 @@ fn variation_chart(c: &Comparison) -> Option<String> {
     (!c.variations.is_empty()).then(|| dots(&all, &scale, "Gain under every variation of the twin", WIDTH))
 }
 
-/// Joints that a program asks to move in its cutting stretch. A held joint trembles by the rounding of corners and by the
-/// decimals of the text: less than this, mm/s or degrees/s, is no motion that was asked for.
+/// Joints that a program asks to move in its cutting stretch.
 fn moving(c: &Comparison, pictures: &Pictures) -> Vec<usize> {
     let moves = |name: &str| {
         let axes = c.programs.values().filter_map(|p| p.stretch.as_ref()?.axes.get(name));
-        axes.into_iter().any(|a| a.demand_velocity.unwrap_or(a.max_velocity) > 1e-3)
+        axes.into_iter().any(|a| a.demand_velocity.unwrap_or(a.max_velocity) > ASKED_FOR)
     };
     pictures.joints.iter().enumerate().filter(|(_, j)| moves(&j.name)).map(|(i, _)| i).collect()
 }

@@ -9,6 +9,7 @@ use crate::{
     color::{DeviationMap, STEEL},
     encode::{Shades, base64, deflated, pack_mesh},
     picture::Picture,
+    units::UM_PER_MM,
 };
 
 /// Most triangles of the view.
@@ -181,7 +182,7 @@ fn flat_maps(part: &PartPicture, wanted: &[Wanted<'_>]) -> Option<Flat> {
 }
 
 fn micro(mm: f64) -> String {
-    format!("{} µm", crate::report::format::compact(1e3 * mm))
+    format!("{} µm", crate::report::format::compact(UM_PER_MM * mm))
 }
 
 /// Box round the vertices that have a value.

@@ -12,6 +12,7 @@ use crate::{
         format::{compact, fixed, length_or_dash},
         rows::symbol,
     },
+    units::{MM_PER_UM, UM_PER_MM},
 };
 
 /// Class and word of a judgement.
@@ -359,13 +360,13 @@ pub(crate) fn parts(c: &Comparison) -> Vec<PartRow> {
             excess: length_or_dash(p.deviation.excess_max_mm),
             mean: length_or_dash(p.deviation.mean_mm),
             rms: length_or_dash(p.deviation.rms_mm),
-            scallop_max: length_or_dash(p.surface.scallop_max_um.map(|v| 1e-3 * v)),
-            scallop_mean: length_or_dash(p.surface.scallop_mean_um.map(|v| 1e-3 * v)),
+            scallop_max: length_or_dash(p.surface.scallop_max_um.map(|v| MM_PER_UM * v)),
+            scallop_mean: length_or_dash(p.surface.scallop_mean_um.map(|v| MM_PER_UM * v)),
             scallop_change: change.map_or_else(|| "–".into(), |v| format!("{v:+.2} %")),
             difference_rms: length_or_dash(d.and_then(|d| d.rms_mm)),
             difference_range: range.map_or_else(
                 || "–".into(),
-                |(low, high)| format!("{} to {} µm", fixed(1e3 * low, 2), fixed(1e3 * high, 2)),
+                |(low, high)| format!("{} to {} µm", fixed(UM_PER_MM * low, 2), fixed(UM_PER_MM * high, 2)),
             ),
             clearance: length_or_dash(p.clearance.min_mm),
         }

@@ -6,7 +6,7 @@
 
 use proveout_geom::{Point, TriMesh, Vector};
 
-use crate::canvas::Canvas;
+use crate::{canvas::Canvas, picture::NO_AREA};
 
 /// Color of the first body, of the second, of the others: distinct for all kinds of color vision (Okabe and
 /// Ito 2008).
@@ -18,6 +18,12 @@ const SEEN: f64 = 0.25;
 const STRIPE: usize = 3;
 /// Share of the gray of a body that is drawn as glass.
 const GLASS: f64 = 0.22;
+/// Shorter vectors have no direction.
+const SHORTEST: f64 = 1e-12;
+/// Sine of the angle between Z and the direction of the view below which X is to the right.
+const UPRIGHT: f64 = 1e-6;
+/// Twice the area of a triangle in the picture, points squared, below which it is not drawn.
+const LEAST_SHOWN: f64 = 1e-12;
 
 /// What a mesh is in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,9 +50,9 @@ impl View {
     /// A view against `back` (from the viewer's side; not zero), with `focus` in the middle of `size` points and `half` mm of height
     /// above and below it. Z stays upright where it can.
     pub(crate) fn new(back: &Vector, focus: Point, half: f64, size: [usize; 2]) -> Self {
-        let back = back.try_normalize(1e-12).unwrap_or_else(Vector::z);
+        let back = back.try_normalize(SHORTEST).unwrap_or_else(Vector::z);
         let side = Vector::z().cross(&back);
-        let right = side.try_normalize(1e-6).unwrap_or_else(Vector::x);
+        let right = side.try_normalize(UPRIGHT).unwrap_or_else(Vector::x);
         Self { right, up: back.cross(&right), back, focus, scale: 0.5 * size[1] as f64 / half, size }
     }
 
@@ -86,11 +92,11 @@ impl Raster {
     fn triangle(&mut self, corners: [Point; 3], part: Part) {
         let [a, b, c] = corners.map(|p| self.view.place(&p));
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if !(area.abs() > 1e-12 && [a, b, c].iter().flatten().all(|v| v.is_finite())) {
+        if !(area.abs() > LEAST_SHOWN && [a, b, c].iter().flatten().all(|v| v.is_finite())) {
             return;
         }
         let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-        let Some(normal) = normal.try_normalize(1e-300) else { return };
+        let Some(normal) = normal.try_normalize(NO_AREA) else { return };
         let light = (self.view.back + self.view.up * 0.45 - self.view.right * 0.3).normalize();
         let shade = 0.4 + 0.6 * normal.dot(&light).abs();
         let range = |k: usize, most: usize| {

@@ -50,6 +50,8 @@ const CHUNK: usize = 4096;
 const PATH_BINS: usize = 24;
 /// Places of findings that are marked.
 const MARKS: usize = 300;
+/// Least part of a program that counts as done: the expected end stays a number.
+const LEAST_DONE: f64 = 1e-6;
 
 /// Path in feed by the class of the feed that is reached, from all of it to less than a fifth.
 const FEED_COLORS: [Rgba; 6] = [
@@ -379,7 +381,7 @@ impl Open {
             // The program line gives a rough estimate of the remaining time; with subprograms and loops it
             // is worse.
             let done = f64::from(row.line) / f64::from(setup.program_lines.max(1));
-            self.frames.expect(batch.time, batch.time / done.clamp(1e-6, 1.0));
+            self.frames.expect(batch.time, batch.time / done.clamp(LEAST_DONE, 1.0));
         }
         let tool_change = batch.events.iter().any(|e| matches!(e, Event::ToolChange { .. }));
         if tool_change || self.frames.due(batch.time) {

@@ -11,6 +11,9 @@ use rerun::{
 
 use crate::{error::RecordError, recording::sink::TIMELINE};
 
+/// Seconds of a nanosecond.
+const S_PER_NS: f64 = 1e-9;
+
 /// What a recording has of one entity.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedEntity {
@@ -53,7 +56,7 @@ fn take(entity: &mut RecordedEntity, chunk: &Chunk) {
     }
     let scalars = chunk.iter_slices::<f64>(rerun::Scalars::descriptor_scalars().component);
     for (row, values) in scalars.enumerate() {
-        let time = times.and_then(|t| t.get(row)).map_or(f64::NAN, |t| *t as f64 * 1e-9);
+        let time = times.and_then(|t| t.get(row)).map_or(f64::NAN, |t| *t as f64 * S_PER_NS);
         entity.values.extend(values.iter().map(|v| [time, *v]));
     }
     for arrows in chunk.iter_slices::<[f32; 3]>(rerun::Arrows3D::descriptor_vectors().component) {

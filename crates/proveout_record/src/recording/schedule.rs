@@ -34,6 +34,10 @@ const PLACES: usize = 3000;
 const WIDE: f64 = 1.3;
 /// A limit is drawn where a program comes as near to it as this part.
 const NEAR: f64 = 0.6;
+/// A joint whose positions span less is not shown, mm or radian: it is held.
+const MOVES: f64 = 1e-4;
+/// Axes whose sum is shorter have no middle.
+const SHORTEST: f64 = 1e-6;
 
 const ORIGINAL: Rgba = [236, 150, 60, 255];
 const NEW: Rgba = [80, 160, 245, 255];
@@ -102,7 +106,7 @@ fn moves(run: &ScheduledRun, k: usize) -> bool {
         let ends = demand.position.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], q| [l.min(*q), h.max(*q)]);
         ends[1] - ends[0]
     };
-    joint.channel.is_some() || range(&joint.original).max(range(&joint.new)) > 1e-4
+    joint.channel.is_some() || range(&joint.original).max(range(&joint.new)) > MOVES
 }
 
 /// Rows of all runs, one after the other; a NaN interrupts the line.
@@ -294,7 +298,7 @@ fn sphere(
     }
     let from = |middle: &Vector| all.iter().map(|v| middle.cross(v).norm().atan2(middle.dot(v))).fold(0.0, f64::max);
     let sum: Vector = all.iter().sum();
-    let middle = if sum.norm() > 1e-6 { sum.normalize() } else { Vector::z() };
+    let middle = if sum.norm() > SHORTEST { sum.normalize() } else { Vector::z() };
     let reach = from(&middle);
     if reach < WIDE {
         // A ball hides its far side, where nothing is drawn here.

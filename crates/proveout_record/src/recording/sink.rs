@@ -3,7 +3,7 @@
 use proveout_geom::Pose;
 use rerun::{EntityPath, RecordingStream, TimeColumn, components::InterpolationMode};
 
-use crate::{color::Rgba, error::RecordError, picture::Picture};
+use crate::{color::Rgba, error::RecordError, picture::Picture, units::UM_PER_MM};
 
 /// The timeline of every recording: simulated time as a duration.
 pub(crate) const TIMELINE: &str = "sim_time";
@@ -11,6 +11,8 @@ pub(crate) const TIMELINE: &str = "sim_time";
 pub(crate) const WAY_TIMELINE: &str = "path_um";
 /// Application of every recording; blueprints bind to it.
 pub(crate) const APPLICATION: &str = "proveout";
+/// Nanoseconds of a second.
+const NS_PER_S: f64 = 1e9;
 
 /// A recording that is being written.
 pub(crate) struct Sink {
@@ -57,7 +59,7 @@ pub(crate) fn path<'a>(parts: impl IntoIterator<Item = &'a str>) -> EntityPath {
 }
 
 fn nanoseconds(time: f64) -> i64 {
-    (time * 1e9).round() as i64
+    (time * NS_PER_S).round() as i64
 }
 
 fn times(list: impl IntoIterator<Item = f64>) -> TimeColumn {
@@ -65,7 +67,7 @@ fn times(list: impl IntoIterator<Item = f64>) -> TimeColumn {
 }
 
 fn both_times(places: &[Place]) -> [TimeColumn; 2] {
-    let ways = places.iter().map(|p| (p.way * 1e3).round() as i64);
+    let ways = places.iter().map(|p| (p.way * UM_PER_MM).round() as i64);
     [times(places.iter().map(|p| p.time)), TimeColumn::new_sequence(WAY_TIMELINE, ways)]
 }
 

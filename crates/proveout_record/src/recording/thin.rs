@@ -6,6 +6,10 @@ use proveout_machine::JointValues;
 const ROWS: usize = 15_000;
 /// First spacing, s: 50 poses a second.
 const FIRST_SPACING: f64 = 0.02;
+/// A row may come before its time by this, s: rounding of sums of times.
+const ROUNDING_S: f64 = 1e-9;
+/// A value that jumps is written again this long before it, s: lines between rows stay level.
+const JUST_BEFORE_S: f64 = 1e-6;
 
 /// Spacings between the repeated values of a constant signal: a quarter of a second at first.
 const REPEAT: f64 = 12.0;
@@ -49,7 +53,7 @@ impl MotionThinner {
     pub(crate) fn take(&mut self, time: f64, joints: &JointValues) -> bool {
         let due = match &self.last {
             None => true,
-            Some((before, shown)) => *shown != *joints && time >= before + self.spacing.seconds - 1e-9,
+            Some((before, shown)) => *shown != *joints && time >= before + self.spacing.seconds - ROUNDING_S,
         };
         if due {
             self.last = Some((time, *joints));
@@ -137,7 +141,7 @@ impl SignalThinner {
         let repeats = (gap / (REPEAT * self.spacing.seconds)).min(MOST_REPEATS).floor();
         rows.extend((1..=repeats as usize).map(|k| (t + gap * k as f64 / (repeats + 1.0), v)));
         if next.1 != v {
-            rows.push((next.0 - 1e-6, v));
+            rows.push((next.0 - JUST_BEFORE_S, v));
             self.spacing.count();
         }
     }

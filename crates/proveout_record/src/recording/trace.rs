@@ -9,6 +9,8 @@ const TOLERANCE: f64 = 0.01;
 const POINTS: usize = 200_000;
 /// Left-out points that are checked against the line.
 const HELD: usize = 64;
+/// Keeps parts of a run without a length numbers, s.
+const LEAST_END_S: f64 = 1e-9;
 
 /// Shares of the programmed feed below which the classes after the first begin.
 pub(crate) const REACHED: [f64; 5] = [0.95, 0.8, 0.6, 0.4, 0.2];
@@ -126,7 +128,7 @@ impl Trace {
     /// The lines, cut so that each ends in one of `bins` equal stretches of time from 0 to `end` (s): bin and line.
     pub(crate) fn finish(mut self, end: f64, bins: usize) -> Vec<(usize, Strip)> {
         self.close();
-        let bin = |t: f64| ((t / end.max(1e-9) * bins as f64) as usize).min(bins.saturating_sub(1));
+        let bin = |t: f64| ((t / end.max(LEAST_END_S) * bins as f64) as usize).min(bins.saturating_sub(1));
         let mut out: Vec<(usize, Strip)> = Vec::new();
         for strip in self.strips {
             let mut current: Option<(usize, Strip)> = None;

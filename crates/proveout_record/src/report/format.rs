@@ -1,5 +1,10 @@
 //! Numbers as people read them.
 
+use crate::units::UM_PER_MM;
+
+/// Sizes of numbers that are written without an exponent.
+const PLAIN: std::ops::Range<f64> = 1e-4..1e9;
+
 /// A number with `digits` after the point and without a negative zero; a dash for what is not a number.
 pub(crate) fn fixed(value: f64, digits: usize) -> String {
     if !value.is_finite() {
@@ -18,7 +23,7 @@ pub(crate) fn compact(value: f64) -> String {
         return "–".into();
     }
     let size = value.abs();
-    if size > 0.0 && !(1e-4..1e9).contains(&size) {
+    if size > 0.0 && !PLAIN.contains(&size) {
         return format!("{value:.2e}");
     }
     let digits = if size >= 1000.0 || size == 0.0 { 0 } else { (3 - size.log10().floor() as i32).clamp(0, 6) as usize };
@@ -67,7 +72,7 @@ pub(crate) fn duration(seconds: f64) -> String {
 /// A length in mm in the unit in which a machinist speaks of it: micrometer below 0.1 mm.
 pub(crate) fn length(mm: f64) -> String {
     if mm.is_finite() && mm.abs() < 0.1 {
-        format!("{} µm", fixed(mm * 1e3, if mm.abs() < 0.01 { 2 } else { 1 }))
+        format!("{} µm", fixed(mm * UM_PER_MM, if mm.abs() < 0.01 { 2 } else { 1 }))
     } else {
         format!("{} mm", fixed(mm, 3))
     }

@@ -4,11 +4,15 @@ use proveout_sim::verdict::{Axis, Verdict};
 use serde::Serialize;
 
 use crate::report::{
+    AT_LIMIT,
     data::{JointSignals, ProgramView},
     format::{compact, count, duration, fixed, length, length_or_dash, path, tool_name, volume},
     operations::Operation,
     page::{Entry, entry},
 };
+
+/// Kilojoules of a joule.
+const KJ_PER_J: f64 = 1e-3;
 
 pub(crate) fn deviation(v: &Verdict) -> Vec<Entry> {
     let d = &v.deviation;
@@ -268,10 +272,10 @@ pub(crate) fn drives(v: &Verdict, joints: &[JointSignals]) -> Vec<DriveRow> {
             force: usage(
                 format!("{force} {}", a.drive_force_unit.as_deref().unwrap_or("")),
                 a.drive_utilisation,
-                1.0 - 1e-9,
+                AT_LIMIT,
             ),
             power: a.max_drive_power_w.map_or_else(|| "–".into(), |w| format!("{} W", compact(w))),
-            energy: a.drive_energy_j.map_or_else(|| "–".into(), |j| format!("{} kJ", compact(j * 1e-3))),
+            energy: a.drive_energy_j.map_or_else(|| "–".into(), |j| format!("{} kJ", compact(j * KJ_PER_J))),
         })
     };
     in_order(v, joints).into_iter().filter_map(row).collect()

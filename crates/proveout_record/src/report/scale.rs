@@ -1,12 +1,14 @@
 //! Scales of the deviation colors on the page: one for gouge and one for excess, so that neither drowns the other.
 
-use crate::classes::Classes;
+use crate::{classes::Classes, color::LEAST_FLOOR_MM};
 
 /// Share of the points of a side that its scale holds; above it are outliers.
 const SHARE: f64 = 0.99;
 /// Tolerances up to which the scale of a side reaches at first: what is far out of tolerance has one color, so that a clamping stub or a
 /// design in another unit does not make everything else look alike.
 const TOLERANCES: f64 = 20.0;
+/// A value may be above a number of two digits by this part of the second and still be rounded to it: rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// Lengths that one side may be scaled to, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,7 +37,7 @@ impl Scales {
         if all.is_empty() {
             return None;
         }
-        let floor = if floor.is_finite() { floor.max(1e-6) } else { 1e-6 };
+        let floor = if floor.is_finite() { floor.max(LEAST_FLOOR_MM) } else { LEAST_FLOOR_MM };
         let side = |sign: f64, tolerance: f64| {
             let mut of: Vec<(f64, f64)> =
                 all.iter().filter(|(v, _)| v * sign > 0.0).map(|(v, w)| (v.abs(), *w)).collect();
@@ -68,7 +70,7 @@ impl Scales {
 /// Two significant digits, not below the value.
 fn rounded(value: f64) -> f64 {
     let power = value.log10().floor() as i32 - 1;
-    let tens = (value / 10_f64.powi(power) - 1e-9).ceil();
+    let tens = (value / 10_f64.powi(power) - ROUNDING).ceil();
     // Divided by a whole number where it can be: 13 / 1000 prints well, 13 * 0.001 does not.
     if power < 0 { tens / 10_f64.powi(-power) } else { tens * 10_f64.powi(power) }
 }

@@ -12,6 +12,7 @@ use crate::{
         rows::symbol,
     },
     texture::{ShownProfile, ShownTexture},
+    units::UM_PER_MM,
 };
 
 /// Largest number of maps with a picture, and nodes along their sides: 2.5 MB of page. The others are in
@@ -20,6 +21,8 @@ pub(crate) const PAGE_MAPS: usize = 24;
 pub(crate) const PAGE_SIDE: usize = 201;
 /// Stops of the color bar.
 const STOPS: usize = 12;
+/// Heights that differ by less are shown as one, micrometers: half of the last of three decimals.
+const ONE_FIGURE_UM: f64 = 5e-4;
 
 /// A map as the script draws it: heights as 16 bit, 0 to 65534 over its range, 65535 where nothing cuts.
 #[derive(Serialize)]
@@ -140,7 +143,7 @@ pub(crate) fn profile_figures(all: &[ShownTexture]) -> Vec<ProfileFigure> {
             words: format!(
                 "Along {} mm, a point every {} µm.{class}{values}",
                 fixed(p.length, 2),
-                fixed(1e3 * p.step, 2)
+                fixed(UM_PER_MM * p.step, 2)
             ),
         }
     };
@@ -150,7 +153,7 @@ pub(crate) fn profile_figures(all: &[ShownTexture]) -> Vec<ProfileFigure> {
 fn bounds(range: Option<[f64; 2]>) -> String {
     match range {
         None => "not checked".into(),
-        Some([a, b]) if b - a < 5e-4 => micrometer(b),
+        Some([a, b]) if b - a < ONE_FIGURE_UM => micrometer(b),
         Some([a, b]) => format!("{} to {}", fixed(a, 3), micrometer(b)),
     }
 }

@@ -20,6 +20,8 @@ const HALF: f64 = 0.55;
 const COARSE: usize = 120;
 /// Distance of the tip of a tool above the stock, as a share of the picture's half height.
 const ABOVE: f64 = 0.12;
+/// Sine of the angle to Z below which a direction is along it.
+const PARALLEL: f64 = 1e-9;
 
 /// The stock in its present state with its fixtures, and a tool over it; as PNG in Base64.
 pub(super) fn clamped(setup: &Setup<'_>, stock: &TriDexel, tool: Option<&Tool>) -> Result<String, RecordError> {
@@ -58,7 +60,7 @@ fn assembly(tool: &Tool, tip: Point, up: &Vector) -> TriMesh {
         mesh.append(&revolved_mesh(&body.profile.polyline(chord), 48));
     }
     let across = Vector::z().cross(up);
-    let turn = match across.try_normalize(1e-9) {
+    let turn = match across.try_normalize(PARALLEL) {
         Some(axis) => Pose::from_axis_angle(&axis, across.norm().atan2(up.z)),
         None => Pose::identity(),
     };

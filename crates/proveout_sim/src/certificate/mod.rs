@@ -46,6 +46,8 @@ const LIMIT_PASSED: f64 = 0.001;
 const TIME_ROUNDED: f64 = 1e-4;
 /// By how much positions may be outside of their gates, radian: eight decimals of a tool vector. `cargo xtask verify-schedule` has the same.
 const PLACE_ROUNDED: f64 = 1e-4 * std::f64::consts::PI / 180.0;
+/// Part by which a time may be below its bound: rounding of two sums of many terms.
+const ROUNDING: f64 = 1e-9;
 
 /// The certificate of a program, as it is written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -355,7 +357,7 @@ pub(crate) fn certify(
     let by_cells = cells.as_ref().filter(|c| c.bound_s > certificate.bound).map(|c| c.bound_s);
     let bound = by_cells.unwrap_or(certificate.bound);
     for (name, is_inside, time) in [("new", new_inside, time_s), ("original", original_inside, original_time_s)] {
-        if is_inside && time < bound * (1.0 - 1e-9) {
+        if is_inside && time < bound * (1.0 - ROUNDING) {
             return Err(format!(
                 "the {name} program takes {time:.6} s, less than the {:.6} s that were proved for it: an assumption of the bound \
                  does not hold here",

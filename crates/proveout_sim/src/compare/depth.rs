@@ -21,6 +21,7 @@ use super::{
 use crate::{
     scene::{CompareFile, Scene},
     shape::Shape,
+    units::UM_PER_MM,
 };
 
 /// What depths are measured from.
@@ -84,10 +85,10 @@ pub(super) fn depth_of(motion: &Motion, stretch: &[std::ops::Range<usize>]) -> O
     }
     Some(Depth {
         places: all.places,
-        mean_um: 1e3 * all.mean()?,
-        deviation_um: 1e3 * worst,
-        least_um: 1e3 * least,
-        most_um: 1e3 * most,
+        mean_um: UM_PER_MM * all.mean()?,
+        deviation_um: UM_PER_MM * worst,
+        least_um: UM_PER_MM * least,
+        most_um: UM_PER_MM * most,
     })
 }
 

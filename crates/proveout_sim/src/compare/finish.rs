@@ -17,6 +17,7 @@ use super::{
 use crate::{
     finding::Severity,
     gates,
+    units::UM_PER_MM,
     verdict::{Gate, State, Time},
 };
 
@@ -289,7 +290,7 @@ pub(super) fn stretch_of(ends: f64, machine: &Machine, motion: &Motion, ideal: &
         programmed_s: programmed,
         axes: axes.collect(),
         rotary,
-        straight_joints_tip_um: ideal.straight_joints(machine, &programmed_ranges).map(|mm| 1e3 * mm),
+        straight_joints_tip_um: ideal.straight_joints(machine, &programmed_ranges).map(|mm| UM_PER_MM * mm),
         from_turning: ideal.motion_from_turning(machine, &programmed_ranges),
         depth: depth_of(motion, &ranges),
     })

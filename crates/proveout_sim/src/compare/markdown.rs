@@ -7,7 +7,10 @@ use super::{
     result::{Comparison, Depth, Gain, GainAtLimit, Made, ProgramFigures, Variation},
     uncertainty::{TimeGain, VariationKind},
 };
-use crate::{certificate::VelocityLimit, verdict::State};
+use crate::{certificate::VelocityLimit, units::UM_PER_MM, verdict::State};
+
+/// Sizes of numbers that are written without an exponent.
+const PLAIN: std::ops::Range<f64> = 1e-4..1e7;
 
 /// Section of a comparison: gain with error, published values, criteria, joints, cut part, variations, rules.
 pub fn markdown(c: &Comparison) -> String {
@@ -390,7 +393,7 @@ fn part(out: &mut String, c: &Comparison) {
     out.push_str("| program | gouge, µm | excess, µm | mean deviation, µm | scallop largest, µm | scallop mean, µm | difference to the baseline, rms, µm | largest, µm | least clearance, mm |\n");
     out.push_str("|---|---|---|---|---|---|---|---|---|\n");
     for (name, p) in programs(c) {
-        let um = |v: Option<f64>| fixed(v.map(|v| 1e3 * v), 2);
+        let um = |v: Option<f64>| fixed(v.map(|v| UM_PER_MM * v), 2);
         let d = p.difference.as_ref();
         let largest = d.and_then(|d| d.min_mm.zip(d.max_mm)).map(|(low, high)| low.abs().max(high.abs()));
         put(
@@ -477,7 +480,7 @@ fn significant(value: f64) -> String {
     if size == 0.0 || !size.is_finite() {
         return format!("{value:.0}");
     }
-    if !(1e-4..1e7).contains(&size) {
+    if !PLAIN.contains(&size) {
         return format!("{value:.2e}");
     }
     let digits = (3 - size.log10().floor() as i32).clamp(0, 8) as usize;

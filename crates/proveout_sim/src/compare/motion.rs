@@ -40,6 +40,8 @@ use crate::{
 
 /// Places between two blocks at which the tip is computed with the joints led straight.
 const BETWEEN: usize = 40;
+/// Part of a programmed time that sums of it may differ by: rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.
 const DEAD_BAND: (f64, f64) = (1e-3, 1e-6);
@@ -426,7 +428,7 @@ impl Motion {
         for run in self.blocks.chunk_by(|a, b| a.run == b.run) {
             let total: f64 = run.iter().map(|b| b.programmed).sum();
             // Sums of the same terms in the same order: a little slack keeps blocks that end exactly at the border.
-            let slack = 1e-9 * total;
+            let slack = ROUNDING * total;
             let mut from = 0.0;
             let mut inside = first..first;
             for (i, block) in run.iter().enumerate() {

@@ -16,6 +16,10 @@ pub const GAUSS_SPHERE: &str = "Gauss sphere";
 const CIRCLES: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 30.0];
 /// Points of a circle.
 const POINTS: usize = 72;
+/// A middle is better from this angle on, radian: rounding does not choose between equal ones.
+const NEARER: f64 = 1e-9;
+/// Keeps the direction of an axis in the middle a number: zero over it is zero.
+const SMALLEST: f64 = 1e-300;
 
 fn angle(a: &Vector, b: &Vector) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
@@ -30,7 +34,7 @@ pub(super) fn gauss_sphere(run: &ReprogrammedRun) -> Vec<StudyCurve> {
     for k in [2, 0, 1] {
         for sign in [1.0, -1.0] {
             let most = far(&(unit[k] * sign));
-            if best.is_none_or(|(least, ..)| most < least - 1e-9) {
+            if best.is_none_or(|(least, ..)| most < least - NEARER) {
                 best = Some((most, k, sign));
             }
         }
@@ -57,7 +61,7 @@ pub(super) fn gauss_sphere(run: &ReprogrammedRun) -> Vec<StudyCurve> {
     let place = |pose: &ToolPose| {
         let lean = angle(&middle, &pose.axis).to_degrees();
         let [x, y] = [pose.axis.dot(&u), pose.axis.dot(&v)];
-        let size = x.hypot(y).max(1e-300);
+        let size = x.hypot(y).max(SMALLEST);
         [lean * x / size, lean * y / size]
     };
     let most = most.to_degrees().max(1.0);

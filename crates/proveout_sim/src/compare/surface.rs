@@ -1,7 +1,7 @@
 //! Scallop of a cut part, and cut parts compared with each other.
 
 use super::result::Difference;
-use crate::{SurfaceMap, verdict::Surface};
+use crate::{SurfaceMap, units::UM_PER_MM, verdict::Surface};
 
 /// The rule of [`scallop`], in words.
 pub(crate) const SCALLOP_RULE: &str = "Where the scene sets `scallop_um`: heights of the ridges between passes above the design, found on the swept surfaces and weighed with \
@@ -29,8 +29,8 @@ pub(crate) fn scallop(surface: &Surface, map: &SurfaceMap, judged: bool) -> Surf
         largest = largest.max(deviation);
     }
     if count > 0.0 {
-        out.scallop_max_um = Some(1e3 * largest);
-        out.scallop_mean_um = Some(1e3 * sum / count);
+        out.scallop_max_um = Some(UM_PER_MM * largest);
+        out.scallop_mean_um = Some(UM_PER_MM * sum / count);
     }
     out
 }

@@ -17,6 +17,7 @@ use crate::{
     log::FindingLog,
     process::{self, CuttingState, Swept},
     stock_bodies::{AtRest, is_near_miss},
+    units::N_M_PER_N_MM,
 };
 
 /// Why the spindle is stopped.
@@ -253,7 +254,7 @@ fn past_limit(joint: Option<&Joint>, [value, limit]: [f64; 2], kind: LimitKind) 
         }
         LimitKind::DriveForce => {
             let linear = kind_of_joint == JointKind::Linear;
-            let (word, unit, scale) = if linear { ("force", "N", 1.0) } else { ("torque", "Nm", 1e-3) };
+            let (word, unit, scale) = if linear { ("force", "N", 1.0) } else { ("torque", "Nm", N_M_PER_N_MM) };
             let (value, limit) = (value * scale, limit * scale);
             let message = format!(
                 "the control asks the drive of {name} for a {word} of {value:.1} {unit}; it has {limit:.1} {unit}, \

@@ -42,7 +42,7 @@ pub use summary::{ProgramTold, StockTold, Summary, ToolTold};
 use self::home_zero::HomeZero;
 use self::interview::{Interview, PROPOSED};
 use self::place::Reach;
-use self::reading::{Reading, ToolUse};
+use self::reading::{NO_TURN, Reading, ToolUse};
 use self::stock_choice::{Cuts, check_design, design, resolution, stock, unit_of_design};
 pub(crate) use self::tool_choice::shown;
 use self::tool_choice::tools;
@@ -53,6 +53,11 @@ use crate::control_file::{control_of, settings_on};
 use crate::control_settings::{length_active_after_change, length_in_machine_coordinates};
 use crate::error::SimError;
 use crate::machine_data::with_machine;
+
+/// Lengths and heights that differ by less are the same, and a shorter way is none, mm: programs and tool lists are written in steps of 0.0001.
+const SAME_MM: f64 = 1e-6;
+/// Directions whose cosine is closer to 1 are the same: rounding.
+const SAME_DIRECTION: f64 = 1e-9;
 
 /// What the call gives.
 #[derive(Clone, Debug, Default)]
@@ -291,7 +296,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let turned: Vec<char> = first
         .iter()
         .flat_map(|r| &r.rotary)
-        .filter(|(_, [low, high])| low.abs().max(high.abs()) > 1e-9)
+        .filter(|(_, [low, high])| low.abs().max(high.abs()) > NO_TURN)
         .map(|(letter, _)| *letter)
         .collect();
     let again = |word: &str, base: [f64; 3]| -> Option<Reading> {

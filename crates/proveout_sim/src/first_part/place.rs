@@ -15,8 +15,9 @@
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_machine::Machine;
 
-use super::Reasoned;
 use super::reading::Reading;
+use super::{Reasoned, SAME_DIRECTION, SAME_MM};
+use crate::units::UM_PER_MM;
 
 /// Allowance of sides that no descent bounds, mm.
 const ALLOWANCE_MM: f64 = 5.0;
@@ -28,6 +29,21 @@ pub(crate) const ABOVE_TABLE_MM: f64 = 50.0;
 const BESIDE_LIMIT_MM: f64 = 1.0;
 /// Coordinates of a proposal are rounded outward to these, mm.
 const ROUND_MM: f64 = 0.5;
+/// A tool that reaches into the box of the cuts by less goes down beside it, mm: rounding.
+const ROUNDING_MM: f64 = 1e-9;
+/// Shortest side of a box that can be a stock, mm.
+const LEAST_SIDE_MM: f64 = 1e-3;
+/// A position past the end of a travel by less is at it, mm or radian.
+pub(crate) const PAST_TRAVEL: f64 = 1e-6;
+/// What a mounting may still have to be moved after it was moved, mm: it is written in micrometers.
+const LEFT_MM: f64 = 1e-3;
+/// Keeps the size of a design against an empty room a number, mm.
+const LEAST_ROOM_MM: f64 = 1e-9;
+
+/// A place as it is written.
+fn to_micrometers(v: f64) -> f64 {
+    (v * UM_PER_MM).round() / UM_PER_MM
+}
 
 /// What one tool does, for the stock.
 #[derive(Clone, Copy)]
@@ -52,7 +68,7 @@ pub(crate) fn stock_of_design(own: &Aabb, tools: &[Swept<'_>]) -> (Aabb, String)
     let mut stock = *own;
     let over = |t: &&Swept<'_>| {
         !t.sideways.is_empty()
-            && t.sideways.min.z > own.max.z - 1e-6
+            && t.sideways.min.z > own.max.z - SAME_MM
             && (0..2).all(|i| t.sideways.min[i] - t.radius < own.max[i] && t.sideways.max[i] + t.radius > own.min[i])
     };
     let faced = tools.iter().filter(|t| !t.tilted).filter(over).map(|t| t.sideways.max.z).reduce(f64::max);
@@ -95,7 +111,7 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     };
     let at_zero = lowest < 0.0 && highest <= ABOVE_MM && begin.is_none_or(|begin| begin >= 0.0);
     // What is faced at the zero was above it.
-    let faced = tools.iter().any(|t| t.faces && !t.sideways.is_empty() && t.sideways.min.z > -1e-6);
+    let faced = tools.iter().any(|t| t.faces && !t.sideways.is_empty() && t.sideways.min.z > -SAME_MM);
     let top = match at_zero {
         true if faced => highest.max(0.0) + ABOVE_MM,
         true => highest.max(0.0),
@@ -108,16 +124,17 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     // A tool that only goes down goes into its own holes, and a tilted one comes down from the
     // side.
     for tool in tools.iter().filter(|t| !t.tilted && (!sideways || !t.sideways.is_empty())) {
-        for p in tool.descents.iter().filter(|p| p.z < top - 1e-6) {
+        for p in tool.descents.iter().filter(|p| p.z < top - SAME_MM) {
             let reach = |axis: usize| [p[axis] - tool.radius, p[axis] + tool.radius];
-            let inside =
-                (0..2).all(|axis| reach(axis)[1] > all.min[axis] + 1e-9 && reach(axis)[0] < all.max[axis] - 1e-9);
+            let inside = (0..2).all(|axis| {
+                reach(axis)[1] > all.min[axis] + ROUNDING_MM && reach(axis)[0] < all.max[axis] - ROUNDING_MM
+            });
             // A drill that came down above its hole goes back into it.
             let own_hole = tool.sideways.is_empty()
                 && tool
                     .descents
                     .iter()
-                    .any(|q| q.z >= top - 1e-6 && (q.x - p.x).abs() < 1e-6 && (q.y - p.y).abs() < 1e-6);
+                    .any(|q| q.z >= top - SAME_MM && (q.x - p.x).abs() < SAME_MM && (q.y - p.y).abs() < SAME_MM);
             if !inside || own_hole {
                 continue;
             }
@@ -176,7 +193,7 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
             n => format!(", cut back where tools go down in rapid ({n} places), else {ALLOWANCE_MM} mm more"),
         }
     );
-    (0..3).all(|i| all.max[i] - all.min[i] > 1e-3).then_some((all, how))
+    (0..3).all(|i| all.max[i] - all.min[i] > LEAST_SIDE_MM).then_some((all, how))
 }
 
 /// What a tool needs of Z: gauge length and the heights of its tip above the zero of the workpiece.
@@ -190,7 +207,7 @@ pub(crate) fn propose_mount(machine: &Machine, stock: &Aabb, reaches: &[Reach]) 
     let table = machine.table.point;
     let middle = stock.center();
     let wanted = table.z + ABOVE_TABLE_MM - stock.min.z;
-    let place = |z: f64| Vector::new(table.x - middle.x, table.y - middle.y, z).map(|v| (v * 1e3).round() / 1e3);
+    let place = |z: f64| Vector::new(table.x - middle.x, table.y - middle.y, z).map(to_micrometers);
     let usual = format!(
         "chosen: the middle of the stock over the middle of the table, its lower face {ABOVE_TABLE_MM} mm above it"
     );
@@ -235,7 +252,7 @@ pub(crate) fn pivot(machine: &Machine, turned: &[char]) -> Option<Point> {
     let (b, e, f) = (normal.dot(&d), normal.dot(&w), d.dot(&w));
     let along = (b * f - e) / (1.0 - b * b);
     let at = point + normal * along;
-    Some(at.map(|v| (v * 1e3).round() / 1e3))
+    Some(at.map(to_micrometers))
 }
 
 /// The mounting that brings the axis of a bar into that of a rotary axis of the table that the program turns and that lies along it, with
@@ -243,12 +260,12 @@ pub(crate) fn pivot(machine: &Machine, turned: &[char]) -> Option<Point> {
 pub(crate) fn about_its_axis(machine: &Machine, turned: &[char], base: [f64; 3], along: usize) -> Option<Point> {
     let joint = machine.work_chain.iter().map(|j| (*j, &machine.joints[*j])).find(|(j, joint)| {
         let named = turned.iter().any(|l| machine.joint_for_letter(*l) == Some(*j));
-        joint.is_rotary() && named && joint.direction[along].abs() > 1.0 - 1e-9
+        joint.is_rotary() && named && joint.direction[along].abs() > 1.0 - SAME_DIRECTION
     });
     let (_, joint) = joint?;
     let mut at = joint.point - Vector::from(base);
     at[along] = machine.table.point[along] - base[along];
-    Some(at.map(|v| (v * 1e3).round() / 1e3))
+    Some(at.map(to_micrometers))
 }
 
 /// A mounting that was chosen, moved along X, Y and Z (those of `axes`) so that every position of the programs lies in the travel, where the
@@ -270,19 +287,19 @@ pub(crate) fn in_travel(
             if high - low > most - least {
                 return None;
             }
-            if low < least - 1e-6 {
+            if low < least - PAST_TRAVEL {
                 shift[i] = (least - low + BESIDE_LIMIT_MM).min(most - high);
-            } else if high > most + 1e-6 {
+            } else if high > most + PAST_TRAVEL {
                 shift[i] = (most - high - BESIDE_LIMIT_MM).max(least - low);
             }
         }
         Some(shift)
     };
     let Some(shift) = beyond(&follow(&mount.value)).filter(|s| s.norm() > 0.0) else { return mount };
-    let value = (mount.value + shift).map(|v| (v * 1e3).round() / 1e3);
+    let value = (mount.value + shift).map(to_micrometers);
     // Into the table nothing is moved; where tilted axes carry the part along, it may not help.
     let sinks = shift.z < 0.0;
-    if sinks || beyond(&follow(&value)).is_none_or(|left| left.norm() > 1e-3) {
+    if sinks || beyond(&follow(&value)).is_none_or(|left| left.norm() > LEFT_MM) {
         return mount;
     }
     let moved: Vec<String> = ["X", "Y", "Z"]
@@ -363,7 +380,7 @@ const SAME_SIZE: f64 = 3.0;
 pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
     let scaled = Aabb { min: design.min * 25.4, max: design.max * 25.4 };
     let like = |b: &Aabb| {
-        let ratio = b.size().max() / room.size().max().max(1e-9);
+        let ratio = b.size().max() / room.size().max().max(LEAST_ROOM_MM);
         (1.0 / SAME_SIZE..=SAME_SIZE).contains(&ratio)
     };
     let meets = |b: &Aabb| b.expanded(1.0).intersects(room);
@@ -398,7 +415,7 @@ const MISTAKEN: [(f64, &str); 4] = [
 pub(crate) fn mistaken(design: &Aabb, room: &Aabb) -> Option<&'static str> {
     MISTAKEN.iter().find_map(|(factor, what)| {
         let scaled = Aabb { min: design.min * *factor, max: design.max * *factor };
-        let ratio = scaled.size().max() / room.size().max().max(1e-9);
+        let ratio = scaled.size().max() / room.size().max().max(LEAST_ROOM_MM);
         ((1.0 / SAME_SIZE..=SAME_SIZE).contains(&ratio) && scaled.expanded(1.0).intersects(room)).then_some(*what)
     })
 }

@@ -11,6 +11,7 @@ use proveout_nc::{
 };
 
 use super::trace::{TraceSetup, Tracer, Way, WayKind};
+use super::{SAME_DIRECTION, SAME_MM};
 
 /// Most descents that are kept a tool: places where it goes down in rapid.
 const MAX_DESCENTS: usize = 10_000;
@@ -23,7 +24,9 @@ const STEEP: f64 = 0.2;
 /// Cosine of the tilt below which a tool counts as upright: 3 degrees.
 const UPRIGHT: f64 = 0.9986;
 /// Turns below this are none, radian.
-const NO_TURN: f64 = 1e-9;
+pub(crate) const NO_TURN: f64 = 1e-9;
+/// A zero that is moved by less is not moved, mm.
+const AT_ZERO_MM: f64 = 1e-9;
 
 /// Use of one tool.
 #[derive(Clone, Debug)]
@@ -270,7 +273,7 @@ impl Collecting<'_> {
             }
             Op::Frame(frame) if self.iso && (frame.word == "G92" || self.offset.as_ref() == Some(&frame.word)) => {
                 // No offset is known to the reader: one away from zero has been written by the program.
-                let set = frame.translation.iter().any(|v| v.abs() > 1e-9);
+                let set = frame.translation.iter().any(|v| v.abs() > AT_ZERO_MM);
                 let zero = || OwnZero { base: frame.translation, word: frame.word.clone(), at: at.clone() };
                 let same = |own: &OwnZero| own.word == frame.word && own.base == frame.translation;
                 if !set {
@@ -329,7 +332,7 @@ impl Collecting<'_> {
         match way.kind {
             WayKind::Rapid => {
                 if let (true, [from, .., to]) = (!way.machine && way.from_known, &way.points[..])
-                    && (from - to).dot(&way.axis) > 1e-6
+                    && (from - to).dot(&way.axis) > SAME_MM
                     && tool.descents.len() < MAX_DESCENTS
                 {
                     tool.descents.push(*to);
@@ -346,7 +349,7 @@ impl Collecting<'_> {
                 } else {
                     tool.lengthened = true;
                 }
-                tool.tilted |= way.axis.z < 1.0 - 1e-9;
+                tool.tilted |= way.axis.z < 1.0 - SAME_DIRECTION;
                 if table_turned && !tracer.tcp {
                     self.indexed.get_or_insert_with(|| at.clone());
                 }
@@ -354,7 +357,7 @@ impl Collecting<'_> {
                     tool.feed.grow(p);
                     let height = p.coords.dot(&way.axis);
                     let [low, high] = match tool.span {
-                        Some((axis, span)) if axis.dot(&way.axis) > 1.0 - 1e-9 => span,
+                        Some((axis, span)) if axis.dot(&way.axis) > 1.0 - SAME_DIRECTION => span,
                         _ => [height; 2],
                     };
                     let span = [low.min(height), high.max(height)];
@@ -364,14 +367,14 @@ impl Collecting<'_> {
                 if let [from, .., to] = &way.points[..] {
                     let along = (to - from).dot(&way.axis);
                     let across = (to - from - way.axis * along).norm();
-                    if way.points.len() > 2 || across > 1e-6_f64.max(STEEP * -along) {
+                    if way.points.len() > 2 || across > SAME_MM.max(STEEP * -along) {
                         let upright = way.axis.z > UPRIGHT;
                         for pair in way.points.windows(2) {
                             let low = pair[0].z.min(pair[1].z);
                             let lowered = |p: &Point| if upright { Point::new(p.x, p.y, low) } else { *p };
                             pair.iter().for_each(|p| tool.sideways.grow(&lowered(p)));
                         }
-                        if upright && to.z >= from.z - 1e-6 {
+                        if upright && to.z >= from.z - SAME_MM {
                             tool.level = Some(tool.level.map_or(to.z, |z| z.max(to.z)));
                         }
                     }

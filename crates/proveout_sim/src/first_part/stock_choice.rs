@@ -13,6 +13,9 @@ use super::reading::ToolUse;
 use super::{Design, FirstPart, FirstPartError, Reasoned, StockForm, Tools, facts, refused};
 use crate::error::SimError;
 
+/// Scale of the six decimals that a length in inches is written with.
+const SIX_DECIMALS: f64 = 1e6;
+
 pub(super) fn design(call: &FirstPart) -> Result<Option<Design>, FirstPartError> {
     let Some(path) = &call.design else { return Ok(None) };
     let mesh = solid(path)?;
@@ -204,7 +207,7 @@ pub(super) fn stock(
     let corners = |b: &Aabb| {
         let all = [b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z];
         // A length that was an inch figure is one again.
-        let shown = |v: f64| if inch { (v / unit * 1e6).round() / 1e6 } else { v };
+        let shown = |v: f64| if inch { (v / unit * SIX_DECIMALS).round() / SIX_DECIMALS } else { v };
         all.map(|v| proveout_tool::plain_number(shown(v))).join(",") + ending
     };
     let text = "What is the stock? Corners of a box as X0,Y0,Z0,X1,Y1,Z1 in mm from the zero of the program (with inch at the end: in inches), a \

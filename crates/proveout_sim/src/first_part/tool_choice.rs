@@ -9,6 +9,9 @@ use super::interview::{self, Interview, PROPOSED};
 use super::reading::Reading;
 use super::{FirstPart, FirstPartError, Tools, facts, refused};
 
+/// Scale of the four decimals that a diameter is shown with.
+const FOUR_DECIMALS: f64 = 1e4;
+
 impl Tools {
     /// Gauge lengths by number and name, mm.
     pub(crate) fn lengths(&self) -> BTreeMap<ToolName, f64> {
@@ -222,7 +225,8 @@ fn told_otherwise(name: &ToolName, call: &FirstPart, all_facts: &[facts::Facts])
     let mut first: Option<(usize, &ToolDraft)> = None;
     let mut others: Vec<String> = Vec::new();
     let shape = |at: usize, draft: &ToolDraft| {
-        let size = draft.diameter().map_or_else(String::new, |d| format!(" D{}", (d * 1e4).round() / 1e4));
+        let size =
+            draft.diameter().map_or_else(String::new, |d| format!(" D{}", (d * FOUR_DECIMALS).round() / FOUR_DECIMALS));
         let file = call.programs.get(at).filter(|_| several).and_then(|path| path.file_name());
         let file = file.map_or_else(String::new, |name| format!(" of {}", name.to_string_lossy()));
         format!("{}{size} ({}{file})", draft.kind.unwrap_or("a tool of"), draft.source)

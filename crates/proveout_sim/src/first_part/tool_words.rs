@@ -21,7 +21,11 @@
 
 use proveout_tool::{ToolDraft, tool_center_cutting_of_words, tool_kind_of_words, tool_teeth_of_words};
 
+use super::SAME_MM;
 use super::tool_sizes::{Named, drill_by_name, thread_by_number, with_points};
+
+/// A corner may be larger than the radius of its tool by this, mm: rounding of inches.
+const ROUNDING_MM: f64 = 1e-9;
 
 /// Signed number after a letter or word: `X+10`, `D=10.5`, `DIA 8`.
 fn number_at(text: &str) -> Option<f64> {
@@ -188,19 +192,19 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
     )
     .or_else(|| behind_letter(upper, 'R'))
     .and_then(|rest| length_at(rest, unit))
-    .filter(|r| *r > 0.0 && *r <= 0.5 * diameter + 1e-9);
+    .filter(|r| *r > 0.0 && *r <= 0.5 * diameter + ROUNDING_MM);
     let taper = word(upper, &["TAPER=", "ANGLE=", "POINT ANGLE", "ANGLE"]).filter(|a| *a > 0.0 && *a < 180.0);
     draft.put("diameter_mm", diameter);
     match kind {
         Some(("bull_nose", _)) => match corner {
-            Some(r) if r > 0.5 * diameter - 1e-6 => draft.kind = Some("ball"),
+            Some(r) if r > 0.5 * diameter - SAME_MM => draft.kind = Some("ball"),
             Some(r) => {
                 draft.kind = Some("bull_nose");
                 draft.put("corner_radius_mm", r);
             }
             None => draft.kind = None,
         },
-        Some(("flat", None)) if corner.is_some_and(|r| r > 0.5 * diameter - 1e-6) => draft.kind = Some("ball"),
+        Some(("flat", None)) if corner.is_some_and(|r| r > 0.5 * diameter - SAME_MM) => draft.kind = Some("ball"),
         Some(("flat", None)) if corner.is_some() => {
             draft.kind = Some("bull_nose");
             draft.put("corner_radius_mm", corner.unwrap_or(0.0));
@@ -250,7 +254,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
         // A shape that the words do not describe: a taper ball without its angle, a lollipop without its neck.
         Some((_, _)) | None => {
             draft.kind = match corner {
-                Some(r) if r > 0.5 * diameter - 1e-6 => Some("ball"),
+                Some(r) if r > 0.5 * diameter - SAME_MM => Some("ball"),
                 Some(r) => {
                     draft.put("corner_radius_mm", r);
                     Some("bull_nose")
@@ -486,7 +490,7 @@ fn tool_data(upper: &str, unit: f64, line: usize) -> Option<ToolDraft> {
 /// Kind of a straight cutter by its corner radius.
 fn rounded_end(draft: &mut ToolDraft, diameter: f64, corner: f64) {
     draft.kind = Some("flat");
-    if corner > 0.5 * diameter - 1e-6 {
+    if corner > 0.5 * diameter - SAME_MM {
         draft.kind = Some("ball");
     } else if corner > 0.0 {
         draft.kind = Some("bull_nose");

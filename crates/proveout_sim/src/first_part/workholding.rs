@@ -5,7 +5,7 @@ use proveout_geom::Aabb;
 use proveout_tool::{plain_number as n, quoted};
 
 use super::interview::{Interview, unit};
-use super::{FirstPartError, refused};
+use super::{FirstPartError, SAME_MM, refused};
 
 /// Begin of the line that says how far a fixture reaches below the stock.
 const BELOW: &str = "# Below the stock, mm: ";
@@ -50,7 +50,7 @@ impl Workholding {
         let Self::Fixtures(_, answer) = &self else { return (self, None) };
         let Ok(Self::Fixtures(texts, words)) = read(answer, stock, Some(gap)) else { return (self, None) };
         let lowest = texts.iter().filter_map(|t| below(t)).fold(0.0, f64::max);
-        let note = (lowest > gap + 1e-6).then(|| {
+        let note = (lowest > gap + SAME_MM).then(|| {
             format!(
                 "{words} reaches {} mm below the part, which is mounted {} mm above the table: state the place of the part (`mount`, or \
                  [mount] of the scene)",

@@ -6,7 +6,7 @@ use proveout_nc::{Dialect, Location};
 
 use super::interview::{self, Interview, PROPOSED};
 use super::reading::Reading;
-use super::{FirstPartError, Reasoned, place, refused};
+use super::{FirstPartError, Reasoned, SAME_MM, place, refused};
 
 /// Work offsets that the programs use, with the place of their zero in the workpiece frame.
 pub(super) fn offsets(
@@ -126,7 +126,7 @@ pub(super) fn own_mount(
         own.word.as_str()
     };
     let stays = again(word, own.base)?.own_zero?;
-    if (0..3).any(|i| (stays.base[i] - own.base[i]).abs() > 1e-6) {
+    if (0..3).any(|i| (stays.base[i] - own.base[i]).abs() > SAME_MM) {
         return None;
     }
     let how =

@@ -20,6 +20,8 @@ use super::fall::STANDARD_GRAVITY;
 const H: f64 = 1e-3;
 /// A rotary joint below the table that is slower counts as at rest, radian/s.
 const STANDS: f64 = 1e-6;
+/// Sine of the angle to Z below which an axis is along it.
+const PARALLEL: f64 = 1e-12;
 
 /// Motion of the machine from some moment on.
 #[derive(Clone, Debug, Default)]
@@ -109,7 +111,7 @@ pub(super) fn placed(tool: &ToolPose) -> Pose {
     let z = tool.axis;
     // The least turn that carries z there: close axes give close poses.
     let axis = Vector::z().cross(&z);
-    let turn = match axis.try_normalize(1e-12) {
+    let turn = match axis.try_normalize(PARALLEL) {
         Some(axis_of_turn) => Pose::from_axis_angle(&axis_of_turn, axis.norm().atan2(z.z)),
         None if z.z < 0.0 => Pose::from_axis_angle(&Vector::x(), std::f64::consts::PI),
         None => Pose::identity(),

@@ -47,7 +47,9 @@ use self::{
     fall::{Decision, End},
     lying::Lying,
 };
-use crate::{finding::Finding, observer::LooseMotion, prepare::Prepared, process::CuttingState};
+use crate::{
+    finding::Finding, observer::LooseMotion, prepare::Prepared, process::CuttingState, units::KG_MM3_PER_KG_M3,
+};
 
 /// Least volume of a part that is reported, mm³: below it lie crumbs of a few chips.
 const LEAST_VOLUME: f64 = 1.0;
@@ -61,6 +63,10 @@ const MOST_PARTS: usize = 24;
 const FREE_COLUMNS: u64 = 50_000;
 /// A part that answers pushes of this much (mm/s²) is clamped: it may be cut. What rests by its weight and friction alone may not.
 const CLAMPED: f64 = 20_000.0;
+/// Part of its volume that a loose part may lose and still count as not cut: rounding of the sums over its cells.
+const UNCUT: f64 = 1e-6;
+/// Coordinates of planes of the stock that differ by less are the same, mm: rounding.
+const SAME_MM: f64 = 1e-9;
 
 /// The moment at which a part is free.
 #[derive(Clone, Copy, Debug)]
@@ -278,7 +284,7 @@ impl LooseParts {
                 }
                 continue;
             };
-            let cut = now.volume_mm3 < loose.part.volume_mm3 * (1.0 - 1e-6);
+            let cut = now.volume_mm3 < loose.part.volume_mm3 * (1.0 - UNCUT);
             let at = ended(chunk, states, loose.at);
             if cut && push < CLAMPED {
                 told.push(Told { finding: wording::cut(k), at });
@@ -396,7 +402,7 @@ impl LooseParts {
         self.loose[k].told = true;
         let mut out = Vec::new();
         if !told || goes {
-            let mass = part.volume_mm3 * shop.prepared.scene.file.stock.get_ref().density() * 1e-9;
+            let mass = part.volume_mm3 * shop.prepared.scene.file.stock.get_ref().density() * KG_MM3_PER_KG_M3;
             out.push(Told { finding: wording::came_off(k, &part, mass, &end, &shop.prepared.table_from_work), at });
         }
         let work_from_table = shop.prepared.table_from_work.inverse();
@@ -428,7 +434,7 @@ impl LooseParts {
 
 /// The part lies within the box of an earlier one.
 fn within(new: &StockPart, old: &StockPart) -> bool {
-    (0..3).all(|c| new.bounds.min[c] >= old.bounds.min[c] - 1e-9 && new.bounds.max[c] <= old.bounds.max[c] + 1e-9)
+    (0..3).all(|c| new.bounds.min[c] >= old.bounds.min[c] - SAME_MM && new.bounds.max[c] <= old.bounds.max[c] + SAME_MM)
 }
 
 /// When a part came off: at the end of the piece that made its last end, as far as it belongs to this stretch; at its begin

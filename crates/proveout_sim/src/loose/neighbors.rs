@@ -12,12 +12,14 @@ use super::{
     rapier_world::{IS_BUILT, hull},
     world::{Body, Standing},
 };
-use crate::prepare::Prepared;
+use crate::{prepare::Prepared, units::KG_MM3_PER_KG_M3};
 
 /// Sides of the polygon that approximates a circle of the tool.
 const SECTORS: usize = 48;
 /// Chord error of the tool's profile, mm.
 const CHORD_MM: f64 = 0.005;
+/// Weaker gravity has no direction, mm/s2.
+const NO_GRAVITY: f64 = 1e-9;
 
 /// Follows a part that was taken out of the stock; gives its mesh in K, too.
 pub(super) fn follow(
@@ -46,7 +48,7 @@ pub(super) fn follow(
     let Some(gravity) = felt(machine, &center, [&at.joints, &still, &still]) else {
         return (unknown("the machine does not state `up`"), Some(mesh));
     };
-    let density = prepared.scene.file.stock.get_ref().density() * 1e-9;
+    let density = prepared.scene.file.stock.get_ref().density() * KG_MM3_PER_KG_M3;
     let turn = table_from_work.rotation;
     let in_table = |piece: Vec<Point>| piece.iter().map(|p| table_from_work.point(p)).collect();
     let error = pieces.error + 0.5 * cell;
@@ -96,7 +98,7 @@ fn standing(stock: &TriDexel, prepared: &Prepared, at: &Moment, part: &Aabb, gra
 /// The surface of the stock in the blocks that the part may come to: round it by its own size, and all that lies below.
 fn rest_of_stock(stock: &TriDexel, part: &Aabb, gravity_in_work: &Vector) -> TriMesh {
     let size = part.size().norm();
-    let way = gravity_in_work.try_normalize(1e-9).unwrap_or_else(Vector::zeros) * stock.bounds().size().norm();
+    let way = gravity_in_work.try_normalize(NO_GRAVITY).unwrap_or_else(Vector::zeros) * stock.bounds().size().norm();
     let moved = Aabb { min: part.min + way, max: part.max + way };
     let reach = part.union(&moved).expanded(size);
     let mut mesh = TriMesh::default();

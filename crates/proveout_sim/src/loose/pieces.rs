@@ -17,10 +17,12 @@
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{SurfaceMesh, TriDexel};
 
-use super::{rapier_world::hull, world::Hull};
+use super::{SAME_MM, rapier_world::hull, world::Hull};
 
 /// Pieces of a body at most; a body that needs more is given with the error that is left.
 const MOST_PIECES: usize = 48;
+/// Twice the area below which a face of a hull has no normal, mm2.
+const LEAST_FACE: f64 = 1e-12;
 
 /// Half of the gap between the sides of a cut, mm: a face that is off the cut by a rounding error
 /// leaves no sliver on its other side.
@@ -47,7 +49,7 @@ struct Chunk {
 fn planes(hull: &Hull) -> Vec<(Vector, f64)> {
     let face = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| hull.points[i as usize]);
-        let normal = (b - a).cross(&(c - a)).try_normalize(1e-12)?;
+        let normal = (b - a).cross(&(c - a)).try_normalize(LEAST_FACE)?;
         Some((normal, normal.dot(&a.coords)))
     };
     hull.triangles.iter().filter_map(face).collect()
@@ -81,7 +83,7 @@ impl Chunk {
         let planes = planes(&hull);
         let depth = |p: &Point| planes.iter().map(|(n, d)| d - n.dot(&p.coords)).fold(f64::INFINITY, f64::min);
         // Vertices on the planes of the cut lie on the hull or in material.
-        let inner = |p: &Point| (0..3).all(|c| p[c] > bounds.min[c] + 1e-9 && p[c] < bounds.max[c] - 1e-9);
+        let inner = |p: &Point| (0..3).all(|c| p[c] > bounds.min[c] + SAME_MM && p[c] < bounds.max[c] - SAME_MM);
         let deepest = points[..skin].iter().filter(|p| inner(p)).map(|p| (*p, depth(p)));
         let deepest = deepest.fold((bounds.center(), 0.0), |best, d| if d.1 > best.1 { d } else { best });
         Some(Self { bounds, hull, deepest })

@@ -7,6 +7,7 @@ use super::fall::{End, Struck};
 use crate::{
     finding::{self, Finding},
     log::FindingLog,
+    units::M_PER_MM,
 };
 
 /// Name of a part, counted from 1 in the order in which they came off.
@@ -19,7 +20,7 @@ pub(super) fn came_off(k: usize, part: &StockPart, mass: f64, end: &End, table_f
     let size = part.bounds.size();
     let goes = match end {
         End::Rests { push } => {
-            let push = push * 1e-3;
+            let push = push * M_PER_MM;
             format!("they rest where they are, also under a push of {push:.1} m/s2 to any side, and stay stock")
         }
         End::Left => "they fall away and are no longer stock".to_owned(),
@@ -87,7 +88,7 @@ pub(super) fn moved_by_table(k: usize, push: f64, time: f64) -> String {
         "where {} goes that came off the stock (process-loose-part): it rests under pushes of up to {:.1} m/s2, and at {time:.2} s \
          the table tilts or moves it with more",
         name(k),
-        push * 1e-3
+        push * M_PER_MM
     )
 }
 

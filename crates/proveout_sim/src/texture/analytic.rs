@@ -17,13 +17,15 @@ use proveout_surface::{
 use proveout_tool::Tool;
 
 use super::record::Kept;
-use crate::verdict::AnalyticUsed;
+use crate::{units::UM_PER_MM, verdict::AnalyticUsed};
 
 /// Two neighboring points were cut by different passes if the tip ran farther between them than
 /// this, mm, plus two turns of the spindle.
 const OTHER_PASS: f64 = 2.0;
 /// Points of the model's profile in a pitch.
 const POINTS: f64 = 400.0;
+/// Part by which the two curvatures of a ball may differ: rounding.
+const SAME_CURVATURE: f64 = 1e-9;
 
 /// A simulated profile across the lay.
 pub(super) struct Across<'a> {
@@ -79,7 +81,7 @@ pub(super) fn beside<'k>(
     }
     let corner = 1.0 / k1;
     // A ball is the same from all sides; the model wants some lean.
-    let ball = (k1 - k2).abs() <= 1e-9 * k1;
+    let ball = (k1 - k2).abs() <= SAME_CURVATURE * k1;
     let inclination = if ball { inclination.clamp(0.1, 1.4) } else { inclination };
     let radius = if ball { corner } else { corner + inclination.sin() * (1.0 / k2 - corner) };
     let points = across.lattice.points();
@@ -94,7 +96,7 @@ pub(super) fn beside<'k>(
     let simulated: Vec<f64> = cuts[first..last].iter().map(|c| c.height).collect();
     // Both ends of a pitch are one place.
     let of_model = profile.heights();
-    let (ra_um, simulated_ra_um) = (1e3 * ra(&of_model[..of_model.len() - 1]), 1e3 * ra(&simulated));
+    let (ra_um, simulated_ra_um) = (UM_PER_MM * ra(&of_model[..of_model.len() - 1]), UM_PER_MM * ra(&simulated));
     Ok(AnalyticUsed {
         pitch_mm: pitch,
         inclination_deg: inclination.to_degrees(),

@@ -11,6 +11,11 @@ use proveout_tool::Tool;
 use super::evaluate::Work;
 use crate::{scene_surface::SurfaceModelFile, verdict::ResidualUsed};
 
+/// Nanoseconds of a second.
+const NS_PER_S: f64 = 1e9;
+/// The swept surface has to be lower than the cut by more, mm: rounding of an envelope.
+const DEEPER_MM: f64 = 1e-6;
+
 impl Work<'_> {
     /// Where teeth differ from their description: a stopped spindle, run-out above the chip,
     /// numbers that are none.
@@ -31,8 +36,8 @@ impl Work<'_> {
             let chip = speed * std::f64::consts::TAU / (piece.azimuth_rate.abs() * f64::from(teeth));
             // By time: short pieces at ramps are few.
             let sum = chips.entry(kept.tool).or_insert((0, 0.0));
-            if chip.is_finite() && span * 1e9 > sum.0 as f64 {
-                *sum = ((span * 1e9) as u64, chip);
+            if chip.is_finite() && span * NS_PER_S > sum.0 as f64 {
+                *sum = ((span * NS_PER_S) as u64, chip);
             }
         }
         for (tool, (_, chip)) in chips {
@@ -57,7 +62,7 @@ impl Work<'_> {
                 let swept = heights_by_envelope(lattice, &body.profile, &pieces, &settings).cuts;
                 let deeper = |(s, c): (&Option<Cut>, &Option<Cut>)| {
                     let (s, limit) = (s.as_ref()?, c.as_ref().map_or(f64::INFINITY, |c| c.height));
-                    (s.height < limit - 1e-6).then_some(s.motion)
+                    (s.height < limit - DEEPER_MM).then_some(s.motion)
                 };
                 if let Some(motion) = swept.iter().zip(cuts).find_map(deeper) {
                     let block = self.kept(motion).block as usize;

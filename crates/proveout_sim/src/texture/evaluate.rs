@@ -21,6 +21,7 @@ use crate::{
     prepare::Prepared,
     scene::{ProfileDirectionFile, SurfaceFile},
     scene_surface::SurfaceModelFile,
+    units::UM_PER_MM,
     verdict::{BlockShare, PhaseSpread, ProfileUsed, TextureUsed},
 };
 
@@ -100,7 +101,7 @@ impl<'a> Work<'a> {
             at_mm: place.middle.coords.into(),
             normal: place.normal.into(),
             model: if teeth { "teeth" } else { "envelope" }.into(),
-            design_error_um: 1e3 * plan.chord_error,
+            design_error_um: UM_PER_MM * plan.chord_error,
             ..TextureUsed::default()
         };
         if tracks.lost {
@@ -190,7 +191,7 @@ impl<'a> Work<'a> {
         match self.entry.wanted {
             Wanted::Map { steps, step, profiles } => {
                 self.used.size_mm = Some([steps[0] as f64 * step, steps[1] as f64 * step]);
-                self.used.step_um = Some(1e3 * step);
+                self.used.step_um = Some(UM_PER_MM * step);
                 match self.entry.place.lattice(&self.plan.ground, steps, [step, step]) {
                     Ok(lattice) => self.map(texture, &lattice, step, profiles),
                     Err((message, _)) => {
@@ -223,7 +224,7 @@ impl<'a> Work<'a> {
             for repeat in 1..self.repeats {
                 let again = self.cuts(lattice, repeat).iter().map(|c| c.map_or(f64::NAN, |c| c.height)).collect();
                 let again = HeightMap::new(map.columns(), map.rows(), step, step, again);
-                of_phases.extend(again.map(|m| m.parameters()).map(|p| [1e3 * p.sa, 1e3 * p.sz]));
+                of_phases.extend(again.map(|m| m.parameters()).map(|p| [UM_PER_MM * p.sa, UM_PER_MM * p.sz]));
             }
             self.used.sa_um = Some(report.unfiltered.sa_um);
             self.used.sq_um = Some(report.unfiltered.sq_um);

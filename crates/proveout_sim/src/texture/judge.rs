@@ -11,7 +11,7 @@ use crate::{
     log::FindingLog,
     prepare::Prepared,
     scene_tolerance::{Limit, SurfaceKey, Tolerances},
-    surface_gate::Judgement,
+    surface_gate::{Judgement, ONE_FIGURE_UM},
     verdict::{Spread, State, Surface, TextureUsed},
 };
 
@@ -77,7 +77,11 @@ fn place(t: &TextureUsed) -> String {
 }
 
 fn figures(b: &Bounds<'_>) -> String {
-    if b.high - b.low < 5e-5 { format!("{:.4} um", b.high) } else { format!("{:.4} to {:.4} um", b.low, b.high) }
+    if b.high - b.low < ONE_FIGURE_UM {
+        format!("{:.4} um", b.high)
+    } else {
+        format!("{:.4} to {:.4} um", b.low, b.high)
+    }
 }
 
 fn one(

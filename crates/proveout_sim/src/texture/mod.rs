@@ -43,6 +43,7 @@ use crate::{
     scene::{ProfileDirectionFile, Scene, SurfaceFile},
     scene_surface::Middle,
     shape::Shape,
+    units::MM_PER_UM,
 };
 
 /// Bytes of a node while a patch is evaluated: point, normal, contact, heights of maps and filters.
@@ -216,7 +217,7 @@ impl Plan {
     ) -> Result<(), SimError> {
         let fault = |(m, help): Refused| scene.fault(offset, format!("patch {name:?}: {m}"), help);
         let place = self.ground.place(middle, along).map_err(&fault)?;
-        let step = 1e-3 * step_um;
+        let step = MM_PER_UM * step_um;
         let steps = size.map(|s| (s / step).round().max(2.0) as usize);
         place.check(&self.ground, steps, [step, step]).map_err(&fault)?;
         self.entries.push(Entry { name, place, wanted: Wanted::Map { steps, step, profiles: surface.profiles } });

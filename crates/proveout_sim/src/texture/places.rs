@@ -25,6 +25,10 @@ const BESIDE_MM: f64 = 1.0;
 const EDGE_RAD: f64 = 0.5;
 /// Steps from the nearest point to a nearer one; a mesh needs two where the first is on an edge.
 const FOOT_STEPS: usize = 3;
+/// Sine of the angle to the normal below which a direction shows no way along the surface.
+const ALONG_NORMAL: f64 = 1e-6;
+/// A point that is closer to the design lies on it, mm.
+const ON_SURFACE_MM: f64 = 1e-12;
 
 /// Why there is no such place, and what to do.
 pub(crate) type Refused = (String, String);
@@ -52,7 +56,7 @@ pub(crate) struct Place {
 
 /// Part of a direction in the plane across a normal.
 fn laid(direction: &Vector, normal: &Vector) -> Option<Vector> {
-    (direction - normal * direction.dot(normal)).try_normalize(1e-6)
+    (direction - normal * direction.dot(normal)).try_normalize(ALONG_NORMAL)
 }
 
 fn coordinates(p: &Point) -> String {
@@ -284,7 +288,7 @@ fn foot(design: &dyn DesignSurface, p: &Point) -> Option<(Point, Vector)> {
     let mut at = *p;
     let mut found = design.nearest(&at, f64::MAX)?;
     for _ in 0..FOOT_STEPS {
-        if found.distance.abs() <= 1e-12 {
+        if found.distance.abs() <= ON_SURFACE_MM {
             break;
         }
         at -= found.normal * found.distance;

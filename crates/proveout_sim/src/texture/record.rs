@@ -42,6 +42,20 @@ const LONGEST_MM: f64 = 2.0;
 pub(crate) const PASSED_MM: f64 = 0.01;
 /// Run-out and rounding by which a cutter may reach beyond its nominal body, mm.
 const BEYOND_MM: f64 = 1.0;
+/// The tip of a shorter motion is at rest, mm.
+const AT_REST_MM: f64 = 1e-9;
+/// An axis that turns by less is at rest, radian.
+const NO_TURN: f64 = 1e-12;
+/// Most places of a motion at which it is looked whether the cutter comes near an area.
+const MOST_STEPS: f64 = 1e4;
+/// A motion is nearer to a stated phase from this on, mm: of equal ones the first counts.
+const NEARER_MM: f64 = 1e-6;
+/// Part of a part that one more would have to cover: rounding adds none.
+const ROUNDING: f64 = 1e-9;
+/// Most parts of a stretch.
+const MOST_PARTS: f64 = 1e6;
+/// Smaller turns have no direction, radian.
+const SMALLEST_TURN: f64 = 1e-15;
 
 /// A ball round everything that is asked for at a place.
 #[derive(Clone, Copy, Debug)]
@@ -180,7 +194,7 @@ impl<'a> Recorder<'a> {
         let way = |p: &Piece| (p.pose[1].tip - p.pose[0].tip).norm();
         let (count, length) = own.fold((0, 0.0), |(n, l), (p, _)| (n + 1, l + way(p)));
         // Where the tip is at rest, the feed is that of the rotary joints: the plan knows.
-        let even = block.feed > 0.0 && block.programmed_length > 0.0 && length > 1e-9;
+        let even = block.feed > 0.0 && block.programmed_length > 0.0 && length > AT_REST_MM;
         for _ in 0..count {
             let Some((piece, state)) = self.waiting.pop_front() else { return };
             let share = if even { way(&piece) / length } else { 0.0 };
@@ -246,16 +260,16 @@ impl<'a> Recorder<'a> {
         }
         let (length, angle) = (way.norm(), from.angle_to(&to));
         let place = |p: &ToolPose| {
-            if length > 1e-9 {
+            if length > AT_REST_MM {
                 ((p.tip - from.tip).dot(&way) / (length * length)).clamp(0.0, 1.0)
-            } else if angle > 1e-12 {
+            } else if angle > NO_TURN {
                 (from.angle_to(p) / angle).clamp(0.0, 1.0)
             } else {
                 0.0
             }
         };
         // Where the tip is at rest, the way of the flank counts.
-        let size = if length > 1e-9 { length } else { angle * 100.0 };
+        let size = if length > AT_REST_MM { length } else { angle * 100.0 };
         let within = self.marks.iter().take_while(|m| m.time < piece.time[1]);
         let mut nodes = vec![(0.0, 0.0)];
         nodes.extend(within.map(|m| ((m.time - piece.time[0]) / span, place(&m.pose))));
@@ -289,7 +303,8 @@ impl<'a> Recorder<'a> {
         let Some(cylinder) = self.cylinders.get(tool).copied().flatten() else { return false };
         let area = &self.areas[area];
         let (way, angle) = ((to.tip - from.tip).norm(), from.angle_to(to));
-        let steps = ((way + angle * cylinder.height) / (area.radius + cylinder.radius + 1.0)).ceil().clamp(1.0, 1e4);
+        let steps =
+            ((way + angle * cylinder.height) / (area.radius + cylinder.radius + 1.0)).ceil().clamp(1.0, MOST_STEPS);
         let room = area.radius + BEYOND_MM;
         (0..steps as usize).any(|k| {
             let at = from.interpolated(to, (k as f64 + 0.5) / steps);
@@ -336,7 +351,7 @@ impl<'a> Recorder<'a> {
             let length2 = way.norm_squared();
             let s = if length2 > 0.0 { ((at - piece.tip[0]).dot(&way) / length2).clamp(0.0, 1.0) } else { 0.0 };
             let distance = (piece.tip[0] + way * s - at).norm();
-            if best.is_some_and(|b| distance >= b.distance - 1e-6) {
+            if best.is_some_and(|b| distance >= b.distance - NEARER_MM) {
                 continue;
             }
             let frame = piece.housing.map(|v| rotated(&v, &(piece.turn * s)));
@@ -350,7 +365,7 @@ impl<'a> Recorder<'a> {
 
 /// Equal parts of a stretch, so many for the whole way.
 fn short_parts([(t0, s0), (t1, s1)]: [(f64, f64); 2], lengths: f64) -> impl Iterator<Item = [(f64, f64); 2]> {
-    let count = ((s1 - s0) * lengths - 1e-9).ceil().clamp(1.0, 1e6) as usize;
+    let count = ((s1 - s0) * lengths - ROUNDING).ceil().clamp(1.0, MOST_PARTS) as usize;
     let at = move |k: usize| {
         let part = k as f64 / count as f64;
         if k == count { (t1, s1) } else { (t0 + (t1 - t0) * part, s0 + (s1 - s0) * part) }
@@ -393,7 +408,7 @@ fn turn(a: &[Vector; 3], b: &[Vector; 3]) -> Vector {
     let twice_sine: Vector = (0..3).map(|k| a[k].cross(&b[k])).sum();
     let trace: f64 = (0..3).map(|k| a[k].dot(&b[k])).sum();
     let sine = 0.5 * twice_sine.norm();
-    if sine < 1e-15 {
+    if sine < SMALLEST_TURN {
         return Vector::zeros();
     }
     twice_sine * (sine.atan2(0.5 * (trace - 1.0)) / (2.0 * sine))
@@ -402,7 +417,7 @@ fn turn(a: &[Vector; 3], b: &[Vector; 3]) -> Vector {
 /// Rodrigues 1840.
 pub(super) fn rotated(v: &Vector, turn: &Vector) -> Vector {
     let angle = turn.norm();
-    if angle < 1e-15 {
+    if angle < SMALLEST_TURN {
         return *v;
     }
     let u = turn / angle;

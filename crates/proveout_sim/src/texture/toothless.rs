@@ -16,7 +16,7 @@ use proveout_surface::topography::Cut;
 use proveout_tool::{Segment, Tool};
 
 use super::evaluate::Work;
-use crate::{scene_surface::SurfaceModelFile, verdict::TextureUsed};
+use crate::{scene_surface::SurfaceModelFile, units::UM_PER_MM, verdict::TextureUsed};
 
 /// Ra of a parabola of height one.
 pub(super) const PARABOLA_RA: f64 = 0.256_600_119_639_833_7;
@@ -40,11 +40,11 @@ impl Work<'_> {
             let piece = &kept.piece;
             let span = piece.time[1] - piece.time[0];
             let way = (piece.tip[1] - piece.tip[0]).norm() / span * (TAU / piece.azimuth_rate.abs());
-            (kept.kind == MoveKind::Feed && way.is_finite()).then(|| 1e3 * way * way / (8.0 * radius))
+            (kept.kind == MoveKind::Feed && way.is_finite()).then(|| UM_PER_MM * way * way / (8.0 * radius))
         });
         let highest = marks.fold(0.0, f64::max);
         self.used.teeth_rz_um = Some(self.used.teeth_rz_um.unwrap_or(0.0).max(highest));
-        let heights = || cuts.iter().flatten().map(|c| 1e3 * c.height);
+        let heights = || cuts.iter().flatten().map(|c| UM_PER_MM * c.height);
         let spread = heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
         if spread.abs() <= FLAT_UM && !self.used.remarks.iter().any(|r| r == FLAT) {
             self.used.remarks.push(FLAT.to_owned());

@@ -10,6 +10,9 @@ use super::words::{center_cutting_of, kind_of};
 use super::{ImportCall, Imported, LengthUnit};
 use crate::draft::ToolDraft;
 
+/// Part of its diameter by which the cutting length of a ball may differ from it: rounding of inches.
+const SAME_LENGTH: f64 = 1e-6;
+
 /// A tool as written in the file.
 #[derive(Debug, Deserialize)]
 pub(super) struct Entry {
@@ -74,7 +77,7 @@ pub(super) fn drafts(
                 draft.put("point_angle_deg", 2.0 * (0.5 * (diameter - tip)).atan2(cut).to_degrees());
                 draft.put("tip_diameter_mm", tip);
             }
-            "spheroid" if (cut - diameter).abs() <= 1e-6 * diameter => draft.kind = Some("ball"),
+            "spheroid" if (cut - diameter).abs() <= SAME_LENGTH * diameter => draft.kind = Some("ball"),
             other => {
                 let message = format!("shape {other:?} is not one of the library's");
                 return Err(refused(message, "use Cylindrical, Ballnose, Conical or Snubnose"));

@@ -16,7 +16,10 @@ use serde::Deserialize;
 use super::words::{TAP_ENVELOPE, center_cutting_of};
 use super::{ImportCall, Imported, LengthUnit};
 use crate::HolderSection;
-use crate::draft::ToolDraft;
+use crate::draft::{SAME_MM, ToolDraft};
+
+/// Shorter parts of an outline are none, mm: rounding of inches.
+const SHORTEST_MM: f64 = 1e-9;
 
 /// A tool as written in the file; unused members are skipped.
 #[derive(Debug, Deserialize)]
@@ -266,8 +269,8 @@ fn draft(
     let (shoulder, own) = (mm(g.shoulder_length), mm(g.shoulder_diameter));
     let shank = mm(g.SFDM);
     if let (Some(top), Some(neck)) = (shoulder, own)
-        && top > cut + 1e-6
-        && (neck - shank.unwrap_or(neck + 1.0)).abs() > 1e-6
+        && top > cut + SAME_MM
+        && (neck - shank.unwrap_or(neck + 1.0)).abs() > SAME_MM
     {
         draft.neck = Some((neck, top - cut));
     }
@@ -307,7 +310,7 @@ fn sections(segments: &[Segment], unit: f64, gauge: Option<f64>) -> Result<Vec<H
             return Err(format!("a segment of its holder has the dimensions {height}, {lower}, {upper} mm"));
         }
         let left = gauge.filter(|g| *g > 0.0).map_or(height, |g| (g - z).min(height));
-        if left <= 1e-9 {
+        if left <= SHORTEST_MM {
             // A step without height, or above the gauge line.
             continue;
         }
@@ -325,16 +328,16 @@ type OutlinePlace = ([f64; 2], Option<[f64; 2]>);
 fn tapered(dc: f64, corner: f64, half_deg: f64, length: f64) -> Result<Vec<OutlinePlace>, String> {
     let (sin, cos) = half_deg.to_radians().sin_cos();
     let flat = 0.5 * dc - corner;
-    if flat < -1e-6 {
+    if flat < -SAME_MM {
         return Err("RE is above half of DC".into());
     }
     let flat = flat.max(0.0);
     let mut outline = Vec::new();
-    if flat > 1e-9 {
+    if flat > SHORTEST_MM {
         outline.push(([flat, 0.0], None));
     }
     let mut foot = [flat, 0.0];
-    if corner > 1e-9 {
+    if corner > SHORTEST_MM {
         foot = [flat + corner * cos, corner * (1.0 - sin)];
         outline.push((foot, Some([flat, corner])));
     }
