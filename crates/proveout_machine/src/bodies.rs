@@ -33,7 +33,13 @@ pub(crate) fn read_bodies(
         Some(name) => {
             let path = source.file().with_file_name(name);
             let model = Model::read(&path).map_err(|message| {
-                source.error("machine-model", &[Key("model")], message, "name a .glb file beside machine.toml")
+                source.error(
+                    "machine-model",
+                    &[Key("model")],
+                    message,
+                    "name a .glb file in the folder of \
+                    machine.toml",
+                )
             })?;
             Some(model)
         }

@@ -103,7 +103,7 @@ pub(crate) fn read_errors(source: &Document<'_>, file: &ErrorsFile, joints: &[Jo
         let (component, middle, factor) = parse(name).map_err(|why| wrong(&why))?;
         let joint_name = middle
             .strip_prefix('0')
-            .ok_or_else(|| wrong("errors that depend on the position stand in [[errors.table]]"))?;
+            .ok_or_else(|| wrong("write errors that depend on the position into [[errors.table]]"))?;
         let of = match joints.iter().position(|j| j.name == joint_name) {
             Some(j) => ErrorOf::Joint(j),
             None if joint_name == "S" => ErrorOf::Spindle,
@@ -119,7 +119,7 @@ pub(crate) fn read_errors(source: &Document<'_>, file: &ErrorsFile, joints: &[Jo
         };
         let entry = &mut errors.constant[place].components[component];
         if *entry != 0.0 {
-            return Err(wrong("the same error stands there in another unit"));
+            return Err(wrong("the same error is given in another unit as well"));
         }
         *entry = value;
     }
@@ -206,7 +206,7 @@ fn read_table(source: &Document<'_>, index: usize, file: &ErrorTableFile, joints
         }
         for (row, value) in components.iter_mut().zip(values) {
             if row[component] != 0.0 {
-                return Err(refuse("the same error stands there in another unit".into()));
+                return Err(refuse("the same error is given in another unit as well".into()));
             }
             row[component] = checked_value(source, &path, component, value * factor)?;
         }

@@ -54,7 +54,7 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
         return Err(source.error("machine-limits-upside-down", &at(travel_key), message, "write the lower end first"));
     }
     if file.endless && (!rotary || travel.is_some()) {
-        let message = "endless stands beside end stops or on a linear joint";
+        let message = "`endless` together with end stops, or on a linear joint";
         let remedy = "an endless rotary joint has no travel; leave out one of the two";
         return Err(source.error("machine-endless", &at("endless"), message, remedy));
     }

@@ -131,7 +131,7 @@ fn read_platform(source: &Document<'_>, index: usize, file: &PlatformFile, joint
     let heave = find("heave", &file.heave, false)?;
     let tilt = find("tilt", &file.tilt, true)?;
     if joints[tilt].parent != Some(heave) {
-        let message = format!("the tilt joint {} does not stand on the heave joint {}", file.tilt, file.heave);
+        let message = format!("the parent of the tilt joint {} is not the heave joint {}", file.tilt, file.heave);
         let remedy = format!("write parent = {:?} at joint {}", file.heave, file.tilt);
         return Err(source.error("machine-platform", &at("tilt"), message, remedy));
     }
@@ -142,8 +142,8 @@ fn read_platform(source: &Document<'_>, index: usize, file: &PlatformFile, joint
             return Ok(());
         }
         let angle = a.dot(b).clamp(-1.0, 1.0).acos().to_degrees();
-        let message = format!("{words} stand at {angle:.6} degrees");
-        Err(source.error("machine-platform", &at(key), message, "they must stand at right angles"))
+        let message = format!("{words} are at {angle:.6} degrees to each other");
+        Err(source.error("machine-platform", &at(key), message, "they must be at right angles"))
     };
     across("tilt", &up, &axis, "heave direction and tilt axis")?;
     across("leg_1_direction", &leg_1_direction, &up, "leg 1 and the heave direction")?;

@@ -231,7 +231,7 @@ fn find_columns(
         let mut found = header.iter().enumerate().filter(|(_, n)| n == name).map(|(i, _)| i);
         let place = found.next();
         if found.next().is_some() {
-            return Err(fail(format!("column {name} stands there twice")));
+            return Err(fail(format!("column {name} appears twice")));
         }
         if place.is_none() && !optional(k) {
             let stem = name.split('_').next().unwrap_or(name);

@@ -33,14 +33,14 @@ codes! {
         "Use a tool that fits, give its radius, or write G40 before blocks that cannot be compensated.";
     CONFLICT = "nc-conflicting-words", "Two words of a block contradict each other.",
         "Write them in blocks of their own.";
-    DIALECT = "nc-dialect", "The dialect of the program could not be told from its name and text.",
+    DIALECT = "nc-dialect", "The dialect of the program could not be determined from its file name and text.",
         "Name the dialect in the call.";
     FILE = "nc-file", "A program file could not be read.", "Check the path and the rights.";
     JUMP_TARGET = "nc-jump-target", "A jump names a label or block number that is not there.",
         "Write the label, or jump in the other direction.";
     LOOP_LIMIT = "nc-loop-limit", "A loop ran more often than the limit allows.",
         "Check the condition of the loop: is its variable changed inside?";
-    MISSING_VALUE = "nc-missing-value", "A word has no value.", "Write the value behind the word.";
+    MISSING_VALUE = "nc-missing-value", "A word has no value.", "Write the value after the word.";
     NESTING_LIMIT = "nc-nesting-limit", "Calls or brackets are nested deeper than the limit allows.",
         "Check for a subprogram that calls itself.";
     NO_END = "nc-no-end", "A program has no end.",
@@ -48,7 +48,7 @@ codes! {
     NO_FEED = "nc-no-feed", "A motion in feed has no feed value.", "Program F before or in the block.";
     NO_MOTION = "nc-no-motion", "A program moves no axis.",
         "Check that the file holds the whole program and that its dialect is named.";
-    NO_TOOL = "nc-no-tool", "A tool change stands in the program before a tool was selected.",
+    NO_TOOL = "nc-no-tool", "The program changes the tool before it selects one.",
         "Program T in or before the block of the tool change.";
     NOT_RUN = "nc-not-run", "Text of the program is not run.",
         "Take the text out, or the end word before it; give each main program a file of its own.";

@@ -71,7 +71,7 @@ impl NotRun {
     /// What can be done about it.
     pub fn remedy(&self) -> &'static str {
         match self.kind {
-            NotRunKind::BehindEnd => "take the end word out where the program goes on, or take the text behind it out",
+            NotRunKind::BehindEnd => "remove the end word where the program goes on, or remove the text after it",
             NotRunKind::Program(_) => "give each main program a file of its own and prove each of them",
             NotRunKind::Subprogram(_) => "call it, or take it out",
             NotRunKind::MissingSubprogram(_) => {

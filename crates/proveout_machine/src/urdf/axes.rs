@@ -123,7 +123,7 @@ pub(super) fn axes(
     let still = Tree::moving(robot, to_tool.get(..common).unwrap_or_default());
     if !still.is_empty() {
         let names = listed(still.iter().map(|&j| robot.joints[j].name.as_str()));
-        notes.push(format!("joints that carry tool and table alike stand at zero: {names}"));
+        notes.push(format!("joints that carry both tool and table are held at zero: {names}"));
     }
     let letters = letters(source, robot, &sides, options)?;
     let reversed = reversed(source, &letters, options)?;
@@ -140,7 +140,7 @@ pub(super) fn axes(
             let point = Point::from(machine_from_joint.translation);
             let far = reach(&[point]);
             if far > MAX_LENGTH_MM {
-                let message = format!("joint {} stands {far:.0} mm off the root", shown(&joint.name));
+                let message = format!("joint {} is {far:.0} mm from the root", shown(&joint.name));
                 return Err(source.at(&joint.place, message, format!("the limit is {MAX_LENGTH_MM} mm")));
             }
             all.push(Axis {
@@ -175,7 +175,7 @@ pub(super) fn axes(
         }
     }
     if !loose.is_empty() {
-        notes.push(format!("joints that are no axis between table and tool stand at zero: {}", listed(loose)));
+        notes.push(format!("joints that are not axes between table and tool are held at zero: {}", listed(loose)));
     }
     Ok(Axes { all, carrier, last, notes })
 }
@@ -207,7 +207,8 @@ fn letters(
             chain.len() - slides,
             names()
         );
-        let remedy = "robots are not run; name other links with --tool-link and --table-link, or make what stands still a fixed joint";
+        let remedy = "robots are not supported; name other links with --tool-link and --table-link, or make joints \
+                      that do not move fixed";
         return Err(source.whole(message, remedy));
     }
     let letter = |j: &usize| given.get(name(j)).copied().or_else(|| letter_of(name(j)));

@@ -50,7 +50,8 @@ impl Meshes {
         }
         let Some(path) = locate(source.file, file) else {
             let remedy = if file.contains("package://") || file.contains("model://") {
-                "put the folder of the package beside the URDF file or above it, or write the path from the URDF file"
+                "put the folder of the package into the folder of the URDF file or above it, or write the path from \
+                 the URDF file"
             } else {
                 "correct the path: it counts from the folder of the URDF file"
             };

@@ -157,7 +157,7 @@ fn only<'a, 'i>(source: &Source<'_>, all: &[Node<'a, 'i>], name: &str) -> Result
     let first = found.next().copied();
     match found.next() {
         None => Ok(first),
-        Some(second) => Err(source.at(&place(*second), format!("<{name}> stands there twice"), "keep one of the two")),
+        Some(second) => Err(source.at(&place(*second), format!("<{name}> appears twice"), "keep one of the two")),
     }
 }
 
@@ -221,7 +221,7 @@ impl Robot {
         };
         if only(source, &all, "mimic")?.is_some() {
             let message = format!("joint {} moves with another one (<mimic>)", shown(&name));
-            return fault(message, "write it as a fixed joint, or leave it out with what hangs on it");
+            return fault(message, "write it as a fixed joint, or leave it out with the links that it carries");
         }
         let of = |tag: &str| match only(source, &all, tag)? {
             Some(n) => named(source, n, "link"),
@@ -299,7 +299,7 @@ impl Robot {
             return Err(source.at(
                 &place(n),
                 message,
-                "write the lower end as lower; a joint that stands still is fixed",
+                "write the lower end as lower; a joint that does not move is fixed",
             ));
         }
         Ok(Some([low, high]))

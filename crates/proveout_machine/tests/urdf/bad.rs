@@ -51,9 +51,9 @@ fn each_fault_is_told_where_it_stands() {
         (changed("<child link=\"saddle\"/>", "<child link=\"beam\"/>"), "link \"beam\" hangs on two joints"),
         (
             changed("<link name=\"cradle\">", "<link name=\"lost\"/><link name=\"cradle\">"),
-            "2 links hang on nothing: \"bed\", \"lost\"",
+            "2 links have no parent joint: \"bed\", \"lost\"",
         ),
-        (changed("<origin xyz=\"0 0.361 1.786\"/>", "<origin/><origin/>"), "<origin> stands there twice"),
+        (changed("<origin xyz=\"0 0.361 1.786\"/>", "<origin/><origin/>"), "<origin> appears twice"),
         (
             changed("joint name=\"c_axis\"", "joint name=\"turntable\""),
             "no axis letter in the name of joint \"turntable\"",

@@ -184,12 +184,12 @@ fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Ch
             return Err(unknown("that is done in"));
         }
         if list.contains(&builtin) {
-            return Err(text.error("control-contradiction", path, format!("{word} stands twice"), "keep one"));
+            return Err(text.error("control-contradiction", path, format!("{word} is listed twice"), "keep one"));
         }
         list.push(builtin);
     }
     if list.len() > MOST_BUILTIN {
-        let message = format!("one word stands for {} words; the limit is {MOST_BUILTIN}", list.len());
+        let message = format!("one word replaces {} words; the limit is {MOST_BUILTIN}", list.len());
         return Err(text.error("control-value", path, message, "call a subprogram"));
     }
     Ok(list)

@@ -128,7 +128,7 @@ pub(super) fn drafts(file: &Path, data: Vec<Entry>, call: &ImportCall) -> Result
                 imported.notes.extend(notes.into_iter().map(|n| format!("T{number}: {n}")));
                 imported.tools.push(draft);
             }
-            Err(message) => return Err(refused(message, "give the tool its dimensions in Fusion and export it anew")),
+            Err(message) => return Err(refused(message, "give the tool its dimensions in Fusion and export it again")),
         }
     }
     Ok(imported)
@@ -253,7 +253,7 @@ fn draft(
         draft.kind = Some("flat");
         draft.shape = vec![("diameter_mm", dc)];
         if !has("flat") {
-            draft.choose(&["kind"], format!("a {kind}: a cylinder of its diameter and flute length stands for it"));
+            draft.choose(&["kind"], format!("a {kind}: taken as a cylinder of its diameter and flute length"));
         }
     } else {
         return Err(format!("type {kind:?} is not known"));

@@ -67,7 +67,7 @@ impl AptReader {
             ));
         };
         if st.major == "CIRCLE" && (8..11).contains(&leading) {
-            self.note(format!("CIRCLE has {leading} values: those behind the radius have no effect"));
+            self.note(format!("CIRCLE has {leading} values: those after the radius have no effect"));
         }
         let clockwise = st.major == "CIRCLE" && self.own.facts.clockwise;
         if st.major == "CIRCLE"
@@ -164,10 +164,10 @@ impl AptReader {
     /// The arc from here to a point; a point off the plane makes it a helix.
     pub(crate) fn go_circle(&mut self, circle: &PendingCircle, end: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
         if std::mem::take(&mut self.own.rapid) {
-            return Err(place.bad(codes::CONFLICT, "RAPID stands before a circle", "write FEDRAT before a circle"));
+            return Err(place.bad(codes::CONFLICT, "RAPID before a circle", "write FEDRAT before a circle"));
         }
         if self.own.cycle_on {
-            return Err(place.bad(codes::CONFLICT, "a circle stands in a cycle", "write CYCLE/OFF before it"));
+            return Err(place.bad(codes::CONFLICT, "a circle within a cycle", "write CYCLE/OFF before it"));
         }
         self.need_feed();
         let start = self.here(place)?;

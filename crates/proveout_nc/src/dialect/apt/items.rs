@@ -39,7 +39,7 @@ fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad
         if seen.contains(&word) {
             return Err(item.place.bad(
                 codes::CONFLICT,
-                format!("`{word}` stands twice in {}", st.major),
+                format!("`{word}` appears twice in {}", st.major),
                 "take one out",
             ));
         }

@@ -213,7 +213,7 @@ fn items(code: &str, from: usize, mark: Mark, value: &mut bool, out: &mut Vec<It
         let place = |s: &Scanner<'_>| Place { mark, span: s.span_from(start) };
         if s.take(b',') {
             if !*value {
-                return Err(place(&s).bad(codes::SYNTAX, "nothing stands before this comma", "write the value"));
+                return Err(place(&s).bad(codes::SYNTAX, "no value before this comma", "write the value"));
             }
             *value = false;
             continue;

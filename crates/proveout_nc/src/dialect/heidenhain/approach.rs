@@ -289,7 +289,7 @@ impl Interpreter {
         let last = self.flat(span)?;
         let Some((t, left)) = self.modal.tangent.and_then(sides) else {
             return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the departure has no contour element before it")
-                .help("write DEP behind the last element of the contour"));
+                .help("write DEP after the last element of the contour"));
         };
         let goal = self.lead_goal(w, span)?;
         match lead {
@@ -331,7 +331,7 @@ impl Interpreter {
 
 pub(crate) fn no_contour(span: Span) -> Fault {
     Fault::new(codes::STRUCTURE, span, "APPR is not followed by an element of the contour")
-        .help("write L, C, CR or CP behind APPR")
+        .help("write L, C, CR or CP after APPR")
 }
 
 #[cfg(test)]

@@ -191,12 +191,8 @@ impl Interpreter {
     fn polar_goal(&mut self, w: &Words, radius: f64, degrees: f64, pole: Pole, span: Span) -> Result<Goal, Fault> {
         let [u, v, _] = plane_of(pole.normal);
         if w.programmed >> u & 1 == 1 || w.programmed >> v & 1 == 1 {
-            return Err(Fault::new(
-                codes::CONFLICT,
-                span,
-                "polar and Cartesian coordinates of the plane stand in one block",
-            )
-            .help("write PR and PA, or L, C with the two axes"));
+            return Err(Fault::new(codes::CONFLICT, span, "polar and Cartesian coordinates of the plane in one block")
+                .help("write PR and PA, or L, C with the two axes"));
         }
         let mut goal = self.goal(w, span)?;
         let (s, c) = crate::frame::sin_cos_degrees(degrees);
@@ -331,7 +327,7 @@ impl Interpreter {
         Err(Fault::new(
             codes::ARC_GEOMETRY,
             span,
-            "a circle outside of the working plane stands under RL or RR, or behind RND, CHF or APPR",
+            "a circle outside of the working plane under RL or RR, or after RND, CHF or APPR",
         )
         .help("write R0 before it, and its lead-in as a block of its own"))
     }

@@ -79,12 +79,10 @@ impl Interpreter {
             }
             // DIN/ISO writes a cycle in one block.
             _ if self.own.din_now => self.din_cycle(number, words, span),
-            _ => Err(Fault::new(
-                codes::STRUCTURE,
-                span,
-                format!("CYCL DEF {number}.{part} stands without CYCL DEF {number}.0"),
-            )
-            .help(format!("write CYCL DEF {number}.0 before it"))),
+            _ => {
+                Err(Fault::new(codes::STRUCTURE, span, format!("CYCL DEF {number}.{part} without CYCL DEF {number}.0"))
+                    .help(format!("write CYCL DEF {number}.0 before it")))
+            }
         }
     }
 

@@ -189,7 +189,7 @@ fn cycle_value(x: &mut Lexer<'_>, start: usize) -> Result<CycleValue, Fault> {
         return Ok(CycleValue::PerRevolution(x.need(start)?));
     }
     if x.prefix("FZ") {
-        return Err(refused("FZ", x.span_from(start), "the number of teeth stands in the tool table: write mm/min"));
+        return Err(refused("FZ", x.span_from(start), "the number of teeth is in the tool table: write mm/min"));
     }
     x.need(start).map(CycleValue::Value)
 }

@@ -230,7 +230,7 @@ impl Interpreter {
             return Err(Fault::new(
                 codes::CONFLICT,
                 span,
-                "FMAX, or F, M, RL or RR behind an element that waits for its end, stand in a free contour",
+                "FMAX in a free contour, or F, M, RL or RR after an element whose end is still open",
             )
             .help("write them in front of the contour"));
         }
@@ -243,7 +243,7 @@ impl Interpreter {
             FreeKind::Arc | FreeKind::ArcTangent => self.free_arc(kind == FreeKind::ArcTangent, &data, span)?,
         }
         if !waited && other && self.own.free.waits() && !w.functions.is_empty() {
-            return Err(Fault::new(codes::CONFLICT, span, "an M function stands at an element that waits for its end")
+            return Err(Fault::new(codes::CONFLICT, span, "an M function at an element whose end is still open")
                 .help("write it in front of the contour"));
         }
         if w.closed == Some(false) {
@@ -254,7 +254,7 @@ impl Interpreter {
 
     fn free_line(&mut self, tangential: bool, data: &Data, span: Span) -> Result<(), Fault> {
         if data.center.is_some() || data.radius.is_some() || data.clockwise.is_some() || data.through.is_some() {
-            return Err(Fault::new(codes::CONFLICT, span, "words of a circle stand in a line of a free contour")
+            return Err(Fault::new(codes::CONFLICT, span, "words of a circle in a straight line of a free contour")
                 .help("write FC or FCT"));
         }
         let waited = self.own.free.waits();

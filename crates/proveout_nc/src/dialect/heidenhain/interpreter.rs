@@ -67,7 +67,7 @@ impl Labels {
                         let fault = Fault::new(
                             codes::STRUCTURE,
                             block.span,
-                            format!("the label {shown} stands twice in the program"),
+                            format!("the label {shown} is defined twice in the program"),
                         )
                         .help("give each LBL a number or name of its own");
                         faults.push(fault.at(&source.name, at.line, line));
@@ -412,7 +412,7 @@ impl Interpreter {
     }
 
     fn room(&mut self, span: Span) -> Result<(), Fault> {
-        self.room_for_call("the call stands", span)?;
+        self.room_for_call("the call is nested", span)?;
         // Nested calls can multiply without a jump back.
         self.own.calls += 1;
         if self.own.calls > self.settings.limits.max_loop_passes {

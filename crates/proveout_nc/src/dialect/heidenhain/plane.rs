@@ -179,7 +179,7 @@ impl Interpreter {
                 _ => None,
             };
             if positioning == Positioning::Stay {
-                return Err(Fault::new(codes::CONFLICT, span, "`MB` stands with STAY, which moves no axis")
+                return Err(Fault::new(codes::CONFLICT, span, "`MB` with STAY, which moves no axis")
                     .help("write MOVE or TURN, or take MB out"));
             }
             self.retract(distance, None, span)?;
@@ -189,7 +189,7 @@ impl Interpreter {
             None => 0.0,
         };
         if ahead != 0.0 && positioning != Positioning::Move {
-            return Err(Fault::new(codes::CONFLICT, span, "DIST stands without MOVE, to which it belongs")
+            return Err(Fault::new(codes::CONFLICT, span, "DIST without MOVE, to which it belongs")
                 .help("write MOVE, or take DIST out"));
         }
         let solution = match plane.choice {

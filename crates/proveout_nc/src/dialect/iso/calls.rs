@@ -325,12 +325,12 @@ impl Interpreter {
         let start = self.find_number(loaded, at, f64::from(first), span)?;
         let end = self.find_number(loaded, start, f64::from(last), span)?;
         if end.offset < start.offset {
-            let message = format!("block N{last} stands before N{first}");
+            let message = format!("block N{last} comes before N{first}");
             return Err(Fault::new(codes::JUMP_TARGET, span, message).help("write the first block first"));
         }
         if start.offset <= at.offset && at.offset <= end.offset {
             let message = format!("the blocks N{first} to N{last} hold their own repetition");
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("write the repetition behind them"));
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("write the repetition after them"));
         }
         let end = loaded.source.line(end).map_or(end, |(_, next)| next).offset;
         if passes > 0 {

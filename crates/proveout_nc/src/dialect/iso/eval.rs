@@ -65,9 +65,7 @@ impl Interpreter {
                 }
             }),
             Expr::Text(_) | Expr::Element(..) => {
-                return Err(
-                    Fault::new(codes::TYPE, span, "a text stands where a number is needed").help("write a number")
-                );
+                return Err(Fault::new(codes::TYPE, span, "a text where a number is needed").help("write a number"));
             }
         };
         if value.is_finite() {

@@ -50,7 +50,7 @@ pub(super) fn foreign(block: &Block, control: &Control) -> Option<Fault> {
                 block.span,
                 "a grbl has no O words, no subprograms and no program numbers".to_owned(),
                 20,
-                "write the blocks one behind the other",
+                "write the blocks one after the other",
             ));
         }
     }
@@ -133,15 +133,11 @@ impl Interpreter {
         }
         if length == Some(490) && axes {
             // A grbl takes them and does nothing with them.
-            return wrong(
-                "axis letters stand with G49, which moves nothing",
-                36,
-                "write the motion in a block of its own",
-            );
+            return wrong("axis letters with G49, which moves nothing", 36, "write the motion in a block of its own");
         }
         let mode = motion_word.or_else(|| self.modal.motion.map(|_| self.modal.motion_code)).unwrap_or(800);
         if axes && mode == 800 {
-            return wrong("axis letters stand under G80", 31, "write G0 or G1");
+            return wrong("axis letters under G80", 31, "write G0 or G1");
         }
         match one_shot {
             Some(40) if !p.has(b'P') => {

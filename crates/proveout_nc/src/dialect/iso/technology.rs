@@ -150,7 +150,7 @@ impl Interpreter {
         let Some(number) = p.second_tool() else { return Ok(()) };
         if !p.has_m(6) {
             return Err(
-                Fault::new(codes::CONFLICT, span, "`T` stands twice in a block without M6").help("take one out")
+                Fault::new(codes::CONFLICT, span, "`T` appears twice in a block without M6").help("take one out")
             );
         }
         let number = whole(number, "T", 99_999_999.0, span)?;

@@ -63,8 +63,9 @@ impl Interpreter {
             },
             FrameWord::Rot | FrameWord::ARot => match p.plane_angle {
                 Some(_) if p.has_axis() => {
-                    return Err(Fault::new(codes::CONFLICT, span, "RPL= and angles about axes stand in one block")
-                        .help("keep one"));
+                    return Err(
+                        Fault::new(codes::CONFLICT, span, "RPL= and angles about axes in one block").help("keep one")
+                    );
                 }
                 Some(angle) => Frame::rotation(self.modal.normal, angle),
                 None => Frame::rpy(linear),
@@ -110,7 +111,7 @@ impl Interpreter {
                 .help("use TRANS for rotary axes"));
         }
         let Some(mut additive) = self.modal.frames.additive else {
-            let message = format!("`{}` behind ATRANS in a turned frame is not supported", word.name());
+            let message = format!("`{}` after ATRANS in a rotated frame is not supported", word.name());
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("use TRANS and ATRANS"));
         };
         let length = self.modal.units.length();
@@ -215,7 +216,7 @@ impl Interpreter {
         // An empty name selects the only data set, "0" deselects.
         let deselected = matches!(values.get(1), Some(Some(Val::Text(name))) if name.trim() == "0");
         if self.own.tool_framed {
-            return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` stands while TOROT or TOFRAME is in force")
+            return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` while TOROT or TOFRAME is in force")
                 .help("write TOROTOF before it"));
         }
         self.forget_kept();

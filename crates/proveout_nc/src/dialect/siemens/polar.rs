@@ -107,12 +107,8 @@ impl Interpreter {
     pub(crate) fn resolve_polar(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let [u, v, _] = self.modal.plane_axes();
         if p.programmed & (1 << u | 1 << v) != 0 {
-            return Err(Fault::new(
-                codes::CONFLICT,
-                span,
-                "polar coordinates and axes of the plane stand in one block",
-            )
-            .help("keep one of the two"));
+            return Err(Fault::new(codes::CONFLICT, span, "polar coordinates and axes of the plane in one block")
+                .help("keep one of the two"));
         }
         let length = self.modal.units.length();
         let missing = |word: &str| {

@@ -111,8 +111,9 @@ impl Interpreter {
             return refused("a spline of other axes than X, Y and Z", "program the path with G1");
         }
         if p.has_center() || p.radius.is_some() || p.opening.is_some() || !p.polynomial.iter().all(Option::is_none) {
-            return Err(Fault::new(codes::CONFLICT, span, "words of an arc or a polynomial stand in a spline")
-                .help("take them out"));
+            return Err(
+                Fault::new(codes::CONFLICT, span, "words of an arc or a polynomial in a spline").help("take them out")
+            );
         }
         if p.chamfer.is_some() || p.chamfer_leg.is_some() || p.corner_radius.is_some() {
             return refused("a chamfer or rounding in a spline", "take it out");
@@ -188,8 +189,7 @@ impl Interpreter {
         let count = curve.points.len();
         let last = &curve.points[count - 1];
         if count < degree {
-            let message =
-                format!("a BSPLINE of degree {degree} needs {degree} points behind its start and has {count}");
+            let message = format!("a BSPLINE of degree {degree} needs {degree} points after its start and has {count}");
             self.location = last.location.clone();
             return Err(Fault::new(codes::ARC_GEOMETRY, last.span, message).help("write more points, or SD=2"));
         }
@@ -209,7 +209,7 @@ impl Interpreter {
             return Err(Fault::new(
                 codes::BAD_VALUE,
                 last.span,
-                "too many intervals PL of the BSPLINE are zero, one behind the other",
+                "too many consecutive intervals PL of the BSPLINE are zero",
             )
             .help("leave PL out, or write PL=1"));
         }

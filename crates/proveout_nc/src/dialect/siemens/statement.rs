@@ -103,7 +103,7 @@ fn for_loop(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
     let variable = expr::expression(s)?;
     s.skip_blanks();
     if !s.take(b'=') {
-        return Err(Fault::new(codes::SYNTAX, s.span_from(start), "`=` is missing behind the variable of FOR")
+        return Err(Fault::new(codes::SYNTAX, s.span_from(start), "`=` is missing after the variable of FOR")
             .help("write FOR I = 1 TO 10"));
     }
     let from = expr::expression(s)?;

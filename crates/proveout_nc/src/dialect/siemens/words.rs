@@ -26,7 +26,8 @@ pub(crate) fn classify_name(name: &str) -> Class {
         | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST" | "OSC" | "UPATH"
         | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "ORISON" | "ORISOF" => Class::Note,
         "RTLIOF" => Class::Assumed(
-            "behind RTLIOF each axis runs its rapids at its own speed; the twin runs them as the machine file says (rapid_mode)",
+            "after RTLIOF each axis runs its rapids at its own speed; the twin runs them as the machine file says \
+             (rapid_mode)",
         ),
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
         "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "DIAMOF" | "DISPLON" | "DISPLOF"

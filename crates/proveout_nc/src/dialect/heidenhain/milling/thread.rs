@@ -103,7 +103,7 @@ impl Interpreter {
             0.0 => Ok(false),
             1.0 => Ok(true),
             other => Err(Fault::new(codes::BAD_VALUE, span, format!("Q360 takes 0 or 1 and has {other}"))
-                .help("0 countersinks before the thread, 1 behind it")),
+                .help("0 countersinks before the thread, 1 after it")),
         }
     }
 
