@@ -354,7 +354,7 @@ fn platforms_must_be_complete_and_square() {
     let c = "machine-platform";
     expect_in(&good, "heave = \"U\"", "heave = \"Q\"", c, "heave", "no joint \"Q\"");
     expect_in(&good, "heave = \"U\"", "heave = \"B\"", c, "heave", "not linear");
-    expect_in(&good, "heave = \"U\"", "heave = \"X\"", c, "tilt", "does not stand on");
+    expect_in(&good, "heave = \"U\"", "heave = \"X\"", c, "tilt", "is not the heave joint");
     expect_in(
         &good,
         "leg_1_direction = [1, 0, 0]",

@@ -265,7 +265,7 @@ fn imports_tell_taps_and_edges_at_the_center() {
     let has = |k: usize, words: &[&str]| words.iter().for_each(|w| assert!(tools[k].contains(w), "{w}: {}", tools[k]));
     has(0, &["kind = \"tap\"", "pitch_mm = 1\n"]);
     has(1, &["kind = \"tap\"", "pitch_mm = 1.25\n"]);
-    has(2, &["kind = \"tap\"", "nothing tells the pitch", "hand = \"left\""]);
+    has(2, &["kind = \"tap\"", "no pitch is given", "hand = \"left\""]);
     assert!(!tools[2].contains("pitch_mm ="), "{}", tools[2]);
     has(3, &["center_cutting = true"]);
     has(4, &["center_cutting = false"]);

@@ -22,7 +22,7 @@ fn a_trunnion_comes_to_its_verdict() {
     }
     assert!(desk.path("trunnion/model.glb").is_file(), "the ball is a mesh");
     let told = desk.done("check trunnion");
-    assert!(!told.contains("no body hangs on") && told.contains("max_speed_rpm"), "{told}");
+    assert!(!told.contains("no body is attached to") && told.contains("max_speed_rpm"), "{told}");
     desk.done("new plate.nc --machine trunnion --answers answers.toml --output plate");
     let verdict = desk.verdict("plate");
     believable(&verdict);

@@ -48,7 +48,7 @@ fn each_fault_is_told_where_it_stands() {
             changed("<parent link=\"bed\"/><child link=\"beam\"/>", "<parent link=\"spindle\"/><child link=\"beam\"/>"),
             "the joints form a loop",
         ),
-        (changed("<child link=\"saddle\"/>", "<child link=\"beam\"/>"), "link \"beam\" hangs on two joints"),
+        (changed("<child link=\"saddle\"/>", "<child link=\"beam\"/>"), "link \"beam\" is the child of two joints"),
         (
             changed("<link name=\"cradle\">", "<link name=\"lost\"/><link name=\"cradle\">"),
             "2 links have no parent joint: \"bed\", \"lost\"",
@@ -188,7 +188,7 @@ fn a_spindle_that_turns_is_left_before_its_joint() {
     let error = desk.import(&text, &between("spindle", "table")).expect_err("no letter");
     assert!(error.remedy.contains("the turning of a spindle, name the link before it"), "{error}");
     let made = desk.import(&text, &between("headstock", "table")).expect("read");
-    assert!(made.notes.join("\n").contains("no axis between table and tool stand at zero: \"rotor\""));
+    assert!(made.notes.join("\n").contains("not axes between table and tool are held at zero: \"rotor\""));
     assert!(desk.machine(&made).bodies.iter().any(|b| b.name == "spindle"));
 }
 
