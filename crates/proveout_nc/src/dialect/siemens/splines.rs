@@ -298,10 +298,8 @@ impl Interpreter {
         }
         let chord: Vec<f64> =
             at.windows(2).map(|w| frame::sub(w[1], w[0]).iter().map(|d| d * d).sum::<f64>().sqrt()).collect();
-        let ends = [
-            (self.modal.spline_begin, curve.before, "BTAN", "before"),
-            (self.modal.spline_end, into, "ETAN", "behind"),
-        ];
+        let ends =
+            [(self.modal.spline_begin, curve.before, "BTAN", "before"), (self.modal.spline_end, into, "ETAN", "after")];
         let mut fixed = [None; 2];
         for (slot, (end, direction, word, side)) in fixed.iter_mut().zip(ends) {
             if end == SplineEnd::Tangent {
