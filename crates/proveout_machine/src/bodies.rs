@@ -59,7 +59,7 @@ pub(crate) fn read_bodies(
             Some(&[r, g, b]) => [r, g, b, 255],
             Some(&[r, g, b, a]) => [r, g, b, a],
             Some(other) => {
-                let message = format!("{} numbers are no color", other.len());
+                let message = format!("a color has three numbers, not {}", other.len());
                 return Err(source.error("machine-color", &at("color"), message, "write red, green, blue, 0 to 255"));
             }
         };

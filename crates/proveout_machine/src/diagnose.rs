@@ -134,12 +134,12 @@ impl Machine {
                 "machine-model-node-unused",
                 "model",
                 format!("node {node:?} of the model has a mesh and belongs to no body, thus to no joint"),
-                "bind it with a [[body]] that names the node and its joint, or take it out of the model",
+                "bind it with a [[body]] that names the node and its joint, or remove it from the model",
             ));
         }
         let linear = self.linear_joints().len();
         if linear < 3 {
-            let message = format!("{linear} linear joints cannot bring the tip everywhere");
+            let message = format!("{linear} linear joints cannot move the tip in all directions");
             let remedy = "add the missing slides, if the machine has them";
             all.push(self.remark(Severity::Warning, "machine-few-linear-joints", "joint", message, remedy));
         } else if self.slide_volume() < FLAT_VOLUME {

@@ -233,7 +233,7 @@ pub(crate) fn read_drive(
     );
     let stribeck_velocity = above_zero(key, value)?.map_or(0.0, |v| v * speed);
     if static_friction > coulomb_friction && stribeck_velocity == 0.0 {
-        let message = "static and dry friction differ, and nothing says at which velocity";
+        let message = "static and dry friction differ, but the velocity between them is not stated";
         return Err(source.error("machine-drive", &at(key), message, format!("add {key}")));
     }
     let (key, value) = pick(("backlash_mm", f.backlash_mm), ("backlash_deg", f.backlash_deg));
@@ -254,7 +254,7 @@ pub(crate) fn read_drive(
         }
     };
     if elastic.is_some() && motor_inertia.is_none() {
-        let message = "an elastic mode swings between motor and load, and the motor has no mass";
+        let message = "an elastic mode needs the mass of the motor";
         return Err(source.error("machine-drive", &at(motor_key), message, format!("add {motor_key}")));
     }
     let encoder = match f.encoder {
@@ -262,7 +262,7 @@ pub(crate) fn read_drive(
         Some(EncoderFile::Load) => Encoder::Load,
         None if backlash == 0.0 && elastic.is_none() => Encoder::Motor,
         None => {
-            let message = "with backlash or an elastic mode it matters where the position is measured";
+            let message = "with backlash or an elastic mode, state where the position is measured";
             let remedy = "add encoder = \"motor\" or encoder = \"load\"";
             return Err(source.error("machine-drive", &at("encoder"), message, remedy));
         }

@@ -87,7 +87,7 @@ fn checked_value(source: &Document<'_>, path: &[Step<'_>], component: usize, val
         return Ok(value);
     }
     let unit = if component < 3 { "mm" } else { "rad" };
-    let message = format!("an error of {value} {unit} is none: at most {limit} {unit} are taken");
+    let message = format!("an error of {value} {unit} is too large; the limit is {limit} {unit}");
     Err(source.error("machine-error-value", path, message, "check the unit, or correct the joint itself"))
 }
 
@@ -146,7 +146,7 @@ fn check_meaning(source: &Document<'_>, constant: &ConstantErrors, joints: &[Joi
     let (shift, _) = constant.parts();
     let along = joint.direction * joint.direction.dot(&shift);
     let (lost, message, remedy) = if joint.is_rotary() {
-        let message = format!("a shift along the axis of {} moves nothing", joint.name);
+        let message = format!("a shift along the axis of {} has no effect", joint.name);
         (along, message, "give the shift across the axis")
     } else {
         let message = format!("slide {} has a direction and no place across it", joint.name);

@@ -71,7 +71,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
                 Some(v) => Ok(Some(v)),
                 None => Err(InputError::file(
                     file,
-                    format!("[{section}] {key} = {value:?} is no number"),
+                    format!("[{section}] {key} = {value:?} is not a number"),
                     "correct the value",
                 )
                 .with_line(*line)),
@@ -83,7 +83,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         "mm" | "metric" => 1.0,
         "in" | "inch" | "imperial" => INCH_MM,
         _ => {
-            let message = format!("[TRAJ] LINEAR_UNITS = {unit:?} is no unit");
+            let message = format!("[TRAJ] LINEAR_UNITS = {unit:?} is not a known unit");
             return Err(InputError::file(file, message, "write mm or inch").with_line(line));
         }
     };
@@ -105,7 +105,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         if !known.contains(&c) || !"XYZ".contains(c) {
             return Err(InputError::file(
                 file,
-                format!("{c} is no linear axis of the file"),
+                format!("{c} is not a linear axis of the file"),
                 "name letters of its linear axes: XY",
             ));
         }

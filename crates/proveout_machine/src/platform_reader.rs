@@ -195,7 +195,7 @@ fn read_leg(source: &Document<'_>, path: [Step<'_>; 4], file: &LegFile) -> Check
     if let Some([low, high]) = file.travel_mm
         && !(low < high && low > 0.0 && high.is_finite())
     {
-        let message = format!("leg lengths from {low} to {high} mm cannot be");
+        let message = format!("leg lengths from {low} to {high} mm are impossible");
         let remedy = "write the shortest length, above zero, first";
         return Err(source.error("machine-limits-upside-down", &at("travel_mm"), message, remedy));
     }

@@ -73,12 +73,12 @@ impl NotRun {
         match self.kind {
             NotRunKind::BehindEnd => "remove the end word where the program goes on, or remove the text after it",
             NotRunKind::Program(_) => "give each main program a file of its own and prove each of them",
-            NotRunKind::Subprogram(_) => "call it, or take it out",
+            NotRunKind::Subprogram(_) => "call it, or remove it",
             NotRunKind::MissingSubprogram(_) => {
                 "put it into the folder of the program, or name its folder with --subprograms"
             }
-            NotRunKind::Branch => "prove the other values of the condition too, or take the text out",
-            NotRunKind::Outside => "write it between the two `%`, or take it out",
+            NotRunKind::Branch => "prove the other values of the condition too, or remove the text",
+            NotRunKind::Outside => "write it between the two `%`, or remove it",
         }
     }
 }

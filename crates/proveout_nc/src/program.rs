@@ -81,7 +81,10 @@ impl Program {
                 length: text.chars().count() as u32,
                 depth: 0,
             };
-            notes.push_back(Command { location, op: Op::Note(format!("{} is no block on this control", text.trim())) });
+            notes.push_back(Command {
+                location,
+                op: Op::Note(format!("{} is not a block on this control", text.trim())),
+            });
         }
         source.speak_as(&settings.control);
         let compensates = may_compensate(&source.text);

@@ -437,7 +437,7 @@ const CASES: &[Case] = &[
         FANUC,
         "dialect = \"fanuc\"\nprogram.trailer = [\"E*\"]",
         "G21 G0 X1.\nM30\nEND OF FILE\n",
-        "END OF FILE is no block",
+        "END OF FILE is not a block",
     ),
     case("unlisted.m", FANUC, "dialect = \"fanuc\"\nunlisted.m = \"refuse\"", "M777\nM30\n", "does not list it"),
     case(
@@ -596,7 +596,7 @@ fn the_languages_use_what_their_control_says() {
             "Unproven",
         ),
         ("dialect = \"siemens-840d\"\nunlisted.m = \"refuse\"", "M777\nM30\n", "does not list it"),
-        ("dialect = \"siemens-840d\"\nprogram.header = [\"HEAD*\"]", "HEAD OF TAPE\nG0 X1\nM30\n", "no block"),
+        ("dialect = \"siemens-840d\"\nprogram.header = [\"HEAD*\"]", "HEAD OF TAPE\nG0 X1\nM30\n", "is not a block"),
         (
             "dialect = \"heidenhain\"\nwords.M25.does = \"M3 M8\"",
             "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S100\n2 M25\n3 END PGM A MM\n",

@@ -596,7 +596,7 @@ fn words_of_linuxcnc_that_do_not_go_together_are_refused() {
         ("G21 G0 X0 Y0 Z5\nF100 G81 X1 B10 Z-1 R1\nM2\n", "rotary axis B in the block of G81"),
         ("G21 G0 X0 Y0 Z5 A0\nG91 F100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A in the block of G81"),
         ("G21 G0 X0 Y0 Z5 A10\nF100 G81 X1 A10 Z-1 R1\nG80\nM2\n", "rotary axis A in the block of G81"),
-        ("G21 G0 X#99999\nM2\n", "#99999 is no parameter"),
+        ("G21 G0 X#99999\nM2\n", "#99999 is not a parameter"),
         ("#99999=1\nM2\n", "#99999"),
         ("G64 M19 R90\nM2\n", "G64 and M19"),
         ("G21 F100\nG38.2\nM2\n", "G38.2 names no axis"),

@@ -233,7 +233,7 @@ fn files_that_are_no_program_are_told_so() {
     for name in ["letter.nc", "list.nc"] {
         desk.refused(&call(name), &["could not be determined", "check that it is an NC program"]);
     }
-    desk.refused(&call("zip.nc"), &["is no plain text"]);
+    desk.refused(&call("zip.nc"), &["is not plain text"]);
     desk.refused(&call("cut.nc"), &["the text ends in this line: is the file whole?"]);
     // A list of NX without its unit.
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-1,4,2.5,0\"\n");

@@ -195,7 +195,7 @@ fn letters(
         return Err(source.whole("no joint moves the tool against the workpiece", "name other links"));
     }
     if let Some(idle) = given.keys().find(|n| chain.iter().all(|j| name(j) != **n)) {
-        let message = format!("--axis-names {}: the joint moves nothing between table and tool", shown(idle));
+        let message = format!("--axis-names {}: the joint is not between table and tool", shown(idle));
         return Err(source.whole(message, format!("joints that do: {}", names())));
     }
     // Report first what is not a machine tool: axis letters would not help it.
@@ -216,7 +216,8 @@ fn letters(
     if let [first, ..] = without[..] {
         let message = format!("no axis letter in the name of joint {}", listed(without.iter().map(name)));
         let remedy = format!(
-            "give it by --axis-names {}=X; where a joint is no axis of programs, such as the turning of a spindle, name the link before it",
+            "give it by --axis-names {}=X; where a joint is not an axis of programs, such as the turning of a \
+             spindle, name the link before it",
             name(&first)
         );
         return Err(source.at(&robot.joints[first].place, message, remedy));
@@ -287,7 +288,7 @@ impl Axes {
             "machine-parallel-rotary-axes" => "correct an axis, or name other links with --tool-link and --table-link",
             _ => "correct it in the file",
         };
-        let message = format!("the axes make no machine: {}", error.message);
+        let message = format!("the axes do not make a machine: {}", error.message);
         joint.map_or_else(|| source.whole(&message, remedy), |j| source.at(&j.place, &message, remedy))
     }
 

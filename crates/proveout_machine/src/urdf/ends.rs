@@ -50,7 +50,7 @@ pub(super) fn ends(source: &Source<'_>, robot: &Robot, tree: &Tree, options: &Ur
     let axis = |option: &str, given: &Option<String>| match given {
         None => Ok(Vector::z()),
         Some(word) => direction(word).ok_or_else(|| {
-            source.whole(format!("{option} {} is no axis of a frame", shown(word)), "write x, -x, y, -y, z or -z")
+            source.whole(format!("{option} {} is not a frame axis", shown(word)), "write x, -x, y, -y, z or -z")
         }),
     };
     Ok(Ends {

@@ -55,7 +55,7 @@ impl Meshes {
             } else {
                 "correct the path: it counts from the folder of the URDF file"
             };
-            return Err(source.at(place, format!("mesh {} of link {} is not there", shown(file), shown(link)), remedy));
+            return Err(source.at(place, format!("mesh {} of link {} not found", shown(file), shown(link)), remedy));
         };
         let mut mesh = read_mesh(&path).map_err(|e| {
             source.at(place, format!("mesh of link {}: {e}", shown(link)), "name a mesh, or leave the shape out")

@@ -170,9 +170,11 @@ fn named(source: &Source<'_>, node: Node<'_, '_>, key: &str) -> Result<String, I
     let tag = node.tag_name().name();
     match node.attribute(key).map(str::trim) {
         Some(name) if !name.is_empty() && !name.chars().any(char::is_control) => Ok(name.to_owned()),
-        Some(name) => {
-            Err(source.at(&place(node), format!("{key} = {} of <{tag}> is no name", shown(name)), "write a name"))
-        }
+        Some(name) => Err(source.at(
+            &place(node),
+            format!("{key} = {} of <{tag}> is not a valid name", shown(name)),
+            "write a name",
+        )),
         None => Err(source.at(&place(node), format!("<{tag}> has no {key}"), format!("add {key} = \"...\""))),
     }
 }
@@ -243,7 +245,7 @@ impl Robot {
                 Some(v) => axis = v,
                 None if kind == Kind::Fixed => {}
                 None => {
-                    let message = format!("the axis of joint {} is no direction", shown(&name));
+                    let message = format!("the axis of joint {} has no direction", shown(&name));
                     return Err(source.at(&place(n), message, "write a vector that is not zero"));
                 }
             }

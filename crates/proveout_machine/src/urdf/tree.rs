@@ -33,7 +33,7 @@ impl Tree {
         for (j, joint) in robot.joints.iter().enumerate() {
             let find = |word: &str, name: &str| {
                 index.get(name).copied().ok_or_else(|| {
-                    let message = format!("the {word} {} of joint {} is no link", shown(name), shown(&joint.name));
+                    let message = format!("the {word} {} of joint {} is not a link", shown(name), shown(&joint.name));
                     source.at(&joint.place, message, "name a link of the file, or add it")
                 })
             };

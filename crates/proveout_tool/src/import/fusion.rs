@@ -106,7 +106,7 @@ pub(super) fn drafts(file: &Path, data: Vec<Entry>, call: &ImportCall) -> Result
         let number = match entry.post.number {
             Some(n) if n >= 0.0 && n.fract() == 0.0 && n <= f64::from(u32::MAX) => n as u32,
             Some(n) => {
-                return Err(refused(format!("its number {n} is no number of a tool"), "number the tools in Fusion"));
+                return Err(refused(format!("its number {n} is not a tool number"), "number the tools in Fusion"));
             }
             None => {
                 imported.notes.push(format!("\"{words}\" ({kind}) has no number and is left out"));

@@ -114,7 +114,7 @@ pub fn import_tools(file: &Path, call: &ImportCall) -> Result<Imported, InputErr
         _ => {
             let text = read_input(file)?;
             if !offsets_program::fits(&text) {
-                let message = "the file is no tool library that is known".to_owned();
+                let message = "the file is not a tool library of a known format".to_owned();
                 let known = "give a Fusion 360 library (.json), a LinuxCNC tool table (.tbl), offsets as a program (G10 L10), a CAMotics \
                              project, a table (.csv), or a library of this program (.toml)";
                 return Err(InputError::file(file, message, known));

@@ -45,7 +45,12 @@ impl AptReader {
                     let degrees = self.number(source, value)?;
                     if !(degrees > 0.0 && degrees <= 360.0 * MAX_TURNS) {
                         let message = format!("the angle of an arc must be above zero and is {degrees}");
-                        return Err(value.place.bad(codes::BAD_VALUE, message, "turn the normal round to go back"));
+                        return Err(value.place.bad(
+                            codes::BAD_VALUE,
+                            message,
+                            "reverse the normal for the opposite \
+                            direction",
+                        ));
                     }
                     angle = Some(degrees.to_radians());
                 }
@@ -126,7 +131,7 @@ impl AptReader {
         let circle = values(circle)?;
         let (center, radius) = match (kind.as_str(), circle.as_slice()) {
             ("CIRCLE", &[x, y, z, r]) | ("CIRCLE" | "CYLNDR", &[x, y, z, _, _, _, r]) => ([x, y, z], r),
-            _ => return Err(wrong("the circle of TLON,GOFWD is not one that is read")),
+            _ => return Err(wrong("the circle of TLON,GOFWD has an unsupported form")),
         };
         let limit = groups[1..].iter().rev().find(|(kind, _)| matches!(kind.as_str(), "LINE" | "POINT"));
         let Some((_, limit)) = limit else { return Err(wrong("the circle of TLON,GOFWD has no end")) };

@@ -108,7 +108,7 @@ impl AptReader {
                 if self.own.cycle.is_none() {
                     return Err(st.head.bad(
                         codes::CONFLICT,
-                        "CYCLE/ON takes up no cycle",
+                        "CYCLE/ON has no cycle to resume",
                         "define the cycle before it",
                     ));
                 }
@@ -284,7 +284,7 @@ impl AptReader {
         };
         if let Some(word) = idle {
             let message = format!("{word} in a cycle that does not use it");
-            return Err(st.head.bad(codes::CONFLICT, message, "take it out, or write DEEP, BRKCHP or TAP"));
+            return Err(st.head.bad(codes::CONFLICT, message, "remove it, or write DEEP, BRKCHP or TAP"));
         }
         if v.dwell.is_some_and(|d| d < 0.0) {
             return Err(st.head.bad(codes::BAD_VALUE, "a dwell must not be negative", "write DWELL,1"));

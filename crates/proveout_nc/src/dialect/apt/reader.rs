@@ -338,7 +338,7 @@ impl AptReader {
                     }
                 }
             }
-            _ => return Err(item.place.bad(codes::SYNTAX, "a bracket in place of a number", "take it out")),
+            _ => return Err(item.place.bad(codes::SYNTAX, "a bracket in place of a number", "remove it")),
         };
         if value.is_finite() && value.abs() < 1e15 {
             return Ok(value);

@@ -132,7 +132,7 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
             let fault = place.bad(
                 codes::SYNTAX,
                 "the text ends in a statement that `$` continues",
-                "write the rest of the statement, or take the `$` out",
+                "write the rest of the statement, or remove the `$`",
             );
             return Some((result.and(Err(fault)), next));
         };

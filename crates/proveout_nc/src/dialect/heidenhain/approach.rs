@@ -273,7 +273,7 @@ impl Interpreter {
         let [length, radius, angle] = self.lead_words(lead, w, span)?;
         if matches!(w.side, Some(Side::Left | Side::Right)) {
             return Err(Fault::new(codes::CONFLICT, span, "DEP does not take `RL` or `RR`: it ends the compensation")
-                .help("take it out"));
+                .help("remove it"));
         }
         let along = 1 << self.modal.plane_axes()[2];
         if lead != Lead::LineCircle && w.programmed & !along != 0 {
@@ -282,7 +282,7 @@ impl Interpreter {
                 span,
                 "DEP LT, LN and CT take no coordinates in the working plane: their length or arc gives the end",
             )
-            .help("take the coordinates out, or write DEP LCT"));
+            .help("remove the coordinates, or write DEP LCT"));
         }
         let side = Self::lead_side(lead, self.modal.departing.unwrap_or(Side::Off), span)?;
         let [u, v, n] = self.modal.plane_axes();

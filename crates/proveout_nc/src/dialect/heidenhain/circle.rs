@@ -241,8 +241,9 @@ impl Interpreter {
             return Err(Fault::new(codes::ARC_GEOMETRY, span, "CP has no polar angle").help("write PA or IPA"));
         };
         if w.polar_radius.is_some() {
-            return Err(Fault::new(codes::CONFLICT, span, "CP takes its radius from the position before it")
-                .help("take PR out"));
+            return Err(
+                Fault::new(codes::CONFLICT, span, "CP takes its radius from the position before it").help("remove PR")
+            );
         }
         if radius < arc::SAME_POINT_MM {
             return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_limit(), FULL_CIRCLE, span));

@@ -512,7 +512,7 @@ impl Interpreter {
     pub(crate) fn run_cycle(&mut self, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
         match self.modal.cycle.clone() {
-            None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called and none is defined")
+            None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called, but none is defined")
                 .help("write CYCL DEF before it")),
             Some(Cycle::Program(name)) => self.call_program(&name, span),
             Some(Cycle::Drilling { number, values }) => self.drill(number, &values, 0.0, span),

@@ -114,7 +114,7 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
                 x.span_from(start),
                 format!("`{}` appears twice in the block", char::from(first)),
             )
-            .help("take one out"));
+            .help("remove one"));
         }
         block.words.axes[axis] = Some(Coordinate { value, reference: Reference::Modal });
         block.words.programmed |= 1 << axis;
@@ -413,7 +413,7 @@ fn special_function(
         80 => {
             if block.words.programmed & !0b11_1000 != 0 {
                 return Err(Fault::new(codes::CONFLICT, span, "G80 takes the angles A, B and C, and no other axis")
-                    .help("take the other axis out"));
+                    .help("remove the other axis"));
             }
             let mut words = Vec::new();
             for (axis, letter) in ["A", "B", "C"].iter().enumerate() {

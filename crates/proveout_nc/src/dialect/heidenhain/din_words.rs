@@ -155,9 +155,9 @@ pub(super) fn all_used(present: &Present, statement: &Statement, span: Span) -> 
     let left = present.names.iter().zip(most).find(|((_, number), most)| number > most);
     let Some(((name, number), most)) = left else { return Ok(()) };
     let message = if *number > 1 && most > 0 {
-        format!("the block has {number} words of the kind of {name} and takes {most}")
+        format!("the block has {name} {number} times; at most {most} allowed")
     } else {
-        format!("nothing in this block takes {name}")
+        format!("no word in this block takes {name}")
     };
-    Err(Fault::new(codes::CONFLICT, span, message).help("write it in a block of its own, or take it out"))
+    Err(Fault::new(codes::CONFLICT, span, message).help("write it in a block of its own, or remove it"))
 }

@@ -304,7 +304,7 @@ impl Interpreter {
             }
         }
         if data.length.is_some_and(|length| (length - reach).abs() > WRITTEN_MM) {
-            return Err(contradicts(span, format!("the line is {reach:.4} mm long, and LEN says otherwise")));
+            return Err(contradicts(span, format!("the line is {reach:.4} mm long, but LEN gives another length")));
         }
         self.free_goal(to, None, span)
     }
@@ -350,7 +350,8 @@ impl Interpreter {
             circle
         };
         if data.radius.is_some_and(|radius| (radius - circle.signed.abs()).abs() > WRITTEN_MM) || circle.signed == 0.0 {
-            let message = format!("the start lies {:.4} mm from the center, and R says otherwise", circle.signed.abs());
+            let message =
+                format!("the start lies {:.4} mm from the center, but R gives another radius", circle.signed.abs());
             return Err(contradicts(span, message));
         }
         if end.is_some_and(|end| (way(circle.center, end) - circle.signed.abs()).abs() > WRITTEN_MM) {

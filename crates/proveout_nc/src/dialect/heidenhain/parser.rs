@@ -312,7 +312,7 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
         (b'N' | b'T', b'X' | b'Y' | b'Z') => {
             if path != Path::Normal {
                 return Err(Fault::new(codes::CONFLICT, Span::new(start, start + 2), "a vector in a block without LN")
-                    .help("write LN, or take the vector out"));
+                    .help("write LN, or remove the vector"));
             }
             x.set_pos(start + 2);
             let value = x.need(start)?;

@@ -509,7 +509,7 @@ fn g_code(value: f64, span: Span) -> Result<u32, Fault> {
     if (value * 10.0 - tenths).abs() < 1e-6 && (0.0..=9999.0).contains(&tenths) {
         return Ok(tenths as u32);
     }
-    Err(Fault::new(codes::BAD_VALUE, span, format!("G{value} is no G word"))
+    Err(Fault::new(codes::BAD_VALUE, span, format!("G{value} is not a G word"))
         .help("write a G word of the coverage table"))
 }
 
@@ -548,7 +548,7 @@ fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
     }
     let help = match letter {
         b'R' => "a rounding has a comma before it, `,R2`, and the radius of an arc needs G2 or G3; else remove it",
-        _ => "take it out, or write the G word that it belongs to",
+        _ => "remove it, or write the G word that it belongs to",
     };
     Fault::new(codes::UNKNOWN_WORD, span, format!("`{text}` has no meaning in this block")).help(help)
 }

@@ -157,7 +157,7 @@ impl Interpreter {
                 b'G' | b'N' | b'O' => continue,
                 b'M' if caller.is_some_and(|caller| caller == format!("M{value}")) => continue,
                 b'P' if caller.is_some() => {
-                    return Err(Fault::new(codes::ARGUMENTS, word.span, "P is no argument of a macro")
+                    return Err(Fault::new(codes::ARGUMENTS, word.span, "P is not an argument of a macro")
                         .help("pass the value with another letter"));
                 }
                 b'P' => {
@@ -283,7 +283,7 @@ impl Interpreter {
     pub(crate) fn return_from_o_sub(&mut self, value: Option<f64>, span: Span) -> Result<(), Fault> {
         if self.stack.last().is_none_or(|level| level.own.kind != CallKind::OSub) {
             return Err(
-                Fault::new(codes::STRUCTURE, span, "no subprogram of O words is running here").help("take it out")
+                Fault::new(codes::STRUCTURE, span, "no subprogram of O words is running here").help("remove it")
             );
         }
         self.leave(span)?;
@@ -441,7 +441,7 @@ pub(super) fn missing(name: &str, flavor: Flavor, span: Span) -> Fault {
         Flavor::LinuxCnc => "linuxcnc-2.9",
         Flavor::Fanuc | Flavor::Haas => "haas-ngc",
     };
-    Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
+    Fault::new(codes::SUBPROGRAM, span, format!("subprogram `{name}` not found"))
         .help(format!(
             "put {name} into the file of the program, or as a file into its folder; where it stays on the control, as probing does, a file for \
              --control leaves it out: inherits = \"{control}\" (the control's name), subprograms = {{ missing = \"note\", missing_reason = \"probing\" }}"

@@ -344,7 +344,7 @@ impl Interpreter {
                     span,
                     format!("`L{orientation}` (orientation of a turning tool) is not supported"),
                 )
-                .help("take it out"));
+                .help("remove it"));
             }
             self.tell_compensation(None, Some(0.5 * diameter));
             return Ok(());

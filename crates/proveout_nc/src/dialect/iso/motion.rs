@@ -69,7 +69,7 @@ impl Interpreter {
         let times = whole(p.take(b'L').unwrap_or(1.0), "L", MOST_REPEATS, span)?;
         if times == 0 || times > 1 && p.corner_waits_in_block() {
             let message = "L repeats the motion at least once, and not with a chamfer or rounding";
-            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write L2 or more, or take L out"));
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write L2 or more, or remove L"));
         }
         Ok(times)
     }

@@ -342,7 +342,7 @@ fn taps(s: &Scanner<'_>, line: &str) -> bool {
 fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
     let shown = s.peek_char().unwrap_or(' ');
     let (code, help) = match shown {
-        c if c.is_control() => (codes::SYNTAX, "take the control character out"),
+        c if c.is_control() => (codes::SYNTAX, "remove the control character"),
         ',' if s.peek_at(1).is_ascii_digit() => (codes::SYNTAX, "decimal comma? write a decimal point"),
         ',' if flavor.is_linuxcnc() => {
             (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3")
@@ -350,7 +350,7 @@ fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
         ',' => (codes::UNSUPPORTED_WORD, "`,C` and `,R` are read; write other points with their coordinates"),
         '@' | '^' => (codes::UNSUPPORTED_WORD, "program the point with X and Y"),
         '/' => (codes::UNSUPPORTED_WORD, "write `/` at the start of a block, and what it skips in a block of its own"),
-        _ => (codes::SYNTAX, "take it out"),
+        _ => (codes::SYNTAX, "remove it"),
     };
     let shown = if shown.is_control() { shown.escape_default().to_string() } else { shown.to_string() };
     Fault::new(code, s.here(), format!("`{shown}` has no meaning here for the {} reader", flavor.name())).help(help)

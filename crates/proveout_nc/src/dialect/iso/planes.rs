@@ -192,7 +192,7 @@ fn angles(p: &mut Pending) -> [f64; 3] {
 }
 
 fn unknown_form(form: f64, span: Span) -> Fault {
-    Fault::new(codes::BAD_VALUE, span, format!("G68.2 P{form} is no form of a plane")).help("write P0 to P4")
+    Fault::new(codes::BAD_VALUE, span, format!("G68.2 P{form} is not a way to define a plane")).help("write P0 to P4")
 }
 
 /// The frame with this origin and these directions of x and z, which are square to each other.

@@ -191,7 +191,7 @@ impl Interpreter {
             return Err(wrong(span, "@ and ^ outside of the plane G17", "write the point with its axes"));
         }
         if p.has_polar() && (p.has(b'X') || p.has(b'Y')) {
-            return Err(wrong(span, "X or Y together with a polar radius or angle", "write one of both"));
+            return Err(wrong(span, "X or Y together with a polar radius or angle", "write one of the two"));
         }
         if let Some(length) = p.g(Group::ToolLength).filter(|code| matches!(code, 431 | 432) && axes)
             && let Some(motion) = p.g(Group::Motion).filter(|code| *code != 800)
@@ -261,7 +261,7 @@ impl Interpreter {
                 Err(wrong(span, "G53 needs a motion with G0 or G1", "write G0 or G1 with G53, and its axes"))
             }
             Some(530) if p.g(Group::Distance).map_or(self.modal.incremental, |code| code == 910) => {
-                let message = "G53 under G91: the control refuses it, whether it is meant as a place or as a way";
+                let message = "G53 under G91: the control refuses both a position and an increment";
                 Err(wrong(span, message, "write G90 G53"))
             }
             _ => Ok(()),
@@ -290,7 +290,7 @@ impl Interpreter {
             return Err(wrong(span, "R with G10 L20", "write R with G10 L2"));
         }
         if (list == 2.0 || list == 20.0) && p.any_free(b"IJQ") {
-            return Err(wrong(span, "I, J and Q of G10 belong to tools", "take them out"));
+            return Err(wrong(span, "I, J and Q of G10 belong to tools", "remove them"));
         }
         Ok(())
     }
@@ -341,9 +341,9 @@ impl Interpreter {
                     .chain(rule.functions.iter().map(|m| format!("M{m}")))
                     .collect();
                 let help = if words.is_empty() {
-                    "take it out".to_owned()
+                    "remove it".to_owned()
                 } else {
-                    format!("take it out; it goes with {}", words.join(", "))
+                    format!("remove it; it goes with {}", words.join(", "))
                 };
                 return Err(Fault::new(codes::UNKNOWN_WORD, span, message).help(help));
             }
@@ -418,7 +418,7 @@ impl Interpreter {
             20 | 30 => return self.arc_rules(p, &name, span),
             330 | 331 => {
                 if p.has(b'F') {
-                    return Err(wrong(span, format!("F with {name}, whose feed is K"), "take F out"));
+                    return Err(wrong(span, format!("F with {name}, whose feed is K"), "remove F"));
                 }
                 if !p.has(b'K') {
                     return Err(Fault::new(codes::MISSING_VALUE, span, format!("{name} has no K"))
@@ -481,7 +481,7 @@ impl Interpreter {
             }
         }
         if p.peek(b'L') == Some(0.0) {
-            return Err(wrong(span, format!("{name} is to be done no times (L0)"), "take L out"));
+            return Err(wrong(span, format!("L0 repeats {name} zero times"), "remove L"));
         }
         let turns_wrongly = match code {
             740 => turns == SpindleDirection::Clockwise,

@@ -175,7 +175,7 @@ impl Interpreter {
             return match passes {
                 None => Ok(()),
                 Some(_) => Err(Fault::new(codes::CONFLICT, span, format!("`{}` does not take `P`", call.name))
-                    .help("take P out, or write the cycle once for each pass")),
+                    .help("remove P, or write the cycle once for each pass")),
             };
         }
         if self.call_subprogram(call, passes.unwrap_or(1), span)? {

@@ -119,7 +119,7 @@ impl Interpreter {
             Named::Labels(first, last) => (first.clone(), last.clone()),
         };
         let missing = |what: &str| {
-            Fault::new(codes::SUBPROGRAM, span, format!("the contour `{}` is not there: {what}", named.text()))
+            Fault::new(codes::SUBPROGRAM, span, format!("contour `{}` not found: {what}", named.text()))
                 .help("put it into the folder of the program as a subprogram, or between two labels of this program")
         };
         let Some(level) = self.stack.last() else { return Err(missing("no program runs")) };

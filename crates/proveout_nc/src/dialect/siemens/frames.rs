@@ -48,7 +48,7 @@ impl Interpreter {
         }
         if !matches!(word, FrameWord::Trans | FrameWord::ATrans) && p.programmed >> 3 != 0 {
             return Err(Fault::new(codes::BAD_VALUE, span, format!("`{}` takes X, Y and Z", word.name()))
-                .help("take the other axes out"));
+                .help("remove the other axes"));
         }
         if p.programmed >> 6 != 0 {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "offsets of U, V and W are not supported")

@@ -34,7 +34,7 @@ impl Interpreter {
         let is_arc = !is_thread && !matches!(interpolation, Interpolation::Rapid | Interpolation::Linear);
         if is_thread && (p.has_orientation() || p.radius.is_some() || p.opening.is_some()) {
             return Err(Fault::new(codes::CONFLICT, span, "words of an arc or a tool vector in a thread block")
-                .help("take them out"));
+                .help("remove them"));
         }
         if !is_arc && !is_thread && (p.has_center() || p.radius.is_some() || p.opening.is_some()) {
             return Err(Fault::new(codes::CONFLICT, span, "words of an arc in a block without G2 or G3")
@@ -82,7 +82,7 @@ impl Interpreter {
         }
         let (message, help) = match self.modal.feed_mode {
             super::modal::FeedMode::InverseTime => {
-                ("G93 needs F in every block with a motion in feed", "write F in this block")
+                ("G93 needs F in every block with a feed motion", "write F in this block")
             }
             _ => ("the motion has no feed", "write F before or in this block"),
         };

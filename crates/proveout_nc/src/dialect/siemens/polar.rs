@@ -22,7 +22,7 @@ impl Interpreter {
         let [u, v, _] = self.modal.plane_axes();
         if !matches!(self.modal.interpolation, Interpolation::Linear | Interpolation::Rapid) || p.machine {
             return Err(Fault::new(codes::CONFLICT, span, "ANG= is the angle of a straight line in work coordinates")
-                .help("write G1, or take ANG= out"));
+                .help("write G1, or remove ANG="));
         }
         let (given, other) = match [u, v].map(|axis| p.axes[axis].is_some()) {
             [true, false] => (u, v),

@@ -112,11 +112,11 @@ impl Interpreter {
         }
         if p.has_center() || p.radius.is_some() || p.opening.is_some() || !p.polynomial.iter().all(Option::is_none) {
             return Err(
-                Fault::new(codes::CONFLICT, span, "words of an arc or a polynomial in a spline").help("take them out")
+                Fault::new(codes::CONFLICT, span, "words of an arc or a polynomial in a spline").help("remove them")
             );
         }
         if p.chamfer.is_some() || p.chamfer_leg.is_some() || p.corner_radius.is_some() {
-            return refused("a chamfer or rounding in a spline", "take it out");
+            return refused("a chamfer or rounding in a spline", "remove it");
         }
         if !p.has_axis() {
             return Ok(());
@@ -134,7 +134,7 @@ impl Interpreter {
             .help("write PW=1"));
         }
         if kind != SplineKind::Basis && (p.weight.is_some() || p.interval.is_some()) {
-            return Err(Fault::new(codes::CONFLICT, span, "PW and PL belong to BSPLINE").help("take them out"));
+            return Err(Fault::new(codes::CONFLICT, span, "PW and PL belong to BSPLINE").help("remove them"));
         }
         if p.interval.is_some_and(|interval| !(interval >= 0.0 && interval.is_finite())) {
             return Err(Fault::new(codes::BAD_VALUE, span, "the interval PL must not be negative").help("write PL=1"));

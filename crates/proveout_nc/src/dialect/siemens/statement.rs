@@ -62,7 +62,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result
         "WHEN" | "WHENEVER" | "EVERY" => {
             let message = format!("`{name}` (a synchronized action) is not supported");
             return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
-                .help("take the synchronized action out; the twin has no signals that it could wait for"));
+                .help("remove the synchronized action; the twin has no signals that it could wait for"));
         }
         _ => return Ok(None),
     }))

@@ -42,7 +42,9 @@ impl Interpreter {
         let plane = self.modal.plane_axes();
         let refuse = |message: &str, help: &str| Err(Fault::new(codes::CONFLICT, span, message).help(help));
         if !angle.is_finite() {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("ANG={angle} is no angle")).help("write degrees"));
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, format!("ANG={angle} is not a valid angle")).help("write degrees")
+            );
         }
         let circle =
             p.has_center() || p.intermediate.iter().any(Option::is_some) || p.radius.is_some() || p.opening.is_some();

@@ -190,11 +190,11 @@ impl Interpreter {
         };
         let kind = kind.name();
         let message = if kind.is_empty() {
-            format!("nothing in this block takes {word}")
+            format!("no word in this block takes {word}")
         } else {
-            format!("{kind} nothing in this block takes {word}")
+            format!("{kind} no word in this block takes {word}")
         };
-        Err(Fault::new(codes::CONFLICT, span, message).help("take it out, or write the word that it belongs to"))
+        Err(Fault::new(codes::CONFLICT, span, message).help("remove it, or write the word that it belongs to"))
     }
 
     /// Refuses I, J or K in addition to that of the thread.

@@ -85,7 +85,7 @@ impl Interpreter {
             return Ok(());
         }
         let missing = |name: &str| {
-            Fault::new(codes::JUMP_TARGET, span, format!("the label `{name}` of the repetition is not in this program"))
+            Fault::new(codes::JUMP_TARGET, span, format!("the program has no label `{name}` for the repetition"))
                 .help("write the label with a colon")
         };
         let from = self
