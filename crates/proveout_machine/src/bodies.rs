@@ -37,8 +37,7 @@ pub(crate) fn read_bodies(
                     "machine-model",
                     &[Key("model")],
                     message,
-                    "name a .glb file in the folder of \
-                    machine.toml",
+                    "name a .glb file in the folder of machine.toml",
                 )
             })?;
             Some(model)
@@ -59,7 +58,7 @@ pub(crate) fn read_bodies(
             Some(&[r, g, b]) => [r, g, b, 255],
             Some(&[r, g, b, a]) => [r, g, b, a],
             Some(other) => {
-                let message = format!("a color has three numbers, not {}", other.len());
+                let message = format!("a color has 3 or 4 numbers, not {}", other.len());
                 return Err(source.error("machine-color", &at("color"), message, "write red, green, blue, 0 to 255"));
             }
         };

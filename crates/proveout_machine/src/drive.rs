@@ -73,15 +73,15 @@ pub(crate) struct DriveFile {
     pub(crate) backlash_mm: Option<f64>,
     /// Lost motion between motor and load of a rotary joint.
     pub(crate) backlash_deg: Option<f64>,
-    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale on the load side). Required
-    /// with backlash or elasticity.
+    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale on the load side).
+    /// Required with backlash or elasticity.
     pub(crate) encoder: Option<EncoderFile>,
     /// Natural frequency of the load on the held motor.
     pub(crate) elastic_frequency_hz: Option<f64>,
     /// Damping ratio of that oscillation, 0 to 1; required together with the frequency.
     pub(crate) elastic_damping: Option<f64>,
-    /// Motor, screw and gear of a linear joint, as a mass at the joint; required together with the elastic frequency. Moves in
-    /// addition to the mass of the joint.
+    /// Motor, screw and gear of a linear joint, as a mass at the joint; required together with the elastic frequency.
+    /// Moves in addition to the mass of the joint.
     pub(crate) motor_mass_kg: Option<f64>,
     /// Motor and gear of a rotary joint, as an inertia at the joint.
     pub(crate) motor_inertia_kg_m2: Option<f64>,

@@ -179,8 +179,8 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         let _ = writeln!(w, "\n[joint.source]\n\"*\" = \"LinuxCNC INI file\"\n\n[joint.chosen]");
         let _ = writeln!(
             w,
-            "carries = \"the file does not say what the axis carries\"\nsense = \"ISO 841: a table moves against \
-             its axis\""
+            "carries = \"the file does not say what the axis carries\"\nsense = \"ISO 841: a table moves against its \
+             axis\""
         );
         if rotary {
             let _ = writeln!(w, "point_mm = \"the file does not give the position of the axis\"");
@@ -209,12 +209,12 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
     let text = format!(
         "# Made from the INI file of a LinuxCNC configuration, as a start. What the file does not give is marked \
          `chosen`.\n\nname = \"{quoted}\"\ndescription = \"LinuxCNC configuration; places, sides and the table are \
-         chosen\"\nup = [0, 0, 1]\n{joints}\n[spindle]\non = \"{last_tool}\"\norigin_mm = [0, 0, 0]\ndirection = \
-         [0, 0, 1]\n{speed}start_time_s = 2\n\n[spindle.chosen]\n\"*\" = \"not in the file\"\n\n[table]\non = \
+         chosen\"\nup = [0, 0, 1]\n{joints}\n[spindle]\non = \"{last_tool}\"\norigin_mm = [0, 0, 0]\ndirection = [0, \
+         0, 1]\n{speed}start_time_s = 2\n\n[spindle.chosen]\n\"*\" = \"not in the file\"\n\n[table]\non = \
          \"{last_table}\"\npoint_mm = [{}, {}, {floor}]\nnormal = [0, 0, 1]\n\n[table.chosen]\n\"*\" = \"the file \
          does not give the position of the table: the middle of X and Y, at the lowest position of \
-         Z\"\n\n[control]\nfile = \"linuxcnc-2.9\"\ncycle_time_ms = {cycle}\nblock_time_ms = 0\ntool_change_time_s \
-         = 10\nrapid_mode = \"straight\"\ndefault_tolerance_mm = 0.01\n\n[control.source]\ncycle_time_ms = \
+         Z\"\n\n[control]\nfile = \"linuxcnc-2.9\"\ncycle_time_ms = {cycle}\nblock_time_ms = 0\ntool_change_time_s = \
+         10\nrapid_mode = \"straight\"\ndefault_tolerance_mm = 0.01\n\n[control.source]\ncycle_time_ms = \
          \"SERVO_PERIOD of the file, 1 ms where it has none\"\n\n[control.chosen]\n\"*\" = \"not in the file\"\n",
         middle('X'),
         middle('Y'),

@@ -71,10 +71,8 @@ pub(crate) fn read_pairs(
         };
         let attached = [known(one)?, known(other)?];
         if attached[0] == attached[1] {
-            let message = format!(
-                "{one:?} and {other:?} are attached to the same joint and never move against each \
-                                   other"
-            );
+            let message =
+                format!("{one:?} and {other:?} are attached to the same joint and never move against each other");
             return fault("bodies", message, "leave the pair out");
         }
         if rules.iter().any(|r| r.is_of(one, other)) {

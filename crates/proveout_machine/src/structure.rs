@@ -22,7 +22,7 @@ pub(crate) fn chain_to(
     };
     while let Some(j) = next {
         if chain.contains(&j) {
-            let message = format!("joint {} is its own parent: its parents form a loop", joints[j].name);
+            let message = format!("joint {} is its own ancestor: the parents form a loop", joints[j].name);
             let path = [Key("joint"), Item(j), Key("parent")];
             return Err(source.error("machine-loop", &path, message, "give one joint of the loop the parent base"));
         }
@@ -45,7 +45,7 @@ pub(crate) fn check_kinematics(source: &Document<'_>, joints: &[Joint], chain: &
             let mut seen = vec![j];
             while let Some(parent) = joints[seen[seen.len() - 1]].parent {
                 if seen.contains(&parent) {
-                    let message = format!("joint {} is its own parent: its parents form a loop", joints[j].name);
+                    let message = format!("joint {} is its own ancestor: the parents form a loop", joints[j].name);
                     let path = [Key("joint"), Item(j), Key("parent")];
                     return Err(source.error(
                         "machine-loop",

@@ -98,7 +98,7 @@ impl fmt::Display for NotRun {
             NotRunKind::Program(name) => write!(f, " {is} not run: {belongs} to another main program, {name}"),
             NotRunKind::Subprogram(name) => write!(f, " {is} not run: nothing calls {name}"),
             NotRunKind::MissingSubprogram(name) => {
-                write!(f, " {belongs} to a call that is left out: {name} is not there")
+                write!(f, " {belongs} to a call that is left out: {name} was not found")
             }
             NotRunKind::Branch => write!(f, " {is} not run: conditions and jumps lead around"),
             NotRunKind::Outside => write!(f, " {is} not read: outside of the two `%` of the program"),

@@ -187,7 +187,7 @@ fn spoken(dialect: Dialect, source: &Source, settings: &Settings) -> Result<Dial
     Err(Diagnostics::from(Diagnostic {
         code: codes::DIALECT,
         message: format!(
-            "{} is to be read as {}, and the control \"{}\" speaks {}",
+            "{} is to be read as {}, but the dialect of the control \"{}\" is {}",
             source.name,
             dialect.name(),
             control.name(),

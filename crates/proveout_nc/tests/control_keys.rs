@@ -702,7 +702,7 @@ fn a_control_reads_programs_of_its_language_only() {
     let mut settings = Settings::of_control(Control::find("fanuc-30i", None).unwrap());
     settings.dialect = proveout_nc::Dialect::Siemens840d;
     let fault = Program::from_text("p.mpf", "G0 X1\nM30\n", &settings).unwrap_err();
-    assert!(fault.to_string().contains("speaks fanuc"), "{fault}");
+    assert!(fault.to_string().contains("is fanuc"), "{fault}");
 }
 
 #[test]

@@ -236,8 +236,7 @@ impl ToolDraft {
                 let reason = if held > 0.0 {
                     format!("no projection is given: {BEHIND_FLUTES_MM} mm more than the flute length")
                 } else {
-                    "no length to the gauge line is given: a usual one; measure yours before you rely on the travel \
-                     check"
+                    "no length to the gauge line is given: a usual one; measure yours before you trust travel limits"
                         .into()
                 };
                 self.choose(&["gauge_length_mm"], reason);

@@ -187,8 +187,8 @@ pub(crate) struct SegmentEntry {
     pub(crate) center_mm: Option<[f64; 2]>,
 }
 
-/// Edges of the teeth, which are equally spaced: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from tip to
-/// holder. Arcs of the cutter's outline are the edges unless inserts are given.
+/// Edges of the teeth, which are equally spaced: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from
+/// tip to holder. Arcs of the cutter's outline are the edges unless inserts are given.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EdgesEntry {

@@ -84,7 +84,7 @@ impl Tree {
     fn a_loop(source: &Source<'_>, robot: &Robot, joint: usize) -> InputError {
         match robot.joints.get(joint) {
             Some(j) => {
-                let message = format!("joint {} is its own parent: the joints form a loop", shown(&j.name));
+                let message = format!("joint {} is its own ancestor: the joints form a loop", shown(&j.name));
                 source.at(&j.place, message, "leave one link of the loop without a parent joint")
             }
             None => source.whole("the robot has no root", "name a URDF file with links and joints"),

@@ -67,8 +67,8 @@ pub(super) fn machine(source: &Source<'_>, robot: &Robot, kinematics: &str, sect
     let model = if sections.has_model { "model = \"model.glb\"\n" } else { "" };
     format!(
         "# Made from the URDF file {file}, as a start. What the file does not give is marked `chosen`.\n# Machine \
-         coordinates: the frame of the root link, all joints at zero. Up is its z, as ROS has it (REP 103).\n\nname \
-         = {}\ndescription = \"from URDF; letters, sides, home and times are chosen\"\nup = [0, 0, \
+         coordinates: the frame of the root link, all joints at zero. Up is its z, as ROS has it (REP 103).\n\nname = \
+         {}\ndescription = \"from URDF; letters, sides, home and times are chosen\"\nup = [0, 0, \
          1]\n{model}{kinematics}{}",
         quoted(&robot.name),
         sections.bodies

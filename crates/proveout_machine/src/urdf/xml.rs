@@ -49,8 +49,7 @@ fn refused(source: &Source<'_>, error: &Error) -> InputError {
         ),
         Error::NodesLimitReached => source.whole(
             format!("the file has more than {MAX_NODES} elements"),
-            "leave out all elements that are \
-                not the machine",
+            "leave out all elements that are not the machine",
         ),
         Error::UnclosedRootNode | Error::UnexpectedEndOfStream => {
             at(end, "the file ends before its elements are closed", "save it whole")

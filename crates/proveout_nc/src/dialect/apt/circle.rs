@@ -48,8 +48,7 @@ impl AptReader {
                         return Err(value.place.bad(
                             codes::BAD_VALUE,
                             message,
-                            "reverse the normal for the opposite \
-                            direction",
+                            "reverse the normal for the opposite direction",
                         ));
                     }
                     angle = Some(degrees.to_radians());

@@ -375,10 +375,7 @@ impl Interpreter {
             return Err(Fault::new(
                 codes::MISSING_VALUE,
                 span,
-                format!(
-                    "{name} has no D, and no D was programmed \
-                before it"
-                ),
+                format!("{name} has no D, and no D was programmed before it"),
             )
             .help("write D1"));
         }

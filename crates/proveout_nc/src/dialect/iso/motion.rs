@@ -92,8 +92,8 @@ impl Interpreter {
         self.modal.motion = Some(MotionMode::Rapid);
         self.modal.motion_code = 0;
         self.assume(
-            "no G0 or G1 before the first axis word: it is read as G0, which is in force at power-on unless \
-                     the control is set up to begin with G1",
+            "no G0 or G1 before the first axis word: it is read as G0, which is in force at power-on unless the \
+             control is set up to begin with G1",
         );
     }
 

@@ -292,8 +292,8 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                     if opens && matches!(found, Statement::IfGoto(..) | Statement::IfThen(..)) {
                         block.behind = Some(found);
                     } else if block.statement.replace(found).is_some() {
-                        let message = "a second statement in one block: the manual does not say how the control \
-                                       runs both";
+                        let message = "a second statement in one block: the manual does not say how the control runs \
+                                       both";
                         return Err(Fault::new(codes::CONFLICT, s.span_from(at), message)
                             .help("write it in a block of its own"));
                     }

@@ -163,8 +163,8 @@ fn haas(code: u32) -> Class {
         600 => Class::Refused("program the approach from one side with G0"),
         700 | 710 => Class::Known(Group::OneShot),
         720 => Class::Refused(
-            "the manual does not say whether the first hole is at the current tool position: program the holes with \
-             X and Y",
+            "the manual does not say whether the first hole is at the current tool position: program the holes with X \
+             and Y",
         ),
         870 | 880 => Class::Refused(MANUAL_RETRACT),
         1020 => Class::Refused("remove the output to the serial port"),

@@ -96,8 +96,8 @@ impl Interpreter {
         let width = words.above_zero(9, "infeed width")?;
         self.assume(
             "CYCLE61: lengths where AMODE has 0 in its thousands and ten thousands, corners where it has 1; lines \
-             reach SC beyond the surface; in both directions the tool goes on outside the surface at the feed; in \
-             one direction it comes back SC above the depth",
+             reach SC beyond the surface; in both directions the tool goes on outside the surface at the feed; in one \
+             direction it comes back SC above the depth",
         );
         let mut heights = words.heights_by_mode(words.digit(15, 1.0)?)?;
         heights.second = words.need(0, "retraction plane")?;
