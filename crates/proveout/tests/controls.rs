@@ -241,7 +241,7 @@ fn forms_of_real_programs_are_read_as_they_are_typed() {
     read("router.nc", "$H\nG21 G90\nG0 X1 Y2 Z3\nM2\n", &["--control", "grbl-1.1"], &["\"machine_coordinates\":true"]);
     // What is not published, or not there, is refused by name, at its place.
     for (name, text, says) in [
-        ("contour.mpf", "G0 X0 Y0 Z5\nCYCLE72(\"K\",5,0,1,-5)\nM30\n", "is not there"),
+        ("contour.mpf", "G0 X0 Y0 Z5\nCYCLE72(\"K\",5,0,1,-5)\nM30\n", "contour `K` not found"),
         ("contour.h", "0 BEGIN PGM A MM\n1 CYCL DEF 14.0 CONTOUR\n2 END PGM A MM\n", "is not published"),
         ("router.nc", "G21\n$J=G91X1F100\nM2\n", "begins a line of a grbl"),
     ] {

@@ -195,7 +195,7 @@ fn harmless_text_that_is_not_run_is_a_note_with_its_lines() {
         assert!(told.contains(words) && told.contains("note: "), "{name}: {told}");
     }
     // Nothing of the text is told where all of it is run, or is no text of the program; which control is read for, is.
-    let fanuc = "no word tells the control: read as Fanuc";
+    let fanuc = "no word identifies the control: read as Fanuc";
     for (name, text, note) in [
         ("heads.ngc", "g21 g90\nO100\ng0 x1\nm2\n", None),
         ("all.nc", "%\nO1 (PART)\nG21 G0 X1.\nM98 P2\nM30\nO2\nG0 X2.\nM99\n%\n", Some(fanuc)),

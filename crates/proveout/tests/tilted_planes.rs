@@ -227,7 +227,7 @@ fn plane_move_turns_the_tool_about_the_point_ahead_of_its_tip() {
     let shop =
         Shop::new(&machine(18_000), "heidenhain", "", &program("6 PLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN DIST20 FMAX"));
     let (code, told) = shop.call("run . --out result --rerun off");
-    assert!(code == Some(2) && told.contains("DIST stands without MOVE") && told.contains("main.h:7:"), "{told}");
+    assert!(code == Some(2) && told.contains("DIST without MOVE") && told.contains("main.h:7:"), "{told}");
 }
 
 /// F9999 of an old program: a feed that is told, or rapid traverse where the control file says so.

@@ -164,7 +164,12 @@ pub(crate) fn finite_vector(source: &Document<'_>, path: &[Step<'_>], v: [f64; 3
     if v.iter().all(|x| x.is_finite()) {
         return Ok(Vector::from(v));
     }
-    Err(source.error("machine-not-finite", path, format!("{v:?} is no place"), "write three finite numbers"))
+    Err(source.error(
+        "machine-not-finite",
+        path,
+        format!("{v:?} is not a valid position"),
+        "write three finite numbers",
+    ))
 }
 
 pub(crate) fn unit(source: &Document<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
@@ -278,7 +283,7 @@ fn read_trust(source: &Document<'_>, content: &MachineFile) -> Checked<Vec<Trust
                 if key != "*" && !keys.contains(key) {
                     let mut at = path.clone();
                     at.extend([Key(word), Key(key)]);
-                    let message = format!("the note is about {key}, which this table does not have");
+                    let message = format!("the note names {key}, which this table does not have");
                     return Err(source.error("input-unknown-key", &at, message, "name a key of the same table, or *"));
                 }
                 all.push(Trust { key: format!("{name}.{key}"), chosen: is_chosen, note: note.clone() });

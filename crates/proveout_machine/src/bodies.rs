@@ -37,7 +37,12 @@ pub(crate) fn read_bodies(
         Some(name) => {
             let path = source.file().with_file_name(name);
             let model = Model::read(&path).map_err(|message| {
-                source.error("machine-model", &[Key("model")], message, "name a .glb file beside machine.toml")
+                source.error(
+                    "machine-model",
+                    &[Key("model")],
+                    message,
+                    "name a .glb file in the folder of machine.toml",
+                )
             })?;
             Some(model)
         }
@@ -57,7 +62,7 @@ pub(crate) fn read_bodies(
             Some(&[r, g, b]) => [r, g, b, 255],
             Some(&[r, g, b, a]) => [r, g, b, a],
             Some(other) => {
-                let message = format!("{} numbers are no color", other.len());
+                let message = format!("a color has 3 or 4 numbers, not {}", other.len());
                 return Err(source.error("machine-color", &at("color"), message, "write red, green, blue, 0 to 255"));
             }
         };

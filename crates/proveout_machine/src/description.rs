@@ -30,7 +30,7 @@ pub(crate) struct MachineFile {
     /// Where control and programs count X, Y and Z from. Everything else of the file counts as it is written, with either word.
     #[serde(default)]
     pub(crate) zero: ZeroFile,
-    /// glTF file with the meshes of bodies that name a node, beside machine.toml.
+    /// glTF file with the meshes of bodies that name a node, in the folder of machine.toml.
     pub(crate) model: Option<String>,
     /// Axes, in the order of tables and reports.
     #[serde(default)]
@@ -42,7 +42,7 @@ pub(crate) struct MachineFile {
     pub(crate) errors: Option<ErrorsFile>,
     /// The spindle.
     pub(crate) spindle: SpindleFile,
-    /// The surface that workpieces stand on.
+    /// The surface that workpieces are clamped on.
     pub(crate) table: TableFile,
     /// The control.
     pub(crate) control: ControlFile,
@@ -95,7 +95,7 @@ pub(crate) struct JointFile {
     pub(crate) name: String,
     /// linear or rotary.
     pub(crate) kind: KindFile,
-    /// tool or workpiece: what hangs on it.
+    /// tool or workpiece: what the joint carries.
     pub(crate) carries: CarriesFile,
     /// Joint that this one is mounted on, or base.
     pub(crate) parent: String,
@@ -136,7 +136,7 @@ pub(crate) struct JointFile {
     pub(crate) rapid_velocity_deg_s: Option<f64>,
     /// Velocity of rapid moves of a rotary joint, in revolutions.
     pub(crate) rapid_velocity_rev_min: Option<f64>,
-    /// Home position of a linear joint, in machine coordinates: where it stands when the program begins, and its first
+    /// Home position of a linear joint, in machine coordinates: its position when the program begins, and its first
     /// reference point (G28; G30 where no tool change position is stated).
     pub(crate) home_mm: Option<f64>,
     /// Home position of a rotary joint, likewise.

@@ -134,12 +134,12 @@ impl Machine {
                 "machine-model-node-unused",
                 "model",
                 format!("node {node:?} of the model has a mesh and belongs to no body, thus to no joint"),
-                "bind it with a [[body]] that names the node and its joint, or take it out of the model",
+                "bind it with a [[body]] that names the node and its joint, or remove it from the model",
             ));
         }
         let linear = self.linear_joints().len();
         if linear < 3 {
-            let message = format!("{linear} linear joints cannot bring the tip everywhere");
+            let message = format!("{linear} linear joints cannot move the tip in all directions");
             let remedy = "add the missing slides, if the machine has them";
             all.push(self.remark(Severity::Warning, "machine-few-linear-joints", "joint", message, remedy));
         } else if self.slide_volume() < FLAT_VOLUME {
@@ -184,8 +184,10 @@ impl Machine {
             let moves = self.bodies.iter().any(|b| self.moves(j, b.attached_to));
             if !self.bodies.is_empty() && !moves {
                 let key = format!("joint.{}", joint.name);
-                let message =
-                    format!("no body hangs on joint {}: pictures and collision checks do not show it", joint.name);
+                let message = format!(
+                    "no body is attached to joint {}: pictures and collision checks do not show it",
+                    joint.name
+                );
                 let remedy = "attach a [[body]] to it or to a joint beyond it";
                 all.push(self.remark(Severity::Warning, "machine-joint-without-body", key, message, remedy));
             }
@@ -295,7 +297,7 @@ impl Machine {
                     doubt(
                         "travel_deg",
                         message,
-                        "write degrees if these are radians; a joint that stands still is held = true",
+                        "write degrees if these are radians; for a joint that does not move, write held = true",
                     );
                 }
                 if !rotary && !(1.0..=50_000.0).contains(&range) {
@@ -333,7 +335,7 @@ impl Machine {
         }
         for table in tables.into_iter().filter(|t| !noted(t)) {
             let message = format!("no number of {table} has a note on where it comes from");
-            let remedy = "add a source or chosen table beside the numbers";
+            let remedy = "add a source or chosen table next to the numbers";
             all.push(self.remark(Severity::Warning, "machine-no-source", table, message, remedy));
         }
     }

@@ -42,10 +42,10 @@ pub(crate) struct DriveFile {
     pub(crate) velocity_bandwidth_hz: Option<f64>,
     /// Integral time Tn of the velocity loop; without it the loop is proportional.
     pub(crate) integral_time_ms: Option<f64>,
-    /// Part of the commanded velocity that is added behind the position loop, 0 to 1.
+    /// Part of the commanded velocity that is added after the position loop, 0 to 1.
     #[serde(default)]
     pub(crate) velocity_feed_forward: f64,
-    /// Part of the force for the commanded acceleration that is added behind the velocity loop, 0 to 1.
+    /// Part of the force for the commanded acceleration that is added after the velocity loop, 0 to 1.
     #[serde(default)]
     pub(crate) acceleration_feed_forward: f64,
     /// Highest force of a linear drive.
@@ -80,15 +80,15 @@ pub(crate) struct DriveFile {
     pub(crate) backlash_mm: Option<f64>,
     /// Lost motion between motor and load of a rotary joint.
     pub(crate) backlash_deg: Option<f64>,
-    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale behind them). Required
-    /// with backlash or elasticity.
+    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale on the load side).
+    /// Required with backlash or elasticity.
     pub(crate) encoder: Option<EncoderFile>,
     /// Natural frequency of the load on the held motor.
     pub(crate) elastic_frequency_hz: Option<f64>,
-    /// Damping ratio of that oscillation, 0 to 1; required beside the frequency.
+    /// Damping ratio of that oscillation, 0 to 1; required together with the frequency.
     pub(crate) elastic_damping: Option<f64>,
-    /// Motor, screw and gear of a linear joint, as a mass at the joint; required beside the elastic frequency. Moves in
-    /// addition to the mass of the joint.
+    /// Motor, screw and gear of a linear joint, as a mass at the joint; required together with the elastic frequency.
+    /// Moves in addition to the mass of the joint.
     pub(crate) motor_mass_kg: Option<f64>,
     /// Motor and gear of a rotary joint, as an inertia at the joint.
     pub(crate) motor_inertia_kg_m2: Option<f64>,
@@ -104,7 +104,7 @@ pub(crate) struct DriveFile {
 pub(crate) enum EncoderFile {
     /// On the motor, before backlash and elasticity.
     Motor,
-    /// On the load, behind them: scale or ring encoder.
+    /// On the load side: scale or ring encoder.
     Load,
 }
 
@@ -240,7 +240,7 @@ pub(crate) fn read_drive(
     );
     let stribeck_velocity = above_zero(key, value)?.map_or(0.0, |v| v * speed);
     if static_friction > coulomb_friction && stribeck_velocity == 0.0 {
-        let message = "static and dry friction differ, and nothing says at which velocity";
+        let message = "static and dry friction differ, but the velocity between them is not stated";
         return Err(source.error("machine-drive", &at(key), message, format!("add {key}")));
     }
     let (key, value) = pick(("backlash_mm", f.backlash_mm), ("backlash_deg", f.backlash_deg));
@@ -261,7 +261,7 @@ pub(crate) fn read_drive(
         }
     };
     if elastic.is_some() && motor_inertia.is_none() {
-        let message = "an elastic mode swings between motor and load, and the motor has no mass";
+        let message = "an elastic mode needs the mass of the motor";
         return Err(source.error("machine-drive", &at(motor_key), message, format!("add {motor_key}")));
     }
     let encoder = match f.encoder {
@@ -269,7 +269,7 @@ pub(crate) fn read_drive(
         Some(EncoderFile::Load) => Encoder::Load,
         None if backlash == 0.0 && elastic.is_none() => Encoder::Motor,
         None => {
-            let message = "with backlash or an elastic mode it matters where the position is measured";
+            let message = "with backlash or an elastic mode, state where the position is measured";
             let remedy = "add encoder = \"motor\" or encoder = \"load\"";
             return Err(source.error("machine-drive", &at("encoder"), message, remedy));
         }

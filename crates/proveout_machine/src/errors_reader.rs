@@ -90,7 +90,7 @@ fn checked_value(source: &Document<'_>, path: &[Step<'_>], component: usize, val
         return Ok(value);
     }
     let unit = if component < 3 { "mm" } else { "rad" };
-    let message = format!("an error of {value} {unit} is none: at most {limit} {unit} are taken");
+    let message = format!("an error of {value} {unit} is too large; the limit is {limit} {unit}");
     Err(source.error("machine-error-value", path, message, "check the unit, or correct the joint itself"))
 }
 
@@ -106,7 +106,7 @@ pub(crate) fn read_errors(source: &Document<'_>, file: &ErrorsFile, joints: &[Jo
         let (component, middle, factor) = parse(name).map_err(|why| wrong(&why))?;
         let joint_name = middle
             .strip_prefix('0')
-            .ok_or_else(|| wrong("errors that depend on the position stand in [[errors.table]]"))?;
+            .ok_or_else(|| wrong("write errors that depend on the position into [[errors.table]]"))?;
         let of = match joints.iter().position(|j| j.name == joint_name) {
             Some(j) => ErrorOf::Joint(j),
             None if joint_name == "S" => ErrorOf::Spindle,
@@ -122,7 +122,7 @@ pub(crate) fn read_errors(source: &Document<'_>, file: &ErrorsFile, joints: &[Jo
         };
         let entry = &mut errors.constant[place].components[component];
         if *entry != 0.0 {
-            return Err(wrong("the same error stands there in another unit"));
+            return Err(wrong("the same error is given in another unit as well"));
         }
         *entry = value;
     }
@@ -149,7 +149,7 @@ fn check_meaning(source: &Document<'_>, constant: &ConstantErrors, joints: &[Joi
     let (shift, _) = constant.parts();
     let along = joint.direction * joint.direction.dot(&shift);
     let (lost, message, remedy) = if joint.is_rotary() {
-        let message = format!("a shift along the axis of {} moves nothing", joint.name);
+        let message = format!("a shift along the axis of {} has no effect", joint.name);
         (along, message, "give the shift across the axis")
     } else {
         let message = format!("slide {} has a direction and no place across it", joint.name);
@@ -209,7 +209,7 @@ fn read_table(source: &Document<'_>, index: usize, file: &ErrorTableFile, joints
         }
         for (row, value) in components.iter_mut().zip(values) {
             if row[component] != 0.0 {
-                return Err(refuse("the same error stands there in another unit".into()));
+                return Err(refuse("the same error is given in another unit as well".into()));
             }
             row[component] = checked_value(source, &path, component, value * factor)?;
         }

@@ -83,7 +83,7 @@ pub enum KinematicsError {
         distance: f64,
     },
     /// A joint would pass its travel in every branch. The branch nearest to the previous position is reported.
-    #[error("joint {name} would stand at {} and its limit is {}", shown(*value, *rotary), shown(*limit, *rotary))]
+    #[error("joint {name} would be at {}, its limit is {}", shown(*value, *rotary), shown(*limit, *rotary))]
     OverTravel {
         /// Index of the joint.
         joint: usize,

@@ -24,7 +24,7 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
     let sense = match file.sense {
         Some(sense) if sense.abs() == 1.0 => sense,
         Some(sense) => {
-            let message = format!("{sense} is no sense of motion");
+            let message = format!("{sense} is not a valid sense");
             return Err(source.error("machine-sense", &at("sense"), message, "write 1 or -1"));
         }
         None if !rotary => 1.0,
@@ -54,11 +54,11 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
         && !(low < high && low.is_finite() && high.is_finite())
     {
         let [from, to] = if rotary { file.travel_deg } else { file.travel_mm }.unwrap_or([low, high]);
-        let message = format!("travel from {from} to {to} {unit_word} is upside down");
+        let message = format!("travel {from} to {to} {unit_word}: the lower end must be below the upper end");
         return Err(source.error("machine-limits-upside-down", &at(travel_key), message, "write the lower end first"));
     }
     if file.endless && (!rotary || travel.is_some()) {
-        let message = "endless stands beside end stops or on a linear joint";
+        let message = "`endless` together with end stops, or on a linear joint";
         let remedy = "an endless rotary joint has no travel; leave out one of the two";
         return Err(source.error("machine-endless", &at("endless"), message, remedy));
     }

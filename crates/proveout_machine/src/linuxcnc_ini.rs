@@ -73,7 +73,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
                 Some(v) => Ok(Some(v)),
                 None => Err(InputError::file(
                     file,
-                    format!("[{section}] {key} = {value:?} is no number"),
+                    format!("[{section}] {key} = {value:?} is not a number"),
                     "correct the value",
                 )
                 .with_line(*line)),
@@ -85,7 +85,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         "mm" | "metric" => 1.0,
         "in" | "inch" | "imperial" => INCH_MM,
         _ => {
-            let message = format!("[TRAJ] LINEAR_UNITS = {unit:?} is no unit");
+            let message = format!("[TRAJ] LINEAR_UNITS = {unit:?} is not a known unit");
             return Err(InputError::file(file, message, "write mm or inch").with_line(line));
         }
     };
@@ -107,7 +107,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         if !known.contains(&c) || !"XYZ".contains(c) {
             return Err(InputError::file(
                 file,
-                format!("{c} is no linear axis of the file"),
+                format!("{c} is not a linear axis of the file"),
                 "name letters of its linear axes: XY",
             ));
         }
@@ -129,7 +129,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         let either =
             |key: &str| -> Result<Option<f64>, InputError> { Ok(number(&axis, key)?.or(number(&joint, key)?)) };
         if "UVW".contains(c) {
-            notes.push(format!("axis {c} beside X, Y, Z is left out"));
+            notes.push(format!("axis {c} is left out: only X, Y, Z are taken"));
             continue;
         }
         let rotary = "ABC".contains(c);
@@ -181,10 +181,11 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         let _ = writeln!(w, "\n[joint.source]\n\"*\" = \"LinuxCNC INI file\"\n\n[joint.chosen]");
         let _ = writeln!(
             w,
-            "carries = \"the file does not tell what hangs on the axis\"\nsense = \"ISO 841: a table moves against its axis\""
+            "carries = \"the file does not say what the axis carries\"\nsense = \"ISO 841: a table moves against its \
+             axis\""
         );
         if rotary {
-            let _ = writeln!(w, "point_mm = \"the file does not tell where the axis lies\"");
+            let _ = writeln!(w, "point_mm = \"the file does not give the position of the axis\"");
         }
         *parent = c.to_string();
     }
@@ -208,13 +209,15 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         "the machine has no bodies: nothing is checked against it until they are drawn (machines/README.md)".into(),
     );
     let text = format!(
-        "# Made from the INI file of a LinuxCNC configuration, as a start. What the file does not tell is marked `chosen`.\n\n\
-         name = \"{quoted}\"\ndescription = \"LinuxCNC configuration; places, sides and the table are chosen\"\nup = [0, 0, 1]\n{joints}\n\
-         [spindle]\non = \"{last_tool}\"\norigin_mm = [0, 0, 0]\ndirection = [0, 0, 1]\n{speed}start_time_s = 2\n\n[spindle.chosen]\n\"*\" = \"the file does not \
-         tell it\"\n\n[table]\non = \"{last_table}\"\npoint_mm = [{}, {}, {floor}]\nnormal = [0, 0, 1]\n\n[table.chosen]\n\"*\" = \"the file does not tell where the table is: \
-         the middle of X and Y, at the lowest position of Z\"\n\n[control]\nfile = \"linuxcnc-2.9\"\ncycle_time_ms = {cycle}\nblock_time_ms = 0\n\
-         tool_change_time_s = 10\nrapid_mode = \"straight\"\ndefault_tolerance_mm = 0.01\n\n[control.source]\ncycle_time_ms = \"SERVO_PERIOD of the file, 1 ms where it has \
-         none\"\n\n[control.chosen]\n\"*\" = \"the file does not tell it\"\n",
+        "# Made from the INI file of a LinuxCNC configuration, as a start. What the file does not give is marked \
+         `chosen`.\n\nname = \"{quoted}\"\ndescription = \"LinuxCNC configuration; places, sides and the table are \
+         chosen\"\nup = [0, 0, 1]\n{joints}\n[spindle]\non = \"{last_tool}\"\norigin_mm = [0, 0, 0]\ndirection = [0, \
+         0, 1]\n{speed}start_time_s = 2\n\n[spindle.chosen]\n\"*\" = \"not in the file\"\n\n[table]\non = \
+         \"{last_table}\"\npoint_mm = [{}, {}, {floor}]\nnormal = [0, 0, 1]\n\n[table.chosen]\n\"*\" = \"the file \
+         does not give the position of the table: the middle of X and Y, at the lowest position of \
+         Z\"\n\n[control]\nfile = \"linuxcnc-2.9\"\ncycle_time_ms = {cycle}\nblock_time_ms = 0\ntool_change_time_s = \
+         10\nrapid_mode = \"straight\"\ndefault_tolerance_mm = 0.01\n\n[control.source]\ncycle_time_ms = \
+         \"SERVO_PERIOD of the file, 1 ms where it has none\"\n\n[control.chosen]\n\"*\" = \"not in the file\"\n",
         middle('X'),
         middle('Y'),
     );

@@ -71,7 +71,8 @@ pub(crate) fn read_pairs(
         };
         let attached = [known(one)?, known(other)?];
         if attached[0] == attached[1] {
-            let message = format!("{one:?} and {other:?} hang on the same joint and never move against each other");
+            let message =
+                format!("{one:?} and {other:?} are attached to the same joint and never move against each other");
             return fault("bodies", message, "leave the pair out");
         }
         if rules.iter().any(|r| r.is_of(one, other)) {
@@ -81,10 +82,10 @@ pub(crate) fn read_pairs(
         let care = match (pair.near_miss_mm, pair.check) {
             (Some(distance), None) if distance >= 0.0 && distance.is_finite() => PairCare::NearMiss(distance),
             (Some(distance), None) => {
-                return fault("near_miss_mm", format!("{distance} mm is no distance"), "write zero or more");
+                return fault("near_miss_mm", format!("{distance} mm is not a valid distance"), "write zero or more");
             }
             (None, Some(false)) if reason.is_empty() => {
-                return fault("check", "two bodies are left unchecked for no reason".into(), "say why in `reason`");
+                return fault("check", "two bodies are left unchecked without a reason".into(), "say why in `reason`");
             }
             (None, Some(false)) => PairCare::Unchecked,
             (None, Some(true)) => {
@@ -95,7 +96,7 @@ pub(crate) fn read_pairs(
             }
             (None, None) => {
                 let remedy = "write near_miss_mm, or check = false with a reason";
-                return fault("bodies", format!("nothing is said of {one:?} and {other:?}"), remedy);
+                return fault("bodies", format!("no rule is given for {one:?} and {other:?}"), remedy);
             }
         };
         rules.push(PairRule { bodies: pair.bodies.clone(), care, reason });
@@ -154,12 +155,12 @@ mod tests {
             (of(r#"["hose", "bed"]"#, "near_miss_mm = 2"), "not checked at all"),
             (of(r#"["rail", "bed"]"#, "near_miss_mm = 2"), "never move against each other"),
             (of(r#"["head", "holder"]"#, "near_miss_mm = 2"), "never move against each other"),
-            (of(two, "near_miss_mm = -1"), "-1 mm is no distance"),
-            (of(two, "check = false"), "for no reason"),
-            (of(two, "check = false\nreason = \"  \""), "for no reason"),
+            (of(two, "near_miss_mm = -1"), "-1 mm is not a valid distance"),
+            (of(two, "check = false"), "without a reason"),
+            (of(two, "check = false\nreason = \"  \""), "without a reason"),
             (of(two, "check = true"), "without a rule"),
             (of(two, "check = false\nnear_miss_mm = 1\nreason = \"x\""), "a distance, and whether"),
-            (of(two, "reason = \"x\""), "nothing is said"),
+            (of(two, "reason = \"x\""), "no rule is given"),
             (twice, "have a rule already"),
         ] {
             let said = machine(&text).expect_err(word);

@@ -91,7 +91,7 @@ pub struct Platform {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum PlatformError {
     /// A length is not finite or not positive.
-    #[error("a leg of {length} mm cannot be; lengths are distances between the joints of a leg")]
+    #[error("a leg length of {length} mm is impossible; lengths are distances between the joints of a leg")]
     Length {
         /// The length, mm.
         length: f64,

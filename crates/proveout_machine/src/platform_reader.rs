@@ -41,7 +41,7 @@ pub(crate) struct PlatformFile {
     pub(crate) moving_radius_mm: f64,
     /// Height of the moving circle over the fixed one with all joints at zero.
     pub(crate) height_mm: f64,
-    /// Unit vector from the middle to leg 1, at right angles to heave and tilt. Legs 2 and 3 stand at 120 degrees.
+    /// Unit vector from the middle to leg 1, at right angles to heave and tilt. Legs 2 and 3 are at 120 degrees.
     pub(crate) leg_1_direction: [f64; 3],
     /// The three legs; legs 2 and 3 move alike.
     #[serde(default)]
@@ -131,7 +131,7 @@ fn read_platform(source: &Document<'_>, index: usize, file: &PlatformFile, joint
     let heave = find("heave", &file.heave, false)?;
     let tilt = find("tilt", &file.tilt, true)?;
     if joints[tilt].parent != Some(heave) {
-        let message = format!("the tilt joint {} does not stand on the heave joint {}", file.tilt, file.heave);
+        let message = format!("the parent of the tilt joint {} is not the heave joint {}", file.tilt, file.heave);
         let remedy = format!("write parent = {:?} at joint {}", file.heave, file.tilt);
         return Err(source.error("machine-platform", &at("tilt"), message, remedy));
     }
@@ -142,8 +142,8 @@ fn read_platform(source: &Document<'_>, index: usize, file: &PlatformFile, joint
             return Ok(());
         }
         let angle = a.dot(b).clamp(-1.0, 1.0).acos().to_degrees();
-        let message = format!("{words} stand at {angle:.6} degrees");
-        Err(source.error("machine-platform", &at(key), message, "they must stand at right angles"))
+        let message = format!("{words} are at {angle:.6} degrees to each other");
+        Err(source.error("machine-platform", &at(key), message, "they must be at right angles"))
     };
     across("tilt", &up, &axis, "heave direction and tilt axis")?;
     across("leg_1_direction", &leg_1_direction, &up, "leg 1 and the heave direction")?;
@@ -195,7 +195,7 @@ fn read_leg(source: &Document<'_>, path: [Step<'_>; 4], file: &LegFile) -> Check
     if let Some([low, high]) = file.travel_mm
         && !(low < high && low > 0.0 && high.is_finite())
     {
-        let message = format!("leg lengths from {low} to {high} mm cannot be");
+        let message = format!("leg lengths from {low} to {high} mm are impossible");
         let remedy = "write the shortest length, above zero, first";
         return Err(source.error("machine-limits-upside-down", &at("travel_mm"), message, remedy));
     }

@@ -22,13 +22,13 @@ pub(crate) fn chain_to(
     };
     while let Some(j) = next {
         if chain.contains(&j) {
-            let message = format!("joint {} stands on itself: its parents form a loop", joints[j].name);
+            let message = format!("joint {} is its own ancestor: the parents form a loop", joints[j].name);
             let path = [Key("joint"), Item(j), Key("parent")];
-            return Err(source.error("machine-loop", &path, message, "let one joint of the loop stand on base"));
+            return Err(source.error("machine-loop", &path, message, "give one joint of the loop the parent base"));
         }
         if joints[j].carries != carries {
             let message = format!("joint {} carries the {word} by its parents, and says {other}", joints[j].name);
-            let remedy = format!("write carries = \"{word}\", or correct the parent of what stands on it");
+            let remedy = format!("write carries = \"{word}\", or correct the parent of the joints that it carries");
             return Err(source.error("machine-wrong-side", &[Key("joint"), Item(j), Key("carries")], message, remedy));
         }
         chain.push(j);
@@ -45,18 +45,18 @@ pub(crate) fn check_kinematics(source: &Document<'_>, joints: &[Joint], chain: &
             let mut seen = vec![j];
             while let Some(parent) = joints[seen[seen.len() - 1]].parent {
                 if seen.contains(&parent) {
-                    let message = format!("joint {} stands on itself: its parents form a loop", joints[j].name);
+                    let message = format!("joint {} is its own ancestor: the parents form a loop", joints[j].name);
                     let path = [Key("joint"), Item(j), Key("parent")];
                     return Err(source.error(
                         "machine-loop",
                         &path,
                         message,
-                        "let one joint of the loop stand on base",
+                        "give one joint of the loop the parent base",
                     ));
                 }
                 seen.push(parent);
             }
-            let message = format!("joint {} is in no chain: neither spindle nor table hangs on it", joints[j].name);
+            let message = format!("joint {} is in no chain: it carries neither spindle nor table", joints[j].name);
             let remedy = "set `on` of [spindle] or [table], or the parent of the next joint, to this joint";
             return Err(source.error("machine-loose-joint", &[Key("joint"), Item(j), Key("parent")], message, remedy));
         }

@@ -231,7 +231,7 @@ fn find_columns(
         let mut found = header.iter().enumerate().filter(|(_, n)| n == name).map(|(i, _)| i);
         let place = found.next();
         if found.next().is_some() {
-            return Err(fail(format!("column {name} stands there twice")));
+            return Err(fail(format!("column {name} appears twice")));
         }
         if place.is_none() && !optional(k) {
             let stem = name.split('_').next().unwrap_or(name);
@@ -265,7 +265,7 @@ impl Row<'_> {
     fn number(&self, column: usize) -> Result<Option<f64>, TableError> {
         let Some(place) = self.places[column] else { return Ok(None) };
         let parsed = self.record.get(place).and_then(|t| t.parse::<f64>().ok()).filter(|v| v.is_finite());
-        parsed.map(Some).ok_or_else(|| self.fail(column, "is no finite number; write decimals with a point"))
+        parsed.map(Some).ok_or_else(|| self.fail(column, "is not a finite number; write decimals with a point"))
     }
 
     fn pose(&self) -> Result<ToolPose, TableError> {

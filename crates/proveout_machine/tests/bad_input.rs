@@ -227,7 +227,7 @@ fn a_second_axis_along_the_tool_is_refused() {
 #[test]
 fn limits_must_stand_upright() {
     expect("[-100, 100]", "[100, -100]", "machine-limits-upside-down", "travel_mm = [100", "lower end first");
-    expect("[-10, 105]", "[105, 105]", "machine-limits-upside-down", "travel_deg", "upside down");
+    expect("[-10, 105]", "[105, 105]", "machine-limits-upside-down", "travel_deg", "must be below");
     expect("= 100\n", "= -100\n", "machine-not-positive", "max_velocity_deg_s", "above zero");
     expect("= 100\n", "= 100\nrapid_velocity_deg_s = 200\n", "machine-limits-upside-down", "rapid", "rapid velocity");
     expect("[-10, 105]", "[-10, 105]\nhome_deg = 200", "machine-home-outside", "home_deg", "outside the travel");
@@ -354,7 +354,7 @@ fn platforms_must_be_complete_and_square() {
     let c = "machine-platform";
     expect_in(&good, "heave = \"U\"", "heave = \"Q\"", c, "heave", "no joint \"Q\"");
     expect_in(&good, "heave = \"U\"", "heave = \"B\"", c, "heave", "not linear");
-    expect_in(&good, "heave = \"U\"", "heave = \"X\"", c, "tilt", "does not stand on");
+    expect_in(&good, "heave = \"U\"", "heave = \"X\"", c, "tilt", "is not the heave joint");
     expect_in(
         &good,
         "leg_1_direction = [1, 0, 0]",

@@ -28,31 +28,31 @@ codes! {
         "Compare the call with the definition of the cycle or subprogram.";
     ARITHMETIC = "nc-arithmetic", "A calculation has no result, such as a division by zero.",
         "Check the values of the expression.";
-    BAD_VALUE = "nc-bad-value", "A word has a value outside of what it allows.", "Use a value that the word allows.";
+    BAD_VALUE = "nc-bad-value", "The value of a word is out of range.", "Use a value within the range of the word.";
     COMPENSATION = "nc-compensation", "The path of the tool center cannot be computed from the programmed contour.",
         "Use a tool that fits, give its radius, or write G40 before blocks that cannot be compensated.";
     CONFLICT = "nc-conflicting-words", "Two words of a block contradict each other.",
         "Write them in blocks of their own.";
-    DIALECT = "nc-dialect", "The dialect of the program could not be told from its name and text.",
+    DIALECT = "nc-dialect", "The dialect of the program could not be determined from its file name and text.",
         "Name the dialect in the call.";
     FILE = "nc-file", "A program file could not be read.", "Check the path and the rights.";
-    JUMP_TARGET = "nc-jump-target", "A jump names a label or block number that is not there.",
+    JUMP_TARGET = "nc-jump-target", "A jump names a label or block number that does not exist.",
         "Write the label, or jump in the other direction.";
     LOOP_LIMIT = "nc-loop-limit", "A loop ran more often than the limit allows.",
         "Check the condition of the loop: is its variable changed inside?";
-    MISSING_VALUE = "nc-missing-value", "A word has no value.", "Write the value behind the word.";
+    MISSING_VALUE = "nc-missing-value", "A word has no value.", "Write the value after the word.";
     NESTING_LIMIT = "nc-nesting-limit", "Calls or brackets are nested deeper than the limit allows.",
         "Check for a subprogram that calls itself.";
     NO_END = "nc-no-end", "A program has no end.",
         "Write M30 or M2 (M17, M99, END PGM, FINI) at its end.";
-    NO_FEED = "nc-no-feed", "A motion in feed has no feed value.", "Program F before or in the block.";
+    NO_FEED = "nc-no-feed", "A feed motion has no feed rate.", "Program F before or in the block.";
     NO_MOTION = "nc-no-motion", "A program moves no axis.",
         "Check that the file holds the whole program and that its dialect is named.";
-    NO_TOOL = "nc-no-tool", "A tool change stands in the program before a tool was selected.",
+    NO_TOOL = "nc-no-tool", "The program changes the tool before it selects one.",
         "Program T in or before the block of the tool change.";
     NOT_RUN = "nc-not-run", "Text of the program is not run.",
-        "Take the text out, or the end word before it; give each main program a file of its own.";
-    ORIENTATION = "nc-orientation", "A tool orientation cannot be taken as programmed.",
+        "Remove the text, or the end word before it; give each main program a file of its own.";
+    ORIENTATION = "nc-orientation", "A programmed tool orientation cannot be used.",
         "Switch the five-axis transformation on, and give a vector with a length.";
     POSITION_UNKNOWN = "nc-position-unknown", "A motion needs a coordinate that the program has not set.",
         "Program X, Y and Z in the first block after machine coordinates, a tool change or a transformation.";
@@ -60,15 +60,15 @@ codes! {
         "Find out which condition of the program is not met.";
     STRUCTURE = "nc-structure", "Opening and closing words of a control structure do not match.",
         "Write the missing word.";
-    SUBPROGRAM = "nc-subprogram", "A subprogram that is called is not there.",
+    SUBPROGRAM = "nc-subprogram", "A called subprogram was not found.",
         "Put the subprogram into the folder of the program, or into the same file.";
     SYNTAX = "nc-syntax", "The text does not follow the grammar of the dialect.", "Correct the text at the place shown.";
     TYPE = "nc-type", "A value has the wrong type for its use.", "Use a value of the type that is asked for.";
-    UNKNOWN_VARIABLE = "nc-unknown-variable", "A variable is used that has no definition or no value.",
+    UNKNOWN_VARIABLE = "nc-unknown-variable", "A variable without a definition or a value is used.",
         "Define it with DEF, assign it first, or give its value with --variable or in the control file.";
-    UNKNOWN_WORD = "nc-unknown-word", "A word that the reader of this dialect does not know.",
-        "Correct the word; if the control knows it, take it out for the prove-out.";
-    UNSUPPORTED_WORD = "nc-unsupported-word", "A word that the control knows and that this reader does not do.",
+    UNKNOWN_WORD = "nc-unknown-word", "A word that is unknown to the reader of this dialect.",
+        "Correct the word; if the control knows it, remove it for the prove-out.";
+    UNSUPPORTED_WORD = "nc-unsupported-word", "A word of the control that this reader does not support.",
         "Program the same motion with words of the coverage table.";
 }
 

@@ -128,7 +128,7 @@ pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
 
 /// A word that a block can have once.
 pub(crate) fn twice(word: impl fmt::Display, span: Span) -> Fault {
-    Fault::new(codes::CONFLICT, span, format!("`{word}` stands twice in the block")).help("take one out")
+    Fault::new(codes::CONFLICT, span, format!("`{word}` appears twice in the block")).help("remove one")
 }
 
 /// How a person gives a value that a program reads and does not set.

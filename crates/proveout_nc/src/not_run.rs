@@ -71,14 +71,14 @@ impl NotRun {
     /// What can be done about it.
     pub fn remedy(&self) -> &'static str {
         match self.kind {
-            NotRunKind::BehindEnd => "take the end word out where the program goes on, or take the text behind it out",
+            NotRunKind::BehindEnd => "remove the end word where the program goes on, or remove the text after it",
             NotRunKind::Program(_) => "give each main program a file of its own and prove each of them",
-            NotRunKind::Subprogram(_) => "call it, or take it out",
+            NotRunKind::Subprogram(_) => "call it, or remove it",
             NotRunKind::MissingSubprogram(_) => {
                 "put it into the folder of the program, or name its folder with --subprograms"
             }
-            NotRunKind::Branch => "prove the other values of the condition too, or take the text out",
-            NotRunKind::Outside => "write it between the two `%`, or take it out",
+            NotRunKind::Branch => "prove the other values of the condition too, or remove the text",
+            NotRunKind::Outside => "write it between the two `%`, or remove it",
         }
     }
 }
@@ -98,7 +98,7 @@ impl fmt::Display for NotRun {
             NotRunKind::Program(name) => write!(f, " {is} not run: {belongs} to another main program, {name}"),
             NotRunKind::Subprogram(name) => write!(f, " {is} not run: nothing calls {name}"),
             NotRunKind::MissingSubprogram(name) => {
-                write!(f, " {belongs} to a call that is left out: {name} is not there")
+                write!(f, " {belongs} to a call that is left out: {name} was not found")
             }
             NotRunKind::Branch => write!(f, " {is} not run: conditions and jumps lead around"),
             NotRunKind::Outside => write!(f, " {is} not read: outside of the two `%` of the program"),

@@ -67,8 +67,9 @@ impl StopWatch {
     fn assumption(&mut self) -> Option<Op> {
         let at = self.open.take()?;
         Some(Op::Note(format!(
-            "{ASSUMED}the spindle still turns behind M1 of line {}: with the optional stop on, many controls stop it there, and neither M3 \
-             nor M4 follows before this motion in feed; write M3 behind M1, or `optional_stop` of the program in the scene",
+            "{ASSUMED}the spindle is taken as still turning after M1 of line {}: with the optional stop on, many \
+             controls stop it there, and neither M3 nor M4 follows before this motion at feed rate; write M3 after \
+             M1, or `optional_stop` of the program in the scene",
             at.line
         )))
     }

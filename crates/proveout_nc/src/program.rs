@@ -81,7 +81,10 @@ impl Program {
                 length: text.chars().count() as u32,
                 depth: 0,
             };
-            notes.push_back(Command { location, op: Op::Note(format!("{} is no block on this control", text.trim())) });
+            notes.push_back(Command {
+                location,
+                op: Op::Note(format!("{} is not a block on this control", text.trim())),
+            });
         }
         source.speak_as(&settings.control);
         let compensates = may_compensate(&source.text);
@@ -184,7 +187,7 @@ fn spoken(dialect: Dialect, source: &Source, settings: &Settings) -> Result<Dial
     Err(Diagnostics::from(Diagnostic {
         code: codes::DIALECT,
         message: format!(
-            "{} is to be read as {}, and the control \"{}\" speaks {}",
+            "{} is to be read as {}, but the dialect of the control \"{}\" is {}",
             source.name,
             dialect.name(),
             control.name(),

@@ -215,7 +215,7 @@ fn decoded(bytes: Vec<u8>) -> Result<String, &'static str> {
         let units = rest.chunks_exact(2).map(|p| pair([p[0], p[1]]));
         let whole = rest.len().is_multiple_of(2);
         let text: Option<String> = char::decode_utf16(units).collect::<Result<_, _>>().ok();
-        text.filter(|_| whole).ok_or("begins as UTF-16 and is none")
+        text.filter(|_| whole).ok_or("begins with a UTF-16 byte order mark but is not UTF-16")
     };
     let text = match bytes.as_slice() {
         [0xff, 0xfe, rest @ ..] => utf16(u16::from_le_bytes, rest)?,
@@ -226,7 +226,7 @@ fn decoded(bytes: Vec<u8>) -> Result<String, &'static str> {
             let last = bytes.iter().rposition(|b| !around(b)).map_or(first, |at| at + 1);
             let nuls = bytes[first..last].iter().filter(|b| **b == 0).count();
             if nuls as f64 > NUL_SHARE * (last - first) as f64 {
-                return Err("is no plain text: it looks like UTF-16 without its mark, or like a binary file");
+                return Err("is not plain text: it looks like UTF-16 without a byte order mark, or like a binary file");
             }
             String::from_utf8(bytes).unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect())
         }

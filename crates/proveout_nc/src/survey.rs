@@ -228,7 +228,7 @@ impl Survey {
                 source_line: text.clone(),
             };
             if self.motions == 0 && !self.subprogram {
-                let message = format!("the program moves no axis: it was read as {}", self.dialect.name());
+                let message = format!("the program moves no axis; it was read as {}", self.dialect.name());
                 list.push(at(
                     codes::NO_MOTION,
                     message,

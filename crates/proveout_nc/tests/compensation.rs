@@ -308,7 +308,7 @@ fn what_does_not_fit_is_an_error_that_names_it() {
     assert!(error.help.as_ref().unwrap().contains("1.0000 mm"), "{error:?}");
     for (body, what) in [
         ("G41\nG2 X0 Y0 CR=60\nX10\nM30\n", "begins with an arc"),
-        ("G1 G41 X0 Y0\nX10\nG40 G2 X20 CR=60\nM30\n", "behind G40 is not straight"),
+        ("G1 G41 X0 Y0\nX10\nG40 G2 X20 CR=60\nM30\n", "after G40 is not straight"),
         ("G1 G41 X0 Y0\nX10\nG42 X20\nM30\n", "changes its side"),
         ("G1 G41 X0 Y0\nX10\nT2 M6\nM30\n", "tool is changed"),
         ("G1 G41 X0 Y0\nX10\nG18 X20\nM30\n", "plane changes"),
@@ -319,8 +319,8 @@ fn what_does_not_fit_is_an_error_that_names_it() {
         ("G1 G41 X0 Y0\nX10\nCIP X20 Z5 I1=15 J1=0 K1=1\nM30\n", "circle outside"),
         ("G1 G41 X0 Y0\nG40 X10\nM30\n", "no contour"),
         // Left of a contour along X is above it; the entry comes from below.
-        ("KONT G1 G41 X0 Y0\nX10\nG40 Y20\nM30\n", "entry lies behind"),
-        ("KONT G0 Y40\nG1 G41 X0 Y0\nX10\nG40 Y-20\nM30\n", "exit lies behind"),
+        ("KONT G1 G41 X0 Y0\nX10\nG40 Y20\nM30\n", "entry lies on the far side"),
+        ("KONT G0 Y40\nG1 G41 X0 Y0\nX10\nG40 Y-20\nM30\n", "exit lies on the far side"),
         ("T2 M6\nG0 X0 Y0\nG1 G41 X0 Y0\nX10\nM30\n", "not known (tool 2)"),
     ] {
         let error = fault(body, 2.0);

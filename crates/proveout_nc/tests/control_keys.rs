@@ -437,7 +437,7 @@ const CASES: &[Case] = &[
         FANUC,
         "dialect = \"fanuc\"\nprogram.trailer = [\"E*\"]",
         "G21 G0 X1.\nM30\nEND OF FILE\n",
-        "END OF FILE is no block",
+        "END OF FILE is not a block",
     ),
     case("unlisted.m", FANUC, "dialect = \"fanuc\"\nunlisted.m = \"refuse\"", "M777\nM30\n", "does not list it"),
     case(
@@ -596,7 +596,7 @@ fn the_languages_use_what_their_control_says() {
             "Unproven",
         ),
         ("dialect = \"siemens-840d\"\nunlisted.m = \"refuse\"", "M777\nM30\n", "does not list it"),
-        ("dialect = \"siemens-840d\"\nprogram.header = [\"HEAD*\"]", "HEAD OF TAPE\nG0 X1\nM30\n", "no block"),
+        ("dialect = \"siemens-840d\"\nprogram.header = [\"HEAD*\"]", "HEAD OF TAPE\nG0 X1\nM30\n", "is not a block"),
         (
             "dialect = \"heidenhain\"\nwords.M25.does = \"M3 M8\"",
             "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S100\n2 M25\n3 END PGM A MM\n",
@@ -702,7 +702,7 @@ fn a_control_reads_programs_of_its_language_only() {
     let mut settings = Settings::of_control(Control::find("fanuc-30i", None).unwrap());
     settings.dialect = proveout_nc::Dialect::Siemens840d;
     let fault = Program::from_text("p.mpf", "G0 X1\nM30\n", &settings).unwrap_err();
-    assert!(fault.to_string().contains("speaks fanuc"), "{fault}");
+    assert!(fault.to_string().contains("is fanuc"), "{fault}");
 }
 
 #[test]

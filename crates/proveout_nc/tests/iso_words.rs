@@ -592,23 +592,23 @@ fn a_cycle_of_a_linuxcnc_takes_no_word_of_a_block_without_a_place() {
 #[test]
 fn words_of_linuxcnc_that_do_not_go_together_are_refused() {
     for (text, says) in [
-        ("G21 G0 X0 Y0 Z5 A0\nF100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A stands in the block of G81"),
-        ("G21 G0 X0 Y0 Z5\nF100 G81 X1 B10 Z-1 R1\nM2\n", "rotary axis B stands in the block of G81"),
-        ("G21 G0 X0 Y0 Z5 A0\nG91 F100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A stands in the block of G81"),
-        ("G21 G0 X0 Y0 Z5 A10\nF100 G81 X1 A10 Z-1 R1\nG80\nM2\n", "rotary axis A stands in the block of G81"),
-        ("G21 G0 X#99999\nM2\n", "#99999 is no parameter"),
+        ("G21 G0 X0 Y0 Z5 A0\nF100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A in the block of G81"),
+        ("G21 G0 X0 Y0 Z5\nF100 G81 X1 B10 Z-1 R1\nM2\n", "rotary axis B in the block of G81"),
+        ("G21 G0 X0 Y0 Z5 A0\nG91 F100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A in the block of G81"),
+        ("G21 G0 X0 Y0 Z5 A10\nF100 G81 X1 A10 Z-1 R1\nG80\nM2\n", "rotary axis A in the block of G81"),
+        ("G21 G0 X#99999\nM2\n", "#99999 is not a parameter"),
         ("#99999=1\nM2\n", "#99999"),
         ("G64 M19 R90\nM2\n", "G64 and M19"),
         ("G21 F100\nG38.2\nM2\n", "G38.2 names no axis"),
         ("G21 F100\nG38.5\nM2\n", "G38.5 names no axis"),
         ("G21 G0 X1 Y2 Z5\nG92 X3\nG10 L2 P1 R90\nG0 X0\nM2\n", "turns G54 under the shift of G92"),
         ("G21 G0 X1 Y2 Z5\nG92 X3\nG10 L2 P0 R90\nG0 X0\nM2\n", "turns G54 under the shift of G92"),
-        ("G21 F100 G0 X0 Y0 Z5\nG5 X3 Y0 I1 J1 P-1 Q1\nX5\nM2\n", "no motion word stands in the block behind G5"),
-        ("G21 F100 G0 X0 Y0 Z5\nG81 X1 Z-1 R2\nG82 Z-1 R2 P1\nG4 P2 X3\nM2\n", "G4 stands with a cycle"),
+        ("G21 F100 G0 X0 Y0 Z5\nG5 X3 Y0 I1 J1 P-1 Q1\nX5\nM2\n", "the block after G5 has no motion word"),
+        ("G21 F100 G0 X0 Y0 Z5\nG81 X1 Z-1 R2\nG82 Z-1 R2 P1\nG4 P2 X3\nM2\n", "G4 in a block with a cycle"),
         ("G21 G0 X0 Y0 Z5\nG52 Y-5 G43.1 Z6\nM2\n", "G43.1 and G52 both take the axis letters"),
         ("G21 G0 X0 Y0 Z5\nG43 H0\nM2\n", "no tool is in the spindle"),
         ("G21 S100 M3 G0 X0 Y0\nG33.1 Z-5 K1\nM2\n", "the position of `Z`"),
-        ("G21 F100 G0 X0 Y0 Z5\nG5.1 X3 Y0 I1 J1\nX5\nM2\n", "no motion word stands in the block behind G5.1"),
+        ("G21 F100 G0 X0 Y0 Z5\nG5.1 X3 Y0 I1 J1\nX5\nM2\n", "the block after G5.1 has no motion word"),
     ] {
         let settings = Settings { dialect: Dialect::LinuxCnc, ..Settings::default() };
         let faults = check_text("a.ngc", text, &settings);

@@ -84,7 +84,7 @@ pub struct PlainHolder {
 }
 
 /// What is said of a tap without a pitch.
-const NO_PITCH: &str = "nothing tells the pitch: write `pitch_mm`, or its thread and its feed are not checked";
+const NO_PITCH: &str = "no pitch is given: write `pitch_mm`, or thread and feed are not checked";
 
 impl ToolDraft {
     /// A tool of which nothing is known but its number.
@@ -170,11 +170,11 @@ impl ToolDraft {
     /// What cannot be assumed: a tool with neither a diameter nor a shape.
     pub fn complete(&mut self, holder: Option<PlainHolder>) -> Result<(), String> {
         let Some(diameter) = self.diameter() else {
-            return Err(format!("nothing tells the diameter of tool T{}", self.number));
+            return Err(format!("no diameter is given for tool T{}", self.number));
         };
         if self.kind.is_none() {
             self.kind = Some("flat");
-            let reason = "nothing tells the shape: a flat end is the fullest body of this diameter";
+            let reason = "no shape is given: a flat end is the largest body of this diameter";
             self.choose(&["kind"], reason);
         }
         let tried = self.chosen.iter().any(|(_, why)| why.contains(NO_PITCH));
@@ -185,18 +185,15 @@ impl ToolDraft {
         let lacking = |this: &Self, key| this.get(key).is_none();
         if self.kind == Some("drill") && lacking(self, "point_angle_deg") {
             self.put("point_angle_deg", DRILL_POINT_DEG);
-            self.choose(&["point_angle_deg"], "nothing tells it: the point of a usual twist drill");
+            self.choose(&["point_angle_deg"], "not given: the point of a usual twist drill");
         }
         if self.kind == Some("face_mill") && lacking(self, "entering_angle_deg") {
             self.put("entering_angle_deg", SQUARE_DEG);
-            self.choose(
-                &["entering_angle_deg"],
-                "nothing tells it: a square shoulder is the fullest body of this diameter",
-            );
+            self.choose(&["entering_angle_deg"], "not given: a square shoulder is the largest body of this diameter");
         }
         if self.kind == Some("face_mill") && lacking(self, "corner_radius_mm") {
             self.put("corner_radius_mm", 0.0);
-            self.choose(&["corner_radius_mm"], "nothing tells it: a sharp corner is the fullest one");
+            self.choose(&["corner_radius_mm"], "not given: a sharp corner is the largest body");
         }
         let end = self.end_height();
         self.give_holder(holder);
@@ -208,7 +205,7 @@ impl ToolDraft {
             && (below <= SAME_MM || below + SAME_MM < end.max(self.flute_length.unwrap_or(0.0)))
         {
             return Err(format!(
-                "T{} is told to be {} mm long to the gauge line ({}), and its holder {} mm: too little of it stands out",
+                "T{} is {} mm long to the gauge line ({}), and its holder {} mm: the tool does not project far enough",
                 self.number,
                 plain_number(gauge),
                 self.source,
@@ -223,9 +220,8 @@ impl ToolDraft {
             };
             let length = rounded(length);
             self.flute_length = Some(below.map_or(length, |below| length.min(below)));
-            let reason = format!(
-                "nothing tells it: a usual length for {diameter} mm; write your own, since a cut that is deeper is a finding"
-            );
+            let reason =
+                format!("not given: a usual length for {diameter} mm; write your own, since a deeper cut is a finding");
             self.choose(&["flute_length_mm"], reason);
         }
         let cutter = self.flute_length.unwrap_or(0.0).max(end);
@@ -238,9 +234,9 @@ impl ToolDraft {
                 let length = if held > 0.0 { out + held } else { BARE_GAUGE_MM.max(out + 50.0) };
                 self.gauge = Some(length);
                 let reason = if held > 0.0 {
-                    format!("nothing tells how far the tool stands out: {BEHIND_FLUTES_MM} mm behind its flutes")
+                    format!("no projection is given: {BEHIND_FLUTES_MM} mm more than the flute length")
                 } else {
-                    "nothing tells the length to the gauge line: a usual one; measure yours before travel is trusted"
+                    "no length to the gauge line is given: a usual one; measure yours before you trust travel limits"
                         .into()
                 };
                 self.choose(&["gauge_length_mm"], reason);
@@ -262,7 +258,7 @@ impl ToolDraft {
         if let Some(overall) = self.overall.filter(|overall| chosen && *overall < out) {
             self.overall = None;
             let reason = format!(
-                "nothing tells how far the tool stands out; the length of {} mm that is told of it ends before the holder and is left out",
+                "no projection is given; the given length of {} mm ends before the holder and is left out",
                 plain_number(overall)
             );
             self.explain("gauge_length_mm", &reason);
@@ -274,10 +270,7 @@ impl ToolDraft {
         if let (true, Some(PlainHolder { diameter, length })) = (self.holder.is_empty(), holder) {
             self.holder = vec![HolderSection { diameter, top_diameter: diameter, length }];
             self.holder_name = "of the call".into();
-            self.choose(
-                &["holder"],
-                "one holder for all tools of which nothing tells another, as the answer `holder` says",
-            );
+            self.choose(&["holder"], "the answer `holder`: one holder for all tools without a holder of their own");
         }
     }
 
@@ -292,7 +285,7 @@ impl ToolDraft {
             let flutes = rounded(depth + self.end_height());
             if self.flute_length.is_some_and(|own| own < flutes) {
                 self.flute_length = Some(flutes);
-                self.explain("flute_length_mm", "nothing tells it: as long as the deepest hole asks");
+                self.explain("flute_length_mm", "not given: as long as the deepest hole needs");
                 changed = true;
             }
         }
@@ -304,8 +297,7 @@ impl ToolDraft {
         let length = out + if held > 0.0 { held } else { 50.0 };
         if self.gauge.is_some_and(|own| own < length) {
             self.gauge = Some(length);
-            let reason =
-                format!("nothing tells how far the tool stands out: {ABOVE_CUT_MM} mm more than its deepest cut");
+            let reason = format!("no projection is given: {ABOVE_CUT_MM} mm more than its deepest cut");
             self.explain("gauge_length_mm", &reason);
             changed = true;
         }

@@ -145,7 +145,7 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
                 );
             }
             (Some(value), false) => {
-                let limit = format!("is no dimension of kind \"{word}\", which has {}", needed.join(", "));
+                let limit = format!("is not a dimension of kind \"{word}\", which has {}", needed.join(", "));
                 return refuse(key, value, limit);
             }
             _ => {}

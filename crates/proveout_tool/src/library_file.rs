@@ -128,7 +128,7 @@ pub(crate) struct ToolEntry {
     pub(crate) half_angle_deg: Option<f64>,
     /// Angle between the face and the side of the inserts of a face mill.
     pub(crate) entering_angle_deg: Option<f64>,
-    /// Pitch of the thread of a tap; where it is left out the thread is not known, and neither it nor the feed of tapping is checked. What it cuts between the core of that thread and its diameter is told as thread and is no gouge.
+    /// Pitch of the thread of a tap; without it the thread is not known, and neither thread nor tapping feed is checked. What the tap cuts between the core of that thread and its diameter is reported as thread, not as gouge.
     pub(crate) pitch_mm: Option<f64>,
     /// Curve of a `profile` cutter from the tip `[0, 0]` upward.
     pub(crate) segments: Option<Vec<SegmentEntry>>,
@@ -187,8 +187,8 @@ pub(crate) struct SegmentEntry {
     pub(crate) center_mm: Option<[f64; 2]>,
 }
 
-/// Edges of the teeth, which stand at equal pitch: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from tip to
-/// holder. Arcs of the cutter's outline are the edges unless inserts are given.
+/// Edges of the teeth, which are equally spaced: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from
+/// tip to holder. Arcs of the cutter's outline are the edges unless inserts are given.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EdgesEntry {

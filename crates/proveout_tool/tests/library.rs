@@ -116,7 +116,7 @@ fn each_defect_is_refused_at_its_line_and_key() {
         &with("corner_radius_mm = 1.0", "corner_radius_mm"),
         10,
         "corner_radius_mm",
-        "no dimension of kind \"flat\"",
+        "is not a dimension of kind \"flat\"",
     );
     refused(
         &with("gauge_length_mm = 60.0", "gauge_length_mm"),

@@ -265,7 +265,7 @@ fn imports_tell_taps_and_edges_at_the_center() {
     let has = |k: usize, words: &[&str]| words.iter().for_each(|w| assert!(tools[k].contains(w), "{w}: {}", tools[k]));
     has(0, &["kind = \"tap\"", "pitch_mm = 1\n"]);
     has(1, &["kind = \"tap\"", "pitch_mm = 1.25\n"]);
-    has(2, &["kind = \"tap\"", "nothing tells the pitch", "hand = \"left\""]);
+    has(2, &["kind = \"tap\"", "no pitch is given", "hand = \"left\""]);
     assert!(!tools[2].contains("pitch_mm ="), "{}", tools[2]);
     has(3, &["center_cutting = true"]);
     has(4, &["center_cutting = false"]);
@@ -286,7 +286,7 @@ fn imports_tell_taps_and_edges_at_the_center() {
     desk.refused("tools odd.csv --output odd.toml", &["`center_cutting` = \"perhaps\" is not yes or no"]);
     desk.write("odd.csv", "number,kind,diameter_mm,pitch_mm\n1,flat,8,1\n");
     let told = desk.refused("tools odd.csv --output odd.toml", &["pitch_mm"]);
-    assert!(told.contains("is no dimension of kind \"flat\""), "{told}");
+    assert!(told.contains("is not a dimension of kind \"flat\""), "{told}");
 }
 
 /// The control fetches the tool of the next operation while this one cuts; that one need not be known. Where it comes into the spindle, it must be.

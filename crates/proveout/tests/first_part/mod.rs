@@ -425,7 +425,7 @@ fn a_configuration_of_linuxcnc_becomes_a_machine_that_runs() {
     let (state, reason) = gate(&verdict, "limits");
     assert!(state == "unchecked" && reason.contains("jerk"), "{state}: {reason}");
     desk.refused("machine bench.ini --output bench", &["bench is there already"]);
-    desk.refused("machine bench.ini --table-axes XQ --output other", &["Q is no linear axis"]);
+    desk.refused("machine bench.ini --table-axes XQ --output other", &["Q is not a linear axis"]);
     desk.refused("machine plate.nc --output other", &["is no INI file"]);
 }
 

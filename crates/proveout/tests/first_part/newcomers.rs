@@ -193,7 +193,7 @@ fn words_of_other_controls_are_read_or_lead_on() {
     let end = told(&desk.call("check end.nc"));
     assert!(end.contains("write DO 1 and END 1"), "{end}");
     desk.write("carbide.nc", "%\nG90\nG21\nM0 ;T201\nM3 S18000\nG0 X20 Y20\nZ0.5\nG1 Z-2 F300\nX80\nM2\n%\n");
-    desk.refused("check carbide.nc", &["stand behind `;`", "--control linuxcnc-2.9"]);
+    desk.refused("check carbide.nc", &["words after `;`", "--control linuxcnc-2.9"]);
     desk.done("check carbide.nc --control linuxcnc-2.9");
     let pilot = "%\nG90 G54 G64 G50 G17 G40 G80 G94 G91.1 G49\nG20\nG0 X0 Y0 Z1\nG1 Z0.5 F10\nM30\n%\n";
     desk.write("pilot.ngc", pilot);
@@ -231,9 +231,9 @@ fn files_that_are_no_program_are_told_so() {
     desk.write("cut.nc", "O1\nG21 G90\nG0 X1. Y1.\nG1 Z-1. F100.\nG3 X2.5 Y1.5\n");
     let call = |name: &str| format!("new {name} --machine three-axis-mill");
     for name in ["letter.nc", "list.nc"] {
-        desk.refused(&call(name), &["could not be told", "check that it is an NC program"]);
+        desk.refused(&call(name), &["could not be determined", "check that it is an NC program"]);
     }
-    desk.refused(&call("zip.nc"), &["is no plain text"]);
+    desk.refused(&call("zip.nc"), &["is not plain text"]);
     desk.refused(&call("cut.nc"), &["the text ends in this line: is the file whole?"]);
     // A list of NX without its unit.
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-1,4,2.5,0\"\n");

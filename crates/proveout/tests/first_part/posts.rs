@@ -196,7 +196,7 @@ fn a_probe_is_left_out_by_a_control_file_with_its_reason() {
     let output = desk.call(call);
     let told = super::desk::told(&output);
     assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("`O9810` is not there") && told.contains("missing_reason = \"probing\""), "{told}");
+    assert!(told.contains("`O9810` not found") && told.contains("missing_reason = \"probing\""), "{told}");
     // What the help says, as it is typed.
     desk.write(
         "shop.toml",

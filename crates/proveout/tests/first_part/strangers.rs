@@ -75,7 +75,7 @@ fn tools_of_which_nothing_tells_how_far_they_stand_out_reach_their_cuts() {
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"proposed\"\n");
     desk.refused(
         &format!("new slot.h {MILL} --output slot"),
-        &["T2 is told to be 30 mm long", "TOOL DEF in line 2", "holder 60 mm", "tool.T2"],
+        &["T2 is 30 mm long", "TOOL DEF in line 2", "holder 60 mm", "tool.T2"],
     );
     desk.write("answers.toml", "holder = \"40x10\"\nstock = \"proposed\"\n");
     let told = desk.done(&format!("new slot.h {MILL} --output slot"));
@@ -210,7 +210,7 @@ fn designs_that_are_none_are_refused_with_the_way_out() {
     for (name, text, words) in [
         ("part.step", "ISO-10303-21;\nHEADER;\n".to_owned(), &["a STEP file, which is not read", "as STL"][..]),
         ("named.stl", "ISO-10303-21;\nHEADER;\n".to_owned(), &["a STEP file, which is not read"]),
-        ("empty.stl", String::new(), &["empty.stl", "export it anew"]),
+        ("empty.stl", String::new(), &["empty.stl", "export it again"]),
         ("meter.stl", cube(0.1), &["look like meters", "export it in millimeters"]),
         ("large.stl", cube(900.0), &["look ten times too large"]),
         ("inch.stl", cube(3.9), &["design_unit", "inches", "G20"]),

@@ -22,7 +22,7 @@ fn a_trunnion_comes_to_its_verdict() {
     }
     assert!(desk.path("trunnion/model.glb").is_file(), "the ball is a mesh");
     let told = desk.done("check trunnion");
-    assert!(!told.contains("no body hangs on") && told.contains("max_speed_rpm"), "{told}");
+    assert!(!told.contains("no body is attached to") && told.contains("max_speed_rpm"), "{told}");
     desk.done("new plate.nc --machine trunnion --answers answers.toml --output plate");
     let verdict = desk.verdict("plate");
     believable(&verdict);
@@ -95,7 +95,7 @@ fn what_is_missing_or_wrong_is_asked_and_nothing_is_written() {
         "mesh.urdf",
         "<sphere radius=\"0.015\"/>",
         "<mesh filename=\"package://mill/probe.stl\"/>",
-        &["mesh.urdf:10:", "is not there"],
+        &["mesh.urdf:10:", "not found"],
     );
     bad("arm.urdf", "type=\"continuous\"", "type=\"floating\"", &["joint \"c_axis\" is of type \"floating\""]);
     desk.write("macro.xacro", "<robot/>");
@@ -103,6 +103,6 @@ fn what_is_missing_or_wrong_is_asked_and_nothing_is_written() {
     desk.write("empty.urdf", "");
     desk.refused(&format!("machine empty.urdf {between}"), &["the file is empty"]);
     desk.write("junk.urdf", &"junk ".repeat(2_000_000));
-    let told = desk.refused(&format!("machine junk.urdf {between}"), &["the file is no XML"]);
+    let told = desk.refused(&format!("machine junk.urdf {between}"), &["the file is not valid XML"]);
     assert!(told.len() < 2000, "a line of ten million characters is not repeated: {}", told.len());
 }

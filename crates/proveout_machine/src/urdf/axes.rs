@@ -125,7 +125,7 @@ pub(super) fn axes(
     let still = Tree::moving(robot, to_tool.get(..common).unwrap_or_default());
     if !still.is_empty() {
         let names = listed(still.iter().map(|&j| robot.joints[j].name.as_str()));
-        notes.push(format!("joints that carry tool and table alike stand at zero: {names}"));
+        notes.push(format!("joints that carry both tool and table are held at zero: {names}"));
     }
     let letters = letters(source, robot, &sides, options)?;
     let reversed = reversed(source, &letters, options)?;
@@ -142,7 +142,7 @@ pub(super) fn axes(
             let point = Point::from(machine_from_joint.translation);
             let far = reach(&[point]);
             if far > MAX_LENGTH_MM {
-                let message = format!("joint {} stands {far:.0} mm off the root", shown(&joint.name));
+                let message = format!("joint {} is {far:.0} mm from the root", shown(&joint.name));
                 return Err(source.at(&joint.place, message, format!("the limit is {MAX_LENGTH_MM} mm")));
             }
             all.push(Axis {
@@ -177,7 +177,7 @@ pub(super) fn axes(
         }
     }
     if !loose.is_empty() {
-        notes.push(format!("joints that are no axis between table and tool stand at zero: {}", listed(loose)));
+        notes.push(format!("joints that are not axes between table and tool are held at zero: {}", listed(loose)));
     }
     Ok(Axes { all, carrier, last, notes })
 }
@@ -197,7 +197,7 @@ fn letters(
         return Err(source.whole("no joint moves the tool against the workpiece", "name other links"));
     }
     if let Some(idle) = given.keys().find(|n| chain.iter().all(|j| name(j) != **n)) {
-        let message = format!("--axis-names {}: the joint moves nothing between table and tool", shown(idle));
+        let message = format!("--axis-names {}: the joint is not between table and tool", shown(idle));
         return Err(source.whole(message, format!("joints that do: {}", names())));
     }
     // Report first what is not a machine tool: axis letters would not help it.
@@ -209,7 +209,8 @@ fn letters(
             chain.len() - slides,
             names()
         );
-        let remedy = "robots are not run; name other links with --tool-link and --table-link, or make what stands still a fixed joint";
+        let remedy = "robots are not supported; name other links with --tool-link and --table-link, or make joints \
+                      that do not move fixed";
         return Err(source.whole(message, remedy));
     }
     let letter = |j: &usize| given.get(name(j)).copied().or_else(|| letter_of(name(j)));
@@ -217,7 +218,8 @@ fn letters(
     if let [first, ..] = without[..] {
         let message = format!("no axis letter in the name of joint {}", listed(without.iter().map(name)));
         let remedy = format!(
-            "give it by --axis-names {}=X; where a joint is no axis of programs, such as the turning of a spindle, name the link before it",
+            "give it by --axis-names {}=X; where a joint is not an axis of programs, such as the turning of a \
+             spindle, name the link before it",
             name(&first)
         );
         return Err(source.at(&robot.joints[first].place, message, remedy));
@@ -288,7 +290,7 @@ impl Axes {
             "machine-parallel-rotary-axes" => "correct an axis, or name other links with --tool-link and --table-link",
             _ => "correct it in the file",
         };
-        let message = format!("the axes make no machine: {}", error.message);
+        let message = format!("the axes do not make a machine: {}", error.message);
         joint.map_or_else(|| source.whole(&message, remedy), |j| source.at(&j.place, &message, remedy))
     }
 

@@ -32,7 +32,7 @@ pub(super) fn ends(source: &Source<'_>, robot: &Robot, tree: &Tree, options: &Ur
             _ => "which link carries the workpiece",
         };
         let words: Vec<String> = missing.iter().map(|word| format!("--{word}-link NAME")).collect();
-        let message = format!("the file does not tell {what}; links at the ends: {}", listed(tree.leaves(robot)));
+        let message = format!("the file does not say {what}; links at the ends: {}", listed(tree.leaves(robot)));
         return Err(source.whole(message, format!("say it by {}", words.join(" and "))));
     }
     let find = |option: &str, name: &Option<String>| {
@@ -50,7 +50,7 @@ pub(super) fn ends(source: &Source<'_>, robot: &Robot, tree: &Tree, options: &Ur
     let axis = |option: &str, given: &Option<String>| match given {
         None => Ok(Vector::z()),
         Some(word) => direction(word).ok_or_else(|| {
-            source.whole(format!("{option} {} is no axis of a frame", shown(word)), "write x, -x, y, -y, z or -z")
+            source.whole(format!("{option} {} is not a frame axis", shown(word)), "write x, -x, y, -y, z or -z")
         }),
     };
     Ok(Ends {

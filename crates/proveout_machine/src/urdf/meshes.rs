@@ -50,11 +50,12 @@ impl Meshes {
         }
         let Some(path) = locate(source.file, file) else {
             let remedy = if file.contains("package://") || file.contains("model://") {
-                "put the folder of the package beside the URDF file or above it, or write the path from the URDF file"
+                "put the folder of the package into the folder of the URDF file or above it, or write the path from \
+                 the URDF file"
             } else {
                 "correct the path: it counts from the folder of the URDF file"
             };
-            return Err(source.at(place, format!("mesh {} of link {} is not there", shown(file), shown(link)), remedy));
+            return Err(source.at(place, format!("mesh {} of link {} not found", shown(file), shown(link)), remedy));
         };
         let mut mesh = read_mesh(&path).map_err(|e| {
             source.at(place, format!("mesh of link {}: {e}", shown(link)), "name a mesh, or leave the shape out")

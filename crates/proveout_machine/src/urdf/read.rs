@@ -162,7 +162,7 @@ fn only<'a, 'i>(source: &Source<'_>, all: &[Node<'a, 'i>], name: &str) -> Result
     let first = found.next().copied();
     match found.next() {
         None => Ok(first),
-        Some(second) => Err(source.at(&place(*second), format!("<{name}> stands there twice"), "keep one of the two")),
+        Some(second) => Err(source.at(&place(*second), format!("<{name}> appears twice"), "keep one of the two")),
     }
 }
 
@@ -175,9 +175,11 @@ fn named(source: &Source<'_>, node: Node<'_, '_>, key: &str) -> Result<String, I
     let tag = node.tag_name().name();
     match node.attribute(key).map(str::trim) {
         Some(name) if !name.is_empty() && !name.chars().any(char::is_control) => Ok(name.to_owned()),
-        Some(name) => {
-            Err(source.at(&place(node), format!("{key} = {} of <{tag}> is no name", shown(name)), "write a name"))
-        }
+        Some(name) => Err(source.at(
+            &place(node),
+            format!("{key} = {} of <{tag}> is not a valid name", shown(name)),
+            "write a name",
+        )),
         None => Err(source.at(&place(node), format!("<{tag}> has no {key}"), format!("add {key} = \"...\""))),
     }
 }
@@ -226,7 +228,7 @@ impl Robot {
         };
         if only(source, &all, "mimic")?.is_some() {
             let message = format!("joint {} moves with another one (<mimic>)", shown(&name));
-            return fault(message, "write it as a fixed joint, or leave it out with what hangs on it");
+            return fault(message, "write it as a fixed joint, or leave it out with the links that it carries");
         }
         let of = |tag: &str| match only(source, &all, tag)? {
             Some(n) => named(source, n, "link"),
@@ -248,7 +250,7 @@ impl Robot {
                 Some(v) => axis = v,
                 None if kind == Kind::Fixed => {}
                 None => {
-                    let message = format!("the axis of joint {} is no direction", shown(&name));
+                    let message = format!("the axis of joint {} has no direction", shown(&name));
                     return Err(source.at(&place(n), message, "write a vector that is not zero"));
                 }
             }
@@ -304,7 +306,7 @@ impl Robot {
             return Err(source.at(
                 &place(n),
                 message,
-                "write the lower end as lower; a joint that stands still is fixed",
+                "write the lower end as lower; a joint that does not move is fixed",
             ));
         }
         Ok(Some([low, high]))

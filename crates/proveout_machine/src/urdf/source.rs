@@ -102,7 +102,7 @@ impl Source<'_> {
             return Ok(Some(values));
         }
         let tag = node.tag_name().name();
-        let what = if N == 1 { "no number".to_owned() } else { format!("not {N} numbers") };
+        let what = if N == 1 { "not a number".to_owned() } else { format!("not {N} numbers") };
         let remedy = if text.contains("${") {
             "expand the file with xacro first, and name what it makes"
         } else {

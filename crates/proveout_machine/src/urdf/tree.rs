@@ -33,7 +33,7 @@ impl Tree {
         for (j, joint) in robot.joints.iter().enumerate() {
             let find = |word: &str, name: &str| {
                 index.get(name).copied().ok_or_else(|| {
-                    let message = format!("the {word} {} of joint {} is no link", shown(name), shown(&joint.name));
+                    let message = format!("the {word} {} of joint {} is not a link", shown(name), shown(&joint.name));
                     source.at(&joint.place, message, "name a link of the file, or add it")
                 })
             };
@@ -41,7 +41,7 @@ impl Tree {
             if let Some(first) = carrier[down] {
                 let other = robot.joints.get(first).map_or("", |o| o.name.as_str());
                 let message = format!(
-                    "link {} hangs on two joints, {} and {}: a loop is no tree",
+                    "link {} is the child of two joints, {} and {}: links must form a tree",
                     shown(&joint.child),
                     shown(other),
                     shown(&joint.name)
@@ -59,7 +59,7 @@ impl Tree {
             [] => return Err(Self::a_loop(source, robot, 0)),
             [_, second, ..] => {
                 let names = listed(roots.iter().map(|&l| robot.links[l].name.as_str()));
-                let message = format!("{} links hang on nothing: {names}", roots.len());
+                let message = format!("{} links have no parent joint: {names}", roots.len());
                 return Err(source.at(&robot.links[second].place, message, "bind all but one by a joint"));
             }
         };
@@ -84,8 +84,8 @@ impl Tree {
     fn a_loop(source: &Source<'_>, robot: &Robot, joint: usize) -> InputError {
         match robot.joints.get(joint) {
             Some(j) => {
-                let message = format!("joint {} stands on itself: the joints form a loop", shown(&j.name));
-                source.at(&j.place, message, "let one link of the loop hang on nothing")
+                let message = format!("joint {} is its own ancestor: the joints form a loop", shown(&j.name));
+                source.at(&j.place, message, "leave one link of the loop without a parent joint")
             }
             None => source.whole("the robot has no root", "name a URDF file with links and joints"),
         }

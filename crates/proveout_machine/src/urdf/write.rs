@@ -69,9 +69,10 @@ pub(super) fn machine(source: &Source<'_>, robot: &Robot, kinematics: &str, sect
     let file: String = file.chars().filter(|c| !c.is_control()).collect();
     let model = if sections.has_model { "model = \"model.glb\"\n" } else { "" };
     format!(
-        "# Made from the URDF file {file}, as a start. What the file does not tell is marked `chosen`.\n\
-         # Machine coordinates: the frame of the root link, all joints at zero. Up is its z, as ROS has it (REP 103).\n\n\
-         name = {}\ndescription = \"from URDF; letters, sides, home and times are chosen\"\nup = [0, 0, 1]\n{model}{kinematics}{}",
+        "# Made from the URDF file {file}, as a start. What the file does not give is marked `chosen`.\n# Machine \
+         coordinates: the frame of the root link, all joints at zero. Up is its z, as ROS has it (REP 103).\n\nname = \
+         {}\ndescription = \"from URDF; letters, sides, home and times are chosen\"\nup = [0, 0, \
+         1]\n{model}{kinematics}{}",
         quoted(&robot.name),
         sections.bodies
     )
@@ -126,17 +127,13 @@ pub(super) fn kinematics(
         ends.stated[1],
     ));
     let chosen = |stated: bool, key: &str| {
-        if stated {
-            String::new()
-        } else {
-            format!("{key} = \"z of the frame of the link; the file does not tell it\"\n")
-        }
+        if stated { String::new() } else { format!("{key} = \"z of the frame of the link; not in the file\"\n") }
     };
     let [tool_on, table_on] = axes.last.map(on);
     let _ = write!(
         w,
-        "\n[spindle]\non = {}\norigin_mm = {}\ndirection = {}\nstart_time_s = 2\n\n[spindle.source]\norigin_mm = {}\n\n[spindle.chosen]\n{}start_time_s = \
-         \"the file does not tell it\"\n",
+        "\n[spindle]\non = {}\norigin_mm = {}\ndirection = {}\nstart_time_s = 2\n\n[spindle.source]\norigin_mm = \
+         {}\n\n[spindle.chosen]\n{}start_time_s = \"not in the file\"\n",
         quoted(&tool_on),
         place(&gauge),
         unit(&into_spindle),
@@ -153,8 +150,8 @@ pub(super) fn kinematics(
         chosen(ends.stated[1], "normal"),
     );
     w.push_str(
-        "\n[control]\ncycle_time_ms = 2\nblock_time_ms = 1\ntool_change_time_s = 10\nrapid_mode = \"straight\"\ndefault_tolerance_mm = \
-         0.01\n\n[control.chosen]\n\"*\" = \"the file does not tell it\"\n",
+        "\n[control]\ncycle_time_ms = 2\nblock_time_ms = 1\ntool_change_time_s = 10\nrapid_mode = \
+         \"straight\"\ndefault_tolerance_mm = 0.01\n\n[control.chosen]\n\"*\" = \"not in the file\"\n",
     );
     Ok(w)
 }
@@ -215,7 +212,7 @@ fn write_joint(
             return Err(source.at(
                 &joint.limit_place,
                 message,
-                "write meters and radians; a joint that stands still is fixed",
+                "write meters and radians; a joint that does not move is fixed",
             ));
         }
         let _ = writeln!(w, "{key} = [{low}, {high}]");

@@ -47,9 +47,10 @@ fn refused(source: &Source<'_>, error: &Error) -> InputError {
             "the file declares entities (<!DOCTYPE>), which are not read",
             "save it without them",
         ),
-        Error::NodesLimitReached => {
-            source.whole(format!("the file has more than {MAX_NODES} elements"), "leave out what is no machine")
-        }
+        Error::NodesLimitReached => source.whole(
+            format!("the file has more than {MAX_NODES} elements"),
+            "leave out all elements that are not the machine",
+        ),
         Error::UnclosedRootNode | Error::UnexpectedEndOfStream => {
             at(end, "the file ends before its elements are closed", "save it whole")
         }
@@ -61,7 +62,7 @@ fn refused(source: &Source<'_>, error: &Error) -> InputError {
             let line = text.get(start..).unwrap_or_default();
             let column = line.char_indices().nth(pos.col.saturating_sub(1) as usize).map_or(line.len(), |(i, _)| i);
             let words: String = other.to_string().replace(&format!(" at {pos}"), "").chars().take(160).collect();
-            at(start + column, &format!("the file is no XML: {words}"), "name a URDF file, or correct the place")
+            at(start + column, &format!("the file is not valid XML: {words}"), "name a URDF file, or correct the place")
         }
     }
 }

@@ -21,13 +21,13 @@ fn each_fault_is_told_where_it_stands() {
         (changed("0 0.1 0.37", "0 0.1 0.37 1"), "not 3 numbers"),
         (changed("0 0.1 0.37", "0 0.1 1e6"), "the limit is 100000 mm"),
         (changed("0 0.1 0.37", "0 0.1 ${h}"), "not 3 numbers"),
-        (changed(z_limit, "lower=\"inf\" upper=\"0\""), "lower = \"inf\" of <limit> is no number"),
+        (changed(z_limit, "lower=\"inf\" upper=\"0\""), "lower = \"inf\" of <limit> is not a number"),
         (changed(z_limit, "lower=\"0.1\" upper=\"0\""), "lower = \"0.1\" is not below upper = \"0\""),
         (changed("velocity=\"0.5\"", "velocity=\"-1\""), "the velocity is below zero"),
         (changed("velocity=\"0.5\"", "velocity=\"1e9\""), "joint \"z_axis\" gives max_velocity_mm_min"),
         (changed("radius=\"0.015\"", "radius=\"0\""), "<sphere> measures 0 mm"),
         (changed("size=\"1.5 1.32 0.22\"", "size=\"1.5 -1 0.22\""), "<box> measures -1000 mm"),
-        (changed("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>"), "the axis of joint \"z_axis\" is no direction"),
+        (changed("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>"), "the axis of joint \"z_axis\" has no direction"),
         (changed("type=\"continuous\"", "type=\"floating\""), "joint \"c_axis\" is of type \"floating\""),
         (changed("type=\"continuous\"", "type=\"planar\""), "is of type \"planar\""),
         (changed("type=\"continuous\"", ""), "is of type \"\""),
@@ -38,29 +38,29 @@ fn each_fault_is_told_where_it_stands() {
         (changed("<link name=\"beam\">", "<link name=\"bed\">"), "two links have the name \"bed\""),
         (changed("joint name=\"x_axis\"", "joint name=\"y_axis\""), "two joints have the name \"y_axis\""),
         (changed("<link name=\"beam\">", "<link>"), "<link> has no name"),
-        (changed("<link name=\"beam\">", "<link name=\" \">"), "is no name"),
+        (changed("<link name=\"beam\">", "<link name=\" \">"), "is not a valid name"),
         (changed("<child link=\"saddle\"/>", ""), "joint \"x_axis\" has no <child>"),
         (
             changed("<child link=\"saddle\"/>", "<child link=\"sledge\"/>"),
-            "the child \"sledge\" of joint \"x_axis\" is no link",
+            "the child \"sledge\" of joint \"x_axis\" is not a link",
         ),
         (
             changed("<parent link=\"bed\"/><child link=\"beam\"/>", "<parent link=\"spindle\"/><child link=\"beam\"/>"),
             "the joints form a loop",
         ),
-        (changed("<child link=\"saddle\"/>", "<child link=\"beam\"/>"), "link \"beam\" hangs on two joints"),
+        (changed("<child link=\"saddle\"/>", "<child link=\"beam\"/>"), "link \"beam\" is the child of two joints"),
         (
             changed("<link name=\"cradle\">", "<link name=\"lost\"/><link name=\"cradle\">"),
-            "2 links hang on nothing: \"bed\", \"lost\"",
+            "2 links have no parent joint: \"bed\", \"lost\"",
         ),
-        (changed("<origin xyz=\"0 0.361 1.786\"/>", "<origin/><origin/>"), "<origin> stands there twice"),
+        (changed("<origin xyz=\"0 0.361 1.786\"/>", "<origin/><origin/>"), "<origin> appears twice"),
         (
             changed("joint name=\"c_axis\"", "joint name=\"turntable\""),
             "no axis letter in the name of joint \"turntable\"",
         ),
         (changed("joint name=\"c_axis\"", "joint name=\"a\""), "both are axis A"),
         (changed("joint name=\"c_axis\"", "joint name=\"u\""), "joint \"u\" turns, and axis U slides"),
-        (changed("<axis xyz=\"0 0 -1\"/>", "<axis xyz=\"1 0 0\"/>"), "the axes make no machine: the rotary axes"),
+        (changed("<axis xyz=\"0 0 -1\"/>", "<axis xyz=\"1 0 0\"/>"), "the axes do not make a machine: the rotary axes"),
         (
             changed(
                 "<link name=\"beam\">",
@@ -84,17 +84,17 @@ fn what_is_no_robot_is_told_so() {
     let cases = [
         (String::new(), "the file is empty"),
         (" \n\n".to_owned(), "the file is empty"),
-        ("hello\n".to_owned(), "the file is no XML"),
-        ("name = \"a\"\n".to_owned(), "the file is no XML"),
+        ("hello\n".to_owned(), "the file is not valid XML"),
+        ("name = \"a\"\n".to_owned(), "the file is not valid XML"),
         ("<html><body/></html>".to_owned(), "the first element is <html>"),
         ("<robot name=\"a\"/>".to_owned(), "the robot has no link"),
-        ("<robot><link name=\"a\"></robot>".to_owned(), "the file is no XML"),
+        ("<robot><link name=\"a\"></robot>".to_owned(), "the file is not valid XML"),
         (whole[..whole.len() / 2].to_owned(), "the file"),
         (bomb.to_owned(), "declares entities"),
         ("<a>".repeat(300_000), "the file ends before its elements are closed"),
         (format!("<robot>{}", "<link>".repeat(600_000)), "more than 500000 elements"),
-        ("x".repeat(10_000_000), "the file is no XML"),
-        ("<".repeat(10_000_000), "the file is no XML"),
+        ("x".repeat(10_000_000), "the file is not valid XML"),
+        ("<".repeat(10_000_000), "the file is not valid XML"),
         (format!("<robot name=\"{}", "y".repeat(10_000_000)), "the file"),
         (format!("<robot {}/>", (0..100_000).map(|k| format!("a{k}=\">\" ")).collect::<String>()), "100000 attributes"),
         ((0..20_000).map(|k| format!("<a xmlns:n{k}='u'>\n")).collect(), "more than 100 namespaces"),
@@ -150,7 +150,7 @@ fn what_the_caller_leaves_open_is_asked() {
         (UrdfOptions { axis_names: Some("c_axis".into()), ..table() }, "this names no axis"),
         (UrdfOptions { axis_names: Some("c_axis=Q".into()), ..table() }, "this names no axis"),
         (UrdfOptions { axis_names: Some("c_axis=B,c_axis=C".into()), ..table() }, "twice"),
-        (UrdfOptions { axis_names: Some("bearings_on_bed=B".into()), ..table() }, "moves nothing between"),
+        (UrdfOptions { axis_names: Some("bearings_on_bed=B".into()), ..table() }, "is not between table and tool"),
         (UrdfOptions { axis_names: Some("x_axis=W".into()), ..table() }, "no joint between table and tool is axis X"),
         (UrdfOptions { reverse: Some("B".into()), ..table() }, "--reverse \"B\": the machine has no such axis"),
         (UrdfOptions { tool_direction: Some("up".into()), ..table() }, "--tool-direction \"up\""),
@@ -188,7 +188,7 @@ fn a_spindle_that_turns_is_left_before_its_joint() {
     let error = desk.import(&text, &between("spindle", "table")).expect_err("no letter");
     assert!(error.remedy.contains("the turning of a spindle, name the link before it"), "{error}");
     let made = desk.import(&text, &between("headstock", "table")).expect("read");
-    assert!(made.notes.join("\n").contains("no axis between table and tool stand at zero: \"rotor\""));
+    assert!(made.notes.join("\n").contains("not axes between table and tool are held at zero: \"rotor\""));
     assert!(desk.machine(&made).bodies.iter().any(|b| b.name == "spindle"));
 }
 

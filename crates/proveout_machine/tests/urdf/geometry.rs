@@ -119,7 +119,7 @@ fn meshes_are_scaled_to_millimeters() {
     assert!(far.message.contains("110000 mm") && far.remedy.contains("0.001 0.001 0.001"), "{far}");
     let lost = desk.import(&mill("", &of("package://other/block.stl", "1 1 1")), &between("c", "table"));
     let lost = lost.expect_err("not there");
-    assert!(lost.message.contains("is not there") && lost.remedy.contains("package") && lost.line == 1, "{lost}");
+    assert!(lost.message.contains("not found") && lost.remedy.contains("package") && lost.line == 1, "{lost}");
     let lost = desk.import(&mill("", &of("nowhere.stl", "1 1 1")), &between("c", "table")).expect_err("not there");
     assert!(lost.message.contains("nowhere.stl"), "{lost}");
     // Five triangles are announced, and none is there.

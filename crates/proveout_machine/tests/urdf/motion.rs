@@ -187,7 +187,7 @@ fn random_trees_move_as_their_description() {
             Ok(made) => made,
             // Two parallel rotary axes, or one along the tool, are no machine.
             Err(e) => {
-                assert!(e.message.contains("the axes make no machine") && e.line > 0, "{e}\n{text}");
+                assert!(e.message.contains("the axes do not make a machine") && e.line > 0, "{e}\n{text}");
                 continue;
             }
         };

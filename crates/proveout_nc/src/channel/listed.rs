@@ -42,7 +42,7 @@ impl<L: Language> Channel<L> {
     pub(crate) fn default_feed(&mut self) -> Option<f64> {
         let mm_min = self.settings.default_feed_mm_per_min?;
         self.assume(format!(
-            "no F stands before the motion: its feed is taken as {mm_min} mm/min, as --feed or the control file says"
+            "no F before the motion: the default feed of {mm_min} mm/min (--feed or the control file) applies"
         ));
         self.technology.feed = Some(Feed::PerTime(mm_min / 60.0));
         Some(mm_min)

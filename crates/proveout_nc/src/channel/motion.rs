@@ -173,7 +173,7 @@ impl<L: Language> Channel<L> {
         }
         if points.axes >> axis & 1 == 0 {
             let message = format!("{word} names {letter}, and machine \"{machine}\" has no axis of this letter");
-            return Err(Fault::new(codes::BAD_VALUE, span, message).help("take the axis out"));
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("remove the axis"));
         }
         let stated = if second { &points.second } else { &points.first };
         stated.get(axis).ok_or_else(|| {

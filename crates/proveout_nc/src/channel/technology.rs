@@ -146,7 +146,7 @@ impl<L: Language> Channel<L> {
     /// The tool that M6 takes.
     pub(crate) fn selected_tool(&self, span: Span) -> Result<ToolName, Fault> {
         self.technology.selected.clone().ok_or_else(|| {
-            Fault::new(codes::NO_TOOL, span, "M6 stands before any T").help("select the tool with T first")
+            Fault::new(codes::NO_TOOL, span, "M6 without a T word before it").help("select the tool with T first")
         })
     }
 

@@ -50,7 +50,7 @@ impl Compensated {
                 }
                 self.leaving = None;
             } else {
-                return Err(self.unfit(&location, "the first motion behind G40 is not straight"));
+                return Err(self.unfit(&location, "the first motion after G40 is not straight"));
             }
             return self.pass(command);
         }
@@ -97,7 +97,7 @@ impl Compensated {
     fn exit_move(&mut self, end_base: &AxisValues, plane: &Plane, location: Location) {
         let Some((stretch, from)) = &self.leaving else { return };
         let (Ok(end), Some(wall)) = (plane.project(end_base), stretch.walls.len().checked_sub(1)) else {
-            let text = "the exit from cutter compensation is not held against the contour: its end is not known";
+            let text = "the exit from cutter compensation is not checked against the contour: its end is not known";
             self.out.push_back(Ok(Command { location, op: Op::Note(text.to_owned()) }));
             return;
         };
@@ -147,7 +147,7 @@ impl Compensated {
         let style = self.reader.comp_style().unwrap_or(self.default_style);
         let from = from.map(|p| [p[0] + self.residual[0], p[1] + self.residual[1]]);
         if from.is_none() {
-            let text = "the entry to cutter compensation is not held against the contour: its start is not known";
+            let text = "the entry to cutter compensation is not checked against the contour: its start is not known";
             self.out.push_back(Ok(Command { location: location.clone(), op: Op::Note(text.to_owned()) }));
         }
         let from = match (style.entry, from) {
@@ -194,7 +194,8 @@ impl Compensated {
             self.check()?;
             self.stretch.forget();
             let text = format!(
-                "a contour of more than {} blocks: the path of the tool center is held against {WINDOW} blocks before and behind it",
+                "the contour has more than {} blocks: each block is checked against the {WINDOW} blocks before and \
+                 after it only",
                 2 * WINDOW
             );
             self.out.push_back(Ok(Command { location: command.location.clone(), op: Op::Note(text) }));

@@ -29,7 +29,7 @@ impl Compensated {
             None if pending.entry => {
                 return Err(self.unfit(
                     &pending.command.location,
-                    "cutter compensation is switched off behind its entry move, with no contour between",
+                    "cutter compensation is switched off right after its entry move, with no contour between",
                 ));
             }
             None => {

@@ -41,12 +41,18 @@ impl Compensated {
 
     pub(super) fn unfit(&self, location: &Location, what: &str) -> Fault {
         let message = format!("{what}: this cannot be compensated");
-        self.fault(codes::COMPENSATION, location, message, "write G40 (R0) before this block and begin anew behind it")
+        self.fault(
+            codes::COMPENSATION,
+            location,
+            message,
+            "write G40 (R0) before this block and start compensation again after it",
+        )
     }
 
     pub(super) fn behind(&self, location: &Location, what: &str) -> Fault {
-        let message =
-            format!("the {what} lies behind the contour or its place is not known: KONT is not computed there");
+        let message = format!(
+            "the {what} lies on the far side of the contour, or its position is not known: KONT cannot be computed"
+        );
         let help = format!("use NORM, or put the {what} on the side of the contour where the tool runs");
         self.fault(codes::COMPENSATION, location, message, help)
     }

@@ -347,7 +347,7 @@ impl Compensated {
         }
         if self.held.len() >= LOOK_AHEAD {
             let message = format!(
-                "cutter compensation finds no motion in the plane within {LOOK_AHEAD} commands behind line {}",
+                "cutter compensation finds no motion in the plane within {LOOK_AHEAD} commands after line {}",
                 self.pending.as_ref().map_or(0, |p| p.command.location.line)
             );
             return Err(self.fault(codes::COMPENSATION, &command.location, message, "write G40 before this part"));

@@ -336,7 +336,7 @@ impl Compensated {
         }
         let at = if place.is_empty() { String::new() } else { format!(" at{place}") };
         let message = format!(
-            "the tool of radius {} mm does not fit: beside line {} it cuts {:.4} mm into the contour of line {}{at}",
+            "the tool of radius {} mm does not fit: along line {} it cuts {:.4} mm into the contour of line {}{at}",
             way.radius, own.location.line, cut.depth, wall.location.line
         );
         let help = format!(

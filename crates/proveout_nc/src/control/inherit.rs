@@ -129,7 +129,7 @@ fn read(first: Link) -> Result<Arc<Control>, Box<ControlFileError>> {
             if own == identity(&link) || chain.iter().any(|(link, _)| identity(link) == own) {
                 let message =
                     format!("the controls inherit from each other in a circle: {}, {}", names.join(", "), found.name);
-                let remedy = "take one `inherits` out, and name the dialect there".to_owned();
+                let remedy = "remove one `inherits`, and name the dialect there".to_owned();
                 return Err(wrong("control-inheritance-circle", message, remedy));
             }
             if chain.len() >= MOST_PARENTS {

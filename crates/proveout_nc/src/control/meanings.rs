@@ -62,12 +62,12 @@ fn key(word: &str, dialect: Dialect, text: &Text<'_>) -> Checked<WordKey> {
     };
     if flow {
         let message = format!("{word} ends or calls programs, and keeps its meaning");
-        return Err(text.error("control-word", &["words", word], message, "take it out"));
+        return Err(text.error("control-word", &["words", word], message, "remove it"));
     }
     match key {
         Some(key) if fits => Ok(key),
         _ => {
-            let message = format!("{word:?} is no word of the dialect {}", dialect.name());
+            let message = format!("{word:?} is not a word of the dialect {}", dialect.name());
             Err(text.error("control-word", &["words", word], message, format!("write {wanted}")))
         }
     }
@@ -167,7 +167,7 @@ fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Ch
     let mut list = Vec::new();
     for word in value.split_whitespace() {
         let unknown = |what: &str| {
-            let message = format!("{word:?} is no function {what} the dialect {}", dialect.name());
+            let message = format!("{word:?} is not a function {what} the dialect {}", dialect.name());
             text.error(
                 "control-unknown-function",
                 path,
@@ -181,15 +181,15 @@ fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Ch
             _ => return Err(unknown("of an M or G word in")),
         };
         if !does_word(dialect, builtin) {
-            return Err(unknown("that is done in"));
+            return Err(unknown("that is supported in"));
         }
         if list.contains(&builtin) {
-            return Err(text.error("control-contradiction", path, format!("{word} stands twice"), "keep one"));
+            return Err(text.error("control-contradiction", path, format!("{word} is listed twice"), "keep one"));
         }
         list.push(builtin);
     }
     if list.len() > MOST_BUILTIN {
-        let message = format!("one word stands for {} words; the limit is {MOST_BUILTIN}", list.len());
+        let message = format!("one word replaces {} words; the limit is {MOST_BUILTIN}", list.len());
         return Err(text.error("control-value", path, message, "call a subprogram"));
     }
     Ok(list)
@@ -206,7 +206,7 @@ fn program(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Che
     if good {
         return Ok(number.to_owned());
     }
-    Err(text.error("control-value", path, format!("{value:?} is no program number"), "write O9001"))
+    Err(text.error("control-value", path, format!("{value:?} is not a program number"), "write O9001"))
 }
 
 /// Name of an O word subprogram, as its label is kept: `<bore>`, `100`.
@@ -225,7 +225,7 @@ fn o_name(value: &str, path: &[&str], text: &Text<'_>) -> Checked<String> {
     Err(text.error(
         "control-value",
         path,
-        format!("{value:?} is no name of an O word subprogram"),
+        format!("{value:?} is not the name of an O word subprogram"),
         "write its name: \"bore\" for o<bore> sub",
     ))
 }
@@ -234,12 +234,9 @@ fn o_name(value: &str, path: &[&str], text: &Text<'_>) -> Checked<String> {
 fn letter(value: &str, path: &[&str], text: &Text<'_>) -> Checked<u8> {
     match value.trim().to_ascii_uppercase().as_bytes() {
         [letter] if letter.is_ascii_uppercase() && !b"GMNO".contains(letter) => Ok(*letter),
-        _ => Err(text.error(
-            "control-value",
-            path,
-            format!("{value:?} is no letter of a word"),
-            "write one letter: \"H\"",
-        )),
+        _ => {
+            Err(text.error("control-value", path, format!("{value:?} is not a word letter"), "write one letter: \"H\""))
+        }
     }
 }
 
@@ -250,7 +247,7 @@ fn values(word: &str, file: &WordFile, meaning: &Meaning, dialect: Dialect, text
         || dialect == Dialect::LinuxCnc && matches!(meaning, Meaning::Macro(_));
     if !taken || !matches!(Family::of(dialect), Some(Family::MacroB | Family::LinuxCnc)) {
         let message = "letters that belong to the word have no effect here";
-        return Err(text.error("control-no-effect", &path, message, "take them out"));
+        return Err(text.error("control-no-effect", &path, message, "remove them"));
     }
     let letters = letters.trim().to_ascii_uppercase();
     let good = letters.bytes().all(|b| b.is_ascii_uppercase() && !b"GMN".contains(&b)) && !letters.is_empty();

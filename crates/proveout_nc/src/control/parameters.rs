@@ -175,8 +175,8 @@ pub(super) fn parameters(into: &mut Parameters, file: &ParametersFile, text: &Te
         return Err(text.error(
             "control-contradiction",
             &["parameters", "reference_radius_mm"],
-            "a radius is stated, and angles do not count in the feed",
-            "write mixed_feed = \"vector\", or take the radius out",
+            "a radius is stated, but angles do not count in the feed",
+            "write mixed_feed = \"vector\", or remove the radius",
         ));
     }
     if let Some(letters) = &file.rollover_axes {
@@ -204,11 +204,11 @@ pub(super) fn parameters(into: &mut Parameters, file: &ParametersFile, text: &Te
     }
     for (number, &radius) in &file.radius_offset_mm {
         let Ok(offset) = number.parse::<u32>() else {
-            let message = format!("{number} is no number of an offset");
+            let message = format!("{number} is not an offset number");
             return wrong("radius_offset_mm", message, "write the D number: 2 = 6.0");
         };
         if !radius.is_finite() {
-            return wrong("radius_offset_mm", format!("{radius} is no radius"), "write the radius in mm");
+            return wrong("radius_offset_mm", format!("{radius} is not a valid radius"), "write the radius in mm");
         }
         into.radius_offsets.insert(offset, radius);
     }

@@ -85,7 +85,12 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     for (name, value) in &file.variables {
         if !value.is_finite() {
             let path = ["variables", name.as_str()];
-            return Err(text.error("control-value", &path, format!("{value} is no value"), "write a finite number"));
+            return Err(text.error(
+                "control-value",
+                &path,
+                format!("{value} is not a valid value"),
+                "write a finite number",
+            ));
         }
         control.variables.insert(name.trim().to_ascii_uppercase(), *value);
     }
@@ -96,7 +101,7 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     ] {
         let Some(list) = list else { continue };
         if list.iter().any(|pattern| pattern.trim().trim_matches('*').is_empty()) {
-            let message = "a pattern without a character of its own would take every line";
+            let message = "a pattern of `*` alone would match every line";
             return Err(text.error("control-pattern", &["program", key], message, "write what the lines begin with"));
         }
         into.clone_from(list);
@@ -126,7 +131,7 @@ fn limits(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checked
     ];
     for (key, value, most) in given {
         if let Some(value) = value.filter(|value| !(1..=most).contains(value)) {
-            let message = format!("{value} is no limit of a run");
+            let message = format!("{value} is not a valid limit");
             return Err(text.error("control-value", &["limits", key], message, format!("write 1 to {most}")));
         }
     }
@@ -162,7 +167,7 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checke
                 "control-contradiction",
                 &["dialect"],
                 message,
-                "take it out, or inherit from another control",
+                "remove it, or inherit from another control",
             ));
         }
         control.dialect = named;
@@ -172,7 +177,7 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checke
         return Err(text.error(
             "control-no-dialect",
             &["dialect"],
-            "nothing says the language of the programs",
+            "the file does not state the dialect of the programs",
             remedy,
         ));
     };
@@ -189,14 +194,14 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checke
             "control-contradiction",
             &["program", "words"],
             message,
-            "take it out, or name another dialect",
+            "remove it, or name another dialect",
         ));
     }
     for path in text.paths() {
         let keys: Vec<&str> = path.splitn(2, '.').collect();
         if !family.uses(&keys) {
             let message = format!("the key has no effect on programs in the dialect {}", control.dialect.name());
-            return Err(text.error("control-no-effect", &keys, message, "take it out"));
+            return Err(text.error("control-no-effect", &keys, message, "remove it"));
         }
     }
     Ok(())
@@ -229,7 +234,7 @@ fn skipped(levels: &[u8], dialect: Dialect, text: &Text<'_>) -> Checked<u16> {
     let heidenhain = matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso);
     let most = if heidenhain { 0 } else { 9 };
     if let Some(wrong) = levels.iter().find(|level| **level > most) {
-        let message = format!("{wrong} is no level of blocks with a slash");
+        let message = format!("{wrong} is not a block skip level");
         let remedy = if heidenhain { "write 0: the control has one level" } else { "write 0 to 9" };
         return Err(text.error("control-value", &["blocks", "skipped_levels"], message, remedy));
     }
@@ -243,7 +248,7 @@ fn subprograms(control: &mut Control, file: &ControlFile, text: &Text<'_>, folde
         for name in folders {
             let path = folder.map_or_else(|| name.into(), |folder| folder.join(name));
             if !path.is_dir() {
-                let message = format!("{} is no folder", path.display());
+                let message = format!("{} is not a folder", path.display());
                 return Err(text.error(
                     "control-value",
                     &["subprograms", "folders"],
@@ -261,7 +266,7 @@ fn subprograms(control: &mut Control, file: &ControlFile, text: &Text<'_>, folde
             control.missing_subprogram = Some(reason.clone());
         }
         (Some(MissingSubprogramFile::Note), _) => {
-            let message = "nothing says why a subprogram that is missing may be left out";
+            let message = "no reason is given for leaving out missing subprograms";
             return Err(text.error(
                 "control-contradiction",
                 &["subprograms", "missing"],
@@ -270,13 +275,13 @@ fn subprograms(control: &mut Control, file: &ControlFile, text: &Text<'_>, folde
             ));
         }
         (_, Some(_)) => {
-            let message = "a reason is given, and missing subprograms are not left out";
+            let message = "a reason is given, but missing subprograms are not left out";
             let path = ["subprograms", "missing_reason"];
             return Err(text.error(
                 "control-contradiction",
                 &path,
                 message,
-                "write missing = \"note\", or take the reason out",
+                "write missing = \"note\", or remove the reason",
             ));
         }
     }

@@ -69,7 +69,12 @@ pub(super) fn positions(
             return Err(text.error("control-value", path, message, "write the letter of an axis"));
         };
         if !value.is_finite() {
-            return Err(text.error("control-value", path, format!("{value} is no position"), "write a finite number"));
+            return Err(text.error(
+                "control-value",
+                path,
+                format!("{value} is not a valid position"),
+                "write a finite number",
+            ));
         }
         into.put(axis, if rotary { value.to_radians() } else { value });
     }

@@ -43,8 +43,8 @@ pub(super) fn numbers(file: &NumbersFile, before: WholeNumbers, text: &Text<'_>)
     };
     if let Some(counted) = counted {
         if let Some((key, ..)) = sizes.iter().find(|(_, value, _)| value.is_some()) {
-            let message = "an increment is stated, and numbers without a decimal point do not count increments";
-            let remedy = "write without_point = \"increments\", or take the increment out";
+            let message = "an increment is stated, but numbers without a decimal point do not count increments";
+            let remedy = "write without_point = \"increments\", or remove the increment";
             return Err(text.error("control-contradiction", &["numbers", key], message, remedy));
         }
         return Ok(file.without_point.map(|_| counted));
@@ -101,7 +101,7 @@ pub(super) fn arcs(control: &mut Control, file: &ArcsFile, text: &Text<'_>) -> C
         None => before.largest_mm,
     };
     if file.largest_difference_mm.is_some() && relative == 0.0 {
-        let message = "the largest difference bounds a part of the radius, and no part is stated";
+        let message = "the largest difference limits a part of the radius, but no part is stated";
         return Err(text.error(
             "control-contradiction",
             &["arcs", "largest_difference_mm"],
@@ -130,7 +130,7 @@ pub(super) fn dwell(control: &mut Control, file: &ControlFile, text: &Text<'_>) 
             _ => None,
         };
         let Some(at) = known else {
-            let message = format!("{letter} is no word of a dwell");
+            let message = format!("{letter} is not a dwell word");
             return Err(text.error("control-value", &["dwell", letter], message, "write one of P, X, U, F, K"));
         };
         control.dwell[at] = Some(match unit {
@@ -148,20 +148,20 @@ pub(super) fn feed(control: &mut Control, file: &ControlFile, text: &Text<'_>) -
         (None, None) => {}
         (Some(MissingFeedFile::Refuse), None) => control.missing_feed_mm_min = None,
         (Some(MissingFeedFile::Refuse), Some(_)) => {
-            let message = "a feed is stated, and motions without a feed are refused";
+            let message = "a feed is stated, but motions without a feed are refused";
             return Err(text.error(
                 "control-contradiction",
                 &["feed", "missing_mm_min"],
                 message,
-                "write missing = \"value\", or take the feed out",
+                "write missing = \"value\", or remove the feed",
             ));
         }
         (Some(MissingFeedFile::Value), None) => {
-            let message = "the feed that is taken is not stated";
+            let message = "the default feed is not stated";
             return Err(text.error("control-contradiction", &["feed", "missing"], message, "add missing_mm_min"));
         }
         (None, Some(_)) if control.missing_feed_mm_min.is_none() => {
-            let message = "a feed is stated, and nothing says that it is taken";
+            let message = "a feed is stated, but `missing` does not say that it applies";
             return Err(text.error(
                 "control-contradiction",
                 &["feed", "missing_mm_min"],

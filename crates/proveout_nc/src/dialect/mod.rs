@@ -132,7 +132,7 @@ fn unknown(source: &Source) -> Diagnostics {
         (format!("the program {} is empty", source.name), "name the file that was posted".to_owned())
     } else {
         (
-            format!("the language of {} could not be told from its ending and its text", source.name),
+            format!("the dialect of {} could not be determined from its file name extension and its text", source.name),
             format!(
                 "check that it is an NC program: no line of it reads as one; where it is, name the dialect: {}",
                 names.join(", ")

@@ -123,7 +123,7 @@ impl<W: Write> AptPost<W> {
             // Circles carry their plane.
             Op::Plane(_) => Ok(()),
             Op::Offset(Offset::ToolEdge { edge: 0 }) if self.length_on => {
-                Err(Unsaid::new("switching the tool length off", "take D0 or G49 out: CL data gives points of the tip"))
+                Err(Unsaid::new("switching the tool length off", "remove D0 or G49: CL data gives points of the tip"))
             }
             Op::Offset(Offset::ToolEdge { .. }) => Ok(()),
             Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
@@ -148,7 +148,7 @@ impl<W: Write> AptPost<W> {
             Op::Override(_) => Err(Unsaid::new("a fixed or programmed override", "write the feed itself")),
             Op::PathMode(mode) => self.out.plain(&format!("$$ path mode: {mode:?}")),
             Op::Spline(_) => Err(Unsaid::new("a Bezier curve", "write it as short straight blocks")),
-            Op::Probe(_) => Err(Unsaid::new("a probing motion", "take the measuring cycle out")),
+            Op::Probe(_) => Err(Unsaid::new("a probing motion", "remove the measuring cycle")),
             Op::Thread(_) => Err(Unsaid::new("a motion coupled to the spindle", "write CYCLE/TAP by hand")),
             Op::Coolant(coolant) => self.coolant(*coolant),
             Op::Message(text) => self.out.plain(&format!("PPRINT/{}", one_line(text, &[]))),
@@ -227,7 +227,7 @@ impl<W: Write> AptPost<W> {
 
     fn straight(&mut self, motion: &Motion, rapid: bool) -> Result<(), Unsaid> {
         if motion.exact_stop {
-            return Err(Unsaid::new("an exact stop of one block", "take G9 out"));
+            return Err(Unsaid::new("an exact stop of one block", "remove G9"));
         }
         let (point, axis) = self.pose(motion)?;
         self.multax(axis)?;

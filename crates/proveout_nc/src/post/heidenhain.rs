@@ -139,7 +139,7 @@ impl<W: Write> HeidenhainPost<W> {
             Op::Plane(_) => Err(Unsaid::new("a working plane other than XY", "use a tilted plane")),
             Op::Offset(Offset::ToolEdge { edge: 0 }) if self.length_on => Err(Unsaid::new(
                 "switching the tool length off",
-                "take D0 or G49 out: a TNC keeps the length of the tool that was called",
+                "remove D0 or G49: a TNC keeps the length of the tool that was called",
             )),
             Op::Offset(Offset::ToolEdge { .. }) => Ok(()),
             Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
@@ -175,7 +175,7 @@ impl<W: Write> HeidenhainPost<W> {
                 }
             }
             Op::PathMode(PathMode::ExactStop) => {
-                Err(Unsaid::new("an exact stop at the end of every block", "take G60 or G61 out"))
+                Err(Unsaid::new("an exact stop at the end of every block", "remove G60 or G61"))
             }
             Op::Override(change) if change.enabled && change.feed == 1.0 => Ok(()),
             Op::Override(_) => Err(Unsaid::new("a fixed or programmed override", "write the feed itself")),
@@ -265,7 +265,7 @@ impl<W: Write> HeidenhainPost<W> {
 
     fn straight(&mut self, motion: &Motion, rapid: bool) -> Result<(), Unsaid> {
         if motion.exact_stop {
-            return Err(Unsaid::new("an exact stop of one block", "take G9 out"));
+            return Err(Unsaid::new("an exact stop of one block", "remove G9"));
         }
         let axis = if self.flat { motion.tool_axis_base } else { motion.tool_axis };
         if axis.is_some() && !self.tcp.is_some_and(|tcp| tcp.on) && !self.swiveled {

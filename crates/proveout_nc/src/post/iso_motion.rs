@@ -102,7 +102,7 @@ impl<W: Write> IsoPost<W> {
         let mut words = Vec::new();
         if motion.machine_coordinates {
             if word != "G0" && self.dialect != Dialect::LinuxCnc {
-                return Err(Unsaid::new("a motion in feed in machine coordinates", "write it as a rapid motion"));
+                return Err(Unsaid::new("a feed motion in machine coordinates", "write it as a rapid motion"));
             }
             words.push("G53".to_owned());
         }

@@ -84,7 +84,7 @@ fn must_be_known(motion: &Motion, value: impl Fn(usize) -> Option<f64>) -> Resul
     if lost {
         return Err(Unsaid::new(
             "a point in a turned frame of which not all coordinates are known",
-            "program X, Y and Z in the first block behind the frame",
+            "program X, Y and Z in the first block after the frame",
         ));
     }
     Ok(())

@@ -177,7 +177,7 @@ fn a_narrow_place_within_the_look_ahead_is_refused_and_told_beyond() {
             let narrow = keyhole(3.0, 2.0, arcs);
             if form.look_ahead() + 1 >= arcs {
                 let error = form.read(&form.text(&narrow), Some(2.0)).unwrap_err();
-                assert!(error.code == "nc-compensation" && error.message.contains("does not fit: beside"), "{error}");
+                assert!(error.code == "nc-compensation" && error.message.contains("does not fit: along"), "{error}");
                 // On the way around the corner of the neck; the tangents of a Fanuc meet beyond it.
                 let fanuc = matches!(dialect, Dialect::Fanuc | Dialect::Haas | Dialect::Iso);
                 let depth = if fanuc && arcs == 3 { "0.2241" } else { "1.0000" };

@@ -213,7 +213,7 @@ fn wild_contours_are_gouge_free_or_refused_or_told() {
                 assert_eq!(error.code, "nc-compensation", "{error}\n{text}");
                 assert!(!fits, "refused, though the tool fits: {error}\nradius {}\n{text}", contour.radius);
                 assert!(error.line > 0 && error.help.is_some(), "{error:?}\n{text}");
-                let words = ["does not fit into", "does not fit between", "does not fit: beside", "entry move is"];
+                let words = ["does not fit into", "does not fit between", "does not fit: along", "entry move is"];
                 let why =
                     words.iter().find(|w| error.message.contains(**w)).unwrap_or_else(|| panic!("{error}\n{text}"));
                 *share.refused.entry((*why).to_owned()).or_default() += 1;

@@ -34,8 +34,10 @@ pub(super) fn drafts(
     let mut imported = Imported { format: "CAMotics project", ..Imported::default() };
     for (number, entry) in tools {
         let refused = |message: String, help: &str| InputError::file(file, format!("tool {number}: {message}"), help);
-        let n: u32 =
-            number.trim().parse().map_err(|_no_number| refused("its key is no number".into(), "number the tools"))?;
+        let n: u32 = number
+            .trim()
+            .parse()
+            .map_err(|_no_number| refused("its key is not a number".into(), "number the tools"))?;
         if !call.wants(n) {
             continue;
         }

@@ -109,7 +109,7 @@ pub(super) fn drafts(file: &Path, data: Vec<Entry>, call: &ImportCall) -> Result
         let number = match entry.post.number {
             Some(n) if n >= 0.0 && n.fract() == 0.0 && n <= f64::from(u32::MAX) => n as u32,
             Some(n) => {
-                return Err(refused(format!("its number {n} is no number of a tool"), "number the tools in Fusion"));
+                return Err(refused(format!("its number {n} is not a tool number"), "number the tools in Fusion"));
             }
             None => {
                 imported.notes.push(format!("\"{words}\" ({kind}) has no number and is left out"));
@@ -131,7 +131,7 @@ pub(super) fn drafts(file: &Path, data: Vec<Entry>, call: &ImportCall) -> Result
                 imported.notes.extend(notes.into_iter().map(|n| format!("T{number}: {n}")));
                 imported.tools.push(draft);
             }
-            Err(message) => return Err(refused(message, "give the tool its dimensions in Fusion and export it anew")),
+            Err(message) => return Err(refused(message, "give the tool its dimensions in Fusion and export it again")),
         }
     }
     Ok(imported)
@@ -256,7 +256,7 @@ fn draft(
         draft.kind = Some("flat");
         draft.shape = vec![("diameter_mm", dc)];
         if !has("flat") {
-            draft.choose(&["kind"], format!("a {kind}: a cylinder of its diameter and flute length stands for it"));
+            draft.choose(&["kind"], format!("a {kind}: taken as a cylinder of its diameter and flute length"));
         }
     } else {
         return Err(format!("type {kind:?} is not known"));

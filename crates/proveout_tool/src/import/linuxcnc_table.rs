@@ -28,7 +28,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
         for word in code.split_whitespace() {
             let letter = word.chars().next().unwrap_or(' ').to_ascii_uppercase();
             let number = word.get(letter.len_utf8()..).and_then(|n| n.parse::<f64>().ok()).filter(|n| n.is_finite());
-            let Some(value) = number else { return Err(refused(format!("{word:?} is no word of a tool table"))) };
+            let Some(value) = number else { return Err(refused(format!("{word:?} is not a word of a tool table"))) };
             match letter {
                 'T' if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) => {
                     draft = Some(ToolDraft::new(value as u32, format!("LinuxCNC, {}:{}", file.display(), at + 1)));
@@ -38,7 +38,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
                 'Z' => length = Some(value * unit),
                 'X' | 'Y' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' | 'I' | 'J' | 'Q' if value == 0.0 => {}
                 'X' | 'Y' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' | 'I' | 'J' | 'Q' => other.push(word.to_owned()),
-                _ => return Err(refused(format!("{word:?} is no word of a tool table"))),
+                _ => return Err(refused(format!("{word:?} is not a word of a tool table"))),
             }
         }
         let Some(mut draft) = draft else { return Err(refused("the line has no T with a whole number".into())) };

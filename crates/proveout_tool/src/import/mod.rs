@@ -89,7 +89,7 @@ impl ImportCall {
         self.unit.map(LengthUnit::mm).ok_or_else(|| {
             InputError::file(
                 file,
-                format!("{what} does not tell its unit of length"),
+                format!("{what} does not state its unit of length"),
                 "state it: --unit mm or --unit inch",
             )
         })
@@ -114,7 +114,7 @@ pub fn import_tools(file: &Path, call: &ImportCall) -> Result<Imported, InputErr
         _ => {
             let text = read_input(file)?;
             if !offsets_program::fits(&text) {
-                let message = "the file is no tool library that is known".to_owned();
+                let message = "the file is not a tool library of a known format".to_owned();
                 let known = "give a Fusion 360 library (.json), a LinuxCNC tool table (.tbl), offsets as a program (G10 L10), a CAMotics \
                              project, a table (.csv), or a library of this program (.toml)";
                 return Err(InputError::file(file, message, known));
@@ -142,7 +142,7 @@ fn json(file: &Path, call: &ImportCall) -> Result<Imported, InputError> {
     let reader = std::io::BufReader::new(open()?);
     // A list of one kind or the other; members that neither has are passed over and not held.
     let either: Either = serde_json::from_reader(reader).map_err(|e| {
-        InputError::file(file, format!("the text is not the JSON of a tool library: {e}"), "export the library anew")
+        InputError::file(file, format!("the text is not the JSON of a tool library: {e}"), "export the library again")
             .with_line(e.line())
     })?;
     match (either.data, either.tools) {
@@ -186,7 +186,7 @@ fn unique(file: &Path, mut imported: Imported) -> Result<Imported, InputError> {
             ));
         }
         imported.notes.push(format!(
-            "T{}: \"{}\" is told twice with the same dimensions and stands once",
+            "T{}: \"{}\" is given twice with the same dimensions and is kept once",
             tool.number, tool.name
         ));
     }

@@ -60,7 +60,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
             return Err(refused("the block has no P or no R".into()));
         };
         if !(1.0..=9999.0).contains(&p) || p.fract() != 0.0 {
-            return Err(refused(format!("P{p} is no number of an offset")));
+            return Err(refused(format!("P{p} is not an offset number")));
         }
         let Some(unit) = unit else {
             return Err(call.stated(file, "the text").err().unwrap_or_else(|| refused("no unit".into())));

@@ -62,7 +62,9 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
             return Err(InputError::file(file, format!("column `{name}` is not known"), help).with_line(1));
         };
         if columns.iter().any(|(k, _)| *k == key) {
-            return Err(InputError::file(file, format!("column `{key}` stands twice"), "keep one of them").with_line(1));
+            return Err(
+                InputError::file(file, format!("column `{key}` appears twice"), "keep one of them").with_line(1)
+            );
         }
         columns.push((key, factor));
     }

@@ -47,7 +47,11 @@ impl AptReader {
                     let degrees = self.number(source, value)?;
                     if !(degrees > 0.0 && degrees <= 360.0 * MAX_TURNS) {
                         let message = format!("the angle of an arc must be above zero and is {degrees}");
-                        return Err(value.place.bad(codes::BAD_VALUE, message, "turn the normal round to go back"));
+                        return Err(value.place.bad(
+                            codes::BAD_VALUE,
+                            message,
+                            "reverse the normal for the opposite direction",
+                        ));
                     }
                     angle = Some(degrees.to_radians());
                 }
@@ -69,7 +73,7 @@ impl AptReader {
             ));
         };
         if st.major == "CIRCLE" && (8..11).contains(&leading) {
-            self.note(format!("CIRCLE has {leading} values: those behind the radius have no effect"));
+            self.note(format!("CIRCLE has {leading} values: those after the radius have no effect"));
         }
         let clockwise = st.major == "CIRCLE" && self.own.facts.clockwise;
         if st.major == "CIRCLE"
@@ -128,7 +132,7 @@ impl AptReader {
         let circle = values(circle)?;
         let (center, radius) = match (kind.as_str(), circle.as_slice()) {
             ("CIRCLE", &[x, y, z, r]) | ("CIRCLE" | "CYLNDR", &[x, y, z, _, _, _, r]) => ([x, y, z], r),
-            _ => return Err(wrong("the circle of TLON,GOFWD is not one that is read")),
+            _ => return Err(wrong("the circle of TLON,GOFWD has an unsupported form")),
         };
         let limit = groups[1..].iter().rev().find(|(kind, _)| matches!(kind.as_str(), "LINE" | "POINT"));
         let Some((_, limit)) = limit else { return Err(wrong("the circle of TLON,GOFWD has no end")) };
@@ -166,10 +170,10 @@ impl AptReader {
     /// The arc from here to a point; a point off the plane makes it a helix.
     pub(crate) fn go_circle(&mut self, circle: &PendingCircle, end: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
         if std::mem::take(&mut self.own.rapid) {
-            return Err(place.bad(codes::CONFLICT, "RAPID stands before a circle", "write FEDRAT before a circle"));
+            return Err(place.bad(codes::CONFLICT, "RAPID before a circle", "write FEDRAT before a circle"));
         }
         if self.own.cycle_on {
-            return Err(place.bad(codes::CONFLICT, "a circle stands in a cycle", "write CYCLE/OFF before it"));
+            return Err(place.bad(codes::CONFLICT, "a circle within a cycle", "write CYCLE/OFF before it"));
         }
         self.need_feed();
         let start = self.here(place)?;

@@ -110,7 +110,7 @@ impl AptReader {
                 if self.own.cycle.is_none() {
                     return Err(st.head.bad(
                         codes::CONFLICT,
-                        "CYCLE/ON takes up no cycle",
+                        "CYCLE/ON has no cycle to resume",
                         "define the cycle before it",
                     ));
                 }
@@ -181,14 +181,14 @@ impl AptReader {
                     at += 1;
                 } else {
                     let message = format!("`{word}` has no feed");
-                    return Err(item.place.bad(codes::MISSING_VALUE, message, "write the feed behind its unit"));
+                    return Err(item.place.bad(codes::MISSING_VALUE, message, "write the feed after its unit"));
                 }
                 continue;
             }
             let next = items.get(at);
             let mut value = || -> Result<f64, Box<Bad>> {
                 let item = next.ok_or_else(|| {
-                    item.place.bad(codes::MISSING_VALUE, format!("`{word}` has no value"), "write it behind the word")
+                    item.place.bad(codes::MISSING_VALUE, format!("`{word}` has no value"), "write it after the word")
                 })?;
                 at += 1;
                 self.number(source, item)
@@ -206,7 +206,7 @@ impl AptReader {
                         at += 1;
                         v.dwell_revolutions = true;
                         let item = items.get(at).ok_or_else(|| {
-                            item.place.bad(codes::MISSING_VALUE, "`DWELL` has no value", "write it behind the word")
+                            item.place.bad(codes::MISSING_VALUE, "`DWELL` has no value", "write it after the word")
                         })?;
                         at += 1;
                         v.dwell = Some(self.number(source, item)?);
@@ -241,7 +241,7 @@ impl AptReader {
         if let Some((_, item)) = bare.next() {
             return Err(item.place.bad(
                 codes::ARGUMENTS,
-                "the meaning of this value of CYCLE cannot be told from its place",
+                "the position of this value of CYCLE does not show its meaning",
                 "write the words: CYCLE/DRILL,FEDTO,-10,MMPM,250,RAPTO,3",
             ));
         }
@@ -285,8 +285,8 @@ impl AptReader {
             Kind::Tap => v.step.or(v.next_step).map(|_| "INCR or STEP"),
         };
         if let Some(word) = idle {
-            let message = format!("{word} stands in a cycle that has no use for it");
-            return Err(st.head.bad(codes::CONFLICT, message, "take it out, or write DEEP, BRKCHP or TAP"));
+            let message = format!("{word} in a cycle that does not use it");
+            return Err(st.head.bad(codes::CONFLICT, message, "remove it, or write DEEP, BRKCHP or TAP"));
         }
         if v.dwell.is_some_and(|d| d < 0.0) {
             return Err(st.head.bad(codes::BAD_VALUE, "a dwell must not be negative", "write DWELL,1"));

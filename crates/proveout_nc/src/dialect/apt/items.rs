@@ -24,7 +24,7 @@ pub(super) fn all_used(source: &Source, st: &Statement) -> Result<(), Box<Bad>> 
         Some(item) => Err(item.place.bad(
             codes::UNSUPPORTED_WORD,
             format!("`{}` in {} is not supported", item.place.text(source), st.major),
-            "take it out, or write it in a statement of its own",
+            "remove it, or write it in a statement of its own",
         )),
     }
 }
@@ -39,8 +39,8 @@ fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad
         if seen.contains(&word) {
             return Err(item.place.bad(
                 codes::CONFLICT,
-                format!("`{word}` stands twice in {}", st.major),
-                "take one out",
+                format!("`{word}` appears twice in {}", st.major),
+                "remove one",
             ));
         }
         seen.push(word);
@@ -50,7 +50,7 @@ fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad
         Some(item) => Err(item.place.bad(
             codes::UNSUPPORTED_WORD,
             format!("the value `{}` in {} is not supported", item.place.text(source), st.major),
-            "take it out, or write it in a statement of its own",
+            "remove it, or write it in a statement of its own",
         )),
     }
 }

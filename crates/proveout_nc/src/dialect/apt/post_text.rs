@@ -22,7 +22,7 @@ impl AptReader {
             return Err(st.head.bad(
                 codes::UNSUPPORTED_WORD,
                 format!("`{word} {body}` is not supported: its text is meant for one control"),
-                "write what it does in words of CL data, or take it out for the prove-out",
+                "write what it does in words of CL data, or remove it for the prove-out",
             ));
         } else {
             self.assume(format!(

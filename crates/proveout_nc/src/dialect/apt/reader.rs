@@ -317,7 +317,7 @@ impl AptReader {
             _ => Err(place.bad(
                 codes::UNSUPPORTED_WORD,
                 format!("the definition of `{}` is not supported", st.major),
-                "only a number can be given a name; give the CL data behind geometry and calculations",
+                "only a number can be given a name; use the CL data that the geometry and calculations produce",
             )),
         }
     }
@@ -340,7 +340,7 @@ impl AptReader {
                     }
                 }
             }
-            _ => return Err(item.place.bad(codes::SYNTAX, "a bracket stands where a number must", "take it out")),
+            _ => return Err(item.place.bad(codes::SYNTAX, "a bracket in place of a number", "remove it")),
         };
         if value.is_finite() && value.abs() < LARGEST {
             return Ok(value);
@@ -407,7 +407,7 @@ pub(crate) fn refused_word(st: &Statement, control: &Control) -> Option<Box<Bad>
         let message = format!("`{}` is refused by the control \"{}\"", listed.word, control.name);
         return Some(st.head.bad(codes::UNSUPPORTED_WORD, message, remedy));
     }
-    let help = "correct the word, or put it behind `$$` when it has no effect";
+    let help = "correct the word, or make it a comment with `$$` when it has no effect";
     match words::classify(&st.major) {
         Class::Done | Class::Note => None,
         Class::Refused(remedy) => {

@@ -132,7 +132,7 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
             let fault = place.bad(
                 codes::SYNTAX,
                 "the text ends in a statement that `$` continues",
-                "write the rest of the statement, or take the `$` out",
+                "write the rest of the statement, or remove the `$`",
             );
             return Some((result.and(Err(fault)), next));
         };
@@ -213,7 +213,7 @@ fn items(code: &str, from: usize, mark: Mark, value: &mut bool, out: &mut Vec<It
         let place = |s: &Scanner<'_>| Place { mark, span: s.span_from(start) };
         if s.take(b',') {
             if !*value {
-                return Err(place(&s).bad(codes::SYNTAX, "nothing stands before this comma", "write the value"));
+                return Err(place(&s).bad(codes::SYNTAX, "no value before this comma", "write the value"));
             }
             *value = false;
             continue;

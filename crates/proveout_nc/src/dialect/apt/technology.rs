@@ -290,7 +290,7 @@ impl AptReader {
             return Err(st.head.bad(
                 codes::MISSING_VALUE,
                 format!("`{named}` has no value"),
-                "write the offset behind it",
+                "write the offset after it",
             ));
         }
         self.own.side = side;

@@ -156,7 +156,7 @@ pub(crate) const REFUSED: [(&str, &str); 51] = [
     ("NURBS", POINTS),
     ("PITCH", "tap with CYCLE/TAP"),
     ("POSITN", "write the point with RAPID and GOTO"),
-    ("PROBE", "take the measuring cycle out for the prove-out"),
+    ("PROBE", "remove the measuring cycle for the prove-out"),
     ("RETRCT", "write the retract point with RAPID and GOTO"),
     ("ROTABL", ROTARY),
     ("ROTATE", ROTARY),

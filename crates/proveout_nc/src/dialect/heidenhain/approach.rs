@@ -273,7 +273,7 @@ impl Interpreter {
         let [length, radius, angle] = self.lead_words(lead, w, span)?;
         if matches!(w.side, Some(Side::Left | Side::Right)) {
             return Err(Fault::new(codes::CONFLICT, span, "DEP does not take `RL` or `RR`: it ends the compensation")
-                .help("take it out"));
+                .help("remove it"));
         }
         let along = 1 << self.modal.plane_axes()[2];
         if lead != Lead::LineCircle && w.programmed & !along != 0 {
@@ -282,14 +282,14 @@ impl Interpreter {
                 span,
                 "DEP LT, LN and CT take no coordinates in the working plane: their length or arc gives the end",
             )
-            .help("take the coordinates out, or write DEP LCT"));
+            .help("remove the coordinates, or write DEP LCT"));
         }
         let side = Self::lead_side(lead, self.modal.departing.unwrap_or(Side::Off), span)?;
         let [u, v, n] = self.modal.plane_axes();
         let last = self.flat(span)?;
         let Some((t, left)) = self.modal.tangent.and_then(sides) else {
             return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the departure has no contour element before it")
-                .help("write DEP behind the last element of the contour"));
+                .help("write DEP after the last element of the contour"));
         };
         let goal = self.lead_goal(w, span)?;
         match lead {
@@ -331,7 +331,7 @@ impl Interpreter {
 
 pub(crate) fn no_contour(span: Span) -> Fault {
     Fault::new(codes::STRUCTURE, span, "APPR is not followed by an element of the contour")
-        .help("write L, C, CR or CP behind APPR")
+        .help("write L, C, CR or CP after APPR")
 }
 
 #[cfg(test)]

@@ -195,12 +195,8 @@ impl Interpreter {
     fn polar_goal(&mut self, w: &Words, radius: f64, degrees: f64, pole: Pole, span: Span) -> Result<Goal, Fault> {
         let [u, v, _] = plane_of(pole.normal);
         if w.programmed >> u & 1 == 1 || w.programmed >> v & 1 == 1 {
-            return Err(Fault::new(
-                codes::CONFLICT,
-                span,
-                "polar and Cartesian coordinates of the plane stand in one block",
-            )
-            .help("write PR and PA, or L, C with the two axes"));
+            return Err(Fault::new(codes::CONFLICT, span, "polar and Cartesian coordinates of the plane in one block")
+                .help("write PR and PA, or L, C with the two axes"));
         }
         let mut goal = self.goal(w, span)?;
         let (s, c) = crate::frame::sin_cos_degrees(degrees);
@@ -249,8 +245,9 @@ impl Interpreter {
             return Err(Fault::new(codes::ARC_GEOMETRY, span, "CP has no polar angle").help("write PA or IPA"));
         };
         if w.polar_radius.is_some() {
-            return Err(Fault::new(codes::CONFLICT, span, "CP takes its radius from the position before it")
-                .help("take PR out"));
+            return Err(
+                Fault::new(codes::CONFLICT, span, "CP takes its radius from the position before it").help("remove PR")
+            );
         }
         if radius < arc::SAME_POINT_MM {
             return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_limit(), FULL_CIRCLE, span));
@@ -335,7 +332,7 @@ impl Interpreter {
         Err(Fault::new(
             codes::ARC_GEOMETRY,
             span,
-            "a circle outside of the working plane stands under RL or RR, or behind RND, CHF or APPR",
+            "a circle outside of the working plane under RL or RR, or after RND, CHF or APPR",
         )
         .help("write R0 before it, and its lead-in as a block of its own"))
     }

@@ -167,7 +167,7 @@ fn meets(a: &Element, b: &Element, shift: f64) -> Vec<Point> {
 
 pub(crate) fn no_element(span: Span) -> Fault {
     Fault::new(codes::STRUCTURE, span, "RND or CHF is not followed by an element of the contour")
-        .help("write L, C, CR, CT, LP or CP behind RND and CHF")
+        .help("write L, C, CR, CT, LP or CP after RND and CHF")
 }
 
 fn wrong(message: impl Into<String>) -> Fault {
@@ -207,9 +207,9 @@ impl Interpreter {
             return Err(Fault::new(
                 codes::STRUCTURE,
                 span,
-                format!("`{name}` stands behind no element of a contour in feed"),
+                format!("`{name}` does not follow a contour element at feed rate"),
             )
-            .help("write it directly behind L, C, CR, CT, LP or CP in feed"));
+            .help("write it directly after L, C, CR, CT, LP or CP at feed rate"));
         }
         let feed = match w.feed {
             Some(word) => self.feed_of(word, span)?,
@@ -277,21 +277,21 @@ impl Interpreter {
         let Some(corner) = self.modal.corner.take() else { return Err(no_element(span)) };
         let Some(previous) = self.waiting() else { return Err(not_flat(span)) };
         let (Some(t1), Some(t2)) = (previous.direction(true), next.direction(false)) else {
-            return Err(at(wrong("an element beside the corner has no length")));
+            return Err(at(wrong("an element at the corner has no length")));
         };
         let side = cross(t1, t2);
         if side.abs() < NO_CORNER {
-            return Err(at(wrong("the two elements beside RND or CHF do not form a corner")));
+            return Err(at(wrong("the two elements that RND or CHF joins do not form a corner")));
         }
         let left = side > 0.0;
         let (from, to, center) = if corner.chamfer {
             let (Element::Line { to: k, .. }, Element::Line { .. }) = (previous, next) else {
-                return Err(at(wrong("CHF stands between two lines only")));
+                return Err(at(wrong("CHF needs a straight line on both sides")));
             };
             let (a, b) = (along(k, t1, -corner.size), along(k, t2, corner.size));
             if !previous.holds(a) || !next.holds(b) {
                 return Err(at(wrong(format!(
-                    "the chamfer of {} mm is longer than an element beside it",
+                    "the chamfer of {} mm is longer than an element that it joins",
                     corner.size
                 ))));
             }
@@ -378,7 +378,7 @@ impl Interpreter {
 }
 
 fn not_flat(span: Span) -> Fault {
-    Fault::new(codes::ARC_GEOMETRY, span, "the elements beside RND or CHF do not lie in the working plane")
+    Fault::new(codes::ARC_GEOMETRY, span, "the elements that RND or CHF joins do not lie in the working plane")
         .help("write RND and CHF between elements that move in the working plane only")
 }
 

@@ -79,12 +79,10 @@ impl Interpreter {
             }
             // DIN/ISO writes a cycle in one block.
             _ if self.own.din_now => self.din_cycle(number, words, span),
-            _ => Err(Fault::new(
-                codes::STRUCTURE,
-                span,
-                format!("CYCL DEF {number}.{part} stands without CYCL DEF {number}.0"),
-            )
-            .help(format!("write CYCL DEF {number}.0 before it"))),
+            _ => {
+                Err(Fault::new(codes::STRUCTURE, span, format!("CYCL DEF {number}.{part} without CYCL DEF {number}.0"))
+                    .help(format!("write CYCL DEF {number}.0 before it")))
+            }
         }
     }
 
@@ -514,7 +512,7 @@ impl Interpreter {
     pub(crate) fn run_cycle(&mut self, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
         match self.modal.cycle.clone() {
-            None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called and none is defined")
+            None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called, but none is defined")
                 .help("write CYCL DEF before it")),
             Some(Cycle::Program(name)) => self.call_program(&name, span),
             Some(Cycle::Drilling { number, values }) => self.drill(number, &values, 0.0, span),

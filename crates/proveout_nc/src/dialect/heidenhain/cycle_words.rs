@@ -71,7 +71,7 @@ pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> 
         25 | 27..=31 | 39 | 216..=239 => "post the path as L and C blocks",
         3 | 6 | 15 | 16 => "post the path as L and C blocks",
         400..=499 => {
-            "what a probe finds is not known: take the cycle out and give its result with --variable or in the control file"
+            "the twin does not measure: remove the cycle and give its result with --variable or in the control file"
         }
         _ => "write its motions with L blocks",
     };
@@ -189,7 +189,7 @@ fn cycle_value(x: &mut Lexer<'_>, start: usize) -> Result<CycleValue, Fault> {
         return Ok(CycleValue::PerRevolution(x.need(start)?));
     }
     if x.prefix("FZ") {
-        return Err(refused("FZ", x.span_from(start), "the number of teeth stands in the tool table: write mm/min"));
+        return Err(refused("FZ", x.span_from(start), "the number of teeth is in the tool table: write mm/min"));
     }
     x.need(start).map(CycleValue::Value)
 }

@@ -112,9 +112,9 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
             return Err(Fault::new(
                 codes::CONFLICT,
                 x.span_from(start),
-                format!("`{}` stands twice in the block", char::from(first)),
+                format!("`{}` appears twice in the block", char::from(first)),
             )
-            .help("take one out"));
+            .help("remove one"));
         }
         block.words.axes[axis] = Some(Coordinate { value, reference: Reference::Modal });
         block.words.programmed |= 1 << axis;
@@ -294,7 +294,7 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
             50 | 70 | 71 => {}
             code => {
                 if let Some((other, _)) = special.replace((*code, *at)) {
-                    let message = format!("G{other:02} and G{code:02} stand in one block, which does one of them");
+                    let message = format!("G{other:02} and G{code:02} in one block, which takes only one of them");
                     return Err(Fault::new(codes::CONFLICT, *at, message).help("write them in blocks of their own"));
                 }
             }
@@ -413,7 +413,7 @@ fn special_function(
         80 => {
             if block.words.programmed & !0b11_1000 != 0 {
                 return Err(Fault::new(codes::CONFLICT, span, "G80 takes the angles A, B and C, and no other axis")
-                    .help("take the other axis out"));
+                    .help("remove the other axis"));
             }
             let mut words = Vec::new();
             for (axis, letter) in ["A", "B", "C"].iter().enumerate() {

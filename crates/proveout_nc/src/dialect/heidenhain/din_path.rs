@@ -82,7 +82,7 @@ impl Interpreter {
                 Path::PolarArc
             }
             _ => {
-                return Err(Fault::new(codes::CONFLICT, span, format!("R or H stands with G{code:02}"))
+                return Err(Fault::new(codes::CONFLICT, span, format!("R or H in a block with G{code:02}"))
                     .help("write G10, G11, G12, G13, G15 or G16 for polar coordinates"));
             }
         })

@@ -54,7 +54,7 @@ pub(super) fn present(raw: &Raw, block: &Block) -> Present {
             ("L", some(raw.label.is_some())),
             ("D", some(raw.function.is_some())),
             ("P", raw.values.len()),
-            ("the name behind P", some(raw.target.is_some())),
+            ("the name after P", some(raw.target.is_some())),
             ("Q", raw.settings.len()),
             ("T", some(raw.tool.is_some())),
             ("S", some(raw.speed.is_some())),
@@ -148,16 +148,16 @@ fn takes(present: &Present, statement: &Statement) -> [usize; 20] {
 /// Refuses the first word of a block that the statement does not take.
 pub(super) fn all_used(present: &Present, statement: &Statement, span: Span) -> Result<(), Fault> {
     if let (Some(code), Some(number)) = (present.special, present.function) {
-        let message = format!("D{number:02} does not stand with G{code:02}");
+        let message = format!("D{number:02} cannot share a block with G{code:02}");
         return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
     }
     let most = takes(present, statement);
     let left = present.names.iter().zip(most).find(|((_, number), most)| number > most);
     let Some(((name, number), most)) = left else { return Ok(()) };
     let message = if *number > 1 && most > 0 {
-        format!("the block has {number} words of the kind of {name} and takes {most}")
+        format!("the block has {name} {number} times; at most {most} allowed")
     } else {
-        format!("nothing in this block takes {name}")
+        format!("no word in this block takes {name}")
     };
-    Err(Fault::new(codes::CONFLICT, span, message).help("write it in a block of its own, or take it out"))
+    Err(Fault::new(codes::CONFLICT, span, message).help("write it in a block of its own, or remove it"))
 }

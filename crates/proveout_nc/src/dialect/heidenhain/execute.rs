@@ -177,7 +177,7 @@ impl Interpreter {
                     return Ok(ToolName::Name(format!("{number}")));
                 }
                 if !(0.0..=4_294_967_295.0).contains(&number) || number.fract() != 0.0 {
-                    return Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is no tool number"))
+                    return Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is not a tool number"))
                         .help("write a whole number"));
                 }
                 if number == 0.0 { ToolName::Empty } else { ToolName::Number(number as u32) }

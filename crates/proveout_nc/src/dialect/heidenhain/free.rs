@@ -230,7 +230,7 @@ impl Interpreter {
             return Err(Fault::new(
                 codes::CONFLICT,
                 span,
-                "FMAX, or F, M, RL or RR behind an element that waits for its end, stand in a free contour",
+                "FMAX in a free contour, or F, M, RL or RR after an element whose end is still open",
             )
             .help("write them in front of the contour"));
         }
@@ -243,7 +243,7 @@ impl Interpreter {
             FreeKind::Arc | FreeKind::ArcTangent => self.free_arc(kind == FreeKind::ArcTangent, &data, span)?,
         }
         if !waited && other && self.own.free.waits() && !w.functions.is_empty() {
-            return Err(Fault::new(codes::CONFLICT, span, "an M function stands at an element that waits for its end")
+            return Err(Fault::new(codes::CONFLICT, span, "an M function at an element whose end is still open")
                 .help("write it in front of the contour"));
         }
         if w.closed == Some(false) {
@@ -254,7 +254,7 @@ impl Interpreter {
 
     fn free_line(&mut self, tangential: bool, data: &Data, span: Span) -> Result<(), Fault> {
         if data.center.is_some() || data.radius.is_some() || data.clockwise.is_some() || data.through.is_some() {
-            return Err(Fault::new(codes::CONFLICT, span, "words of a circle stand in a line of a free contour")
+            return Err(Fault::new(codes::CONFLICT, span, "words of a circle in a straight line of a free contour")
                 .help("write FC or FCT"));
         }
         let waited = self.own.free.waits();
@@ -304,7 +304,7 @@ impl Interpreter {
             }
         }
         if data.length.is_some_and(|length| (length - reach).abs() > WRITTEN_MM) {
-            return Err(contradicts(span, format!("the line is {reach:.4} mm long, and LEN says otherwise")));
+            return Err(contradicts(span, format!("the line is {reach:.4} mm long, but LEN gives another length")));
         }
         self.free_goal(to, None, span)
     }
@@ -350,7 +350,8 @@ impl Interpreter {
             circle
         };
         if data.radius.is_some_and(|radius| (radius - circle.signed.abs()).abs() > WRITTEN_MM) || circle.signed == 0.0 {
-            let message = format!("the start lies {:.4} mm from the center, and R says otherwise", circle.signed.abs());
+            let message =
+                format!("the start lies {:.4} mm from the center, but R gives another radius", circle.signed.abs());
             return Err(contradicts(span, message));
         }
         if end.is_some_and(|end| (way(circle.center, end) - circle.signed.abs()).abs() > WRITTEN_MM) {

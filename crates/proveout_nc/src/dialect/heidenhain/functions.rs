@@ -84,7 +84,7 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
                     m.value = Some(x.need(start)?);
                 }
             } else {
-                return Err(Fault::new(codes::MISSING_VALUE, x.span_from(start), "M140 has no way of retraction")
+                return Err(Fault::new(codes::MISSING_VALUE, x.span_from(start), "M140 has no retraction distance")
                     .help("write M140 MB 50 or M140 MB MAX"));
             }
             x.blanks();
@@ -265,9 +265,8 @@ impl Interpreter {
     /// start, otherwise a command of its own.
     pub(crate) fn retract(&mut self, distance: Option<f64>, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
         if distance.is_some_and(|d| !(d >= 0.0 && d.is_finite())) {
-            return Err(
-                Fault::new(codes::BAD_VALUE, span, "the way of M140 must not be negative").help("write M140 MB 50")
-            );
+            return Err(Fault::new(codes::BAD_VALUE, span, "the retraction distance of M140 must not be negative")
+                .help("write M140 MB 50"));
         }
         let rapid = !matches!(feed, Some(FeedWord::Value(_) | FeedWord::Auto | FeedWord::PerRevolution(_)));
         let before = self.technology.feed;

@@ -67,7 +67,7 @@ impl Labels {
                         let fault = Fault::new(
                             codes::STRUCTURE,
                             block.span,
-                            format!("the label {shown} stands twice in the program"),
+                            format!("the label {shown} is defined twice in the program"),
                         )
                         .help("give each LBL a number or name of its own");
                         faults.push(fault.at(&source.name, at.line, line));
@@ -277,7 +277,7 @@ impl Interpreter {
             return Err(Fault::new(
                 codes::STRUCTURE,
                 Span::default(),
-                "the subprogram of a label does not end before the file does",
+                "the subprogram of a label is not closed before the file ends",
             )
             .help("write LBL 0 at its end"));
         }
@@ -352,7 +352,7 @@ impl Interpreter {
     fn label_target(loaded: &Loaded, key: &str, span: Span) -> Result<Mark, Fault> {
         loaded.index.labels.get(key).copied().ok_or_else(|| {
             let name = key.trim_start_matches('"');
-            Fault::new(codes::JUMP_TARGET, span, format!("the label {name} is not in this program"))
+            Fault::new(codes::JUMP_TARGET, span, format!("the program has no label {name}"))
                 .help(format!("write LBL {name}"))
         })
     }
@@ -412,7 +412,7 @@ impl Interpreter {
     }
 
     fn room(&mut self, span: Span) -> Result<(), Fault> {
-        self.room_for_call("the call stands", span)?;
+        self.room_for_call("the call is nested", span)?;
         // Nested calls can multiply without a jump back.
         self.own.calls += 1;
         if self.own.calls > self.settings.limits.max_loop_passes {

@@ -234,7 +234,7 @@ impl<'a> Lexer<'a> {
             return Ok(FeedWord::PerRevolution(self.need(start)?));
         }
         for (word, remedy) in [
-            ("Z", "the number of teeth stands in the tool table: write F in mm/min"),
+            ("Z", "the number of teeth is in the tool table: write F in mm/min"),
             ("MAXT", "write F or FMAX"),
             ("T", "write F in mm/min"),
         ] {

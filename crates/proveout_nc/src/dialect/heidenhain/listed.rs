@@ -117,7 +117,7 @@ impl Interpreter {
     pub(super) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
         if !self.leave_out(name) {
             let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-            return Err(Fault::new(codes::SUBPROGRAM, span, format!("the program `{name}` is not there"))
+            return Err(Fault::new(codes::SUBPROGRAM, span, format!("program `{name}` not found"))
                 .help(format!("put {stem}.H into the folder of the program")));
         }
         self.modal.tangent = None;

@@ -289,7 +289,7 @@ impl Interpreter {
                 return Err(Fault::new(
                     codes::ORIENTATION,
                     span,
-                    "rotary positions of the tilted plane (Q120 to Q122) stand beside other rotary words",
+                    "rotary positions of the tilted plane (Q120 to Q122) mixed with other rotary words",
                 )
                 .help("write all rotary axes with Q120, Q121, Q122, or all as numbers"));
             }
@@ -419,12 +419,8 @@ impl Interpreter {
 
     fn line(&mut self, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
         if w.polar_radius.is_some() || w.polar_angle.is_some() || w.clockwise.is_some() {
-            return Err(Fault::new(
-                codes::CONFLICT,
-                span,
-                "words of a polar or circular path stand in a straight block",
-            )
-            .help("write LP, CP or C"));
+            return Err(Fault::new(codes::CONFLICT, span, "words of a polar or circular path in a straight block")
+                .help("write LP, CP or C"));
         }
         if w.programmed == 0 {
             return Ok(());

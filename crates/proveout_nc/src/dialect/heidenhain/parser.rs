@@ -154,7 +154,7 @@ fn statement(x: &mut Lexer<'_>, block: &mut Block, start: usize) -> Result<(), F
 fn assignment(x: &mut Lexer<'_>, block: &mut Block, param: super::words::Param, start: usize) -> Result<(), Fault> {
     x.blanks();
     if !x.s.take(b'=') {
-        return Err(Fault::new(codes::SYNTAX, x.span_from(start), format!("`=` is missing behind `{}`", param.name()))
+        return Err(Fault::new(codes::SYNTAX, x.span_from(start), format!("`=` is missing after `{}`", param.name()))
             .help(format!("write {} = 5", param.name())));
     }
     if param.kind == Kind::Text {
@@ -311,12 +311,8 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
         }
         (b'N' | b'T', b'X' | b'Y' | b'Z') => {
             if path != Path::Normal {
-                return Err(Fault::new(
-                    codes::CONFLICT,
-                    Span::new(start, start + 2),
-                    "a vector stands in a block without LN",
-                )
-                .help("write LN, or take the vector out"));
+                return Err(Fault::new(codes::CONFLICT, Span::new(start, start + 2), "a vector in a block without LN")
+                    .help("write LN, or remove the vector"));
             }
             x.set_pos(start + 2);
             let value = x.need(start)?;

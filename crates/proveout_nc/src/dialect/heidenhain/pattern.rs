@@ -201,7 +201,8 @@ impl Interpreter {
         };
         if matches!(pattern.kind, PatternKind::Grid | PatternKind::Frame) {
             self.assume(
-                "PATTERN DEF PAT and FRAME: the points are passed row by row along the first direction, to and fro",
+                "PATTERN DEF PAT and FRAME: the points are machined row by row along the first direction, in \
+                 alternating directions",
             );
         }
         Ok(points)

@@ -179,8 +179,8 @@ impl Interpreter {
                 _ => None,
             };
             if positioning == Positioning::Stay {
-                return Err(Fault::new(codes::CONFLICT, span, "`MB` stands with STAY, which moves no axis")
-                    .help("write MOVE or TURN, or take MB out"));
+                return Err(Fault::new(codes::CONFLICT, span, "`MB` with STAY, which moves no axis")
+                    .help("write MOVE or TURN, or remove MB"));
             }
             self.retract(distance, None, span)?;
         }
@@ -189,8 +189,8 @@ impl Interpreter {
             None => 0.0,
         };
         if ahead != 0.0 && positioning != Positioning::Move {
-            return Err(Fault::new(codes::CONFLICT, span, "DIST stands without MOVE, to which it belongs")
-                .help("write MOVE, or take DIST out"));
+            return Err(Fault::new(codes::CONFLICT, span, "DIST without MOVE, to which it belongs")
+                .help("write MOVE, or remove DIST"));
         }
         let solution = match plane.choice {
             // Of two positions one has the higher angle of the primary axis; both lie about its basic position.

@@ -143,7 +143,7 @@ pub(crate) fn function(x: &mut Lexer<'_>, start: usize) -> Result<Statement, Fau
             if rest.to_ascii_uppercase().contains("RESET") {
                 return Ok(Statement::Note("FUNCTION FEED RESET".to_owned()));
             }
-            Err(refused("FUNCTION FEED", x.span_from(start), "a feed that pulses is not simulated: take the block out"))
+            Err(refused("FUNCTION FEED", x.span_from(start), "a feed that pulses is not simulated: remove the block"))
         }
         "PARAXCOMP" | "PARAXMODE" => {
             x.rest();

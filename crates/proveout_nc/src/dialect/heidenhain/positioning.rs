@@ -46,7 +46,7 @@ impl Interpreter {
         // Without TX TY TZ the control holds the tool normal to the surface while it controls the tool center point.
         let axis = axis.or(if self.modal.tcpm { normal } else { None });
         if axis.is_some() && w.programmed & ROTARY != 0 {
-            return Err(Fault::new(codes::ORIENTATION, span, "rotary axes and a tool vector stand in the same block")
+            return Err(Fault::new(codes::ORIENTATION, span, "rotary axes and a tool vector in the same block")
                 .help("program one of the two"));
         }
         goal.tool_axis = axis.or(goal.tool_axis);

@@ -82,7 +82,8 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
             return Err(refused(
                 "TCH PROBE",
                 x.span_from(start),
-                "what a probe finds is not known: take the cycle out and give its result with --variable or in the control file",
+                "the twin does not measure: remove the cycle and give its result with --variable or in the control \
+                 file",
             ));
         }
         "FSELECT" => {
@@ -94,7 +95,7 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
         }
         "SPL" => return Err(refused(word, x.span_from(start), "write the path with L blocks")),
         "CONTOUR" | "POLARKIN" | "AFC" | "OPEN" | "TABDATA" | "CFGWRITE" | "FEED" | "SECTION" => {
-            return Err(refused(word, x.span_from(start), "take the block out for the prove-out"));
+            return Err(refused(word, x.span_from(start), "remove the block for the prove-out"));
         }
         _ => return Ok(false),
     };

@@ -53,7 +53,7 @@ pub(super) fn check(path: Path, word: Word, text: &str, span: Span) -> Result<()
     let block = name(path);
     let help = match word {
         Word::Rapid => "write a feed: only straight blocks run at FMAX",
-        Word::Turn => "take it out: DR belongs to C, CR and CP",
+        Word::Turn => "remove it: DR belongs to C, CR and CP",
         Word::PolarRadius | Word::PolarAngle => "write LP, CP or CTP for polar coordinates",
         Word::Axis(_) => "write L in front of the coordinates",
         Word::Side | Word::Feed | Word::Function => "write it in another block",
@@ -167,7 +167,7 @@ pub(super) fn plane_angle(plane: &Plane, name: &str, span: Span) -> Result<(), F
         return Ok(());
     }
     let help = if own.is_empty() {
-        "take it out: PLANE RESET takes no angle".to_owned()
+        "remove it: PLANE RESET takes no angle".to_owned()
     } else {
         format!("write {}", own.join(", "))
     };
@@ -183,7 +183,7 @@ pub(super) fn old_cycle(number: u32, words: &[(u32, OldWord)]) -> Result<(), Fau
     let unused = |word: &OldWord| {
         let name = if word.name.is_empty() { "the second value" } else { &word.name };
         Fault::new(codes::UNKNOWN_WORD, word.span, format!("CYCL DEF {number} has no use for `{name}`"))
-            .help("take it out, or write the cycle as the control shows it")
+            .help("remove it, or write the cycle as the control shows it")
     };
     // Parts of which each takes one value, by its place.
     let parts = match number {

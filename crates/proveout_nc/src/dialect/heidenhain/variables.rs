@@ -139,9 +139,7 @@ impl Variables {
                 left
             }
             Expr::Name(_) | Expr::Element(..) | Expr::Call(..) => {
-                return Err(
-                    Fault::new(codes::TYPE, span, "a name stands where a value is needed").help("use a Q parameter")
-                );
+                return Err(Fault::new(codes::TYPE, span, "a name where a value is needed").help("use a Q parameter"));
             }
         })
     }
@@ -177,7 +175,7 @@ fn number(value: Val, span: Span) -> Result<f64, Fault> {
     match value {
         Val::Number(number) => Ok(number),
         Val::Text(text) => {
-            Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" stands where a number is needed"))
+            Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" where a number is needed"))
                 .help("use a number"))
         }
     }

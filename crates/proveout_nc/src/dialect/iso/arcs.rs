@@ -56,12 +56,12 @@ impl Interpreter {
         let result = match radius {
             // A Fanuc takes R and leaves I, J and K out of account.
             Some(radius) if has_center && self.own.flavor == Flavor::Fanuc => {
-                self.note("I, J and K beside R have no effect: the control takes R");
+                self.note("I, J and K have no effect together with R: the control takes R");
                 center = start;
                 arc::from_radius(flat(start), to, radius, clockwise, tolerance)
             }
             Some(_) if has_center => {
-                return Err(Fault::new(codes::CONFLICT, span, "R stands with a center").help("keep one"));
+                return Err(Fault::new(codes::CONFLICT, span, "R together with a center").help("keep one"));
             }
             Some(radius) => {
                 let tolerance = if self.is_rs274() { ArcTolerance::absolute(SHORT_RADIUS_MM) } else { tolerance };

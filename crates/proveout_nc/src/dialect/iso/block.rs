@@ -212,7 +212,7 @@ impl Interpreter {
         }
         if self.own.flavor.is_linuxcnc() && p.has_m(19) && p.g(Group::PathMode).is_some() {
             let word = g_name(p.g(Group::PathMode).unwrap_or(640));
-            let message = format!("{word} and M19 stand in one block, and both take P, Q and R");
+            let message = format!("{word} and M19 in one block: both take P, Q and R");
             return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
         }
         let one_shot = p.g(Group::OneShot);
@@ -294,7 +294,7 @@ impl Interpreter {
             let other = if self.own.flavor.is_linuxcnc() {
                 "as on a Mach3; on a LinuxCNC it is a cycle of turning"
             } else {
-                "where no word tells the control; on others it is a cycle"
+                "where no word identifies the control; on others it is a cycle"
             };
             self.assume(format!("G{} sets lengths in {unit}, {other}", code / 10));
         }
@@ -435,9 +435,9 @@ impl Interpreter {
             }
         };
         if moves && !self.own.flavor.is_linuxcnc() && p.axes() != 0 {
-            self.assume("the motion in the block of a G4 is made behind the dwell");
+            self.assume("the motion in the block of a G4 is made after the dwell");
         } else if !moves && p.axes() != 0 {
-            return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
+            return Err(Fault::new(codes::CONFLICT, span, "G4 cannot share a block with a motion")
                 .help("write G4 in a block of its own"));
         }
         if seconds.is_nan() || seconds < 0.0 {
@@ -515,7 +515,7 @@ fn g_code(value: f64, span: Span) -> Result<u32, Fault> {
     if (value * 10.0 - tenths).abs() < WHOLE_CODE && (0.0..=9999.0).contains(&tenths) {
         return Ok(tenths as u32);
     }
-    Err(Fault::new(codes::BAD_VALUE, span, format!("G{value} is no G word"))
+    Err(Fault::new(codes::BAD_VALUE, span, format!("G{value} is not a G word"))
         .help("write a G word of the coverage table"))
 }
 
@@ -549,14 +549,12 @@ fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
     let text = line.get(span.start as usize..span.end as usize).unwrap_or_default();
     let axis = matches!(letter, b'X' | b'Y' | b'Z' | b'A' | b'B' | b'C' | b'U' | b'V' | b'W');
     if axis {
-        return Fault::new(codes::MISSING_VALUE, span, format!("`{text}` stands without a motion word in force"))
+        return Fault::new(codes::MISSING_VALUE, span, format!("`{text}` without a motion word in force"))
             .help("write G0 or G1 before it");
     }
     let help = match letter {
-        b'R' => {
-            "a rounding has a comma before it, `,R2`, and the radius of an arc stands with G2 or G3; else take it out"
-        }
-        _ => "take it out, or write the G word that it belongs to",
+        b'R' => "a rounding has a comma before it, `,R2`, and the radius of an arc needs G2 or G3; else remove it",
+        _ => "remove it, or write the G word that it belongs to",
     };
     Fault::new(codes::UNKNOWN_WORD, span, format!("`{text}` has no meaning in this block")).help(help)
 }

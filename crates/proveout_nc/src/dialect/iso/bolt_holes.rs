@@ -25,7 +25,7 @@ impl Interpreter {
                 .help("write the cycle before it, with L0 where no hole is at the center"));
         };
         if p.g(Group::Cycle).is_some() || p.axes() != 0 || p.any_free(b"RQP") {
-            return Err(Fault::new(codes::CONFLICT, span, format!("{name} stands with words of a cycle or axes"))
+            return Err(Fault::new(codes::CONFLICT, span, format!("{name} in a block with words of a cycle or axes"))
                 .help("write the cycle in a block before it"));
         }
         let missing = |letter: char| {

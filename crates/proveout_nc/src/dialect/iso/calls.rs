@@ -157,7 +157,7 @@ impl Interpreter {
                 b'G' | b'N' | b'O' => continue,
                 b'M' if caller.is_some_and(|caller| caller == format!("M{value}")) => continue,
                 b'P' if caller.is_some() => {
-                    return Err(Fault::new(codes::ARGUMENTS, word.span, "P is no argument of a macro")
+                    return Err(Fault::new(codes::ARGUMENTS, word.span, "P is not an argument of a macro")
                         .help("pass the value with another letter"));
                 }
                 b'P' => {
@@ -283,7 +283,7 @@ impl Interpreter {
     pub(crate) fn return_from_o_sub(&mut self, value: Option<f64>, span: Span) -> Result<(), Fault> {
         if self.stack.last().is_none_or(|level| level.own.kind != CallKind::OSub) {
             return Err(
-                Fault::new(codes::STRUCTURE, span, "no subprogram of O words is running here").help("take it out")
+                Fault::new(codes::STRUCTURE, span, "no subprogram of O words is running here").help("remove it")
             );
         }
         self.leave(span)?;
@@ -325,12 +325,12 @@ impl Interpreter {
         let start = self.find_number(loaded, at, f64::from(first), span)?;
         let end = self.find_number(loaded, start, f64::from(last), span)?;
         if end.offset < start.offset {
-            let message = format!("block N{last} stands before N{first}");
+            let message = format!("block N{last} comes before N{first}");
             return Err(Fault::new(codes::JUMP_TARGET, span, message).help("write the first block first"));
         }
         if start.offset <= at.offset && at.offset <= end.offset {
             let message = format!("the blocks N{first} to N{last} hold their own repetition");
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("write the repetition behind them"));
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("write the repetition after them"));
         }
         let end = loaded.source.line(end).map_or(end, |(_, next)| next).offset;
         if passes > 0 {
@@ -441,7 +441,7 @@ pub(super) fn missing(name: &str, flavor: Flavor, span: Span) -> Fault {
         Flavor::LinuxCnc => "linuxcnc-2.9",
         Flavor::Fanuc | Flavor::Haas => "haas-ngc",
     };
-    Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
+    Fault::new(codes::SUBPROGRAM, span, format!("subprogram `{name}` not found"))
         .help(format!(
             "put {name} into the file of the program, or as a file into its folder; where it stays on the control, as probing does, a file for \
              --control leaves it out: inherits = \"{control}\" (the control's name), subprograms = {{ missing = \"note\", missing_reason = \"probing\" }}"

@@ -61,19 +61,19 @@ impl Interpreter {
         let wrong =
             |code: &'static str, message: String, help: &'static str| Err(Fault::new(code, span, message).help(help));
         if self.modal.normal != 2 {
-            return wrong(codes::CONFLICT, format!("{name} stands in another plane than G17"), "write G17 before it");
+            return wrong(codes::CONFLICT, format!("{name} in another plane than G17"), "write G17 before it");
         }
         if p.axes() & !0b100 != 0 {
             return wrong(
                 codes::UNSUPPORTED_WORD,
-                format!("{name} with axes beside Z is not supported"),
+                format!("{name} with axes other than Z is not supported"),
                 "move to the center in a block before it",
             );
         }
         if self.modal.comp != CompSide::Off || self.modal.cycle.is_some() {
             return wrong(
                 codes::CONFLICT,
-                format!("{name} stands under cutter compensation or in a drilling cycle"),
+                format!("{name} under cutter compensation or in a drilling cycle"),
                 "write G40 and G80 before it",
             );
         }

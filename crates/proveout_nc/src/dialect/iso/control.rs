@@ -221,7 +221,7 @@ impl Interpreter {
             } else {
                 "sequence name".to_owned()
             };
-            Fault::new(codes::JUMP_TARGET, span, format!("the {what} is not in this program"))
+            Fault::new(codes::JUMP_TARGET, span, format!("the program has no {what}"))
                 .help("write the block number at the start of its block")
         };
         let Some(level) = self.stack.last() else { return Err(missing()) };

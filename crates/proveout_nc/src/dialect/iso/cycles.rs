@@ -168,7 +168,7 @@ impl Interpreter {
             return;
         }
         if let Some(initial) = self.own.cycle.initial {
-            self.assume(format!("{} without R feeds from the level where the tool stands", g_name(code)));
+            self.assume(format!("{} without R feeds from the current level of the tool", g_name(code)));
             self.own.cycle.r = Some((initial, false));
         }
     }

@@ -69,9 +69,7 @@ impl Interpreter {
                 }
             }),
             Expr::Text(_) | Expr::Element(..) => {
-                return Err(
-                    Fault::new(codes::TYPE, span, "a text stands where a number is needed").help("write a number")
-                );
+                return Err(Fault::new(codes::TYPE, span, "a text where a number is needed").help("write a number"));
             }
         };
         if value.is_finite() {
@@ -122,7 +120,7 @@ impl Interpreter {
         let number = self.parameter_number(index, span)?;
         if number == 0 {
             if self.own.flavor.is_linuxcnc() {
-                return Err(Fault::new(codes::BAD_VALUE, span, "#0 is no parameter").help("use #1 to #5000"));
+                return Err(Fault::new(codes::BAD_VALUE, span, "#0 is not a parameter").help("use #1 to #5000"));
             }
             return Ok(None);
         }
@@ -137,7 +135,7 @@ impl Interpreter {
             return Ok(Some(value));
         }
         if self.own.flavor.is_linuxcnc() && number > LINUXCNC_PARAMETERS {
-            let message = format!("#{number} is no parameter: the highest one is #{LINUXCNC_PARAMETERS}");
+            let message = format!("#{number} is not a parameter: the highest one is #{LINUXCNC_PARAMETERS}");
             return Err(
                 Fault::new(codes::UNKNOWN_VARIABLE, span, message).help("use #1 to #5000, or a named parameter")
             );
@@ -160,7 +158,7 @@ impl Interpreter {
 
     fn read_named(&self, name: &str, span: Span) -> Result<f64, Fault> {
         if !self.own.flavor.is_linuxcnc() && !self.settings.control.osp_words {
-            let message = format!("`{name}` is no function of the {} reader", self.own.flavor.name());
+            let message = format!("`{name}` is not a function of the {} reader", self.own.flavor.name());
             return Err(Fault::new(codes::UNKNOWN_WORD, span, message)
                 .help("see the coverage table for the functions that are read"));
         }
@@ -269,5 +267,5 @@ fn bits(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
 
 pub(crate) fn unknown_system(name: &str, span: Span) -> Fault {
     Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system parameter `{name}` is not known to the twin"))
-        .help(format!("{}, or take its use out", give(name)))
+        .help(format!("{}, or remove its use", give(name)))
 }

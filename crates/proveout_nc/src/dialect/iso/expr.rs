@@ -190,7 +190,7 @@ fn function(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
         {
             return Ok(Expr::Name(word.to_ascii_uppercase()));
         }
-        let message = format!("`{word}` is no function of the {} reader", flavor.name());
+        let message = format!("`{word}` is not a function of the {} reader", flavor.name());
         return Err(Fault::new(codes::UNKNOWN_WORD, s.span_from(start), message)
             .help("see the coverage table for the functions that are read"));
     };

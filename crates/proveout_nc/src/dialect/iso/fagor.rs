@@ -78,8 +78,12 @@ impl Interpreter {
         let [u, v, _] = self.modal.plane_axes();
         let plane = 1 << u | 1 << v;
         if p.axes() & plane != 0 {
-            return Err(Fault::new(codes::CONFLICT, span, "a polar radius or angle stands with an axis of the plane")
-                .help("write the point with R and Q, or with its coordinates"));
+            return Err(Fault::new(
+                codes::CONFLICT,
+                span,
+                "a polar radius or angle together with an axis of the plane",
+            )
+            .help("write the point with R and Q, or with its coordinates"));
         }
         let pole = self.own.pole;
         let (radius, angle) = (self.length_of(p, b'R'), p.take(b'Q'));

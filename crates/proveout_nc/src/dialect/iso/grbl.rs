@@ -22,7 +22,7 @@ pub(super) fn refused(block: &Block, control: &Control) -> Option<Fault> {
     let span = block.dollar?;
     Some(
         Fault::new(codes::UNSUPPORTED_WORD, span, "`$` begins a line of a grbl, which this control is not")
-            .help("name that control (grbl-1.1), or take the line out"),
+            .help("name that control (grbl-1.1), or remove the line"),
     )
 }
 
@@ -43,6 +43,6 @@ impl Interpreter {
             "is not read"
         };
         Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{text}` {what}"))
-            .help("take the line out: it belongs to what is sent by hand"))
+            .help("remove the line: it is a command to send by hand"))
     }
 }

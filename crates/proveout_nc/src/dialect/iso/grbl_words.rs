@@ -50,13 +50,13 @@ pub(super) fn foreign(block: &Block, control: &Control) -> Option<Fault> {
                 block.span,
                 "a grbl has no O words, no subprograms and no program numbers".to_owned(),
                 20,
-                "write the blocks one behind the other",
+                "write the blocks one after the other",
             ));
         }
     }
     if let Some(number) = block.number.filter(|number| *number > HIGHEST_BLOCK_NUMBER) {
         let what = format!("the block number {number} is above {HIGHEST_BLOCK_NUMBER}");
-        return Some(unknown(block.span, what, 27, "take the number out"));
+        return Some(unknown(block.span, what, 27, "remove the number"));
     }
     block.words.iter().find_map(|word| foreign_word(word, block, control))
 }
@@ -72,21 +72,21 @@ fn foreign_word(word: &Word, block: &Block, control: &Control) -> Option<Fault> 
             if G_WORDS.contains(&code) || control.words.g(code).is_some() {
                 return None;
             }
-            let what = format!("`G{value}` is no word of a grbl");
-            Some(unknown(word.span, what, 20, "take it out, or give it a meaning in a control file"))
+            let what = format!("`G{value}` is not a word of a grbl");
+            Some(unknown(word.span, what, 20, "remove it, or give it a meaning in a control file"))
         }
         b'M' => {
             let known = M_WORDS.iter().any(|&m| f64::from(m) == value);
             if known || value >= 0.0 && value.fract() == 0.0 && control.words.m(value as u32).is_some() {
                 return None;
             }
-            let what = format!("`M{value}` is no word of a grbl");
-            Some(unknown(word.span, what, 20, "take it out, or give it a meaning in a control file"))
+            let what = format!("`M{value}` is not a word of a grbl");
+            Some(unknown(word.span, what, 20, "remove it, or give it a meaning in a control file"))
         }
         letter if !LETTERS.contains(&letter) => {
             let taken = block.words.iter().any(|other| listed_takes(other, letter, control));
-            let what = format!("`{}` is no letter of a grbl", char::from(letter));
-            let help = if b"ABCUVW".contains(&letter) { "it has the axes X, Y and Z" } else { "take it out" };
+            let what = format!("`{}` is not a letter of a grbl", char::from(letter));
+            let help = if b"ABCUVW".contains(&letter) { "it has the axes X, Y and Z" } else { "remove it" };
             (!taken).then(|| unknown(word.span, what, 20, help))
         }
         letter if value < 0.0 && NOT_NEGATIVE.contains(&letter) => {
@@ -97,7 +97,7 @@ fn foreign_word(word: &Word, block: &Block, control: &Control) -> Option<Fault> 
             word.span,
             format!("`T{value}` is above T{HIGHEST_TOOL}"),
             38,
-            "take it out: no tool is changed",
+            "remove it: no tool is changed",
         )),
         _ => None,
     }
@@ -133,15 +133,11 @@ impl Interpreter {
         }
         if length == Some(490) && axes {
             // A grbl takes them and does nothing with them.
-            return wrong(
-                "axis letters stand with G49, which moves nothing",
-                36,
-                "write the motion in a block of its own",
-            );
+            return wrong("axis letters with G49, which moves nothing", 36, "write the motion in a block of its own");
         }
         let mode = motion_word.or_else(|| self.modal.motion.map(|_| self.modal.motion_code)).unwrap_or(800);
         if axes && mode == 800 {
-            return wrong("axis letters stand under G80", 31, "write G0 or G1");
+            return wrong("axis letters under G80", 31, "write G0 or G1");
         }
         match one_shot {
             Some(40) if !p.has(b'P') => {
@@ -192,8 +188,8 @@ impl Interpreter {
             };
             let listed = || block.words.iter().any(|word| listed_takes(word, letter, &self.settings.control));
             if p.has(letter) && !used && !listed() {
-                let what = format!("nothing in the block takes `{}`", char::from(letter));
-                return wrong(&what, 36, "take it out");
+                let what = format!("no word in the block takes `{}`", char::from(letter));
+                return wrong(&what, 36, "remove it");
             }
         }
         if p.has_m(7) {

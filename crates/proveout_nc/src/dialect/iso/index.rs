@@ -409,7 +409,7 @@ impl Open {
 
 fn misfit(word: &str, label: &str, top: Option<&Open>) -> Misfit {
     let help = top.map_or_else(
-        || "take it out, or write the word that opens it".to_owned(),
+        || "remove it, or write the word that opens it".to_owned(),
         |top| format!("`{} {}` of line {} must be closed first", top.kind.words().0, top.label, top.mark.line),
     );
     (format!("`{word} {label}` has nothing to close here"), help)

@@ -281,10 +281,10 @@ impl Interpreter {
             return;
         }
         if self.own.assumed {
-            self.note("no word tells the control: read as Fanuc");
+            self.note("no word identifies the control: read as Fanuc");
         }
         if self.modal.inch.is_none() {
-            self.note("neither G20 nor G21 stands in the program: lengths are read as millimeters");
+            self.note("the program has neither G20 nor G21: lengths are read as millimeters");
         }
         let word = self.modal.offset.clone();
         self.emit(Op::Offset(Offset::Work { word: word.clone() }));
@@ -336,7 +336,7 @@ impl Interpreter {
                 return Ok(());
             }
             if let Some(behind) = behind {
-                self.assume("what stands behind WHILE .. DO in its block is run in its order, at every pass");
+                self.assume("the words after WHILE .. DO in its block are run in their order, at every pass");
                 if !block.words.is_empty() || !block.assignments.is_empty() {
                     self.execute(block, line)?;
                 }

@@ -29,7 +29,7 @@ impl Interpreter {
     /// than zero.
     fn tell_idle_number(&mut self, p: &mut Pending, letter: u8, word: &str) {
         if p.take(letter).is_some_and(|number| number != 0.0) {
-            self.note(format!("{} has no effect beside {word}", char::from(letter)));
+            self.note(format!("{} has no effect together with {word}", char::from(letter)));
         }
     }
 
@@ -58,7 +58,7 @@ impl Interpreter {
                     return Err(Fault::new(
                         codes::POSITION_UNKNOWN,
                         span,
-                        "the tool length moves Z here, and where Z stands is not known to the program",
+                        "the tool length moves Z here, and the program has not set the position of Z",
                     )
                     .help("write Z in this block"));
                 };
@@ -167,8 +167,12 @@ impl Interpreter {
             };
         }
         self.own.h.ok_or_else(|| {
-            Fault::new(codes::MISSING_VALUE, span, format!("{} has no H, and none stands before it", g_name(code)))
-                .help("write H1")
+            Fault::new(
+                codes::MISSING_VALUE,
+                span,
+                format!("{} has no H, and no H was programmed before it", g_name(code)),
+            )
+            .help("write H1")
         })
     }
 
@@ -340,7 +344,7 @@ impl Interpreter {
                     span,
                     format!("`L{orientation}` (orientation of a turning tool) is not supported"),
                 )
-                .help("take it out"));
+                .help("remove it"));
             }
             self.tell_compensation(None, Some(0.5 * diameter));
             return Ok(());
@@ -368,8 +372,12 @@ impl Interpreter {
             return Ok(());
         }
         if !self.own.assumed {
-            return Err(Fault::new(codes::MISSING_VALUE, span, format!("{name} has no D, and none stands before it"))
-                .help("write D1"));
+            return Err(Fault::new(
+                codes::MISSING_VALUE,
+                span,
+                format!("{name} has no D, and no D was programmed before it"),
+            )
+            .help("write D1"));
         }
         self.assume(format!("{name} without D takes the radius of the tool in the spindle"));
         Ok(())

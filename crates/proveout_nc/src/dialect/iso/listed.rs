@@ -130,7 +130,7 @@ impl Interpreter {
         span: Span,
     ) -> Result<(), Fault> {
         if !p.no_g() || p.m().len() > 1 {
-            let message = format!("{word} calls the subprogram o{label}, and stands with other G or M words");
+            let message = format!("{word} calls the subprogram o{label}, and its block has other G or M words");
             return Err(Fault::new(codes::CONFLICT, span, message).help("write it in a block of its own"));
         }
         let values: Vec<(u8, f64)> = letters.iter().filter_map(|&letter| Some((letter, p.take(letter)?))).collect();

@@ -102,7 +102,7 @@ impl Interpreter {
             return Ok(());
         }
         if self.modal.incremental && self.own.flavor.is_linuxcnc() && !self.settings.control.grbl_words {
-            let message = "G53 under G91: the control refuses it, whether it is meant as a place or as a way";
+            let message = "G53 under G91: the control refuses both a position and an increment";
             return Err(Fault::new(codes::CONFLICT, span, message).help("write G90 G53"));
         }
         if self.modal.incremental && (self.own.flavor == Flavor::Haas || self.own.assumed) {

@@ -71,7 +71,7 @@ impl Interpreter {
         let times = whole(p.take(b'L').unwrap_or(1.0), "L", MOST_REPEATS, span)?;
         if times == 0 || times > 1 && p.corner_waits_in_block() {
             let message = "L repeats the motion at least once, and not with a chamfer or rounding";
-            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write L2 or more, or take L out"));
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write L2 or more, or remove L"));
         }
         Ok(times)
     }
@@ -93,7 +93,10 @@ impl Interpreter {
     fn motion_at_power_on(&mut self) {
         self.modal.motion = Some(MotionMode::Rapid);
         self.modal.motion_code = 0;
-        self.assume("no G0 or G1 stands before the first axis word: it is read as G0, which is in force at power-on unless the control is set up to begin with G1");
+        self.assume(
+            "no G0 or G1 before the first axis word: it is read as G0, which is in force at power-on unless the \
+             control is set up to begin with G1",
+        );
     }
 
     /// What is settled before a block moves linear axes.
@@ -107,7 +110,7 @@ impl Interpreter {
         }
         if self.modal.plane == Plane::Dynamic && axes & ROTARY != 0 && !self.rotary_axes_stay(axes, p) {
             return Err(Fault::new(codes::CONFLICT, span, "a rotary axis is programmed while G254 is in force")
-                .help("write G255 before the rotary axes turn, and G254 behind it"));
+                .help("write G255 before the rotary axes turn, and G254 after it"));
         }
         let scaled = self.modal.frames.scale != Frame::IDENTITY;
         if scaled
@@ -228,7 +231,7 @@ impl Interpreter {
             return Ok(None);
         }
         if axes & ROTARY != 0 {
-            return Err(Fault::new(codes::ORIENTATION, span, "rotary axes and a tool vector stand in the same block")
+            return Err(Fault::new(codes::ORIENTATION, span, "rotary axes and a tool vector in the same block")
                 .help("program one of the two"));
         }
         let components = [b'I', b'J', b'K'].map(|letter| p.take(letter).unwrap_or(0.0));
@@ -293,7 +296,7 @@ impl Interpreter {
         let angle = p.take(AXES[v]);
         let need = |what: &str| {
             Fault::new(codes::MISSING_VALUE, span, format!("the polar {what} has never been programmed"))
-                .help("write both words behind G16")
+                .help("write both words after G16")
         };
         let radius = radius.or(self.modal.polar_radius).ok_or_else(|| need("radius"))?;
         let angle = match (angle, self.modal.polar_angle) {

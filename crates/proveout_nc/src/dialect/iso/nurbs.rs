@@ -58,7 +58,7 @@ impl Interpreter {
             let own = if named[0] { None } else { weight };
             self.own.nurbs = Some(ControlPoints { points: vec![[start[0], start[1], own.unwrap_or(1.0)]], order: 3 });
         } else if !named[0] && weight.is_some() {
-            return wrong("P without X and Y can stand at the first control point only", "write X, Y and P");
+            return wrong("P without X and Y is allowed at the first control point only", "write X, Y and P");
         }
         let point = if named[0] {
             let Some(weight) = weight else {
@@ -82,7 +82,7 @@ impl Interpreter {
         if let Some(point) = point {
             if curve.points.len() >= MAX_POINTS {
                 let message = format!("the NURBS has more than {MAX_POINTS} control points");
-                return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("write G5.3, and G5.2 anew"));
+                return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("write G5.3, and G5.2 again"));
             }
             curve.points.push(point);
         }
@@ -97,7 +97,7 @@ impl Interpreter {
             return Err(Fault::new(codes::STRUCTURE, span, "G5.3 has no G5.2 before it").help("write G5.2"));
         };
         if p.axes() != 0 {
-            return wrong("axis words stand with G5.3".to_owned(), "write them in a block of their own");
+            return wrong("axis words in the block of G5.3".to_owned(), "write them in a block of their own");
         }
         let (count, order) = (curve.points.len(), curve.order);
         if count < order {

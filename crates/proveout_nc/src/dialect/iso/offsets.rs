@@ -277,7 +277,7 @@ impl Interpreter {
         }
         let message =
             format!("R of G10 L2 turns {word} under the shift of G92, and the control loses the place of X and Y");
-        Err(Fault::new(codes::CONFLICT, span, message).help("write G92.2 before it and G92.3 behind it"))
+        Err(Fault::new(codes::CONFLICT, span, message).help("write G92.2 before it and G92.3 after it"))
     }
 
     /// G10 L20 of `LinuxCNC`: the offset that gives the present position these coordinates.

@@ -239,7 +239,7 @@ impl Interpreter {
                 span,
                 format!("`{name}` is an offset of the tool in the spindle, and none is"),
             )
-            .help("write it behind the tool change")),
+            .help("write it after the tool change")),
         })
     }
 
@@ -270,7 +270,7 @@ impl Interpreter {
     /// RTS.
     pub(super) fn end_call(&mut self, span: Span) -> Result<(), Fault> {
         if self.stack.len() <= 1 {
-            return Err(Fault::new(codes::STRUCTURE, span, "RTS ends a subprogram, and stands in the main program")
+            return Err(Fault::new(codes::STRUCTURE, span, "RTS ends a subprogram, but is in the main program")
                 .help("write M2"));
         }
         self.return_from_sub(None, span)

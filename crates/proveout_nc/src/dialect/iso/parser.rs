@@ -282,7 +282,7 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                         Statement::Call(..) => Some(("`CALL`", s.span_from(at))),
                         Statement::ModalCall(..) | Statement::EndModal => Some(("`MODIN`", s.span_from(at))),
                         Statement::Header(ref name) if name.starts_with('<') && flavor == Flavor::Fanuc => {
-                            Some(("a program name of letters behind O", s.span_from(at)))
+                            Some(("a program name of letters after O", s.span_from(at)))
                         }
                         Statement::EndCall => Some(("`RTS`", s.span_from(at))),
                         Statement::IfSequence(..) => Some(("`IF [..] N`", s.span_from(at))),
@@ -292,17 +292,18 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                     if opens && matches!(found, Statement::IfGoto(..) | Statement::IfThen(..)) {
                         block.behind = Some(found);
                     } else if block.statement.replace(found).is_some() {
-                        let message = "a second statement in one block: what the control makes of both is not stated";
+                        let message = "a second statement in one block: the manual does not say how the control runs \
+                                       both";
                         return Err(Fault::new(codes::CONFLICT, s.span_from(at), message)
                             .help("write it in a block of its own"));
                     }
                 } else {
                     let word = word(&mut s, flavor)?;
                     if matches!(word.value, Value::Expr(_)) && s.slice(at).contains('=') {
-                        block.osp = Some(("`=` behind a letter", word.span));
+                        block.osp = Some(("`=` after a letter", word.span));
                     }
                     if matches!(&word.value, Value::Expr(e) if osp::is_set_of_offsets(e)) {
-                        block.osp = Some(("a letter behind `H` or `D`", word.span));
+                        block.osp = Some(("a letter after `H` or `D`", word.span));
                     }
                     block.words.push(word);
                 }
@@ -313,7 +314,8 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
             _ => return Err(unexpected(&s, flavor)),
         }
         if block.behind.is_some() && held != (block.words.len(), block.assignments.len()) {
-            let message = "words stand behind an IF behind WHILE .. DO: what the control makes of them is not stated";
+            let message = "words after an IF that follows WHILE .. DO: the manual does not say how the control runs \
+                           them";
             return Err(
                 Fault::new(codes::CONFLICT, s.span_from(at), message).help("write them in a block of their own")
             );
@@ -340,7 +342,7 @@ fn taps(s: &Scanner<'_>, line: &str) -> bool {
 fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
     let shown = s.peek_char().unwrap_or(' ');
     let (code, help) = match shown {
-        c if c.is_control() => (codes::SYNTAX, "take the control character out"),
+        c if c.is_control() => (codes::SYNTAX, "remove the control character"),
         ',' if s.peek_at(1).is_ascii_digit() => (codes::SYNTAX, "decimal comma? write a decimal point"),
         ',' if flavor.is_linuxcnc() => {
             (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3")
@@ -348,7 +350,7 @@ fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
         ',' => (codes::UNSUPPORTED_WORD, "`,C` and `,R` are read; write other points with their coordinates"),
         '@' | '^' => (codes::UNSUPPORTED_WORD, "program the point with X and Y"),
         '/' => (codes::UNSUPPORTED_WORD, "write `/` at the start of a block, and what it skips in a block of its own"),
-        _ => (codes::SYNTAX, "take it out"),
+        _ => (codes::SYNTAX, "remove it"),
     };
     let shown = if shown.is_control() { shown.escape_default().to_string() } else { shown.to_string() };
     Fault::new(code, s.here(), format!("`{shown}` has no meaning here for the {} reader", flavor.name())).help(help)
@@ -408,7 +410,7 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
         _ => {
             let message = format!("`{}` has no value", char::from(letter));
             return Err(
-                Fault::new(codes::MISSING_VALUE, Span::new(start, from), message).help("write the value behind it")
+                Fault::new(codes::MISSING_VALUE, Span::new(start, from), message).help("write the value after it")
             );
         }
     }
@@ -431,7 +433,7 @@ fn spaced_number(s: &mut Scanner<'_>, flavor: Flavor, letter: u8, start: usize, 
     let span = s.span_from(start);
     let wrong = |message: &str, help: &str| Err(Fault::new(codes::SYNTAX, span, message).help(help));
     if !flavor.is_linuxcnc() {
-        return wrong("a number stands without a letter", "write a letter before it, or take the blank out");
+        return wrong("a number without a letter", "write a letter before it, or remove the blank");
     }
     match Scanner::new(&text).decimal() {
         Some(value) if text.matches('.').count() <= 1 => finite(letter, value, text.contains('.'), span),
@@ -450,7 +452,7 @@ pub(crate) fn assignment(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Assignme
     s.skip_blanks();
     if !s.take(b'=') {
         return Err(
-            Fault::new(codes::SYNTAX, s.span_from(start), "`=` is missing behind the parameter").help("write #1=5")
+            Fault::new(codes::SYNTAX, s.span_from(start), "`=` is missing after the parameter").help("write #1=5")
         );
     }
     let value = expr::expression(s, flavor)?;
@@ -530,7 +532,7 @@ fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Re
         block.remarks.push(Remark::Assumed("the words of a line that begins with `;` are a comment"));
         return Ok(());
     }
-    Err(Fault::new(codes::SYNTAX, Span::new(start, probe.pos()), "words stand behind `;`, which ends the block")
+    Err(Fault::new(codes::SYNTAX, Span::new(start, probe.pos()), "words after `;`, which ends the block")
         .help(
             "write them in a line of their own, or as a comment in ( ); on a LinuxCNC, a Mach3 and a Grbl they are a comment: \
              --control linuxcnc-2.9, mach3 or grbl-1.1 reads them so",

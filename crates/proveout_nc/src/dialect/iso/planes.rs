@@ -60,7 +60,7 @@ impl Interpreter {
         let parts = self.own.plane_parts.as_ref()?;
         let last = if parts.form == 2 { "Q3" } else { "Q2" };
         let message = format!("the plane of G68.2 P{} is not complete: {last} has not come", parts.form);
-        Some(Fault::new(codes::STRUCTURE, span, message).help("write its blocks one behind the other"))
+        Some(Fault::new(codes::STRUCTURE, span, message).help("write its blocks one after the other"))
     }
 
     fn plane_origin(&self, p: &mut Pending) -> [f64; 3] {
@@ -127,7 +127,7 @@ impl Interpreter {
         let [Some(first), Some(second), Some(third)] = parts.points else {
             let missing = 1 + parts.points.iter().position(Option::is_none).unwrap_or(0);
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("G68.2 P2 has no point Q{missing}"))
-                .help("write Q1, Q2 and Q3 one behind the other"));
+                .help("write Q1, Q2 and Q3 one after the other"));
         };
         let x = frame::unit(frame::sub(second, first));
         let z = x.and_then(|x| frame::unit(frame::cross(x, frame::sub(third, first))));
@@ -192,7 +192,7 @@ fn angles(p: &mut Pending) -> [f64; 3] {
 }
 
 fn unknown_form(form: f64, span: Span) -> Fault {
-    Fault::new(codes::BAD_VALUE, span, format!("G68.2 P{form} is no form of a plane")).help("write P0 to P4")
+    Fault::new(codes::BAD_VALUE, span, format!("G68.2 P{form} is not a way to define a plane")).help("write P0 to P4")
 }
 
 /// The frame with this origin and these directions of x and z, which are square to each other.

@@ -16,7 +16,7 @@ impl Interpreter {
     pub(crate) fn polar_words(&mut self, p: &mut Pending, end: &mut AxisValues, span: Span) -> Result<u16, Fault> {
         let [radius, angle] = p.take_polar();
         if p.axes() & PLANE != 0 {
-            return Err(Fault::new(codes::CONFLICT, span, "X or Y stands with a polar radius or angle")
+            return Err(Fault::new(codes::CONFLICT, span, "X or Y together with a polar radius or angle")
                 .help("write the point with X and Y, or with @ and ^"));
         }
         let radius = radius.map(|radius| radius * self.modal.unit());

@@ -135,7 +135,7 @@ impl Interpreter {
     fn behind_spline(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
         let Some(code @ (50 | 51)) = motion.filter(|_| p.g(Group::Motion).is_none()) else { return Ok(()) };
         let message = format!(
-            "no motion word stands in the block behind {}, and the control makes the motion that was in force before it",
+            "the block after {} has no motion word: the control makes the motion that was in force before it",
             g_name(code)
         );
         Err(Fault::new(codes::MISSING_VALUE, span, message).help("write the motion word in this block"))
@@ -190,10 +190,10 @@ impl Interpreter {
         let one_shot = p.g(Group::OneShot);
         let takes = one_shot.filter(|code| TAKES_AXES.contains(code));
         if p.has_polar() && (self.modal.normal != 2 || self.plane_of(p) != 2) {
-            return Err(wrong(span, "@ and ^ stand outside of the plane G17", "write the point with its axes"));
+            return Err(wrong(span, "@ and ^ outside of the plane G17", "write the point with its axes"));
         }
         if p.has_polar() && (p.has(b'X') || p.has(b'Y')) {
-            return Err(wrong(span, "X or Y stands with a polar radius or angle", "write one of both"));
+            return Err(wrong(span, "X or Y together with a polar radius or angle", "write one of the two"));
         }
         if let Some(length) = p.g(Group::ToolLength).filter(|code| matches!(code, 431 | 432) && axes)
             && let Some(motion) = p.g(Group::Motion).filter(|code| *code != 800)
@@ -213,7 +213,7 @@ impl Interpreter {
         }
         match (p.g(Group::Motion), takes) {
             (Some(800), None) if axes || p.has_polar() => {
-                Err(wrong(span, "axis letters stand with G80, which moves nothing", "write G0 or G1"))
+                Err(wrong(span, "axis letters with G80, which moves nothing", "write G0 or G1"))
             }
             (Some(code), Some(other)) if code != 800 => {
                 let message = format!("{} and {} both take the axis letters of the block", g_name(code), g_name(other));
@@ -224,7 +224,7 @@ impl Interpreter {
                 Err(Fault::new(codes::MISSING_VALUE, span, message).help("write its point"))
             }
             (None, None) if (axes || p.has_polar()) && motion.is_none() && !Self::offsets_take_axes(p) => {
-                let message = "axis letters stand without a motion word in force";
+                let message = "axis letters without a motion word in force";
                 if p.g(Group::OneShot) == Some(40) {
                     return Err(
                         Fault::new(codes::MISSING_VALUE, span, message).help("a dwell is written G4 P0.5 (seconds)")
@@ -253,17 +253,17 @@ impl Interpreter {
     fn one_shot_rules(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
         match p.g(Group::OneShot) {
             Some(40) if matches!(motion, Some(20 | 30)) => {
-                Err(wrong(span, "G4 stands with an arc, and both take P", "write them in blocks of their own"))
+                Err(wrong(span, "G4 in a block with an arc: both take P", "write them in blocks of their own"))
             }
             Some(40) if matches!(motion, Some(740 | 820 | 840 | 860 | 880 | 890)) => {
-                Err(wrong(span, "G4 stands with a cycle, and both take P", "write them in blocks of their own"))
+                Err(wrong(span, "G4 in a block with a cycle: both take P", "write them in blocks of their own"))
             }
             Some(100) => self.data_rules(p, span),
             Some(530) if !matches!(motion, Some(0 | 10)) => {
                 Err(wrong(span, "G53 needs a motion with G0 or G1", "write G0 or G1 with G53, and its axes"))
             }
             Some(530) if p.g(Group::Distance).map_or(self.modal.incremental, |code| code == 910) => {
-                let message = "G53 under G91: the control refuses it, whether it is meant as a place or as a way";
+                let message = "G53 under G91: the control refuses both a position and an increment";
                 Err(wrong(span, message, "write G90 G53"))
             }
             _ => Ok(()),
@@ -289,10 +289,10 @@ impl Interpreter {
             return Err(wrong(span, "G10 L1 names no value of the tool", "write G10 L1 P1 Z50"));
         }
         if list == 20.0 && p.has(b'R') {
-            return Err(wrong(span, "R stands with G10 L20", "write R with G10 L2"));
+            return Err(wrong(span, "R with G10 L20", "write R with G10 L2"));
         }
         if (list == 2.0 || list == 20.0) && p.any_free(b"IJQ") {
-            return Err(wrong(span, "I, J and Q of G10 belong to tools", "take them out"));
+            return Err(wrong(span, "I, J and Q of G10 belong to tools", "remove them"));
         }
         Ok(())
     }
@@ -300,7 +300,7 @@ impl Interpreter {
     fn functions_of_one_group(&self, p: &Pending, span: Span) -> Result<(), Fault> {
         let listed: Vec<u32> = p.m().iter().filter_map(|&m| self.function_number(m)).collect();
         if listed.len() > MOST_M {
-            return Err(wrong(span, format!("more than {MOST_M} M words stand in the block"), "write several blocks"));
+            return Err(wrong(span, format!("the block has more than {MOST_M} M words"), "write several blocks"));
         }
         for (at, &m) in listed.iter().enumerate() {
             let group = group_of(m);
@@ -333,7 +333,7 @@ impl Interpreter {
                 || p.m().iter().any(|&m| self.function_takes(m, rule));
             if !used {
                 let letter = char::from(rule.letter);
-                let message = format!("`{letter}` stands without a word that takes it");
+                let message = format!("`{letter}` without a word that takes it");
                 let words: Vec<String> = rule
                     .motions
                     .iter()
@@ -343,9 +343,9 @@ impl Interpreter {
                     .chain(rule.functions.iter().map(|m| format!("M{m}")))
                     .collect();
                 let help = if words.is_empty() {
-                    "take it out".to_owned()
+                    "remove it".to_owned()
                 } else {
-                    format!("take it out; it goes with {}", words.join(", "))
+                    format!("remove it; it goes with {}", words.join(", "))
                 };
                 return Err(Fault::new(codes::UNKNOWN_WORD, span, message).help(help));
             }
@@ -420,14 +420,14 @@ impl Interpreter {
             20 | 30 => return self.arc_rules(p, &name, span),
             330 | 331 => {
                 if p.has(b'F') {
-                    return Err(wrong(span, format!("F stands with {name}, whose feed is K"), "take F out"));
+                    return Err(wrong(span, format!("F with {name}, whose feed is K"), "remove F"));
                 }
                 if !p.has(b'K') {
                     return Err(Fault::new(codes::MISSING_VALUE, span, format!("{name} has no K"))
                         .help("write the pitch in the block"));
                 }
                 if turns == SpindleDirection::Off {
-                    return Err(wrong(span, format!("the spindle stands in {name}"), "write M3 or M4 before it"));
+                    return Err(wrong(span, format!("the spindle is stopped in {name}"), "write M3 or M4 before it"));
                 }
             }
             382..=385 if feed_mode != FeedMode::PerTime => {
@@ -435,11 +435,11 @@ impl Interpreter {
             }
             730 | 740 | 810..=890 => {
                 if compensated {
-                    let message = format!("{name} stands under cutter compensation");
+                    let message = format!("{name} under cutter compensation");
                     return Err(wrong(span, message, "write G40 before it"));
                 }
                 if feed_mode == FeedMode::InverseTime {
-                    return Err(wrong(span, format!("{name} stands under G93"), "write G94 and F"));
+                    return Err(wrong(span, format!("{name} under G93"), "write G94 and F"));
                 }
                 return self.cycle_rules(p, motion, turns, span);
             }
@@ -478,12 +478,12 @@ impl Interpreter {
         let name = g_name(code);
         for letter in *b"ABC" {
             if p.any_free(&[letter]) {
-                let message = format!("the rotary axis {} stands in the block of {name}", char::from(letter));
+                let message = format!("the rotary axis {} in the block of {name}", char::from(letter));
                 return Err(wrong(span, message, "turn it in a block of its own, before the cycle"));
             }
         }
         if p.peek(b'L') == Some(0.0) {
-            return Err(wrong(span, format!("{name} is to be done no times (L0)"), "take L out"));
+            return Err(wrong(span, format!("L0 repeats {name} zero times"), "remove L"));
         }
         let turns_wrongly = match code {
             740 => turns == SpindleDirection::Clockwise,
@@ -496,7 +496,7 @@ impl Interpreter {
             return Err(wrong(span, message, format!("write {word} before it")));
         }
         if code == 860 && turns == SpindleDirection::Off {
-            return Err(wrong(span, format!("the spindle stands in {name}"), "write M3 or M4 before it"));
+            return Err(wrong(span, format!("the spindle is stopped in {name}"), "write M3 or M4 before it"));
         }
         // The interpreter takes Q-1 for no Q, and drills with the infeed of the block before.
         if matches!(code, 730 | 830) && p.peek(b'Q').is_some_and(|q| q <= 0.0) {

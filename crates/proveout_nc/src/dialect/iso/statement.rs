@@ -120,12 +120,8 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
             } else if next_is(s, "N") && s.peek_at(1).is_ascii_alphanumeric() {
                 Statement::IfSequence(condition, target(s, flavor)?)
             } else {
-                return Err(Fault::new(
-                    codes::SYNTAX,
-                    s.span_from(start),
-                    "IF needs GOTO or THEN behind its condition",
-                )
-                .help("write IF [#1 EQ 0] GOTO 100"));
+                return Err(Fault::new(codes::SYNTAX, s.span_from(start), "IF needs GOTO or THEN after its condition")
+                    .help("write IF [#1 EQ 0] GOTO 100"));
             }
         }
         "GOTO" => Statement::Goto(target(s, flavor)?),
@@ -143,7 +139,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
             let condition = expr::bracket(s, flavor)?;
             s.skip_blanks();
             if !next_is(s, "DO") {
-                return Err(Fault::new(codes::SYNTAX, s.span_from(start), "WHILE needs DO behind its condition")
+                return Err(Fault::new(codes::SYNTAX, s.span_from(start), "WHILE needs DO after its condition")
                     .help("write WHILE [#1 LT 10] DO 1"));
             }
             s.set_pos(s.pos() + 2);
@@ -238,7 +234,7 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
     };
     if !flavor.is_linuxcnc() {
         let message = format!(
-            "`{}` behind an O number is a word of LinuxCNC and not of {}",
+            "`{}` after an O number is a word of LinuxCNC and not of {}",
             word.to_ascii_lowercase(),
             flavor.name()
         );
@@ -271,7 +267,7 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
     };
     s.skip_blanks();
     if !s.at_end() && !matches!(s.peek(), b'(' | b';') {
-        return Err(Fault::new(codes::SYNTAX, s.here(), "nothing may stand behind an O word")
+        return Err(Fault::new(codes::SYNTAX, s.here(), "no words are allowed after an O word")
             .help("write it in a line of its own"));
     }
     Ok(Statement::OWord(label, word))

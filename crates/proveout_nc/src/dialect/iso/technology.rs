@@ -78,7 +78,7 @@ impl Interpreter {
 
     pub(crate) fn no_feed(&self, span: Span) -> Fault {
         let (message, help) = if self.modal.feed_mode == FeedMode::InverseTime {
-            ("G93 needs F in every block with a motion in feed", "write F in this block")
+            ("G93 needs F in every block with a feed motion", "write F in this block")
         } else {
             ("the motion has no feed", "write F before or in this block")
         };
@@ -149,13 +149,11 @@ impl Interpreter {
     pub(crate) fn second_tool_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
         let Some(number) = p.second_tool() else { return Ok(()) };
         if !p.has_m(6) {
-            return Err(
-                Fault::new(codes::CONFLICT, span, "`T` stands twice in a block without M6").help("take one out")
-            );
+            return Err(Fault::new(codes::CONFLICT, span, "`T` appears twice in a block without M6").help("remove one"));
         }
         let number = whole(number, "T", 99_999_999.0, span)?;
         let tool = if number == 0 { ToolName::Empty } else { ToolName::Number(number) };
-        self.assume("of two T words with M6 the first tool goes into the spindle, and the second is made ready");
+        self.assume("of two T words with M6 the first tool goes into the spindle, and the second is preselected");
         self.select_tool(tool);
         Ok(())
     }

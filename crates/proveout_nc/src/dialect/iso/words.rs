@@ -127,9 +127,9 @@ fn fanuc(code: u32) -> Class {
         270 | 600 => Class::Known(Group::OneShot),
         290 => Class::Refused("program the motion with G53 or in work coordinates"),
         510 => Class::Known(Group::Scaling),
-        512 | 544 | 436 => Class::Refused("take the function out for the prove-out"),
+        512 | 544 | 436 => Class::Refused("remove the function for the prove-out"),
         661 => Class::Refused("call the macro with G65"),
-        106 | 751 | 753 => Class::Refused("take the function out for the prove-out"),
+        106 | 751 | 753 => Class::Refused("remove the function for the prove-out"),
         542 => Class::Refused(
             "the offset that turns with the table is data of the control: use G68.2, or give each position its own offset (G55)",
         ),
@@ -163,10 +163,11 @@ fn haas(code: u32) -> Class {
         600 => Class::Refused("program the approach from one side with G0"),
         700 | 710 => Class::Known(Group::OneShot),
         720 => Class::Refused(
-            "the manual does not say whether the first hole is where the tool stands: program the holes with X and Y",
+            "the manual does not say whether the first hole is at the current tool position: program the holes with X \
+             and Y",
         ),
         870 | 880 => Class::Refused(MANUAL_RETRACT),
-        1020 => Class::Refused("take the output to the serial port out"),
+        1020 => Class::Refused("remove the output to the serial port"),
         1070 => Class::Refused("unroll the path in the CAM system"),
         1410 | 1430 => Class::Refused("let the CAM system compensate the cutter; use G234 for the tool length"),
         1740 | 1840 => Class::Refused("tap along the axis of the plane with G84 or G74"),
@@ -231,7 +232,7 @@ pub(crate) fn function(flavor: Flavor, code: u32) -> Function {
         48 | 49 if flavor != Flavor::Haas => Function::Override,
         60 if flavor.is_linuxcnc() => Function::Stop,
         61 | 70 | 72 if flavor.is_linuxcnc() => Function::State,
-        66 if flavor.is_linuxcnc() => Function::Refused("the input is not known to the twin; take the block out"),
+        66 if flavor.is_linuxcnc() => Function::Refused("the input is not known to the twin; remove the block"),
         71 | 73 if flavor.is_linuxcnc() => Function::Refused("use M70 and M72"),
         67 | 68 if flavor.is_linuxcnc() => Function::AnalogOutput,
         // M428 to M430: `LinuxCNC`, *Switchable kinematics*, and the configurations that come with it; M128, M129: those before
@@ -239,10 +240,8 @@ pub(crate) fn function(flavor: Flavor, code: u32) -> Function {
         129 | 428..=430 => Function::Kinematics,
         128 if flavor != Flavor::Haas => Function::Kinematics,
         97 if flavor == Flavor::Haas => Function::Call,
-        96 | 109 if flavor == Flavor::Haas => {
-            Function::Refused("the input is not known to the twin; take the block out")
-        }
-        95 if flavor == Flavor::Haas => Function::Refused("take the waiting time out, or program it with G4"),
+        96 | 109 if flavor == Flavor::Haas => Function::Refused("the input is not known to the twin; remove the block"),
+        95 if flavor == Flavor::Haas => Function::Refused("remove the waiting time, or program it with G4"),
         98 | 99 => Function::Call,
         198 if flavor != Flavor::LinuxCnc => Function::Call,
         _ => Function::Note,

@@ -25,7 +25,7 @@ impl Interpreter {
             self.forget_kept_before(p);
         }
         if p.machine_axes != 0 && p.fixed_point.is_none() || p.fixed_point_number.is_some() && p.fixed_point.is_none() {
-            let message = "an axis named by the machine, such as X1=, or FP= stands without G74 or G75";
+            let message = "a machine axis name, such as X1=, or FP= without G74 or G75";
             return Err(Fault::new(codes::UNKNOWN_WORD, span, message).help("write the axis as X, Y, Z, A, B or C"));
         }
         // Plain blocks, which make up nearly all of a program, have none of them.
@@ -59,7 +59,7 @@ impl Interpreter {
                 return Err(Fault::new(
                     codes::CONFLICT,
                     frame_span,
-                    format!("`{}` cannot stand with a motion", word.name()),
+                    format!("`{}` cannot share a block with a motion", word.name()),
                 )
                 .help("write the frame in a block of its own"));
             }
@@ -175,7 +175,7 @@ impl Interpreter {
             return match passes {
                 None => Ok(()),
                 Some(_) => Err(Fault::new(codes::CONFLICT, span, format!("`{}` does not take `P`", call.name))
-                    .help("take P out, or write the cycle once for each pass")),
+                    .help("remove P, or write the cycle once for each pass")),
             };
         }
         if self.call_subprogram(call, passes.unwrap_or(1), span)? {
@@ -184,8 +184,10 @@ impl Interpreter {
         if self.settings.missing_subprogram.is_some() {
             return self.missing(&call.name, span);
         }
-        Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))
-            .help(format!("it is no word of the 840D reader, and no {}.SPF lies beside the program", call.name)))
+        Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name)).help(format!(
+            "it is not a word of the 840D reader, and the folder of the program has no {}.SPF",
+            call.name
+        )))
     }
 }
 

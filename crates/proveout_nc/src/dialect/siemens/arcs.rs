@@ -48,9 +48,8 @@ impl Interpreter {
             Ok(arc)
         } else if let Some(radius) = p.radius {
             if p.has_center() || p.opening.is_some() {
-                return Err(
-                    Fault::new(codes::CONFLICT, span, "CR= stands with a center or an opening angle").help("keep one")
-                );
+                return Err(Fault::new(codes::CONFLICT, span, "CR= together with a center or an opening angle")
+                    .help("keep one"));
             }
             arc::from_radius(flat(start), flat(end_point), radius * self.modal.units.length(), clockwise, tolerance)
         } else if let Some(opening) = p.opening {
@@ -158,7 +157,7 @@ impl Interpreter {
         let span_area = frame::norm(a) * frame::norm(b);
         let Some(normal) = frame::unit(across).filter(|_| frame::norm(across) > ON_LINE * span_area) else {
             return Err(Fault::new(codes::ARC_GEOMETRY, span, "start, intermediate point and end lie on one line")
-                .help("choose an intermediate point beside the line, or use G1"));
+                .help("choose an intermediate point off the line, or use G1"));
         };
         // Circumcenter of the triangle start, middle, end (standard vector form).
         let (aa, bb) = (frame::dot(a, a), frame::dot(b, b));

@@ -119,8 +119,8 @@ impl Interpreter {
             Named::Labels(first, last) => (first.clone(), last.clone()),
         };
         let missing = |what: &str| {
-            Fault::new(codes::SUBPROGRAM, span, format!("the contour `{}` is not there: {what}", named.text()))
-                .help("put it as a subprogram beside the program, or between two labels of this program")
+            Fault::new(codes::SUBPROGRAM, span, format!("contour `{}` not found: {what}", named.text()))
+                .help("put it into the folder of the program as a subprogram, or between two labels of this program")
         };
         let Some(level) = self.stack.last() else { return Err(missing("no program runs")) };
         let (loaded, at) = (Arc::clone(&level.loaded), level.section.start);
@@ -135,7 +135,7 @@ impl Interpreter {
         })?;
         let to = self
             .find_target(&loaded, from, &last, true)
-            .ok_or_else(|| missing(&format!("there is no label {last} behind {first}")))?;
+            .ok_or_else(|| missing(&format!("there is no label {last} after {first}")))?;
         let end = loaded.source.line(to).map_or(to, |(_, next)| next).offset;
         Ok((loaded, Section { start: from, end }))
     }

@@ -127,8 +127,8 @@ impl Interpreter {
         }
         let unknown = radius.is_none() && side != CompSide::Off;
         self.assume(format!(
-            "CYCLE72: equal infeeds, the tool comes down beside the contour at its point of approach{}{}",
-            if on.in_space || off.in_space { "; ways in space rise and fall evenly from RFP + SDIS" } else { "" },
+            "CYCLE72: equal infeeds, the tool comes down off the contour at its point of approach{}{}",
+            if on.in_space || off.in_space { "; moves in space rise and fall evenly from RFP + SDIS" } else { "" },
             if unknown {
                 "; the radius of the tool is not known here, so that LP1, LP2 and FAL count from the contour"
             } else {

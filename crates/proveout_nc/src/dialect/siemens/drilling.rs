@@ -336,7 +336,7 @@ impl Interpreter {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("write the holes with X and Y"));
         }
         let (columns, rows) = (hole_count(columns, NAME, span)?, hole_count(rows, NAME, span)?);
-        self.assume("CYCLE801: the holes are made row by row along the first direction, to and fro");
+        self.assume("CYCLE801: the holes are made row by row along the first direction, in alternating directions");
         let ((s, c), length) = (crate::frame::sin_cos_degrees(angle), self.modal.units.length());
         for row in 0..rows {
             for place in 0..columns {
@@ -364,8 +364,8 @@ impl Interpreter {
             }
             if at != 8 || surplus(&values, 9).is_some() {
                 self.assume(format!(
-                    "{}: arguments from 7 on say how the control's editor shows the pattern and how the tool gets from hole to hole: \
-                     straight ways are taken",
+                    "{}: arguments from 7 on set how the editor of the control shows the pattern and how the tool \
+                     moves from hole to hole: straight moves are taken",
                     call.name
                 ));
             }

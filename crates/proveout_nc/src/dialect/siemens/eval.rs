@@ -323,7 +323,7 @@ pub(crate) fn param_index(value: f64, span: Span) -> Result<u32, Fault> {
 fn unknown(name: &str, span: Span) -> Fault {
     if name.starts_with('$') {
         return Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system variable `{name}` is not supported"))
-            .help(format!("{}, or take it out", give(name)));
+            .help(format!("{}, or remove it", give(name)));
     }
     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the variable `{name}` is not defined"))
         .help(format!("write DEF REAL {name}, or {}", give(name)))
@@ -351,7 +351,7 @@ fn convert(kind: Type, value: Val, name: &str, span: Span) -> Result<Val, Fault>
         (Type::Text, Val::Text(text)) => Ok(Val::Text(text)),
         (Type::Axis, Val::Text(text)) if is_axis(&text) => Ok(Val::Text(text)),
         (Type::Axis, value) => {
-            let message = format!("`{}` is no axis that `{name}` could hold", shown(&value));
+            let message = format!("`{}` is not an axis that `{name}` could hold", shown(&value));
             Err(Fault::new(codes::TYPE, span, message).help("assign X Y Z A B C U V or W, or AXNAME(\"X\")"))
         }
         (Type::Real, Val::Number(value)) => Ok(Val::Number(value)),

@@ -23,7 +23,7 @@ impl Interpreter {
     pub(super) fn fixed_point(&mut self, code: u32, p: &Pending, span: Span) -> Result<(), Fault> {
         let word = format!("G{code}");
         if p.has_orientation() || p.has_center() || p.machine || p.frame.is_some() {
-            return Err(Fault::new(codes::CONFLICT, span, format!("`{word}` stands with words of another motion"))
+            return Err(Fault::new(codes::CONFLICT, span, format!("`{word}` in a block with words of another motion"))
                 .help("write it in a block of its own"));
         }
         if self.own.tcp() {

@@ -51,7 +51,7 @@ impl Interpreter {
         }
         if !matches!(word, FrameWord::Trans | FrameWord::ATrans) && p.programmed >> 3 != 0 {
             return Err(Fault::new(codes::BAD_VALUE, span, format!("`{}` takes X, Y and Z", word.name()))
-                .help("take the other axes out"));
+                .help("remove the other axes"));
         }
         if p.programmed >> 6 != 0 {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "offsets of U, V and W are not supported")
@@ -66,8 +66,9 @@ impl Interpreter {
             },
             FrameWord::Rot | FrameWord::ARot => match p.plane_angle {
                 Some(_) if p.has_axis() => {
-                    return Err(Fault::new(codes::CONFLICT, span, "RPL= and angles about axes stand in one block")
-                        .help("keep one"));
+                    return Err(
+                        Fault::new(codes::CONFLICT, span, "RPL= and angles about axes in one block").help("keep one")
+                    );
                 }
                 Some(angle) => Frame::rotation(self.modal.normal, angle),
                 None => Frame::rpy(linear),
@@ -113,7 +114,7 @@ impl Interpreter {
                 .help("use TRANS for rotary axes"));
         }
         let Some(mut additive) = self.modal.frames.additive else {
-            let message = format!("`{}` behind ATRANS in a turned frame is not supported", word.name());
+            let message = format!("`{}` after ATRANS in a rotated frame is not supported", word.name());
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("use TRANS and ATRANS"));
         };
         let length = self.modal.units.length();
@@ -218,7 +219,7 @@ impl Interpreter {
         // An empty name selects the only data set, "0" deselects.
         let deselected = matches!(values.get(1), Some(Some(Val::Text(name))) if name.trim() == "0");
         if self.own.tool_framed {
-            return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` stands while TOROT or TOFRAME is in force")
+            return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` while TOROT or TOFRAME is in force")
                 .help("write TOROTOF before it"));
         }
         self.forget_kept();

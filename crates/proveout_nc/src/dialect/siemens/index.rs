@@ -244,7 +244,7 @@ impl Index {
                     }
                     last => {
                         let help = last.map_or_else(
-                            || "take it out, or write the word that opens it".to_owned(),
+                            || "remove it, or write the word that opens it".to_owned(),
                             |(kind, mark, _)| format!("`{}` of line {} must be closed first", kind.word(), mark.line),
                         );
                         let message = format!("`{word}` has nothing to close here");

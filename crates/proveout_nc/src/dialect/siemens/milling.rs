@@ -310,7 +310,7 @@ impl Interpreter {
         let at = places.depth;
         let roughed: &[usize] = if modes.whole { &[] } else { places.roughed };
         for &roughed in roughed {
-            words.refuse_set(roughed, "the size of a pocket that is there before")?;
+            words.refuse_set(roughed, "the size of a pre-machined pocket")?;
         }
         let (side, floor) = (words.size(at + 1)?, words.size(at + 2)?);
         let (mill, down) = (self.milling_feed(words, at + 3)?, self.milling_feed(words, at + 4)?);

@@ -26,23 +26,19 @@ impl Interpreter {
             Interpolation::Spline(kind) => return self.spline_point(kind, p, span),
             Interpolation::Polynomial => return self.polynomial(p, span),
             _ if p.weight.is_some() || p.interval.is_some() || p.polynomial.iter().any(Option::is_some) => {
-                return Err(Fault::new(
-                    codes::CONFLICT,
-                    span,
-                    "PW, PL or PO stands in a block without a spline or POLY",
-                )
-                .help("write BSPLINE or POLY before it"));
+                return Err(Fault::new(codes::CONFLICT, span, "PW, PL or PO in a block without a spline or POLY")
+                    .help("write BSPLINE or POLY before it"));
             }
             _ => {}
         }
         let is_arc = !is_thread && !matches!(interpolation, Interpolation::Rapid | Interpolation::Linear);
         if is_thread && (p.has_orientation() || p.radius.is_some() || p.opening.is_some()) {
-            return Err(Fault::new(codes::CONFLICT, span, "words of an arc or a tool vector stand in a thread block")
-                .help("take them out"));
+            return Err(Fault::new(codes::CONFLICT, span, "words of an arc or a tool vector in a thread block")
+                .help("remove them"));
         }
         if !is_arc && !is_thread && (p.has_center() || p.radius.is_some() || p.opening.is_some()) {
-            return Err(Fault::new(codes::CONFLICT, span, "words of an arc stand in a block without G2 or G3")
-                .help("write G2 or G3, or take I J K, CR=, AR= out"));
+            return Err(Fault::new(codes::CONFLICT, span, "words of an arc in a block without G2 or G3")
+                .help("write G2 or G3, or remove I J K, CR=, AR="));
         }
         if interpolation != Interpolation::Rapid && !is_thread {
             self.need_feed(span)?;
@@ -86,7 +82,7 @@ impl Interpreter {
         }
         let (message, help) = match self.modal.feed_mode {
             super::modal::FeedMode::InverseTime => {
-                ("G93 needs F in every block with a motion in feed", "write F in this block")
+                ("G93 needs F in every block with a feed motion", "write F in this block")
             }
             _ => ("the motion has no feed", "write F before or in this block"),
         };
@@ -188,14 +184,14 @@ impl Interpreter {
             return wrong("a tool vector is programmed and TRAORI is not active", "write TRAORI before it");
         }
         if p.programmed & ROTARY != 0 {
-            return wrong("rotary axes and a tool vector stand in the same block", "program one of the two");
+            return wrong("rotary axes and a tool vector in the same block", "program one of the two");
         }
         if self.modal.machine_vectors {
             return wrong("a tool vector in machine coordinates (ORIMKS) is not supported", "write ORIWKS before it");
         }
         let vector = p.vector.iter().any(Option::is_some);
         if vector && p.angles.iter().any(Option::is_some) {
-            return wrong("a tool vector and orientation angles stand in the same block", "program one of the two");
+            return wrong("a tool vector and orientation angles in the same block", "program one of the two");
         }
         if vector {
             // Components that are not written are zero.

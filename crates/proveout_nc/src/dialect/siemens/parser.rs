@@ -193,8 +193,8 @@ fn read_line(line: &str, block: &mut Block) -> Result<(), Fault> {
     }
     block.span = Span::new(start, end);
     match (&block.statement, block.words.first()) {
-        (Some(_), Some(word)) => Err(Fault::new(codes::SYNTAX, word.span, "a word behind a statement")
-            .help("write it in a block of its own; control structures, jumps and calls stand alone")),
+        (Some(_), Some(word)) => Err(Fault::new(codes::SYNTAX, word.span, "a word after a statement")
+            .help("write it in a block of its own; control structures, jumps and calls need their own block")),
         _ => Ok(()),
     }
 }
@@ -294,7 +294,7 @@ fn address(s: &mut Scanner<'_>, letter: u8, start: usize) -> Result<WordKind, Fa
         let extension = s.integer();
         if take_assign(s) {
             let extension = extension.ok_or_else(|| {
-                Fault::new(codes::BAD_VALUE, s.span_from(start), "the number behind the letter is too large")
+                Fault::new(codes::BAD_VALUE, s.span_from(start), "the number after the letter is too large")
                     .help("use at most nine digits")
             })?;
             return Ok(WordKind::Address { letter, extension: Some(extension), value: value(s)? });

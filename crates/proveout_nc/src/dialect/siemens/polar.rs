@@ -22,7 +22,7 @@ impl Interpreter {
         let [u, v, _] = self.modal.plane_axes();
         if !matches!(self.modal.interpolation, Interpolation::Linear | Interpolation::Rapid) || p.machine {
             return Err(Fault::new(codes::CONFLICT, span, "ANG= is the angle of a straight line in work coordinates")
-                .help("write G1, or take ANG= out"));
+                .help("write G1, or remove ANG="));
         }
         let (given, other) = match [u, v].map(|axis| p.axes[axis].is_some()) {
             [true, false] => (u, v),
@@ -107,12 +107,8 @@ impl Interpreter {
     pub(crate) fn resolve_polar(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let [u, v, _] = self.modal.plane_axes();
         if p.programmed & (1 << u | 1 << v) != 0 {
-            return Err(Fault::new(
-                codes::CONFLICT,
-                span,
-                "polar coordinates and axes of the plane stand in one block",
-            )
-            .help("keep one of the two"));
+            return Err(Fault::new(codes::CONFLICT, span, "polar coordinates and axes of the plane in one block")
+                .help("keep one of the two"));
         }
         let length = self.modal.units.length();
         let missing = |word: &str| {

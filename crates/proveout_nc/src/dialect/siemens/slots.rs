@@ -331,8 +331,8 @@ impl Interpreter {
         let ring = if clockwise { ring.reversed() } else { ring };
         let pass: Pass = ring.with_leads(lead, true, clockwise, true);
         self.assume(format!(
-            "{}: the half circles reach SDIS beside the blank and are {LEAD_MM} mm at least; once around at every depth, as far as \
-             the tool cuts",
+            "{}: the half circles reach SDIS outside the blank and are {LEAD_MM} mm at least; once around at every \
+             depth, as far as the tool cuts",
             words.name
         ));
         self.come_over(place.at(pass.start), h.second, span)?;

@@ -115,11 +115,12 @@ impl Interpreter {
             return refused("a spline of other axes than X, Y and Z", "program the path with G1");
         }
         if p.has_center() || p.radius.is_some() || p.opening.is_some() || !p.polynomial.iter().all(Option::is_none) {
-            return Err(Fault::new(codes::CONFLICT, span, "words of an arc or a polynomial stand in a spline")
-                .help("take them out"));
+            return Err(
+                Fault::new(codes::CONFLICT, span, "words of an arc or a polynomial in a spline").help("remove them")
+            );
         }
         if p.chamfer.is_some() || p.chamfer_leg.is_some() || p.corner_radius.is_some() {
-            return refused("a chamfer or rounding in a spline", "take it out");
+            return refused("a chamfer or rounding in a spline", "remove it");
         }
         if !p.has_axis() {
             return Ok(());
@@ -137,7 +138,7 @@ impl Interpreter {
             .help("write PW=1"));
         }
         if kind != SplineKind::Basis && (p.weight.is_some() || p.interval.is_some()) {
-            return Err(Fault::new(codes::CONFLICT, span, "PW and PL belong to BSPLINE").help("take them out"));
+            return Err(Fault::new(codes::CONFLICT, span, "PW and PL belong to BSPLINE").help("remove them"));
         }
         if p.interval.is_some_and(|interval| !(interval >= 0.0 && interval.is_finite())) {
             return Err(Fault::new(codes::BAD_VALUE, span, "the interval PL must not be negative").help("write PL=1"));
@@ -192,8 +193,7 @@ impl Interpreter {
         let count = curve.points.len();
         let last = &curve.points[count - 1];
         if count < degree {
-            let message =
-                format!("a BSPLINE of degree {degree} needs {degree} points behind its start and has {count}");
+            let message = format!("a BSPLINE of degree {degree} needs {degree} points after its start and has {count}");
             self.location = last.location.clone();
             return Err(Fault::new(codes::ARC_GEOMETRY, last.span, message).help("write more points, or SD=2"));
         }
@@ -213,7 +213,7 @@ impl Interpreter {
             return Err(Fault::new(
                 codes::BAD_VALUE,
                 last.span,
-                "too many intervals PL of the BSPLINE are zero, one behind the other",
+                "too many consecutive intervals PL of the BSPLINE are zero",
             )
             .help("leave PL out, or write PL=1"));
         }
@@ -302,10 +302,8 @@ impl Interpreter {
         }
         let chord: Vec<f64> =
             at.windows(2).map(|w| frame::sub(w[1], w[0]).iter().map(|d| d * d).sum::<f64>().sqrt()).collect();
-        let ends = [
-            (self.modal.spline_begin, curve.before, "BTAN", "before"),
-            (self.modal.spline_end, into, "ETAN", "behind"),
-        ];
+        let ends =
+            [(self.modal.spline_begin, curve.before, "BTAN", "before"), (self.modal.spline_end, into, "ETAN", "after")];
         let mut fixed = [None; 2];
         for (slot, (end, direction, word, side)) in fixed.iter_mut().zip(ends) {
             if end == SplineEnd::Tangent {

@@ -62,7 +62,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result
         "WHEN" | "WHENEVER" | "EVERY" => {
             let message = format!("`{name}` (a synchronized action) is not supported");
             return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
-                .help("take the synchronized action out; the twin has no signals that it could wait for"));
+                .help("remove the synchronized action; the twin has no signals that it could wait for"));
         }
         _ => return Ok(None),
     }))
@@ -103,7 +103,7 @@ fn for_loop(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
     let variable = expr::expression(s)?;
     s.skip_blanks();
     if !s.take(b'=') {
-        return Err(Fault::new(codes::SYNTAX, s.span_from(start), "`=` is missing behind the variable of FOR")
+        return Err(Fault::new(codes::SYNTAX, s.span_from(start), "`=` is missing after the variable of FOR")
             .help("write FOR I = 1 TO 10"));
     }
     let from = expr::expression(s)?;

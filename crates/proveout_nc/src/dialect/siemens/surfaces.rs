@@ -45,8 +45,9 @@ impl Interpreter {
             return Err(no_radius(words, "no tool table gives here"));
         };
         self.assume(
-            "CYCLE71: FDP counts from the edge of the tool; to and fro the tool goes on beside the surface in the feed FFP1; in \
-             one direction it comes back SDIS above the depth; every depth begins at the first line",
+            "CYCLE71: FDP counts from the edge of the tool; in both directions the tool goes on outside the surface \
+             at the feed FFP1; in one direction it comes back SDIS above the depth; every depth begins at the first \
+             line",
         );
         let surface = Surface {
             heights: words.heights()?,
@@ -97,8 +98,9 @@ impl Interpreter {
         let percent = words.digit(15, 10.0)? == 1.0;
         let width = words.above_zero(9, "infeed width")?;
         self.assume(
-            "CYCLE61: lengths where AMODE has 0 in its thousands and ten thousands, corners where it has 1; lines reach SC beyond the \
-             surface; to and fro the tool goes on beside the surface in the feed; in one direction it comes back SC above the depth",
+            "CYCLE61: lengths where AMODE has 0 in its thousands and ten thousands, corners where it has 1; lines \
+             reach SC beyond the surface; in both directions the tool goes on outside the surface at the feed; in one \
+             direction it comes back SC above the depth",
         );
         let mut heights = words.heights_by_mode(words.digit(15, 1.0)?)?;
         heights.second = words.need(0, "retraction plane")?;

@@ -124,7 +124,7 @@ impl Interpreter {
             }
         };
         if p.has_axis() {
-            return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
+            return Err(Fault::new(codes::CONFLICT, span, "G4 cannot share a block with a motion")
                 .help("write G4 in a block of its own"));
         }
         if !matches!(dwell, Dwell::Seconds(v) | Dwell::Revolutions(v) if v >= 0.0) {
@@ -160,7 +160,7 @@ impl Interpreter {
     /// POS[]=: positioning axes alone in a block.
     pub(super) fn positioning(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
         if p.has_orientation() || p.has_center() || p.machine {
-            return Err(Fault::new(codes::CONFLICT, span, "POS[ ]= stands with words of a path motion")
+            return Err(Fault::new(codes::CONFLICT, span, "POS[ ]= in a block with words of a path motion")
                 .help("write it in a block of its own"));
         }
         self.note("POS[ ]=: the axes are moved at rapid rate");

@@ -81,12 +81,12 @@ impl Interpreter {
         if p.has_axis() || p.has_orientation() {
             return refuse(
                 codes::CONFLICT,
-                format!("`{name}` stands beside a motion"),
+                format!("`{name}` in a block with a motion"),
                 "write it in a block of its own",
             );
         }
         if !self.own.transformed {
-            return refuse(codes::ORIENTATION, format!("`{name}` stands without TRAORI"), "write TRAORI before it");
+            return refuse(codes::ORIENTATION, format!("`{name}` without TRAORI"), "write TRAORI before it");
         }
         let Some(axis) = self.own.tool_axis else {
             return refuse(
@@ -98,17 +98,13 @@ impl Interpreter {
         if self.own.swiveled || self.own.tool_framed || self.modal.frames.programmable != Frame::IDENTITY {
             return refuse(
                 codes::CONFLICT,
-                format!("`{name}` stands in a swivel plane, in a tool frame or in a programmed frame"),
-                "write CYCLE800(), TOROTOF or TRANS before it, and further frames behind it",
+                format!("`{name}` in a swivel plane, in a tool frame or in a programmed frame"),
+                "write CYCLE800(), TOROTOF or TRANS before it, and further frames after it",
             );
         }
         let outer = self.modal.frames.base.then(&self.modal.frames.settable);
         let (Some(inverse), Some(_)) = (outer.inverse_linear(), outer.uniform_scale()) else {
-            return refuse(
-                codes::ORIENTATION,
-                format!("`{name}` stands under unequal scales"),
-                "use equal scale factors",
-            );
+            return refuse(codes::ORIENTATION, format!("`{name}` under unequal scales"), "use equal scale factors");
         };
         let inside = |v: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| frame::dot(inverse[i], v)) };
         let turned = frame::unit(inside(axis)).and_then(|z| {
@@ -139,8 +135,8 @@ impl Interpreter {
         self.modal.frames.swivel = plane;
         self.own.tool_framed = true;
         self.assume(format!(
-            "{name}: the frame of the tool stands in front of the programmable frame (bit 3 of MD28082), and its X axis in the old XZ \
-             plane (MD21110)"
+            "{name}: the frame of the tool comes before the programmable frame (bit 3 of MD28082), and its X axis \
+             lies in the old XZ plane (MD21110)"
         ));
         self.take_frames(name);
         Ok(())

@@ -42,7 +42,9 @@ impl Interpreter {
         let plane = self.modal.plane_axes();
         let refuse = |message: &str, help: &str| Err(Fault::new(codes::CONFLICT, span, message).help(help));
         if !angle.is_finite() {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("ANG={angle} is no angle")).help("write degrees"));
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, format!("ANG={angle} is not a valid angle")).help("write degrees")
+            );
         }
         let circle =
             p.has_center() || p.intermediate.iter().any(Option::is_some) || p.radius.is_some() || p.opening.is_some();
@@ -50,14 +52,14 @@ impl Interpreter {
         let other = p.has_axis() || p.has_orientation() || p.turns.is_some() || p.positioning || p.tapping_feed;
         if circle || curve || other || p.frame.is_some() || p.dwell || p.block_feed.is_some() {
             return refuse(
-                "beside ANG= of the first of two lines stands more than G0 or G1, F, a chamfer or a rounding",
+                "the block with ANG= of the first of two lines takes only G0 or G1, F, a chamfer or a rounding",
                 "write the other axes, words of a circle or a curve, FB=, frames and dwells in a block of their own",
             );
         }
         if p.functions.iter().any(|m| !matches!(m, 3 | 4 | 7 | 8)) || p.call.is_some() || p.numbered_call.is_some() {
             return refuse(
-                "an M word or a call that acts behind the motion stands beside ANG= of the first of two lines",
-                "write it behind the second line",
+                "the block with ANG= of the first of two lines has an M word or a call that acts after the motion",
+                "write it after the second line",
             );
         }
         if self.own.modal_call.is_some() {

@@ -133,7 +133,7 @@ impl Interpreter {
             ),
             (
                 p.opening.is_some() && p.has_center() && in_plane,
-                "the end point beside AR= and the center, which give the end by themselves",
+                "the end point next to AR= and the center, which already give the end",
                 kind != Kind::Arc,
             ),
             (
@@ -164,7 +164,7 @@ impl Interpreter {
             ),
             (
                 kind == Kind::Pole && p.polar_angle.is_some() && p.has_axis(),
-                "the coordinate beside AP= and RP=, which give the pole by themselves",
+                "the coordinate next to AP= and RP=, which already give the pole",
                 false,
             ),
             (p.polynomial.iter().any(Option::is_some), "PO, which belongs to POLY", more_path),
@@ -190,11 +190,11 @@ impl Interpreter {
         };
         let kind = kind.name();
         let message = if kind.is_empty() {
-            format!("nothing in this block takes {word}")
+            format!("no word in this block takes {word}")
         } else {
-            format!("{kind} nothing in this block takes {word}")
+            format!("{kind} no word in this block takes {word}")
         };
-        Err(Fault::new(codes::CONFLICT, span, message).help("take it out, or write the word that it belongs to"))
+        Err(Fault::new(codes::CONFLICT, span, message).help("remove it, or write the word that it belongs to"))
     }
 
     /// Refuses I, J or K in addition to that of the thread.

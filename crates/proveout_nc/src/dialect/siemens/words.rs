@@ -15,7 +15,7 @@ pub(crate) enum Class {
 
 const PLAIN: &str = "program the path with G0, G1, G2, G3";
 const FRAME: &str = "program the frame with TRANS, ROT, SCALE, MIRROR";
-const ONE_CHANNEL: &str = "the twin runs one channel; take the word out";
+const ONE_CHANNEL: &str = "the twin runs one channel; remove the word";
 
 /// Words without value and words with arguments.
 pub(crate) fn classify_name(name: &str) -> Class {
@@ -26,7 +26,8 @@ pub(crate) fn classify_name(name: &str) -> Class {
         | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST" | "OSC" | "UPATH"
         | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "ORISON" | "ORISOF" => Class::Note,
         "RTLIOF" => Class::Assumed(
-            "behind RTLIOF each axis runs its rapids at its own speed; the twin runs them as the machine file says (rapid_mode)",
+            "after RTLIOF each axis runs its rapids at its own speed; the twin runs them as the machine file says \
+             (rapid_mode)",
         ),
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
         "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "DIAMOF" | "DISPLON" | "DISPLOF"
@@ -62,7 +63,7 @@ pub(crate) fn classify_name(name: &str) -> Class {
             Class::Refused("let the CAM system write the motions of the milling cycle")
         }
         "MEAS" | "MEAW" | "MEASA" | "MEAWA" | "CYCLE971" | "CYCLE976" | "CYCLE977" | "CYCLE978" | "CYCLE979"
-        | "CYCLE982" | "CYCLE996" | "CYCLE998" => Class::Refused("the twin does not measure; take the probing out"),
+        | "CYCLE982" | "CYCLE996" | "CYCLE998" => Class::Refused("the twin does not measure; remove the probing"),
         "CUT3DC" | "CUT3DF" | "CUT3DFS" | "CUT3DFF" | "CUT3DCC" | "CUT3DCCD" => {
             Class::Refused("let the CAM system compensate the cutter, and use CUT2D")
         }
@@ -73,9 +74,9 @@ pub(crate) fn classify_name(name: &str) -> Class {
             Class::Refused("call the subprogram by its name")
         }
         "WRITE" | "DELETE" | "READ" | "ISFILE" | "FILEDATE" => {
-            Class::Refused("the twin writes and reads no files of the control; take the word out")
+            Class::Refused("the twin writes and reads no files of the control; remove the word")
         }
-        "LIMS" | "CUTMOD" => Class::Refused("take the word out"),
+        "LIMS" | "CUTMOD" => Class::Refused("remove the word"),
         "DELAYFSTON" | "DELAYFSTOF" | "ADISPOSA" => Class::Note,
         _ => Class::Unknown,
     }
@@ -101,8 +102,8 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3=")
         }
         "TCARR" => Class::Refused("swivel the plane with CYCLE800"),
-        "MEAS" | "MEAW" | "MEASA" | "MEAWA" => Class::Refused("the twin does not measure; take the probing out"),
-        "ID" | "IDS" => Class::Refused("take the synchronized action out"),
+        "MEAS" | "MEAW" | "MEASA" | "MEAWA" => Class::Refused("the twin does not measure; remove the probing"),
+        "ID" | "IDS" => Class::Refused("remove the synchronized action"),
         "SF" | "PO" => Class::Refused(PLAIN),
         "VC" | "SVC" => Class::Refused("write the spindle speed with S"),
         "LIMS" => Class::Refused("constant cutting speed belongs to turning"),

@@ -125,7 +125,7 @@ impl Interpreter {
         let pitch = self.mm(values, 239, None, span)?;
         let per_step = self.cycle_number(values, 355, None, span)?;
         if pitch == 0.0 || !pitch.is_finite() || path <= NO_WIDTH_MM {
-            return Err(Fault::new(codes::ARGUMENTS, span, "the thread has no pitch, or is no wider than the tool")
+            return Err(Fault::new(codes::ARGUMENTS, span, "the thread has no pitch, or is not wider than the tool")
                 .help("check Q239 and Q335"));
         }
         if per_step < 0.0 || per_step.fract() != 0.0 {

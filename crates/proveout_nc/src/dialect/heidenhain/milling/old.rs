@@ -28,7 +28,8 @@ const SOME_MM: f64 = 1.0;
 
 /// Parameters that the control writes, and what is taken for granted.
 pub(super) fn words(number: u32) -> (&'static [u32], &'static str) {
-    const WALL: &str = "the wall is finished from the center, or from beside the stud, on arcs of the tool radius, with equal depths Q202";
+    const WALL: &str = "the wall is finished from the center, or from outside the stud, on arcs of the tool radius, \
+                        with equal infeeds Q202";
     const SLOT: &str = "the slot is cleared by rings of one tool radius and a plunge to and fro at 3 degrees";
     match number {
         210 => (&[200, 201, 207, 202, 215, 203, 204, 216, 217, 218, 219, 224], SLOT),

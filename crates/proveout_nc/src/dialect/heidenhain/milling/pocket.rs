@@ -59,7 +59,7 @@ impl Interpreter {
                 return Ok(value as usize);
             }
             Err(Fault::new(codes::BAD_VALUE, span, format!("Q367 takes 0 to {most} and has {value}"))
-                .help("it says where the tool stands in the pocket"))
+                .help("it gives the tool position relative to the pocket"))
         };
         let number_of = |key: u32| self.cycle_number(values, key, None, span);
         match number {

@@ -28,8 +28,8 @@ pub(super) fn words(number: u32) -> (&'static [u32], &'static str) {
     if number == 230 {
         (
             &[225, 226, 227, 218, 219, 240, 206, 207, 209, 200],
-            "the middle of the tool runs along both edges of the width (Q226 and Q226 + Q219), and goes beyond the length by its \
-             radius",
+            "the tool center runs along both edges of the width (Q226 and Q226 + Q219), and goes beyond the length by \
+             its radius",
         )
     } else {
         (

@@ -74,7 +74,7 @@ impl Interpreter {
         let at = self.cycle_number(values, 367, Some(0.0), span)?;
         if at.fract() != 0.0 || !(0.0..=4.0).contains(&at) {
             return Err(Fault::new(codes::BAD_VALUE, span, format!("Q367 takes 0 to 4 and has {at}"))
-                .help("it says where the tool stands on the stud"));
+                .help("it gives the tool position relative to the stud"));
         }
         let from = [[0.0, 0.0], [-a, -b], [a, -b], [a, b], [-a, b]][at as usize];
         let place = super::pocket::about(here, from, self.cycle_number(values, 224, None, span)?);

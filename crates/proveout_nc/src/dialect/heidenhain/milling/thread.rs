@@ -60,7 +60,7 @@ impl Interpreter {
         let pitch = self.mm(values, 239, None, span)?;
         let (p, total) = (pitch.abs(), (h.depth - h.surface).abs());
         if pitch == 0.0 || !pitch.is_finite() || path <= NO_WIDTH_MM {
-            return Err(Fault::new(codes::ARGUMENTS, span, "the thread has no pitch, or is no wider than the tool")
+            return Err(Fault::new(codes::ARGUMENTS, span, "the thread has no pitch, or is not wider than the tool")
                 .help("check Q239 and Q335"));
         }
         // A right-hand thread rises where the tool turns counter-clockwise; 265 always goes down.
@@ -103,7 +103,7 @@ impl Interpreter {
             0.0 => Ok(false),
             1.0 => Ok(true),
             other => Err(Fault::new(codes::BAD_VALUE, span, format!("Q360 takes 0 or 1 and has {other}"))
-                .help("0 countersinks before the thread, 1 behind it")),
+                .help("0 countersinks before the thread, 1 after it")),
         }
     }
 

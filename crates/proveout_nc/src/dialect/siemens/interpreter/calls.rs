@@ -175,7 +175,7 @@ impl Interpreter {
 }
 
 pub(crate) fn missing_subprogram(name: &str, span: Span) -> Fault {
-    Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
+    Fault::new(codes::SUBPROGRAM, span, format!("subprogram `{name}` not found"))
         .help(format!("put {name}.SPF into the folder of the program, or `PROC {name}` into its file"))
 }
 

@@ -35,11 +35,11 @@ impl Interpreter {
         }
         let Some(target) = found else {
             let way = match jump.direction {
-                Direction::Forward => "behind this block",
+                Direction::Forward => "after this block",
                 Direction::Backward => "before this block",
                 Direction::Either | Direction::Silent => "in this program",
             };
-            return Err(Fault::new(codes::JUMP_TARGET, jump.span, format!("the jump target `{name}` is not {way}"))
+            return Err(Fault::new(codes::JUMP_TARGET, jump.span, format!("jump target `{name}` not found {way}"))
                 .help("write the label with a colon, or jump in the other direction"));
         };
         self.jump_to(at, target, jump.span)
@@ -85,7 +85,7 @@ impl Interpreter {
             return Ok(());
         }
         let missing = |name: &str| {
-            Fault::new(codes::JUMP_TARGET, span, format!("the label `{name}` of the repetition is not in this program"))
+            Fault::new(codes::JUMP_TARGET, span, format!("the program has no label `{name}` for the repetition"))
                 .help("write the label with a colon")
         };
         let from = self
