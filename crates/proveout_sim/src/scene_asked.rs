@@ -78,7 +78,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
     let reason = file.workholding_reason.as_deref().map(str::trim);
     match (file.workholding, reason) {
         (None, Some(_)) => {
-            let message = "workholding_reason gives a reason, and nothing says that there is no workholding";
+            let message = "workholding_reason is given, but not workholding = \"none\"";
             return refused(at("workholding_reason"), message, "add workholding = \"none\", or take the reason out");
         }
         (Some(_), None | Some("")) => {

@@ -327,7 +327,8 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     }
     for (i, choice) in compare.choice.iter().enumerate() {
         let double = compare.choice[..i].iter().any(|c| c.key == choice.key || c.name == choice.name);
-        let double = double.then(|| (format!("the choice {:?} stands twice", choice.name), "take one out".to_owned()));
+        let double =
+            double.then(|| (format!("the choice {:?} is given twice", choice.name), "take one out".to_owned()));
         if let Some((message, help)) = double.or_else(|| choice.fault(file)) {
             return at_path(&[Key("choice"), Item(i)], message, &help);
         }
@@ -362,7 +363,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         if axis == Some(ROTARY) && quantity.is_some_and(|q| !q.of_rotary()) {
             return fault(
                 "axis",
-                format!("{name:?} wants of all rotary joints what only one of them has"),
+                format!("{name:?} asks all rotary joints for a quantity that only a single joint has"),
                 "name a joint; `rotary` belongs to demand-velocity and demand-acceleration",
             );
         }
@@ -390,7 +391,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         if p.band.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low > high) {
             return at_path(
                 &[Key("published"), Item(i), Key("band")],
-                format!("the band of {:?} holds nothing", p.name),
+                format!("the band of {:?} is empty", p.name),
                 "write [low, high]",
             );
         }

@@ -54,7 +54,7 @@ pub(crate) fn check(path: &Path, text: &str, patches: &[Spanned<PatchFile>]) -> 
             (0..3).find(|&k| patch.min_mm[k] >= patch.max_mm[k] || (patch.max_mm[k] - patch.min_mm[k]).is_nan())
         {
             let message = format!(
-                "patch {name:?}: its box holds nothing: along {} it goes from {} to {} mm",
+                "patch {name:?}: its box is empty: along {} it goes from {} to {} mm",
                 ['x', 'y', 'z'][k],
                 patch.min_mm[k],
                 patch.max_mm[k]

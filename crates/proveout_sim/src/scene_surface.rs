@@ -263,7 +263,10 @@ impl Middle<'_> {
     fn fault(&self) -> Option<(String, &'static str)> {
         let on_blade = [self.arc, self.x].iter().filter(|v| v.is_some()).count();
         if (self.at.is_some(), on_blade) != (true, 0) && (self.at.is_some(), on_blade) != (false, 2) {
-            return Some(("it has no one place".into(), "give `at_mm`, or on a blade `arc_mm` and `x_mm`"));
+            return Some((
+                "it has no place, or more than one".into(),
+                "give `at_mm`, or on a blade `arc_mm` and `x_mm`",
+            ));
         }
         if self.normal.is_some() && self.at.is_none() {
             return Some(("`normal` makes a plane through `at_mm`, which is missing".into(), "give `at_mm`"));
@@ -334,7 +337,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
                 offset,
                 &what,
                 (
-                    "this is no name".into(),
+                    "this is not a valid name".into(),
                     "use 1 to 40 letters, digits, `-` and `_`: the name becomes part of file names",
                 ),
             );
@@ -377,7 +380,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
             .or_else(|| direction_fault("along", &profile.along))
             .or_else(|| {
                 let one = profile.direction.is_some() != profile.along.is_some();
-                (!one).then(|| ("it has no one direction".into(), "give `direction` or `along`"))
+                (!one).then(|| ("it has no direction, or more than one".into(), "give `direction` or `along`"))
             });
         if let Some(f) = found {
             return fault(offset, &format!("profile {:?}", profile.name), f);
@@ -386,7 +389,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
     for spanned in &file.phase {
         let (phase, offset) = (spanned.get_ref(), spanned.span().start);
         if !phase.at_mm.iter().chain([&phase.tooth_deg]).all(|v| v.is_finite() && v.abs() <= 1e6) {
-            return fault(offset, "[[surface.phase]]", ("a number is none".into(), "write mm and degrees"));
+            return fault(offset, "[[surface.phase]]", ("a value is not a number".into(), "write mm and degrees"));
         }
     }
     if let Some(spanned) = file.phase.first().filter(|_| file.model == SurfaceModelFile::Envelope) {
@@ -410,7 +413,7 @@ impl SurfaceGridFile {
         let given = given.iter().filter(|g| **g).count();
         if !(of_blade && given == 2 || in_space && given == 3) {
             return Some((
-                "it has no one region".into(),
+                "it has no region, or more than one".into(),
                 "give `corner_mm`, `u_mm` and `v_mm`, or on a blade `arc_mm` and `x_mm`",
             ));
         }

@@ -174,7 +174,7 @@ impl Tolerances {
             if key == SurfaceKey::Scallop && !has_part {
                 return Some((
                     at,
-                    format!("{word} has no design to be counted from"),
+                    format!("{word} has no design to be measured from"),
                     "give the design part as [part]",
                 ));
             }
@@ -183,7 +183,7 @@ impl Tolerances {
             let (r, at) = (region.get_ref(), region.span().start);
             let place = |message: String, help| Some((at, message, help));
             if (0..3).any(|i| !(r.min_mm[i] < r.max_mm[i] && r.min_mm[i].is_finite() && r.max_mm[i].is_finite())) {
-                let message = format!("region {:?} holds no place", r.name);
+                let message = format!("region {:?} is empty", r.name);
                 return place(message, "write min_mm below max_mm in X, Y and Z");
             }
             if SurfaceKey::ALL.iter().all(|key| r.bound(*key).is_none()) {
@@ -234,7 +234,7 @@ mod tests {
             (region(""), "sets no bound"),
             (region("ra_um = 0\n"), "is no height"),
             (region("scallop_um = 5\n"), "no design"),
-            (region("ra_um = 1\n").replace("max_mm = [1, 1, 1]", "max_mm = [1, 0, 1]"), "holds no place"),
+            (region("ra_um = 1\n").replace("max_mm = [1, 1, 1]", "max_mm = [1, 0, 1]"), "is empty"),
             (region("ra_um = 1\n").repeat(2), "taken"),
         ] {
             let told = tolerances(&text).fault(&text, false).map(|f| f.1).unwrap_or_default();

@@ -117,8 +117,7 @@ fn changed(file: &Path, set: &[SetValue], of: Home, list: Option<&str>) -> Resul
                 && entries.is_some_and(|e| e.iter().any(|v| v.get("name").and_then(Value::as_str) == Some(first)))
         };
         let key = list.filter(named).map_or_else(|| key.to_owned(), |list| format!("{list}.{key}"));
-        put(&mut whole, &key, &set.value)
-            .ok_or_else(|| refused(format!("{set}: the key leads nowhere in this file")))?;
+        put(&mut whole, &key, &set.value).ok_or_else(|| refused(format!("{set}: this file has no such key")))?;
     }
     toml::to_string(&whole).map(Some).map_err(|e| refused(e.to_string()))
 }

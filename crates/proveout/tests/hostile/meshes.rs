@@ -49,11 +49,11 @@ const GOOD: &str = r#"[{"bufferView":0,"componentType":5126,"count":3,"type":"VE
 
 #[test]
 fn nodes_are_visited_once() {
-    refused("self.glb", &one(r#"[{"mesh":0,"children":[0]}]"#, GOOD), "below itself");
-    refused("cycle.glb", &one(r#"[{"children":[1]},{"mesh":0,"children":[0]}]"#, GOOD), "below itself");
+    refused("self.glb", &one(r#"[{"mesh":0,"children":[0]}]"#, GOOD), "of itself");
+    refused("cycle.glb", &one(r#"[{"children":[1]},{"mesh":0,"children":[0]}]"#, GOOD), "of itself");
     // 2^40 paths: each node has its successor twice.
     let nodes: Vec<String> = (1..=40).map(|k| format!("{{\"children\":[{k},{k}]}}")).collect();
-    refused("paths.glb", &one(&format!("[{},{{\"mesh\":0}}]", nodes.join(",")), GOOD), "below two nodes");
+    refused("paths.glb", &one(&format!("[{},{{\"mesh\":0}}]", nodes.join(",")), GOOD), "a child of two nodes");
     refused("none.glb", &one(r#"[{"children":[7]}]"#, GOOD), "node 7 is not there");
 }
 

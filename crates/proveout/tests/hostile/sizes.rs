@@ -143,7 +143,7 @@ fn a_design_of_another_size_ends_in_seconds() {
     let shop = Workshop::new();
     shop.write("part.stl", stl(min.map(|x| x + 500.0), max.map(|x| x + 500.0), 1.0));
     shop.scene("[part]\nmesh = \"part.stl\"");
-    shop.refused(&["part", "beside the stock"]);
+    shop.refused(&["part", "away from the stock"]);
 }
 
 /// A face of 40 x 40 x 2 mm: the same volume at any cells, in verdict, blocks and tools; with what is left it is the stock.

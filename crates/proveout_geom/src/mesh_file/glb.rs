@@ -175,7 +175,7 @@ fn read(file: &[u8]) -> Result<Vec<GlbNode>, Fault> {
     while let Some((index, parent, above)) = open.pop() {
         let node = glb.document.nodes.get(index).ok_or_else(|| format!("node {index} is not there"))?;
         if std::mem::replace(&mut visited[index], true) {
-            let words = format!("node {index} stands below two nodes or below itself, and a scene is a tree");
+            let words = format!("node {index} is a child of two nodes or of itself, and a scene must be a tree");
             return Err(words.into());
         }
         let here = above * pose(node).ok_or_else(|| format!("the pose of node {index} is none"))?;

@@ -118,7 +118,10 @@ pub(super) fn tools(
                 let line =
                     at.as_ref().map_or_else(String::new, |at| format!(", called in line {} of {}", at.line, at.file));
                 let message = format!("tool {}{line}, is not in {}", shown(name), path.display());
-                return Err(refused(message, "add it to the library, or leave --tools out and let the text tell"));
+                return Err(refused(
+                    message,
+                    "add it to the library, or leave --tools out to take the tools from the program text",
+                ));
             }
             return Ok(Tools::Library(path.clone()));
         }
@@ -244,7 +247,7 @@ fn told_otherwise(name: &ToolName, call: &FirstPart, all_facts: &[facts::Facts])
         return None;
     }
     Some(format!(
-        "the text says two things of tool {}: taken is {}, and not {}; the answer {} says another",
+        "the program describes tool {} in two ways: {} is used, not {}; the answer {} overrides it",
         shown(name),
         shape(at, taken),
         others.join(", "),

@@ -89,7 +89,7 @@ fn read(answer: &str, stock: &Aabb, gap: Option<f64>) -> Result<Workholding, Str
     let mut words = rest.split_whitespace();
     let sizes = words.next().unwrap_or_default();
     let sizes: Option<Vec<f64>> = sizes.split(['x', 'X']).map(|t| positive(t).map(|v| v * mm)).collect();
-    let sizes = sizes.ok_or("its size is not numbers with x between")?;
+    let sizes = sizes.ok_or("its size must be numbers separated by x")?;
     let (mut depth, mut along_y) = (None, stock.size().y > stock.size().x);
     while let Some(key) = words.next() {
         let value = words.next().unwrap_or_default();
@@ -197,7 +197,7 @@ fn read(answer: &str, stock: &Aabb, gap: Option<f64>) -> Result<Workholding, Str
         (kind @ ("vise" | "clamps" | "plate" | "chuck"), sizes) => {
             Err(format!("{} numbers are not the size of a {kind}", sizes.len()))
         }
-        (other, _) => Err(format!("{other:?} is no workholding that is known")),
+        (other, _) => Err(format!("{other:?} is not a known workholding")),
     }
 }
 

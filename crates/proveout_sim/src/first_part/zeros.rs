@@ -103,7 +103,7 @@ pub(super) fn offsets(
         let key = format!("offset.{word}");
         all.push(match interview.given(&key) {
             Some(answer) => placed(&key, word, &answer)?,
-            None => (word.to_owned(), [0.0; 3], format!("no motion counts from it: the place of {first}")),
+            None => (word.to_owned(), [0.0; 3], format!("no motion uses it: the place of {first}")),
         });
     }
     Ok(all)

@@ -133,7 +133,7 @@ impl Sweep {
             (DesignFile::LatinHypercube, _) => {
                 return Err(fault(
                     0,
-                    "a Latin hypercube has no number of draws".into(),
+                    "a Latin hypercube needs a number of draws".into(),
                     "write for example draws = 100",
                 ));
             }
@@ -243,7 +243,7 @@ impl VaryFile {
             }
             (None, Some([low, high]), steps) => {
                 if !(low < high && low.is_finite() && high.is_finite()) {
-                    return Some((format!("range = [{low}, {high}] holds nothing"), "write range = [low, high]"));
+                    return Some((format!("range = [{low}, {high}] is empty"), "write range = [low, high]"));
                 }
                 match (method, steps) {
                     (DesignFile::LatinHypercube, None) => None,

@@ -217,7 +217,7 @@ fn check_place(out: &Path) -> Result<(), SimError> {
         Err(e) => return Err(SimError::Folder(e)),
     };
     if taken {
-        let message = "is not empty, and no folder of a sweep: nothing is written into it";
+        let message = "is not empty and not the folder of a sweep: nothing is written into it";
         return Err(InputError::file(out, message, "choose another folder by --out").into());
     }
     Ok(())
@@ -279,7 +279,7 @@ impl Plan {
         }
         let own = plan.own_check().map_err(|e| InputError::file(&path, e.to_string(), again))?;
         if own != plan.check {
-            let message = "is not as it was planned: its SHA-256 is another than the one in it";
+            let message = "is not as it was planned: its SHA-256 differs from the one in it";
             return Err(InputError::file(&path, message, again));
         }
         Ok(plan)
@@ -306,7 +306,7 @@ impl Planned {
         let planned: Self = serde_json::from_str(&text).map_err(|e| fault(format!("is no job: {e}")))?;
         let own = planned.own_digest().map_err(|e| fault(e.to_string()))?;
         if planned.job != job || planned.digest != *digest || own != *digest {
-            return Err(fault("is not as it was planned: its digest is another".into()));
+            return Err(fault("is not as it was planned: its digest differs".into()));
         }
         Ok(planned)
     }

@@ -253,7 +253,7 @@ impl TriDexel {
         for k in 0..below(input, self.tiles.len() as u64 + 1, "more tiles than the stock has")? {
             let step = below(input, (self.tiles.len() - tile) as u64, "a tile that the stock does not have")? as usize;
             if k > 0 && step == 0 {
-                return Err(input.fault("a tile that is told twice"));
+                return Err(input.fault("a tile that occurs twice"));
             }
             tile += step;
             let undo = self.history.as_mut().map(|h| std::mem::take(&mut h.tiles[tile]));

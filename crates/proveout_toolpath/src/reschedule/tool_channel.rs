@@ -75,7 +75,7 @@ impl ToolChannel {
                     spread: 0.5 * (tilts[1] - tilts[0]).abs() + CIRCLE,
                 };
                 let own = region.free_turns(&turn).ok_or_else(|| {
-                    let message = "the free axes of this tool cannot be told";
+                    let message = "the free axes of this tool cannot be computed";
                     let help = "take a ball end mill, or the channel of the clearance";
                     RescheduleError::new("reschedule-tool", path.lines[i], message, help)
                 })?;
@@ -108,7 +108,7 @@ impl ToolChannel {
             return Err(RescheduleError::new(
                 "reschedule-channel",
                 path.lines[first],
-                "the free axes before and behind the end of this block have none in common",
+                "the free axes before and after the end of this block have none in common",
                 "set a larger lean_max_deg, take a slimmer or longer tool, or split the path here",
             ));
         }

@@ -25,7 +25,7 @@ pub enum SdfForm {
 }
 
 const FORMAT: &str = "SDF (ISO 25178-71)";
-const ANEW: &str = "write the file anew from the measuring program, uncompressed";
+const ANEW: &str = "write the file again from the measuring program, uncompressed";
 /// Meters to mm.
 const MM: f64 = 1e3;
 /// Heights are written in um: this many meters.
@@ -104,7 +104,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
             return Err(Fault::at(
                 k,
                 format!("{:?} is no line of the header", shown(line)),
-                "NAME = VALUE stands there",
+                "write NAME = VALUE there",
             ));
         };
         let (name, value) = (name.trim().to_ascii_lowercase(), value.trim());
@@ -170,7 +170,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
                     return Err(Fault::at(
                         k,
                         format!("height {} is {:?}: no number", heights.len() + 1, shown(word)),
-                        "a number with a decimal point, or BAD, stands there",
+                        "write a number with a decimal point, or BAD, there",
                     ));
                 }
             }

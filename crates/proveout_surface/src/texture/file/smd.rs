@@ -18,7 +18,7 @@ use super::{Fault, HOLE_HELP, MeasuredFile, count, measured, sdf::shown};
 /// ETX.
 pub(super) const END_OF_RECORD: u8 = 3;
 const FORMAT: &str = "SMD (ISO 5436-2)";
-const ANEW: &str = "write the file anew: header with CX and CZ, remarks and heights, each closed by ETX";
+const ANEW: &str = "write the file again: header with CX and CZ, remarks and heights, each closed by ETX";
 
 struct Axis {
     line: usize,

@@ -20,7 +20,7 @@ use super::{
 };
 
 const FORMAT: &str = "X3P (ISO 25178-72)";
-const ANEW: &str = "write the file anew from the measuring program";
+const ANEW: &str = "write the file again from the measuring program";
 /// Meters to mm.
 const MM: f64 = 1e3;
 /// Most bytes of the text.

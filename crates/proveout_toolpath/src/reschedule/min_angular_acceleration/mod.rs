@@ -184,7 +184,7 @@ impl MinAngularAcceleration {
             return Ok(());
         }
         let Some(region) = around.region else {
-            let message = "what the tool must keep away from is not known, so that no key can be looked for";
+            let message = "what the tool must keep away from is not known, so no key can be searched for";
             let help = "give the scene a part or fixtures, or take the program's own axes as keys (key_axes=program)";
             return Err(RescheduleError::new("reschedule-channel", line(1), message, help));
         };
@@ -197,7 +197,7 @@ impl MinAngularAcceleration {
         let search = KeySearch { region, up: around.table_axis, cap: self.cap };
         match search.keys([first.1, last.1], &places, &ways) {
             None => {
-                let message = "the free axes of this tool cannot be told, so that no key can be looked for";
+                let message = "the free axes of this tool cannot be computed, so no key can be searched for";
                 let help = "take a ball end mill, or the program's own axes as keys (key_axes=program)";
                 Err(RescheduleError::new("reschedule-tool", line(1), message, help))
             }
@@ -293,9 +293,7 @@ impl Method for MinAngularAcceleration {
         if let Some(region) = around.region {
             for (block, pose) in run.blocks.iter().zip(&poses) {
                 if let Some(deep) = newly_met(region, pose, &block.pose) {
-                    let message = format!(
-                        "the new axis brings shank or holder into what it must not touch: {deep} along the tool axis"
-                    );
+                    let message = format!("the new axis makes shank or holder collide: {deep} along the tool axis");
                     let help = "set another cap, or give the tool a slimmer shank and holder";
                     return Err(RescheduleError::new("reschedule-channel", block.line, message, help));
                 }
