@@ -61,7 +61,7 @@ def test_faults_of_programs_are_told_with_their_line(cone, tmp_path):
         ({"preview": True, "resolution_mm": 1}, "preview"),
         ({"set": {"control.nothing": 1}}, "nothing"),
         ({"set": {"resolution_mm": NAN}}, "no finite number"),
-        ({"set": {"": 1}}, "is no key"),
+        ({"set": {"": 1}}, "is not a key"),
         ({"set": {"name.x": 1}}, "has no such key"),
         ({"set": {"program.nothing.file": "x"}}, "has no such key"),
         ({"set": {"name": object()}}, "no value of a scene"),

@@ -344,7 +344,7 @@ fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written(
         ("[[vary]]\nkey = \"program\"\nvalues = [\"man\"]\n", "did you mean \"main\"?"),
         ("[[vary]]\nkey = \"nc\"\nvalues = [\"gone.nc\"]\n", "is not there"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [-1]\n", "resolution_mm = -1"),
-        ("[[vary]]\nkey = \"resolution_mm\"\n", "wants either values, or range"),
+        ("[[vary]]\nkey = \"resolution_mm\"\n", "needs either values or range"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = []\n", "values are missing"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 1]\n", "there twice"),
         ("[[vary]]\nkey = \"resolution_mm\"\nrange = [2, 1]\nsteps = 3\n", "is empty"),

@@ -174,7 +174,7 @@ fn files_that_hold_no_sections_are_named_with_their_line() {
     fails("", 1, "no header");
     fails("# sections\nx,y,z\n", 2, "write `section,part,x_mm,y_mm,z_mm`");
     fails("section,x_mm,y_mm,z_mm\na,1,2\n", 2, "3 values under 4 columns");
-    fails("section,x_mm,y_mm,z_mm\na,1,2,nan\n", 2, "\"nan\" is no coordinate");
+    fails("section,x_mm,y_mm,z_mm\na,1,2,nan\n", 2, "\"nan\" is not a coordinate");
     fails("section,x_mm,y_mm,z_mm\na,1,2,3\nb,1,2,3\na,1,2,3\n", 4, "goes on after another");
     fails("section,part,x_mm,y_mm,z_mm\na,nose,1,2,3\n", 2, "leading, trailing, suction, pressure");
 }

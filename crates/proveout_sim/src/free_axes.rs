@@ -111,7 +111,7 @@ pub(crate) fn look(prepared: &Prepared, facts: &Facts, count: usize) -> FreeAxes
     };
     let mut found = FreeAxes { settings, touch_mm: tolerances.excess_mm, places: Vec::new(), unchecked: Vec::new() };
     let Some(part) = &prepared.part_mesh else {
-        found.unchecked.push("the design is no mesh: give `[part] mesh` or `[part.blade]`".into());
+        found.unchecked.push("the design is not a mesh: give `[part] mesh` or `[part.blade]`".into());
         return found;
     };
     let Some(pieces) = facts.motion.as_ref().and_then(|m| m.pieces()) else {

@@ -139,7 +139,7 @@ impl Job {
                         let hint = near.map_or_else(String::new, |n| format!("; did you mean {n:?}?"));
                         return fault(
                             at,
-                            format!("{message}, which is no setup of the job{hint}"),
+                            format!("{message}, which is not a setup of the job{hint}"),
                             "name an earlier setup",
                         );
                     }

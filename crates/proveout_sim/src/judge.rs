@@ -407,7 +407,7 @@ fn judge_gates(
     }
     let mut kept = format!("bodies keep {near_mm} mm apart, and the holder from the in-process stock");
     if !facts.told.own_near_miss.is_empty() {
-        kept += &format!("; as the machine file wants, {}", facts.told.own_near_miss.join(", "));
+        kept += &format!("; as the machine file requires, {}", facts.told.own_near_miss.join(", "));
     }
     let mut near = Coverage { checked: Some(kept), left_out: collision.left_out.clone() };
     near.left_out.extend(facts.between.left_out.get(&GateOf::NearMiss).into_iter().flatten().cloned());

@@ -248,7 +248,7 @@ fn as_the_run_left_it(path: &Path) -> Result<(), InputError> {
     if !folder.join(MANIFEST).is_file() {
         return Ok(());
     }
-    let help = "run the earlier setup again, or take the file out of the run folder to use it as it is";
+    let help = "run the earlier setup again, or move the file out of the run folder to use it as it is";
     let refuse = |message: String| InputError::file(path, message, help);
     let manifest = Manifest::read(folder).map_err(|e| refuse(e.to_string()))?;
     let known =

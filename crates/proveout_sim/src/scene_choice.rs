@@ -271,7 +271,7 @@ pub(crate) fn limit_machine(machine: &mut Machine, values: &[(&str, ChoiceValueF
         };
         let joint = &mut machine.joints[index];
         if joint.is_rotary() != *rotary || !(number > 0.0 && number.is_finite()) {
-            return Err(format!("{key} = {} is no limit of {}", value.words(), joint.name));
+            return Err(format!("{key} = {} is not a limit of {}", value.words(), joint.name));
         }
         let unit = if *rotary {
             rad(1.0)

@@ -129,7 +129,7 @@ fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), (String, Stri
         let Some(value) = value else { continue };
         let inside = value * unit;
         if !(value > 0.0 && value.is_finite()) {
-            return Err((format!("{key} = {value} is no limit"), "write a number above 0".into()));
+            return Err((format!("{key} = {value} is not a limit"), "write a number above 0".into()));
         }
         if let Some(most) = target.filter(|most| inside > *most * (1.0 + 1e-9)) {
             return Err((

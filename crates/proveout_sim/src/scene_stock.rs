@@ -192,7 +192,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         return Err(InputError::at(path, text, told.span().start, message, help));
     }
     if let Some(told) = stock.intervals_per_ray.as_ref().filter(|n| !(1.0..=1000.0).contains(n.get_ref())) {
-        let message = format!("intervals_per_ray = {} is no number of intervals", told.get_ref());
+        let message = format!("intervals_per_ray = {} is not a number of intervals", told.get_ref());
         return fault(told.span().start, message, "write a number from 1 to 1000, or leave it out");
     }
     if let Some(b) = stock.block

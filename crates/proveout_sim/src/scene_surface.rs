@@ -275,7 +275,7 @@ impl Middle<'_> {
         numbers
             .into_iter()
             .find(|v| !v.is_finite() || v.abs() > 1e6)
-            .map(|v| (format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame"))
+            .map(|v| (format!("{v} is not a coordinate"), "write lengths in mm of the workpiece frame"))
     }
 }
 
@@ -283,7 +283,7 @@ fn direction_fault(key: &str, v: &Option<[f64; 3]>) -> Option<(String, &'static 
     let v = (*v)?;
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     (!(length > 1e-9 && length < 1e9))
-        .then(|| (format!("{key} = {v:?} is no direction"), "write for example [1, 0, 0]"))
+        .then(|| (format!("{key} = {v:?} is not a direction"), "write for example [1, 0, 0]"))
 }
 
 fn size_fault(size: [f64; 2], step_um: f64) -> Option<(String, &'static str)> {
@@ -421,7 +421,7 @@ impl SurfaceGridFile {
         let numbers =
             self.arc_mm.iter().chain(&self.x_mm).flatten().chain(self.corner_mm.iter().flatten()).chain(sides);
         if let Some(v) = numbers.into_iter().find(|v| !v.is_finite() || v.abs() > 1e6) {
-            return Some((format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame"));
+            return Some((format!("{v} is not a coordinate"), "write lengths in mm of the workpiece frame"));
         }
         if let Some(f) = direction_fault("u_mm", &self.u_mm).or_else(|| direction_fault("v_mm", &self.v_mm)) {
             return Some(f);
@@ -429,7 +429,9 @@ impl SurfaceGridFile {
         let [rows, columns] = match (self.count, self.spacing_mm) {
             (Some(count), None) => count.map(f64::from),
             (None, Some(spacing)) if spacing.iter().all(|s| *s > 0.0) => self.counts().map(|n| n as f64),
-            (None, Some(s)) => return Some((format!("spacing_mm = {s:?} is no distance"), "write lengths above 0 mm")),
+            (None, Some(s)) => {
+                return Some((format!("spacing_mm = {s:?} is not a distance"), "write lengths above 0 mm"));
+            }
             _ => return Some(("it needs a number of patches".into(), "give `count` or `spacing_mm`")),
         };
         let patches = rows * columns;

@@ -153,7 +153,7 @@ impl Tolerances {
         ];
         if let Some((key, value)) = lengths.into_iter().find(|(_, v)| !(0.0..1e3).contains(v)) {
             let at = offset_of(text, &[Key("tolerances"), Key(key)]);
-            return Some((at, format!("{key} = {value} is no tolerance"), "write a length from 0 to 1000 mm"));
+            return Some((at, format!("{key} = {value} is not a tolerance"), "write a length from 0 to 1000 mm"));
         }
         let at = |key: SurfaceKey| offset_of(text, &[Key("tolerances"), Key(key.word())]);
         let of_surface = SurfaceKey::ALL.map(|key| (key, self.of_surface(key), at(key)));
@@ -169,7 +169,7 @@ impl Tolerances {
             let word = key.word();
             if !(um > 0.0 && um <= 1e6) {
                 let help = "write a height above 0 and up to 1,000,000 micrometers, or leave it out";
-                return Some((at, format!("{word} = {um} is no height"), help));
+                return Some((at, format!("{word} = {um} is not a height"), help));
             }
             if key == SurfaceKey::Scallop && !has_part {
                 return Some((

@@ -211,7 +211,7 @@ fn a_pair_with_a_distance_of_its_own_is_held_to_it() {
         assert_eq!(pair(&verdict)["near_miss_mm"], wanted);
         let near = found(&verdict, "collision-near-miss");
         if state == "pass" {
-            assert!(reason.contains("as the machine file wants, ") && reason.contains("(thin sheet)"), "{reason}");
+            assert!(reason.contains("as the machine file requires, ") && reason.contains("(thin sheet)"), "{reason}");
             assert!(near.is_empty());
         } else {
             assert_eq!((near.len(), &near[0]["line"], &near[0]["limit"]), (1, &8.into(), &wanted.into()), "{near:?}");

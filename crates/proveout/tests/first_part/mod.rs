@@ -477,7 +477,7 @@ fn several_zeros_and_several_tools_are_one_question_each() {
     answers("T3: flat D10 L25", "G55: 0,40,0; G56: 0,70,0");
     desk.refused(call, &["`tools`: T7 is missing"]);
     answers("T3: flat D10 L25; T7: cube D3", "G55: 0,40,0; G56: 0,70,0");
-    desk.refused(call, &["\"cube D3\" is no tool"]);
+    desk.refused(call, &["\"cube D3\" is not a tool"]);
     answers("T3: flat D10 L25; T7: ball D8", "G55: 0,40,0; G57: 0,70,0");
     desk.refused(call, &["`offsets`: there is no question for \"G57\": it is one of G55, G56"]);
     answers("T3: flat D10 L25; T7: ball D8", "G56: 0,70,0; G55: 0,40,0");

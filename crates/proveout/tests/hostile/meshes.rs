@@ -78,7 +78,7 @@ fn stl_and_obj_say_what_is_wrong() {
     stl.extend([0; 50]);
     refused("short.stl", &stl, "announces 4294967295 facets, and 1 are there");
     refused("text.stl", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "line 4");
-    refused("nan.stl", b"solid a\nfacet\nouter loop\nvertex 1 nan 0\n", "line 4: `nan` is no finite number");
+    refused("nan.stl", b"solid a\nfacet\nouter loop\nvertex 1 nan 0\n", "line 4: `nan` is not a finite number");
     refused("far.obj", b"v 1e30 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the limit is 100000 mm");
     refused("none.obj", b"v 0 0 0\nf 1 2 3\n", "line 2");
     refused("back.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9223372036854775808 2 3\n", "line 4");

@@ -75,7 +75,7 @@ fn the_cell_size_has_one_range() {
         for told in [of_call, of_set, of_scene] {
             assert_eq!(told.code(), Some(2), "{value}: {}", told.text);
             let is_named = told.text.contains("out of range: 0.00001 to 1000");
-            let is_no_number = value == "nan" && told.text.contains("is no number that can be used");
+            let is_no_number = value == "nan" && told.text.contains("is not a number that can be used");
             assert!(is_named || is_no_number, "{value}: {}", told.text);
         }
     }

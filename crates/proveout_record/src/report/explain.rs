@@ -108,7 +108,7 @@ fn basis(setup: &Setup<'_>, f: &Finding) -> String {
     }
     if f.limit.is_none() && f.penetration_mm.is_some() {
         return format!(
-            "chosen: a touch up to {} is no cut (tolerances.contact_mm in the scene)",
+            "chosen: a touch up to {} is not a cut (tolerances.contact_mm in the scene)",
             length(t.contact_mm)
         );
     }

@@ -145,12 +145,12 @@ fn remedy(code: &str) -> &'static str {
         "program-stopped" => "Correct the named block; nothing after it was run.",
         "program-text-lost" => "Remove the end word if the program goes on, or remove the text after it.",
         "program-text-unproven" => "Give each main program a file of its own, and prove each of them.",
-        "program-text-skipped" => "Run the program with the other values too, or take the text out.",
+        "program-text-skipped" => "Run the program with the other values too, or remove the text.",
         "program-long-dwell" => {
             "Write the dwell in the unit of the control, or state the unit as `dwell` of the control file."
         }
         "limits-overtravel" => {
-            "`proveout check` of the scene says what leads there, and whether another mounting brings the axis back into its travel."
+            "`proveout check` of the scene shows the cause, and whether another mounting brings the axis back into its travel."
         }
         "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
         "limits-off-circle" => {

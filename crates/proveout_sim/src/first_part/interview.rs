@@ -156,8 +156,9 @@ fn flatten(
 ) -> Result<(), InputError> {
     for (key, value) in table {
         let key = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-        let refused =
-            || InputError::file(path, format!("`{key}` is no answer"), "write a text, a number, or a list of numbers");
+        let refused = || {
+            InputError::file(path, format!("`{key}` is not an answer"), "write a text, a number, or a list of numbers")
+        };
         let number = |v: &toml::Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64)).map(|n| n.to_string());
         let answer = match value {
             toml::Value::Table(below) if prefix.is_empty() => {

@@ -92,7 +92,7 @@ pub(super) fn unit_of_design(
         None => Ok(None),
         Some(Some(unit)) => Ok(Some(Design { inch: unit == LengthUnit::Inch, ..design })),
         Some(None) => {
-            Err(refused(format!("`{key}` = {:?} is no unit", answer.unwrap_or_default()), "write inch or mm"))
+            Err(refused(format!("`{key}` = {:?} is not a unit", answer.unwrap_or_default()), "write inch or mm"))
         }
     }
 }

@@ -203,7 +203,7 @@ pub(super) fn tools(
         let answer = interview.get(key, text, Some("none".into())).unwrap_or_else(|| PROPOSED.into());
         let answer = if answer == PROPOSED { "none".to_owned() } else { answer };
         holder = interview::holder(&answer).ok_or_else(|| {
-            refused(format!("`{key}` = {answer:?} is no holder"), "write none, or diameter and length: 40x60")
+            refused(format!("`{key}` = {answer:?} is not a holder"), "write none, or diameter and length: 40x60")
         })?;
     }
     for draft in &mut drafts {
@@ -326,7 +326,7 @@ fn numbered(drafts: Vec<(ToolName, ToolDraft)>, called: &[(ToolName, Option<Loca
 fn tool_of_answer(key: &str, answer: &str, number: u32) -> Result<ToolDraft, FirstPartError> {
     interview::tool(answer, number).ok_or_else(|| {
         let help = "write kind and dimensions: flat D10 L25, ball D8, bull_nose D12 R1, drill D8.5 A118, chamfer D10 A90, face_mill D50, tap D8 P1.25";
-        refused(format!("`{key}` = {answer:?} is no tool"), help)
+        refused(format!("`{key}` = {answer:?} is not a tool"), help)
     })
 }
 

@@ -236,7 +236,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
             if taper.is_none() {
                 draft.choose(
                     &["entering_angle_deg"],
-                    "nothing tells it: a square shoulder is the fullest body of this diameter",
+                    "not stated: a square shoulder is the fullest body of this diameter",
                 );
             }
         }

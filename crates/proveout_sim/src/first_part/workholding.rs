@@ -94,7 +94,7 @@ fn read(answer: &str, stock: &Aabb, gap: Option<f64>) -> Result<Workholding, Str
     while let Some(key) = words.next() {
         let value = words.next().unwrap_or_default();
         match key.to_ascii_lowercase().as_str() {
-            "grip" | "reach" => depth = Some(positive(value).ok_or(format!("{key} {value:?} is no length"))? * mm),
+            "grip" | "reach" => depth = Some(positive(value).ok_or(format!("{key} {value:?} is not a length"))? * mm),
             "along" if value.eq_ignore_ascii_case("x") => along_y = false,
             "along" if value.eq_ignore_ascii_case("y") => along_y = true,
             _ => return Err(format!("{key:?} is not known")),

@@ -88,7 +88,7 @@ fn scene(plan: &Plan<'_>) -> String {
         put(&format!("workholding_reason = {}", quoted(reason)));
     }
     if plan.design.is_none() {
-        put("# Gouge and excess stay unchecked without a design; where there is none to ask, take the # away:");
+        put("# Gouge and excess stay unchecked without a design; where there is none to ask, remove the #:");
         put("# design = \"none\"");
     }
     match &plan.home_zero {

@@ -64,7 +64,9 @@ pub(super) fn offsets(
         let answer = if answer == PROPOSED { "0,0,0" } else { answer };
         match interview::numbers::<3>(answer) {
             Some(shift) => Ok((word.to_owned(), shift, format!("{answer} from {first}, as the answer says"))),
-            None => Err(refused(format!("`{key}` = {answer:?} is no place of {word}"), "write three numbers: 0,120,0")),
+            None => {
+                Err(refused(format!("`{key}` = {answer:?} is not a place of {word}"), "write three numbers: 0,120,0"))
+            }
         }
     };
     let mut open = Vec::new();
@@ -187,6 +189,6 @@ pub(super) fn stated_mount(
             value: Vector::from(mount),
             reason: if proposed { format!("chosen: {where_it_is}") } else { "as the answer `mount` says".into() },
         })),
-        None => Err(refused(format!("`{key}` = {answer:?} is no place"), "write three numbers: 0,0,150")),
+        None => Err(refused(format!("`{key}` = {answer:?} is not a place"), "write three numbers: 0,0,150")),
     }
 }

@@ -212,7 +212,7 @@ impl Sweep {
                         ));
                     }
                 }
-                ("program" | "nc", _) => return Err((format!("{set} is no name"), "write names in quotes".into())),
+                ("program" | "nc", _) => return Err((format!("{set} is not a name"), "write names in quotes".into())),
                 _ => {
                     let one = std::slice::from_ref(&set);
                     let tried = set_values::scene(&scene.path, one).and_then(|scene| {
@@ -254,10 +254,9 @@ impl VaryFile {
                     _ => Some(("a range has no number of values".into(), "write steps = 2 or more")),
                 }
             }
-            _ => Some((
-                "wants either values, or range".into(),
-                "write values = [...], or range = [low, high] with steps",
-            )),
+            _ => {
+                Some(("needs either values or range".into(), "write values = [...], or range = [low, high] with steps"))
+            }
         }
     }
 

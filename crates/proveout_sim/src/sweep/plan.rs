@@ -271,7 +271,7 @@ impl Plan {
             InputError::file(&path, format!("cannot be read: {e}"), "name the folder that sweep plan has written")
         })?;
         let plan: Self = serde_json::from_str(&text)
-            .map_err(|e| InputError::file(&path, format!("is no plan of a sweep: {e}"), again))?;
+            .map_err(|e| InputError::file(&path, format!("is not a plan of a sweep: {e}"), again))?;
         if plan.plan_version != VERSION || plan.made_by != made_by() {
             let message =
                 format!("was planned by {} (layout {}), and this is {}", plan.made_by, plan.plan_version, made_by());
@@ -303,7 +303,7 @@ impl Planned {
             return Err(fault(format!("there is no job {job}: the plan has {}", plan.jobs.len())));
         };
         let text = read_regular_text(&path, MAX_JOB_BYTES).map_err(|e| fault(format!("cannot be read: {e}")))?;
-        let planned: Self = serde_json::from_str(&text).map_err(|e| fault(format!("is no job: {e}")))?;
+        let planned: Self = serde_json::from_str(&text).map_err(|e| fault(format!("is not a job: {e}")))?;
         let own = planned.own_digest().map_err(|e| fault(e.to_string()))?;
         if planned.job != job || planned.digest != *digest || own != *digest {
             return Err(fault("is not as it was planned: its digest differs".into()));

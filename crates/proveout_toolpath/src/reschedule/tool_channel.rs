@@ -94,7 +94,7 @@ impl ToolChannel {
                         self.lean_max.to_degrees(),
                         (0.5 * (path.axial[i] + path.axial[i + 1])).asin().to_degrees()
                     ),
-                    "set a larger lean_max_deg, take a slimmer or longer tool, or tilt the head otherwise",
+                    "set a larger lean_max_deg, take a slimmer or longer tool, or tilt the head differently",
                 ));
             };
             blocks.push(interval);

@@ -70,7 +70,7 @@ impl Header {
         for (axis, scale, used) in [("x", self.x, self.points > 1), ("y", self.y, self.profiles > 1)] {
             if used && !(scale.is_finite() && scale > 0.0 && (scale * MM).is_normal()) {
                 return Err(Fault::new(
-                    format!("a {axis} scale of {scale} m is no spacing"),
+                    format!("a {axis} scale of {scale} m is not a spacing"),
                     "the scales of x and y are positive lengths in m",
                 ));
             }
@@ -103,14 +103,18 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
         let Some((name, value)) = line.split_once('=') else {
             return Err(Fault::at(
                 k,
-                format!("{:?} is no line of the header", shown(line)),
+                format!("{:?} is not a line of the header", shown(line)),
                 "write NAME = VALUE there",
             ));
         };
         let (name, value) = (name.trim().to_ascii_lowercase(), value.trim());
         let number = || {
             value.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
-                Fault::at(k, format!("{} of {name} is no number", shown(value)), "write a number with a decimal point")
+                Fault::at(
+                    k,
+                    format!("{} of {name} is not a number", shown(value)),
+                    "write a number with a decimal point",
+                )
             })
         };
         let whole = |most: f64| {
@@ -118,7 +122,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
             if v.fract() == 0.0 && (0.0..=most).contains(&v) {
                 Ok(v)
             } else {
-                Err(Fault::at(k, format!("{name} = {} is no whole number from 0 to {most}", shown(value)), ANEW))
+                Err(Fault::at(k, format!("{name} = {} is not a whole number from 0 to {most}", shown(value)), ANEW))
             }
         };
         match name.as_str() {

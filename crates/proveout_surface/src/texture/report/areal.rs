@@ -170,7 +170,7 @@ impl ArealReport {
             "used: the spacing carries it".to_owned()
         } else {
             remarks.push(format!(
-                "points every {:.4} µm carry no profile parameters of class {}, which wants {} µm: take profiles of their own",
+                "points every {:.4} µm carry no profile parameters of class {}, which needs {} µm: take profiles of their own",
                 1e3 * map.step_x().max(map.step_y()),
                 class.name(),
                 1e3 * class.max_spacing()

@@ -262,12 +262,7 @@ impl Method for MinAngularAcceleration {
             let step = (row[i] - row[i - 1]).norm();
             if step < 1e-9 {
                 let message = "two blocks follow each other with the tool at the same place";
-                return Err(RescheduleError::new(
-                    "reschedule-path",
-                    run.blocks[i].line,
-                    message,
-                    "take one of them out",
-                ));
+                return Err(RescheduleError::new("reschedule-path", run.blocks[i].line, message, "remove one of them"));
             }
             arc[i] = arc[i - 1] + step;
         }

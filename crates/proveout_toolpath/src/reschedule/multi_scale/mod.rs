@@ -378,7 +378,7 @@ fn frames(run: &CuttingRun, contacts: &[Touching]) -> Result<Vec<ContactFrame>, 
     let point = |i: usize| contacts[i].place.point;
     let stands = |line: u32| {
         let message = "two blocks follow each other with the tool at the same place";
-        RescheduleError::new("reschedule-path", line, message, "take one of them out")
+        RescheduleError::new("reschedule-path", line, message, "remove one of them")
     };
     let line = |i: usize| run.blocks.get(i).map_or(0, |b| b.line);
     if n < 5 {
