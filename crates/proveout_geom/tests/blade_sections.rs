@@ -156,7 +156,7 @@ fn sections_that_make_no_blade_are_named_with_section_and_point() {
     refused(&|s| s[1].points.reverse(), "section s1 runs the other way round than s0");
     refused(
         &|s| s[3].points.rotate_left(20),
-        "section s3 begins at another place than s2: its point 1 lies where s2 has point 21",
+        "section s3 begins at a different place than s2: its point 1 lies where s2 has point 21",
     );
     refused(&|s| s[2].points[7] = s[2].points[6], "section s2, point 8: it lies on the point before it");
     refused(&|s| s[2].points.swap(10, 20), "section s2 crosses itself between points");
