@@ -183,7 +183,7 @@ mod tests {
         for (head, more, words, line) in [
             ("workholding = \"none\"\n", "", "has no reason", 2),
             ("workholding = \"none\"\nworkholding_reason = \" \"\n", "", "has no reason", 2),
-            (REASON, "", "nothing says that there is no workholding", 2),
+            (REASON, "", "workholding_reason is given, but not", 2),
             ("workholding = \"none\"\nworkholding_reason = \"r\"\n", FIXTURE, "has 1 [[fixture]]", 2),
             ("design = \"none\"\n", part, "has a design", 2),
             ("design = \"none\"\n", "[tolerances]\ngouge_mm = 0.1\n", "gouge_mm is a tolerance", 9),

@@ -232,7 +232,7 @@ mod tests {
         let region = |more: &str| format!("[[region]]\nname = \"r\"\nmin_mm = [0, 0, 0]\nmax_mm = [1, 1, 1]\n{more}");
         for (text, words) in [
             (region(""), "sets no bound"),
-            (region("ra_um = 0\n"), "is no height"),
+            (region("ra_um = 0\n"), "is not a height"),
             (region("scallop_um = 5\n"), "no design"),
             (region("ra_um = 1\n").replace("max_mm = [1, 1, 1]", "max_mm = [1, 0, 1]"), "is empty"),
             (region("ra_um = 1\n").repeat(2), "taken"),

@@ -291,7 +291,7 @@ mod tests {
         assert_eq!(ask(PROPOSED).expect("read").expect("answered")["G56"], "0,0,0");
         for (wrong, word) in [
             ("G55: 1,2,3", "G56 is missing"),
-            ("G55: 1,2,3; G55: 1,2,3; G56: 0,0,0", "G55 is there twice"),
+            ("G55: 1,2,3; G55: 1,2,3; G56: 0,0,0", "G55 is given twice"),
             ("G57: 1,2,3", "one of G55, G56"),
             ("1,2,3", "no name"),
         ] {
