@@ -437,7 +437,7 @@ mod tests {
             assert!(read(wrong).is_err(), "{wrong}");
         }
         assert!(read("collison-bodies").is_err_and(|e| e.contains("did you mean collision-bodies?")));
-        assert!(read("geometry-gouge").is_err_and(|e| e.contains("at its end")));
+        assert!(read("geometry-gouge").is_err_and(|e| e.contains("at the end of the program")));
         for text in ["any", "limits-overtravel", "7", "0.25s"] {
             assert_eq!(read(text).map(|s| s.to_string()).as_deref(), Ok(text));
         }

@@ -196,8 +196,8 @@ mod tests {
         let a = &machine.joints[machine.joint("A").expect("A")];
         for (text, word) in [
             ("max_velocity_mm_min = 600", "rotary"),
-            ("max_velocity_deg_s = 0", "no limit"),
-            ("max_acceleration_deg_s2 = nan", "no limit"),
+            ("max_velocity_deg_s = 0", "not a limit"),
+            ("max_acceleration_deg_s2 = nan", "not a limit"),
             ("max_velocity_deg_s = 1e5", "above the machine's limit of 360"),
         ] {
             let (message, help) = limit(&mut a.clone(), &limits(text)).expect_err(text);

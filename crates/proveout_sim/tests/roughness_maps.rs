@@ -368,7 +368,7 @@ fn places_off_the_surface_are_refused_by_name() {
     for (more, words) in [
         (patch("at_mm = [0, 0, 0]"), "no design part"),
         (patch("normal = [0, 0, 1]"), "no place, or more"),
-        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 0]"), "no direction"),
+        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 0]"), "not a direction"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nalong = [0, 0, 1]"), "is perpendicular"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [4, 0.001]"), "no two steps"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [400, 400]"), "nodes are more"),

@@ -224,7 +224,7 @@ fn designs_that_are_none_are_refused_with_the_way_out() {
 fn a_program_is_no_scene_and_the_answer_says_how_it_becomes_one() {
     let desk = Desk::new(&["plate.nc"]);
     fs::create_dir(desk.path("empty")).expect("made");
-    desk.refused("run plate.nc", &["no scene", "proveout new PROGRAM --machine NAME"]);
+    desk.refused("run plate.nc", &["not a scene", "proveout new PROGRAM --machine NAME"]);
     desk.refused("run empty", &["holds no scene.toml", "proveout new"]);
     for (name, text) in [("nothing.nc", ""), ("blank.tap", "\n  \n")] {
         desk.write(name, text);

@@ -293,7 +293,7 @@ mod tests {
             ("G55: 1,2,3", "G56 is missing"),
             ("G55: 1,2,3; G55: 1,2,3; G56: 0,0,0", "G55 is given twice"),
             ("G57: 1,2,3", "one of G55, G56"),
-            ("1,2,3", "no name"),
+            ("1,2,3", "a name and a colon"),
         ] {
             let told = ask(wrong).expect_err(wrong);
             assert!(told.contains(word), "{told}");

@@ -250,10 +250,10 @@ mod tests {
             ("vise 125x40 grip 40", "as deep"),
             ("vise 125x40x3 grip 8", "3 numbers"),
             ("vise 125x-4 grip 8", "size"),
-            ("vise 125x40 grip deep", "no length"),
+            ("vise 125x40 grip deep", "not a length"),
             ("clamps 100x30x20", "no reach"),
             ("chuck 50x80 grip 30", "60 mm wide"),
-            ("magnet 3x4", "no workholding"),
+            ("magnet 3x4", "not a known workholding"),
             ("plate 200x150x20 tall 3", "not known"),
         ] {
             let told = read(answer, &long, None).expect_err(answer);

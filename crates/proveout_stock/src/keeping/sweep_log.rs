@@ -125,7 +125,7 @@ impl SweepLog {
     }
 
     /// Bytes so far.
-    #[allow(clippy::len_without_is_empty, reason = "nobody asks")]
+    #[allow(clippy::len_without_is_empty, reason = "not needed")]
     pub fn len(&self) -> u64 {
         self.0.bytes.len() as u64
     }
