@@ -136,7 +136,7 @@ class Comparison:
 
     @functools.cached_property
     def published(self) -> tuple[Published, ...]:
-        """Published values beside ours."""
+        """Published values and ours."""
         return tuple(build(Published, value) for value in self.document["published"])
 
     @functools.cached_property

@@ -119,7 +119,7 @@ fn an_empty_program() {
     for text in ["", "\n \n\t\n", "%\n%\n"] {
         let small = Small::new();
         small.write("program.mpf", text);
-        small.refused(&["program.mpf", "the program is empty", "help: write the program anew"]);
+        small.refused(&["program.mpf", "the program is empty", "help: export the program again"]);
     }
 }
 
@@ -189,7 +189,7 @@ fn a_folder_with_other_things_is_not_written_over() {
     let small = Small::new();
     fs::create_dir(small.path().join("result")).expect("made");
     small.write("result/thesis.txt", "work of years");
-    small.refused(&["result", "nothing is written over", "--out"]);
+    small.refused(&["result", "it is not overwritten", "--out"]);
     assert_eq!(fs::read_to_string(small.path().join("result/thesis.txt")).expect("still there"), "work of years");
 }
 

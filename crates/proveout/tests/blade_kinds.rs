@@ -176,7 +176,7 @@ fn sections_of_a_file_are_skinned_and_faults_in_it_are_named() {
         (changed(&|s| s[1].reverse()), "section s1 runs the other way round than s0"),
         (
             changed(&|s| s[3].rotate_left(20)),
-            "section s3 begins at another place than s2: its point 1 lies where s2 has point 21",
+            "section s3 begins at a different place than s2: its point 1 lies where s2 has point 21",
         ),
         (changed(&|s| s[2].swap(10, 20)), "section s2 crosses itself between points"),
         (changed(&|s| s[2][7] = s[2][6].clone()), "section s2, point 8: it lies on the point before it"),

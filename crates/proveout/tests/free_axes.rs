@@ -140,10 +140,10 @@ fn what_cannot_be_looked_at_is_named_and_none_is_written_unasked() {
     let (_, said) = run(folder.path(), flat, &["--free-axes", "5"]);
     let found = axes(folder.path());
     assert_eq!(found["places"].as_array().map(Vec::len), Some(0), "{said}");
-    assert!(said.contains("free axes: not looked at: F8"), "{said}");
-    assert!(found["unchecked"][0].as_str().is_some_and(|u| u.contains("F8") && u.contains("no ball")), "{found}");
+    assert!(said.contains("free axes: not checked: F8"), "{said}");
+    assert!(found["unchecked"][0].as_str().is_some_and(|u| u.contains("F8") && u.contains("not a ball")), "{found}");
     let report = fs::read_to_string(folder.path().join("result/report.html")).expect("a report");
-    assert!(report.contains("not looked at") && report.contains("no ball"));
+    assert!(report.contains("not checked") && report.contains("not a ball"));
 
     let folder = tempfile::tempdir().expect("a folder");
     run(folder.path(), &ball(), &[]);

@@ -152,8 +152,8 @@ fn a_job_that_is_wrong_is_refused_before_anything_is_cut() {
         &["scene of setup \"op20\" is not there", "op30"],
     );
     with(&JOB.replace("\"op20\"\n", "\"op10\"\n"), &["two setups have the name \"op10\""]);
-    with(&(JOB.to_owned() + "after = \"op20\"\n"), &["stock goes round in a ring"]);
-    with(&(JOB.to_owned() + "after = \"op1\"\n"), &["no setup of the job", "did you mean \"op10\"?"]);
+    with(&(JOB.to_owned() + "after = \"op20\"\n"), &["the stock would go round in a circle"]);
+    with(&(JOB.to_owned() + "after = \"op1\"\n"), &["not a setup of the job", "did you mean \"op10\"?"]);
     with(&JOB.replacen("scene = \"op10\"\n", "scene = \"op10\"\nafter = \"op20\"\n", 1), &["nothing comes before it"]);
     with(&JOB.replace("op20\"\nscene", "../op20\"\nscene"), &["begins with a point or a dash"]);
     with(&JOB.replace("[[setup]]\nname = \"op20\"", "[[setups]]\nname = \"op20\""), &["did you mean `setup`?"]);

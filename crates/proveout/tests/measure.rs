@@ -162,7 +162,7 @@ fn wrong_questions_are_one_error_with_its_remedy() {
     let helped = |arguments: &[&str], words: &[&str]| assert!(refused(arguments, words), "{arguments:?} has no remedy");
     helped(&["result"], &["nothing is asked", "--section z=12.5"]);
     helped(&["nowhere", "--section", "z=-1"], &["nowhere", "cannot be read", "run folder"]);
-    helped(&["scene.toml", "--section", "z=-1"], &["no stock file"]);
+    helped(&["scene.toml", "--section", "z=-1"], &["not a stock file"]);
     helped(&["result", "--section", "z=9"], &["z=9 does not meet the stock", "-20.000 to 0.000"]);
     helped(&["result", "--section", "w=1"], &["w=1 is no plane", "z=12.5"]);
     helped(&["result", "--section", "z=nan"], &["is no plane"]);

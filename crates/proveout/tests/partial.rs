@@ -165,7 +165,7 @@ fn a_run_ends_behind_a_line_as_a_program_that_ends_there() {
     let desk = Desk::new("");
     let end_of_pass_2 = FIRST + 2 * LINES - 2;
     let said = desk.run(&format!("--stop-at {end_of_pass_2}"), 3);
-    assert!(said.contains(&format!("behind line {end_of_pass_2}: line {end_of_pass_2} was run")), "{said}");
+    assert!(said.contains(&format!("after line {end_of_pass_2}: line {end_of_pass_2} was run")), "{said}");
     let stopped = desk.verdict("out/slot-main-stopped");
     let cut = desk.volume("out/slot-main-stopped");
     assert!((cut / (6.0 * 8.0 * 40.0) - 1.0).abs() < 0.02, "two passes of four: {cut}");
@@ -250,7 +250,7 @@ fn a_stop_that_is_none_is_refused_before_anything_is_written() {
         ("--stop-at 0s", "more than 0s"),
         ("--stop-at -1s", "more than 0s"),
         ("--stop-at collision-body", "did you mean collision-bodies?"),
-        ("--stop-at geometry-gouge", "judged when the program is at its end"),
+        ("--stop-at geometry-gouge", "judged at the end of the program"),
         ("--stop-at 1", "the next line with a motion is 4"),
         ("--stop-at 4000", "the program has 26 lines"),
         ("--stop-at 4 --stop-at 5", "cannot be used multiple times"),

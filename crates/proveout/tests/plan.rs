@@ -52,7 +52,7 @@ const WRONG: [Wrong; 6] = [
         part: CAMBER,
         table: "[plan.row]\ntool = \"BALL_D16\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
                 axis = { rule = \"interpolated\", axes = [{ part = 0.0, direction = [0, -1, 0.2] }, { part = 1.0, direction = [0, -1, 0] }] }\n",
-        told: &["[plan.row]: the tool axis at section", "stands", "degrees from the outward normal"],
+        told: &["[plan.row]: the tool axis at section", "is tilted", "degrees from the outward normal"],
     },
     Wrong {
         name: "a step longer than the radius of an edge",

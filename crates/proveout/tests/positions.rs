@@ -266,7 +266,7 @@ fn behind_a_retraction_under_tcp_the_tool_stays_up() {
         assert!(codes(&turned).contains(&"program-assumed".to_owned()), "{file}: {:?}", codes(&turned));
         let program = gate(&turned, "program");
         assert_eq!(program["state"], "unchecked", "{file}: {program}");
-        assert!(program["reason"].as_str().is_some_and(|r| r.contains("taken for granted")), "{file}: {program}");
+        assert!(program["reason"].as_str().is_some_and(|r| r.contains("assumed: ")), "{file}: {program}");
     }
 }
 

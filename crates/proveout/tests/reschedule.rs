@@ -176,7 +176,7 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
     // Nearly all of the programmed time is proved of the feed, from the ways of the tip, and what stays a condition is told.
     let (programmed, proved) = (number("programmed_s"), number("feed_bound_s"));
     assert!(proved < programmed && proved > 0.99 * programmed, "{proved} {programmed}");
-    assert!(told.contains("not proved for all of them: the way of the tip bends no more"), "{told}");
+    assert!(told.contains("not proved for all of them: the tip path turns no more sharply"), "{told}");
     assert_eq!(run["seams_s"].as_array().expect("a list").len(), gates.len());
     // Linear joints have the range that the channel gives them, and both programs could be run.
     let linear = run["linear"].as_array().expect("a list");
@@ -573,7 +573,7 @@ fn a_table_goes_through_its_pole_without_swinging_round() {
     let output = proveout(&["reschedule", &scene, "--program", "main", "--method", "singularity", "--output", &word]);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(2) && !out.exists(), "{told}");
-    assert!(told.contains("main.mpf:13:") && told.contains("does not tell where the table stands"), "{told}");
+    assert!(told.contains("main.mpf:13:") && told.contains("does not define the angle of the table"), "{told}");
 }
 
 #[test]

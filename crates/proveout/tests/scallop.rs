@@ -243,7 +243,7 @@ fn rows_nearer_than_two_cells_are_not_passed() {
     let text = fs::read_to_string(folder.path().join("result/verdict.json")).unwrap_or_else(|e| panic!("{e}\n{told}"));
     let (state, reason) = gate(&serde_json::from_str(&text).expect("JSON"));
     assert_eq!(state, "unchecked", "{reason}");
-    assert!(reason.contains("nearer to their neighbor than two cells"), "{reason}");
+    assert!(reason.contains("closer to their neighbor than two cells"), "{reason}");
 }
 
 #[test]
@@ -252,7 +252,7 @@ fn a_height_that_is_none_or_has_no_design_is_refused_by_name() {
         ("scallop_um = -1\n", PART, "scallop_um = -1 is no height"),
         ("scallop_um = 0\n", PART, "scallop_um = 0 is no height"),
         ("scallop_um = nan\n", PART, "`tolerances.scallop_um` = nan: is out of range"),
-        ("scallop_um = 11\n", "", "scallop_um has no design to be counted from"),
+        ("scallop_um = 11\n", "", "scallop_um has no design to be measured from"),
         (
             "[[tolerances.region]]\nname = \"land\"\nmin_mm = [0, 0, 0]\nmax_mm = [1, 1, 1]\n",
             PART,

@@ -344,13 +344,13 @@ fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written(
         ("[[vary]]\nkey = \"program\"\nvalues = [\"man\"]\n", "did you mean \"main\"?"),
         ("[[vary]]\nkey = \"nc\"\nvalues = [\"gone.nc\"]\n", "is not there"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [-1]\n", "resolution_mm = -1"),
-        ("[[vary]]\nkey = \"resolution_mm\"\n", "wants either values, or range"),
+        ("[[vary]]\nkey = \"resolution_mm\"\n", "needs either values or range"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = []\n", "values are missing"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 1]\n", "there twice"),
-        ("[[vary]]\nkey = \"resolution_mm\"\nrange = [2, 1]\nsteps = 3\n", "holds nothing"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nrange = [2, 1]\nsteps = 3\n", "is empty"),
         ("[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\n", "no number of values"),
         ("draws = 3\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "belong to a Latin hypercube"),
-        ("method = \"latin-hypercube\"\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "no number of draws"),
+        ("method = \"latin-hypercube\"\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "needs a number of draws"),
         (
             "[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\nsteps = 900000\n[[vary]]\nkey = \"tolerances.near_miss_mm\"\nrange = [1, 2]\nsteps = 900000\n",
             "at most 1000000",
@@ -368,7 +368,7 @@ fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written(
     }
     let folder = small(PROGRAMS);
     let (_, words) = told(&["sweep", "plan", ".", "--out", "scene"], folder.path(), 2);
-    assert!(words.contains("no folder of a sweep"), "{words}");
+    assert!(words.contains("not the folder of a sweep"), "{words}");
     let (_, words) = told(&["sweep", "run", "scene"], folder.path(), 2);
     assert!(words.contains("plan.json"), "{words}");
 }

@@ -140,11 +140,11 @@ fn nonsense_is_refused_with_place_value_and_remedy() {
     };
     let cases: [(&str, Vec<u8>, &str); 8] = [
         ("empty.smd", Vec::new(), "no file of texture: 0 bytes"),
-        ("noise.smd", (0..200_u8).collect(), "ends of record (ETX); 3 are wanted"),
+        ("noise.smd", (0..200_u8).collect(), "ends of record (ETX); 3 are expected"),
         ("word.smd", changed("\r\n0.0004\r\n", "\r\nhigh\r\n"), "is \"high\": no number"),
         ("unit.smd", changed("\0um\0", "\0furlong\0"), "unit \"furlong\" of axis CZ"),
         ("huge.smd", changed("CX\0I\x002001", "CX\0I\x00999999999"), "999999999 places and 2001 heights"),
-        ("step.smd", changed("D\x000.0005", "D\x00-1"), "a step of -1 mm is no spacing"),
+        ("step.smd", changed("D\x000.0005", "D\x00-1"), "a step of -1 mm is not a spacing"),
         ("cut.x3p", b"PK\x03\x04\x14\0".to_vec(), "the archive has no readable directory"),
         ("cut.sdf", b"bISO-1.0xx".to_vec(), "shorter than the header"),
     ];

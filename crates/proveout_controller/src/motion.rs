@@ -512,8 +512,7 @@ impl Context<'_> {
                 "the arc's radius is {r0:.4} mm at the start and {r1:.4} mm at the end, \
                  more than {RADIUS_MISMATCH_MM} mm and 1 percent apart"
             );
-            let help = "check center and end; all axes of the arc's plane must stand where the program believes them \
-                        (a tool length that was switched on before must have been run in)";
+            let help = "check center and end; all axes of the arc's plane must be where the program assumes them (a tool length that was switched on before must have been traversed)";
             return Err(self.fail("control-arc", message, help));
         }
         let u = ra / r0;

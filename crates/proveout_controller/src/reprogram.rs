@@ -320,7 +320,7 @@ impl Reprogramming<'_> {
             let turned = (q[j] - last[j]).to_degrees();
             if let Some([low, high]) = joint.travel.filter(|_| turned.abs() > REWIND_DEG) {
                 let message = format!(
-                    "the new orientation is out of reach: {} stands at {:.1} degrees and would have to turn back by {:.0} degrees to \
+                    "the new orientation is out of reach: {} is at {:.1} degrees and would have to turn back by {:.0} degrees to \
                      stay in its travel of {:.1} to {:.1} degrees",
                     joint.name,
                     last[j].to_degrees(),
@@ -453,7 +453,7 @@ fn turns(run: &Found) -> bool {
 /// A program with tool vectors cannot give the position of a rotary joint at a pole.
 fn refuse_vectors(out: &Reprogrammed, found: &Found) -> Result<(), Box<ControlError>> {
     let Some(command) = first_vector(&out.commands, found) else { return Ok(()) };
-    let message = "the block gives a tool vector, which does not tell where the table stands at its pole".to_owned();
+    let message = "the block gives a tool vector, which does not define the angle of the table at its pole".to_owned();
     let help = "post the program with rotary axes, or choose another method";
     Err(fail(&command.location, "reschedule-path", message, help))
 }

@@ -93,7 +93,7 @@ impl Walk<'_> {
                 (true, None, Some(inch)) => {
                     return refused(
                         format!("`{name}` is in millimeters, and the file counts in inch (unit = \"inch\")"),
-                        format!("write `{inch}`, or take the line with `unit` out and write all lengths in mm"),
+                        format!("write `{inch}`, or remove the line with `unit` and write all lengths in mm"),
                     );
                 }
                 _ => self.below(value.get_ref())?,

@@ -156,7 +156,7 @@ fn sections_that_make_no_blade_are_named_with_section_and_point() {
     refused(&|s| s[1].points.reverse(), "section s1 runs the other way round than s0");
     refused(
         &|s| s[3].points.rotate_left(20),
-        "section s3 begins at another place than s2: its point 1 lies where s2 has point 21",
+        "section s3 begins at a different place than s2: its point 1 lies where s2 has point 21",
     );
     refused(&|s| s[2].points[7] = s[2].points[6], "section s2, point 8: it lies on the point before it");
     refused(&|s| s[2].points.swap(10, 20), "section s2 crosses itself between points");
@@ -174,7 +174,7 @@ fn files_that_hold_no_sections_are_named_with_their_line() {
     fails("", 1, "no header");
     fails("# sections\nx,y,z\n", 2, "write `section,part,x_mm,y_mm,z_mm`");
     fails("section,x_mm,y_mm,z_mm\na,1,2\n", 2, "3 values under 4 columns");
-    fails("section,x_mm,y_mm,z_mm\na,1,2,nan\n", 2, "\"nan\" is no coordinate");
+    fails("section,x_mm,y_mm,z_mm\na,1,2,nan\n", 2, "\"nan\" is not a coordinate");
     fails("section,x_mm,y_mm,z_mm\na,1,2,3\nb,1,2,3\na,1,2,3\n", 4, "goes on after another");
     fails("section,part,x_mm,y_mm,z_mm\na,nose,1,2,3\n", 2, "leading, trailing, suction, pressure");
 }

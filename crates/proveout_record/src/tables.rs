@@ -172,7 +172,7 @@ impl SurfaceTable {
         let notes = [
             ("frame", "workpiece W, mm".to_owned()),
             ("deviation", "positive: material left; negative: gouge".into()),
-            ("scallop", "height of the ridges beside the point; geometric: from cutter, lean, step and design; difference: measured less geometric".into()),
+            ("scallop", "height of the ridges next to the point; geometric: from cutter, lean, step and design; difference: measured less geometric".into()),
             ("map", "rows with a map: nodes of a roughness map on the design, height along the normal".into()),
         ];
         Ok(Self { table: Table::create(path, &surface_columns(), &notes)?, names })

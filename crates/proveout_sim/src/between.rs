@@ -238,11 +238,11 @@ impl BetweenWatch {
             let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
             let part = process::part_of_tool(open.what);
             let [x, y, z] = open.point;
-            let more = if open.more > 0 { format!(", and {} places more", open.more) } else { String::new() };
+            let more = if open.more > 0 { format!(", and {} more places", open.more) } else { String::new() };
             let why = if self.store.is_raw_known() {
                 "the search for material between the rays was not finished"
             } else {
-                "the form of the stock that an earlier run left is known on its rays alone: give that run a finer `resolution_mm`, or a `[[stock.patch]]` there"
+                "the stock left by the earlier run is known only on its rays: give that run a finer `resolution_mm`, or a `[[stock.patch]]` there"
             };
             facts.left_out.entry(*gate).or_default().push(format!(
                 "{part} of {name} near X{x:.3} Y{y:.3} Z{z:.3}{at}, over {:.3} mm{more}: {why}",

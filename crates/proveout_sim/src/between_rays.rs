@@ -107,7 +107,7 @@ impl Between<'_> {
         let Some((mesh, tree)) = self.design.solid() else { return Told::default() };
         let Some(swept) = self.swept else {
             let why = format!(
-                "gouges between the rays, as along edges: the run has more than {MOST_PIECES} pieces of motion, and they were not kept"
+                "gouges between the rays, for example along edges: the run has more than {MOST_PIECES} pieces of motion, too many to keep"
             );
             return Told { checked: None, left_out: vec![why] };
         };
@@ -152,19 +152,17 @@ impl Between<'_> {
                 missing.join(0, &a.point, &b.point);
             }
         }
-        let mut told = Told {
-            checked: Some("between the rays decided on the swept pieces of motion".to_owned()),
-            left_out: Vec::new(),
-        };
+        let mut told =
+            Told { checked: Some("between the rays by the swept pieces of motion".to_owned()), left_out: Vec::new() };
         if raw.is_none()
             && let Some(checked) = &mut told.checked
         {
-            *checked += "; what came before this run is known on the rays of its stock alone";
+            *checked += "; the stock from before this run is known only on its rays";
         }
         if found.undecided > 0 {
-            let at = found.at.as_ref().map_or_else(String::new, |p| format!(", as at {}", place(p)));
+            let at = found.at.as_ref().map_or_else(String::new, |p| format!(", for example at {}", place(p)));
             told.left_out.push(format!(
-                "{} places of {:.3} mm where it was not decided whether a gouge lies between the rays{at}",
+                "gouges between the rays not decided at {} places of {:.3} mm{at}",
                 found.undecided, search.block
             ));
         }
@@ -222,13 +220,13 @@ impl Between<'_> {
             }
         }
         let mut told = Told {
-            checked: Some("the room in front of the whole design was cleared".to_owned()),
+            checked: Some("the space in front of the whole design was cleared".to_owned()),
             left_out: Vec::new(),
         };
         if found.unknown > 0.0 {
-            let at = found.at.as_ref().map_or_else(String::new, |p| format!(", as at {}", place(p)));
+            let at = found.at.as_ref().map_or_else(String::new, |p| format!(", for example at {}", place(p)));
             told.left_out.push(format!(
-                "whether material is left in front of {:.3} mm2 of the design{at}: no ray is near, and the motion does not tell",
+                "excess in front of {:.3} mm2 of the design{at}: no ray is near, and the swept motion does not decide it",
                 found.unknown
             ));
         }

@@ -243,13 +243,13 @@ impl<'a> BodyCheck<'a> {
         let bearing: Vec<String> = bearing.map(named).collect();
         if !bearing.is_empty() {
             told.remarks.push(format!(
-                "neighbors without the zone in which they bear on each other, up to {ZONE_MM} mm round what bears at rest: {}",
+                "neighbors checked outside of the zone where they bear on each other, up to {ZONE_MM} mm around their contact at rest: {}",
                 bearing.join(", ")
             ));
         }
         for (name, faults) in self.world.mesh_faults() {
             if let Some(fault) = &faults.open {
-                told.left_out.push(format!("what is inside of {name}: {fault}; its surface is checked"));
+                told.left_out.push(format!("the inside of {name}: {fault}; its surface is checked"));
             }
             match faults.flat {
                 0 => {}

@@ -42,8 +42,7 @@ pub(crate) fn judge_areas(
             let round = f.block.and_then(|b| facts.envelopes.get(&b)).and_then(|t| prepared.tools.tools.get(*t));
             if let Some(tool) = round {
                 f.message += &format!(
-                    "; {} cuts here as the cylinder round it ({ENVELOPE}): where the design has the hole before the thread, the depth of the \
-                     thread is no fault",
+                    "; {} is modeled here as a cylinder ({ENVELOPE}): if the design has the hole before the thread, the depth of the thread is no fault",
                     tool.name
                 );
             }
@@ -74,7 +73,7 @@ pub(crate) fn judge_areas(
 /// Reports the sheets that no gate counts: one finding for all of them, at the highest one.
 pub(crate) fn tell_films(facts: &Facts, measured: &Measured, log: &mut FindingLog) {
     let Some(highest) = measured.films.first() else { return };
-    let mut f = FindingLog::of(&finding::FILM, format!("{}: counted for nothing", films_in_words(measured)));
+    let mut f = FindingLog::of(&finding::FILM, format!("{}: not counted as a fault", films_in_words(measured)));
     put_place(&mut f, facts, highest);
     (f.value, f.unit) = (Some(highest.depth), Some("mm".into()));
     f.volume_mm3 = measured.deviation.film_volume_mm3;
@@ -111,7 +110,7 @@ pub(crate) fn threads_in_words(prepared: &Prepared, facts: &Facts, measured: &Me
         n => (format!("{n} threads"), "core holes"),
     };
     format!(
-        "{count} in {hole} of the design: {} mm3 between core and outer diameter, cut by {}, as at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece",
+        "{count} in {hole} of the design: {} mm3 between core and outer diameter, cut by {}, for example at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece",
         figure(measured.threads.iter().map(|a| a.volume).sum()),
         tools.join(", ")
     )
@@ -132,13 +131,13 @@ pub(crate) fn films_in_words(measured: &Measured) -> String {
     let Some(highest) = measured.films.first() else { return String::new() };
     let [x, y, z]: [f64; 3] = highest.point.coords.into();
     let volume: f64 = measured.films.iter().map(|a| a.volume).sum();
-    let (count, stand) = match measured.films.len() {
-        1 => ("a sheet".to_owned(), "stands"),
-        n => (format!("{n} sheets"), "stand"),
+    let count = match measured.films.len() {
+        1 => "a sheet".to_owned(),
+        n => format!("{n} sheets"),
     };
     format!(
-        "{count} of material no thicker than {:.4} mm, which is what two faces of the twin can tell apart, {stand} up to {:.4} mm above \
-         the design, as at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece, {} mm3 in all",
+        "{count} of material at most {:.4} mm thick, the resolution of the twin, up to {:.4} mm above \
+         the design, for example at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece, {} mm3 in all",
         measured.film_thickness,
         highest.depth,
         scientific(volume)
@@ -169,10 +168,9 @@ fn of_area(code: &Code, word: &str, area: &Area, [limit, floor]: [f64; 2]) -> Fi
         Some(wall) => format!("{word} of {:.4} mm: a wall of {wall:.4} mm is gone", area.depth),
         None => format!("{word} of {:.4} mm", area.depth),
     };
-    let raw = if area.made_by.is_none() { "; no motion has cut it, the raw stock is like that" } else { "" };
+    let raw = if area.made_by.is_none() { "; not cut by any motion: the raw stock has this shape" } else { "" };
     let message = format!(
-        "{what} at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece, {} mm2 and {} mm3{raw}; allowed are {limit:.4} mm plus {floor:.4} \
-         mm that the measurement cannot tell apart",
+        "{what} at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece, {} mm2 and {} mm3{raw}; allowed: {limit:.4} mm plus {floor:.4} mm resolution of the measurement",
         figure(area.area),
         figure(area.volume)
     );

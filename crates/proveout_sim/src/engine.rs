@@ -499,7 +499,7 @@ impl<'a> Engine<'a> {
         if all.iter().map(|s| s.history_bytes()).sum::<u64>() > HISTORY_MEMORY {
             all.iter_mut().for_each(|s| s.drop_history());
             let message = format!(
-                "the history of the stock is given up: it has grown past {} MiB (leave `history` out, or take a coarser resolution_mm)",
+                "the history of the stock was dropped: it exceeds {} MiB (leave `history` out, or use a coarser resolution_mm)",
                 HISTORY_MEMORY >> 20
             );
             let mut f = FindingLog::of(&finding::NOTE, message);

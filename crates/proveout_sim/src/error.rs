@@ -40,8 +40,7 @@ pub enum SimError {
     Stock(#[from] StockError),
     /// The stock has grown beyond what was announced.
     #[error(
-        "the stock takes {used_mib:.0} MiB at {time_s:.1} s of the program, more than the {announced_mib:.0} MiB that were announced \
-         for it: its rays hold {intervals:.2} intervals of material on the mean"
+        "the stock takes {used_mib:.0} MiB at {time_s:.1} s of the program, more than the {announced_mib:.0} MiB planned for it: its rays hold {intervals:.2} intervals of material on average"
     )]
     Memory {
         /// What it takes, MiB.

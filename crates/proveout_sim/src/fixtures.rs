@@ -41,9 +41,8 @@ pub(crate) fn fixture_meshes(
 pub(crate) fn check_names(scene: &Scene, machine: &Machine) -> Result<(), InputError> {
     let taken = |f: &&FixtureFile| machine.bodies.iter().any(|b| b.name == f.name);
     scene.file.fixture.iter().enumerate().find(|(_, f)| taken(f)).map_or(Ok(()), |(i, FixtureFile { name, .. })| {
-        let message = format!(
-            "fixture {name:?} has the name of a body of the machine: no finding could tell which of them is meant"
-        );
+        let message =
+            format!("fixture {name:?} has the name of a body of the machine: findings could not distinguish them");
         let path = [Key("fixture"), Item(i), Key("name")];
         Err(scene.error_at(&path, message, "give the fixture another name"))
     })

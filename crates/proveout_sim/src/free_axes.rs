@@ -54,14 +54,12 @@ impl FreeAxes {
     /// What was found, in a few sentences; [`Self::unchecked`] lists what was not looked at.
     pub fn words(&self) -> String {
         let Some(least) = self.places.iter().min_by(|a, b| a.room.total_cmp(&b.room)) else {
-            return "No place was looked at.".into();
+            return "No place was checked.".into();
         };
         let tight = self.places.iter().filter(|p| p.room <= 0.0).count();
         let at = least.line.as_ref().map_or_else(String::new, |(_, line)| format!(" (line {line})"));
         format!(
-            "{} places where a ball end touches the design. Least room of the program's axis {:.1}°{at}; its axis is not proved free at {tight}. \
-             Neck, shank and holder keep {} mm from part and fixtures, the cutter goes at most {} mm into the part; machine and spindle are \
-             not looked at. Cells of {:.1}° at the finest, tilts up to {:.0}°.",
+            "{} places where a ball end touches the design. Least room around the programmed axis {:.1}°{at}; the axis is not proven free at {tight}. Neck, shank and holder keep {} mm from part and fixtures, the cutter goes at most {} mm into the part; machine and spindle are not checked. Cells of {:.1}° at the finest, tilts up to {:.0}°.",
             self.places.len(),
             least.room.to_degrees(),
             self.settings.clearance,
@@ -115,7 +113,7 @@ pub(crate) fn look(prepared: &Prepared, facts: &Facts, count: usize) -> FreeAxes
     };
     let mut found = FreeAxes { settings, touch_mm: tolerances.excess_mm, places: Vec::new(), unchecked: Vec::new() };
     let Some(part) = &prepared.part_mesh else {
-        found.unchecked.push("the design is no mesh: give `[part] mesh` or `[part.blade]`".into());
+        found.unchecked.push("the design is not a mesh: give `[part] mesh` or `[part.blade]`".into());
         return found;
     };
     let Some(pieces) = facts.motion.as_ref().and_then(|m| m.pieces()) else {
@@ -139,7 +137,7 @@ pub(crate) fn look(prepared: &Prepared, facts: &Facts, count: usize) -> FreeAxes
             Ok(space) if space.ball_radius().is_some() => {
                 spaces.insert(index, space);
             }
-            Ok(_) => found.unchecked.push(format!("{}: its end is no ball", tool.name)),
+            Ok(_) => found.unchecked.push(format!("{}: its end is not a ball", tool.name)),
             Err(e) => found.unchecked.push(format!("{}: {e}", tool.name)),
         }
     }

@@ -49,14 +49,14 @@ impl Inputs {
             let help = match &e {
                 MeshFileError::Open { .. } => "correct the path of `mesh`, or put the file there",
                 MeshFileError::UnknownFormat { .. } => "export it as STL, OBJ or glTF",
-                MeshFileError::Content { .. } => "export it anew",
+                MeshFileError::Content { .. } => "export it again",
             };
             scene.fault(named.span().start, format!("{role}: {e}"), help)
         })?;
         if let Some(FlatTriangles { all, .. }) = flat.filter(|_| mesh.triangles.is_empty()) {
             let which = if all == 1 { "the only triangle" } else { &format!("each of the {all} triangles") };
             let message = format!("{role}: {which} of {} has no area", path.display());
-            let help = "export it anew: corners that became one point mean a unit or a tolerance that is too coarse";
+            let help = "export it again: corners that became one point mean a unit or a tolerance that is too coarse";
             return Err(scene.fault(named.span().start, message, help));
         }
         if let Some(unit) = unit {
@@ -84,8 +84,7 @@ impl FlatMesh {
     pub(crate) fn finding(&self) -> Finding {
         let Self { role, path, flat: FlatTriangles { count, all, first, at } } = self;
         let message = format!(
-            "{role}: {count} of the {all} triangles of {} have no area, the first is number {first} at ({:.4}, {:.4}, {:.4}): they bound \
-             nothing, and those with two equal corners are left out",
+            "{role}: {count} of the {all} triangles of {} have no area, the first is number {first} at ({:.4}, {:.4}, {:.4}): they enclose nothing, and those with two equal corners are left out",
             shown(path),
             at.x,
             at.y,

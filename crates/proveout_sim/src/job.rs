@@ -132,14 +132,14 @@ impl Job {
                         let later = file.setup.iter().any(|s| s.get_ref().name == *name);
                         let message = format!("setup {:?} comes after {name:?}", setup.name);
                         if later {
-                            let message = message + ", which is not before it: stock goes round in a ring";
+                            let message = message + ", which is not before it: the stock would go round in a circle";
                             return fault(at, message, "list the setups in the order in which they are clamped");
                         }
                         let near = nearest(name, file.setup.iter().map(|s| s.get_ref().name.as_str()));
                         let hint = near.map_or_else(String::new, |n| format!("; did you mean {n:?}?"));
                         return fault(
                             at,
-                            format!("{message}, which is no setup of the job{hint}"),
+                            format!("{message}, which is not a setup of the job{hint}"),
                             "name an earlier setup",
                         );
                     }

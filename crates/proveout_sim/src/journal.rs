@@ -57,7 +57,7 @@ enum DepthsTold {
 #[derive(Debug, Error)]
 pub enum JournalError {
     /// There is none.
-    #[error("{} is not there: no run that was stopped is left to go on with", path.display())]
+    #[error("{} is not there: there is no stopped run to resume", path.display())]
     Missing {
         /// Where it would be.
         path: PathBuf,
@@ -79,13 +79,13 @@ pub enum JournalError {
         path: PathBuf,
     },
     /// It is something else, or of another layout.
-    #[error("{} is no journal that this version reads", path.display())]
+    #[error("{} is not a journal that this version reads", path.display())]
     NoJournal {
         /// The file.
         path: PathBuf,
     },
     /// The run that was stopped was another one.
-    #[error("the run that was stopped is another one: {what} was {then}, and is {now}")]
+    #[error("the stopped run is not this one: {what} was {then}, and is now {now}")]
     Other {
         /// What differs.
         what: String,
@@ -271,12 +271,12 @@ impl Journal {
         };
         self.at += (HEAD + known.len()) as u64;
         if known.get(1..17) != Some(&motion(items, measures)[..]) {
-            return self.unfit("its motion is another one", cutting, items, measures);
+            return self.unfit("its motion differs", cutting, items, measures);
         }
         if self.at == self.until {
             let (content, reports) = self.cut(cutting, items, measures);
             if content != known {
-                let what = "the program that wrote it cuts otherwise than this one".to_owned();
+                let what = "the version that wrote it cuts differently from this one".to_owned();
                 self.fault = Some(JournalError::Unfit { path: self.path.clone(), what });
             }
             // Records are written after it from now on.
@@ -350,7 +350,7 @@ impl Journal {
     fn write(&mut self, content: &[u8]) -> Result<(), String> {
         let size = (HEAD + content.len()) as u64;
         if content.len() > MOST_RECORD || self.end + size > MOST_BYTES {
-            return Err(format!("it has grown past {} GiB", MOST_BYTES >> 30));
+            return Err(format!("it exceeds {} GiB", MOST_BYTES >> 30));
         }
         let mut record = Vec::with_capacity(HEAD + content.len());
         record.extend((content.len() as u32).to_le_bytes());
@@ -365,7 +365,7 @@ impl Journal {
     fn read(&mut self) -> Result<Vec<u8>, String> {
         let place = self.file.seek(SeekFrom::Start(self.at));
         let record = place.and_then(|_| next_record(&mut self.file)).map_err(|e| format!("it cannot be read: {e}"))?;
-        record.ok_or_else(|| "a record has changed since it was begun to be read".to_owned())
+        record.ok_or_else(|| "a record changed while it was read".to_owned())
     }
 
     /// The run goes on without: its room may be what the run needs.

@@ -35,7 +35,7 @@ use crate::{
 };
 
 /// How what no ray goes through was decided.
-const BETWEEN: &str = "edges and pins between the rays decided on the form of the raw stock and the cuts themselves";
+const BETWEEN: &str = "edges and pins between the rays by the shape of the raw stock and the cuts themselves";
 
 /// What is shown to the observers on the way.
 pub(crate) enum Shown<'a> {
@@ -226,7 +226,9 @@ fn missing_bodies(machine: &Machine, checked_pairs: usize) -> Vec<String> {
     });
     let mut missing: Vec<String> = ends.into_iter().flatten().collect();
     if checked_pairs == 0 && missing.is_empty() {
-        missing.push("bodies against bodies: no two that move against each other are described".to_owned());
+        missing.push(
+            "bodies against bodies: the machine file describes no two that move relative to each other".to_owned(),
+        );
     }
     missing
 }
@@ -238,7 +240,7 @@ fn against_stock(facts: &Facts, near_mm: f64) -> String {
     if near.clear > 0 {
         let keep = if near.clear == 1 { "1 body keeps".to_owned() } else { format!("{} bodies keep", near.clear) };
         text += &format!(
-            "; {keep} {near_mm} mm from the in-process stock all the way, with {:.3} mm beside its rays counted as material",
+            "; {keep} {near_mm} mm from the in-process stock throughout, with {:.3} mm around its rays counted as material",
             near.unseen_mm
         );
     }
@@ -252,13 +254,16 @@ fn against_stock(facts: &Facts, near_mm: f64) -> String {
     if !near.flush.is_empty() {
         let lie = if near.flush.len() == 1 { "lies" } else { "lie" };
         text += &format!(
-            "; {} {lie} against the table's face: there, and not against what stands above it, the lowest {:.3} mm of the stock count for nothing",
+            "; {} {lie} flush with the table face: there, but not near anything that rises above it, the lowest {:.3} mm of the stock are ignored",
             near.flush.join(", "),
             near.layer_mm
         );
     }
     if !near.fixed.is_empty() {
-        text += &format!("; {} stand still against the stock: contact there is the mounting", near.fixed.join(", "));
+        text += &format!(
+            "; contact with the stock is the mounting for bodies that do not move relative to it: {}",
+            near.fixed.join(", ")
+        );
     }
     text
 }
@@ -269,15 +274,14 @@ fn limit_in_words(word: &str, tolerance: f64, used: f64) -> String {
         return format!("{word} at most {tolerance} mm");
     }
     let more = used - tolerance;
-    format!("{word} at most {used:.4} mm: {tolerance} mm allowed, {more:.4} mm that design and cells cannot tell")
+    format!("{word} at most {used:.4} mm: {tolerance} mm allowed, {more:.4} mm resolution of design and cells")
 }
 
 /// A design that is known less well than the tolerance asks.
 fn too_coarse(word: &str, tolerance: f64, deviation: &Deviation) -> Option<String> {
     let error = deviation.design_error_mm.filter(|e| *e > tolerance)?;
     Some(format!(
-        "the design is known to {error} mm (`chord_error_mm`), and the tolerance of {word} is {tolerance} mm: state the \
-         largest distance of the mesh from the drawing as it is, or export a finer mesh"
+        "the design mesh is accurate to {error} mm (`chord_error_mm`), and the tolerance of {word} is {tolerance} mm: state the true largest distance of the mesh from the drawing, or export a finer mesh"
     ))
 }
 
@@ -328,12 +332,12 @@ fn judge_gates(
             if !loads.estimated.is_empty() {
                 checked += &format!(", with masses spread over the shape of {}", loads.estimated.join(", "));
             }
-            let unlimited = loads.no_force_limit.iter().map(|j| format!("the drive of {j} states no limit of force"));
+            let unlimited = loads.no_force_limit.iter().map(|j| format!("the drive of {j} has no force limit"));
             left_out.extend(unlimited);
             let unknown = loads.unknown.iter();
             left_out.extend(unknown.map(|(j, why)| format!("weight and coupling on the drive of {j}: {why}")));
         } else {
-            checked += "; drives are not simulated, so that their force is not looked at";
+            checked += "; drives are not simulated: their force is not checked";
         }
         Coverage { checked: Some(checked), left_out }
     };
@@ -341,13 +345,13 @@ fn judge_gates(
         log.all().iter().filter(|f| f.code == finding::PROBED.code).map(|f| 1 + f.repeats as usize).sum();
     let process = Coverage {
         checked: Some(format!(
-            "rapid in material, spindle, going down without edges at the center, {}and rubbing of neck and shank, on every \
+            "rapid in material, spindle, plunging of tools that are not center-cutting, {}and rubbing of neck and shank, on every \
              piece of motion; {BETWEEN}",
             if facts.strokes.is_empty() { "" } else { "pitch of taps, " }
         )),
         left_out: {
             let motions = if probes == 1 { "motion" } else { "motions" };
-            let probes = (probes > 0).then(|| format!("{probes} probing {motions}: what the probe finds is not known"));
+            let probes = (probes > 0).then(|| format!("{probes} probing {motions}: the probe result is not known"));
             let between = facts.between.left_out.get(&GateOf::Process).into_iter().flatten();
             let taps = tap_pitch::unknown(&prepared.tools, &facts.tools);
             let unknown = probes.into_iter().chain(facts.unknown_plunges.iter().chain(between).cloned()).chain(taps);
@@ -377,7 +381,7 @@ fn judge_gates(
     let swallowed = of_neighbors(facts, Unchecked::Neighbors);
     if !swallowed.is_empty() {
         collision.left_out.push(format!(
-            "neighbors that touch each other all over at rest, though no role of the machine file ({}) says that they bear: {swallowed}",
+            "neighbors in full contact at rest, without a bearing role in the machine file ({}): {swallowed}",
             BEARING_ROLES.join(", ")
         ));
     }
@@ -386,8 +390,7 @@ fn judge_gates(
     let near_mm = tolerances.near_miss_mm;
     collision.left_out.extend(facts.stock_near.behind_table.iter().map(|(name, depth)| {
         format!(
-            "{name} against the table: it reaches {depth:.3} mm behind the table's face of the machine file (`table.point_mm`, \
-             `table.normal`), where it would stand in the table unless that leaves room"
+            "{name} against the table: it reaches {depth:.3} mm below the table face of the machine file (`table.point_mm`, `table.normal`), into the table unless that has a recess there"
         )
     }));
     if let Some(checked) = &mut collision.checked {
@@ -397,7 +400,7 @@ fn judge_gates(
         checked.push_str(if errors { "; with room for the geometric errors of the machine" } else { "" });
         let bear = of_neighbors(facts, Unchecked::Guide);
         if !bear.is_empty() {
-            *checked += &format!("; neighbors of which nothing is left beside their bearing: {bear}");
+            *checked += &format!("; not checked, wholly inside their bearing: {bear}");
         }
         for remark in &facts.told.remarks {
             *checked += &format!("; {remark}");
@@ -405,7 +408,7 @@ fn judge_gates(
     }
     let mut kept = format!("bodies keep {near_mm} mm apart, and the holder from the in-process stock");
     if !facts.told.own_near_miss.is_empty() {
-        kept += &format!("; as the machine file wants, {}", facts.told.own_near_miss.join(", "));
+        kept += &format!("; as the machine file requires, {}", facts.told.own_near_miss.join(", "));
     }
     let mut near = Coverage { checked: Some(kept), left_out: collision.left_out.clone() };
     near.left_out.extend(facts.between.left_out.get(&GateOf::NearMiss).into_iter().flatten().cloned());
@@ -459,7 +462,7 @@ fn judge_gates(
                     assumed.push(&finding.message);
                 }
             }
-            cut_off.into_iter().chain(assumed.into_iter().map(|what| format!("taken for granted: {what}"))).collect()
+            cut_off.into_iter().chain(assumed.into_iter().map(|what| format!("assumed: {what}"))).collect()
         },
     };
     let mut coverage = [

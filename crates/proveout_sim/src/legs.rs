@@ -54,7 +54,7 @@ fn finding_of(found: &LimitViolation) -> Finding {
                 _ => ("jerk", "mm/s³"),
             };
             let message = format!(
-                "the set points ask leg {name} for a {word} of {value:.3} {unit}; its limit is {limit:.3} {unit}"
+                "the set points demand a {word} of {value:.3} {unit} from leg {name}; its limit is {limit:.3} {unit}"
             );
             (&finding::PLANNED_MOTION, unit, message)
         }

@@ -92,7 +92,7 @@ pub enum ManifestError {
         source: std::io::Error,
     },
     /// It is no manifest.
-    #[error("{} is no manifest of this version: {message}", path.display())]
+    #[error("{} is not a manifest of this version: {message}", path.display())]
     Content {
         /// The file.
         path: PathBuf,
@@ -179,7 +179,7 @@ impl Manifest {
             return Some(format!("it covers no {}", DECISIONS.join(", no ")));
         }
         if !self.inputs.iter().any(|input| ["scene", "job"].contains(&input.role.as_str())) {
-            return Some("it names no scene among its inputs: nothing says what the run is about".into());
+            return Some("it names no scene among its inputs".into());
         }
         let recording = |name: &str| self.manifest_version == VERSION_WITHOUT_SCENE && last_of(name) == RECORDING;
         let bare = self.without_digest.iter().find(|name| !is_run_json(name) && !recording(name));

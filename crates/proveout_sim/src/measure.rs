@@ -176,7 +176,7 @@ fn load(path: &Path) -> Result<TriDexel, SimError> {
         InputError::file(path, format!("cannot be read: {e}"), help)
     })?;
     TriDexel::load(&mut BufReader::new(opened), MEMORY)
-        .map_err(|e| InputError::file(path, e.to_string(), "run the scene again to write it anew").into())
+        .map_err(|e| InputError::file(path, e.to_string(), "run the scene again").into())
 }
 
 fn design_probe(path: &Path) -> Result<Probe, SimError> {

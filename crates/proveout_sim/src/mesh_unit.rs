@@ -134,11 +134,11 @@ fn doubt_of_fixture(own: &Aabb, stock: &Aabb) -> Option<(String, Option<&'static
     let beside = |b: &Aabb| gap(b, stock) <= APART_MM.max(0.05 * other) && !is_within(b, stock);
     let unit = other_unit(own, stock, beside);
     let what = if is_within(own, stock) {
-        format!("lies wholly inside of the stock ({}), where it can hold nothing and hits nothing", measures(stock))
+        format!("lies wholly inside of the stock ({}), where it cannot hold anything", measures(stock))
     } else if size < LEAST_MM || size < LEAST_FIXTURE_MM && size < LEAST_FIXTURE * other {
-        format!("is smaller than a clamp or jaw for the stock ({}) may be", measures(stock))
+        format!("is too small for a clamp or jaw of the stock ({})", measures(stock))
     } else if size < SMALL * other && apart > APART_MM && unit.is_some() {
-        format!("is small beside the stock ({}) and {apart:.3} mm away from it", measures(stock))
+        format!("is small compared with the stock ({}) and {apart:.3} mm away from it", measures(stock))
     } else if size > LARGE * other && size > LARGE_MM {
         format!("is {:.0} times as large as the stock ({})", size / other, measures(stock))
     } else if apart > FAR * other && apart > FAR_MM {
@@ -157,7 +157,7 @@ fn doubt_of_design(own: &Aabb, stock: &Aabb) -> Option<(String, bool, Option<&'s
     if apart > DESIGN_BESIDE * size.max(other) {
         let way = own.center() - stock.center();
         let what = format!(
-            "lies {apart:.1} mm beside the stock ({against}): its middle is {:.1}, {:.1}, {:.1} mm from that of the stock",
+            "lies {apart:.1} mm away from the stock ({against}): its center is {:.1}, {:.1}, {:.1} mm from that of the stock",
             way.x, way.y, way.z
         );
         return Some((what, unit.is_some(), unit));
@@ -210,7 +210,7 @@ fn refused(
     let otherwise = if own.size().max() < 0.5 { "m" } else { "inch" };
     let word = unit.and_then(|unit| UNITS.iter().find(|u| u.2 == unit)).map_or(otherwise, |u| u.1);
     let help = format!(
-        "a mesh file states no unit: write mesh_unit = \"{word}\" beside `mesh` (mm, cm, m or inch), or mesh_unit = \"mm\" if size and place are meant"
+        "a mesh file states no unit: write mesh_unit = \"{word}\" next to `mesh` (mm, cm, m or inch), or mesh_unit = \"mm\" if size and place are meant"
     );
     scene.fault(named.span().start, message, help)
 }

@@ -21,7 +21,7 @@ pub(crate) fn fault(name: &str) -> Option<String> {
     }
     let forbidden = |c: char| steers(c) || matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');
     name.chars().find(|c| forbidden(*c)).map(|c| {
-        format!("the name \"{shown}\" has the character {}, which no name of a file may have", c.escape_debug())
+        format!("the name \"{shown}\" has the character {}, which is not allowed in file names", c.escape_debug())
     })
 }
 

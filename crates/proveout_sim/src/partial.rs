@@ -67,7 +67,7 @@ impl FromStr for StopAt {
         }
         if let Some(code) = CODES.iter().find(|c| c.code == text) {
             if AT_THE_END.iter().any(|c| c.code == code.code) {
-                return Err(format!("{text} is judged when the program is at its end: no run stops there"));
+                return Err(format!("{text} is judged at the end of the program: a run cannot stop there"));
             }
             return Ok(Self::Finding(Some(code.code)));
         }
@@ -121,11 +121,11 @@ impl Partial {
     pub fn words(&self) -> Vec<String> {
         let preview = self.preview.as_ref().map(|p| {
             let [cell, full] = [&p.cells_mm, &p.scene_cells_mm].map(|c| c.iter().copied().fold(0.0, f64::max));
-            format!("PREVIEW with cells of {cell} mm, the scene has {full} mm: not the whole check, which is the same call without --preview")
+            format!("PREVIEW with cells of {cell} mm, the scene has {full} mm: not the whole check; for that, run again without --preview")
         });
         let stopped = self.stopped.as_ref().map(|s| {
-            let line = s.line.map_or_else(String::new, |l| format!(", behind line {l}"));
-            format!("STOPPED at {:.3} s{line}: {}; nothing behind it was looked at", s.time_s, s.why)
+            let line = s.line.map_or_else(String::new, |l| format!(", after line {l}"));
+            format!("STOPPED at {:.3} s{line}: {}; nothing after it was checked", s.time_s, s.why)
         });
         preview.into_iter().chain(stopped).collect()
     }
@@ -210,11 +210,11 @@ pub(crate) fn check_line(prepared: &Prepared) -> Result<(), SimError> {
             next = Some(next.map_or(place.line, |n| n.min(place.line)));
         }
     }
-    let message = format!("--stop-at {line}: no motion of {} that is run stands in this line", running.display());
+    let message = format!("--stop-at {line}: this line of {} has no motion that is run", running.display());
     let help = match next {
         Some(next) => format!("the next line with a motion is {next}"),
         None if line > prepared.program_lines => format!("the program has {} lines", prepared.program_lines),
-        None => "no motion comes behind it".to_owned(),
+        None => "no motion comes after it".to_owned(),
     };
     Err(SimError::StopAt { message, help })
 }
@@ -295,7 +295,7 @@ impl<'a> Watch<'a> {
                 }
             }
             Some(StopAt::Time(time)) if self.planned_s >= *time => {
-                self.stopped = Some(format!("{time} s of the program are run"));
+                self.stopped = Some(format!("{time} s of the program were run"));
                 chunk.pieces.retain(|p| p.time[0] < *time);
                 let end = chunk.pieces.last().map_or(*time, |p| p.time[1].max(*time));
                 chunk.blocks.retain(|b| b.start_time <= end);
@@ -375,7 +375,7 @@ pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
     if let Some(p) = &partial.preview {
         let longest = |cells: &[f64; 3]| cells.iter().copied().fold(0.0, f64::max);
         let what = format!(
-            "preview: cells of {} mm where the scene has {} mm; what is thinner than a cell may have been missed",
+            "preview: cells of {} mm where the scene has {} mm; features thinner than a cell may have been missed",
             longest(&p.cells_mm),
             longest(&p.scene_cells_mm)
         );
@@ -386,7 +386,7 @@ pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
     }
     if let Some(s) = &partial.stopped {
         let line = s.line.map_or_else(String::new, |l| format!(" (line {l})"));
-        let what = format!("stopped at {:.3} s{line}: the motion behind", s.time_s);
+        let what = format!("stopped at {:.3} s{line}: the motion after that", s.time_s);
         for gate in &mut gates[1..6] {
             gate.left_out.push(what.clone());
         }
@@ -437,7 +437,7 @@ mod tests {
             assert!(read(wrong).is_err(), "{wrong}");
         }
         assert!(read("collison-bodies").is_err_and(|e| e.contains("did you mean collision-bodies?")));
-        assert!(read("geometry-gouge").is_err_and(|e| e.contains("at its end")));
+        assert!(read("geometry-gouge").is_err_and(|e| e.contains("at the end of the program")));
         for text in ["any", "limits-overtravel", "7", "0.25s"] {
             assert_eq!(read(text).map(|s| s.to_string()).as_deref(), Ok(text));
         }

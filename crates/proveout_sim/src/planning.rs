@@ -334,7 +334,7 @@ fn check_ball(
             if deep > allowed {
                 let at = contact.place.named(&domain);
                 let message = format!(
-                    "[plan.{name}]: a ball of R{radius:.3} mm is too large for the fillet or the platform beside line {} at {at}: it cuts \
+                    "[plan.{name}]: a ball of R{radius:.3} mm is too large for the fillet or the platform near line {} at {at}: it cuts \
                      {deep:.4} mm into it",
                     line.name
                 );

@@ -118,12 +118,12 @@ pub(crate) fn never_changed(reading: &Reading, in_spindle: &ToolName) -> Option<
     let names: Vec<String> = named.iter().map(|(name, _)| shown(name)).collect();
     Some(Cause::new(
         format!(
-            "{} are named and none is changed in ({}, no M6): everything is cut with {}, the tool in the spindle",
+            "{} are called and none is changed in ({}, no M6): everything is cut with {}, the tool in the spindle",
             names.join(", "),
             lines(named.iter().map(|(_, at)| at)),
             shown(in_spindle)
         ),
-        "write M6 behind each T where the operator changes the tool, or make a program of each tool",
+        "write M6 after each T where the operator changes the tool, or write one program per tool",
     ))
 }
 
@@ -190,7 +190,7 @@ pub fn preflight(prepared: &Prepared) -> Vec<Cause> {
         .collect();
     if !chosen.is_empty() {
         let what = format!("the travel of {} of {} is chosen, not published", chosen.join(", "), prepared.machine.name);
-        let add = "put your own machine's into a copy of its machine.toml before a verdict about limits is trusted";
+        let add = "put the travel of your own machine into a copy of its machine.toml before you trust a verdict about limits";
         all.push(Cause { note: true, ..Cause::new(what, add) });
     }
     all
@@ -208,14 +208,14 @@ fn design(own: &Aabb, room: &Aabb) -> Option<Cause> {
             format!(
                 "the design is about 25.4 times smaller than stock and cuts ({sizes}): its numbers look like inches"
             ),
-            "export it in millimeters, or let `proveout new --design` write it so; nothing is converted by itself",
+            "export it in millimeters, or let `proveout new --design` write it so; nothing is converted automatically",
         )),
         Fit::Off => {
             let shift = room.center() - own.center();
             Some(Cause::new(
-                format!("the design lies beside stock and cuts ({sizes})"),
+                format!("the design does not overlap stock and cuts ({sizes})"),
                 format!(
-                    "export it in the coordinates of the workpiece; a shift of {:.1}, {:.1}, {:.1} mm would bring the middles together",
+                    "export it in the coordinates of the workpiece; a shift of {:.1}, {:.1}, {:.1} mm would align their centers",
                     shift.x, shift.y, shift.z
                 ),
             ))
@@ -255,7 +255,7 @@ fn no_length(prepared: &Prepared, cutting: &[&ToolUse], stock: &Aabb, with_chang
     if let (true, Some((word, _))) = (at_tip, word) {
         return Some(Cause {
             what: format!(
-                "no tool length is ever active: {word} counts to the tip of {}, the only tool that cuts",
+                "tool length compensation is never active: {word} counts to the tip of {}, the only tool that cuts",
                 names[0]
             ),
             add: format!("nothing, as long as the zero of {word} is taken at its tip; with another tool its Z changes"),
@@ -264,14 +264,14 @@ fn no_length(prepared: &Prepared, cutting: &[&ToolUse], stock: &Aabb, with_chang
     }
     let number = if let ToolName::Number(n) = first.name { n.to_string() } else { "1".into() };
     let what = format!(
-        "no tool length is active while {} cut{} ({places}): the gauge line goes where the tip is programmed, {gauge:.3} mm too deep with {}",
+        "tool length compensation is not active while {} cut{} ({places}): the gauge line goes where the tip is programmed, {gauge:.3} mm too deep with {}",
         names.join(", "),
         if names.len() == 1 { "s" } else { "" },
         names[0]
     );
     // Several tools and no word for a length at all: the text may be of a control that needs none.
     let with_tool = if cutting.len() > 1 && !cutting.iter().any(|t| t.lengthened) { WITH_TOOL } else { "" };
-    Some(Cause::new(what, format!("write G43 H{number} behind the tool change{offset}{with_tool}")))
+    Some(Cause::new(what, format!("write G43 H{number} after the tool change{offset}{with_tool}")))
 }
 
 /// A box higher up.
@@ -393,7 +393,7 @@ fn not_cancelled(
     let another = between.map_or_else(String::new, |n| format!(" (G255 in line {n} ends G254)"));
     Some(move |name: &str| {
         format!(
-            "rotary axes move alone in line {} under {word} of line {}, which nothing has ended{another}: the tip keeps its place on the part and \
+            "rotary axes move alone in line {} under {word} of line {}, which is still active{another}: the tip keeps its place on the part and \
              {name} follows it; without that motion {name} stays in its travel: write {end} before line {}",
             turn.at.line, turn.on.line, turn.at.line
         )

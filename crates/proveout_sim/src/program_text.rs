@@ -49,7 +49,7 @@ pub(crate) fn check_holds_text(program: &Path) -> Result<(), SimError> {
     let text = ProgramText::open(program)?;
     let blank = |line: &str| line.chars().all(|c| c.is_whitespace() || c == '%');
     if text.all().all(blank) {
-        let remedy = "write the program anew: a full disk or a stopped copy leaves such a file";
+        let remedy = "export the program again: a full disk or an interrupted copy leaves such a file";
         return Err(InputError::file(program, "the program is empty", remedy).into());
     }
     Ok(())

@@ -108,7 +108,7 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
         return Err(of_tool(format!("the tool library has no tool {:?}", plan.tool), "name one of its tools").into());
     };
     let Some(radius) = tip(tool).and_then(Profile::ball_radius) else {
-        return Err(of_tool(format!("tool {:?} is no ball end mill", plan.tool), "name a ball end mill").into());
+        return Err(of_tool(format!("tool {:?} is not a ball end mill", plan.tool), "name a ball end mill").into());
     };
     let wrong = |e: String| file(e, "correct [part.blade] and [plan.helix]");
     let blade = blade.blade(0.0).map_err(|e| wrong(e.to_string()))?;
@@ -159,7 +159,7 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
 pub(crate) fn offset_of(scene: &Scene, strategy: &str, word: &str) -> Result<WorkOffset, InputError> {
     scene.file.work_offsets.get(word).map(WorkOffset::from).ok_or_else(|| {
         let known: Vec<&str> = scene.file.work_offsets.keys().map(String::as_str).collect();
-        let message = format!("[plan.{strategy}] wants the work offset {word:?}, which the scene does not give");
+        let message = format!("[plan.{strategy}] needs the work offset {word:?}, which the scene does not give");
         let help = format!("add [work_offsets.{word}], or name one of {known:?}");
         scene.error_at(&[Key("plan"), Key(strategy), Key("work_offset")], message, help)
     })

@@ -250,16 +250,18 @@ fn as_the_run_left_it(path: &Path) -> Result<(), InputError> {
     if !folder.join(MANIFEST).is_file() {
         return Ok(());
     }
-    let help =
-        "run the earlier setup again to write it anew, or take the file out of the run folder to use it as it is";
+    let help = "run the earlier setup again, or move the file out of the run folder to use it as it is";
     let refuse = |message: String| InputError::file(path, message, help);
     let manifest = Manifest::read(folder).map_err(|e| refuse(e.to_string()))?;
-    let known = manifest.digest_of(&name).ok_or_else(|| refuse(format!("{MANIFEST} beside it does not name it")))?;
+    let known =
+        manifest.digest_of(&name).ok_or_else(|| refuse(format!("{MANIFEST} in the same folder does not name it")))?;
     let (_, found) = digest::measure(path).map_err(|e| refuse(format!("cannot be read: {e}")))?;
     if found == known {
         return Ok(());
     }
-    Err(refuse(format!("is not as the run left it: its SHA-256 is {found}, and {MANIFEST} beside it says {known}")))
+    Err(refuse(format!(
+        "is not as the run left it: its SHA-256 is {found}, and {MANIFEST} in the same folder says {known}"
+    )))
 }
 
 /// What an earlier run has left, with those of its patches that this scene has too, by name.
@@ -278,7 +280,7 @@ fn of_a_run(file: &StockFile, run: &Path, limit_bytes: u64, inputs: &mut Inputs)
         inputs.push(role, path.to_owned());
         let refuse = |message: String, help: &str| SimError::from(InputError::file(path, message, help));
         let mut left = TriDexel::load(&mut BufReader::new(opened), limit_bytes)
-            .map_err(|e| refuse(e.to_string(), "run the earlier setup again to write it anew"))?;
+            .map_err(|e| refuse(e.to_string(), "run the earlier setup again"))?;
         if let Some(time_s) = file.at_time_s {
             let help = "run the earlier setup with `history = true` under [stock], or leave `at_time_s` out";
             (left, _) = left.at_time(time_s).map_err(|e| refuse(e.to_string(), help))?;

@@ -183,7 +183,7 @@ fn run_with(
         let axes = free_axes::look(&prepared, &facts, prepared.free_axes);
         tell(observers, &mut stages, |o| o.free_axes(&setup, &axes))?;
         told_of_axes.push(axes.words());
-        told_of_axes.extend(axes.unchecked.iter().map(|u| format!("not looked at: {u}")));
+        told_of_axes.extend(axes.unchecked.iter().map(|u| format!("not checked: {u}")));
     }
     show_mesh(&stock, &patches, &surveyed, &mut |part| {
         tell_at_once(observers, &mut stages, &|o| o.surface_mesh(&setup, &surveyed.shape, part))

@@ -54,10 +54,8 @@ impl RunFolder {
             Err(e) => return Err(Error::new(e.kind(), format!("{} cannot be a run folder: {e}", place.display()))),
         };
         if taken {
-            let message = format!(
-                "{} is not empty and not a run folder with {MANIFEST}: nothing is written over",
-                place.display()
-            );
+            let message =
+                format!("{} is not empty and not a run folder with {MANIFEST}: it is not overwritten", place.display());
             return Err(Error::new(ErrorKind::AlreadyExists, message));
         }
         if place.join(MANIFEST).is_file() {

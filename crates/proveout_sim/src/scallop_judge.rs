@@ -42,7 +42,7 @@ pub(crate) fn judge(
     };
     let Some(mut figures) = measured.figures(facts, narrowest) else {
         let lost = match measured.found.not_followed {
-            0 => "passes that lie nearer than two cells have none between the rays",
+            0 => "passes closer than two cells have none between the rays",
             _ => "the motion that made them is not known",
         };
         let reason = format!("no ridge between two passes was found on the judged surface: {lost}");
@@ -81,7 +81,7 @@ pub(crate) fn judge(
     }
     if measured.found.narrow > UNKNOWN * all.length_mm {
         let reason = format!(
-            "{told}; {:.1} mm of ridges lie nearer to their neighbor than two cells, where others may be missed: take finer cells \
+            "{told}; {:.1} mm of ridges are closer to their neighbor than two cells, where others may be missed: use finer cells \
              or a [[stock.patch]]",
             measured.found.narrow
         );

@@ -170,7 +170,7 @@ impl Scene {
             return Err(InputError::file(path, "the folder holds no scene.toml", MADE));
         }
         if path.is_file() && path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
-            return Err(InputError::file(path, "the file is no scene: scenes are TOML", MADE));
+            return Err(InputError::file(path, "the file is not a scene: scenes are TOML", MADE));
         }
         let path = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
         let text = read_input(&path)?;

@@ -78,8 +78,8 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
     let reason = file.workholding_reason.as_deref().map(str::trim);
     match (file.workholding, reason) {
         (None, Some(_)) => {
-            let message = "workholding_reason gives a reason, and nothing says that there is no workholding";
-            return refused(at("workholding_reason"), message, "add workholding = \"none\", or take the reason out");
+            let message = "workholding_reason is given, but not workholding = \"none\"";
+            return refused(at("workholding_reason"), message, "add workholding = \"none\", or remove the reason");
         }
         (Some(_), None | Some("")) => {
             let message = "workholding = \"none\" has no reason";
@@ -88,7 +88,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
         }
         (Some(_), Some(_)) if !file.fixture.is_empty() => {
             let message = format!("workholding = \"none\", and the scene has {} [[fixture]]", file.fixture.len());
-            return refused(at("workholding"), &message, "take one of the two out");
+            return refused(at("workholding"), &message, "remove one of the two");
         }
         _ => {}
     }
@@ -97,7 +97,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
             return refused(
                 at("design"),
                 "design = \"none\", and the scene has a design as [part]",
-                "take one of the two out",
+                "remove one of the two",
             );
         }
         let table: Option<toml::Table> = toml::from_str(text).ok();
@@ -105,7 +105,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
         if let Some(key) = ["gouge_mm", "excess_mm"].into_iter().find(|key| stated(key)) {
             let message =
                 format!("{key} is a tolerance against the design, and design = \"none\" says that there is none");
-            return refused(at(key), &message, "give the design as [part], or take the tolerance out");
+            return refused(at(key), &message, "give the design as [part], or remove the tolerance");
         }
     }
     file.gates.not_asked.iter().flatten().find_map(|gate| {
@@ -115,12 +115,12 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
                 let key = SurfaceKey::ALL.into_iter().find(|key| file.tolerances.asks(*key))?;
                 (
                     format!("the gate surface is asked: the scene has the tolerance {}", key.word()),
-                    "take the tolerance out, or the gate out of not_asked".to_owned(),
+                    "remove the tolerance, or the gate from not_asked".to_owned(),
                 )
             }
             "gouge" | "excess" if file.part.is_some() => (
                 format!("the gate {name} is asked: the scene has a design as [part]"),
-                "take it out of not_asked".to_owned(),
+                "remove it from not_asked".to_owned(),
             ),
             "gouge" | "excess" if file.design.is_none() => (
                 format!("the gate {name} needs a statement about the design"),
@@ -128,7 +128,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
             ),
             "excess" if !file.inspect.is_empty() => (
                 "the gate excess is asked: the scene has features under [[inspect]]".to_owned(),
-                "take it out of not_asked".to_owned(),
+                "remove it from not_asked".to_owned(),
             ),
             "gouge" | "excess" => return None,
             _ if GATES.contains(&name) => (
@@ -137,7 +137,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
             ),
             _ => {
                 let near = nearest(name, GATES).map_or_else(String::new, |n| format!("; did you mean {n}?"));
-                (format!("{name:?} is no gate{near}"), "write surface, gouge or excess".to_owned())
+                (format!("{name:?} is not a gate{near}"), "write surface, gouge or excess".to_owned())
             }
         };
         Some((at, message, help))
@@ -183,7 +183,7 @@ mod tests {
         for (head, more, words, line) in [
             ("workholding = \"none\"\n", "", "has no reason", 2),
             ("workholding = \"none\"\nworkholding_reason = \" \"\n", "", "has no reason", 2),
-            (REASON, "", "nothing says that there is no workholding", 2),
+            (REASON, "", "workholding_reason is given, but not", 2),
             ("workholding = \"none\"\nworkholding_reason = \"r\"\n", FIXTURE, "has 1 [[fixture]]", 2),
             ("design = \"none\"\n", part, "has a design", 2),
             ("design = \"none\"\n", "[tolerances]\ngouge_mm = 0.1\n", "gouge_mm is a tolerance", 9),

@@ -180,7 +180,7 @@ impl BladeFile {
         keys.push(("platform", self.platform.is_some(), of_camber));
         keys.push(("twist_deg_per_mm", self.twist_deg_per_mm != 0.0, of_camber));
         if let Some((key, ..)) = keys.iter().find(|(_, given, read)| *given && !read) {
-            return Some((format!("a blade of kind {name:?} does not read `{key}`"), "take the key out".into()));
+            return Some((format!("a blade of kind {name:?} does not read `{key}`"), "remove the key".into()));
         }
         let of_sections = kind == BladeKindFile::Sections;
         match (of_sections, sections) {
@@ -188,7 +188,7 @@ impl BladeFile {
                 Some(("a blade of kind \"sections\" needs its file".into(), "give `sections` in [part]".into()))
             }
             (false, true) => {
-                Some((format!("a blade of kind {name:?} reads no sections"), "take `sections` out of [part]".into()))
+                Some((format!("a blade of kind {name:?} reads no sections"), "remove `sections` from [part]".into()))
             }
             _ => None,
         }

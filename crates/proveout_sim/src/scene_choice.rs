@@ -194,7 +194,7 @@ pub(crate) fn with_values(text: &str, values: &[(&str, ChoiceValueFile)]) -> Res
     let table: Table = text.parse().map_err(|e: toml::de::Error| e.message().to_owned())?;
     let mut whole = Value::Table(table);
     for (key, value) in values.iter().filter(|(key, _)| !key.starts_with("machine.")) {
-        put(&mut whole, key, value).ok_or_else(|| format!("the key {key} leads nowhere in the scene"))?;
+        put(&mut whole, key, value).ok_or_else(|| format!("the scene has no key {key}"))?;
     }
     toml::to_string(&whole).map_err(|e| e.to_string())
 }
@@ -271,7 +271,7 @@ pub(crate) fn limit_machine(machine: &mut Machine, values: &[(&str, ChoiceValueF
         };
         let joint = &mut machine.joints[index];
         if joint.is_rotary() != *rotary || !(number > 0.0 && number.is_finite()) {
-            return Err(format!("{key} = {} is no limit of {}", value.words(), joint.name));
+            return Err(format!("{key} = {} is not a limit of {}", value.words(), joint.name));
         }
         let unit = if *rotary {
             rad(1.0)

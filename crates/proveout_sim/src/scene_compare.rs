@@ -307,19 +307,19 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     let names: Vec<&str> = file.program.iter().map(|p| p.name.as_str()).collect();
     let programs = format!("programs of the scene: {}", names.join(", "));
     if let Some(name) = compare.baseline.as_deref().filter(|name| !known(name)) {
-        return fault("baseline", format!("the baseline {name:?} is no program of the scene"), &programs);
+        return fault("baseline", format!("the baseline {name:?} is not a program of the scene"), &programs);
     }
     if !(0.0..1e6).contains(&compare.run_ends_s) {
         let message = format!("run_ends_s = {} is not a time", compare.run_ends_s);
         return fault("run_ends_s", message, "write seconds from 0");
     }
     if let Some([from, to]) = compare.shown_s.filter(|[from, to]| !(0.0 <= *from && from < to && to.is_finite())) {
-        return fault("shown_s", format!("shown_s = [{from}, {to}] is no stretch"), "write [from, to] in seconds");
+        return fault("shown_s", format!("shown_s = [{from}, {to}] is not a stretch"), "write [from, to] in seconds");
     }
     let must = compare.must_pass.iter().flatten().enumerate().map(|(i, name)| (vec![Key("must_pass"), Item(i)], name));
     let null = compare.null_program.iter().map(|name| (vec![Key("null_program")], name));
     if let Some((at, name)) = must.chain(null).find(|(_, name)| !known(name)) {
-        return at_path(&at, format!("{name:?} is no program of the scene"), &programs);
+        return at_path(&at, format!("{name:?} is not a program of the scene"), &programs);
     }
     if !compare.choice.is_empty() && !(1..=MOST_DRAWS).contains(&compare.draws) {
         let message = format!("draws = {} is out of range", compare.draws);
@@ -327,7 +327,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     }
     for (i, choice) in compare.choice.iter().enumerate() {
         let double = compare.choice[..i].iter().any(|c| c.key == choice.key || c.name == choice.name);
-        let double = double.then(|| (format!("the choice {:?} stands twice", choice.name), "take one out".to_owned()));
+        let double = double.then(|| (format!("the choice {:?} is given twice", choice.name), "remove one".to_owned()));
         if let Some((message, help)) = double.or_else(|| choice.fault(file)) {
             return at_path(&[Key("choice"), Item(i)], message, &help);
         }
@@ -350,7 +350,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         let fault = |key: &str, message: String, help: &str| at_path(&[Key(list), Item(i), Key(key)], message, help);
         let named = [("program", Some(program)), ("against", against)];
         if let Some((key, unknown)) = named.into_iter().filter_map(|(k, p)| Some((k, p?))).find(|(_, p)| !known(p)) {
-            return fault(key, format!("{name:?} names {unknown:?}, which is no program of the scene"), &programs);
+            return fault(key, format!("{name:?} names {unknown:?}, which is not a program of the scene"), &programs);
         }
         if quantity.is_some_and(|q| q.of_joint() != axis.is_some()) {
             return fault(
@@ -362,7 +362,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         if axis == Some(ROTARY) && quantity.is_some_and(|q| !q.of_rotary()) {
             return fault(
                 "axis",
-                format!("{name:?} wants of all rotary joints what only one of them has"),
+                format!("{name:?} asks all rotary joints for a quantity that only a single joint has"),
                 "name a joint; `rotary` belongs to demand-velocity and demand-acceleration",
             );
         }
@@ -390,7 +390,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         if p.band.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low > high) {
             return at_path(
                 &[Key("published"), Item(i), Key("band")],
-                format!("the band of {:?} holds nothing", p.name),
+                format!("the band of {:?} is empty", p.name),
                 "write [low, high]",
             );
         }

@@ -122,7 +122,7 @@ pub(crate) fn fault(fixture: &FixtureFile) -> Option<(&'static str, String, Stri
         match value {
             Some(_) if !known => {
                 let message = format!("`{key}` has no effect on the {word} {name:?}");
-                return Some((key, message, format!("take it out; a {word} has {}", wanted.join(", "))));
+                return Some((key, message, format!("remove it; a {word} has {}", wanted.join(", "))));
             }
             None if known => {
                 let all = if jaws { format!("{}, jaws", wanted.join(", ")) } else { wanted.join(", ") };

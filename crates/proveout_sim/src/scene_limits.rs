@@ -132,7 +132,7 @@ fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), (String, Stri
         let Some(value) = value else { continue };
         let inside = value * unit;
         if !(value > 0.0 && value.is_finite()) {
-            return Err((format!("{key} = {value} is no limit"), "write a number above 0".into()));
+            return Err((format!("{key} = {value} is not a limit"), "write a number above 0".into()));
         }
         if let Some(most) = target.filter(|most| inside > *most * (1.0 + ROUNDING)) {
             return Err((
@@ -199,8 +199,8 @@ mod tests {
         let a = &machine.joints[machine.joint("A").expect("A")];
         for (text, word) in [
             ("max_velocity_mm_min = 600", "rotary"),
-            ("max_velocity_deg_s = 0", "no limit"),
-            ("max_acceleration_deg_s2 = nan", "no limit"),
+            ("max_velocity_deg_s = 0", "not a limit"),
+            ("max_acceleration_deg_s2 = nan", "not a limit"),
             ("max_velocity_deg_s = 1e5", "above the machine's limit of 360"),
         ] {
             let (message, help) = limit(&mut a.clone(), &limits(text)).expect_err(text);

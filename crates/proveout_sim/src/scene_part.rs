@@ -80,7 +80,7 @@ pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), Inpu
     if let Some(b) = part.judged
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
     {
-        return at_key(&[Key("judged")], "the judged box holds nothing", "min_mm must be below max_mm");
+        return at_key(&[Key("judged")], "the judged box is empty", "min_mm must be below max_mm");
     }
     match &part.blade {
         Some(blade) => {

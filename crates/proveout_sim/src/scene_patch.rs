@@ -48,13 +48,13 @@ pub(crate) fn check(path: &Path, text: &str, patches: &[Spanned<PatchFile>]) -> 
         let name = &patch.name;
         if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(plain) {
             let help = "use 1 to 40 letters, digits, `-` and `_`: the name becomes part of a file name";
-            return fault(format!("{name:?} is no name of a patch"), help);
+            return fault(format!("{name:?} is not a name of a patch"), help);
         }
         if let Some(k) =
             (0..3).find(|&k| patch.min_mm[k] >= patch.max_mm[k] || (patch.max_mm[k] - patch.min_mm[k]).is_nan())
         {
             let message = format!(
-                "patch {name:?}: its box holds nothing: along {} it goes from {} to {} mm",
+                "patch {name:?}: its box is empty: along {} it goes from {} to {} mm",
                 ['x', 'y', 'z'][k],
                 patch.min_mm[k],
                 patch.max_mm[k]

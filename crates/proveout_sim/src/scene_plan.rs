@@ -405,7 +405,7 @@ impl PathFile {
             (Some(error), None, longest) => Ok(StepRule::Chord { error, longest: longest.unwrap_or(LONGEST_STEP_MM) }),
             (None, Some(step), None) => Ok(StepRule::Length(step)),
             (None, Some(_), Some(_)) => {
-                Err(("longest_step_mm belongs to chord_error_mm".into(), "leave it out beside step_mm".into()))
+                Err(("longest_step_mm belongs to chord_error_mm".into(), "leave it out when step_mm is given".into()))
             }
             _ => Err((
                 "the step along the lines is given twice or not at all".into(),
@@ -516,7 +516,7 @@ impl PathFile {
                     (Spacing::At(_), Some(_)) => {
                         return Err((
                             "across_mm belongs to scallop_mm and lines_apart_mm".into(),
-                            "leave it out beside lines_mm".into(),
+                            "leave it out when lines_mm is given".into(),
                         ));
                     }
                     (Spacing::Scallop(_), range) => range.ok_or_else(|| missing("across_mm"))?,
@@ -533,7 +533,10 @@ impl PathFile {
             StrategyFile::QuasiCircle => {
                 let spacing = self.spacing(self.lines_deg.as_ref(), "lines_deg", rad(1.0))?;
                 if matches!(spacing, Spacing::At(_)) && self.across_deg.is_some() {
-                    return Err(("across_deg belongs to scallop_mm".into(), "leave it out beside lines_deg".into()));
+                    return Err((
+                        "across_deg belongs to scallop_mm".into(),
+                        "leave it out when lines_deg is given".into(),
+                    ));
                 }
                 Box::new(QuasiCircle {
                     focus_inside: self.focus_inside.unwrap_or(0.0),

@@ -114,12 +114,12 @@ pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usi
     fixtures.iter().enumerate().find_map(|(k, fixture)| {
         let name = &fixture.name;
         let (message, help) = if name.trim().is_empty() {
-            ("a fixture has no name".to_owned(), "name it: findings tell of it by its name")
+            ("a fixture has no name".to_owned(), "name it: findings refer to it by its name")
         } else if name == "stock" {
             ("a fixture is called \"stock\", as the stock is in findings".to_owned(), "give it another name")
         } else if fixtures[..k].iter().any(|f| f.name == *name) {
             (
-                format!("two fixtures have the name {name:?}: no finding could tell which of them is meant"),
+                format!("two fixtures have the name {name:?}: findings could not distinguish them"),
                 "give each fixture its own name",
             )
         } else {
@@ -134,9 +134,9 @@ pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usi
             } else if fixture.kind.is_some() && fixture.at_mm.is_none() {
                 (format!("fixture {name:?} has no place"), "add at_mm")
             } else if fixture.block.is_some_and(|b| (0..3).any(|i| b.min_mm[i] >= b.max_mm[i])) {
-                (format!("the box of fixture {name:?} holds nothing"), "min_mm must be below max_mm")
+                (format!("the box of fixture {name:?} is empty"), "min_mm must be below max_mm")
             } else if fixture.cylinder.is_some_and(|c| c.radius_mm <= 0.0 || c.height_mm <= 0.0) {
-                (format!("the cylinder of fixture {name:?} holds nothing"), "radius_mm and height_mm must be above 0")
+                (format!("the cylinder of fixture {name:?} is empty"), "radius_mm and height_mm must be above 0")
             } else {
                 return None;
             }

@@ -187,25 +187,25 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         return fault(file.stock.span().start, key.into(), "leave it out, or give the stock in that form");
     }
     if let Some(told) = stock.density_kg_m3.as_ref().filter(|d| !(100.0..=25_000.0).contains(d.get_ref())) {
-        let message = format!("density_kg_m3 = {} is no density of a material that is cut", told.get_ref());
+        let message = format!("density_kg_m3 = {} is not the density of a workpiece material", told.get_ref());
         let help = "write it in kg/m3, 100 to 25000: 7850 for steel, 2700 for aluminum";
         return Err(InputError::at(path, text, told.span().start, message, help));
     }
     if let Some(told) = stock.intervals_per_ray.as_ref().filter(|n| !(1.0..=1000.0).contains(n.get_ref())) {
-        let message = format!("intervals_per_ray = {} is no number of intervals", told.get_ref());
+        let message = format!("intervals_per_ray = {} is not a number of intervals", told.get_ref());
         return fault(told.span().start, message, "write a number from 1 to 1000, or leave it out");
     }
     if let Some(b) = stock.block
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
     {
         let at = file.stock.span().start;
-        return fault(at, format!("box {:?} to {:?} holds nothing", b.min_mm, b.max_mm), "min_mm must be below max_mm");
+        return fault(at, format!("box {:?} to {:?} is empty", b.min_mm, b.max_mm), "min_mm must be below max_mm");
     }
     if let Some(c) = stock.cylinder
         && !(c.radius_mm > 0.0 && c.height_mm > 0.0)
     {
         let at = file.stock.span().start;
-        return fault(at, "the cylinder holds nothing".into(), "radius_mm and height_mm must be above 0");
+        return fault(at, "the cylinder is empty".into(), "radius_mm and height_mm must be above 0");
     }
     Ok(())
 }
@@ -220,13 +220,7 @@ pub(crate) fn check_blade(path: &Path, text: &str, file: &SceneFile) -> Result<(
     if stock_blade || stock.blade_allowance_mm.is_some() && file.part.as_ref().is_none_or(|p| p.blade.is_none()) {
         let at = file.stock.span().start;
         let help = "give an allowance from 0 mm, and the blade as [part.blade]";
-        return Err(InputError::at(
-            path,
-            text,
-            at,
-            "blade_allowance_mm has no blade to stand on, or is no allowance",
-            help,
-        ));
+        return Err(InputError::at(path, text, at, "blade_allowance_mm has no blade, or is not an allowance", help));
     }
     Ok(())
 }

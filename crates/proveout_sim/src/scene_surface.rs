@@ -274,7 +274,10 @@ impl Middle<'_> {
     fn fault(&self) -> Option<(String, &'static str)> {
         let on_blade = [self.arc, self.x].iter().filter(|v| v.is_some()).count();
         if (self.at.is_some(), on_blade) != (true, 0) && (self.at.is_some(), on_blade) != (false, 2) {
-            return Some(("it has no one place".into(), "give `at_mm`, or on a blade `arc_mm` and `x_mm`"));
+            return Some((
+                "it has no place, or more than one".into(),
+                "give `at_mm`, or on a blade `arc_mm` and `x_mm`",
+            ));
         }
         if self.normal.is_some() && self.at.is_none() {
             return Some(("`normal` makes a plane through `at_mm`, which is missing".into(), "give `at_mm`"));
@@ -283,7 +286,7 @@ impl Middle<'_> {
         numbers
             .into_iter()
             .find(|v| !v.is_finite() || v.abs() > FARTHEST)
-            .map(|v| (format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame"))
+            .map(|v| (format!("{v} is not a coordinate"), "write lengths in mm of the workpiece frame"))
     }
 }
 
@@ -291,7 +294,7 @@ fn direction_fault(key: &str, v: &Option<[f64; 3]>) -> Option<(String, &'static 
     let v = (*v)?;
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     (!(length > SHORTEST && length < LONGEST))
-        .then(|| (format!("{key} = {v:?} is no direction"), "write for example [1, 0, 0]"))
+        .then(|| (format!("{key} = {v:?} is not a direction"), "write for example [1, 0, 0]"))
 }
 
 fn size_fault(size: [f64; 2], step_um: f64) -> Option<(String, &'static str)> {
@@ -345,7 +348,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
                 offset,
                 &what,
                 (
-                    "this is no name".into(),
+                    "this is not a valid name".into(),
                     "use 1 to 40 letters, digits, `-` and `_`: the name becomes part of file names",
                 ),
             );
@@ -388,7 +391,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
             .or_else(|| direction_fault("along", &profile.along))
             .or_else(|| {
                 let one = profile.direction.is_some() != profile.along.is_some();
-                (!one).then(|| ("it has no one direction".into(), "give `direction` or `along`"))
+                (!one).then(|| ("it has no direction, or more than one".into(), "give `direction` or `along`"))
             });
         if let Some(f) = found {
             return fault(offset, &format!("profile {:?}", profile.name), f);
@@ -397,7 +400,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
     for spanned in &file.phase {
         let (phase, offset) = (spanned.get_ref(), spanned.span().start);
         if !phase.at_mm.iter().chain([&phase.tooth_deg]).all(|v| v.is_finite() && v.abs() <= FARTHEST) {
-            return fault(offset, "[[surface.phase]]", ("a number is none".into(), "write mm and degrees"));
+            return fault(offset, "[[surface.phase]]", ("a value is not a number".into(), "write mm and degrees"));
         }
     }
     if let Some(spanned) = file.phase.first().filter(|_| file.model == SurfaceModelFile::Envelope) {
@@ -421,7 +424,7 @@ impl SurfaceGridFile {
         let given = given.iter().filter(|g| **g).count();
         if !(of_blade && given == 2 || in_space && given == 3) {
             return Some((
-                "it has no one region".into(),
+                "it has no region, or more than one".into(),
                 "give `corner_mm`, `u_mm` and `v_mm`, or on a blade `arc_mm` and `x_mm`",
             ));
         }
@@ -429,7 +432,7 @@ impl SurfaceGridFile {
         let numbers =
             self.arc_mm.iter().chain(&self.x_mm).flatten().chain(self.corner_mm.iter().flatten()).chain(sides);
         if let Some(v) = numbers.into_iter().find(|v| !v.is_finite() || v.abs() > FARTHEST) {
-            return Some((format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame"));
+            return Some((format!("{v} is not a coordinate"), "write lengths in mm of the workpiece frame"));
         }
         if let Some(f) = direction_fault("u_mm", &self.u_mm).or_else(|| direction_fault("v_mm", &self.v_mm)) {
             return Some(f);
@@ -437,7 +440,9 @@ impl SurfaceGridFile {
         let [rows, columns] = match (self.count, self.spacing_mm) {
             (Some(count), None) => count.map(f64::from),
             (None, Some(spacing)) if spacing.iter().all(|s| *s > 0.0) => self.counts().map(|n| n as f64),
-            (None, Some(s)) => return Some((format!("spacing_mm = {s:?} is no distance"), "write lengths above 0 mm")),
+            (None, Some(s)) => {
+                return Some((format!("spacing_mm = {s:?} is not a distance"), "write lengths above 0 mm"));
+            }
             _ => return Some(("it needs a number of patches".into(), "give `count` or `spacing_mm`")),
         };
         let patches = rows * columns;

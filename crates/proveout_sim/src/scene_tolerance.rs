@@ -156,7 +156,7 @@ impl Tolerances {
         ];
         if let Some((key, value)) = lengths.into_iter().find(|(_, v)| !(0.0..1e3).contains(v)) {
             let at = offset_of(text, &[Key("tolerances"), Key(key)]);
-            return Some((at, format!("{key} = {value} is no tolerance"), "write a length from 0 to 1000 mm"));
+            return Some((at, format!("{key} = {value} is not a tolerance"), "write a length from 0 to 1000 mm"));
         }
         let at = |key: SurfaceKey| offset_of(text, &[Key("tolerances"), Key(key.word())]);
         let of_surface = SurfaceKey::ALL.map(|key| (key, self.of_surface(key), at(key)));
@@ -172,12 +172,12 @@ impl Tolerances {
             let word = key.word();
             if !(um > 0.0 && um <= HIGHEST_UM) {
                 let help = "write a height above 0 and up to 1,000,000 micrometers, or leave it out";
-                return Some((at, format!("{word} = {um} is no height"), help));
+                return Some((at, format!("{word} = {um} is not a height"), help));
             }
             if key == SurfaceKey::Scallop && !has_part {
                 return Some((
                     at,
-                    format!("{word} has no design to be counted from"),
+                    format!("{word} has no design to be measured from"),
                     "give the design part as [part]",
                 ));
             }
@@ -186,7 +186,7 @@ impl Tolerances {
             let (r, at) = (region.get_ref(), region.span().start);
             let place = |message: String, help| Some((at, message, help));
             if (0..3).any(|i| !(r.min_mm[i] < r.max_mm[i] && r.min_mm[i].is_finite() && r.max_mm[i].is_finite())) {
-                let message = format!("region {:?} holds no place", r.name);
+                let message = format!("region {:?} is empty", r.name);
                 return place(message, "write min_mm below max_mm in X, Y and Z");
             }
             if SurfaceKey::ALL.iter().all(|key| r.bound(*key).is_none()) {
@@ -235,9 +235,9 @@ mod tests {
         let region = |more: &str| format!("[[region]]\nname = \"r\"\nmin_mm = [0, 0, 0]\nmax_mm = [1, 1, 1]\n{more}");
         for (text, words) in [
             (region(""), "sets no bound"),
-            (region("ra_um = 0\n"), "is no height"),
+            (region("ra_um = 0\n"), "is not a height"),
             (region("scallop_um = 5\n"), "no design"),
-            (region("ra_um = 1\n").replace("max_mm = [1, 1, 1]", "max_mm = [1, 0, 1]"), "holds no place"),
+            (region("ra_um = 1\n").replace("max_mm = [1, 1, 1]", "max_mm = [1, 0, 1]"), "is empty"),
             (region("ra_um = 1\n").repeat(2), "taken"),
         ] {
             let told = tolerances(&text).fault(&text, false).map(|f| f.1).unwrap_or_default();

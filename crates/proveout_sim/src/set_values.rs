@@ -46,7 +46,7 @@ impl FromStr for SetValue {
         let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, as resolution_mm=0.2")?;
         let (key, value) = (key.trim(), value.trim());
         if key.is_empty() || key.split('.').any(|step| step.trim().is_empty()) {
-            return Err(format!("{key:?} is no key: write tables and key with points between them"));
+            return Err(format!("{key:?} is not a key: write tables and key with dots between them"));
         }
         if value.is_empty() {
             return Err(format!("{key} has no value"));
@@ -55,7 +55,7 @@ impl FromStr for SetValue {
         let value = match (value, value.parse::<i64>(), value.parse::<f64>()) {
             ("true" | "false", ..) => ChoiceValueFile::Switch(value == "true"),
             (_, Ok(whole), _) => ChoiceValueFile::Whole(whole),
-            (_, _, Ok(v)) => number(v).ok_or_else(|| format!("{key} = {value} is no number that can be used"))?,
+            (_, _, Ok(v)) => number(v).ok_or_else(|| format!("{key} = {value} is not a number that can be used"))?,
             _ => ChoiceValueFile::Word(
                 value.strip_prefix('"').and_then(|v| v.strip_suffix('"')).unwrap_or(value).to_owned(),
             ),
@@ -102,7 +102,7 @@ fn changed(file: &Path, set: &[SetValue], of: Home, list: Option<&str>) -> Resul
         return Ok(None);
     }
     let refused =
-        |message: String| InputError::file(file, message, "correct the key: tables, names and key with points between");
+        |message: String| InputError::file(file, message, "correct the key: tables, names and key with dots between");
     let table: Table = read_input(file)?
         .parse()
         .map_err(|e: toml::de::Error| InputError::file(file, e.message(), "correct the file"))?;
@@ -117,8 +117,7 @@ fn changed(file: &Path, set: &[SetValue], of: Home, list: Option<&str>) -> Resul
                 && entries.is_some_and(|e| e.iter().any(|v| v.get("name").and_then(Value::as_str) == Some(first)))
         };
         let key = list.filter(named).map_or_else(|| key.to_owned(), |list| format!("{list}.{key}"));
-        put(&mut whole, &key, &set.value)
-            .ok_or_else(|| refused(format!("{set}: the key leads nowhere in this file")))?;
+        put(&mut whole, &key, &set.value).ok_or_else(|| refused(format!("{set}: this file has no such key")))?;
     }
     toml::to_string(&whole).map(Some).map_err(|e| refused(e.to_string()))
 }
@@ -174,7 +173,7 @@ fn check(path: &Path, set: &[SetValue]) -> Result<(), InputError> {
             return fault(format!("the call sets {} twice", one.key), "set it once");
         }
         if matches!(one.value, ChoiceValueFile::Number(v) if !v.is_finite()) {
-            return fault(format!("the call sets {one}, which is no number"), "write a number");
+            return fault(format!("the call sets {one}, which is not a number"), "write a number");
         }
     }
     Ok(())

@@ -53,7 +53,7 @@ impl Shape {
         let wrong = |message: String| scene.error_at(&BLADE, message, "correct [part.blade] or the allowance");
         let ended = |surface: Arc<dyn ParametricSurface>| {
             let (Some(root), Some(tip)) = (&file.root, &file.tip) else {
-                return Err(wrong("the blade has not two ends".into()));
+                return Err(wrong("the blade does not have two ends".into()));
             };
             let solid = BladeSolid::new(surface, [root.end(), tip.end()], allowance);
             solid.map(|s| Self::Ended(Box::new(s))).map_err(|e| wrong(e.to_string()))
@@ -139,6 +139,6 @@ pub fn blade_mesh_of(scene: &Scene, allowance: f64, chord_error_mm: Option<f64>)
         Shape::Camber(blade) => chord_error(&mesh, &**blade),
         _ => measured,
     };
-    let unknown = || scene.error_at(&BLADE, "how far the mesh is off cannot be told", "correct [part.blade]");
+    let unknown = || scene.error_at(&BLADE, "the error of the mesh cannot be determined", "correct [part.blade]");
     Ok(BladeMesh { mesh, measured: measured.ok_or_else(unknown)?, asked })
 }

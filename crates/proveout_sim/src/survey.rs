@@ -402,12 +402,11 @@ fn sees(design: &Design<'_>, stock: &TriDexel, watchers: &[Watcher<'_>], region:
         // A cell across which the thinnest place fits twice meets it in any position.
         let cell = 0.7 * thickness.min(stock.cell_mm());
         format!(
-            "{area:.3} mm2 of the design stand between the rays, as at X{x:.3} Y{y:.3} Z{z:.3} where it is {thickness:.3} mm \
-             thick: whether they are cut away is not known; take resolution_mm, or a [[stock.patch]] there, of {cell:.3} mm"
+            "{area:.3} mm2 of the design lie between the rays, for example at X{x:.3} Y{y:.3} Z{z:.3} where it is {thickness:.3} mm thick: whether they are cut away is not known; use a resolution_mm, or a [[stock.patch]] there, of {cell:.3} mm"
         )
     } else {
         format!(
-            "{area:.3} mm2 of the design have no ray near, as at X{x:.3} Y{y:.3} Z{z:.3}, outside of the raw stock: make \
+            "{area:.3} mm2 of the design have no ray near, for example at X{x:.3} Y{y:.3} Z{z:.3}, outside of the raw stock: make \
              the stock larger"
         )
     })

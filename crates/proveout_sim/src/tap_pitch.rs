@@ -24,7 +24,7 @@ pub(crate) fn unknown(tools: &ToolLibrary, used: &[ToolUse]) -> Vec<String> {
     let bare = |tool: &&Tool| tool.is_tap && tool.thread.is_none();
     let has_cut = |tool: &&Tool| used.iter().any(|u| u.name == tool.name && u.volume_mm3 > 0.0);
     let words = |tool: &Tool| {
-        format!("whether {} goes forward by its pitch: the tool library gives it no `pitch_mm`", tool.name)
+        format!("whether the feed of {} matches its pitch: the tool library gives no `pitch_mm` for it", tool.name)
     };
     tools.tools.iter().filter(bare).filter(has_cut).map(words).collect()
 }
@@ -39,14 +39,13 @@ pub(crate) fn finding(tool: &Tool, block: &BlockRecord, speed_rpm: f64) -> Optio
     let (most, how) = if block.coupled {
         (COUPLED, "coupled to the spindle")
     } else {
-        (IN_TIME, "by a feed in time, as in a chuck that gives way")
+        (IN_TIME, "by feed per minute, as in a floating holder")
     };
     if (way - pitch).abs() <= most * pitch {
         return None;
     }
     let message = format!(
-        "{} has a pitch of {pitch:.3} mm and goes forward by {way:.3} mm in a revolution ({:.0} mm/min at {speed_rpm:.0} 1/min, {how}): {:.1} percent, \
-         where {:.0} are allowed",
+        "{} has a pitch of {pitch:.3} mm and feeds {way:.3} mm per revolution ({:.0} mm/min at {speed_rpm:.0} 1/min, {how}): {:.1} percent off, {:.0} percent allowed",
         tool.name,
         block.feed * 60.0,
         (way / pitch - 1.0) * 100.0,

@@ -19,7 +19,7 @@ pub(crate) fn leave_out(prepared: &Prepared, facts: &Facts, gate: &mut Coverage)
     if scene.fixture.is_empty() {
         match (scene.workholding_in_words(), &mut gate.checked) {
             (None, _) => gate.left_out.push(
-                "no workholding in the scene: what holds the part was not held against anything; add [[fixture]], or workholding = \"none\" with \
+                "no workholding in the scene: what holds the part was not checked for collision; add [[fixture]], or workholding = \"none\" with \
                  workholding_reason"
                     .to_owned(),
             ),

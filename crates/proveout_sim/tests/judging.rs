@@ -281,7 +281,7 @@ fn what_stands_between_all_rays_and_is_cut_away_is_found_and_says_what_to_do() {
     assert_eq!(state, State::Fail, "{reason}");
     let found = of(&v, GOUGE.code);
     assert!((found[0].value.unwrap() / 0.1 - 1.0).abs() < 0.03, "{found:?}");
-    for word in ["stand between the rays", "X20.", "0.200 mm thick", "[[stock.patch]]", "0.140 mm"] {
+    for word in ["lie between the rays", "X20.", "0.200 mm thick", "[[stock.patch]]", "0.140 mm"] {
         assert!(reason.contains(word), "{word:?} is missing in: {reason}");
     }
     assert_eq!(gate(&v, "excess").0, State::Pass, "{} {:?}", gate(&v, "excess").1, of(&v, EXCESS.code));
@@ -308,7 +308,7 @@ fn a_design_that_reaches_out_of_the_raw_stock_is_told_as_such() {
     let found = of(&v, GOUGE.code);
     assert_eq!(found.len(), 1, "{found:?}");
     assert!((found[0].value.unwrap() - 0.3).abs() < 1e-6 && found[0].line.is_none(), "{found:?}");
-    assert!(found[0].message.contains("the raw stock is like that"), "{}", found[0].message);
+    assert!(found[0].message.contains("the raw stock has this shape"), "{}", found[0].message);
 }
 
 #[test]

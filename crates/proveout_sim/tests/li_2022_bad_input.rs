@@ -149,7 +149,7 @@ fn an_orientation_outside_of_the_joint_ranges_is_named_at_its_block() {
         &spoiled.refused(),
         "reschedule-range",
         &spoiled,
-        &["out of reach", "A stands at", "400.0 degrees", "wider range"],
+        &["out of reach", "A is at", "400.0 degrees", "wider range"],
     );
     assert!(line > first_block(&spoiled.text()) + 100, "the first turns are in reach: {line}");
     // A head that cannot take the tilt of the program: the first motion with the tool center held already.

@@ -191,7 +191,7 @@ fn a_stock_that_cannot_be_had_is_one_error_with_its_place() {
     };
     refused("from_run = \"../nowhere\"", &["nowhere", "cannot be read"]);
     fs::write(shop.path("text.dexel"), "solid part").expect("written");
-    refused("from_run = \"../text.dexel\"", &["text.dexel", "no stock file"]);
+    refused("from_run = \"../text.dexel\"", &["text.dexel", "not a stock file"]);
     let first = shop.scene("first", "resolution_mm = 1.0", BLOCK, "", EMPTY);
     shop.run(&first).expect("runs");
     refused("from_run = \"../first\"\nat_time_s = 1.0", &["stock.dexel", "keeps no history"]);

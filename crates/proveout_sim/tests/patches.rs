@@ -230,11 +230,8 @@ fn a_patch_that_cannot_be_is_one_error_with_its_place() {
     let change = |from: &str, to: &str| PATCH.replace(from, to);
     let two = |other: &str| format!("{PATCH}{other}");
     // Line 7 is the first line after `box`.
-    let line = refused(
-        "1.0",
-        &change("6.3, 8.1", "-6.7, 8.1"),
-        &["engraving", "holds nothing", "along x", "min_mm must be below"],
-    );
+    let line =
+        refused("1.0", &change("6.3, 8.1", "-6.7, 8.1"), &["engraving", "is empty", "along x", "min_mm must be below"]);
     assert_eq!(line, 7);
     refused(
         "1.0",

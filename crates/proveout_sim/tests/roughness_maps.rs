@@ -367,19 +367,19 @@ fn places_off_the_surface_are_refused_by_name() {
     let patch = |keys: &str| format!("[surface]\n[[surface.patch]]\nname = \"p\"\n{keys}\n");
     for (more, words) in [
         (patch("at_mm = [0, 0, 0]"), "no design part"),
-        (patch("normal = [0, 0, 1]"), "no one place"),
-        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 0]"), "no direction"),
-        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nalong = [0, 0, 1]"), "stands upright"),
+        (patch("normal = [0, 0, 1]"), "no place, or more"),
+        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 0]"), "not a direction"),
+        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nalong = [0, 0, 1]"), "is perpendicular"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [4, 0.001]"), "no two steps"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [400, 400]"), "nodes are more"),
         ("[surface]\nphases = 0\n".into(), "phases = 0"),
         ("[surface]\nmax_height_mm = -1\n".into(), "max_height_mm"),
         (
             "[surface]\n[[surface.profile]]\nname = \"q\"\nat_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n".into(),
-            "no one direction",
+            "no direction, or more",
         ),
         ("[surface]\n[[surface.phase]]\nat_mm = [0, 0, 0]\ntooth_deg = 0\n".into(), "no phase"),
-        ("[surface]\n[[surface.grid]]\nname = \"g\"\ncount = [2, 2]\n".into(), "no one region"),
+        ("[surface]\n[[surface.grid]]\nname = \"g\"\ncount = [2, 2]\n".into(), "no region, or more"),
         ("[tolerances]\nra_um = 0\n".into(), "ra_um = 0"),
         ("[surface]\nstep = 3\n".into(), "`surface.step`: is not a known key"),
     ] {
@@ -402,7 +402,7 @@ fn places_off_the_surface_are_refused_by_name() {
         }
     };
     let told = with_part(&patch("at_mm = [5, 2.5, 7]"));
-    assert!(told.contains("patch \"p\": X5.000 Y2.500 Z7.000 lies 7.000 mm beside the design"), "{told}");
+    assert!(told.contains("patch \"p\": X5.000 Y2.500 Z7.000 lies 7.000 mm away from the design"), "{told}");
     let told = with_part(&patch("at_mm = [9, 2.5, 0]"));
     assert!(told.contains("patch \"p\": it leaves the surface of the design, or runs over an edge"), "{told}");
     assert_eq!(with_part(&patch("at_mm = [5, 2.5, 0.2]")), "it was read");

@@ -187,7 +187,7 @@ fn an_evaluation_takes_the_middle_and_says_what_it_needs() {
     assert!(matches!(short.evaluate(class, Standard::Iso21920), Err(TextureError::TooShort { .. })));
     let coarse = Profile::new(0.005, z).expect("a profile");
     let error = coarse.evaluate(class, Standard::Iso21920).expect_err("too coarse");
-    assert_eq!(error.to_string(), "points every 5.0000 um cannot carry class Sc3, which wants 0.5000 um or less");
+    assert_eq!(error.to_string(), "points every 5.0000 um cannot carry class Sc3, which needs 0.5000 um or less");
     assert_eq!(SettingClass::for_pitch(1.0), Some(SettingClass::Sc4));
     assert_eq!(SettingClass::for_pitch(9.0), None);
 }

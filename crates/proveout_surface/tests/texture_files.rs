@@ -159,7 +159,7 @@ fn wrong_softgauges_are_refused_with_their_line() {
         (smd("1.5\r\n2", 3, "0.001"), 0, "2 heights, 3 in the header"),
         (smd("1.5\r\n2\r\n3\r\n4", 3, "0.001"), 11, "more heights than the 3"),
         (smd("1\r\n2 3", 3, "0.001"), 9, "two values on a line"),
-        (smd("1\r\n2", 2, "0"), 3, "a step of 0 mm is no spacing"),
+        (smd("1\r\n2", 2, "0"), 3, "a step of 0 mm is not a spacing"),
         (smd("1\r\n2", 2, "nan"), 3, "the step of CX is \"nan\""),
         (smd("1", 1, "0.001"), 3, "\"1\" points on axis CX"),
         (changed(&smd("1\r\n2", 2, "0.001"), "\0um\0", "\0ft\0"), 4, "unit \"ft\" of axis CZ"),
@@ -190,14 +190,14 @@ fn wrong_surface_data_files_are_refused_with_their_place() {
         ("NumPoints = 37", "NumDots = 37", 5, "unknown key \"numdots\""),
         ("NumProfiles = 23\r\n", "", 0, "the header does not say numprofiles"),
         ("NumProfiles = 23", "NumProfiles = 0", 0, "37 x 0 heights"),
-        ("Xscale = ", "Xscale = -", 0, "is no spacing"),
+        ("Xscale = ", "Xscale = -", 0, "is not a spacing"),
         ("Zscale = 1e-6", "Zscale = 0", 0, "a z scale of 0"),
         ("Compression = 0", "Compression = 1", 0, "compression 1 is not read"),
         ("CheckType = 0", "CheckType = 2", 0, "check type 2 is not read"),
         ("*\r\n", "*\r\nBAD ", 15, "height 1 is BAD"),
         ("*\r\n", "*\r\nx ", 15, "height 1 is \"x\": no number"),
         ("*\r\n", "*\r\n0 ", 121, "more heights than 37 x 23"),
-        ("*\r\n", "nothing\r\n", 14, "\"nothing\" is no line of the header"),
+        ("*\r\n", "nothing\r\n", 14, "\"nothing\" is not a line of the header"),
     ] {
         let (at, message, help) = refused(&changed(&text, from, to));
         assert!(message.contains(words) && !help.is_empty(), "{to}: {message}");

@@ -126,7 +126,7 @@ fn spacing_and_length_are_held_to_the_class() {
     let asked = Asked::default();
     let coarse = ProfileReport::of(&profile(0.005, 5.6, |x| parabola(x, 0.25)), &asked);
     assert_eq!(rules(&coarse.unchecked), ["spacing-too-coarse"]);
-    assert!(coarse.to_string().contains("points every 5.0000 µm cannot carry class Sc3, which wants 0.5 µm or less"));
+    assert!(coarse.to_string().contains("points every 5.0000 µm cannot carry class Sc3, which needs 0.5 µm or less"));
     let fine = ProfileReport::of(&profile(0.000_01, 0.1, |x| x), &asked);
     assert_eq!(rules(&fine.unchecked), ["spacing-too-fine"]);
     let short = ProfileReport::of(&profile(0.0005, 3.0, |x| 0.001 * parabola(x, 0.25)), &asked);

@@ -365,7 +365,7 @@ fn what_it_is_not_defined_for_is_refused() {
     assert!(smooth.code == "reschedule-channel" && smooth.message.contains("at most"), "{smooth:?}");
     // A row alone has no roughness across it; without that limit it is planned.
     let alone = &runs[1..2];
-    assert!(error(&base, alone).message.contains("no row lies beside"));
+    assert!(error(&base, alone).message.contains("has no neighboring row"));
     assert!(solved(&MultiScale { roughness: 0.0, ..base }, &surface, alone, 0).is_ok());
     // Rows in one run, a row of four blocks, blocks at one place.
     let mut zigzag = runs.clone();

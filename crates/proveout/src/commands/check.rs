@@ -98,7 +98,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
                 .map_err(|e| told(SimError::from(e))),
             Kind::Control => check_control(path),
             Kind::Program if ProgramText::open(path).is_ok_and(|text| looks_binary(&text)) => {
-                Err(Failure::new(format!("{} is no plain text: it looks like a binary file", path.display()))
+                Err(Failure::new(format!("{} is not plain text: it looks like a binary file", path.display()))
                     .with_help("name the text of an NC program"))
             }
             Kind::Program => reader::settings(&args.reader, None, path)

@@ -23,7 +23,7 @@ fn a_tool_that_comes_into_the_spindle_in_material_is_found() {
             assert!((found[0]["penetration_mm"].as_f64().expect("told") - depth).abs() < 0.1, "{found:?}");
             let message = found[0]["message"].as_str().expect("told");
             assert!(
-                message.starts_with("cutter of T2 meets material where it stands as the tool comes into the spindle"),
+                message.starts_with("cutter of T2 meets material right after the tool change, before it moves"),
                 "{message}"
             );
             assert_eq!(found[0]["line"], 12, "{found:?}");

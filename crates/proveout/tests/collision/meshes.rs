@@ -11,7 +11,7 @@ fn the_surface_of_an_open_mesh_is_checked_and_its_inside_is_named() {
         let verdict = shop.verdict();
         let (is, reason) = gate(&verdict, "collision");
         assert_eq!(is, state, "{holes} {height}: {reason}");
-        let named = "what is inside of post: the mesh has a hole";
+        let named = "the inside of post: the mesh has a hole";
         assert_eq!(reason.contains(named), holes > 0, "{reason}");
         assert_eq!(gate(&verdict, "near_miss").1.contains(named), holes > 0);
         let hits = found(&verdict, if height < 0.0 { "collision-bodies" } else { "collision-near-miss" });
@@ -36,7 +36,7 @@ fn a_triangle_without_area_counts_as_the_line_that_it_is() {
         assert_eq!(is, state, "{reason}");
         if state == "fail" {
             assert_eq!(found(&verdict, "collision-bodies")[0]["line"], 8, "{verdict}");
-            assert!(reason.contains("what is inside of post"), "a line closes nothing: {reason}");
+            assert!(reason.contains("the inside of post"), "a line closes nothing: {reason}");
         } else {
             assert!(!reason.contains("no area"), "{reason}");
         }
@@ -70,7 +70,7 @@ fn bodies_without_a_size_are_refused_by_name() {
     }
     let empty = "[[fixture]]\nname = \"post\"\nbox = { min_mm = [0, 0, 0], max_mm = [0, 5, 5] }\n";
     let (code, said) = Shop::new(&machine(""), empty, TO_THE_COVER).run();
-    assert!(code == 2 && said.contains("scene.toml") && said.contains("fixture \"post\" holds nothing"), "{said}");
+    assert!(code == 2 && said.contains("scene.toml") && said.contains("fixture \"post\" is empty"), "{said}");
     let none = machine("").replace("max_mm = [160, 100, 600]", "max_mm = [150, 100, 600]");
     let (code, said) = Shop::new(&none, "", TO_THE_COVER).run();
     assert!(code == 2 && said.contains("machine.toml:") && said.contains("is empty"), "{said}");
@@ -89,9 +89,9 @@ fn fixtures_that_a_finding_could_not_tell_apart_are_refused_with_their_place() {
         (one("stock", block), "a fixture is called \"stock\""),
         (one(" ", block), "a fixture has no name"),
         (one("head", block), "fixture \"head\" has the name of a body of the machine"),
-        (one("pin", &round(0.0, 9.0)), "the cylinder of fixture \"pin\" holds nothing"),
-        (one("pin", &round(-3.0, 9.0)), "the cylinder of fixture \"pin\" holds nothing"),
-        (one("pin", &round(3.0, 0.0)), "the cylinder of fixture \"pin\" holds nothing"),
+        (one("pin", &round(0.0, 9.0)), "the cylinder of fixture \"pin\" is empty"),
+        (one("pin", &round(-3.0, 9.0)), "the cylinder of fixture \"pin\" is empty"),
+        (one("pin", &round(3.0, 0.0)), "the cylinder of fixture \"pin\" is empty"),
     ] {
         let (code, said) = Shop::new(&machine(""), &fixtures, TO_THE_COVER).run();
         assert!(code == 2 && said.contains(words) && said.contains("scene.toml"), "{words}: {said}");

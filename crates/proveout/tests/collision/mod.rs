@@ -211,11 +211,11 @@ fn a_pair_with_a_distance_of_its_own_is_held_to_it() {
         assert_eq!(pair(&verdict)["near_miss_mm"], wanted);
         let near = found(&verdict, "collision-near-miss");
         if state == "pass" {
-            assert!(reason.contains("as the machine file wants, ") && reason.contains("(thin sheet)"), "{reason}");
+            assert!(reason.contains("as the machine file requires, ") && reason.contains("(thin sheet)"), "{reason}");
             assert!(near.is_empty());
         } else {
             assert_eq!((near.len(), &near[0]["line"], &near[0]["limit"]), (1, &8.into(), &wanted.into()), "{near:?}");
-            assert!(near[0]["message"].as_str().expect("words").contains("than the wanted 8.000 mm"), "{near:?}");
+            assert!(near[0]["message"].as_str().expect("words").contains("than the required 8.000 mm"), "{near:?}");
         }
     }
 }
@@ -465,9 +465,9 @@ fn neighbors_that_touch_all_over_pass_by_their_role_alone() {
         }
         let reason = gate(&verdict, "collision").1;
         let words = if state == "pass" {
-            "nothing is left beside their bearing: rail against carriage"
+            "not checked, wholly inside their bearing: rail against carriage"
         } else {
-            "says that they bear: rail against carriage"
+            "): rail against carriage"
         };
         assert!(reason.contains(words), "{rail} {carriage}: {reason}");
         let unchecked = verdict["clearance"]["unchecked"].to_string();

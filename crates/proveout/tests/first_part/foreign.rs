@@ -95,7 +95,7 @@ fn a_tool_that_is_named_and_never_changed_in_is_proposed() {
     desk.write("answers.toml", "holder = \"none\"\nstock = \"-5,-5,-3,35,5,0\"\n");
     let told = desk.refused(
         "new router.nc --machine three-axis-mill --answers answers.toml --output router",
-        &["cuts in line 12", "T26 in line 7 has no change", "proposed: 26"],
+        &["cuts in line 12", "T26 in line 7 has no tool change", "proposed: 26"],
     );
     assert!(!told.contains("tool.T"), "{told}");
     desk.write("answers.toml", "start_tool = \"proposed\"\nholder = \"none\"\nstock = \"-5,-5,-3,35,5,0\"\n");

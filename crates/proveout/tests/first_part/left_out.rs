@@ -109,7 +109,7 @@ fn a_thread_in_its_core_hole_is_told_and_is_no_gouge() {
     // Without a pitch it is a cylinder, as the finding says.
     let round = run("round", "TAP 8MM", "0.", "-10.");
     assert_eq!(gate(&round, "gouge").0, "fail");
-    assert!(round["findings"].to_string().contains("cuts here as the cylinder round it"), "{}", round["findings"]);
+    assert!(round["findings"].to_string().contains("is modeled here as a cylinder"), "{}", round["findings"]);
     // Where the design has the outer diameter there is nothing to tell.
     desk.write("plate.stl", &drilled(8.0, 0.0, [-10.0, -16.0]));
     let outer = run("outer", "M8 TAP", "0.", "-10.");
@@ -180,7 +180,7 @@ fn a_sheet_thinner_than_its_faces_are_known_is_told_and_fails_nothing() {
     let film = run("film", 2e-5);
     let (state, reason) = gate(&film, "excess");
     assert_eq!(state, "pass", "{reason}");
-    assert!(reason.contains("not counted: a sheet of material no thicker than 0.001"), "{reason}");
+    assert!(reason.contains("not counted: a sheet of material at most 0.001"), "{reason}");
     let d = &film["deviation"];
     assert_eq!(d["films"].as_u64(), Some(1), "{d}");
     assert!((d["film_max_mm"].as_f64().expect("told") - 1.0).abs() < 0.5, "{d}");

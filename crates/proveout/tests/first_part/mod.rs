@@ -112,7 +112,7 @@ fn bad_input_gets_one_clear_answer() {
     // Numbers of a multiplicative generator: as many control characters as any compressed file.
     let noise: Vec<u8> = (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8 | 1).collect();
     fs::write(desk.path("picture.nc"), noise).expect("written");
-    desk.refused(&new("picture.nc"), &["picture.nc is no plain text: it looks like a binary file"]);
+    desk.refused(&new("picture.nc"), &["picture.nc is not plain text: it looks like a binary file"]);
     desk.refused("check picture.nc", &["picture.nc is no plain text"]);
     desk.write("letter.txt", "Dear customer,\nplease find the drawing attached.\n");
     desk.refused(&new("letter.txt"), &["letter.txt"]);
@@ -120,7 +120,7 @@ fn bad_input_gets_one_clear_answer() {
     desk.refused(&new("plate.nc --tools tools.tbl --unit inch"), &["two tools have the number 2"]);
     desk.refused(&new("plate.nc --tools tools.tbl"), &["--unit"]);
     desk.write("far.stl", &block([500.0, 500.0, -20.0], [600.0, 570.0, 0.0]));
-    desk.refused(&new("plate.nc --design far.stl"), &["far.stl", "nothing to do with each other"]);
+    desk.refused(&new("plate.nc --design far.stl"), &["far.stl", "they do not overlap"]);
     desk.refused(&new("nowhere.nc"), &["nowhere.nc"]);
     desk.refused(&new("plate.nc --control siemens-840d-sl"), &["siemens"]);
 }
@@ -134,7 +134,7 @@ fn a_design_in_inch_is_asked_for_and_converted_by_the_answer_alone() {
     let line = "new plate.nc --machine three-axis-mill --design design.stl --answers answers.toml --output plate";
     desk.refused(line, &["nobody answers: design_unit", "25.4 times"]);
     desk.write("answers.toml", &format!("{answers}design_unit = \"mm\"\n"));
-    desk.refused(line, &["nothing to do with each other"]);
+    desk.refused(line, &["they do not overlap"]);
     desk.write("answers.toml", &format!("{answers}design_unit = \"inch\"\n"));
     desk.done(line);
     let verdict = desk.verdict("plate");
@@ -208,9 +208,11 @@ fn a_length_that_is_not_active_is_one_cause_with_its_line() {
     let desk = changed(|p| p.replace("G43 ", ""), |s| s);
     let told = causes(&desk);
     // Z reaches the cuts without a length from 130 mm on; 89 mm is the gauge length of T1.
-    for word in
-        ["1: no tool length is active while T1, T2, T3 cut (lines", "write G43 H1", "[work_offsets.G54] Z_mm = 219"]
-    {
+    for word in [
+        "1: tool length compensation is not active while T1, T2, T3 cut (lines",
+        "write G43 H1",
+        "[work_offsets.G54] Z_mm = 219",
+    ] {
         assert!(told.contains(word), "{word:?} is not in:\n{told}");
     }
 }
@@ -475,9 +477,9 @@ fn several_zeros_and_several_tools_are_one_question_each() {
     answers("T3: flat D10 L25", "G55: 0,40,0; G56: 0,70,0");
     desk.refused(call, &["`tools`: T7 is missing"]);
     answers("T3: flat D10 L25; T7: cube D3", "G55: 0,40,0; G56: 0,70,0");
-    desk.refused(call, &["\"cube D3\" is no tool"]);
+    desk.refused(call, &["\"cube D3\" is not a tool"]);
     answers("T3: flat D10 L25; T7: ball D8", "G55: 0,40,0; G57: 0,70,0");
-    desk.refused(call, &["`offsets`: nothing asks for \"G57\": it is one of G55, G56"]);
+    desk.refused(call, &["`offsets`: there is no question for \"G57\": it is one of G55, G56"]);
     answers("T3: flat D10 L25; T7: ball D8", "G56: 0,70,0; G55: 0,40,0");
     let told = desk.done(call);
     assert!(told.contains("tool T7: ball D8") && told.contains("4 answers"), "{told}");
@@ -530,7 +532,7 @@ fn programs_that_read_get_json_and_nothing_else_on_the_standard_output() {
     let found = json(&call.stdout);
     assert_eq!((found[0]["kind"].as_str(), found[0]["in_order"].as_bool()), (Some("scene"), Some(true)), "{found}");
     let cause = &found[0]["programs"][0]["causes"][0];
-    assert!(cause["what"].as_str().is_some_and(|w| w.contains("no tool length is active")), "{cause}");
+    assert!(cause["what"].as_str().is_some_and(|w| w.contains("tool length compensation is not active")), "{cause}");
     assert!(cause["add"].as_str().is_some_and(|a| a.contains("G43 H1")) && cause["note"] == false, "{cause}");
     let error = &found[1]["errors"][0];
     assert!(found[1]["in_order"] == false && error["line"] == 5 && error["message"].is_string(), "{found}");
@@ -560,9 +562,9 @@ fn without_g43_the_stock_is_where_the_program_cuts() {
     desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"proposed\"\n");
     desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --output plate");
     let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
-    assert!(scene.contains("no tool length is ever active (no G43)"), "{scene}");
+    assert!(scene.contains("tool length compensation is never active (no G43)"), "{scene}");
     // Three tools cannot all be right, and `check` says so.
-    assert!(desk.done("check plate").contains("1: no tool length is active while T1, T2, T3 cut"));
+    assert!(desk.done("check plate").contains("1: tool length compensation is not active while T1, T2, T3 cut"));
 }
 
 /// One tool alone: its zero is taken at its tip, chosen and told, and the run cuts what the program says.
@@ -578,7 +580,10 @@ fn a_program_of_one_tool_without_g43_counts_from_its_tip() {
     let told = desk.done("new one.nc --machine three-axis-mill --answers answers.toml --output one");
     assert!(told.contains("chosen, the zero is taken at the tip of the tool"), "{told}");
     let told = desk.done("check one");
-    assert!(!told.contains("before the run") && told.contains("note: no tool length is ever active"), "{told}");
+    assert!(
+        !told.contains("before the run") && told.contains("note: tool length compensation is never active"),
+        "{told}"
+    );
     let verdict = desk.verdict("one");
     believable(&verdict);
     // A slot of 10 x 3 x 50 mm.
@@ -619,5 +624,5 @@ fn a_terminal_is_asked_and_an_empty_line_takes_the_proposal() {
         assert!(shown.contains(word), "{word:?} is not in:\n{shown}");
     }
     let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
-    assert!(scene.contains("chosen: the room that the cutters reach"), "{scene}");
+    assert!(scene.contains("chosen: the space that the cutters reach"), "{scene}");
 }

@@ -148,7 +148,7 @@ fn words_of_another_control_are_a_hint_and_never_a_choice() {
         told.contains("G61.1 in line") && told.contains("--control mazak-eia or --control mitsubishi-m800"),
         "{told}"
     );
-    desk.refused(&call("fusion-okuma.min"), &["G15H in line", "--control okuma-osp reads the program so"]);
+    desk.refused(&call("fusion-okuma.min"), &["G15H in line", "--control okuma-osp reads the program that way"]);
 }
 
 #[test]

@@ -90,7 +90,7 @@ fn an_offset_in_which_nothing_moves_is_not_asked_for() {
     let text = "G21 G90\nG91 G28 Z0\nG90\nT1 M6 (D10 END MILL)\nG55 G0 X0 Y0\nG43 H1 Z50.\nS1000 M3\nG1 Z-1. F100\nX20.\nG0 Z50.\nG91 G28 Z0\nM30\n";
     desk.write("second.nc", text);
     let told = desk.done(&format!("new second.nc {MILL} --output second"));
-    assert!(told.contains("work offset G54") && told.contains("no motion counts from it: the place of G55"), "{told}");
+    assert!(told.contains("work offset G54") && told.contains("no motion uses it: the place of G55"), "{told}");
     assert!(!desk.done("check second").contains("before the run"));
     believable(&desk.verdict("second"));
     // What moves in both is asked for.
@@ -132,7 +132,7 @@ fn what_no_word_says_of_inches_is_read_in_millimeters_and_told() {
     desk.write("plate.nc", text);
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-0.5,-1,-0.5,1.5,1,0 inch\"\n");
     let told = desk.done(&format!("new plate.nc {MILL} --output mm"));
-    assert!(told.contains("read in millimeters") && told.contains("the comment in line 1 speaks of inches"), "{told}");
+    assert!(told.contains("read in millimeters") && told.contains("the comment in line 1 mentions inches"), "{told}");
     // What the note says, as it is typed.
     desk.write("shop.toml", "inherits = \"fanuc-0i\"\nstart.unit = \"inch\"\n");
     let told = desk.done(&format!("new plate.nc {MILL} --control shop.toml --output inch"));
@@ -154,8 +154,8 @@ fn tools_that_are_named_and_never_changed_in_are_told() {
          G81 R0.3 Z-2 F540 X15 Y15\nG80\nG00 Z50\nM5\nM2\n",
     );
     let told = desk.done(&format!("new board.ngc {MILL} --output board"));
-    assert!(told.contains("T1, T2 are named and none is changed in (lines 5, 15, no M6)"), "{told}");
-    assert!(desk.done("check board").contains("before the run, 1: T1, T2 are named and none is changed in"));
+    assert!(told.contains("T1, T2 are called and none is changed in (lines 5, 15, no M6)"), "{told}");
+    assert!(desk.done("check board").contains("before the run, 1: T1, T2 are called and none is changed in"));
 }
 
 #[test]
@@ -224,7 +224,7 @@ fn designs_that_are_none_are_refused_with_the_way_out() {
 fn a_program_is_no_scene_and_the_answer_says_how_it_becomes_one() {
     let desk = Desk::new(&["plate.nc"]);
     fs::create_dir(desk.path("empty")).expect("made");
-    desk.refused("run plate.nc", &["no scene", "proveout new PROGRAM --machine NAME"]);
+    desk.refused("run plate.nc", &["not a scene", "proveout new PROGRAM --machine NAME"]);
     desk.refused("run empty", &["holds no scene.toml", "proveout new"]);
     for (name, text) in [("nothing.nc", ""), ("blank.tap", "\n  \n")] {
         desk.write(name, text);
@@ -237,7 +237,7 @@ fn words_of_other_builders_lead_to_their_control() {
     let desk = Desk::new(&[]);
     desk.write("answers.toml", "holder = \"none\"\nstock = \"0,0,-20,100,40,0\"\n");
     desk.write("part.pim", "%PIEZA,MX,\nG71 G90 G17 G54\nT1 D1 M6 (BROCA D10)\nS1000 M3\nG0 Z50\nG81 G98 Z2 I-20 F120\nG0 X20 Y20\nX80\nG80\nM30\n");
-    desk.refused(&format!("new part.pim {MILL} --output part"), &["--control fagor-8055 reads the program so"]);
+    desk.refused(&format!("new part.pim {MILL} --output part"), &["--control fagor-8055 reads the program that way"]);
     desk.write(
         "speedio.nc",
         "O1(BROTHER S700)\nG17G40G80G90G94\nG100T3X10.Y10.Z50.G43H3S8000M3(6MM ENDMILL)\nG1Z-2.F500\nM30\n",
@@ -282,17 +282,18 @@ fn tools_that_are_told_in_two_ways_are_a_note() {
     desk.write("two.nc", &program("(T1 D=10. CR=0. - FLAT END MILL)\n", " (12MM END MILL)"));
     let told = desk.done(&format!("new two.nc {MILL} --output two"));
     assert!(told.contains("tool T1: flat D10"), "{told}");
-    for word in ["two things of tool T1", "flat D10 (comment in line 1)", "not flat D12 (comment in line 3)", "tool.T1"]
+    for word in
+        ["describes tool T1 in two ways", "flat D10 (comment in line 1)", "not flat D12 (comment in line 3)", "tool.T1"]
     {
         assert!(told.contains(word), "{word:?} is not in:\n{told}");
     }
     // An answer decides; rounding, an offset and a missing corner radius are no second tool.
     desk.write("decided.toml", "holder = \"40x60\"\nstock = \"0,0,-10,80,60,0\"\ntool.T1 = \"flat D12\"\n");
     let told = desk.done("new two.nc --machine three-axis-mill --answers decided.toml --output decided");
-    assert!(told.contains("tool T1: flat D12") && !told.contains("two things"), "{told}");
+    assert!(told.contains("tool T1: flat D12") && !told.contains("in two ways"), "{told}");
     desk.write("one.nc", &program("(T1 D=9.525 CR=0.5 - BULL NOSE END MILL)\n(T1 D1 H1)\n", " (9.53MM END MILL)"));
     let told = desk.done(&format!("new one.nc {MILL} --output one"));
-    assert!(told.contains("tool T1: bull_nose D9.525") && !told.contains("two things"), "{told}");
+    assert!(told.contains("tool T1: bull_nose D9.525") && !told.contains("in two ways"), "{told}");
     // Lists in lines of their own, and another program.
     let list = |d: f64| format!("(TOOL NO: 1)\n(TOOL TYPE: ENDMILL)\n(TOOL DIA. {d})\n");
     desk.write("list.nc", &program(&(list(8.0) + &list(6.0)), ""));
@@ -331,6 +332,6 @@ fn statements_of_a_fagor_8065_are_named() {
     desk.write("f8065.nc", "%PIEZA\nT1 D1 M6 (D10 END MILL)\n#RTCP ON\nG90 G0 X0 Y0 Z50\nM30\n");
     desk.refused(
         "new f8065.nc --machine bc-trunnion --answers answers.toml --output part",
-        &["f8065.nc:3:", "#RTCPON in line 3 tells of a Fagor 8060 or 8065", "--control fagor-8055"],
+        &["f8065.nc:3:", "#RTCPON in line 3 points to a Fagor 8060 or 8065", "--control fagor-8055"],
     );
 }

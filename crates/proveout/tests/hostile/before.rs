@@ -153,7 +153,7 @@ const VALUES: [(&str, &str, &str, &str); 10] = [
         "scene.toml",
         "resolution_mm = 1.0\n\n[stock]\nbox = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }",
         "resolution_mm = 4.0\n\n[stock]\nbox = { min_mm = [-20, -20, -20], max_mm = [20, 1e5, 0] }",
-        "holds a part of the stock inside",
+        "contains a part of the stock",
     ),
     ("scene.toml", "file = \"program.mpf\"", "file = \"/dev/zero\"", "/dev/zero is not a file"),
     ("scene.toml", "Z_mm = 140", "Z_mm = 9223372036854775807", "is out of range: -100000 to 100000"),

@@ -246,9 +246,9 @@ fn only_the_run_that_was_stopped_goes_on() {
     shop.write(JOURNAL, &other);
     refused(&[], &["the version was proveout 9"]);
     shop.write(JOURNAL, "PROVEOUT-JOURNAL 2\n");
-    refused(&[], &["no journal that this version reads"]);
+    refused(&[], &["not a journal that this version reads"]);
     fs::remove_file(shop.path().join(JOURNAL)).expect("removed");
-    refused(&[], &["no run that was stopped is left"]);
+    refused(&[], &["there is no stopped run to resume"]);
     // The journal itself, cut off anywhere and spoiled in the middle: what is whole of it is taken.
     shop.write(JOURNAL, &journal[..journal.len() * 2 / 3]);
     let told = going_on(&shop);

@@ -49,11 +49,11 @@ const GOOD: &str = r#"[{"bufferView":0,"componentType":5126,"count":3,"type":"VE
 
 #[test]
 fn nodes_are_visited_once() {
-    refused("self.glb", &one(r#"[{"mesh":0,"children":[0]}]"#, GOOD), "below itself");
-    refused("cycle.glb", &one(r#"[{"children":[1]},{"mesh":0,"children":[0]}]"#, GOOD), "below itself");
+    refused("self.glb", &one(r#"[{"mesh":0,"children":[0]}]"#, GOOD), "of itself");
+    refused("cycle.glb", &one(r#"[{"children":[1]},{"mesh":0,"children":[0]}]"#, GOOD), "of itself");
     // 2^40 paths: each node has its successor twice.
     let nodes: Vec<String> = (1..=40).map(|k| format!("{{\"children\":[{k},{k}]}}")).collect();
-    refused("paths.glb", &one(&format!("[{},{{\"mesh\":0}}]", nodes.join(",")), GOOD), "below two nodes");
+    refused("paths.glb", &one(&format!("[{},{{\"mesh\":0}}]", nodes.join(",")), GOOD), "a child of two nodes");
     refused("none.glb", &one(r#"[{"children":[7]}]"#, GOOD), "node 7 is not there");
 }
 
@@ -78,7 +78,7 @@ fn stl_and_obj_say_what_is_wrong() {
     stl.extend([0; 50]);
     refused("short.stl", &stl, "announces 4294967295 facets, and 1 are there");
     refused("text.stl", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "line 4");
-    refused("nan.stl", b"solid a\nfacet\nouter loop\nvertex 1 nan 0\n", "line 4: `nan` is no finite number");
+    refused("nan.stl", b"solid a\nfacet\nouter loop\nvertex 1 nan 0\n", "line 4: `nan` is not a finite number");
     refused("far.obj", b"v 1e30 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the limit is 100000 mm");
     refused("none.obj", b"v 0 0 0\nf 1 2 3\n", "line 2");
     refused("back.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9223372036854775808 2 3\n", "line 4");

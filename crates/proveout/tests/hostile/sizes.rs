@@ -75,7 +75,7 @@ fn the_cell_size_has_one_range() {
         for told in [of_call, of_set, of_scene] {
             assert_eq!(told.code(), Some(2), "{value}: {}", told.text);
             let is_named = told.text.contains("out of range: 0.00001 to 1000");
-            let is_no_number = value == "nan" && told.text.contains("is no number that can be used");
+            let is_no_number = value == "nan" && told.text.contains("is not a number that can be used");
             assert!(is_named || is_no_number, "{value}: {}", told.text);
         }
     }
@@ -143,7 +143,7 @@ fn a_design_of_another_size_ends_in_seconds() {
     let shop = Workshop::new();
     shop.write("part.stl", stl(min.map(|x| x + 500.0), max.map(|x| x + 500.0), 1.0));
     shop.scene("[part]\nmesh = \"part.stl\"");
-    shop.refused(&["part", "beside the stock"]);
+    shop.refused(&["part", "away from the stock"]);
 }
 
 /// A face of 40 x 40 x 2 mm: the same volume at any cells, in verdict, blocks and tools; with what is left it is the stock.

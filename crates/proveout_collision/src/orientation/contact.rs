@@ -91,7 +91,7 @@ pub enum OrientationError {
     },
     /// A curvature that is not finite: an edge or a corner, where the normal is not one.
     #[error(
-        "the curvature of the surface at {point:?} is {value}: an edge or a corner has no normal of its own; take a contact beside it"
+        "the curvature of the surface at {point:?} is {value}: an edge or a corner has no normal of its own; take a contact next to it"
     )]
     Curvature {
         /// The contact, mm.

@@ -57,7 +57,7 @@ impl Refusal {
         match self {
             Self::Inside => "the cutter's end lies inside of a solid",
             Self::Curvature => "the surface is more hollow than the ball is round",
-            Self::Cutter => "the ball gouges beside the contact",
+            Self::Cutter => "the ball gouges next to the contact",
         }
     }
 }

@@ -188,7 +188,7 @@ impl Context<'_> {
             [from, to] => AxisCurve::circle(&from.unwrap_or(a), &to.unwrap_or(b)),
         };
         let Some(circle) = circle else {
-            return off(&course, "the tool axis stands in a pole, and leaves it while the rotary axes move");
+            return off(&course, "the tool axis is at a pole, and leaves it while the rotary axes move");
         };
         let curve = circle.through_poles(&poles, self.pole_cone.max(AXIS_TOLERANCE));
         let candidates = match self.candidates(wanted, &curve, at_ends) {

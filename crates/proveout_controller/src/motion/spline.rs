@@ -16,7 +16,7 @@ impl Context<'_> {
         let motion = &spline.motion;
         let inner = spline.control_base.map(Vector::from);
         if inner.iter().any(|p| !p.iter().all(|v| v.is_finite())) {
-            let message = format!("the control points {inner:?} are no numbers");
+            let message = format!("the control points {inner:?} are not numbers");
             return Err(self.fail("control-not-a-number", message, "check the expressions of this block"));
         }
         let tcp = self.mapping.tcp_length.zip(self.rig);

@@ -243,7 +243,7 @@ impl DriveModel {
             }
             steps *= 2.0;
             if steps > MOST_STEPS as f64 {
-                let message = format!("the drive wants inner steps below {step:.1e} s");
+                let message = format!("the drive needs inner steps below {step:.1e} s");
                 return fault(message, "check gains, masses and the elastic frequency of the joint's drive");
             }
         }

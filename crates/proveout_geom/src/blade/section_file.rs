@@ -108,7 +108,7 @@ pub fn read_sections(text: &str) -> Result<Vec<PointedSection>, SectionFileError
         let mut place = [0.0; 3];
         for (value, cell) in place.iter_mut().zip(&cells[cells.len() - 3..]) {
             *value = cell.parse().ok().filter(|v: &f64| v.abs() <= FARTHEST_MM).ok_or_else(|| {
-                wrong(line, format!("{cell:?} is no coordinate; write mm with a point, within 100 m"))
+                wrong(line, format!("{cell:?} is not a coordinate; write mm with a point, within 100 m"))
             })?;
         }
         let Some(section) = sections.last_mut() else { continue };
@@ -117,7 +117,7 @@ pub fn read_sections(text: &str) -> Result<Vec<PointedSection>, SectionFileError
             let part = SectionPart::NAMES.iter().find(|(n, _)| *n == cells[1]);
             let Some((_, part)) = part else {
                 let names = SectionPart::NAMES.map(|(n, _)| n).join(", ");
-                return Err(wrong(line, format!("{:?} is no part; write one of {names}", cells[1])));
+                return Err(wrong(line, format!("{:?} is not a part; write one of {names}", cells[1])));
             };
             section.parts.push(*part);
         }

@@ -93,7 +93,7 @@ pub enum SectionsError {
     },
     /// Begins at another place than the section before it.
     #[error(
-        "section {section} begins at another place than {before}: its point 1 lies where {before} has point {point}; begin every section at the same place"
+        "section {section} begins at a different place than {before}: its point 1 lies where {before} has point {point}; begin every section at the same place"
     )]
     Shift {
         /// Its name.

@@ -62,7 +62,7 @@ pub enum SolidError {
         range: &'static str,
     },
     /// The surface has rims along u, so that nothing closes round.
-    #[error("the surface is no blade: it does not close round its section")]
+    #[error("the surface is not a blade: it does not close round its section")]
     Open,
     /// The surface does not reach the end.
     #[error(

@@ -179,10 +179,10 @@ fn read(file: &[u8]) -> Result<Vec<GlbNode>, Fault> {
     while let Some((index, parent, above)) = open.pop() {
         let node = glb.document.nodes.get(index).ok_or_else(|| format!("node {index} is not there"))?;
         if std::mem::replace(&mut visited[index], true) {
-            let words = format!("node {index} stands below two nodes or below itself, and a scene is a tree");
+            let words = format!("node {index} is a child of two nodes or of itself, and a scene must be a tree");
             return Err(words.into());
         }
-        let here = above * pose(node).ok_or_else(|| format!("the pose of node {index} is none"))?;
+        let here = above * pose(node).ok_or_else(|| format!("the pose of node {index} is not valid"))?;
         let mut mesh = TriMesh::default();
         if let Some(at) = node.mesh {
             let of = glb.document.meshes.get(at).ok_or_else(|| format!("mesh {at} is not there"))?;
@@ -265,7 +265,7 @@ impl Glb<'_> {
             return Err("an index is past the last vertex".into());
         }
         if !indices.len().is_multiple_of(3) {
-            return Err(format!("{} corners are no whole number of triangles", indices.len()).into());
+            return Err(format!("{} corners are not a whole number of triangles", indices.len()).into());
         }
         if indices.len() / 3 > most {
             return Err(Fault::TooMany);
@@ -290,7 +290,7 @@ impl Glb<'_> {
         }
         let known = types.iter().find(|(code, _)| *code == accessor.component_type);
         let &(_, size) =
-            known.filter(|_| accessor.kind == kind).ok_or_else(|| words("has another type than it may"))?;
+            known.filter(|_| accessor.kind == kind).ok_or_else(|| words("has a type that is not allowed here"))?;
         let view = accessor.buffer_view.and_then(|at| self.document.buffer_views.get(at));
         let view = view.ok_or_else(|| words("has no buffer view"))?;
         if view.buffer != 0 || self.document.buffers.first().is_none_or(|buffer| buffer.uri.is_some()) {

@@ -138,7 +138,7 @@ fn checked(path: &Path, mesh: &TriMesh) -> Result<(), MeshFileError> {
     match mesh.positions.iter().find(far) {
         None => Ok(()),
         Some(p) => {
-            let place = format!("a vertex stands at ({:e}, {:e}, {:e}) mm", p.x, p.y, p.z);
+            let place = format!("a vertex lies at ({:e}, {:e}, {:e}) mm", p.x, p.y, p.z);
             Err(content(path, format!("{place}; the limit is {MAX_LENGTH_MM} mm: check the unit of the file")))
         }
     }

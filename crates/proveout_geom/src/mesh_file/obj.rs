@@ -35,7 +35,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriMesh, MeshFileError> 
                 face.clear();
                 for word in words {
                     let corner = corner(word, mesh.positions.len());
-                    face.push(corner.ok_or_else(|| place("a corner names no vertex that stands before it"))?);
+                    face.push(corner.ok_or_else(|| place("a corner names no vertex that is defined before it"))?);
                 }
                 if face.len() < 3 {
                     return Err(place("a face has three corners or more"));

@@ -53,7 +53,8 @@ fn ascii(path: &Path, text: &str) -> Result<TriMesh, MeshFileError> {
                 let mut xyz = [0.0; 3];
                 for x in &mut xyz {
                     let word = words.next().ok_or_else(|| place("a corner has three numbers".into()))?;
-                    *x = number(Some(word)).ok_or_else(|| place(format!("`{}` is no finite number", short(word))))?;
+                    *x =
+                        number(Some(word)).ok_or_else(|| place(format!("`{}` is not a finite number", short(word))))?;
                 }
                 corners.push(Point::from(xyz));
             }
@@ -65,7 +66,7 @@ fn ascii(path: &Path, text: &str) -> Result<TriMesh, MeshFileError> {
                 corners.clear();
             }
             "facet" | "outer" | "endloop" | "endsolid" if begun => {}
-            other => return Err(place(format!("`{}` is no word of an STL file", short(other)))),
+            other => return Err(place(format!("`{}` is not a word of an STL file", short(other)))),
         }
     }
     if !corners.is_empty() || !begun {

@@ -139,7 +139,7 @@ fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[Gains<'_>], 
             escape(joint)
         ),
     );
-    text(out, [left, top + 38.0], "start", SOFT, "of the stretch that was planned anew, by feed and this limit alone");
+    text(out, [left, top + 38.0], "start", SOFT, "of the replanned stretch, by feed and this limit alone");
     for v in ticks(y_least, y_most, 6) {
         line(out, [left, y(v), right, y(v)], FAINT, "");
         text(out, [left - 6.0, y(v) + 4.0], "end", INK, &compact(v));

@@ -39,7 +39,7 @@ pub(crate) fn about(setup: &Setup<'_>, tiles: &[StockTiles]) -> String {
          - Poses: at most 50 a second. Plots: smallest and largest sample of stretches of 40 ms. Both spacings double \
          after every 15 000 rows.\n\
          - Path in feed: blue where 95 percent and more of the programmed feed are reached, then teal (80), green (60), yellow (40), \
-         orange (20), red; rapids are gray. The eye beside `path` in the tree of the viewer switches it off.\n\
+         orange (20), red; rapids are gray. The eye next to `path` in the tree of the viewer switches it off.\n\
          - Findings and messages: a click on the time of a line sets the time.\n\
          - At the end the measured surface takes the place of the stock; red is gouge, blue is material left.\n\
          - Exact values: signals.parquet, blocks.parquet, surface.parquet, verdict.json of the same folder.\n",

@@ -378,7 +378,7 @@ fn text(setup: &Setup<'_>, schedule: &Schedule, units: &[JointUnit]) -> String {
             Ok(b) => {
                 let _ = writeln!(
                     text,
-                    "| time of the {} blocks that are planned anew | |\n|---|---|\n| program before | {:.3} s |\n| new program | {:.3} s ({:+.2} percent) |\n| no schedule of these is below | {:.3} s |\n| left to gain at most | {} |",
+                    "| time of the {} replanned blocks | |\n|---|---|\n| program before | {:.3} s |\n| new program | {:.3} s ({:+.2} percent) |\n| no schedule of these is below | {:.3} s |\n| left to gain at most | {} |",
                     run.stretch.len(),
                     b.original_time,
                     b.time,
@@ -417,14 +417,14 @@ fn text(setup: &Setup<'_>, schedule: &Schedule, units: &[JointUnit]) -> String {
             );
         }
         if !run.figures.is_empty() {
-            text += "\n| the method tells | |\n|---|---|\n";
+            text += "\n| values of the method | |\n|---|---|\n";
             for f in &run.figures {
                 let _ = writeln!(text, "| {} | {:.3} {} |", f.name, f.value, f.unit);
             }
         }
     }
     text += "\n## What is shown\n\n**Orange** is the program before, **blue** the new one, **green** the channel that it may use, **red** a limit of the machine as \
-             the scene has it. The curves stand at the time at which the new program ends its blocks (timeline `sim_time`) and at the way of the tool over \
+             the scene has it. The curves are drawn at the time at which the new program ends its blocks (timeline `sim_time`) and at the way of the tool over \
              all runs in micrometers (`path_um`). Velocity and acceleration are those at the programmed feed, by differences over blocks; what the control \
              makes of them is under *Run*. Circles of the sphere are 15 degrees apart; the dots are the tool axes at the time of the viewer.\n";
     text

@@ -108,7 +108,7 @@ fn basis(setup: &Setup<'_>, f: &Finding) -> String {
     }
     if f.limit.is_none() && f.penetration_mm.is_some() {
         return format!(
-            "chosen: a touch up to {} is no cut (tolerances.contact_mm in the scene)",
+            "chosen: a touch up to {} is not a cut (tolerances.contact_mm in the scene)",
             length(t.contact_mm)
         );
     }
@@ -141,14 +141,14 @@ pub(crate) fn unchecked(setup: &Setup<'_>, v: &Verdict) -> Vec<[String; 2]> {
     }
     let used = |number: u32| v.tools.iter().any(|t| t.number == number);
     for tool in setup.tools.tools.iter().filter(|t| used(t.number) && !t.has_holder) {
-        let why = "its library gives no holder, so that no holder was held against anything";
+        let why = "its library gives no holder, so no holder was checked";
         all.push([format!("Holder of {}", tool_name(tool.number, &tool.name)), why.into()]);
     }
     if v.axes.values().all(|a| a.max_following_error.is_none()) {
         all.push(["Drives".into(), "not simulated: no following errors and no drive loads are known".into()]);
     }
     if let Some(floor) = v.deviation.tolerance_floor_mm.filter(|f| *f > 0.0) {
-        let why = format!("below {} the resolution of stock and design tells nothing", length(floor));
+        let why = format!("values below {} are within the resolution of stock and design", length(floor));
         all.push(["Deviations near zero".into(), why]);
     }
     let chosen = setup.machine.trust.iter().filter(|t| t.chosen).count();
@@ -157,7 +157,7 @@ pub(crate) fn unchecked(setup: &Setup<'_>, v: &Verdict) -> Vec<[String; 2]> {
             "{} values of the machine file are chosen, not published: times and limits hold as far as they do",
             compact(chosen as f64)
         );
-        all.push(["The machine as it stands in the shop".into(), why]);
+        all.push(["The machine in the shop".into(), why]);
     }
     let assumed = v.findings.iter().filter(|f| f.code == finding::ASSUMED.code);
     all.extend(assumed.map(|f| {

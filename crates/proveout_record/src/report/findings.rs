@@ -143,14 +143,14 @@ fn deep(code: &str) -> &'static str {
 fn remedy(code: &str) -> &'static str {
     match code {
         "program-stopped" => "Correct the named block; nothing after it was run.",
-        "program-text-lost" => "Take the end word out where the program goes on, or take the text behind it out.",
+        "program-text-lost" => "Remove the end word if the program goes on, or remove the text after it.",
         "program-text-unproven" => "Give each main program a file of its own, and prove each of them.",
-        "program-text-skipped" => "Run the program with the other values too, or take the text out.",
+        "program-text-skipped" => "Run the program with the other values too, or remove the text.",
         "program-long-dwell" => {
             "Write the dwell in the unit of the control, or state the unit as `dwell` of the control file."
         }
         "limits-overtravel" => {
-            "`proveout check` of the scene says what leads there, and whether another mounting brings the axis back into its travel."
+            "`proveout check` of the scene shows the cause, and whether another mounting brings the axis back into its travel."
         }
         "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
         "limits-off-circle" => {
@@ -166,9 +166,7 @@ fn remedy(code: &str) -> &'static str {
             "A defect of the control's plan: report it with program and machine. A lower feed or an exact stop leads around it."
         }
         "limits-spindle-speed" => "Lower the programmed speed, or use a tool or spindle that allows it.",
-        "process-rapid-in-material" => {
-            "Move in feed here, or raise the retract plane above the stock as it stands at this block."
-        }
+        "process-rapid-in-material" => "Move in feed here, or raise the retract plane above the stock at this block.",
         "process-spindle-off" => "Start the spindle before the tool reaches the material.",
         "process-spindle-wrong-way" => {
             "Turn the spindle the way the tool cuts (M3 for right-handed, M4 for left-handed tools)."
@@ -186,7 +184,7 @@ fn remedy(code: &str) -> &'static str {
         "collision-near-miss" => "Check the real clamping here before the first part.",
         "geometry-overcut" => "Use a smaller tool for this part of the contour, or leave the narrow place out.",
         "geometry-contour-touched" => {
-            "Begin and end beside the contour by the tool radius, or lead in and out on arcs."
+            "Begin and end one tool radius away from the contour, or lead in and out on arcs."
         }
         "geometry-gouge" => "Check cutter compensation, tool length and radius, and the path at the marked point.",
         "geometry-excess" => "Finish the marked area with another pass or a smaller tool.",

@@ -343,7 +343,7 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
     put(
         "Tolerances",
         format!(
-            "gouge {}, material left {}, wanted clearance {}, touching up to {}",
+            "gouge {}, material left {}, required clearance {}, touching up to {}",
             format::length(t.gouge_mm),
             format::length(t.excess_mm),
             format::length(t.near_miss_mm),

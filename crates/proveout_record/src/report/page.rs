@@ -197,7 +197,7 @@ fn contacts(page: &Page<'_>) -> Vec<ContactRow> {
     let row = |p: &ContactPicture| ContactRow {
         png: base64(&p.png),
         bodies: p.bodies.clone(),
-        what: if p.code == NEAR_MISS.code { "First nearer than wanted" } else { "First contact" },
+        what: if p.code == NEAR_MISS.code { "First below the required clearance" } else { "First contact" },
         words: p.time_s.map_or_else(String::new, |t| format!(" at {}", duration(t))),
     };
     page.contacts.iter().map(row).collect()

@@ -26,7 +26,7 @@ pub(crate) fn deviation(v: &Verdict) -> Vec<Entry> {
         entry("Below this not judged", length_or_dash(d.tolerance_floor_mm), ""),
     ];
     if let Some(against) = &d.against {
-        rows.push(entry("Held against", against.clone(), ""));
+        rows.push(entry("Compared with", against.clone(), ""));
     }
     if let Some(error) = d.mesh_error_mm {
         rows.push(entry("Error of the design's mesh", length(error), ""));

@@ -305,7 +305,7 @@ pub(crate) fn certify(
 ) -> Result<RunCertificate, String> {
     let alternatives = run.alternatives.as_ref().map_err(|&e| e.to_owned())?;
     let (Some(new), Some(original)) = (new, original) else {
-        return Err("the motion of a program has not the blocks of its run".into());
+        return Err("the motion of a program does not have the blocks of its run".into());
     };
     let inner = run.stretch.start + 1..run.stretch.end;
     let (Some(new), Some(original), Some(commands)) =
@@ -318,7 +318,7 @@ pub(crate) fn certify(
         blocks.iter().zip(&schedules.least).all(|(b, t)| (b.programmed / t - 1.0).abs() < TIME_ROUNDED)
     };
     if new.len() != schedules.least.len() || !same(new) || !same(original) {
-        return Err("the blocks of the motion have other programmed times than those of the program".into());
+        return Err("the programmed times of the blocks differ between motion and program".into());
     }
     let times = |blocks: &[FeedBlock]| blocks.iter().map(|b| b.time[1] - b.time[0]).collect::<Vec<f64>>();
     let (new_s, original_s) = (times(new), times(original));
@@ -340,7 +340,7 @@ pub(crate) fn certify(
     let off = alternatives.tip_rounding + POINT_ROUNDED;
     let FeedFloor { least, seams } = floor(&ways, off).map_err(|block| {
         let line = commands.get(block + 1).map_or(0, |c| line(*c));
-        format!("the block in line {line} is so short that nothing is left of its time where its ends may be {off:.4} mm off")
+        format!("the block in line {line} is too short: its ends may be {off:.4} mm off, which leaves no time for it")
     })?;
     let rotary = schedules.joints.len();
     let passed = |joint: &JointGates| JointGates { limits: joint.limits.passed_by(LIMIT_PASSED), ..joint.clone() };
@@ -359,7 +359,7 @@ pub(crate) fn certify(
     for (name, is_inside, time) in [("new", new_inside, time_s), ("original", original_inside, original_time_s)] {
         if is_inside && time < bound * (1.0 - ROUNDING) {
             return Err(format!(
-                "the {name} program takes {time:.6} s, less than the {:.6} s that were proved for it: an assumption of the bound \
+                "the {name} program takes {time:.6} s, less than its proven lower bound of {:.6} s: an assumption of the bound \
                  does not hold here",
                 bound
             ));
@@ -411,7 +411,7 @@ pub(crate) fn certify(
     });
     let names: Vec<&str> = ways.iter().map(|w| w.program).collect();
     let rests_on = vec![format!(
-        "the way of the tip bends no more at the end of a block, and is no shorter for its time, than in a program of these: {}",
+        "the tip path turns no more sharply at block ends, and is no shorter for its time, than in one of these programs: {}",
         names.join(", ")
     )];
     Ok(RunCertificate {

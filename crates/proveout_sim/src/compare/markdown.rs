@@ -149,7 +149,7 @@ fn gaps(out: &mut String, c: &Comparison) {
         return;
     }
     out.push_str(
-        "### Gap to the bound\n\nOf the first stretch that the method planned anew, under the limits in force.\n\n",
+        "### Gap to the bound\n\nFor the first stretch that the method replanned, under the limits in force.\n\n",
     );
     out.push_str(
         "| program | made from | method | its time, s | no schedule is below, s | of schedules | left to gain at most, % |\n",
@@ -211,7 +211,7 @@ fn published(out: &mut String, c: &Comparison) {
         return;
     }
     let (open, null) = (c.choices.is_some(), c.null_program.as_deref());
-    out.push_str("### Published values beside ours\n\n| what | measured here as | published | here |");
+    out.push_str("### Published values and ours\n\n| what | measured here as | published | here |");
     let mut columns = 4;
     let mut head = |out: &mut String, words: &str| {
         put(out, format_args!(" {words} |"));

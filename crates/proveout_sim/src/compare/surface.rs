@@ -5,7 +5,7 @@ use crate::{SurfaceMap, units::UM_PER_MM, verdict::Surface};
 
 /// The rule of [`scallop`], in words.
 pub(crate) const SCALLOP_RULE: &str = "Where the scene sets `scallop_um`: heights of the ridges between passes above the design, found on the swept surfaces and weighed with \
-     their length; they are known to the bound that stands beside them, and a criterion whose limit lies within it is unchecked. Otherwise the largest and mean material left over the design at the exact points in the judged box (gouged points count \
+     their length; each has its error bound, and a criterion whose limit lies within the bound is unchecked. Otherwise the largest and mean material left over the design at the exact points in the judged box (gouged points count \
      as zero): between the turns of a finishing pass this is the kinematic scallop with the path's deviation and the design's own error \
      on it. Unchecked where the scene has no judged box, or where a judged point is skin of the stock";
 

@@ -177,7 +177,7 @@ impl Engine<'_> {
         // The whole run sees more of what lies between the rays, and may clear it.
         if self.prepared.wanted.preview.is_some() && wording::may_be_of_the_cells(breach, tolerances.near_miss_mm) {
             told.severity = finding::Severity::Warning;
-            told.message += "; a preview: only its coarse cells may say so";
+            told.message += "; preview: its coarse cells may be the only reason";
         }
         let finding = self.at_piece(told, piece, breach.time);
         let finding = self.log.push(finding);

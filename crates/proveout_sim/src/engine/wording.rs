@@ -24,9 +24,9 @@ use crate::{
 fn standing(state: &CuttingState) -> &'static str {
     match state.spindle {
         SpindleDirection::Off => {
-            " while the spindle stands still (no M3 or M4 is in force: M5 and a tool change stop it)"
+            " while the spindle is stopped (no M3 or M4 is in force: M5 and a tool change stop it)"
         }
-        _ => " while the spindle stands still (it is on and has no speed: an S word is missing, or is S0)",
+        _ => " while the spindle is stopped (it is on but has no speed: the S word is missing, or is S0)",
     }
 }
 
@@ -41,7 +41,7 @@ pub(super) fn material(
 ) -> Finding {
     let part = process::part_of_tool(what);
     let how = match code.code {
-        _ if what == Swept::Entry => " where it stands as the tool comes into the spindle",
+        _ if what == Swept::Entry => " right after the tool change, before it moves",
         c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
         c if c == finding::SPINDLE_OFF.code => standing(state),
         c if c == finding::SPINDLE_WRONG_WAY.code => " while the spindle turns against its hand",
@@ -49,7 +49,7 @@ pub(super) fn material(
     };
     let near = code.code == finding::NEAR_MISS.code;
     let message = if near {
-        format!("{part} of {} comes nearer to the stock than the wanted {wanted:.3} mm", tool.name)
+        format!("{part} of {} comes closer to the stock than the required {wanted:.3} mm", tool.name)
     } else {
         // A body that clamps or carries the cutter is more often at the side of the material than
         // below it.
@@ -90,14 +90,19 @@ pub(super) fn chosen_of_tool(tools: &ToolLibrary, index: usize, part: &str) -> S
     if chosen.is_empty() {
         return String::new();
     }
-    format!("; {} of {} chosen, not measured: write your own into the tool library", chosen.join(" and "), tool.name)
+    format!(
+        "; {} of {} chosen, not measured: put your own values into the tool library",
+        chosen.join(" and "),
+        tool.name
+    )
 }
 
 /// What is to be known of a finding where the place of the workpiece on the table is chosen.
 pub(super) const CHOSEN_MOUNT: &str = "; the place of the part on the table is chosen: write your own `translation_mm` under [mount] of the scene, with the work offsets";
 
 /// What is to be known of material that no ray has met.
-pub(super) const BETWEEN: &str = "; no ray of the stock goes through it: the form of the raw stock and the cuts say so";
+pub(super) const BETWEEN: &str =
+    "; no ray of the stock passes through it: found from the shape of the raw stock and the cuts";
 
 /// Where a tool meets what is fixed to the workpiece, in words: a place of the program, which no mounting changes. `lowest`: lower face of the raw stock,
 /// workpiece frame, mm.
@@ -114,7 +119,9 @@ pub(super) fn hit(hit: &Hit) -> Finding {
     let inside = if hit.inside { ", one inside of the other" } else { "" };
     let (code, message) = match hit.kind {
         HitKind::Collision => (&finding::COLLISION, format!("{a} hits {b}{inside}")),
-        HitKind::NearMiss(_) => (&finding::NEAR_MISS, format!("{a} comes nearer to {b} than the wanted {near:.3} mm")),
+        HitKind::NearMiss(_) => {
+            (&finding::NEAR_MISS, format!("{a} comes closer to {b} than the required {near:.3} mm"))
+        }
     };
     let mut f = FindingLog::of(code, message);
     f.bodies = hit.bodies.to_vec();
@@ -135,11 +142,11 @@ pub(super) fn stock_breach(breach: &StockBreach, near: f64, unseen: f64) -> Find
     let near_miss = is_near_miss(breach);
     let (rays, least) = (breach.ray_distance, breach.distance);
     let how = if breach.severity == Severity::QueryFailed {
-        format!("{body} is not proved clear of the stock: joints that are no numbers")
+        format!("{body} is not proven clear of the stock: joint positions are not finite numbers")
     } else if near_miss {
-        format!("{body} comes nearer to the stock than the wanted {near:.3} mm")
+        format!("{body} comes closer to the stock than the required {near:.3} mm")
     } else if breach.inside {
-        format!("{body} holds a part of the stock inside")
+        format!("{body} contains a part of the stock")
     } else if rays <= TOUCH_MM {
         format!(
             "{body} hits the stock: it meets material, known to within {:.3} mm, half the diagonal of a cell",
@@ -172,7 +179,7 @@ pub(super) fn may_be_of_the_cells(breach: &StockBreach, near: f64) -> bool {
 pub(super) fn at_rest(standing: &AtRest) -> Finding {
     let (body, overlap) = (&standing.body, &standing.overlap);
     let message = format!(
-        "{body} stands in the stock before anything moves: {:.3} mm deep, {:.3} mm3",
+        "{body} overlaps the stock before any motion: {:.3} mm deep, {:.3} mm3",
         overlap.depth_mm, overlap.volume_mm3
     );
     let mut f = FindingLog::of(&finding::STOCK_AT_REST, message);
@@ -219,7 +226,7 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
         }
         Event::Probe { .. } => FindingLog::of(
             &finding::PROBED,
-            "the probing motion runs to its end: what the probe finds is not known".into(),
+            "the probing motion is run to its end: the probe result is not known".into(),
         ),
         Event::Note { text, .. } => match text.strip_prefix(ASSUMED) {
             Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
@@ -232,7 +239,7 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
 /// A leg's drive at its limit, N.
 fn past_leg_force(legs: &str, [value, limit]: [f64; 2]) -> Finding {
     let message = format!(
-        "the control asks the drive of {legs} for a force of {value:.1} N; it has {limit:.1} N, and the plate leaves its set points"
+        "the control demands a force of {value:.1} N from the drive of {legs}; its limit is {limit:.1} N, so the platform leaves its set points"
     );
     let mut f = FindingLog::of(&finding::DRIVE_SATURATED, message);
     (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some("N".into()));
@@ -257,8 +264,7 @@ fn past_limit(joint: Option<&Joint>, [value, limit]: [f64; 2], kind: LimitKind) 
             let (word, unit, scale) = if linear { ("force", "N", 1.0) } else { ("torque", "Nm", N_M_PER_N_MM) };
             let (value, limit) = (value * scale, limit * scale);
             let message = format!(
-                "the control asks the drive of {name} for a {word} of {value:.1} {unit}; it has {limit:.1} {unit}, \
-                 and the joint leaves its set points"
+                "the control demands a {word} of {value:.1} {unit} from the drive of {name}; its limit is {limit:.1} {unit}, so the joint leaves its set points"
             );
             (&finding::DRIVE_SATURATED, message, value, limit, unit.to_owned())
         }
@@ -269,8 +275,9 @@ fn past_limit(joint: Option<&Joint>, [value, limit]: [f64; 2], kind: LimitKind) 
                 _ => ("jerk", "s³"),
             };
             let (value, limit, unit) = (value * scale, limit * scale, format!("{unit}/{per}"));
-            let message =
-                format!("the set points ask {name} for a {word} of {value:.3} {unit}; its limit is {limit:.3} {unit}");
+            let message = format!(
+                "the set points demand a {word} of {value:.3} {unit} from {name}; its limit is {limit:.3} {unit}"
+            );
             (&finding::PLANNED_MOTION, message, value, limit, unit)
         }
         LimitKind::SpindleSpeed => {
@@ -306,16 +313,16 @@ pub(super) fn plunge(tool: &Tool, angle: f64, limit: f64, [stub, most]: [f64; 2]
     let name = &tool.name;
     let (angle_deg, limit_deg) = (angle.to_degrees(), limit.to_degrees());
     let ramp = match tool.max_ramp_angle {
-        Some(_) => format!("its steepest ramp is {limit_deg:.3} degrees"),
-        None => "its steepest ramp is not stated".to_owned(),
+        Some(_) => format!("its maximum ramp angle is {limit_deg:.3} degrees"),
+        None => "its maximum ramp angle is not stated".to_owned(),
     };
     let steep = angle > limit;
     let aside = if tool.dead_center.is_some() { "the region without edges" } else { "its radius" };
     let message = if steep {
-        format!("{name} has no edges at its center and goes down into material at {angle_deg:.3} degrees; {ramp}")
+        format!("{name} is not center-cutting and plunges into material at {angle_deg:.3} degrees; {ramp}")
     } else {
         format!(
-            "{name} has no edges at its center and leaves a stub of {stub:.3} mm under it: it goes down without moving aside by \
+            "{name} is not center-cutting and leaves a stub of {stub:.3} mm under it: it plunges without moving sideways by \
              {aside}; {ramp}, which leaves {most:.3} mm"
         )
     };
@@ -340,6 +347,6 @@ pub(super) fn unknown_plunge(tool: &Tool, plunge: &UnknownPlunge, places: &[Opti
     };
     let (name, angle) = (&tool.name, plunge.angle.to_degrees());
     format!(
-        "whether {name} may go down into material at {angle:.1} degrees{at}: the tool library gives it no `{missing}`"
+        "whether {name} may plunge into material at {angle:.1} degrees{at}: the tool library gives no `{missing}` for it"
     )
 }

@@ -43,13 +43,13 @@ pub(crate) fn hint(text: &ProgramText, dialect: Dialect) -> Option<String> {
     let told = |n: usize, word: &str, whose: &str, controls: &[&str]| {
         if controls.is_empty() {
             return format!(
-                "{word} in line {n} tells of {whose}, whose statements with # and $ are not read: post the program for a Fagor 8055 \
+                "{word} in line {n} points to {whose}, whose statements with # and $ are not read: post the program for a Fagor 8055 \
                  (--control fagor-8055) or a Fanuc"
             );
         }
         let options: Vec<String> = controls.iter().map(|c| format!("--control {c}")).collect();
         format!(
-            "{word} in line {n} tells of {whose}, and no control is named: {} reads the program so",
+            "{word} in line {n} points to {whose}, and no control is named: {} reads the program that way",
             options.join(" or ")
         )
     };

@@ -68,7 +68,7 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
     }
     let text = turned.iter().try_fold(text, |text, (&j, home)| with_home(&text, &machine.joints[j].name, *home))?;
     let text = format!(
-        "# A copy of {}, with X, Y and Z zero at home. Everything else is as it was: put in the numbers of your own machine.\nzero = \"home\"\n\n{text}",
+        "# A copy of {}, with X, Y and Z zero at home. Everything else is unchanged: put in the numbers of your own machine.\nzero = \"home\"\n\n{text}",
         machine.name
     );
     let at_home = Machine::from_text(&file, &text).ok()?;

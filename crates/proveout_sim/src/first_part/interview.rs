@@ -102,15 +102,15 @@ impl<'a, 'b> Interview<'a, 'b> {
         let mut each = BTreeMap::new();
         for part in answer.split(';').map(str::trim).filter(|p| !p.is_empty()) {
             let Some((name, value)) = part.split_once(':') else {
-                return Err(format!("{part:?} has no name with a colon before it"));
+                return Err(format!("{part:?} does not begin with a name and a colon"));
             };
             let name = name.trim().trim_matches('"');
             if !wanted.iter().any(|(known, _)| known == name) {
                 let names: Vec<&str> = wanted.iter().map(|(known, _)| known.as_str()).collect();
-                return Err(format!("nothing asks for {name:?}: it is one of {}", names.join(", ")));
+                return Err(format!("there is no question for {name:?}: it is one of {}", names.join(", ")));
             }
             if each.insert(name.to_owned(), value.trim().to_owned()).is_some() {
-                return Err(format!("{name} is there twice"));
+                return Err(format!("{name} is given twice"));
             }
         }
         match wanted.iter().find(|(name, _)| !each.contains_key(name)) {
@@ -156,8 +156,9 @@ fn flatten(
 ) -> Result<(), InputError> {
     for (key, value) in table {
         let key = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-        let refused =
-            || InputError::file(path, format!("`{key}` is no answer"), "write a text, a number, or a list of numbers");
+        let refused = || {
+            InputError::file(path, format!("`{key}` is not an answer"), "write a text, a number, or a list of numbers")
+        };
         let number = |v: &toml::Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64)).map(|n| n.to_string());
         let answer = match value {
             toml::Value::Table(below) if prefix.is_empty() => {
@@ -245,7 +246,7 @@ pub(crate) fn tool(text: &str, number: u32) -> Option<proveout_tool::ToolDraft> 
     }
     if kind == "chamfer" {
         draft.put("tip_diameter_mm", 0.0);
-        draft.choose(&["tip_diameter_mm"], "the answer does not tell it: a sharp tip");
+        draft.choose(&["tip_diameter_mm"], "not in the answer: a sharp tip");
     }
     let whole = draft.diameter().is_some()
         && (kind != "bull_nose" || draft.get("corner_radius_mm").is_some())
@@ -290,9 +291,9 @@ mod tests {
         assert_eq!(ask(PROPOSED).expect("read").expect("answered")["G56"], "0,0,0");
         for (wrong, word) in [
             ("G55: 1,2,3", "G56 is missing"),
-            ("G55: 1,2,3; G55: 1,2,3; G56: 0,0,0", "G55 is there twice"),
+            ("G55: 1,2,3; G55: 1,2,3; G56: 0,0,0", "G55 is given twice"),
             ("G57: 1,2,3", "one of G55, G56"),
-            ("1,2,3", "no name"),
+            ("1,2,3", "a name and a colon"),
         ] {
             let told = ask(wrong).expect_err(wrong);
             assert!(told.contains(word), "{told}");

@@ -221,13 +221,13 @@ pub fn looks_binary(text: &ProgramText) -> bool {
 pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPartError> {
     if call.output.symlink_metadata().is_ok() {
         let message = format!("{} is there already", call.output.display());
-        return Err(refused(message, "name another folder with --output: nothing is written over"));
+        return Err(refused(message, "name another folder with --output: existing files are never overwritten"));
     }
     let mut machine = Machine::read(&call.machine)?;
     let mut interview = Interview::new(call.answers.clone(), ask);
     let texts = call.programs.iter().map(ProgramText::open).collect::<Result<Vec<_>, _>>()?;
     if let Some((program, _)) = call.programs.iter().zip(&texts).find(|(_, text)| looks_binary(text)) {
-        let message = format!("{} is no plain text: it looks like a binary file", program.display());
+        let message = format!("{} is not plain text: it looks like a binary file", program.display());
         return Err(refused(message, "name the text of an NC program"));
     }
     let (mut settings, mut notes) = settings_of(call, &machine)?;
@@ -262,7 +262,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
                 .filter(|(line, text)| {
                     *line == fault.line && call.programs.get(i).is_some() && !text.trim().starts_with('%')
                 })
-                .map(|_| "the text ends in this line: is the file whole?".to_owned());
+                .map(|_| "the text ends in this line: is the file complete?".to_owned());
             fault.help = [fault.help.take(), cut, hint].into_iter().flatten().reduce(|a, b| format!("{a}; {b}"));
             return Err(FirstPartError::from(proveout_nc::Diagnostics(faults)));
         }
@@ -281,8 +281,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let speaks = all_facts.iter().find_map(|f| f.inch_comment).filter(|_| unit.is_none());
     if let (Some(line), Some(false)) = (speaks, settings.first().map(|s| start_unit(s) == LengthUnit::Inch)) {
         let note = format!(
-            "the comment in line {line} speaks of inches, and no G20 stands in the program: lengths are read in millimeters; where the \
-             control begins in inches, a file for --control says so: inherits = \"fanuc-0i\", start.unit = \"inch\""
+            "the comment in line {line} mentions inches, but the program has no G20: lengths are read in millimeters; if the control starts in inches, say so in a file for --control: inherits = \"fanuc-0i\", start.unit = \"inch\""
         );
         interview.note.get_or_insert_with(|| note.clone());
         notes.push(note);
@@ -368,14 +367,14 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     };
     if let Some((stray, near)) = interview.stray() {
         let help = near.map_or_else(|| "leave it out".to_owned(), |n| format!("did you mean `{n}`? Else leave it out"));
-        return Err(refused(format!("nothing asks for the answer `{stray}`"), help));
+        return Err(refused(format!("there is no question for the answer `{stray}`"), help));
     }
     let Some(stock) = stock else { return Err(refused("the stock is not known", "state it with --stock")) };
     let bounds = stock.value.aabb();
     let largest = (0..3).flat_map(|i| [bounds.min[i], bounds.max[i]]).map(f64::abs).fold(0.0, f64::max);
     if largest > MAX_LENGTH_MM {
         return Err(refused(
-            format!("the stock reaches to {largest:.3e} mm, farther than any machine: no scene has it"),
+            format!("the stock reaches to {largest:.3e} mm, farther than any machine reaches"),
             format!("check its unit and the coordinates of the program; a scene reaches to {:.0} mm", MAX_LENGTH_MM),
         ));
     }
@@ -479,7 +478,8 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
 }
 
 /// Said of programs that cut nothing: a dry run, positions of a tilted plane, the ways of a probe.
-const NOTHING_CUT: &str = "no motion in feed whose X, Y and Z are all known: no stock is proposed, and the run shows where rapids and retracts go";
+const NOTHING_CUT: &str =
+    "no feed motion with known X, Y and Z: no stock is proposed; the run still shows rapids and retracts";
 
 /// Reports all open questions at once.
 fn stop_if_open(interview: &Interview<'_, '_>) -> Result<(), FirstPartError> {
@@ -553,9 +553,9 @@ fn told_of_programs(
         None => {
             let inch = settings.iter().any(|s| s.control.starts_in_inch() == Some(true));
             format!(
-                "unit: no word of the text says it; read in {}, as {}",
+                "unit: not stated in the program; read in {}, as {}",
                 if inch { "inches" } else { "millimeters" },
-                if inch { "its control begins" } else { "controls begin where nothing says otherwise" }
+                if inch { "its control begins" } else { "most controls do by default" }
             )
         }
     });
@@ -587,7 +587,7 @@ fn start_tool(
         all_facts.iter().flat_map(|f| f.tools.keys()).filter(|n| !calls.contains(n)).filter_map(number).collect();
     let ready = readings.iter().find_map(|r| r.selected.first()).filter(|(name, _)| !calls.contains(&name));
     let made_ready = ready.map_or_else(String::new, |(name, at)| {
-        format!(" ({} in line {} has no change, M6, behind it)", shown(name), at.line)
+        format!(" ({} in line {} has no tool change, M6, after it)", shown(name), at.line)
     });
     let proposed = match &described[..] {
         [one] => *one,
@@ -597,10 +597,7 @@ fn start_tool(
     // Where no word names a tool, its number changes nothing.
     if interview.given(key).is_none() && all_facts.iter().all(|f| !f.names_tool) {
         let number = proposed.parse().unwrap_or(1);
-        return Ok(Some((
-            number,
-            "chosen: no word of the program names a tool, and its number changes nothing".into(),
-        )));
+        return Ok(Some((number, "chosen: the program names no tool, so the number has no effect".into())));
     }
     let text = format!(
         "Which tool is in the spindle when the program begins? It cuts in line {} of {} before it calls one{made_ready}. A number",
@@ -610,7 +607,7 @@ fn start_tool(
     let answer = if answer == PROPOSED { &proposed } else { &answer };
     match answer.trim_start_matches(['T', 't']).parse::<u32>() {
         Ok(number) if number > 0 => Ok(Some((number, "the answer of the call".into()))),
-        _ => Err(refused(format!("`{key}` = {answer:?} is no number of a tool"), "write a number above zero")),
+        _ => Err(refused(format!("`{key}` = {answer:?} is not a tool number"), "write a number above zero")),
     }
 }
 

@@ -178,13 +178,13 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
     }
     (all.min.z, all.max.z) = ((bottom / ROUND_MM).floor() * ROUND_MM, top);
     let how = format!(
-        "the room that the cutters reach in feed, {}, 1 mm below the lowest cut or to the end of the deepest hole{}",
+        "the space that the cutters reach in feed, {}, 1 mm below the lowest cut or to the end of the deepest hole{}",
         if at_zero && faced {
             "1 mm above the zero of the program, which is faced"
         } else if at_zero {
             "up to the zero of the program or the highest cut"
         } else if begin.is_some() {
-            "up to 1 mm below where the tools begin their way down in feed"
+            "up to 1 mm below where the tools start down in feed"
         } else {
             "1 mm above the highest cut"
         },

@@ -39,7 +39,10 @@ fn solid(path: &Path) -> Result<TriMesh, FirstPartError> {
         ));
     }
     let mesh = read_mesh(path).map_err(|e| {
-        refused(e.to_string(), "export it anew as STL (binary or text), OBJ or glTF, in the coordinates of the program")
+        refused(
+            e.to_string(),
+            "export it again as STL (binary or text), OBJ or glTF, in the coordinates of the program",
+        )
     })?;
     mesh.check_solid().map_err(|source| SimError::Mesh { path: path.to_owned(), source })?;
     Ok(mesh)
@@ -92,7 +95,7 @@ pub(super) fn unit_of_design(
         None => Ok(None),
         Some(Some(unit)) => Ok(Some(Design { inch: unit == LengthUnit::Inch, ..design })),
         Some(None) => {
-            Err(refused(format!("`{key}` = {:?} is no unit", answer.unwrap_or_default()), "write inch or mm"))
+            Err(refused(format!("`{key}` = {:?} is not a unit", answer.unwrap_or_default()), "write inch or mm"))
         }
     }
 }
@@ -129,7 +132,7 @@ pub(super) fn check_design(design: &Design, stock: &StockForm, room: &Aabb) -> R
     }
     Err(refused(
         format!(
-            "the design {} lies from ({}) to ({}) mm, stock and cuts from ({}) to ({}) mm: they have nothing to do with each other",
+            "the design {} lies from ({}) to ({}) mm, stock and cuts from ({}) to ({}) mm: they do not overlap",
             design.path.display(),
             corner(&own.min),
             corner(&own.max),
@@ -137,7 +140,7 @@ pub(super) fn check_design(design: &Design, stock: &StockForm, room: &Aabb) -> R
             corner(&place.max)
         ),
         format!(
-            "export it with its origin in the zero of the program (a shift of {:.1}, {:.1}, {:.1} mm would bring the middles together), or state \
+            "export it with its origin in the zero of the program (a shift of {:.1}, {:.1}, {:.1} mm would align their centers), or state \
              its unit by the answer `design_unit`",
             shift.x, shift.y, shift.z
         ),
@@ -189,7 +192,7 @@ pub(super) fn stock(
         .collect();
     let mut proposed = if guessed { None } else { place::propose_stock(&swept) };
     if let Some((_, how)) = proposed.as_mut().filter(|_| untold) {
-        how.push_str("; no tool length is ever active (no G43), so that heights are taken as those of the tips");
+        how.push_str("; tool length compensation is never active (no G43), so heights are taken as tip heights");
     }
     if let (Some((stock, how)), Some(design)) = (&mut proposed, design) {
         let mut own = design.mesh.aabb();
@@ -232,7 +235,7 @@ pub(super) fn stock(
         if (0..3).all(|i| b.min[i] < b.max[i]) {
             return Ok(Some(Reasoned { value: StockForm::Box(b), reason }));
         }
-        return Err(refused(format!("`{key}` = {answer:?} holds nothing"), "write two opposite corners"));
+        return Err(refused(format!("`{key}` = {answer:?} is an empty box"), "write two opposite corners"));
     }
     let (bar, along) = interview::along(&answer);
     if let Some([x, y, z, diameter, height]) = interview::numbers::<5>(bar)

@@ -121,7 +121,10 @@ pub(super) fn tools(
                 let line =
                     at.as_ref().map_or_else(String::new, |at| format!(", called in line {} of {}", at.line, at.file));
                 let message = format!("tool {}{line}, is not in {}", shown(name), path.display());
-                return Err(refused(message, "add it to the library, or leave --tools out and let the text tell"));
+                return Err(refused(
+                    message,
+                    "add it to the library, or leave --tools out to take the tools from the program text",
+                ));
             }
             return Ok(Tools::Library(path.clone()));
         }
@@ -203,7 +206,7 @@ pub(super) fn tools(
         let answer = interview.get(key, text, Some("none".into())).unwrap_or_else(|| PROPOSED.into());
         let answer = if answer == PROPOSED { "none".to_owned() } else { answer };
         holder = interview::holder(&answer).ok_or_else(|| {
-            refused(format!("`{key}` = {answer:?} is no holder"), "write none, or diameter and length: 40x60")
+            refused(format!("`{key}` = {answer:?} is not a holder"), "write none, or diameter and length: 40x60")
         })?;
     }
     for draft in &mut drafts {
@@ -248,7 +251,7 @@ fn told_otherwise(name: &ToolName, call: &FirstPart, all_facts: &[facts::Facts])
         return None;
     }
     Some(format!(
-        "the text says two things of tool {}: taken is {}, and not {}; the answer {} says another",
+        "the program describes tool {} in two ways: {} is used, not {}; the answer {} overrides it",
         shown(name),
         shape(at, taken),
         others.join(", "),
@@ -327,7 +330,7 @@ fn numbered(drafts: Vec<(ToolName, ToolDraft)>, called: &[(ToolName, Option<Loca
 fn tool_of_answer(key: &str, answer: &str, number: u32) -> Result<ToolDraft, FirstPartError> {
     interview::tool(answer, number).ok_or_else(|| {
         let help = "write kind and dimensions: flat D10 L25, ball D8, bull_nose D12 R1, drill D8.5 A118, chamfer D10 A90, face_mill D50, tap D8 P1.25";
-        refused(format!("`{key}` = {answer:?} is no tool"), help)
+        refused(format!("`{key}` = {answer:?} is not a tool"), help)
     })
 }
 

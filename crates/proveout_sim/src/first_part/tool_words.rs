@@ -227,10 +227,10 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
             let angle = angle.or_else(|| degrees(upper).filter(|a| (60.0..=150.0).contains(a)));
             draft.put("point_angle_deg", angle.unwrap_or(90.0));
             if angle.is_none() {
-                draft.choose(&["point_angle_deg"], "nothing tells it: a usual one");
+                draft.choose(&["point_angle_deg"], "not stated: a usual one");
             }
             draft.put("tip_diameter_mm", 0.0);
-            draft.choose(&["tip_diameter_mm"], "nothing tells it: a sharp tip");
+            draft.choose(&["tip_diameter_mm"], "not stated: a sharp tip");
         }
         Some(("face_mill", _)) => {
             draft.kind = Some("face_mill");
@@ -240,7 +240,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
             if taper.is_none() {
                 draft.choose(
                     &["entering_angle_deg"],
-                    "nothing tells it: a square shoulder is the fullest body of this diameter",
+                    "not stated: a square shoulder is the fullest body of this diameter",
                 );
             }
         }
@@ -442,7 +442,7 @@ pub(super) fn of_name(name: &str, unit: f64, line: usize) -> Option<ToolDraft> {
         if count <= MOST_COUNTED {
             return None;
         }
-        draft.choose(&["diameter_mm"], "the number at the end of its name, which nothing else tells is its diameter");
+        draft.choose(&["diameter_mm"], "the number at the end of its name; nothing else states its diameter");
     }
     name.clone_into(&mut draft.name);
     draft.description.clear();

@@ -89,12 +89,12 @@ fn read(answer: &str, stock: &Aabb, gap: Option<f64>) -> Result<Workholding, Str
     let mut words = rest.split_whitespace();
     let sizes = words.next().unwrap_or_default();
     let sizes: Option<Vec<f64>> = sizes.split(['x', 'X']).map(|t| positive(t).map(|v| v * mm)).collect();
-    let sizes = sizes.ok_or("its size is not numbers with x between")?;
+    let sizes = sizes.ok_or("its size must be numbers separated by x")?;
     let (mut depth, mut along_y) = (None, stock.size().y > stock.size().x);
     while let Some(key) = words.next() {
         let value = words.next().unwrap_or_default();
         match key.to_ascii_lowercase().as_str() {
-            "grip" | "reach" => depth = Some(positive(value).ok_or(format!("{key} {value:?} is no length"))? * mm),
+            "grip" | "reach" => depth = Some(positive(value).ok_or(format!("{key} {value:?} is not a length"))? * mm),
             "along" if value.eq_ignore_ascii_case("x") => along_y = false,
             "along" if value.eq_ignore_ascii_case("y") => along_y = true,
             _ => return Err(format!("{key:?} is not known")),
@@ -197,7 +197,7 @@ fn read(answer: &str, stock: &Aabb, gap: Option<f64>) -> Result<Workholding, Str
         (kind @ ("vise" | "clamps" | "plate" | "chuck"), sizes) => {
             Err(format!("{} numbers are not the size of a {kind}", sizes.len()))
         }
-        (other, _) => Err(format!("{other:?} is no workholding that is known")),
+        (other, _) => Err(format!("{other:?} is not a known workholding")),
     }
 }
 
@@ -250,10 +250,10 @@ mod tests {
             ("vise 125x40 grip 40", "as deep"),
             ("vise 125x40x3 grip 8", "3 numbers"),
             ("vise 125x-4 grip 8", "size"),
-            ("vise 125x40 grip deep", "no length"),
+            ("vise 125x40 grip deep", "not a length"),
             ("clamps 100x30x20", "no reach"),
             ("chuck 50x80 grip 30", "60 mm wide"),
-            ("magnet 3x4", "no workholding"),
+            ("magnet 3x4", "not a known workholding"),
             ("plate 200x150x20 tall 3", "not known"),
         ] {
             let told = read(answer, &long, None).expect_err(answer);

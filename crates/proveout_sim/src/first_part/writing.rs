@@ -25,8 +25,8 @@ const DESIGN: &str = "design.stl";
 pub(super) fn files(plan: &Plan<'_>, told: &[String]) -> Vec<(&'static str, String)> {
     let mut all = vec![("scene.toml", scene(plan))];
     if let Tools::Drafts(drafts) = &plan.tools {
-        let heading = "Tools of the programs of scene.toml. What nothing told is marked in `chosen`, with the reason: put in the numbers of your own\n\
-                       tools before a verdict about lengths, depths and holders is trusted.";
+        let heading = "Tools of the programs of scene.toml. Values that the program does not state are marked in `chosen`, with the reason:\n\
+                       put in the numbers of your own tools before you trust a verdict about lengths, depths and holders.";
         all.push((TOOLS, library_text(heading, "Tools that the programs call", drafts)));
     }
     all.push(("README.md", readme(plan, told)));
@@ -75,7 +75,7 @@ fn scene(plan: &Plan<'_>) -> String {
         s.push('\n');
     };
     put(
-        "# Made by `proveout new`. What the program tells stands as it is; what nothing told is marked `chosen`, with the reason. Put in your own",
+        "# Made by `proveout new`. Values without a mark come from the program; the others are marked `chosen`, with the reason. Put in your own",
     );
     put("# numbers where it says so, then run the folder.");
     put("");
@@ -88,7 +88,7 @@ fn scene(plan: &Plan<'_>) -> String {
         put(&format!("workholding_reason = {}", quoted(reason)));
     }
     if plan.design.is_none() {
-        put("# Gouge and excess stay unchecked without a design; where there is none to ask, take the # away:");
+        put("# Gouge and excess stay unchecked without a design; where there is none to ask, remove the #:");
         put("# design = \"none\"");
     }
     match &plan.home_zero {
@@ -129,7 +129,7 @@ fn scene(plan: &Plan<'_>) -> String {
     put("[mount]");
     put(&format!("translation_mm = {}", vector(plan.mount.value.into())));
     if plan.mount.reason.starts_with("chosen") {
-        put("# Findings that hang on it say so; take the line out when the place is yours.");
+        put("# Findings that depend on it say so; remove the line once the position is that of your own setup.");
         put("chosen = true");
     }
     if let Some((number, reason)) = &plan.start_tool {
@@ -160,7 +160,7 @@ fn scene(plan: &Plan<'_>) -> String {
         put("[part]");
         put(&format!("mesh = {}", if design.inch { quoted(DESIGN) } else { path(&design.path) }));
         put(
-            "# Largest distance of the mesh from the true design, as the export from the CAD system had it. Nothing tells it: the mesh itself is judged.",
+            "# Largest distance of the mesh from the true design, as the export from the CAD system had it. Not stated: the mesh itself is judged.",
         );
         put("# chord_error_mm = 0.01");
     }
@@ -217,7 +217,7 @@ fn scene(plan: &Plan<'_>) -> String {
 
 fn readme(plan: &Plan<'_>, told: &[String]) -> String {
     let mut s = format!(
-        "# {}\n\nMade by `proveout new`; `proveout run` on this folder runs it, `proveout check` tells what is known before.\n\n## What was found\n\n```text\n",
+        "# {}\n\nMade by `proveout new`; `proveout run` on this folder runs it, `proveout check` shows what is known before the run.\n\n## What was found\n\n```text\n",
         name_of(&plan.call.output)
     );
     for line in told {
@@ -326,7 +326,7 @@ pub(super) fn told_of_setup(
         told.push(format!("work offset {word}: {} ({reason})", vector(*base)));
     }
     if touch_off != 0.0 {
-        told.push(format!("  no tool length is ever active (no G43): chosen, the zero is taken at the tip of the tool, {} mm below the gauge line", n(touch_off)));
+        told.push(format!("  tool length compensation is never active (no G43): chosen, the zero is taken at the tip of the tool, {} mm below the gauge line", n(touch_off)));
     }
     let places: Vec<String> = readings
         .iter()

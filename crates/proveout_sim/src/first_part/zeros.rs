@@ -64,7 +64,9 @@ pub(super) fn offsets(
         let answer = if answer == PROPOSED { "0,0,0" } else { answer };
         match interview::numbers::<3>(answer) {
             Some(shift) => Ok((word.to_owned(), shift, format!("{answer} from {first}, as the answer says"))),
-            None => Err(refused(format!("`{key}` = {answer:?} is no place of {word}"), "write three numbers: 0,120,0")),
+            None => {
+                Err(refused(format!("`{key}` = {answer:?} is not a place of {word}"), "write three numbers: 0,120,0"))
+            }
         }
     };
     let mut open = Vec::new();
@@ -103,7 +105,7 @@ pub(super) fn offsets(
         let key = format!("offset.{word}");
         all.push(match interview.given(&key) {
             Some(answer) => placed(&key, word, &answer)?,
-            None => (word.to_owned(), [0.0; 3], format!("no motion counts from it: the place of {first}")),
+            None => (word.to_owned(), [0.0; 3], format!("no motion uses it: the place of {first}")),
         });
     }
     Ok(all)
@@ -187,6 +189,6 @@ pub(super) fn stated_mount(
             value: Vector::from(mount),
             reason: if proposed { format!("chosen: {where_it_is}") } else { "as the answer `mount` says".into() },
         })),
-        None => Err(refused(format!("`{key}` = {answer:?} is no place"), "write three numbers: 0,0,150")),
+        None => Err(refused(format!("`{key}` = {answer:?} is not a place"), "write three numbers: 0,0,150")),
     }
 }

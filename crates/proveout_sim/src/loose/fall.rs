@@ -205,7 +205,7 @@ impl Fall {
     ) -> Ran {
         let tool = |time: f64| course.tool(time).map(|t| placed(&t));
         let Some(mut world) = self.world(touch, tool(self.start).as_ref()) else {
-            return Ran::Unknown("its shape or that of a body beside it bounds no solid".into());
+            return Ran::Unknown("its shape or that of a neighboring body is not a closed solid".into());
         };
         let down = self.gravity / STANDARD_GRAVITY;
         let lowest = self.lowest(&down);
@@ -276,7 +276,7 @@ impl Fall {
     fn too_deep(&self, contacts: &[Contact], limit: f64) -> Option<Ran> {
         let deep = contacts.iter().find(|c| c.depth > limit + self.error)?;
         let name = self.name(deep);
-        Some(Ran::Unknown(format!("its place is not known to better than {limit} mm beside {name}")))
+        Some(Ran::Unknown(format!("its place is not known to better than {limit} mm next to {name}")))
     }
 
     fn name(&self, contact: &Contact) -> &str {
@@ -320,7 +320,7 @@ impl Ran {
             Self::Stayed => "stays where it is",
             Self::Lies(_) => "comes to rest elsewhere",
             Self::Left => "falls away",
-            Self::Unknown(_) | Self::Unfinished => "goes no one knows where",
+            Self::Unknown(_) | Self::Unfinished => "goes to an unknown place",
         }
     }
 }

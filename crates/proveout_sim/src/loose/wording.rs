@@ -30,12 +30,12 @@ pub(super) fn came_off(k: usize, part: &StockPart, mass: f64, end: &End, table_f
             format!("they fall, come to rest about X {:.0} Y {:.0} Z {:.0} and are no longer stock", p.x, p.y, p.z)
         }
         End::Unknown(why) => {
-            format!("where they go is not decided ({why}), and the twin leaves them in their place")
+            format!("where they go is not decided ({why}), so the twin leaves them in place")
         }
         End::Unfinished => "they still fall".to_owned(),
     };
     let message = format!(
-        "{:.1} mm3 ({:.3} kg) no longer hang together with the rest of the stock: {:.1} x {:.1} x {:.1} mm; {goes}",
+        "{:.1} mm3 ({:.3} kg) are no longer connected to the rest of the stock: {:.1} x {:.1} x {:.1} mm; {goes}",
         part.volume_mm3, mass, size.x, size.y, size.z
     );
     let mut f = FindingLog::of(&finding::LOOSE_PART, message);

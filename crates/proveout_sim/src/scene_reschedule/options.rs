@@ -140,11 +140,11 @@ impl RescheduleFile {
 
 fn number(key: &str, text: &str) -> Result<f64, Wrong> {
     let number = text.parse::<f64>().ok().filter(|v| v.is_finite());
-    number.ok_or_else(|| (format!("{key}={text} is no number"), "write a number with a point".to_owned()))
+    number.ok_or_else(|| (format!("{key}={text} is not a number"), "write a number with a decimal point".to_owned()))
 }
 
 fn count(key: &str, text: &str) -> Result<usize, Wrong> {
-    text.parse().ok().ok_or_else(|| (format!("{key}={text} is no count"), "write a whole number".to_owned()))
+    text.parse().ok().ok_or_else(|| (format!("{key}={text} is not a count"), "write a whole number".to_owned()))
 }
 
 fn inset(file: &RescheduleFile) -> Option<String> {

@@ -198,7 +198,7 @@ impl<'p> MotionReader<'p> {
         let input = BufReader::with_capacity(1 << 20, File::open(path).map_err(fault)?);
         let mut reader = Self { path, input, engagement: false };
         if reader.read(MOTION_MAGIC.len()).is_none_or(|magic| magic != MOTION_MAGIC) {
-            return Err(ShardError::new(path, "is no motion that this version reads"));
+            return Err(ShardError::new(path, "is not a motion that this version reads"));
         }
         let bodies = reader.bodies().ok_or_else(|| ShardError::new(path, "its tools cannot be read"))?;
         Ok((reader, bodies))

@@ -98,8 +98,7 @@ impl ShardCuts {
         }
         let motion = motion(items, measures);
         if let Some(k) = self.at.iter().position(|r| r.get(8..HEAD) != Some(&motion[..])) {
-            self.fault =
-                Some(ShardError::new(&self.inputs[k].0, "its motion is another one than that of the merged run"));
+            self.fault = Some(ShardError::new(&self.inputs[k].0, "its motion differs from that of the merged run"));
             return cutting.sweep(items, measures);
         }
         match taken(&self.at, cutting, items, measures) {
@@ -109,7 +108,7 @@ impl ShardCuts {
             }
             Err(e) => {
                 let path = self.inputs.first().map_or_else(|| Path::new("").to_owned(), |i| i.0.clone());
-                self.fault = Some(ShardError::new(&path, format!("this shard or one behind it does not fit: {e}")));
+                self.fault = Some(ShardError::new(&path, format!("this shard or a later one does not fit: {e}")));
                 // The run ends after this stretch; its reports have to be there.
                 vec![SweepReport::default(); items.len()]
             }
@@ -133,10 +132,7 @@ impl ShardCuts {
             };
             self.at = self.inputs.iter_mut().map(next).collect::<Result<_, _>>()?;
             if let Some(k) = self.at.iter().position(|r| r[..8] != self.at[0][..8]) {
-                return Err(ShardError::new(
-                    &self.inputs[k].0,
-                    "its stretches are others than those of the first shard",
-                ));
+                return Err(ShardError::new(&self.inputs[k].0, "its stretches differ from those of the first shard"));
             }
         }
         Ok(())

@@ -133,7 +133,7 @@ impl Sweep {
             (DesignFile::LatinHypercube, _) => {
                 return Err(fault(
                     0,
-                    "a Latin hypercube has no number of draws".into(),
+                    "a Latin hypercube needs a number of draws".into(),
                     "write for example draws = 100",
                 ));
             }
@@ -212,7 +212,7 @@ impl Sweep {
                         ));
                     }
                 }
-                ("program" | "nc", _) => return Err((format!("{set} is no name"), "write names in quotes".into())),
+                ("program" | "nc", _) => return Err((format!("{set} is not a name"), "write names in quotes".into())),
                 _ => {
                     let one = std::slice::from_ref(&set);
                     let tried = set_values::scene(&scene.path, one).and_then(|scene| {
@@ -243,7 +243,7 @@ impl VaryFile {
             }
             (None, Some([low, high]), steps) => {
                 if !(low < high && low.is_finite() && high.is_finite()) {
-                    return Some((format!("range = [{low}, {high}] holds nothing"), "write range = [low, high]"));
+                    return Some((format!("range = [{low}, {high}] is empty"), "write range = [low, high]"));
                 }
                 match (method, steps) {
                     (DesignFile::LatinHypercube, None) => None,
@@ -254,10 +254,9 @@ impl VaryFile {
                     _ => Some(("a range has no number of values".into(), "write steps = 2 or more")),
                 }
             }
-            _ => Some((
-                "wants either values, or range".into(),
-                "write values = [...], or range = [low, high] with steps",
-            )),
+            _ => {
+                Some(("needs either values or range".into(), "write values = [...], or range = [low, high] with steps"))
+            }
         }
     }
 

@@ -217,7 +217,7 @@ fn check_place(out: &Path) -> Result<(), SimError> {
         Err(e) => return Err(SimError::Folder(e)),
     };
     if taken {
-        let message = "is not empty, and no folder of a sweep: nothing is written into it";
+        let message = "is not empty and not the folder of a sweep: nothing is written into it";
         return Err(InputError::file(out, message, "choose another folder by --out").into());
     }
     Ok(())
@@ -271,7 +271,7 @@ impl Plan {
             InputError::file(&path, format!("cannot be read: {e}"), "name the folder that sweep plan has written")
         })?;
         let plan: Self = serde_json::from_str(&text)
-            .map_err(|e| InputError::file(&path, format!("is no plan of a sweep: {e}"), again))?;
+            .map_err(|e| InputError::file(&path, format!("is not a plan of a sweep: {e}"), again))?;
         if plan.plan_version != VERSION || plan.made_by != made_by() {
             let message =
                 format!("was planned by {} (layout {}), and this is {}", plan.made_by, plan.plan_version, made_by());
@@ -279,7 +279,7 @@ impl Plan {
         }
         let own = plan.own_check().map_err(|e| InputError::file(&path, e.to_string(), again))?;
         if own != plan.check {
-            let message = "is not as it was planned: its SHA-256 is another than the one in it";
+            let message = "is not as it was planned: its SHA-256 differs from the one in it";
             return Err(InputError::file(&path, message, again));
         }
         Ok(plan)
@@ -303,10 +303,10 @@ impl Planned {
             return Err(fault(format!("there is no job {job}: the plan has {}", plan.jobs.len())));
         };
         let text = read_regular_text(&path, MAX_JOB_BYTES).map_err(|e| fault(format!("cannot be read: {e}")))?;
-        let planned: Self = serde_json::from_str(&text).map_err(|e| fault(format!("is no job: {e}")))?;
+        let planned: Self = serde_json::from_str(&text).map_err(|e| fault(format!("is not a job: {e}")))?;
         let own = planned.own_digest().map_err(|e| fault(e.to_string()))?;
         if planned.job != job || planned.digest != *digest || own != *digest {
-            return Err(fault("is not as it was planned: its digest is another".into()));
+            return Err(fault("is not as it was planned: its digest differs".into()));
         }
         Ok(planned)
     }

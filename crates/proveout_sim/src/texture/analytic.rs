@@ -55,7 +55,7 @@ pub(super) fn beside<'k>(
     let duration = at.piece.time[1] - at.piece.time[0];
     let speed = way.norm() / duration;
     if !(speed > 0.0 && speed.is_finite()) {
-        return Err("the tip stands at the middle".into());
+        return Err("the tip does not move at the middle of the profile".into());
     }
     let turn = std::f64::consts::TAU / at.piece.azimuth_rate.abs() * speed;
     let apart = OTHER_PASS + if across.teeth { 2.0 * turn } else { 0.0 };

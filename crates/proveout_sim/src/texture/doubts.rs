@@ -70,7 +70,7 @@ impl Work<'_> {
                     let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
                     let name = &described.name;
                     return Some(format!(
-                        "teeth of {name} without spindle speed: it goes through the surface while the spindle stands{at}"
+                        "teeth of {name} without spindle speed: it passes through the surface with the spindle stopped{at}"
                     ));
                 }
             }

@@ -366,7 +366,7 @@ impl<'a> Work<'a> {
             let across = Across { lattice: &lattice, step, cuts: &cuts, teeth };
             match analytic::beside(&across, &self.prepared.tools.tools, |cut| self.kept(cut.motion)) {
                 Ok(found) => analytic = Some(found),
-                Err(why) => self.used.remarks.push(format!("profile {word}: no analytic answer beside it: {why}")),
+                Err(why) => self.used.remarks.push(format!("profile {word}: no analytic value to compare with: {why}")),
             }
         }
         let ranges = (!of_phases.is_empty()).then(|| [0, 1].map(|k| range(of_phases.iter().map(|p| p[k]))));

@@ -71,7 +71,7 @@ impl Ground {
             let wanted = along.map_or(usual, Vector::from);
             let along = laid(&wanted, &normal).ok_or_else(|| {
                 (
-                    "`along` stands upright on the surface".to_owned(),
+                    "`along` is perpendicular to the surface".to_owned(),
                     "give a direction that lies in the surface".to_owned(),
                 )
             })?;
@@ -107,13 +107,13 @@ impl Ground {
                 let foot = (distance <= BESIDE_MM).then(|| foot(design.as_ref(), &asked)).flatten();
                 let Some((point, normal)) = foot else {
                     let how_far = if distance.is_finite() {
-                        format!("{distance:.3} mm beside the design")
+                        format!("{distance:.3} mm away from the design")
                     } else {
                         "off the design".into()
                     };
                     return Err((
                         format!("{} lies {how_far}", coordinates(&asked)),
-                        format!("give a point at most {BESIDE_MM} mm beside the surface of the design"),
+                        format!("give a point within {BESIDE_MM} mm of the design surface"),
                     ));
                 };
                 finish(point, normal, usual(&normal), None, false)
@@ -344,8 +344,8 @@ fn nearest_on_blade(blade: &Blade, p: &Point) -> Result<[f64; 2], Refused> {
         return Ok([arc.rem_euclid(perimeter), x]);
     }
     Err((
-        format!("{} lies {off:.3} mm beside the airfoil", coordinates(p)),
-        format!("give a point at most {BESIDE_MM} mm beside its surface, or `arc_mm` and `x_mm`"),
+        format!("{} lies {off:.3} mm away from the airfoil", coordinates(p)),
+        format!("give a point within {BESIDE_MM} mm of its surface, or `arc_mm` and `x_mm`"),
     ))
 }
 

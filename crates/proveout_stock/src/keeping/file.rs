@@ -41,7 +41,7 @@ pub enum StockFileError {
         source: std::io::Error,
     },
     /// It does not begin as stock files do.
-    #[error("is no stock file: its first bytes are not those of one")]
+    #[error("is not a stock file: its first bytes are not those of one")]
     NotStock,
     /// Written by a program with another layout.
     #[error(
@@ -364,7 +364,7 @@ impl Header {
         }
         let volumes = [self.initial_volume, self.sweep_bound];
         if !volumes.iter().all(|v| v.is_finite() && *v >= 0.0) {
-            return absurd(format!("a volume or bound that is none: {volumes:?}"));
+            return absurd(format!("an invalid volume or bound: {volumes:?}"));
         }
         Ok(grid)
     }

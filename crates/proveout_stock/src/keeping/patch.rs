@@ -43,7 +43,7 @@ const SAME: f64 = 1e-9;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PatchError {
     /// The box is empty or not finite.
-    #[error("its box holds nothing: along {axis} it goes from {from_mm} to {to_mm} mm")]
+    #[error("its box is empty: along {axis} it goes from {from_mm} to {to_mm} mm")]
     NoVolume {
         /// x, y or z.
         axis: char,

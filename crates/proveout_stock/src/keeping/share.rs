@@ -253,7 +253,7 @@ impl TriDexel {
         for k in 0..below(input, self.tiles.len() as u64 + 1, "more tiles than the stock has")? {
             let step = below(input, (self.tiles.len() - tile) as u64, "a tile that the stock does not have")? as usize;
             if k > 0 && step == 0 {
-                return Err(input.fault("a tile that is told twice"));
+                return Err(input.fault("a tile that occurs twice"));
             }
             tile += step;
             let undo = self.history.as_mut().map(|h| std::mem::take(&mut h.tiles[tile]));
@@ -318,7 +318,7 @@ fn read_work(input: &mut Decoder<'_>, work: &mut Work, (items, room): (usize, [f
     if (kind & UNDO != 0) != work.watch.undo.is_some() {
         return Err(input.fault("one keeps a history, and the other does not"));
     }
-    let item = |input: &mut Decoder<'_>| Ok::<u32, Fault>(below(input, items as u64, "an item that is none")? as u32);
+    let item = |input: &mut Decoder<'_>| Ok::<u32, Fault>(below(input, items as u64, "an invalid item")? as u32);
     for _ in 0..below(input, items as u64 + 1, "more items than there are")? {
         let mut p = Partial::new(item(input)?);
         p.rays = below(input, 65, "more rays than a tile has")? as u32;
@@ -338,14 +338,14 @@ fn read_work(input: &mut Decoder<'_>, work: &mut Work, (items, room): (usize, [f
     }
     for _ in 0..below(input, input.left() as u64 + 1, "more intervals than there are bytes")? {
         let at = item(input)?;
-        let set = below(input, 3, "a set of rays that is none")? as u8;
-        let mut place = || Ok::<u32, Fault>(below(input, 1 << 32, "a ray that is none")? as u32);
+        let set = below(input, 3, "an invalid set of rays")? as u8;
+        let mut place = || Ok::<u32, Fault>(below(input, 1 << 32, "an invalid ray")? as u32);
         let ray = (set, place()?, place()?);
         let (lo, hi) = (input.real()?, input.real()?);
         let mut ends = [None; 2];
         for end in &mut ends {
-            if below(input, 2, "a flag that is none")? == 1 {
-                let mut half = || Ok::<u32, Fault>(below(input, 1 << 32, "a mark that is none")? as u32);
+            if below(input, 2, "an invalid flag")? == 1 {
+                let mut half = || Ok::<u32, Fault>(below(input, 1 << 32, "an invalid mark")? as u32);
                 *end = Some(Mark::from_code(half()?, half()?));
             }
         }

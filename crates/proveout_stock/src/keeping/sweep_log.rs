@@ -125,7 +125,7 @@ impl SweepLog {
     }
 
     /// Bytes so far.
-    #[allow(clippy::len_without_is_empty, reason = "nobody asks")]
+    #[allow(clippy::len_without_is_empty, reason = "not needed")]
     pub fn len(&self) -> u64 {
         self.0.bytes.len() as u64
     }
@@ -241,7 +241,7 @@ pub(crate) fn read_lost(input: &mut Decoder<'_>) -> Result<Lost, Fault> {
     let mut lost = Lost::default();
     for _ in 0..below(input, TILE_RAYS as u64 + 1, "more rays than a tile has")? {
         let ray = below(input, TILE_RAYS as u64, "a ray that the tile does not have")? as usize;
-        lost.set(ray, below(input, u64::from(INITIAL), "an id that is none")? as u32);
+        lost.set(ray, below(input, u64::from(INITIAL), "an invalid id")? as u32);
     }
     Ok(lost)
 }
@@ -310,12 +310,12 @@ pub(crate) fn write_undo(out: &mut Encoder, undo: &crate::keeping::history::Undo
 
 pub(crate) fn read_undo(input: &mut Decoder<'_>, undo: &mut crate::keeping::history::Undo) -> Result<(), Fault> {
     let [changes_room, ends_room] = [input.number()?, input.number()?];
-    undo.broken |= below(input, 2, "a flag that is none")? == 1;
+    undo.broken |= below(input, 2, "an invalid flag")? == 1;
     let count = below(input, input.left() as u64 + 1, "more changes than there are bytes")?;
     let mut ends = 0;
     for _ in 0..count {
         let ray = below(input, TILE_RAYS as u64, "a ray that the tile does not have")? as u8;
-        let id = below(input, u64::from(INITIAL), "an id that is none")? as u32;
+        let id = below(input, u64::from(INITIAL), "an invalid id")? as u32;
         let mut small = || Ok::<u16, Fault>(below(input, u64::from(u16::MAX) + 1, "a count out of range")? as u16);
         let [at, take, put] = [small()?, small()?, small()?];
         ends += usize::from(put);

@@ -220,19 +220,19 @@ impl Depths {
 
     /// Takes over what [`Self::write`] wrote.
     pub(crate) fn read(&mut self, input: &mut Decoder<'_>) -> Result<(), Fault> {
-        let since = below(input, u64::from(u32::MAX) + 2, "an id that is none")?;
+        let since = below(input, u64::from(u32::MAX) + 2, "an invalid id")?;
         self.since = since.checked_sub(1).map(|id| id as u32);
         self.taken = input.number()?;
         self.run = Taken::default();
         for _ in 0..input.number()? {
-            let set = below(input, 3, "a set of rays that is none")? as u8;
-            let mut index = || Ok::<u32, Fault>(below(input, u64::from(u32::MAX) + 1, "a ray that is none")? as u32);
+            let set = below(input, 3, "an invalid set of rays")? as u8;
+            let mut index = || Ok::<u32, Fault>(below(input, u64::from(u32::MAX) + 1, "an invalid ray")? as u32);
             let ray = (set, index()?, index()?);
             let count = below(input, input.left() as u64 + 1, "more intervals than there are bytes")?;
             let mut all = Vec::with_capacity(count as usize);
             for _ in 0..count {
                 let s = [input.real()?, input.real()?];
-                let open = below(input, 4, "a flag that is none")?;
+                let open = below(input, 4, "an invalid flag")?;
                 all.push((s, [open & 1 == 1, open & 2 == 2]));
             }
             self.run.0.insert(ray, all);

@@ -91,7 +91,7 @@ pub enum DongError {
         pitch_mm: f64,
     },
     /// A length that is none.
-    #[error("{what} of {value_mm} mm is no length")]
+    #[error("{what} of {value_mm} mm is not a length")]
     Length {
         /// Name of the length.
         what: &'static str,

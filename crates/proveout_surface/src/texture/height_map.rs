@@ -14,7 +14,7 @@ pub enum TextureError {
         rows: usize,
     },
     /// A step that is not a positive length.
-    #[error("a step of {0} mm is no spacing of points")]
+    #[error("a step of {0} mm is not a spacing of points")]
     Step(f64),
     /// A height that is not a number.
     #[error("height {index} is {value}; texture is evaluated on complete lattices")]
@@ -37,7 +37,7 @@ pub enum TextureError {
         what: &'static str,
     },
     /// The points lie too far apart for the class.
-    #[error("points every {step_um:.4} um cannot carry class {class}, which wants {limit_um:.4} um or less")]
+    #[error("points every {step_um:.4} um cannot carry class {class}, which needs {limit_um:.4} um or less")]
     TooCoarse {
         /// Spacing, um.
         step_um: f64,

@@ -57,7 +57,7 @@ pub enum TeethError {
     },
     /// Teeth leave no marks while the spindle is stopped.
     #[error(
-        "the spindle stands at {time_s} s: its teeth leave no marks; program a speed before the motion, or ask for the envelope"
+        "the spindle is stopped at {time_s} s: its teeth leave no marks; program a speed before the motion, or ask for the envelope"
     )]
     Standing {
         /// Begin of the piece, s.

@@ -155,7 +155,7 @@ impl Line {
 /// The curve through points of which one parameter is the running one.
 pub(crate) fn fitted(t: &[f64], points: &[[f64; 2]], what: &str, section: f64) -> Result<ParameterCurve, PathError> {
     ParameterCurve::through(t, points)
-        .ok_or_else(|| PathError::NoLine { what: format!("{what} is no curve through its points"), section })
+        .ok_or_else(|| PathError::NoLine { what: format!("{what} is not a curve through its points"), section })
 }
 
 #[cfg(test)]

@@ -47,7 +47,7 @@ pub enum PathError {
     },
     /// The contact would lie on the upper end of the cutter.
     #[error(
-        "the tool axis at {at} stands {angle_deg:.2} degrees from the outward normal: the cutter would touch with its upper end"
+        "the tool axis at {at} is tilted {angle_deg:.2} degrees from the outward normal: the cutter would touch with its upper end"
     )]
     AxisBelowSurface {
         /// The place.
@@ -56,7 +56,7 @@ pub enum PathError {
         angle_deg: f64,
     },
     /// The rule of the tool axis has no direction.
-    #[error("the rule of the tool axis has no direction at {at}: the normal stands along the table's axis")]
+    #[error("the rule of the tool axis has no direction at {at}: the normal is parallel to the table's axis")]
     NoAxis {
         /// The place.
         at: At,

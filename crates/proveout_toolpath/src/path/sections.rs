@@ -241,7 +241,7 @@ impl Section {
             let det = hessian[0] * hessian[2] - hessian[1] * hessian[1];
             if hessian[0] >= 0.0 || det <= 0.0 {
                 let what =
-                    "the two points of the section that are farthest apart are no edges: it has no chord".to_owned();
+                    "the two points of the section that are farthest apart are not edges: it has no chord".to_owned();
                 return Err(PathError::NoLine { what, section: part(v, domain.v) });
             }
             let step = [(hessian[2] * g[0] - hessian[1] * g[1]) / det, (hessian[0] * g[1] - hessian[1] * g[0]) / det];

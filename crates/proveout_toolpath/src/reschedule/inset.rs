@@ -71,7 +71,7 @@ impl Method for SearchedInset {
         let own = run.blocks.get(path.stretch()).unwrap_or_default();
         let untimed = own.iter().skip(1).find(|b| b.time.is_none_or(|t| !(t.is_finite() && t > 0.0)));
         if let Some(block) = untimed {
-            let message = "the program gives this block no feed, so that nothing can be said of its acceleration";
+            let message = "the program gives this block no feed, so its acceleration is not known";
             let help = "program a feed before it, or give inset_deg in degrees";
             return Err(RescheduleError::new("reschedule-path", block.line, message, help));
         }

@@ -319,7 +319,7 @@ fn chord_angles(points: &[[f64; 2]], lines: &[u32]) -> Result<Vec<f64>, Reschedu
                 "reschedule-path",
                 lines[i],
                 "two blocks follow each other with the ball at the same place in the section",
-                "take one of the two blocks out",
+                "remove one of the two blocks",
             ));
         }
         let angle = chord[1].atan2(chord[0]);

@@ -81,7 +81,7 @@ impl ToolChannel {
                     spread: 0.5 * (tilts[1] - tilts[0]).abs() + CIRCLE,
                 };
                 let own = region.free_turns(&turn).ok_or_else(|| {
-                    let message = "the free axes of this tool cannot be told";
+                    let message = "the free axes of this tool cannot be computed";
                     let help = "take a ball end mill, or the channel of the clearance";
                     RescheduleError::new("reschedule-tool", path.lines[i], message, help)
                 })?;
@@ -100,7 +100,7 @@ impl ToolChannel {
                         self.lean_max.to_degrees(),
                         (0.5 * (path.axial[i] + path.axial[i + 1])).asin().to_degrees()
                     ),
-                    "set a larger lean_max_deg, take a slimmer or longer tool, or tilt the head otherwise",
+                    "set a larger lean_max_deg, take a slimmer or longer tool, or tilt the head differently",
                 ));
             };
             blocks.push(interval);
@@ -114,7 +114,7 @@ impl ToolChannel {
             return Err(RescheduleError::new(
                 "reschedule-channel",
                 path.lines[first],
-                "the free axes before and behind the end of this block have none in common",
+                "the free axes before and after the end of this block have none in common",
                 "set a larger lean_max_deg, take a slimmer or longer tool, or split the path here",
             ));
         }

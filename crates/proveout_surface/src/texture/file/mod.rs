@@ -72,7 +72,7 @@ impl Fault {
         let help = match error {
             TextureError::Hole { .. } => HOLE_HELP,
             TextureError::Step(_) => "the spacing of an axis is a positive length",
-            _ => "write the file anew from the measuring program",
+            _ => "write the file again from the measuring program",
         };
         Self::new(error.to_string(), help)
     }

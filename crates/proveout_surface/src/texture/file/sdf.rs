@@ -25,7 +25,7 @@ pub enum SdfForm {
 }
 
 const FORMAT: &str = "SDF (ISO 25178-71)";
-const ANEW: &str = "write the file anew from the measuring program, uncompressed";
+const ANEW: &str = "write the file again from the measuring program, uncompressed";
 /// Meters to mm.
 const MM: f64 = 1e3;
 /// Heights are written in um: this many meters.
@@ -70,7 +70,7 @@ impl Header {
         for (axis, scale, used) in [("x", self.x, self.points > 1), ("y", self.y, self.profiles > 1)] {
             if used && !(scale.is_finite() && scale > 0.0 && (scale * MM).is_normal()) {
                 return Err(Fault::new(
-                    format!("a {axis} scale of {scale} m is no spacing"),
+                    format!("a {axis} scale of {scale} m is not a spacing"),
                     "the scales of x and y are positive lengths in m",
                 ));
             }
@@ -103,14 +103,18 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
         let Some((name, value)) = line.split_once('=') else {
             return Err(Fault::at(
                 k,
-                format!("{:?} is no line of the header", shown(line)),
-                "NAME = VALUE stands there",
+                format!("{:?} is not a line of the header", shown(line)),
+                "write NAME = VALUE there",
             ));
         };
         let (name, value) = (name.trim().to_ascii_lowercase(), value.trim());
         let number = || {
             value.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
-                Fault::at(k, format!("{} of {name} is no number", shown(value)), "write a number with a decimal point")
+                Fault::at(
+                    k,
+                    format!("{} of {name} is not a number", shown(value)),
+                    "write a number with a decimal point",
+                )
             })
         };
         let whole = |most: f64| {
@@ -118,7 +122,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
             if v.fract() == 0.0 && (0.0..=most).contains(&v) {
                 Ok(v)
             } else {
-                Err(Fault::at(k, format!("{name} = {} is no whole number from 0 to {most}", shown(value)), ANEW))
+                Err(Fault::at(k, format!("{name} = {} is not a whole number from 0 to {most}", shown(value)), ANEW))
             }
         };
         match name.as_str() {
@@ -170,7 +174,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
                     return Err(Fault::at(
                         k,
                         format!("height {} is {:?}: no number", heights.len() + 1, shown(word)),
-                        "a number with a decimal point, or BAD, stands there",
+                        "write a number with a decimal point, or BAD, there",
                     ));
                 }
             }

@@ -18,7 +18,7 @@ use super::{Fault, HOLE_HELP, MeasuredFile, count, measured, sdf::shown};
 /// ETX.
 pub(super) const END_OF_RECORD: u8 = 3;
 const FORMAT: &str = "SMD (ISO 5436-2)";
-const ANEW: &str = "write the file anew: header with CX and CZ, remarks and heights, each closed by ETX";
+const ANEW: &str = "write the file again: header with CX and CZ, remarks and heights, each closed by ETX";
 /// Millimeters in a meter, a micrometer and a nanometer.
 const MM_PER_M: f64 = 1e3;
 const MM_PER_UM: f64 = 1e-3;
@@ -56,13 +56,13 @@ fn axis(line: usize, fields: &[&str]) -> Result<Axis, Fault> {
     let [name, kind, points, unit_name, scale, rest @ ..] = fields else {
         return Err(Fault::at(
             line,
-            format!("axis with {} fields; at least 5 are wanted", fields.len()),
+            format!("axis with {} fields; at least 5 are expected", fields.len()),
             "an axis is NAME TYPE POINTS UNIT SCALE DATATYPE, and for equal steps the step",
         ));
     };
     let points =
         points.parse::<f64>().ok().filter(|n| n.fract() == 0.0 && (2.0..=MOST_POINTS).contains(n)).ok_or_else(|| {
-            Fault::at(line, format!("{:?} points on axis {name}; a whole number from 2 is wanted", shown(points)), ANEW)
+            Fault::at(line, format!("{:?} points on axis {name}; a whole number from 2 is expected", shown(points)), ANEW)
         })? as usize;
     let unit = unit(unit_name).ok_or_else(|| {
         Fault::at(line, format!("unit {:?} of axis {name} is not known", shown(unit_name)), "m, mm, um and nm are read")
@@ -81,7 +81,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
     let ends: Vec<usize> =
         bytes.iter().enumerate().filter(|(_, b)| **b == END_OF_RECORD).map(|(k, _)| k).take(4).collect();
     let [first, second, third, ..] = ends[..] else {
-        return Err(Fault::new(format!("{} ends of record (ETX); 3 are wanted", ends.len()), ANEW));
+        return Err(Fault::new(format!("{} ends of record (ETX); 3 are expected", ends.len()), ANEW));
     };
     let (mut cx, mut cz) = (None, None);
     let header = latin(&bytes[..first]);
@@ -124,7 +124,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
     if !(step.is_normal() && step > 0.0) {
         return Err(Fault::at(
             x.line,
-            format!("a step of {step} mm is no spacing"),
+            format!("a step of {step} mm is not a spacing"),
             "step times scale is a positive length",
         ));
     }

@@ -20,7 +20,7 @@ use super::{
 };
 
 const FORMAT: &str = "X3P (ISO 25178-72)";
-const ANEW: &str = "write the file anew from the measuring program";
+const ANEW: &str = "write the file again from the measuring program";
 /// Meters to mm.
 const MM: f64 = 1e3;
 /// Most bytes of the text.
@@ -50,14 +50,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
         ));
     }
     let matrix = data.child("MatrixDimension").ok_or_else(|| {
-        Fault::new("Record3 has no MatrixDimension: a list of points is no grid", "write the file as a grid of heights")
+        Fault::new(
+            "Record3 has no MatrixDimension: a list of points is not a grid",
+            "write the file as a grid of heights",
+        )
     })?;
     let size = |name: &str| {
         let told = matrix.text_of(&[name]).unwrap_or_default();
         told.parse::<usize>()
             .ok()
             .filter(|n| *n > 0)
-            .ok_or_else(|| Fault::new(format!("{name} is {:?}; a whole number from 1 is wanted", shown(told)), ANEW))
+            .ok_or_else(|| Fault::new(format!("{name} is {:?}; a whole number from 1 is expected", shown(told)), ANEW))
     };
     let (columns, rows, layers) = (size("SizeX")?, size("SizeY")?, size("SizeZ")?);
     if layers != 1 {
@@ -141,7 +144,7 @@ fn step(axes: &Element, name: &str, used: bool) -> Result<f64, Fault> {
         Ok(step)
     } else {
         Err(Fault::new(
-            format!("an increment of {step} mm along {name} is no spacing"),
+            format!("an increment of {step} mm along {name} is not a spacing"),
             "increments are positive lengths in m",
         ))
     }

@@ -3,7 +3,7 @@
 
 use super::Fault;
 
-const HELP: &str = "write the file anew from the measuring program";
+const HELP: &str = "write the file again from the measuring program";
 /// Elements within elements.
 const DEEPEST: usize = 32;
 

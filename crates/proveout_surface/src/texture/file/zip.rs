@@ -8,7 +8,7 @@ use flate2::{Compression, Crc, read::DeflateDecoder, write::DeflateEncoder};
 
 use super::Fault;
 
-const ANEW: &str = "write the file anew from the measuring program";
+const ANEW: &str = "write the file again from the measuring program";
 const END: &[u8] = b"PK\x05\x06";
 const CENTRAL: &[u8] = b"PK\x01\x02";
 const LOCAL: &[u8] = b"PK\x03\x04";

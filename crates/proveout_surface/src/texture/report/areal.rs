@@ -171,7 +171,7 @@ impl ArealReport {
             "used: the spacing carries it".to_owned()
         } else {
             remarks.push(format!(
-                "points every {:.4} µm carry no profile parameters of class {}, which wants {} µm: take profiles of their own",
+                "points every {:.4} µm carry no profile parameters of class {}, which needs {} µm: take profiles of their own",
                 UM_PER_MM * map.step_x().max(map.step_y()),
                 class.name(),
                 UM_PER_MM * class.max_spacing()

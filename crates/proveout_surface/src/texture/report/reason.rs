@@ -35,7 +35,7 @@ pub enum Unchecked {
         smaller: Option<&'static str>,
     },
     /// The points lie too far apart.
-    #[error("points every {spacing_um:.4} µm cannot carry class {class}, which wants {limit_um} µm or less")]
+    #[error("points every {spacing_um:.4} µm cannot carry class {class}, which needs {limit_um} µm or less")]
     TooCoarse {
         /// Spacing, um.
         spacing_um: f64,

@@ -190,7 +190,7 @@ impl MinAngularAcceleration {
             return Ok(());
         }
         let Some(region) = around.region else {
-            let message = "what the tool must keep away from is not known, so that no key can be looked for";
+            let message = "what the tool must keep away from is not known, so no key can be searched for";
             let help = "give the scene a part or fixtures, or take the program's own axes as keys (key_axes=program)";
             return Err(RescheduleError::new("reschedule-channel", line(1), message, help));
         };
@@ -203,7 +203,7 @@ impl MinAngularAcceleration {
         let search = KeySearch { region, up: around.table_axis, cap: self.cap };
         match search.keys([first.1, last.1], &places, &ways) {
             None => {
-                let message = "the free axes of this tool cannot be told, so that no key can be looked for";
+                let message = "the free axes of this tool cannot be computed, so no key can be searched for";
                 let help = "take a ball end mill, or the program's own axes as keys (key_axes=program)";
                 Err(RescheduleError::new("reschedule-tool", line(1), message, help))
             }
@@ -268,12 +268,7 @@ impl Method for MinAngularAcceleration {
             let step = (row[i] - row[i - 1]).norm();
             if step < SHORTEST_MM {
                 let message = "two blocks follow each other with the tool at the same place";
-                return Err(RescheduleError::new(
-                    "reschedule-path",
-                    run.blocks[i].line,
-                    message,
-                    "take one of them out",
-                ));
+                return Err(RescheduleError::new("reschedule-path", run.blocks[i].line, message, "remove one of them"));
             }
             arc[i] = arc[i - 1] + step;
         }
@@ -299,9 +294,7 @@ impl Method for MinAngularAcceleration {
         if let Some(region) = around.region {
             for (block, pose) in run.blocks.iter().zip(&poses) {
                 if let Some(deep) = newly_met(region, pose, &block.pose) {
-                    let message = format!(
-                        "the new axis brings shank or holder into what it must not touch: {deep} along the tool axis"
-                    );
+                    let message = format!("the new axis makes shank or holder collide: {deep} along the tool axis");
                     let help = "set another cap, or give the tool a slimmer shank and holder";
                     return Err(RescheduleError::new("reschedule-channel", block.line, message, help));
                 }

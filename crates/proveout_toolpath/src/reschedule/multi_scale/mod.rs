@@ -262,7 +262,7 @@ impl MultiScale {
             let help = "re-schedule programs of several rows with a rapid between them, or leave the roughness out with ra_um = 0";
             return refuse(
                 "reschedule-path",
-                "no row lies beside this one: its roughness across the feed is not known",
+                "this row has no neighboring row: its roughness across the feed is not known",
                 help,
             );
         }
@@ -335,9 +335,7 @@ impl MultiScale {
             if let Some(region) = around.region
                 && let Some(deep) = newly_met(region, &pose, &block.pose)
             {
-                let message = format!(
-                    "the new axis brings shank or holder into what it must not touch: {deep} along the tool axis"
-                );
+                let message = format!("the new axis makes shank or holder collide: {deep} along the tool axis");
                 let help = "give the tool a slimmer shank and holder, or widen the strip";
                 return Err(RescheduleError::new("reschedule-channel", block.line, message, help));
             }
@@ -386,7 +384,7 @@ fn frames(run: &CuttingRun, contacts: &[Touching]) -> Result<Vec<ContactFrame>, 
     let point = |i: usize| contacts[i].place.point;
     let stands = |line: u32| {
         let message = "two blocks follow each other with the tool at the same place";
-        RescheduleError::new("reschedule-path", line, message, "take one of them out")
+        RescheduleError::new("reschedule-path", line, message, "remove one of them")
     };
     let line = |i: usize| run.blocks.get(i).map_or(0, |b| b.line);
     if n < 5 {

@@ -174,7 +174,8 @@ impl Method for Singularity {
         let mut contacts = Vec::with_capacity(run.blocks.len());
         for block in &run.blocks {
             let Some(found) = touching(&block.pose, &cutter, around) else {
-                let message = "where the tool touches is not known: it is no ball, and no surface of the part is near";
+                let message =
+                    "where the tool touches is not known: it is not a ball, and no surface of the part is near";
                 let help = "describe the blade of the scene under [part.blade], or use a ball end mill";
                 return Err(RescheduleError::new("reschedule-tool", block.line, message, help));
             };

@@ -339,7 +339,7 @@ impl Method for Smooth {
             return Err(RescheduleError::new(
                 "reschedule-path",
                 line,
-                "the program gives this block no feed, so that nothing can be said of its time",
+                "the program gives this block no feed, so its time is not known",
                 "program a feed before it",
             ));
         };

@@ -48,7 +48,8 @@ impl Row {
         let mut all = Vec::with_capacity(run.blocks.len());
         for block in &run.blocks {
             let Some(found) = touching(&block.pose, &cutter, around) else {
-                let message = "where the tool touches is not known: it is no ball, and no surface of the part is near";
+                let message =
+                    "where the tool touches is not known: it is not a ball, and no surface of the part is near";
                 let help = "describe the blade of the scene under [part.blade], or use a ball end mill";
                 return Err(RescheduleError::new("reschedule-tool", block.line, message, help));
             };
@@ -124,7 +125,7 @@ impl Row {
         let own = run.blocks[self.stretch.clone()].iter().skip(1);
         own.map(|b| {
             b.time.filter(|t| t.is_finite() && *t > 0.0).ok_or_else(|| {
-                let message = "the program gives this block no feed, so that nothing can be said of its time";
+                let message = "the program gives this block no feed, so its time is not known";
                 let help = "program a feed before it; without tool center point control one by inverse time (G93)";
                 RescheduleError::new("reschedule-path", b.line, message, help)
             })
