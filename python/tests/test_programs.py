@@ -35,7 +35,7 @@ def test_a_new_schedule_is_that_of_the_command_line(scenes, program, tmp_path):
         assert run.bound_s <= run.time_s
     with pytest.raises(pv.InputError, match="no option"):
         pv.reschedule(scene, "original", method="quaternion", options={"cap_deg": 9})
-    with pytest.raises(pv.InputError, match="is not known") as refused:
+    with pytest.raises(pv.InputError, match="unknown method") as refused:
         pv.reschedule(scene, "original", method="magic")
     assert "s-theta" in refused.value.remedy
 

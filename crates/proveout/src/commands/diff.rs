@@ -16,7 +16,7 @@ const MAX_BYTES: u64 = 1 << 30;
 fn read(run: &Path) -> Result<Verdict, Failure> {
     let file = run.join("verdict.json");
     let text = read_regular_text(&file, MAX_BYTES).map_err(|e| {
-        Failure::new(format!("{}: {e}", file.display())).with_help("name a run folder, as `proveout run` makes it")
+        Failure::new(format!("{}: {e}", file.display())).with_help("name a run folder written by `proveout run`")
     })?;
     serde_json::from_str(&text)
         .map_err(|e| Failure::new(format!("{}:{}:{}: {e}", file.display(), e.line(), e.column())))
