@@ -60,11 +60,11 @@ def test_faults_of_programs_are_told_with_their_line(cone, tmp_path):
         ({"nc": "/nowhere/x.mpf"}, "nowhere"),
         ({"preview": True, "resolution_mm": 1}, "preview"),
         ({"set": {"control.nothing": 1}}, "nothing"),
-        ({"set": {"resolution_mm": NAN}}, "no finite number"),
+        ({"set": {"resolution_mm": NAN}}, "not a finite number"),
         ({"set": {"": 1}}, "is no key"),
         ({"set": {"name.x": 1}}, "leads nowhere"),
         ({"set": {"program.nothing.file": "x"}}, "leads nowhere"),
-        ({"set": {"name": object()}}, "no value of a scene"),
+        ({"set": {"name": object()}}, "not a valid value of a scene"),
         ({"set": {"stock": []}}, "stock"),
     ],
 )
