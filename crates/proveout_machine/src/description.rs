@@ -22,7 +22,7 @@ pub(crate) type Notes = BTreeMap<String, String>;
 pub(crate) struct MachineFile {
     /// Name of the machine.
     pub(crate) name: String,
-    /// Words for people.
+    /// Description for the reader.
     #[serde(default)]
     pub(crate) description: String,
     /// Direction against gravity in machine coordinates, a unit vector; loads by weight are not known without it.
@@ -30,7 +30,7 @@ pub(crate) struct MachineFile {
     /// Where control and programs count X, Y and Z from. Everything else of the file counts as it is written, with either word.
     #[serde(default)]
     pub(crate) zero: ZeroFile,
-    /// glTF file with the meshes of bodies that name a node, beside machine.toml.
+    /// glTF file with the meshes of bodies that name a node, in the folder of machine.toml.
     pub(crate) model: Option<String>,
     /// Axes, in the order of tables and reports.
     #[serde(default)]
@@ -42,7 +42,7 @@ pub(crate) struct MachineFile {
     pub(crate) errors: Option<ErrorsFile>,
     /// The spindle.
     pub(crate) spindle: SpindleFile,
-    /// The surface that workpieces stand on.
+    /// The surface that carries workpieces.
     pub(crate) table: TableFile,
     /// The control.
     pub(crate) control: ControlFile,
@@ -95,7 +95,7 @@ pub(crate) struct JointFile {
     pub(crate) name: String,
     /// linear or rotary.
     pub(crate) kind: KindFile,
-    /// tool or workpiece: what hangs on it.
+    /// tool or workpiece: which of the two the joint moves.
     pub(crate) carries: CarriesFile,
     /// Joint that this one is mounted on, or base.
     pub(crate) parent: String,
@@ -136,7 +136,7 @@ pub(crate) struct JointFile {
     pub(crate) rapid_velocity_deg_s: Option<f64>,
     /// Velocity of rapid moves of a rotary joint, in revolutions.
     pub(crate) rapid_velocity_rev_min: Option<f64>,
-    /// Home position of a linear joint, in machine coordinates: where it stands when the program begins, and its first
+    /// Home position of a linear joint, in machine coordinates: its position when the program begins, and its first
     /// reference point (G28; G30 where no tool change position is stated).
     pub(crate) home_mm: Option<f64>,
     /// Home position of a rotary joint, likewise.
@@ -172,7 +172,7 @@ pub(crate) struct SpindleFile {
     pub(crate) direction: [f64; 3],
     /// Highest speed.
     pub(crate) max_speed_rpm: Option<f64>,
-    /// Time for reaching or leaving the programmed speed.
+    /// Time to reach the programmed speed from standstill, or to stop from it.
     pub(crate) start_time_s: f64,
     /// Where numbers of this table come from.
     #[serde(default)]

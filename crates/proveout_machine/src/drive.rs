@@ -35,10 +35,10 @@ pub(crate) struct DriveFile {
     pub(crate) velocity_bandwidth_hz: Option<f64>,
     /// Integral time Tn of the velocity loop; without it the loop is proportional.
     pub(crate) integral_time_ms: Option<f64>,
-    /// Part of the commanded velocity that is added behind the position loop, 0 to 1.
+    /// Part of the commanded velocity that is added after the position loop, 0 to 1.
     #[serde(default)]
     pub(crate) velocity_feed_forward: f64,
-    /// Part of the force for the commanded acceleration that is added behind the velocity loop, 0 to 1.
+    /// Part of the force for the commanded acceleration that is added after the velocity loop, 0 to 1.
     #[serde(default)]
     pub(crate) acceleration_feed_forward: f64,
     /// Highest force of a linear drive.
@@ -73,14 +73,14 @@ pub(crate) struct DriveFile {
     pub(crate) backlash_mm: Option<f64>,
     /// Lost motion between motor and load of a rotary joint.
     pub(crate) backlash_deg: Option<f64>,
-    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale behind them). Required
+    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale after them). Required
     /// with backlash or elasticity.
     pub(crate) encoder: Option<EncoderFile>,
     /// Natural frequency of the load on the held motor.
     pub(crate) elastic_frequency_hz: Option<f64>,
-    /// Damping ratio of that oscillation, 0 to 1; required beside the frequency.
+    /// Damping ratio of that oscillation, 0 to 1; required with the frequency.
     pub(crate) elastic_damping: Option<f64>,
-    /// Motor, screw and gear of a linear joint, as a mass at the joint; required beside the elastic frequency. Moves in
+    /// Motor, screw and gear of a linear joint, as a mass at the joint; required with the elastic frequency. Moves in
     /// addition to the mass of the joint.
     pub(crate) motor_mass_kg: Option<f64>,
     /// Motor and gear of a rotary joint, as an inertia at the joint.
@@ -97,7 +97,7 @@ pub(crate) struct DriveFile {
 pub(crate) enum EncoderFile {
     /// On the motor, before backlash and elasticity.
     Motor,
-    /// On the load, behind them: scale or ring encoder.
+    /// On the load, after backlash and elasticity: scale or ring encoder.
     Load,
 }
 

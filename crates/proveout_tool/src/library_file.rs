@@ -77,7 +77,7 @@ pub(crate) enum Hand {
     Left,
 }
 
-/// Who answers for the length of a tool.
+/// Source of the length of a tool.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum LengthIs {
@@ -95,7 +95,7 @@ pub(crate) struct ToolEntry {
     pub(crate) number: u32,
     /// Name as programs call it; unique.
     pub(crate) name: String,
-    /// Words for people.
+    /// Description for the reader.
     #[serde(default)]
     pub(crate) description: String,
     /// Shape of the cutter.
@@ -128,7 +128,8 @@ pub(crate) struct ToolEntry {
     pub(crate) half_angle_deg: Option<f64>,
     /// Angle between the face and the side of the inserts of a face mill.
     pub(crate) entering_angle_deg: Option<f64>,
-    /// Pitch of the thread of a tap; where it is left out the thread is not known, and neither it nor the feed of tapping is checked. What it cuts between the core of that thread and its diameter is told as thread and is no gouge.
+    /// Pitch of the thread of a tap. Without it the thread is unknown, and neither the thread nor the feed of tapping
+    /// is checked. Material cut between the core of the thread and its diameter is reported as thread, not as a gouge.
     pub(crate) pitch_mm: Option<f64>,
     /// Curve of a `profile` cutter from the tip `[0, 0]` upward.
     pub(crate) segments: Option<Vec<SegmentEntry>>,
@@ -146,8 +147,9 @@ pub(crate) struct ToolEntry {
     pub(crate) overall_length_mm: Option<f64>,
     /// From the programmed tip to the gauge line of the spindle.
     pub(crate) gauge_length_mm: f64,
-    /// Who answers for `gauge_length_mm` where `chosen` names it: `measured` takes it out of `chosen`, `prescribed` has the tool clamped so.
-    /// When left out, a chosen length leaves the holder's share of collision and near miss unchecked.
+    /// Source of `gauge_length_mm` where `chosen` names it: `measured` removes it from `chosen`, `prescribed` means
+    /// that the tool is clamped to this length. When left out, a chosen length leaves collision and near miss of the
+    /// holder unchecked.
     pub(crate) gauge_length_is: Option<LengthIs>,
     /// Number of flutes or inserts.
     pub(crate) flutes: Option<u32>,
@@ -187,7 +189,7 @@ pub(crate) struct SegmentEntry {
     pub(crate) center_mm: Option<[f64; 2]>,
 }
 
-/// Edges of the teeth, which stand at equal pitch: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from tip to
+/// Edges of the teeth, at equal pitch: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from tip to
 /// holder. Arcs of the cutter's outline are the edges unless inserts are given.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -221,7 +223,7 @@ pub(crate) struct RoundInsertEntry {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct HolderEntry {
-    /// Words for people.
+    /// Description for the reader.
     #[serde(default)]
     pub(crate) name: String,
     /// From the tip side to the gauge line.
