@@ -42,7 +42,7 @@ pub(crate) struct MachineFile {
     pub(crate) errors: Option<ErrorsFile>,
     /// The spindle.
     pub(crate) spindle: SpindleFile,
-    /// The surface that carries workpieces.
+    /// The surface that workpieces are clamped on.
     pub(crate) table: TableFile,
     /// The control.
     pub(crate) control: ControlFile,
@@ -95,7 +95,7 @@ pub(crate) struct JointFile {
     pub(crate) name: String,
     /// linear or rotary.
     pub(crate) kind: KindFile,
-    /// tool or workpiece: which of the two the joint moves.
+    /// tool or workpiece: what the joint carries.
     pub(crate) carries: CarriesFile,
     /// Joint that this one is mounted on, or base.
     pub(crate) parent: String,

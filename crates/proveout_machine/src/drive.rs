@@ -73,14 +73,14 @@ pub(crate) struct DriveFile {
     pub(crate) backlash_mm: Option<f64>,
     /// Lost motion between motor and load of a rotary joint.
     pub(crate) backlash_deg: Option<f64>,
-    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale after them). Required
+    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale on the load side). Required
     /// with backlash or elasticity.
     pub(crate) encoder: Option<EncoderFile>,
     /// Natural frequency of the load on the held motor.
     pub(crate) elastic_frequency_hz: Option<f64>,
-    /// Damping ratio of that oscillation, 0 to 1; required with the frequency.
+    /// Damping ratio of that oscillation, 0 to 1; required together with the frequency.
     pub(crate) elastic_damping: Option<f64>,
-    /// Motor, screw and gear of a linear joint, as a mass at the joint; required with the elastic frequency. Moves in
+    /// Motor, screw and gear of a linear joint, as a mass at the joint; required together with the elastic frequency. Moves in
     /// addition to the mass of the joint.
     pub(crate) motor_mass_kg: Option<f64>,
     /// Motor and gear of a rotary joint, as an inertia at the joint.
@@ -97,7 +97,7 @@ pub(crate) struct DriveFile {
 pub(crate) enum EncoderFile {
     /// On the motor, before backlash and elasticity.
     Motor,
-    /// On the load, after backlash and elasticity: scale or ring encoder.
+    /// On the load side: scale or ring encoder.
     Load,
 }
 

@@ -128,8 +128,7 @@ pub(crate) struct ToolEntry {
     pub(crate) half_angle_deg: Option<f64>,
     /// Angle between the face and the side of the inserts of a face mill.
     pub(crate) entering_angle_deg: Option<f64>,
-    /// Pitch of the thread of a tap. Without it the thread is unknown, and neither the thread nor the feed of tapping
-    /// is checked. Material cut between the core of the thread and its diameter is reported as thread, not as a gouge.
+    /// Pitch of the thread of a tap; without it the thread is not known, and neither thread nor tapping feed is checked. What the tap cuts between the core of that thread and its diameter is reported as thread, not as gouge.
     pub(crate) pitch_mm: Option<f64>,
     /// Curve of a `profile` cutter from the tip `[0, 0]` upward.
     pub(crate) segments: Option<Vec<SegmentEntry>>,
@@ -189,7 +188,7 @@ pub(crate) struct SegmentEntry {
     pub(crate) center_mm: Option<[f64; 2]>,
 }
 
-/// Edges of the teeth, at equal pitch: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from tip to
+/// Edges of the teeth, which are equally spaced: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from tip to
 /// holder. Arcs of the cutter's outline are the edges unless inserts are given.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
