@@ -41,7 +41,7 @@ pub(crate) struct PlatformFile {
     pub(crate) moving_radius_mm: f64,
     /// Height of the moving circle over the fixed one with all joints at zero.
     pub(crate) height_mm: f64,
-    /// Unit vector from the center to leg 1, perpendicular to heave and tilt. Legs 2 and 3 are at 120 degrees to it.
+    /// Unit vector from the middle to leg 1, at right angles to heave and tilt. Legs 2 and 3 stand at 120 degrees.
     pub(crate) leg_1_direction: [f64; 3],
     /// The three legs; legs 2 and 3 move alike.
     #[serde(default)]
