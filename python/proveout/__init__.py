@@ -11,7 +11,7 @@
 >>> bool(abs(found.joints[0, 0, :3] - [10, 20, 30]).max() < 1e-9)
 True
 
-A run writes a run folder as the command line does, and says what it holds:
+A run writes the same run folder as the command line and gives access to its contents:
 
 >>> import tempfile
 >>> scene = pv.Scene.load("scenes/cone-frustum")
@@ -29,7 +29,7 @@ True
 >>> run.signals.units["B_deg"]
 'deg'
 
-Lengths are mm, angles degrees, times seconds; other units stand in the names.
+Lengths are mm, angles degrees, times seconds; other units are part of the name.
 """
 
 from ._proveout import Part, Table, __version__

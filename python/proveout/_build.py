@@ -30,9 +30,9 @@ def _fields(cls: type) -> dict[str, tuple[Any, bool]]:
 
 
 def build(cls: type[T], data: Any) -> T:
-    """An instance of a dataclass; keys that it does not have are left out, so that files of a later version can be read."""
+    """An instance of a dataclass; unknown keys are ignored, so that files of a later version can be read."""
     if not isinstance(data, Mapping):
-        raise InputError(f"{cls.__name__}: {type(data).__name__} stands where a table is wanted")
+        raise InputError(f"{cls.__name__}: a table is expected, not {type(data).__name__}")
     values = {}
     for name, (hint, has_default) in _fields(cls).items():
         if name in data:

@@ -61,7 +61,7 @@ def run(of: Run) -> str:
     deviation = of.deviation
     figures = [
         ("machine time", _number(of.time.total_s, 1, "s")),
-        ("no control can be below", _number(of.time.lower_bound_s, 1, "s")),
+        ("lower bound of machine time", _number(of.time.lower_bound_s, 1, "s")),
         ("deepest gouge", _number(deviation.gouge_max_mm, 4, "mm")),
         ("largest excess", _number(deviation.excess_max_mm, 4, "mm")),
         ("least clearance", _number(of.clearance.min_mm, 3, "mm")),

@@ -9,7 +9,7 @@ from . import _proveout
 
 
 def main() -> None:
-    """Does what the command line says; ends the process with its exit code."""
+    """Runs the command line; ends the process with its exit code."""
     # The program listens for Ctrl-C itself, or is ended by it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(_proveout.call(["proveout", *sys.argv[1:]]))

@@ -1,4 +1,4 @@
-"""The native module; the names for people are those of the package."""
+"""The native module; use the names of the package instead."""
 
 import os
 import pathlib
@@ -16,9 +16,9 @@ _Progress = Callable[[float, str], object]
 _Floats = npt.NDArray[np.float64]
 
 class Table:
-    """A table in memory, null where a value is not known.
+    """A table in memory; null where a value is unknown.
 
-    Whatever reads the Arrow C stream interface takes it without a copy: ``pyarrow.table(t)``, ``polars.DataFrame(t)``.
+    Any reader of the Arrow C stream interface uses it without a copy: ``pyarrow.table(t)``, ``polars.DataFrame(t)``.
     """
 
     @property

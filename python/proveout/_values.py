@@ -19,7 +19,7 @@ def document(key: str, value: Value) -> str:
 
 
 def split(values: Mapping[str, Value]) -> tuple[list[str], dict[str, Value]]:
-    """Values that a run sets by itself, as ``KEY=VALUE``, and those (lists, tables, nothing) that want a scene of their own."""
+    """Values that a run sets by itself, as ``KEY=VALUE``, and those (lists, tables, nothing) that need their own copy of the scene."""
     plain = {key: value for key, value in values.items() if isinstance(value, bool | int | float | str | os.PathLike)}
     rest = {key: value for key, value in values.items() if key not in plain}
     return [f"{key}={_text(key, value)}" for key, value in plain.items()], rest
@@ -29,7 +29,7 @@ def _text(key: str, value: Value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str | os.PathLike):
-        # Text may be a path beside the scene; a path object is one of the current folder.
+        # Text may be a path relative to the scene; a path object is relative to the current folder.
         text = value if isinstance(value, str) else os.path.abspath(value)
         # A string of JSON is one of TOML, but for the delete character.
         return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
@@ -40,7 +40,7 @@ def _text(key: str, value: Value) -> str:
     try:
         number = float(value) if not isinstance(value, int) else value  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise InputError(f"{key}: {value!r} is no value of a scene") from None
+        raise InputError(f"{key}: {value!r} is not a valid value of a scene") from None
     if not math.isfinite(number):
-        raise InputError(f"{key}: {number} is no finite number")
+        raise InputError(f"{key}: {number} is not a finite number")
     return repr(number)

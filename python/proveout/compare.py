@@ -20,7 +20,7 @@ __all__ = ["Comparison", "Expectation", "Gain", "ProgramFigures", "Published", "
 
 @dataclass(frozen=True, slots=True)
 class TimeGain:
-    """Time saved against the baseline, percent of the baseline's, with its error."""
+    """Time saved compared with the baseline, percent of the baseline, with its error."""
 
     percent: float | None
     error_percent: float | None
@@ -33,7 +33,7 @@ class TimeGain:
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """What a program gains against the baseline. Positive numbers are less time."""
+    """Gain of a program over the baseline. Positive numbers mean less time."""
 
     cycle_time_percent: float | None
     error_percent: float | None
@@ -70,7 +70,7 @@ class ProgramFigures:
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """A published value beside ours."""
+    """A published value and ours."""
 
     name: str
     measured: str
@@ -98,7 +98,7 @@ class Expectation:
 
 
 class Comparison:
-    """What a comparison left in its folder."""
+    """Results in the folder of a comparison."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = pathlib.Path(folder)
@@ -106,7 +106,7 @@ class Comparison:
         try:
             self.document: dict[str, Any] = json.loads((self.folder / "compare.json").read_bytes())
         except (OSError, ValueError) as error:
-            raise InputError(f"{self.folder} holds no comparison: {error}", file=str(self.folder)) from error
+            raise InputError(f"{self.folder} contains no comparison: {error}", file=str(self.folder)) from error
 
     @property
     def verdict(self) -> State:
@@ -130,7 +130,7 @@ class Comparison:
 
     @functools.cached_property
     def gains(self) -> dict[str, Gain]:
-        """What each program gains against the baseline, which is not among them."""
+        """Gain of each program over the baseline; the baseline itself is not included."""
         gains = self.document["gains"]
         return {name: build(Gain, gains[name]) for name in self.order if name in gains}
 
@@ -147,7 +147,7 @@ class Comparison:
     def run(self, program: str) -> Run:
         """The run of one program."""
         if program not in self.programs:
-            raise InputError(f"there is no program {program!r}", remedy=f"programs: {', '.join(self.order)}")
+            raise InputError(f"no program {program!r} in the comparison", remedy=f"programs: {', '.join(self.order)}")
         return Run.open(self.folder / self.programs[program].folder)
 
     def __repr__(self) -> str:

@@ -1,13 +1,13 @@
-"""Sweeps on Dask workers: one task a job, one program a task.
+"""Sweeps on Dask workers: one task per job, one process per task.
 
-A sweep that ``proveout sweep plan`` has written is run by whatever workers a Dask client has: threads and processes of this machine, SSH,
-a batch system (dask-jobqueue), Kubernetes. Workers must reach the folder of the sweep and its inputs by the same relative paths, and have
-the same version of this package.
+A sweep written by ``proveout sweep plan`` runs on any workers of a Dask client: threads and processes of this computer,
+SSH, a batch system (dask-jobqueue), Kubernetes. Workers must reach the folder of the sweep and its inputs by the same
+relative paths, and have the same version of this package.
 
-A worker that dies costs the job that it was at: Dask gives the job to another one. Jobs whose result is there are not sent out at all. What
-is merged in the end depends on the results alone, not on who made them.
+If a worker dies, Dask gives its job to another worker. Jobs that have a result are not sent out. The merged result
+depends only on the results of the jobs, not on the workers.
 
-``python -m proveout.dask FOLDER --workers 4`` runs a sweep on workers of this machine, a process each.
+``python -m proveout.dask FOLDER --workers 4`` runs a sweep on workers of this computer, one process each.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ ALLOWED_FAILURES = 10
 
 
 class JobFailed(RuntimeError):
-    """A job that could not be run; its message names the job, the worker's host and what the program said."""
+    """A job that could not be run; the message names the job and the host of the worker, and quotes the program's output."""
 
 
 @dataclass(frozen=True)
 class SweepReport:
-    """What a call did."""
+    """Result of a call."""
 
     #: Jobs of the plan.
     jobs: int
     #: Jobs that were sent out; the others had their result.
     started: int
-    #: Jobs that have no result, with why.
+    #: Jobs without a result, with the reason.
     failed: dict[int, str] = field(default_factory=dict)
 
 
 def _distributed() -> Any:
-    """Dask's module, which is wanted here alone."""
+    """Dask's module, which is needed only here."""
     return importlib.import_module("dask.distributed")
 
 
@@ -95,11 +95,11 @@ def run_sweep(
 ) -> SweepReport:
     """Runs the jobs of a sweep that have no result on the workers of a Dask client, and merges the results.
 
-    ``threads``: threads of one job; with one thread a job, a machine wants as many workers as it has processors.
+    ``threads``: threads of one job; with one thread per job, use as many workers as the computer has processors.
     ``retries``: further tries of a job that fails, on any worker.
     ``program``: how a worker starts Proveout.
 
-    Jobs that fail are named in the report, the others have their results; only a sweep of which all are there is merged.
+    The report names jobs that failed; the others have their results. A sweep is merged only if all results exist.
     """
     distributed = _distributed()
     place = pathlib.Path(folder).resolve()
@@ -132,9 +132,9 @@ def _allow_failures(dask_scheduler: Any) -> None:
 def main(words: Sequence[str] | None = None) -> int:
     """The command line; its exit code."""
     parser = argparse.ArgumentParser(prog="python -m proveout.dask", description="Runs a sweep on Dask workers.")
-    parser.add_argument("folder", help="folder that `proveout sweep plan` has written")
-    parser.add_argument("--workers", type=int, default=None, help="workers of this machine (default: one a processor)")
-    parser.add_argument("--scheduler", default=None, help="address of a Dask scheduler whose workers are taken instead")
+    parser.add_argument("folder", help="folder written by `proveout sweep plan`")
+    parser.add_argument("--workers", type=int, default=None, help="workers on this computer (default: one per processor)")
+    parser.add_argument("--scheduler", default=None, help="address of a Dask scheduler; use its workers instead")
     parser.add_argument("--threads", type=int, default=1, help="threads of one job (default: 1)")
     call = parser.parse_args(words)
     distributed = _distributed()

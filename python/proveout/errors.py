@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions with their place and remedy."""
+"""Exceptions with place and remedy."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ __all__ = ["ControlError", "FolderError", "InputError", "InternalError", "Progra
 class ProveoutError(Exception):
     """Base of all errors of this package.
 
-    ``str()`` of it is the text that the command line prints: message, place, line of text, remedy.
+    ``str()`` of it is the text printed by the command line: message, place, source line, remedy.
     """
 
     message: str
     """What is wrong, in one sentence."""
     file: str | None
-    """The file, where the fault lies in one."""
+    """The file that contains the fault, if any."""
     line: int | None
     """Its line, from 1."""
     column: int | None
     """Its column in characters, from 1."""
     remedy: str
-    """What to do about it; empty where there is nothing to say."""
+    """How to fix it; may be empty."""
 
     def __init__(
         self,
@@ -52,11 +52,11 @@ class ProveoutError(Exception):
 
 
 class InputError(ProveoutError, ValueError):
-    """An argument, or a file: scene, machine, tool library, mesh, control file."""
+    """Invalid argument or input file: scene, machine, tool library, mesh, control file."""
 
 
 class ProgramError(ProveoutError):
-    """The text of an NC program."""
+    """Error in the text of an NC program."""
 
 
 class ControlError(ProveoutError):
@@ -68,10 +68,10 @@ class FolderError(ProveoutError, OSError):
 
 
 class InternalError(ProveoutError):
-    """A fault of this program, not of the input."""
+    """An internal error of Proveout, not an error in the input."""
 
     def __init__(self, message: str) -> None:
         super().__init__(
-            f"a fault of this program: {message}",
-            remedy="please report it with the scene and the program that led to it",
+            f"internal error: {message}",
+            remedy="please report it with the scene and the NC program that caused it",
         )

@@ -1,6 +1,6 @@
 """Joints and tool poses of a machine, as numpy arrays; mm and degrees.
 
-Joint positions stand in the order of ``Kinematics.joints``, which is that of the machine, not of the alphabet.
+Joint positions are in the order of ``Kinematics.joints``: the order of the machine, not of the alphabet.
 
 A pose is a row ``x_mm, y_mm, z_mm, i, j, k``: tip, and unit axis from the tip to the holder, in the table frame.
 """
@@ -26,13 +26,13 @@ class Branches:
     """All joint positions that give each of n tool poses, on a machine of m joints. The arrays are read-only."""
 
     joints: Floats
-    """(n, 2, m); nan where a pose has fewer branches. Travel is not looked at."""
+    """(n, 2, m); nan where a pose has fewer branches. Travel limits are ignored."""
     count: npt.NDArray[np.uint32]
     """(n,), 0 where the machine cannot point the tool there."""
     singular: npt.NDArray[np.bool_]
-    """(n, 2), a rotary joint is not determined by the pose, or two branches meet."""
+    """(n, 2), true where the pose does not determine a rotary joint, or two branches coincide."""
     axis_error_deg: Floats
-    """(n,), angle between the wanted tool axis and the nearest one that the machine reaches."""
+    """(n,), angle between the requested tool axis and the nearest one that the machine can reach."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,15 +44,15 @@ class Path:
     branch: npt.NDArray[np.int32]
     """(n,); -1 where the pose is not reached."""
     notes: tuple[str, ...]
-    """For each pose, empty where nothing is to be said: a joint beyond its travel, a singular pose, one that is not reached."""
+    """One note per pose, empty if none: a joint beyond its travel, a singular pose, a pose that is not reached."""
 
 
 def _rows(values: npt.ArrayLike, what: str) -> tuple[Floats, bool]:
-    """As rows of doubles, and whether it was one row alone."""
+    """As rows of doubles, and whether it was a single row."""
     try:
         array = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"the {what} are no numbers: {error}", remedy="give an array of shape (n, columns)") from None
+        raise InputError(f"the {what} are not numbers: {error}", remedy="give an array of shape (n, columns)") from None
     given = np.ndim(values)
     if given not in (1, 2):
         raise InputError(f"the {what} have {given} dimensions", remedy="give an array of shape (n, columns), or one row")
@@ -92,17 +92,17 @@ class Kinematics:
         return poses[0] if one else poses
 
     def inverse(self, poses: npt.ArrayLike, *, tool_length_mm: float = 0.0) -> Branches:
-        """All joint positions of tool poses (n, 6), limits apart; one row is taken as n = 1."""
+        """All joint positions of tool poses (n, 6), ignoring limits; a single row counts as n = 1."""
         rows, _ = _rows(poses, "poses")
         return Branches(*self._native.inverse(rows, tool_length_mm))
 
     def follow(
         self, poses: npt.ArrayLike, *, tool_length_mm: float = 0.0, start: npt.ArrayLike | None = None
     ) -> Path:
-        """Joint positions along tool poses (n, 6), within travel and continuous.
+        """Joint positions along tool poses (n, 6), within travel and without jumps.
 
         Args:
-            start: joint positions before the first pose, (m,); home where none are given.
+            start: joint positions before the first pose, (m,); default: home.
         """
         rows, _ = _rows(poses, "poses")
         before = None if start is None else _rows(start, "joint positions")[0]

@@ -26,7 +26,7 @@ class PlannedProgram:
 
     text: str
     report: Mapping[str, Any] | None
-    """What it asks of the machine before it runs; ``None`` for a helix."""
+    """Demands of the path on the machine, before any run; ``None`` for a helix."""
 
     def save(self, file: StrPath) -> pathlib.Path:
         """Writes the text."""
@@ -35,16 +35,16 @@ class PlannedProgram:
 
 @dataclass(frozen=True, slots=True)
 class ScheduledRun:
-    """A stretch of a re-scheduled program."""
+    """A section of a rescheduled program."""
 
     lines: tuple[int, int]
     time_s: float
     original_time_s: float
     bound_s: float
-    """No schedule in the channel is below."""
+    """Lower bound: no schedule in the channel is faster."""
     gain_percent: float
     gap_percent: float | None
-    """What is left to gain at most."""
+    """Largest gain that remains possible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,18 +58,18 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class RescheduledProgram:
-    """A program with new tool axes: contacts, feeds and structure stay."""
+    """A program with new tool axes; contact points, feeds and structure are kept."""
 
     text: str
     method: str
     source: str
-    """Program that it was made from."""
+    """Name of the original program."""
     options: Mapping[str, str]
-    """That were given, by scene or call."""
+    """Options given by the scene or the call."""
     runs: tuple[ScheduledRun, ...]
     channels: tuple[Channel, ...]
     uncertified: tuple[str, ...]
-    """Why there is no bound of a stretch."""
+    """Why a section has no bound."""
     certificate: Mapping[str, Any]
     """The proof of the bounds, as ``cargo xtask verify-schedule`` reads it."""
 
@@ -89,7 +89,7 @@ def _path(scene: Scene | StrPath) -> StrPath:
 
 
 def plan(scene: Scene | StrPath, strategy: str = "helix", *, dialect: str = "siemens-840d") -> PlannedProgram:
-    """Writes a program for the blade of a scene, by a strategy of its ``[plan]``.
+    """Generates a program for the blade of a scene, by a strategy of its ``[plan]``.
 
     Args:
         strategy: ``helix``, ``transverse``, ``iso-parametric``, ...
@@ -111,7 +111,7 @@ def reschedule(
 
     Args:
         method: ``s-theta``, ``quaternion``, ``smooth``, ...
-        options: of the method, such as ``{"keys": 9}``, before those of the scene.
+        options: options of the method, such as ``{"keys": 9}``; they override those of the scene.
         dialect: language of the text.
     """
     words = [(str(key), _word(value)) for key, value in (options or {}).items()]
@@ -135,26 +135,26 @@ def read_nc(
     feed_mm_min: float | None = None,
     subprograms: Sequence[StrPath] = (),
 ) -> Table:
-    """The canonical commands of an NC program, a row a command in the order in which the control executes them.
+    """The canonical commands of an NC program, one row per command, in the order of execution.
 
-    The columns are those of ``proveout nc``: place, ``op``, ends as programmed (``X_mm``) and in base coordinates (``X_base_mm``), feed,
+    The columns are those of ``proveout nc``: place, ``op``, end points as programmed (``X_mm``) and in base coordinates (``X_base_mm``), feed,
     speed; ``json`` holds the whole line.
 
     Args:
-        machine: whose control, axes and reference points count.
-        tools: tool library whose radii cutter compensation takes; the commands then move the tool center.
-        dialect: found from ending and text where none is given.
-        control: a built-in one (``fanuc-0i``, ...) or a control file.
-        variables: values that the program reads and does not set, ``{"#500": 1.5}``.
+        machine: machine whose control, axes and reference points apply.
+        tools: tool library with the radii for cutter compensation; the commands then move the tool center.
+        dialect: default: detected from file extension and text.
+        control: a built-in name (``fanuc-0i``, ...) or a control file.
+        variables: values that the program reads but does not set, ``{"#500": 1.5}``.
         offsets: work offsets, ``{"G54": (x, y, z)}`` or with ``a, b, c``; mm and degrees.
-        feed_mm_min: of motions before the first F.
-        subprograms: folders that are searched after that of the program.
+        feed_mm_min: feed of motions before the first F.
+        subprograms: folders searched after the folder of the program.
 
     Raises:
-        ProgramError: text that the control would not run.
+        ProgramError: the control would reject the text.
     """
     if isinstance(subprograms, str | os.PathLike):
-        raise InputError("subprograms is one path", remedy="give a list of folders")
+        raise InputError("subprograms is a single path", remedy="give a list of folders")
     return _proveout.read_nc(
         program,
         machine=machine,

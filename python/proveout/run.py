@@ -1,4 +1,4 @@
-"""A run: its judgment, its tables, the part that it cut."""
+"""A run: its verdict, its tables, the cut part."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class HeightMap:
 
 
 class Run:
-    """What a run left: ``folder``, what ``verdict.json`` says, tables as Arrow, the cut part.
+    """Results of a run: ``folder``, the contents of ``verdict.json``, tables as Arrow, the cut part.
 
-    Part and height maps are those of the run that was just made; a run that is opened again has its files alone.
+    Part and height maps exist only for a run just made; a run opened from its folder has only its files.
     """
 
     def __init__(
@@ -66,13 +66,13 @@ class Run:
         try:
             self.document: dict[str, Any] = json.loads((self.folder / "verdict.json").read_bytes())
         except (OSError, ValueError) as error:
-            raise InputError(f"{self.folder} holds no run: {error}", file=str(self.folder)) from error
+            raise InputError(f"{self.folder} contains no run: {error}", file=str(self.folder)) from error
         self._part = part
         self._height_maps = height_maps
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> Run:
-        """A run that was made before, by this package or the command line."""
+        """Opens an earlier run, made by this package or the command line."""
         return cls(folder)
 
     @property
@@ -92,7 +92,7 @@ class Run:
 
     @property
     def not_asked(self) -> tuple[str, ...]:
-        """Names of the gates that the scene does not ask; they have no part in the verdict."""
+        """Names of the gates that the scene does not use; they do not count in the verdict."""
         return tuple(name for name, gate in self.gates.items() if gate.state == State.NOT_ASKED)
 
     @functools.cached_property
@@ -102,7 +102,7 @@ class Run:
 
     @functools.cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """What was found, in order of time."""
+        """Findings in order of time."""
         return tuple(build(Finding, finding) for finding in self.document["findings"])
 
     @functools.cached_property
@@ -127,7 +127,7 @@ class Run:
 
     @functools.cached_property
     def deviation(self) -> Deviation:
-        """Cut part against the design."""
+        """Deviation of the cut part from the design."""
         return build(Deviation, self.document["deviation"])
 
     @functools.cached_property
@@ -152,17 +152,17 @@ class Run:
 
     @functools.cached_property
     def signals(self) -> Table:
-        """A row a control sample: joints, tip and axis in the workpiece frame, feed, removal rate."""
+        """One row per control sample: joints, tip and axis in the workpiece frame, feed, removal rate."""
         return _proveout.read_parquet(self.folder / "signals.parquet")
 
     @functools.cached_property
     def blocks(self) -> Table:
-        """A row a block: time, length, feed, volume."""
+        """One row per block: time, length, feed, volume."""
         return _proveout.read_parquet(self.folder / "blocks.parquet")
 
     @functools.cached_property
     def surface(self) -> Table:
-        """A row an exact point of the cut surface: place, normal, deviation, scallop; workpiece frame."""
+        """One row per exact point of the cut surface: position, normal, deviation, scallop; workpiece frame."""
         return _proveout.read_parquet(self.folder / "surface.parquet")
 
     @property
@@ -171,7 +171,7 @@ class Run:
         if self._part is None:
             raise InputError(
                 "the surface of the part is not in memory",
-                remedy="run the scene with keep_surface=True; the folder holds it as part.glb and surface.parquet",
+                remedy="run the scene with keep_surface=True; the folder contains it as part.glb and surface.parquet",
             )
         return self._part
 
@@ -181,7 +181,7 @@ class Run:
         if self._height_maps is None:
             raise InputError(
                 "the height maps are not in memory",
-                remedy="run the scene with keep_surface=True; the folder holds them in maps/",
+                remedy="run the scene with keep_surface=True; the folder contains them in maps/",
             )
         return self._height_maps
 

@@ -1,4 +1,4 @@
-"""A scene: machine, tools, stock, design and programs, and what can be done with it."""
+"""A scene: machine, tools, stock, design and programs, and the operations on it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Dynamics = Literal["ideal", "planned", "servo"]
 
 
 class Scene:
-    """A scene as its ``scene.toml`` says it."""
+    """A scene as defined by its ``scene.toml``."""
 
     def __init__(self, path: StrPath) -> None:
         facts = _proveout.scene_facts(path)
@@ -42,15 +42,15 @@ class Scene:
         return cls(path)
 
     def with_values(self, values: Mapping[str, Value], folder: StrPath | None = None) -> Scene:
-        """A copy with other values, by the path of their key; ``None`` takes a key out.
+        """A copy with changed values, by dotted key; ``None`` removes a key.
 
-        ``{"control.joint_limits.A.max_velocity_deg_s": 50}`` reaches into tables, ``{"program.original.file": "other.mpf"}`` into lists by
-        the ``name`` of their tables, ``{"fixture.0.source": ""}`` by their number. A path that is
-        given as text is that of a file beside the scene, as those that stand there; a path object is one of the current folder. The copy is ``scene.toml`` in ``folder``, or in a temporary folder that
-        lives as long as the scene.
+        ``{"control.joint_limits.A.max_velocity_deg_s": 50}`` addresses a table, ``{"program.original.file": "other.mpf"}``
+        an entry of a list by the ``name`` of its table, ``{"fixture.0.source": ""}`` by its number. A path given as text
+        is relative to the scene, as in the file itself; a path object is relative to the current folder. The copy is
+        ``scene.toml`` in ``folder``, or in a temporary folder that lives as long as the scene.
 
         Raises:
-            InputError: a key or a value that scenes do not have.
+            InputError: an unknown key or an invalid value.
         """
         return self._copy(values, None, folder)
 
@@ -87,28 +87,31 @@ class Scene:
         keep_surface: bool = True,
         progress: bool | Progress = False,
     ) -> Run:
-        """Proves a program out: runs it on the twin, cuts the stock, writes the run folder.
+        """Proves out a program: simulates it on the twin, cuts the stock, writes the run folder.
 
         Args:
-            program: name in the scene; the first one where none is given.
-            nc: program text to run instead of the one that the scene names.
-            resolution_mm: distance of the stock's rays instead of that of the scene.
-            threads: worker threads, one a processor where none are given; the verdict does not depend on them.
-            dynamics: which motion cuts, instead of that of the scene.
-            plant: what moves under the forces of the drives, with ``dynamics="servo"``.
-            out: run folder; ``out/SCENE-PROGRAM`` where none is given. An older run there is replaced when the new one is complete.
-            preview: a quick look with coarse cells, which proves nothing that it does not find.
-            stop_at: ends the run early: ``any``, the code of a finding, a line as ``120``, a time as ``12.5s``.
-            set: other values of scene, machine and tools by their keys, as ``--set`` of the program takes them; the verdict names them. Lists and
-                tables make a scene of their own, as ``with_values`` does.
-            rerun: writes a recording too, where the wheel was built for it.
+            program: name in the scene; default: the first one.
+            nc: NC program to run instead of the one named in the scene.
+            resolution_mm: cell size of the stock (distance between its rays); default: that of the scene.
+            threads: worker threads; default: one per processor. The verdict does not depend on their number.
+            dynamics: motion model that cuts the stock; default: that of the scene.
+            plant: mechanical model driven by the drive forces, with ``dynamics="servo"``.
+            out: run folder; default: ``out/SCENE-PROGRAM``. An older run there is replaced once the new one is
+                complete.
+            preview: quick run with coarse cells. Its findings are real; their absence proves nothing.
+            stop_at: stops the run early: ``any`` (first finding that fails a gate), a finding code, a line (``120``),
+                a time (``12.5s``).
+            set: values of scene, machine and tools by dotted key, as for ``--set`` on the command line; the verdict
+                lists them. Lists and tables are written to a copy of the scene, as by ``with_values``.
+            rerun: also writes a recording, if the wheel was built with that feature.
             keep_surface: keeps the surface of the part and its height maps in memory.
-            progress: prints how far the run is, or is called about ten times a second with a share from 0 to 1 and a text. What it raises
-                ends the run.
+            progress: ``True`` prints the progress; a function is called about ten times a second with a share from
+                0 to 1 and a text. An exception in it ends the run.
 
         Raises:
-            ProveoutError: there is no verdict; nothing is written. A program that fails has a verdict and raises nothing.
-            KeyboardInterrupt: at Ctrl-C, when what was half written is removed.
+            ProveoutError: there is no verdict, and nothing is written. A failing program has a verdict and raises no
+                exception.
+            KeyboardInterrupt: at Ctrl-C; incomplete output is removed.
         """
         plain, rest = split(set or {})
         scene = self.with_values(rest) if rest else self
@@ -146,12 +149,12 @@ class Scene:
         rerun: bool = False,
         progress: bool | Progress = False,
     ) -> Comparison:
-        """Runs programs on the same twin and compares them: times with their error, joints, cut parts.
+        """Runs programs on the same twin and compares cycle times (with error), joints and cut parts.
 
         Args:
-            programs: names in the scene; all where none are given. One that is made from another brings that one with it.
-            baseline: program that the others are compared with, instead of that of the scene.
-            out: folder; ``out/SCENE-compare`` where none is given.
+            programs: names in the scene; default: all. A program derived from another one includes that one.
+            baseline: program to compare the others with; default: that of the scene.
+            out: folder; default: ``out/SCENE-compare``.
 
         The other arguments and the errors are those of ``run``.
         """

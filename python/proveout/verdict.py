@@ -1,6 +1,6 @@
-"""What a run says, as frozen dataclasses: the keys of ``verdict.json``, with their units in the names.
+"""The verdict of a run as frozen dataclasses: the keys of ``verdict.json``, with units in the names.
 
-``None`` stands for what was not checked; the gate that needs it says why.
+``None`` means not checked; the gate that needs the value gives the reason.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ class State(enum.StrEnum):
     FAIL = "fail"
     """Checked, and at least one error was found."""
     UNCHECKED = "unchecked"
-    """Not checked, or not wholly; the reason says what was left out."""
+    """Not checked, or not completely; the reason says what is missing."""
     NOT_ASKED = "not_asked"
-    """A gate that the scene does not ask, such as roughness without a tolerance; it has no part in the verdict."""
+    """A gate that the scene does not use, such as roughness without a tolerance; it does not count in the verdict."""
 
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """One question that a program must pass before it goes to the machine."""
+    """One check that a program must pass before it goes to the machine."""
 
     name: str
     state: State
@@ -51,7 +51,7 @@ class Gate:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One fault that the run found, with its place in the program and on the machine."""
+    """One finding of the run, with its place in the program and on the machine."""
 
     code: str
     family: str
@@ -66,7 +66,7 @@ class Finding:
     """Joint positions at that time; mm or degrees."""
     bodies: tuple[str, ...]
     point_mm: tuple[float, float, float] | None
-    """Place in the workpiece frame."""
+    """Position in the workpiece frame."""
     penetration_mm: float | None
     clearance_mm: float | None
     value: float | None
@@ -86,9 +86,9 @@ class Time:
     dwell_s: float
     tool_change_s: float
     lower_bound_s: float | None
-    """No control can be below within the tolerances."""
+    """Lower bound for any control, within the tolerances."""
     path_bound_s: float | None = None
-    """No control can be below on the path that is run."""
+    """Lower bound for any control, on the path as run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,18 +128,18 @@ class Removal:
     volume_mm3: float
     stock_left_mm3: float
     sweep_bound_mm: float
-    """Bound on the distance of the surface from the exact swept one."""
+    """Bound on the distance between the surface and the exact swept surface."""
     cell_mm: float
-    """Distance of neighboring rays."""
+    """Distance between neighboring rays."""
 
 
 @dataclass(frozen=True, slots=True)
 class Deviation:
-    """Cut part against the design. Positive is material left, negative is gouge."""
+    """Deviation of the cut part from the design. Positive: material left; negative: gouge."""
 
     against: str | None
     tolerance_floor_mm: float | None
-    """Deviations below this may come from design or sweep."""
+    """Deviations below this may be due to errors of design or sweep."""
     gouge_max_mm: float | None
     """Deepest gouge, as a positive number."""
     excess_max_mm: float | None
@@ -193,7 +193,7 @@ class Clearance:
 
     min_mm: float | None
     error_mm: float | None
-    """By how much the true one may be less."""
+    """The true clearance may be smaller by this much."""
     pair: tuple[str, str] | None
     time_s: float | None
 

@@ -151,7 +151,7 @@ def test_a_run_is_opened_again(cone_run):
     assert again.signals.num_rows == cone_run.signals.num_rows
     with pytest.raises(pv.InputError, match="not in memory"):
         _ = again.part
-    with pytest.raises(pv.InputError, match="holds no run"):
+    with pytest.raises(pv.InputError, match="contains no run"):
         pv.Run.open(cone_run.folder.parent)
 
 

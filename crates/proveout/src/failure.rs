@@ -245,9 +245,9 @@ impl From<&SimError> for Failure {
                     None => failure,
                 }
             }
-            SimError::Mesh { path, source } => Self::new(source)
-                .at(path.display(), 0, 0, 0, "")
-                .with_help("repair the mesh in the program that made it: a solid is closed, with faces outward"),
+            SimError::Mesh { path, source } => Self::new(source).at(path.display(), 0, 0, 0, "").with_help(
+                "repair the mesh in the program that made it: a solid must be closed, with face normals outward",
+            ),
             SimError::Stock(s) => Self::new(s).with_help("see resolution_mm of the scene, or --resolution-mm"),
             SimError::Folder(f) => Self::new(f).with_help("name another folder with --out"),
             other => Self::new(other),

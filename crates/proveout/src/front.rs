@@ -217,7 +217,7 @@ pub fn compare(
         }
     }
     let Some(compared) = comparing.finish() else {
-        return Err(Failure::new("a program of the comparison was not run").into());
+        return Err(Failure::new("internal error: a program of the comparison was not run").into());
     };
     let trace = |name: &String| {
         let found = traces.iter().find(|(n, _)| n == name);
@@ -268,8 +268,8 @@ pub fn plan(
         Some(name) => match scene.program(Some(name)) {
             Some(program) if program.planned.as_deref() == Some(strategy) => scene.planned_for(program).into_owned(),
             _ => {
-                return Err(Failure::new(format!("{strategy} plans no program {name:?} of the scene"))
-                    .with_help("name a [[program]] whose `planned` is this table, or leave --program out")
+                return Err(Failure::new(format!("program {name:?} of the scene is not planned by {strategy}"))
+                    .with_help(format!("name a [[program]] with `planned = {strategy:?}`, or omit --program"))
                     .into());
             }
         },
@@ -281,7 +281,7 @@ pub fn plan(
     } else {
         let Some(named) = StrategyFile::named(strategy) else {
             let names = StrategyFile::ALL.map(|(_, name, _)| name).join(", ");
-            return Err(Failure::new(format!("strategy {strategy:?} is not known"))
+            return Err(Failure::new(format!("unknown strategy {strategy:?}"))
                 .with_help(format!("strategies: {}, {names}", HELIX.0))
                 .into());
         };
@@ -319,7 +319,7 @@ pub fn reschedule(
 ) -> Result<Rescheduled, Fault> {
     let Some(&(_, known)) = MethodFile::NAMES.iter().find(|(name, _)| *name == method) else {
         let names: Vec<&str> = MethodFile::NAMES.iter().map(|(name, _)| *name).collect();
-        return Err(Failure::new(format!("method {method:?} is not known"))
+        return Err(Failure::new(format!("unknown method {method:?}"))
             .with_help(format!("methods: {}", names.join(", ")))
             .into());
     };
@@ -331,8 +331,8 @@ pub fn reschedule(
             .map_err(|(message, help)| Failure::new(format!("{word} {message}")).with_help(help))?;
     }
     if let Some(key) = work.file.unread() {
-        let message = format!("{word} {method} does not read {key} beside its other options");
-        let help = format!("options of it: {}", work.file.read().join(", "));
+        let message = format!("{word}: method {method} does not use {key} with its other options");
+        let help = format!("options it uses: {}", work.file.read().join(", "));
         return Err(Failure::new(message).with_help(help).into());
     }
     let made = work.remade(&scene, dialect)?;

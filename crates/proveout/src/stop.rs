@@ -33,7 +33,7 @@ impl Stop {
     /// Begins to wait.
     pub(crate) fn watch() -> Result<Self, Failure> {
         let phase = Arc::new(Mutex::new(Phase::Reading));
-        wait(Arc::clone(&phase)).map_err(|e| Failure::new(format!("Ctrl-C cannot be waited for: {e}")))?;
+        wait(Arc::clone(&phase)).map_err(|e| Failure::new(format!("cannot listen for Ctrl-C: {e}")))?;
         Ok(Self(phase))
     }
 
@@ -78,9 +78,9 @@ fn lock(phase: &Mutex<Phase>) -> MutexGuard<'_, Phase> {
 fn stop(phase: &Phase) {
     match phase {
         Phase::Ending => return,
-        Phase::Reading => tell!("\nstopped before the first cut: nothing is left to go on with"),
+        Phase::Reading => tell!("\nstopped before the first cut: there is nothing to resume"),
         Phase::Running(partial) => {
-            tell!("\nstopped; to go on: {}", call());
+            tell!("\nstopped; to resume: {}", call());
             for _ in 0..TRIES {
                 if std::fs::remove_dir_all(partial).is_ok() {
                     break;

@@ -53,7 +53,7 @@ fn a_blade_of_every_kind_is_written_as_a_closed_mesh() {
             let before = fs::read(folder.join(name)).expect("the file");
             let output = proveout(folder, &arguments[..6]);
             let text = String::from_utf8_lossy(&output.stderr).into_owned();
-            assert!(output.status.code() == Some(2) && text.contains("is there already"), "{kind}: {text}");
+            assert!(output.status.code() == Some(2) && text.contains("already exists"), "{kind}: {text}");
             assert!(before == fs::read(folder.join(name)).expect("the file"), "{kind}");
         }
         let coarse = fs::metadata(folder.join("part.stl")).expect("the file").len();
@@ -214,9 +214,9 @@ fn keys_that_do_not_belong_to_a_kind_are_refused() {
     }
     scene(folder, "[part.blade]\nkind = \"cui\"\nchord_error_mm = 0.05\n");
     for (arguments, words) in [
-        (["blade", ".", "--output", "part.step"].as_slice(), "let the name end in .stl or .glb"),
-        (&["blade", ".", "--output", "part.stl", "--allowance-mm=-1"], "is no allowance"),
-        (&["blade", ".", "--output", "part.stl", "--chord-error-mm", "2"], "is not offered"),
+        (["blade", ".", "--output", "part.step"].as_slice(), "use the extension .stl or .glb"),
+        (&["blade", ".", "--output", "part.stl", "--allowance-mm=-1"], "is out of range"),
+        (&["blade", ".", "--output", "part.stl", "--chord-error-mm", "2"], "is out of range"),
     ] {
         let output = proveout(folder, arguments);
         let text = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -160,17 +160,17 @@ fn wrong_questions_are_one_error_with_its_remedy() {
         told.contains("help: ")
     };
     let helped = |arguments: &[&str], words: &[&str]| assert!(refused(arguments, words), "{arguments:?} has no remedy");
-    helped(&["result"], &["nothing is asked", "--section z=12.5"]);
+    helped(&["result"], &["no measurement requested", "--section z=12.5"]);
     helped(&["nowhere", "--section", "z=-1"], &["nowhere", "cannot be read", "run folder"]);
     helped(&["scene.toml", "--section", "z=-1"], &["not a stock file"]);
     helped(&["result", "--section", "z=9"], &["z=9 does not meet the stock", "-20.000 to 0.000"]);
-    helped(&["result", "--section", "w=1"], &["w=1 is no plane", "z=12.5"]);
-    helped(&["result", "--section", "z=nan"], &["is no plane"]);
+    helped(&["result", "--section", "w=1"], &["w=1 is not a plane", "z=12.5"]);
+    helped(&["result", "--section", "z=nan"], &["is not a plane"]);
     helped(&["result", "--distance", "1,2"], &["--distance 1,2 is not X,Y,Z", "3 numbers"]);
     helped(&["result", "--distance", "1,2,inf"], &["is not X,Y,Z"]);
     helped(&["result", "--wall", "1,2,3,0,0,0"], &["has no length"]);
     refused(&["result", "--distance", "1,2,3", "--design", "main.mpf"], &["main.mpf"]);
-    helped(&["result", "--section", "z=-1", "--out", "a.dxf"], &["a.dxf", "no format", ".svg"]);
+    helped(&["result", "--section", "z=-1", "--out", "a.dxf"], &["a.dxf", "unknown file extension", ".svg"]);
     helped(&["result", "--distance", "1,2,3", "--out", "a.svg"], &["only a section can be drawn"]);
     assert!(!shop().join("a.svg").exists());
 }

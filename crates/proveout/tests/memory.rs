@@ -97,7 +97,7 @@ impl Case {
         let info: serde_json::Value = serde_json::from_str(&text).expect("JSON");
         let announced = info["announced_mib"].as_f64().expect("a run of its own is announced");
         // What is told before the start is what stands in the file.
-        assert!(told.contains(&format!("together {announced:.0} of 4096 MiB allowed")), "{told}");
+        assert!(told.contains(&format!("total {announced:.0} of 4096 MiB allowed")), "{told}");
         Some([announced, info["peak_rss_mib"].as_f64()?, info["stock_mib"]["stock"].as_f64()?])
     }
 }

@@ -74,7 +74,7 @@ fn a_long_tool_hears_how_much_is_not_needed() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (_, said, result) = run(folder.path(), 34.0, &["--overhang"]);
     assert_needed(&said, &result);
-    assert!(said.contains("clamped 34.0 mm, not needed 1"), "{said}");
+    assert!(said.contains("clamped 34.0 mm, longer than needed by 1"), "{said}");
 }
 
 #[test]

@@ -130,7 +130,7 @@ fn a_preview_says_so_and_passes_nothing_that_asks_the_stock() {
     desk.write("scene.toml", &scene.replace("[part]\nmesh = \"design.stl\"\nchord_error_mm = 0\n", ""));
     desk.run("", 3);
     let said = desk.run("--preview", 3);
-    assert!(said.contains("a preview, with coarse cells: not the whole check"), "{said}");
+    assert!(said.contains("preview with coarse cells: not a full check"), "{said}");
     assert!(said.contains("PREVIEW with cells of 2 mm, the scene has 0.5 mm"), "{said}");
     let (full, preview) = (desk.verdict("out/slot-main"), desk.verdict("out/slot-main-preview"));
     assert!(full["partial"].is_null(), "{}", full["partial"]);
@@ -197,7 +197,7 @@ fn a_run_ends_at_a_time() {
     assert_eq!(stopped["time"]["total_s"].as_f64(), Some(time));
     assert!(stopped["time"]["lower_bound_s"].is_null(), "a bound of the whole program");
     let said = desk.run(&format!("--stop-at {}s", 2.0 * whole), 1);
-    assert!(said.contains("it did not come to that"), "{said}");
+    assert!(said.contains("not reached; the run went to the end"), "{said}");
     assert!(desk.verdict("out/slot-main-stopped")["partial"].is_null());
 }
 
@@ -218,7 +218,7 @@ fn a_run_ends_at_the_first_finding() {
         assert_eq!(gate(&stopped, "collision").0, "unchecked");
     }
     let said = desk.run("--stop-at collision-bodies", 1);
-    assert!(said.contains("it did not come to that"), "{said}");
+    assert!(said.contains("not reached; the run went to the end"), "{said}");
 }
 
 #[test]

@@ -168,7 +168,7 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
         "the pass leaves the channel on the pressure side"
     );
     // A gain stands beside the limits that it rests on.
-    assert!(told.contains("percent are left to gain") && told.contains("at most 62.4 deg/s"), "{told}");
+    assert!(told.contains("percent remain to be gained") && told.contains("at most 62.4 deg/s"), "{told}");
     assert!(told.contains("lowered by the scene; the machine has velocity 360.0"), "{told}");
     let a = run["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("the table");
     let gates = a["gates_deg"].as_array().expect("a list");
@@ -176,7 +176,7 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
     // Nearly all of the programmed time is proved of the feed, from the ways of the tip, and what stays a condition is told.
     let (programmed, proved) = (number("programmed_s"), number("feed_bound_s"));
     assert!(proved < programmed && proved > 0.99 * programmed, "{proved} {programmed}");
-    assert!(told.contains("not proved for all of them: the tip path turns no more sharply"), "{told}");
+    assert!(told.contains("not proved for all schedules: the way of the tip bends no more"), "{told}");
     assert_eq!(run["seams_s"].as_array().expect("a list").len(), gates.len());
     // Linear joints have the range that the channel gives them, and both programs could be run.
     let linear = run["linear"].as_array().expect("a list");
@@ -208,7 +208,7 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
     let (other, told) = certificate("quaternion", &["clearance_deg=50"], "certified-quaternion");
     assert!(other["runs"][0]["ramps_apart"].is_null() && !told.contains("without the first and last"), "{told}");
     assert!(other["runs"][0]["new_inside"] == false && other["runs"][0]["gap_percent"].is_null());
-    assert!(told.contains("the bound is not about them"), "{told}");
+    assert!(told.contains("the bound does not apply to them"), "{told}");
 }
 
 #[test]
@@ -234,7 +234,7 @@ fn a_method_of_two_angles_has_its_bound_over_cells() {
     assert!(cells["potentials_s"].as_array().expect("a list").len() >= 2);
     assert!(number(run, "gap_percent") >= 0.0 && run["new_inside"] == true);
     assert!(told.contains("with axes within") && told.contains("by cells of B and C at"), "{told}");
-    assert!(told.contains("percent are left to gain"), "{told}");
+    assert!(told.contains("percent remain to be gained"), "{told}");
 }
 
 /// The folder of the small scene with another text in its scene or machine.

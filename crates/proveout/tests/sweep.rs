@@ -91,7 +91,7 @@ fn parts_that_run_beside_each_other_merge_to_the_bytes_of_one() {
     let (words, _) = told(&["sweep", "run", "four"], at, 0);
     assert!(words.contains("6 had their result, 0 started"), "{words}");
     let (words, _) = told(&["sweep", "plan", sweep, "--out", "four"], at, 0);
-    assert!(words.contains("6 are as they were planned before"), "{words}");
+    assert!(words.contains("6 unchanged since the last plan"), "{words}");
     told(&["sweep", "merge", "four"], at, 0);
     assert!(one == merged(&at.join("four")));
 
@@ -145,7 +145,7 @@ fn a_changed_input_costs_the_jobs_that_read_it() {
     assert!(words.contains("the program of job 2: it has changed since the sweep was planned"), "{words}");
     assert!(words.contains("other.nc"), "{words}");
     let (words, _) = told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    assert!(words.contains("2 are as they were planned before"), "{words}");
+    assert!(words.contains("2 unchanged since the last plan"), "{words}");
     let (_, words) = told(&["sweep", "merge", "out"], at, 2);
     assert!(words.contains("the result of job 3 is of an earlier plan"), "{words}");
     let (words, _) = told(&["sweep", "run", "out"], at, 0);
@@ -395,7 +395,7 @@ fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
     let fine = "engagement = true\n[stock]\nhistory = true\nbox = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }\n\
                 [[stock.patch]]\nname = \"edge\"\nmin_mm = [0, -20, -12]\nmax_mm = [10, 0, 0]\ncell_mm = 0.4\n";
     let plain = "[stock]\nbox = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }\n";
-    for (lines, made_here) in [(slots, None), (&*near, Some("a body came near")), (&off, Some("behind a part"))] {
+    for (lines, made_here) in [(slots, None), (&*near, Some("a body came near")), (&off, Some("after a part"))] {
         for stock in [plain, fine] {
             let folder = small("shards = 3\n");
             let at = folder.path();
@@ -419,7 +419,7 @@ fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
                 told(&["sweep", "run", &out, "--threads", "2"], at, 0);
                 let (words, _) = told(&["sweep", "merge", &out], at, code);
                 assert!(words.contains(&format!("{shards} shards: ")), "{words}");
-                for why in ["a body came near", "behind a part"] {
+                for why in ["a body came near", "after a part"] {
                     assert_eq!(words.contains(why), made_here == Some(why), "{words}");
                 }
                 let merged = folder_of(&at.join(&out).join("run"));
@@ -460,7 +460,7 @@ fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_al
 
     // A second plan of the same files changes nothing; motion that was changed behind the plan is found.
     let (words, _) = told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    assert!(words.contains("4 are as they were planned before"), "{words}");
+    assert!(words.contains("4 unchanged since the last plan"), "{words}");
     let motion = at.join("out/motion.bin");
     let mut bytes = fs::read(&motion).expect("read");
     bytes.push(0);

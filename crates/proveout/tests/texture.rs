@@ -158,13 +158,13 @@ fn nonsense_is_refused_with_place_value_and_remedy() {
         }
     }
     for (arguments, words) in [
-        (vec!["measure", "--profile", "patch.sdf"], "a map of 401 x 401 points, no profile"),
-        (vec!["measure", "patch.sdf", "--wall", "0,0,0,1,0,0"], "--wall is about a stock"),
-        (vec!["measure", "patch.sdf", "--standard", "iso4287"], "--standard chooses"),
+        (vec!["measure", "--profile", "patch.sdf"], "a map of 401 x 401 points, not a profile"),
+        (vec!["measure", "patch.sdf", "--wall", "0,0,0,1,0,0"], "--wall applies to a stock"),
+        (vec!["measure", "patch.sdf", "--standard", "iso4287"], "--standard selects"),
         (vec!["measure", "fine.smd", "--out", "never.png"], "only a map can be drawn"),
-        (vec!["measure", "fine.smd", "--out", "never.txt"], "no format of a texture"),
-        (vec!["measure", "fine.smd", "--pitch-mm=-0.1"], "is no pitch"),
-        (vec!["measure", "fine.smd", "--to-lay-deg", "inf"], "is no angle"),
+        (vec!["measure", "fine.smd", "--out", "never.txt"], "unknown file extension for a texture"),
+        (vec!["measure", "fine.smd", "--pitch-mm=-0.1"], "must be above zero"),
+        (vec!["measure", "fine.smd", "--to-lay-deg", "inf"], "is not a finite angle"),
         (vec!["measure", "fine.smd", "--profile", "fine.smd"], "cannot be used with"),
         (vec!["measure"], "required"),
     ] {

@@ -22,7 +22,7 @@ pub(crate) type Notes = BTreeMap<String, String>;
 pub(crate) struct MachineFile {
     /// Name of the machine.
     pub(crate) name: String,
-    /// Words for people.
+    /// Description for the reader.
     #[serde(default)]
     pub(crate) description: String,
     /// Direction against gravity in machine coordinates, a unit vector; loads by weight are not known without it.
@@ -172,7 +172,7 @@ pub(crate) struct SpindleFile {
     pub(crate) direction: [f64; 3],
     /// Highest speed.
     pub(crate) max_speed_rpm: Option<f64>,
-    /// Time for reaching or leaving the programmed speed.
+    /// Time to reach the programmed speed from standstill, or to stop from it.
     pub(crate) start_time_s: f64,
     /// Where numbers of this table come from.
     #[serde(default)]

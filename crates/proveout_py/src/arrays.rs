@@ -17,7 +17,7 @@ pub(crate) fn frozen<T: Element, D: Dimension>(
     numbers: Vec<T>,
     shape: impl Into<StrideShape<D>>,
 ) -> PyResult<Py<PyArray<T, D>>> {
-    let array = Array::from_shape_vec(shape, numbers).map_err(|e| wrong(py, format!("an array: {e}"), ""))?;
+    let array = Array::from_shape_vec(shape, numbers).map_err(|e| wrong(py, format!("array shape: {e}"), ""))?;
     let array = array.into_pyarray(py);
     array.try_readwrite()?.make_nonwriteable();
     Ok(array.unbind())
@@ -43,13 +43,13 @@ pub(crate) fn rows(py: Python<'_>, array: &PyReadonlyArray2<'_, f64>, names: &[&
     let array = array.as_array();
     if array.ncols() != names.len() {
         let message =
-            format!("the rows have {} numbers, {} are needed: {}", array.ncols(), names.len(), names.join(", "));
+            format!("each row has {} numbers, but {} are needed: {}", array.ncols(), names.len(), names.join(", "));
         return Err(wrong(py, message, "give an array of shape (n, columns), or one row"));
     }
     for (row, values) in array.rows().into_iter().enumerate() {
         if let Some(column) = values.iter().position(|v| !v.is_finite()) {
-            let message = format!("row {row}: {} is {}, which is no finite number", names[column], values[column]);
-            return Err(wrong(py, message, "leave out rows that are not known"));
+            let message = format!("row {row}: {} is {}, not a finite number", names[column], values[column]);
+            return Err(wrong(py, message, "remove rows with unknown values"));
         }
     }
     Ok(array.rows().into_iter().map(|r| r.to_vec()).collect())

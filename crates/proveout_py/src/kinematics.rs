@@ -67,8 +67,8 @@ fn length(py: Python<'_>, tool_length_mm: f64) -> PyResult<f64> {
     if tool_length_mm >= 0.0 && tool_length_mm.is_finite() {
         return Ok(tool_length_mm);
     }
-    let remedy = "give the distance from the tip to the gauge line in mm, from 0";
-    Err(wrong(py, format!("tool_length_mm = {tool_length_mm} is no length"), remedy))
+    let remedy = "give the distance from the tip to the gauge line, mm, zero or more";
+    Err(wrong(py, format!("tool_length_mm = {tool_length_mm} is not a valid length"), remedy))
 }
 
 #[pymethods]

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use crate::{tables::Table, work::beside};
 
 fn json_fault(error: impl std::fmt::Display) -> Fault {
-    Fault::new(format!("it cannot be written: {error}"), "")
+    Fault::new(format!("JSON cannot be written: {error}"), "")
 }
 
 /// A program for the blade of a scene, and as JSON what it asks of the machine (null for a helix).

@@ -38,8 +38,8 @@ impl Claim {
     fn take(place: &Path) -> Result<Self, Fault> {
         let place = absolute(place).unwrap_or_else(|_| place.to_owned());
         if !PLACES.lock().unwrap_or_else(PoisonError::into_inner).insert(place.clone()) {
-            let message = format!("another run of this process is writing {}", place.display());
-            return Err(Fault::new(message, "give each run a folder of its own with `out`"));
+            let message = format!("another run of this process writes to {}", place.display());
+            return Err(Fault::new(message, "give each run its own folder with `out`"));
         }
         Ok(Self(place))
     }
@@ -113,8 +113,8 @@ impl Chosen {
         let threads = match threads {
             None => std::thread::available_parallelism().map_or(1, usize::from),
             Some(n) => usize::try_from(n).ok().filter(|n| (1..=MAX_THREADS).contains(n)).ok_or_else(|| {
-                let remedy = format!("give 1 to {MAX_THREADS}, or leave it out: one thread a processor is the fastest");
-                wrong(py, format!("threads = {n}"), &remedy)
+                let remedy = format!("use 1 to {MAX_THREADS}, or omit it: one thread per processor is fastest");
+                wrong(py, format!("threads = {n} is out of range"), &remedy)
             })?,
         };
         let dynamics = match dynamics {
@@ -123,12 +123,12 @@ impl Chosen {
             Some("planned") => Some(DynamicsFile::Planned),
             Some("servo") => Some(DynamicsFile::Servo),
             Some(other) => {
-                return Err(wrong(py, format!("dynamics = {other:?} is not known"), "write ideal, planned or servo"));
+                return Err(wrong(py, format!("unknown dynamics {other:?}"), "use ideal, planned or servo"));
             }
         };
         if rerun && !cfg!(feature = "rerun") {
-            let message = "rerun = True: this build writes no recordings";
-            return Err(wrong(py, message, "build the wheel with the feature `rerun`, or leave it out"));
+            let message = "rerun = True: this build cannot write recordings";
+            return Err(wrong(py, message, "build the wheel with the feature `rerun`, or omit it"));
         }
         Ok(Self { resolution_mm, threads, dynamics, rerun })
     }
@@ -174,13 +174,13 @@ pub(crate) fn run<'py>(
         Some("newton-euler") => Some(PlantFile::NewtonEuler),
         Some("rapier") => Some(PlantFile::Rapier),
         Some(other) => {
-            return Err(wrong(py, format!("plant = {other:?} is not known"), "write newton-euler or rapier"));
+            return Err(wrong(py, format!("unknown plant {other:?}"), "use newton-euler or rapier"));
         }
     };
     let stop_at = stop_at.map(str::parse::<StopAt>).transpose();
     let stop_at = stop_at.map_err(|e| wrong(py, format!("stop_at: {e}"), ""))?;
     if preview && resolution_mm.is_some() {
-        return Err(wrong(py, "a preview has cells of its own", "leave preview or resolution_mm out"));
+        return Err(wrong(py, "a preview sets its own cell size", "omit preview or resolution_mm"));
     }
     let choice = Choice {
         program,
@@ -256,7 +256,7 @@ pub(crate) fn compare<'py>(
                 shared.leave_if_it_ends();
                 shared.tell(
                     MOTIONS * done as f64 / of.max(1) as f64,
-                    format!("{done} of {of} motions on the varied twin"),
+                    format!("{done} of {of} motions on variations of the twin"),
                 );
             };
             let mut runs = 0_i32;

@@ -44,7 +44,7 @@ pub(crate) fn scene_copy(
         let mut file: Table = text.parse().map_err(|e| Fault::new(format!("{}: {e}", scene.path.display()), ""))?;
         let folder = std::path::absolute(&scene.folder).unwrap_or_else(|_| scene.folder.clone());
         for (key, value) in &values {
-            let value: Table = value.parse().map_err(|e| Fault::new(format!("{key}: {e}"), "give a value of TOML"))?;
+            let value: Table = value.parse().map_err(|e| Fault::new(format!("{key}: {e}"), "give a TOML value"))?;
             put(&mut file, key, value.get("value").cloned())?;
         }
         make_absolute(&mut file, &folder);
@@ -92,10 +92,11 @@ fn make_absolute(table: &mut Table, folder: &Path) {
 /// Puts a value under a key such as `control.joint_limits.A.max_velocity_deg_s` or `program.original.file`: a table of a list is meant
 /// by its `name`, or by its number from 0.
 fn put(table: &mut Table, key: &str, value: Option<Value>) -> Result<(), Fault> {
-    let wrong = |message: String| Fault::new(format!("{key}: {message}"), "write a path of keys with points between");
+    let wrong =
+        |message: String| Fault::new(format!("{key}: {message}"), "write a dotted key, such as control.dynamics");
     let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
     if first.is_empty() {
-        return Err(wrong("a key has no name".to_owned()));
+        return Err(wrong("a part of the key is empty".to_owned()));
     }
     let Some(rest) = rest else {
         match value {
@@ -114,7 +115,7 @@ fn put(table: &mut Table, key: &str, value: Option<Value>) -> Result<(), Fault> 
             let place = place.or_else(|| which.parse().ok()).filter(|k| *k < all.len());
             match place.and_then(|k| all.get_mut(k)) {
                 Some(Value::Table(inner)) => put(inner, rest, value),
-                _ => Err(wrong(format!("{first} has no {which:?}; there are: {}", known.join(", ")))),
+                _ => Err(wrong(format!("{first} has no entry {which:?}; entries: {}", known.join(", ")))),
             }
         }
         _ => Err(wrong(format!("{first} is a value, not a table"))),
@@ -128,7 +129,7 @@ fn keep_programs(file: &mut Table, programs: &[String]) -> Result<(), Fault> {
     let known: Vec<String> = all.iter().map(&name).collect();
     if let Some(missing) = programs.iter().find(|p| !known.contains(p)) {
         let remedy = format!("programs of the scene: {}", known.join(", "));
-        return Err(Fault::new(format!("there is no program {missing:?}"), &remedy));
+        return Err(Fault::new(format!("no program {missing:?} in the scene"), &remedy));
     }
     let texts: Vec<(String, Value)> = all.iter().map(|v| (name(v), v.clone())).collect();
     all.retain(|v| programs.contains(&name(v)));

@@ -36,7 +36,7 @@ impl Table {
             let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
             let near = proveout_sim::nearest_word(name, names.iter().copied());
             let near = near.map_or_else(String::new, |n| format!("; did you mean {n:?}?"));
-            PyKeyError::new_err(format!("there is no column {name:?}{near} (columns: {})", names.join(", ")))
+            PyKeyError::new_err(format!("no column {name:?}{near} (columns: {})", names.join(", ")))
         })
     }
 }

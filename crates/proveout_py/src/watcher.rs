@@ -71,7 +71,7 @@ impl Watcher {
 
     fn look(&self) -> Result<(), ObserverError> {
         if self.shared.ends() {
-            return Err(ObserverError { what: "the run".to_owned(), message: "it was broken off".to_owned() });
+            return Err(ObserverError { what: "the run".to_owned(), message: "it was interrupted".to_owned() });
         }
         Ok(())
     }

@@ -77,7 +77,7 @@ pub(crate) enum Hand {
     Left,
 }
 
-/// Who answers for the length of a tool.
+/// Source of the length of a tool.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum LengthIs {
@@ -95,7 +95,7 @@ pub(crate) struct ToolEntry {
     pub(crate) number: u32,
     /// Name as programs call it; unique.
     pub(crate) name: String,
-    /// Words for people.
+    /// Description for the reader.
     #[serde(default)]
     pub(crate) description: String,
     /// Shape of the cutter.
@@ -146,8 +146,9 @@ pub(crate) struct ToolEntry {
     pub(crate) overall_length_mm: Option<f64>,
     /// From the programmed tip to the gauge line of the spindle.
     pub(crate) gauge_length_mm: f64,
-    /// Who answers for `gauge_length_mm` where `chosen` names it: `measured` takes it out of `chosen`, `prescribed` has the tool clamped so.
-    /// When left out, a chosen length leaves the holder's share of collision and near miss unchecked.
+    /// Source of `gauge_length_mm` where `chosen` names it: `measured` removes it from `chosen`, `prescribed` means
+    /// that the tool is clamped to this length. When left out, a chosen length leaves collision and near miss of the
+    /// holder unchecked.
     pub(crate) gauge_length_is: Option<LengthIs>,
     /// Number of flutes or inserts.
     pub(crate) flutes: Option<u32>,
@@ -221,7 +222,7 @@ pub(crate) struct RoundInsertEntry {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct HolderEntry {
-    /// Words for people.
+    /// Description for the reader.
     #[serde(default)]
     pub(crate) name: String,
     /// From the tip side to the gauge line.

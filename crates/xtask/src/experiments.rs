@@ -14,15 +14,15 @@ const HEAD: &str = "\
 # Published experiments, repeated
 
 Original against re-scheduled program on the same twin. This page is written by `cargo xtask figures` from the
-`compare.json` of `proveout compare`; no number in it is typed. Each section names its scene; the scene's README tells what was
-published, what was chosen, and what must happen. Under each heading stand the commit, the command, the cells of the stock and digests of all
+`compare.json` of `proveout compare`; no number in it is typed. Each section names its scene; the scene's README states what was
+published, what was chosen, and what must happen. Each section begins with the commit, the command, the cells of the stock and digests of all
 inputs. `cargo xtask ci` makes the runs again that take a minute and compares; the others are made by `cargo xtask figures --run NAME`. The tests make
-all of them at coarse cells and hold the digests and what follows from the motion against this page, so that no section can be older than what
-it tells of.
+all of them at coarse cells and compare the digests and what follows from the motion with this page, so that no section can be older than what
+it describes.
 
 `reproduced`: the published value lies in the range of ours over the choices one at a time and the twin, and ours has its sign everywhere. `possible`: only
 draws of all choices at once come as far, or a choice turns the sign. `not`: outside of all that was tried. A wider range reproduces more: read it with the
-columns beside it. A value that the publication does not state in numbers is marked: `from a figure`, or `own count`, a second count of our own, with which ours
+other columns. A value that the publication does not state in numbers is marked: `from a figure`, or `own count`, a second count of our own, with which ours
 may agree and which reproduces nothing.
 
 ";
@@ -127,7 +127,7 @@ fn commit(root: &Path) -> Result<String, Failure> {
 /// Drawings that a comparison writes with its results, and what they show.
 const DRAWINGS: [(&str, &str); 2] = [
     ("published-ranges.svg", "Published values and ours, with the ranges of ours over choices, draws and twin"),
-    ("gain-over-limit.svg", "Time saved over the velocity limit of a joint, beside what the best schedule would save"),
+    ("gain-over-limit.svg", "Time saved over the velocity limit of a joint, and what the best schedule would save"),
 ];
 
 /// Puts the drawings of a comparison next to the page, and shows them.

@@ -16,7 +16,7 @@ pub(crate) fn put_bytes(path: &Path, content: &[u8], check: bool, command: &str)
         return Ok(());
     }
     if check {
-        return Err(Failure(format!("{} is not what the code makes; run: {command}", path.display())));
+        return Err(Failure(format!("{} differs from what the code generates; run: {command}", path.display())));
     }
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(|e| Failure(format!("cannot make {}: {e}", folder.display())))?;

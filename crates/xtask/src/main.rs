@@ -43,23 +43,23 @@ fn workspace_root() -> PathBuf {
 const HELP: &str = "\
 cargo xtask COMMAND
 
-  ci               everything that must hold before a change lands
-  ci --only STEP   one step of it
-  quick            format, lints and tests of the crates that changed since the last commit; --since REF: since that one
-  nightly          all of ci, the tests that take long, and the figures of all pages
-  deps             which crate uses which
+  ci               run every check required before a change is merged
+  ci --only STEP   run one step of it
+  quick            check format, lints and tests of the crates changed since the last commit; --since REF: since REF
+  nightly          run all of ci, the long tests, and the figures of all pages
+  deps             list which crate uses which
   cone-frustum     write the programs of scenes/cone-frustum
   machine-models   write the glTF models of machines/ and the body tables of their machine.toml
-  jobs DIR         write scenes that stand for what a user waits for, to be timed with `proveout run`
+  jobs DIR         write typical long-running scenes, to be timed with `proveout run`
   schemas          write docs/schemas
   experiments DIR  write docs/experiments.md from the compare.json of these folders, made by `proveout compare`
   verify-clearance RUN SCENE
-                   check what a run folder says of the clearance of each pair of bodies, with distances of its own
+                   check the clearances in a run folder, pair by pair, with independent distance computations
   verify-schedule FILE
-                   check the bound of `proveout reschedule --certificate FILE` and its proof with code of its own
-  figures          make the runs of docs/figures.toml and fill the figures of the pages; --run NAME: that run (also a long one),
-                   --kept: results in target/figures as they are
-  wheel            build the Python package and test it in an environment of its own; --release, --rerun: with recordings, --no-test
+                   check the bound of `proveout reschedule --certificate FILE` and its proof with independent code
+  figures          run docs/figures.toml and update the figures on the pages; --run NAME: only that run (also a long one),
+                   --kept: use the results in target/figures
+  wheel            build the Python package and test it in its own environment; --release, --rerun: with recordings, --no-test
 
   --check          with a command that writes files: compare only, fail on a difference
 ";

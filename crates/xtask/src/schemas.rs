@@ -27,7 +27,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
 
 /// A schema with the ranges of its quantities; with inches where a file may count in them.
 fn bounded(schema: &str, inches: bool) -> Result<String, Failure> {
-    let fail = |e: serde_json::Error| Failure(format!("a schema is no JSON: {e}"));
+    let fail = |e: serde_json::Error| Failure(format!("a schema is not valid JSON: {e}"));
     let mut value: serde_json::Value = serde_json::from_str(schema).map_err(fail)?;
     proveout_geom::add_ranges_to_schema(&mut value);
     if inches {
@@ -37,7 +37,7 @@ fn bounded(schema: &str, inches: bool) -> Result<String, Failure> {
 }
 
 fn text(schema: &schemars::Schema) -> Result<String, Failure> {
-    let json = serde_json::to_string_pretty(schema).map_err(|e| Failure(format!("a schema is no JSON: {e}")))?;
+    let json = serde_json::to_string_pretty(schema).map_err(|e| Failure(format!("a schema is not valid JSON: {e}")))?;
     Ok(json + "\n")
 }
 

@@ -60,7 +60,7 @@ pub(crate) fn find(tool: &Tool, target: &Path) -> Result<PathBuf, Failure> {
         return Ok(program);
     }
     Err(Failure(format!(
-        "{} {} is not there and could not be installed. Without network, install it beforehand and put it on the path:\n  \
+        "{} {} is missing and could not be installed. Without network, install it beforehand and put it on the path:\n  \
          cargo install --locked --version {} {}",
         tool.program, tool.version, tool.version, tool.package
     )))

@@ -50,7 +50,9 @@ impl Options {
                 "--rerun" => options.rerun = true,
                 "--no-test" => options.untested = true,
                 other => {
-                    return Err(Failure(format!("wheel knows no {other:?}; options: --release, --rerun, --no-test")));
+                    return Err(Failure(format!(
+                        "wheel: unknown option {other:?}; options: --release, --rerun, --no-test"
+                    )));
                 }
             }
         }
@@ -113,7 +115,7 @@ fn packages(required: &str) -> impl Iterator<Item = &str> {
 
 fn builder(required: &str) -> Result<String, Failure> {
     let found = packages(required).find(|line| line.starts_with(BUILDER));
-    found.map(str::to_owned).ok_or_else(|| Failure(format!("{REQUIREMENTS} names no {BUILDER}")))
+    found.map(str::to_owned).ok_or_else(|| Failure(format!("{REQUIREMENTS} does not list {BUILDER}")))
 }
 
 /// An interpreter that is new enough.
@@ -131,7 +133,7 @@ fn interpreter() -> Result<PathBuf, Failure> {
         }
     }
     let (major, minor) = OLDEST;
-    Err(Failure(format!("no Python of {major}.{minor} or newer is on the path; PROVEOUT_PYTHON may name one")))
+    Err(Failure(format!("no Python {major}.{minor} or newer on the path; PROVEOUT_PYTHON may name one")))
 }
 
 /// The executable in `3 11 /usr/bin/python3`, where the version will do.
@@ -169,7 +171,7 @@ fn only_wheel(dist: &Path) -> Result<PathBuf, Failure> {
         entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "whl")).collect();
     match wheels.as_slice() {
         [one] => Ok(one.clone()),
-        _ => Err(Failure(format!("{} holds {} wheels", dist.display(), wheels.len()))),
+        _ => Err(Failure(format!("{} contains {} wheels", dist.display(), wheels.len()))),
     }
 }
 

@@ -63,9 +63,9 @@ impl Workspace {
 
     /// Reads the answer of `cargo metadata --no-deps`.
     pub(crate) fn parse(json: &[u8]) -> Result<Self, Failure> {
-        let strange = |what: &str| Failure(format!("cargo metadata gives no {what}"));
+        let strange = |what: &str| Failure(format!("cargo metadata contains no {what}"));
         let value: Value =
-            serde_json::from_slice(json).map_err(|e| Failure(format!("cargo metadata gives no JSON: {e}")))?;
+            serde_json::from_slice(json).map_err(|e| Failure(format!("cargo metadata is not valid JSON: {e}")))?;
         let text = |value: &Value, key: &str| value[key].as_str().map(str::to_owned).ok_or_else(|| strange(key));
         let list = |value: &Value, key: &str| value[key].as_array().cloned().ok_or_else(|| strange(key));
         let mut members = Vec::new();

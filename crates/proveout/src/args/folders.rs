@@ -6,23 +6,23 @@ use clap::{ArgGroup, Args, ValueEnum};
 
 #[derive(Debug, Args)]
 pub(crate) struct CompletionsArgs {
-    /// The shell
+    /// Shell to complete for
     #[arg(value_enum)]
     pub(crate) shell: clap_complete::Shell,
-    /// File, such as `/etc/bash_completion.d/proveout`
+    /// Output file, such as `/etc/bash_completion.d/proveout`
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long)]
     pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct ManualArgs {
-    /// Folder, such as /usr/local/share/man/man1
+    /// Output folder, such as /usr/local/share/man/man1
     #[arg(value_name = "DIR")]
     pub(crate) output: PathBuf,
-    /// Write over pages that are there
+    /// Overwrite existing pages
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -37,51 +37,51 @@ pub(crate) struct ManualArgs {
     proveout measure --profile gauge.smd --class Sc2 --to-lay-deg 90\n  \
     proveout measure --profile gauge.smd --standard iso4287 --json\n  \
     proveout measure patch.sdf --out patch.png\n\n\
-    Coordinates of a stock are those of the workpiece frame, mm. Between rays the surface is that of the mesh of the stock: on faces of \
-    curvature radius r it is off by about cell²/8r. A distance is negative in material.\n\
-    Texture: a pitch of marks beyond the cut-off of the class goes to the next class; what the data do not carry is unchecked, with \
-    the reason, and the exit code is 3.")]
+    Stock: coordinates are in the workpiece frame, mm. Between rays the surface is that of the stock's mesh; on a face of \
+    curvature radius r its error is about cell²/8r. A distance inside material is negative.\n\
+    Texture: if the pitch of the marks exceeds the cut-off of the class, use the next class. A parameter that the data cannot \
+    support is unchecked, with the reason, and the exit code is 3.")]
 pub(crate) struct MeasureArgs {
-    /// Run folder, a stock file (.dexel) in it, or a file of texture: height map or profile (SDF, X3P, SMD)
+    /// Run folder, stock file (.dexel) from it, or texture file: height map or profile (SDF, X3P, SMD)
     #[arg(value_name = "FILE")]
     pub(crate) file: Option<PathBuf>,
-    /// Section with a plane across an axis, such as z=12.5 (mm)
+    /// Cut a section with a plane normal to an axis, such as z=12.5 (mm)
     #[arg(long, value_name = "AXIS=MM", allow_hyphen_values = true)]
     pub(crate) section: Option<String>,
-    /// Distance of a place from the surface, mm; may be repeated
+    /// Measure the distance from a point to the surface, mm; may be repeated
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) distance: Vec<String>,
-    /// Thickness of the wall that a line from a place along a direction goes through first; may be repeated
+    /// Measure the thickness of the first wall that a ray from a point along a direction hits; may be repeated
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true)]
     pub(crate) wall: Vec<String>,
-    /// Closed mesh in the workpiece frame, mm (STL, OBJ, glTF): measured beside the stock
+    /// Measure this design as well: a closed mesh in the workpiece frame, mm (STL, OBJ, glTF)
     #[arg(long, value_name = "MESH")]
     pub(crate) design: Option<PathBuf>,
-    /// File of a profile (SMD, SDF, X3P): parameters of ISO 21920-2 or ISO 4287
+    /// Profile file (SMD, SDF, X3P): compute the parameters of ISO 21920-2 or ISO 4287
     #[arg(long, value_name = "FILE")]
     pub(crate) profile: Option<PathBuf>,
-    /// Setting class of a texture, Sc1 to Sc5 (default: Sc3); its cut-off is the L-filter of height maps
+    /// Setting class of the texture, Sc1 to Sc5 (default: Sc3); its cut-off is the L-filter of height maps
     #[arg(long, value_enum)]
     pub(crate) class: Option<ClassArg>,
     /// Definitions of the profile parameters (default: iso21920)
     #[arg(long, value_enum)]
     pub(crate) standard: Option<StandardArg>,
-    /// How the form of a texture is removed (default: level)
+    /// Form removal of the texture (default: level)
     #[arg(long, value_enum)]
     pub(crate) form: Option<FormArg>,
-    /// Direction of a profile to the lay: 0 along the marks, 90 across them (default: not known)
+    /// Angle between profile and lay, degrees: 0 along the marks, 90 across them (default: unknown)
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
     pub(crate) to_lay_deg: Option<f64>,
-    /// Pitch of the marks, mm, as far as it is known (default: as found)
+    /// Pitch of the marks, mm (default: found from the data)
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub(crate) pitch_mm: Option<f64>,
     /// Print the texture as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// File for the result: .json everything; .svg and .csv the section; .png, .sdf and .x3p the texture
+    /// Result file: .json for everything; .svg or .csv for the section; .png, .sdf or .x3p for the texture
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long, requires = "out")]
     pub(crate) force: bool,
 }
@@ -115,9 +115,9 @@ pub(crate) enum StandardArg {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum FormArg {
-    /// Least-squares line of a profile, least-squares plane of a map
+    /// Subtract the least-squares line of a profile, the least-squares plane of a map
     Level,
-    /// Nothing is taken off
+    /// Subtract nothing
     None,
 }
 
@@ -137,16 +137,16 @@ pub(crate) struct ViewArgs {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit code: 0 all is as the run left it; 1 a file of the run folder is not, or the signature does not hold; 3 the folder is, but an input has \
-                        changed since, is gone, or cannot be found."
+    after_help = "Exit code: 0 nothing has changed since the run; 1 a file of the run folder has changed, or the signature is \
+                        not valid; 3 the folder is unchanged, but an input has changed or cannot be found."
 )]
 pub(crate) struct VerifyArgs {
     /// Run folder, or the folder of a comparison
     pub(crate) run: PathBuf,
-    /// Folder of the scene, or its scene.toml (default: as the manifest says)
+    /// Folder of the scene, or its scene.toml (default: from the manifest)
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Option<PathBuf>,
-    /// Ed25519 public key (PEM) whose signature the manifest must have
+    /// Ed25519 public key (PEM) of the expected signer; the manifest must carry its signature
     #[arg(long, value_name = "FILE")]
     pub(crate) public_key: Option<PathBuf>,
 }
@@ -155,7 +155,7 @@ pub(crate) struct VerifyArgs {
 pub(crate) struct SignArgs {
     /// Run folder, or the folder of a comparison
     pub(crate) run: PathBuf,
-    /// Ed25519 private key (PEM), as `openssl genpkey -algorithm ed25519` makes it
+    /// Ed25519 private key (PEM), as created by `openssl genpkey -algorithm ed25519`
     #[arg(long, value_name = "FILE")]
     pub(crate) key: PathBuf,
 }

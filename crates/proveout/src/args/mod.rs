@@ -13,8 +13,9 @@ pub(crate) use self::{folders::*, own_part::*, programs::*, runs::*};
 #[derive(Debug, Parser)]
 #[command(name = "proveout", version, max_term_width = 110)]
 #[command(
-    after_help = "Exit code: 0 verdict pass (or the command did its work); 1 verdict fail; 2 the input or the call is \
-                        wrong, nothing is written; 3 verdict unchecked: nothing failed, but something was not checked; 130 stopped by Ctrl-C or TERM."
+    after_help = "Exit code: 0 verdict pass (or command succeeded); 1 verdict fail; 2 invalid input or arguments, \
+                        nothing is written; 3 verdict unchecked: nothing failed, but something was not checked; \
+                        130 interrupted by Ctrl-C or TERM."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -23,47 +24,47 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Make a scene from NC programs: what their text tells, what was chosen with the reason, and what you answer
+    /// Create a scene from NC programs: values read from their text, proposed values with the reason, and your answers
     New(NewArgs),
-    /// Write the tool library of another program (Fusion 360, LinuxCNC, CAMotics, CSV, G10 offsets) as one of this
+    /// Convert a tool library (Fusion 360, LinuxCNC, CAMotics, CSV, G10 offsets) to a Proveout library
     Tools(ToolsArgs),
-    /// Write a machine from the INI file of a LinuxCNC configuration or from a URDF file, as a start: what it does not tell is marked as chosen
+    /// Create a draft machine from a LinuxCNC INI file or a URDF file; values missing there are marked as chosen
     Machine(MachineArgs),
-    /// Run a program of a scene on the twin and write the run folder
+    /// Simulate a program of a scene on the twin and write the run folder
     Run(RunArgs),
-    /// Run the setups of a part in order, the stock handed on from one to the next: one verdict, one page
+    /// Run the setups of a part in order, passing the stock from one to the next: one verdict, one page
     Job(JobArgs),
-    /// Run a scene many times with other values of its keys, on as many machines as there are: plan, run, merge
+    /// Run a scene many times with varied key values, on any number of computers: plan, run, merge
     Sweep {
         #[command(subcommand)]
         command: SweepCommand,
     },
-    /// Run all programs of a scene on the same twin and compare them: times with error, joints, cut parts
+    /// Run all programs of a scene on the same twin and compare cycle times (with error), joints and cut parts
     Compare(CompareArgs),
-    /// Diagnostics only: scenes, machines, tool libraries, NC programs
+    /// Check scenes, machines, tool libraries, control files and NC programs without running them
     Check(CheckArgs),
-    /// Print the canonical commands of a program, one JSON object a line, or write it in another dialect
+    /// Print the canonical commands of a program, one JSON object per line, or write it in another dialect
     Nc(NcArgs),
-    /// Tool poses of joint positions, or joint positions of tool poses: CSV in, CSV out
+    /// Convert joint positions to tool poses, or tool poses to joint positions: CSV in, CSV out
     Kinematics(KinematicsArgs),
-    /// Write the blade of a scene as a closed mesh, STL or glTF
+    /// Write the blade of a scene as a closed mesh (STL or glTF)
     Blade(BladeArgs),
-    /// Write a program for the blade of a scene
+    /// Generate a program for the blade of a scene
     Plan(PlanArgs),
-    /// Write a program of a scene with new tool axes: contact points, feeds and structure stay
+    /// Rewrite a program with new tool axes; contact points, feeds and structure are kept
     Reschedule(RescheduleArgs),
-    /// Measure the stock that a run left (section, distance, wall thickness), or the texture in a file (roughness)
+    /// Measure the stock after a run (section, distance, wall thickness) or a measured surface texture (roughness)
     Measure(MeasureArgs),
-    /// What changed between two run folders: findings gone, new, changed; numbers
+    /// Compare two run folders: findings gone, new and changed; numbers that differ
     Diff(DiffArgs),
     /// Open the recording of a run folder in the Rerun viewer
     View(ViewArgs),
-    /// Hold a run folder against its manifest: files that are not as the run wrote them, inputs that have changed since
+    /// Check a run folder against its manifest: list files and inputs that have changed since the run
     Verify(VerifyArgs),
-    /// Sign the manifest of a run folder, so that `verify` tells who vouches for it
+    /// Sign the manifest of a run folder, so that `verify` can confirm who signed it
     Sign(SignArgs),
-    /// Write the completions of a shell into a file that it reads
+    /// Write the completion script of a shell to a file
     Completions(CompletionsArgs),
-    /// Write the manual pages of all commands into a folder
+    /// Write the manual pages of all commands to a folder
     Manual(ManualArgs),
 }

@@ -18,111 +18,115 @@ pub(crate) enum UnitArg {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     proveout new --list-machines\n\n\
-    docs/first-part.md goes through a part, step by step. Questions are asked at the terminal; without one each wants an answer in the file of \
-    --answers, by its key: stock = \"0,0,-20,100,60,0\", holder = \"40x60\". The word proposed takes what is proposed.")]
+    docs/first-part.md shows a first part, step by step. At a terminal the command asks for missing values; without one, give each \
+    answer in the file of --answers under its key: stock = \"0,0,-20,100,60,0\", holder = \"40x60\". The answer `proposed` accepts \
+    the proposal.")]
 pub(crate) struct NewArgs {
-    /// Program texts
+    /// NC programs
     #[arg(value_name = "PROGRAM", required_unless_present = "list_machines")]
     pub(crate) programs: Vec<PathBuf>,
-    /// Machine: a name of the library, or a folder with machine.toml
+    /// Machine: a name from the library, or a folder with machine.toml
     #[arg(long, value_name = "NAME", required_unless_present = "list_machines")]
     pub(crate) machine: Option<String>,
-    /// List the machines of the library, a line each: structure, travel, source
+    /// List the machines of the library, one per line: structure, travel, source
     #[arg(long, conflicts_with_all = ["programs", "machine", "control", "stock", "design", "tools", "unit", "answers", "output"])]
     pub(crate) list_machines: bool,
-    /// Control: a built-in one or a control file (default: that of the machine, else told from the text)
+    /// Control: a built-in name or a control file (default: that of the machine, else detected from the text)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
-    /// Stock: X0,Y0,Z0,X1,Y1,Z1 in mm (or with inch at the end), X,Y,Z0,DIAMETER,HEIGHT (a lying bar: X0,Y,Z,DIAMETER,LENGTH along X), a mesh, or proposed
+    /// Stock, mm (append inch for inches): block X0,Y0,Z0,X1,Y1,Z1; cylinder X,Y,Z0,DIAMETER,HEIGHT; lying bar
+    /// X0,Y,Z,DIAMETER,LENGTH along X; a mesh file; or `proposed`
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
     pub(crate) stock: Option<String>,
-    /// Design of the part, a closed mesh in the coordinates of the program (STL, OBJ, glTF)
+    /// Design of the part: a closed mesh in program coordinates (STL, OBJ, glTF)
     #[arg(long, value_name = "FILE")]
     pub(crate) design: Option<PathBuf>,
-    /// Tool library: .toml of this program, Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, offsets as a program
+    /// Tool library: Proveout .toml, Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, or a program with G10 offsets
     #[arg(long, value_name = "FILE")]
     pub(crate) tools: Option<PathBuf>,
-    /// Unit of the tool library, where it does not tell it
+    /// Unit of the tool library, where the file does not state it
     #[arg(long, value_enum, requires = "tools")]
     pub(crate) unit: Option<UnitArg>,
-    /// Answers to the questions, TOML
+    /// TOML file with answers to the questions
     #[arg(long, value_name = "FILE")]
     pub(crate) answers: Option<PathBuf>,
-    /// Folder that is made (default: the name of the first program, here); one that is there is refused
+    /// Folder to create, must not exist (default: name of the first program, in the current folder)
     #[arg(long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Tell it as JSON on the standard output: the scene, questions that are open (then with exit code 2), or the machines. Nobody is asked
+    /// Print JSON to standard output, without prompting: the scene, the open questions (exit code 2), or the machines
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct ToolsArgs {
-    /// Tool library: Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, offsets as a program (G10 L10)
+    /// Tool library: Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, or a program with offsets (G10 L10)
     pub(crate) file: PathBuf,
-    /// Library that is written
+    /// Library to write
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Unit of the file, where it does not tell it
+    /// Unit of the file, where the file does not state it
     #[arg(long, value_enum)]
     pub(crate) unit: Option<UnitArg>,
-    /// Only the tool of this number; may be repeated
+    /// Convert only the tool with this number; may be repeated
     #[arg(long, value_name = "N")]
     pub(crate) number: Vec<u32>,
-    /// Holder of tools of which the file tells none: diameter and length to the gauge line, mm or with inch at the end (default: none, checks against it are unchecked)
+    /// Holder for tools without one in the file: diameter x length to the gauge line, mm (append inch for inches).
+    /// Default: none; checks against the holder are then unchecked
     #[arg(long, value_name = "DxL")]
     pub(crate) holder: Option<String>,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long)]
     pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A URDF file (.urdf, .xml) knows places, axes and limits of joints, and shapes of links; --tool-link and --table-link say which of them are \
-                        the two ends of the machine. Joints between them get the letter that their name tells (X, x_axis, joint_B)."
+    after_help = "A URDF file (.urdf, .xml) gives positions, axes and limits of joints, and shapes of links. --tool-link and \
+                        --table-link name the two ends of the machine. Joints between them get the axis letter found in \
+                        their name (X, x_axis, joint_B)."
 )]
 pub(crate) struct MachineArgs {
-    /// INI file of a LinuxCNC configuration, or a URDF file
+    /// LinuxCNC INI file, or a URDF file
     pub(crate) file: PathBuf,
-    /// INI file: linear axes that carry the table, such as XY (default: none, all carry the tool)
+    /// INI: linear axes that carry the table, such as XY (default: none, all carry the tool)
     #[arg(long, value_name = "LETTERS")]
     pub(crate) table_axes: Option<String>,
-    /// URDF: link that carries the tool; its origin is the middle of the gauge line
+    /// URDF: link that carries the tool; its origin is the center of the gauge line
     #[arg(long, value_name = "NAME")]
     pub(crate) tool_link: Option<String>,
-    /// URDF: link that carries the workpiece; its origin is the middle of the clamping surface
+    /// URDF: link that carries the workpiece; its origin is the center of the clamping surface
     #[arg(long, value_name = "NAME")]
     pub(crate) table_link: Option<String>,
-    /// URDF: letters of joints whose names tell none, such as `joint_1=X,joint_2=C`
+    /// URDF: axis letters of joints whose names do not contain one, such as `joint_1=X,joint_2=C`
     #[arg(long, value_name = "JOINT=LETTER,...")]
     pub(crate) axis_names: Option<String>,
-    /// URDF: axes that the control counts against the joint of the file, such as X,C
+    /// URDF: axes whose positive direction on the control is opposite to the joint of the file, such as X,C
     #[arg(long, value_name = "LETTERS")]
     pub(crate) reverse: Option<String>,
     /// URDF: axis of the tool link that points from the tool into the spindle: x, -x, y, -y, z, -z (default: z)
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub(crate) tool_direction: Option<String>,
-    /// URDF: axis of the table link that points out of the clamping surface, likewise (default: z)
+    /// URDF: axis of the table link that points out of the clamping surface: x, -x, y, -y, z, -z (default: z)
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub(crate) table_normal: Option<String>,
-    /// Folder that is made; one that is there is refused
+    /// Folder to create; must not exist
     #[arg(long, value_name = "DIR")]
     pub(crate) output: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// Scenes, machines, tool libraries, control files, NC programs; files or folders
+    /// Scenes, machines, tool libraries, control files or NC programs; files or folders
     #[arg(required = true)]
     pub(crate) paths: Vec<PathBuf>,
-    /// Draw the machine that is checked: its bodies at home, its axes with their letters, travel and what each carries (PNG)
+    /// Draw the machine to a PNG file: bodies at home, axes with letter, travel and what each one carries
     #[arg(long, value_name = "FILE")]
     pub(crate) picture: Option<PathBuf>,
-    /// Write over a picture that is there
+    /// Overwrite an existing picture
     #[arg(long, requires = "picture")]
     pub(crate) force: bool,
-    /// Tell it as JSON on the standard output, errors in it: each path with notes and causes of findings to come
+    /// Print JSON to standard output, errors included: each path with notes and likely causes of findings
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

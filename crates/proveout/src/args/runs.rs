@@ -15,80 +15,83 @@ pub(crate) struct RunArgs {
     /// Program of the scene (default: the first one)
     #[arg(long, value_name = "NAME")]
     pub(crate) program: Option<String>,
-    /// Run this program text on the scene instead
+    /// Run this NC program on the scene instead
     #[arg(long, value_name = "FILE")]
     pub(crate) nc: Option<PathBuf>,
-    /// Run folder (default: out/SCENE-PROGRAM, with -preview or -stopped behind it where the run is one); an older run there is replaced when the new one is complete, other files stay
+    /// Run folder (default: out/SCENE-PROGRAM, with suffix -preview or -stopped for such a run). An older run there is
+    /// replaced once the new one is complete; other files are kept
     #[arg(long, value_name = "DIR", alias = "output")]
     pub(crate) out: Option<PathBuf>,
-    /// Go on with the run to this run folder that was stopped (Ctrl-C, a kill, a full disk): its motion is planned and judged again,
-    /// what it had cut is taken from its journal. The result is that of a run that was not stopped
+    /// Resume an interrupted run (Ctrl-C, a kill, a full disk); the result is identical to an uninterrupted one. Motion
+    /// is planned and judged again, finished cuts are read from the journal
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Quick look: cells four times as long, without patches and texture. What it finds is true; what it does not find proves nothing, so
-    /// that gates which ask the stock are unchecked
+    /// Run a quick preview with cells four times as large, without patches and texture. Its findings are real, but
+    /// their absence proves nothing: gates that depend on the stock stay unchecked
     #[arg(long, conflicts_with_all = ["resolution_mm", "overhang", "free_axes", "accept_unchecked"])]
     pub(crate) preview: bool,
-    /// End the run early: at the first finding of a code, or any that fails a gate; behind a line of the program, as 120; at a simulated
-    /// time, as 12.5s. Gates are then unchecked unless they have failed
+    /// Stop at the first finding with CODE (`any`: one that fails a gate), after program line LINE (`120`), or at a
+    /// simulated time (`12.5s`). Gates that have not failed by then are unchecked
     #[arg(long, value_name = "any|CODE|LINE|TIMEs", allow_hyphen_values = true, conflicts_with_all = ["overhang", "free_axes", "accept_unchecked"])]
     pub(crate) stop_at: Option<StopAt>,
-    /// Distance of the stock's rays, mm (default: the scene's)
+    /// Cell size of the stock (distance between its rays), mm (default: that of the scene)
     #[arg(long, value_name = "X")]
     pub(crate) resolution_mm: Option<f64>,
-    /// Worker threads (default: all processors); the verdict does not depend on it
+    /// Worker threads (default: all processors); the verdict does not depend on their number
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
-    /// A value in the place of that in the files, by tables, names and key with points between; `machine.` and `tools.` lead into those
-    /// files: `control.path_tolerance_mm=0.005`, `machine.A.max_velocity_deg_s=50`. The verdict names it. May be repeated
+    /// Override a value of the scene, or with prefix `machine.` or `tools.` of those files, by its dotted key:
+    /// `control.path_tolerance_mm=0.005`, `machine.A.max_velocity_deg_s=50`. The verdict lists it. May be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<SetValue>,
-    /// Which motion cuts (default: the scene's)
+    /// Motion model that cuts the stock (default: that of the scene)
     #[arg(long, value_enum)]
     pub(crate) dynamics: Option<DynamicsArg>,
-    /// What moves under the forces of the drives, with --dynamics servo (default: the scene's)
+    /// With --dynamics servo: mechanical model driven by the drive forces (default: that of the scene)
     #[arg(long, value_enum)]
     pub(crate) plant: Option<PlantArg>,
-    /// Search how far each tool must stand out of its holder, by runs of its own before this one
+    /// Find the smallest overhang of each tool from its holder that is collision-free, by extra runs before this one
     #[arg(long)]
     pub(crate) overhang: bool,
-    /// Look for the free tool axes at so many places where a ball end touches the design: maps in the report and a file
+    /// Compute collision-free orientation maps at this many contact points (ball-end tools), for the report and as a
+    /// file
     #[arg(long, value_name = "PLACES", value_parser = clap::value_parser!(u16).range(1..=2000))]
     pub(crate) free_axes: Option<u16>,
-    /// Where the Rerun recording goes
+    /// Destination of the Rerun recording
     #[arg(long, value_enum, default_value = RECORDING)]
     pub(crate) rerun: RerunArg,
-    /// Exit code 0 also where this gate is unchecked; may be repeated. The verdict stays as it is
+    /// Exit with code 0 even if this gate is unchecked; the verdict is not changed. May be repeated
     #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
     pub(crate) accept_unchecked: Vec<String>,
 }
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A job lists its setups: [[setup]] with name, scene, and where wanted program and after. docs/jobs.md shows one."
+    after_help = "A job lists its setups: one [[setup]] each, with name, scene, and optionally program and after. See docs/jobs.md."
 )]
 pub(crate) struct JobArgs {
     /// Folder of the job, or its job.toml
     pub(crate) job: PathBuf,
-    /// Folder (default: out/JOB-job); an older one there is replaced when the new one is complete, other files stay
+    /// Output folder (default: out/JOB-job). An older job there is replaced once the new one is complete; other files
+    /// are kept
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Worker threads (default: all processors); no verdict depends on it
+    /// Worker threads (default: all processors); no verdict depends on their number
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
-    /// Where the Rerun recording of each setup goes
+    /// Destination of the Rerun recording of each setup
     #[arg(long, value_enum, default_value = "off")]
     pub(crate) rerun: RerunArg,
 }
 
-/// What to do with a sweep.
+/// Steps of a sweep.
 #[derive(Debug, Subcommand)]
 pub(crate) enum SweepCommand {
-    /// Write a folder a job, with its values and the SHA-256 of all that it reads; jobs that are planned already stay with their results
+    /// Write one folder per job, with its values and the SHA-256 of its inputs; jobs planned before keep their results
     Plan(SweepPlanArgs),
-    /// Run jobs of a plan that have no result yet, one after the other; may be called many times beside each other, on many machines
+    /// Run the jobs that have no result yet, one after another; may run several times in parallel, on several computers
     Run(SweepRunArgs),
-    /// Put all results into one table and one page; nothing is merged where one is missing, damaged or of another plan
+    /// Merge all results into one table and one page; stop if a result is missing, damaged or from another plan
     Merge(SweepMergeArgs),
 }
 
@@ -96,29 +99,29 @@ pub(crate) enum SweepCommand {
 pub(crate) struct SweepPlanArgs {
     /// Folder of the sweep, or its sweep.toml
     pub(crate) sweep: PathBuf,
-    /// Folder (default: out/SWEEP-sweep)
+    /// Output folder (default: out/SWEEP-sweep)
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct SweepRunArgs {
-    /// Folder that sweep plan has written
+    /// Folder written by `proveout sweep plan`
     pub(crate) sweep: PathBuf,
-    /// Only this job, or these from one to another; may be repeated
+    /// Run only this job, or this range of jobs; may be repeated
     #[arg(long, value_name = "N|FIRST-LAST")]
     pub(crate) job: Vec<JobRange>,
-    /// Only one part of the jobs, as 3/8: every eighth from the third on
+    /// Run only one share of the jobs: 3/8 is every eighth job, starting with the third
     #[arg(long, value_name = "I/N")]
     pub(crate) part: Option<Part>,
-    /// Worker threads of a job (default: all processors); no result depends on it
+    /// Worker threads of a job (default: all processors); no result depends on their number
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct SweepMergeArgs {
-    /// Folder that sweep plan has written
+    /// Folder written by `proveout sweep plan`
     pub(crate) sweep: PathBuf,
 }
 
@@ -164,25 +167,26 @@ impl FromStr for Part {
 pub(crate) struct CompareArgs {
     /// Folder of the scene, or its scene.toml
     pub(crate) scene: PathBuf,
-    /// Program that the others are compared with (default: the scene's, else the first one)
+    /// Program to compare the others with (default: that of the scene, else the first one)
     #[arg(long, value_name = "NAME")]
     pub(crate) baseline: Option<String>,
-    /// Folder (default: out/SCENE-compare); an older comparison there is replaced when the new one is complete, other files stay
+    /// Output folder (default: out/SCENE-compare). An older comparison there is replaced once the new one is complete;
+    /// other files are kept
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Distance of the stock's rays, mm (default: the scene's)
+    /// Cell size of the stock (distance between its rays), mm (default: that of the scene)
     #[arg(long, value_name = "X")]
     pub(crate) resolution_mm: Option<f64>,
-    /// Worker threads (default: all processors); compare.json does not depend on it
+    /// Worker threads (default: all processors); compare.json does not depend on their number
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
-    /// Which motion cuts (default: the scene's)
+    /// Motion model that cuts the stock (default: that of the scene)
     #[arg(long, value_enum)]
     pub(crate) dynamics: Option<DynamicsArg>,
-    /// Where the Rerun recording of each program goes
+    /// Destination of the Rerun recording of each program
     #[arg(long, value_enum, default_value = "off")]
     pub(crate) rerun: RerunArg,
-    /// Exit code 0 also where this gate of a program is unchecked; may be repeated. The verdict stays as it is
+    /// Exit with code 0 even if this gate is unchecked for a program; the verdict is not changed. May be repeated
     #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
     pub(crate) accept_unchecked: Vec<String>,
 }
@@ -193,13 +197,13 @@ pub(crate) enum DynamicsArg {
     Ideal,
     /// The set points of the control, corners rounded within the tolerance
     Planned,
-    /// What the drives make of the set points
+    /// The motion of the drives following the set points
     Servo,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum PlantArg {
-    /// One mass a joint, loaded by recursive Newton-Euler
+    /// One mass per joint, loads by recursive Newton-Euler
     NewtonEuler,
     /// Coupled rigid bodies in Rapier
     Rapier,
@@ -211,8 +215,8 @@ pub(crate) enum RerunArg {
     Off,
     /// recording.rrd in the run folder
     File,
-    /// A viewer is started and fed
+    /// Start a viewer and stream to it
     Spawn,
-    /// A running viewer is fed
+    /// Stream to a running viewer
     Connect,
 }

@@ -16,16 +16,17 @@ const CHORD_ERROR_MM: std::ops::RangeInclusive<f64> = 1e-5..=1.0;
 pub(crate) fn blade(args: &BladeArgs) -> Result<(), Failure> {
     let ending = args.output.extension().map(|e| e.to_string_lossy().to_lowercase());
     if !matches!(ending.as_deref(), Some("stl" | "glb")) {
-        return Err(Failure::new(format!("{} is neither STL nor glTF", args.output.display()))
-            .with_help("let the name end in .stl or .glb"));
+        return Err(Failure::new(format!("{}: the file extension is neither .stl nor .glb", args.output.display()))
+            .with_help("use the extension .stl or .glb"));
     }
     check(&args.output, args.force)?;
     if !(0.0..=MOST_ALLOWANCE_MM).contains(&args.allowance_mm) {
-        return Err(Failure::new(format!("--allowance-mm {} is no allowance", args.allowance_mm))
-            .with_help("give 0 to 1000 mm"));
+        return Err(
+            Failure::new(format!("--allowance-mm {} is out of range", args.allowance_mm)).with_help("use 0 to 1000 mm")
+        );
     }
     if let Some(error) = args.chord_error_mm.filter(|e| !CHORD_ERROR_MM.contains(e)) {
-        return Err(Failure::new(format!("--chord-error-mm {error} is not offered")).with_help("give 0.00001 to 1 mm"));
+        return Err(Failure::new(format!("--chord-error-mm {error} is out of range")).with_help("use 0.00001 to 1 mm"));
     }
     let scene = Scene::read(&args.scene).map_err(|e| Failure::from(&e.into()))?;
     let made = blade_mesh_of(&scene, args.allowance_mm, args.chord_error_mm).map_err(|e| Failure::from(&e))?;

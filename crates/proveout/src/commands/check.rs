@@ -81,8 +81,8 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
     let mut clean = true;
     let kinds = args.paths.iter().map(|path| Ok((path, kind(path)?))).collect::<Result<Vec<_>, Failure>>()?;
     if args.reader.stated() && !kinds.iter().any(|(_, kind)| matches!(kind, Kind::Program)) {
-        return Err(Failure::new("the call says how programs are read, and names no NC program")
-            .with_help("leave --control and the other options for programs out: scenes and machines state theirs"));
+        return Err(Failure::new("options for reading NC programs are given, but no path is an NC program")
+            .with_help("omit --control and the other reading options: scenes and machines state their own"));
     }
     if let Some(file) = &args.picture {
         check_picture(file, args.force, &kinds)?;
@@ -99,7 +99,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
             Kind::Control => check_control(path),
             Kind::Program if ProgramText::open(path).is_ok_and(|text| looks_binary(&text)) => {
                 Err(Failure::new(format!("{} is not plain text: it looks like a binary file", path.display()))
-                    .with_help("name the text of an NC program"))
+                    .with_help("name the text file of an NC program"))
             }
             Kind::Program => reader::settings(&args.reader, None, path)
                 .and_then(|settings| check_program(&Survey::of_file(path, &settings, &mut |_, _| None)))
@@ -144,11 +144,12 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
 /// A picture shows one machine, and is a PNG file that is not there yet.
 fn check_picture(file: &Path, force: bool, kinds: &[(&std::path::PathBuf, Kind)]) -> Result<(), Failure> {
     if !matches!(kinds, [(_, Kind::Machine)]) {
-        return Err(Failure::new("--picture draws one machine, and the call names something else")
-            .with_help("name one folder with machine.toml"));
+        return Err(Failure::new("--picture draws one machine, but the paths are not a single machine")
+            .with_help("name a single folder with machine.toml"));
     }
     if file.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
-        return Err(Failure::new(format!("{} is no PNG file", file.display())).with_help("let the name end in .png"));
+        return Err(Failure::new(format!("{}: the file extension is not .png", file.display()))
+            .with_help("use the extension .png"));
     }
     output_file::check(file, force)
 }
@@ -167,7 +168,7 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
         };
     }
     if !path.exists() {
-        return Err(Failure::new(format!("{} is not there", path.display())).with_help("check the path"));
+        return Err(Failure::new(format!("{} does not exist", path.display())).with_help("check the path"));
     }
     if !path.is_file() {
         return Err(Failure::new(format!("{} is neither a file nor a folder", path.display()))
@@ -188,7 +189,7 @@ fn kind_by_keys(path: &Path) -> Result<Kind, Failure> {
     let keys = top_keys(&text);
     let has = |words: &[&str]| words.iter().any(|word| keys.contains(*word));
     let other = |what: &str, help: &str| {
-        Err(Failure::new(format!("{} is {what}, which is not checked alone", path.display()))
+        Err(Failure::new(format!("{} is {what}; `proveout check` does not read it", path.display()))
             .with_help(help.to_owned()))
     };
     if has(&["stock", "resolution_mm", "mount", "fixture", "work_offsets"]) || has(&["machine"]) && has(&["tools"]) {
@@ -198,9 +199,9 @@ fn kind_by_keys(path: &Path) -> Result<Kind, Failure> {
     } else if has(&["joint", "spindle"]) {
         Ok(Kind::Machine)
     } else if has(&["vary", "shards"]) {
-        other("a sweep", "`proveout sweep plan` says what is wrong with it")
+        other("a sweep", "check it with `proveout sweep plan`")
     } else if has(&["setup"]) {
-        other("a job of several setups", "`proveout job` says what is wrong with it; name the scenes of its setups")
+        other("a job of several setups", "check the scenes of its setups, or run `proveout job`")
     } else {
         Ok(Kind::Tools)
     }
@@ -242,7 +243,7 @@ fn check_scene(path: &Path) -> Result<Checked, Failure> {
         if program.file.is_none() && program.reschedule.is_none() {
             found.programs.push(OfProgram {
                 name: Some(program.name.clone()),
-                notes: vec!["its text is not part of the scene, give it with --nc".into()],
+                notes: vec!["its text is not part of the scene; name the file with --nc".into()],
                 ..OfProgram::default()
             });
             let machine = scene.resolve(program.machine.as_ref().unwrap_or(&scene.file.machine));

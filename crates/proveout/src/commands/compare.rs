@@ -32,7 +32,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
         bar.set_length(total as u64);
         bar.set_position(done as u64);
         if plain && done == total {
-            tell!("{total} motions of the programs on the varied twin");
+            tell!("{total} motions simulated on variations of the twin");
         }
     };
     let rerun = recorder(args.rerun);
@@ -63,13 +63,13 @@ fn accepted(comparison: &Comparison, gates: &[String]) -> State {
     if comparison.verdict != State::Unchecked || unchecked.is_empty() || of_scene || !all {
         return comparison.verdict;
     }
-    say!("\n  unchecked, and accepted by the call: {}", Vec::from_iter(unchecked).join(", "));
+    say!("\n  unchecked, accepted by --accept-unchecked: {}", Vec::from_iter(unchecked).join(", "));
     State::Pass
 }
 
 fn motion_bar() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} motions on the varied twin  {eta} left")
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} motions on variations of the twin  {eta} left")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.set_style(style);
     bar
@@ -92,7 +92,7 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
         say!("  {name:<16} {:<10} {:>10.3} {:>10.3} {stretch:>10}", word(p.verdict), p.time.total_s, p.time.cutting_s);
     }
     if let Some(same) = c.same_texts_in_words() {
-        say!("\n  programs of the same text, to the byte: {same}");
+        say!("\n  programs with identical text: {same}");
     }
     say!("\n  time of the cutting stretch saved, percent");
     for (name, g) in c.order.iter().filter_map(|n| c.gains.get_key_value(n)) {
@@ -107,7 +107,7 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
             if t.sign_holds { "holds" } else { "changes" }
         );
         if let Some(percent) = c.at_own_limits(name) {
-            say!("  {:<16} {:>8} with the limits of the machine itself", "", number(Some(percent), 2));
+            say!("  {:<16} {:>8} with the machine's own limits", "", number(Some(percent), 2));
         }
     }
     if !c.published.is_empty() {

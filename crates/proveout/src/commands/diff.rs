@@ -18,7 +18,7 @@ const LEAST_OF_SHARE: f64 = 1e-9;
 fn read(run: &Path) -> Result<Verdict, Failure> {
     let file = run.join("verdict.json");
     let text = read_regular_text(&file, MAX_BYTES).map_err(|e| {
-        Failure::new(format!("{}: {e}", file.display())).with_help("name a run folder, as `proveout run` makes it")
+        Failure::new(format!("{}: {e}", file.display())).with_help("name a run folder written by `proveout run`")
     })?;
     serde_json::from_str(&text)
         .map_err(|e| Failure::new(format!("{}:{}:{}: {e}", file.display(), e.line(), e.column())))

@@ -41,7 +41,7 @@ pub(crate) fn job(args: &JobArgs) -> Result<State, Failure> {
     let mut verdict = JobVerdict::new(&job);
     for setup in &job.setups {
         if let Some(before) = verdict.blocked(&job, setup) {
-            tell!("setup {}: not run, since {before} before it failed or was not run", setup.name);
+            tell!("setup {}: not run: setup {before} before it failed or was not run", setup.name);
             verdict.leave_out(&job, setup, &before);
             continue;
         }
@@ -103,7 +103,7 @@ fn summary(verdict: &JobVerdict, place: &Path, wall: f64) {
         match (&s.verdict, &s.not_run) {
             (Some(state), _) => {
                 say!(
-                    "  {:<9} {:<16} {stock}, {:.1} s, {:.1} mm3 removed, {} findings that fail a gate",
+                    "  {:<9} {:<16} {stock}, {:.1} s, {:.1} mm3 removed, {} findings fail a gate",
                     word(*state),
                     s.name,
                     s.time_s.unwrap_or(0.0),

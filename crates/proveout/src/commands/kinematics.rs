@@ -15,8 +15,8 @@ use crate::{
 pub(crate) fn kinematics(args: &KinematicsArgs) -> Result<(), Failure> {
     let length = args.tool_length_mm;
     if !(length >= 0.0 && length.is_finite()) {
-        return Err(Failure::new(format!("--tool-length-mm {length} is no length"))
-            .with_help("write the distance from the tip to the gauge line in mm, from 0"));
+        return Err(Failure::new(format!("--tool-length-mm {length} is not a valid length"))
+            .with_help("give the distance from the tip to the gauge line, mm, zero or more"));
     }
     let machine = Machine::read(&args.machine).map_err(|e| Failure::from(&proveout_sim::SimError::from(e)))?;
     let direction = if args.forward { Direction::Forward } else { Direction::Inverse { nearest: args.nearest } };
@@ -31,7 +31,7 @@ pub(crate) fn kinematics(args: &KinematicsArgs) -> Result<(), Failure> {
     };
     let from = args.input.as_ref().map_or_else(|| "standard input".to_owned(), |f| f.display().to_string());
     let wrong =
-        |e| Failure::new(format!("{from}: {e}")).with_help("the columns are described by `proveout kinematics --help`");
+        |e| Failure::new(format!("{from}: {e}")).with_help("`proveout kinematics --help` describes the columns");
     let Some(file) = &args.output else {
         let output = BufWriter::new(io::stdout().lock());
         return kinematics_csv(&machine, input, output, direction, length).map(|_| ()).map_err(wrong);

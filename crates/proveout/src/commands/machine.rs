@@ -18,8 +18,8 @@ fn import(args: &MachineArgs) -> Result<ImportedMachine, Failure> {
         ("--table-normal", &args.table_normal),
     ];
     let idle = |option: &str, of: &str| {
-        Failure::new(format!("{option} says nothing of {}", args.file.display()))
-            .with_help(format!("it is for {of}: leave it out"))
+        Failure::new(format!("{option} does not apply to {}", args.file.display()))
+            .with_help(format!("omit it; it is for {of} only"))
     };
     let ending = args.file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match ending.as_deref() {
@@ -27,9 +27,8 @@ fn import(args: &MachineArgs) -> Result<ImportedMachine, Failure> {
             Some((option, _)) => Err(idle(option, "URDF files")),
             None => import_linuxcnc_ini(&args.file, args.table_axes.as_deref().unwrap_or("")).map_err(told),
         },
-        Some("urdf" | "xml") if args.table_axes.is_some() => {
-            Err(idle("--table-axes", "INI files of LinuxCNC").with_more_help("the link of the table is --table-link"))
-        }
+        Some("urdf" | "xml") if args.table_axes.is_some() => Err(idle("--table-axes", "LinuxCNC INI files")
+            .with_more_help("for URDF, name the link of the table with --table-link")),
         Some("urdf" | "xml") => {
             let options = UrdfOptions {
                 tool_link: args.tool_link.clone(),
@@ -41,10 +40,10 @@ fn import(args: &MachineArgs) -> Result<ImportedMachine, Failure> {
             };
             import_urdf(&args.file, &options).map_err(told)
         }
-        Some("xacro") => Err(Failure::new(format!("{} is a file of macros", args.file.display()))
-            .with_help("expand it with xacro, and name what it makes, ending in .urdf")),
-        _ => Err(Failure::new(format!("{} is no INI file of LinuxCNC and no URDF file", args.file.display()))
-            .with_help("other descriptions of machines are not read: write machine.toml after machines/README.md")),
+        Some("xacro") => Err(Failure::new(format!("{} is a xacro file", args.file.display()))
+            .with_help("expand it with `xacro` to a .urdf file and name that file")),
+        _ => Err(Failure::new(format!("{} is neither a LinuxCNC INI file nor a URDF file", args.file.display()))
+            .with_help("other formats are not supported: write machine.toml as described in machines/README.md")),
     }
 }
 
@@ -52,9 +51,8 @@ fn import(args: &MachineArgs) -> Result<ImportedMachine, Failure> {
 pub(crate) fn machine(args: &MachineArgs) -> Result<(), Failure> {
     let told = |e| Failure::from(&SimError::from(e));
     let output = &args.output;
-    let taken = || {
-        Failure::new(format!("{} is there already", output.display())).with_help("name another folder with --output")
-    };
+    let taken =
+        || Failure::new(format!("{} already exists", output.display())).with_help("name another folder with --output");
     if output.symlink_metadata().is_ok() {
         return Err(taken());
     }

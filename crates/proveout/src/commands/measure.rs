@@ -18,7 +18,7 @@ pub(crate) fn measure(args: &MeasureArgs) -> Result<bool, Failure> {
         (Some(profile), _) => texture::measure(args, profile, true),
         (None, Some(file)) if texture::is_texture(file) => texture::measure(args, file, false),
         (None, Some(file)) => measure_stock(args, file).map(|()| true),
-        (None, None) => Err(Failure::new("nothing to measure is named").with_help("name a run folder or a file")),
+        (None, None) => Err(Failure::new("no input given").with_help("name a run folder or a file")),
     }
 }
 
@@ -32,8 +32,8 @@ fn measure_stock(args: &MeasureArgs, stock: &Path) -> Result<(), Failure> {
         ("--json", args.json),
     ];
     if let Some((option, _)) = texture.into_iter().find(|(_, given)| *given) {
-        return Err(Failure::new(format!("{option} is about texture; {} is a stock", stock.display()))
-            .with_help("leave it out, or name a file of texture (SDF, X3P, SMD)"));
+        return Err(Failure::new(format!("{option} applies to textures, but {} is a stock", stock.display()))
+            .with_help("omit it, or name a texture file (SDF, X3P, SMD)"));
     }
     let questions = Questions {
         stock: stock.to_path_buf(),
@@ -43,7 +43,7 @@ fn measure_stock(args: &MeasureArgs, stock: &Path) -> Result<(), Failure> {
         walls: args.wall.iter().map(|t| line(t)).collect::<Result<_, _>>()?,
     };
     if questions.section.is_none() && questions.distances.is_empty() && questions.walls.is_empty() {
-        return Err(Failure::new("nothing is asked")
+        return Err(Failure::new("no measurement requested")
             .with_help("add --section z=12.5, --distance 10,0,5 or --wall 0,-3,-1,0,1,0"));
     }
     let ending = args.out.as_deref().map(|out| ending(out, questions.section.is_some())).transpose()?;
@@ -76,13 +76,13 @@ fn ending(out: &Path, with_section: bool) -> Result<Ending, Failure> {
         Some("csv") => Ending::Csv,
         Some("json") => Ending::Json,
         _ => {
-            return Err(Failure::new(format!("--out {}: its ending says no format", out.display()))
-                .with_help("end it with .json (everything), .svg or .csv (the section)"));
+            return Err(Failure::new(format!("--out {}: unknown file extension", out.display()))
+                .with_help("use .json (everything), .svg or .csv (the section)"));
         }
     };
     if ending != Ending::Json && !with_section {
         return Err(Failure::new(format!("--out {}: only a section can be drawn", out.display()))
-            .with_help("add --section z=12.5, or end the file with .json"));
+            .with_help("add --section z=12.5, or use the extension .json"));
     }
     Ok(ending)
 }
@@ -90,7 +90,7 @@ fn ending(out: &Path, with_section: bool) -> Result<Ending, Failure> {
 /// `z=12.5` as axis and coordinate.
 fn plane(text: &str) -> Result<(usize, f64), Failure> {
     let wrong = || {
-        Failure::new(format!("--section {text} is no plane"))
+        Failure::new(format!("--section {text} is not a plane"))
             .with_help("write x=, y= or z= and a number in mm, such as z=12.5")
     };
     let (axis, at) = text.split_once('=').ok_or_else(wrong)?;
@@ -106,7 +106,7 @@ fn numbers<const N: usize>(option: &str, text: &str, form: &str) -> Result<[f64;
     match <[f64; N]>::try_from(all) {
         Ok(numbers) if given == N => Ok(numbers),
         _ => Err(Failure::new(format!("{option} {text} is not {form}"))
-            .with_help(format!("write {N} numbers in mm, with commas and without blanks"))),
+            .with_help(format!("write {N} numbers in mm, separated by commas, without spaces"))),
     }
 }
 

@@ -57,7 +57,7 @@ fn unsaid(error: PostError) -> Failure {
     match error {
         PostError::Io(e) => told(e),
         PostError::Unsupported { what, help, location: l } => {
-            Failure::new(format!("the dialect of --post cannot say {what}"))
+            Failure::new(format!("the dialect of --post cannot express {what}"))
                 .at(&l.file, l.line as usize, l.column as usize, l.length as usize, "")
                 .with_help(help)
         }
@@ -140,7 +140,7 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
                 let l = &command.location;
                 return Err(Failure::new(format!("the tool library has no tool {id:?}"))
                     .at(&l.file, l.line as usize, l.column as usize, l.length as usize, "")
-                    .with_help("add it to the library, or leave --tools out"));
+                    .with_help("add it to the library, or omit --tools"));
             }
         }
         tally.take(&command);
@@ -172,7 +172,7 @@ fn read_again(args: &NcArgs, settings: &Settings, to: Dialect, form: &PostSettin
     verify(original, written, form).map_err(|Difference { what, original, written_line }| {
         let shown = text.lines().nth((written_line as usize).saturating_sub(1)).unwrap_or_default();
         let failure = Failure::new(format!(
-            "nothing is written: read again, the {} program does not move as the original: {what}",
+            "nothing is written: when read back, the {} program does not move like the original: {what}",
             to.name()
         ));
         let failure = match &original {
@@ -180,7 +180,7 @@ fn read_again(args: &NcArgs, settings: &Settings, to: Dialect, form: &PostSettin
             None => failure,
         };
         failure.with_help(format!(
-            "it stands in line {written_line} of the written text, `{}`; write more decimals with --decimals, or change the original there",
+            "see line {written_line} of the written text, `{}`; use more decimals (--decimals), or change the original there",
             shown.trim()
         ))
     })

@@ -26,7 +26,7 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
         answers.insert("stock".into(), stock.clone());
     }
     let Some(machine) = &args.machine else {
-        return Err(Failure::new("no machine is named")
+        return Err(Failure::new("no machine given")
             .with_help("name one with --machine; `proveout new --list-machines` lists them"));
     };
     let output = args
@@ -94,7 +94,7 @@ impl<R: BufRead, W: Write> Dialogue<R, W> {
         let line = |text: &str| crate::terminal::plain(text).to_string();
         let mut asked = line(&format!("{}: {}\n", question.key, question.text));
         if let Some(proposed) = &question.proposed {
-            asked += &line(&format!("  proposed, with an empty line: {proposed}\n"));
+            asked += &line(&format!("  press Enter to accept: {proposed}\n"));
         }
         write!(self.output, "{asked}> ").and_then(|()| self.output.flush()).ok();
         let mut typed = String::new();
@@ -118,7 +118,7 @@ impl<R: BufRead, W: Write> Dialogue<R, W> {
             .iter()
             .map(|(key, answer)| format!("{key} = \"{}\"", answer.replace('\\', "\\\\").replace('"', "\\\"")))
             .collect();
-        failure.with_more_help(format!("the answers so far, for a file of --answers: {}", lines.join(", ")))
+        failure.with_more_help(format!("answers so far, for a file given with --answers: {}", lines.join(", ")))
     }
 }
 
@@ -139,8 +139,8 @@ pub(super) fn told(e: FirstPartError) -> Failure {
                 .iter()
                 .map(|q| format!("{} = \"{}\"", q.key, if q.proposed.is_some() { "proposed" } else { "..." }))
                 .collect();
-            Failure::new(format!("nobody answers: {}\n{}", keys.join(", "), lines.join("\n")))
-                .with_help(format!("write them into a file for --answers: {}", example.join(", ")))
+            Failure::new(format!("no answer for: {}\n{}", keys.join(", "), lines.join("\n")))
+                .with_help(format!("write the answers to a file and name it with --answers: {}", example.join(", ")))
         }
     }
 }
@@ -173,9 +173,9 @@ pub(super) fn machine_folder(name: &str) -> Result<PathBuf, Failure> {
     let names: Vec<String> = libraries.iter().flat_map(|l| names_in(l)).collect();
     if names.is_empty() {
         return Err(Failure::new(format!(
-            "there is no machine {name:?}: no folder `machines` is here, above, or above the program"
+            "machine {name:?} not found: no folder `machines` here, in a parent folder, or in one above the executable"
         ))
-        .with_help("call it in the folder of the project, or name the folder of a machine by its path"));
+        .with_help("run the command in the project folder, or give the path of a machine folder"));
     }
     let near = proveout_sim::nearest_word(name, names.iter().map(String::as_str));
     let help = match near {
@@ -184,7 +184,7 @@ pub(super) fn machine_folder(name: &str) -> Result<PathBuf, Failure> {
             "`proveout new --list-machines` lists them; a machine of your own is a folder with machine.toml".to_owned()
         }
     };
-    Err(Failure::new(format!("there is no machine {name:?}")).with_help(help))
+    Err(Failure::new(format!("machine {name:?} not found")).with_help(help))
 }
 
 fn names_in(library: &Path) -> Vec<String> {
@@ -200,8 +200,8 @@ fn names_in(library: &Path) -> Vec<String> {
 /// A line for each machine of the library: structure, travel, where its travel comes from.
 fn list(as_json: bool) -> Result<(), Failure> {
     let Some(library) = libraries().into_iter().find(|l| !names_in(l).is_empty()) else {
-        return Err(Failure::new("there is no folder `machines` here or above")
-            .with_help("call it in the folder of the project"));
+        return Err(Failure::new("no folder `machines` here or in a parent folder")
+            .with_help("run the command in the project folder"));
     };
     let mut all = Vec::new();
     for name in names_in(&library) {
@@ -256,10 +256,7 @@ mod tests {
         assert_eq!(dialogue.ask(&question("mount", None)).as_deref(), Some("last"), "the end needs no line end");
         assert_eq!(dialogue.ask(&question("more", Some("1"))), None, "the end of the input is no empty line");
         let shown = String::from_utf8(dialogue.output.clone()).expect("text");
-        assert!(
-            shown.starts_with("holder: What holder?\n  proposed, with an empty line: none\n> design_unit: "),
-            "{shown}"
-        );
+        assert!(shown.starts_with("holder: What holder?\n  press Enter to accept: none\n> design_unit: "), "{shown}");
         let failure = dialogue.with_answers(Failure::new("the stock holds nothing")).to_string();
         assert!(failure.contains("holder = \"proposed\", stock = \"40x60\", mount = \"last\""), "{failure}");
     }

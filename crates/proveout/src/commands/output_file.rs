@@ -16,13 +16,13 @@ pub(super) fn check(path: &Path, force: bool) -> Result<(), Failure> {
     let failure = |message: String, help: &str| Err(Failure::new(message).with_help(help));
     match fs::metadata(path) {
         Ok(about) if !about.is_file() => {
-            failure(format!("{} is no regular file: nothing is written to it", path.display()), "name another file")
+            failure(format!("{} is not a regular file: nothing is written to it", path.display()), "name another file")
         }
         Ok(_) if !force => {
-            failure(format!("{} is there already", path.display()), "name another file, or write over it with --force")
+            failure(format!("{} already exists", path.display()), "name another file, or overwrite it with --force")
         }
         Err(e) if e.kind() == ErrorKind::NotFound && fs::symlink_metadata(path).is_ok() => {
-            failure(format!("{} is a link to a file that is not there", path.display()), "name another file")
+            failure(format!("{} is a link to a file that does not exist", path.display()), "name another file")
         }
         _ => Ok(()),
     }

@@ -30,8 +30,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
         return study(&args.scene);
     };
     if strategy == HELIX.0 && args.report.is_some() {
-        return Err(Failure::new("--report does not go with --strategy helix")
-            .with_help("compare `proveout run`, which tells what the program asks of the joints"));
+        return Err(Failure::new("--report is not available with --strategy helix")
+            .with_help("run the program with `proveout run`: its report shows the demands on the joints"));
     }
     let (text, report) = front::plan(&args.scene, strategy, args.program.as_deref(), language(output))?;
     if let Some(report) = report {
@@ -59,7 +59,7 @@ fn study(scene: &Path) -> Result<(), Failure> {
         reports.push(planned.report);
     }
     if reports.is_empty() {
-        return Err(Failure::new(format!("{}: the scene has no plan by contacts to compare", scene.path.display()))
+        return Err(Failure::new(format!("{}: the scene has no contact-based plan to compare", scene.path.display()))
             .with_help("add tables such as [plan.quasi-circle] and [plan.iso-parametric]"));
     }
     tell!("{}", planning::PlanReport::table(&reports).trim_end());
@@ -74,9 +74,7 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
     let mut options = Vec::new();
     for option in &args.set {
         let Some((key, value)) = option.split_once('=') else {
-            return Err(
-                Failure::new(format!("--set {option} is not KEY=VALUE")).with_help("write for example --set keys=15")
-            );
+            return Err(Failure::new(format!("--set {option} is not KEY=VALUE")).with_help("for example --set keys=15"));
         };
         options.push((key.trim(), value.trim()));
     }
@@ -106,12 +104,12 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
     if let Some(kept) = made.kept {
         let other = kept.strip_prefix("kept, ").unwrap_or(kept);
         tell!(
-            "{} has kept {other}: within this channel it found nothing faster or smoother; another channel=, or clearance_deg, leaves other room",
+            "{} kept {other}: it found nothing faster or smoother in this channel; try another channel= or clearance_deg=",
             args.method
         );
     }
     for why in &made.uncertified {
-        tell!("no bound of the time: {why}");
+        tell!("no time bound: {why}");
     }
     Ok(())
 }
@@ -134,30 +132,30 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
         .collect();
     let about = match &run.cells {
         Some(cells) => format!("with axes within {:.2} degrees of those of {}", cells.stray_deg, all.from),
-        None if run.joints.is_empty() => "at these feeds (no channel is known)".to_owned(),
+        None if run.joints.is_empty() => "at these feeds (channel unknown)".to_owned(),
         None => "in the channel".to_owned(),
     };
     let _ = writeln!(out, "  no schedule {about} is below {:.3} s: {}", run.bound_s, proofs.join(", "));
     match run.gap_percent {
         Some(gap) => {
-            let _ = writeln!(out, "  at most {gap:.2} percent are left to gain");
+            let _ = writeln!(out, "  at most {gap:.2} percent remain to be gained");
         }
-        None => out.push_str("  the new axes leave the channel, so that the bound is not about them\n"),
+        None => out.push_str("  the new axes leave the channel, so the bound does not apply to them\n"),
     }
     if let Some(middle) = &run.ramps_apart {
         let _ = writeln!(
             out,
-            "  without the first and last {} s: {:.3} s, no schedule is below {:.3} s there, at most {:.2} percent are left",
+            "  without the first and last {} s: {:.3} s, no schedule is below {:.3} s there, at most {:.2} percent remain",
             middle.ramp_s, middle.time_s, middle.bound_s, middle.gap_percent
         );
     }
     let _ = writeln!(
         out,
-        "  of the {:.3} s of the feed {:.3} are proved: ends of blocks may be {:.4} mm off",
+        "  {:.3} s at programmed feed, {:.3} s of it proved: block ends may be off by {:.4} mm",
         run.programmed_s, run.feed_bound_s, run.off_mm
     );
     for what in &run.rests_on {
-        let _ = writeln!(out, "  not proved for all of them: {what}");
+        let _ = writeln!(out, "  not proved for all schedules: {what}");
     }
     if let Some(cells) = &run.cells {
         let _ = writeln!(out, "  {}", by_cells(cells));
@@ -170,7 +168,7 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
     }
     if !run.joints.is_empty() && run.constant_feed.is_empty() {
         out.push_str(
-            "  at the programmed times no motion of the table in the channel was found: it is too slow for them\n",
+            "  at the programmed times no table motion in the channel was found: the table is too slow for them\n",
         );
     }
     if !run.original_inside {
@@ -186,7 +184,7 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
         let lowered: Vec<String> = lowered.collect();
         let _ = write!(
             out,
-            "  this rests on {} with at most {:.1} deg/s, {}, {}",
+            "  based on {} with at most {:.1} deg/s, {}, {}",
             joint.name,
             joint.velocity_deg_s,
             limit(joint.acceleration_deg_s2, "deg/s2"),
@@ -208,7 +206,7 @@ fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
 fn by_cells(cells: &CellCertificate) -> String {
     let lost = match cells.reached_s {
         Some(reached) => format!(
-            "; a schedule of the relaxation takes {reached:.3} s, so that cells lose at most {:.2} percent",
+            "; a schedule of the relaxation takes {reached:.3} s, so the cells lose at most {:.2} percent",
             100.0 * (reached / cells.bound_s - 1.0)
         ),
         None => String::new(),
@@ -239,7 +237,7 @@ fn least_peak(peak: &ConstantFeed) -> String {
     let unit = if peak.order == 2 { "deg/s2" } else { "deg/s3" };
     let which = if peak.one_way() { " without turning back" } else { "" };
     format!(
-        "at the programmed times {}{which} needs {:.1} {unit} at least ({:.1} are enough at the ends of blocks); these axes have {:.1}",
+        "at the programmed times {}{which} needs at least {:.1} {unit} ({:.1} suffice at block ends); these axes have {:.1}",
         peak.joint, peak.proved_deg, peak.reached_deg, peak.program_deg
     )
 }
@@ -249,7 +247,7 @@ fn over_velocity(joint: &JointCertificate) -> Option<String> {
     let told = |r: &VelocityRow| {
         let which = match r.is {
             VelocityLimit::Tried => return None,
-            VelocityLimit::OfOriginal => "what the program before needs",
+            VelocityLimit::OfOriginal => "needed by the original program",
             VelocityLimit::InForce => "in force",
             VelocityLimit::OfMachine => "the machine's own",
         };

@@ -13,8 +13,8 @@ use crate::{args::ReaderArgs, failure::Failure};
 pub(crate) fn dialect_of(name: &str) -> Result<Dialect, Failure> {
     Dialect::from_name(name).ok_or_else(|| {
         let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
-        Failure::new(format!("dialect {name:?} is not known"))
-            .with_help(format!("write one of {}, or leave it out", names.join(", ")))
+        Failure::new(format!("unknown dialect {name:?}"))
+            .with_help(format!("use one of {}, or omit it", names.join(", ")))
     })
 }
 
@@ -65,7 +65,7 @@ pub(crate) fn settings(args: &ReaderArgs, machine: Option<&Machine>, program: &P
     for folder in &args.subprograms {
         if !folder.is_dir() {
             return Err(
-                Failure::new(format!("--subprograms {} is no folder", folder.display())).with_help("check the path")
+                Failure::new(format!("--subprograms {} is not a folder", folder.display())).with_help("check the path")
             );
         }
         settings.subprogram_folders.push(folder.clone());
@@ -73,7 +73,7 @@ pub(crate) fn settings(args: &ReaderArgs, machine: Option<&Machine>, program: &P
     if let Some(reason) = &args.without_subprograms {
         if reason.trim().is_empty() {
             return Err(Failure::new("--without-subprograms has no reason")
-                .with_help("write why what they do may be left out of the proof"));
+                .with_help("give the reason why the proof may skip these calls"));
         }
         settings.missing_subprogram = Some(reason.clone());
     }
@@ -89,14 +89,16 @@ fn wrong(option: &str, text: &str, want: &str) -> Failure {
 
 fn number(option: &str, text: &str, value: &str) -> Result<f64, Failure> {
     let value = value.trim().parse::<f64>().ok().filter(|v| v.is_finite());
-    value.ok_or_else(|| Failure::new(format!("{option} {text:?} has no number")).with_help("write a decimal number"))
+    value.ok_or_else(|| {
+        Failure::new(format!("{option} {text:?}: a number is missing")).with_help("write a decimal number")
+    })
 }
 
 fn positive(option: &str, value: f64) -> Result<f64, Failure> {
     if value > 0.0 && value.is_finite() {
         return Ok(value);
     }
-    Err(Failure::new(format!("{option} is {value} and must be above zero")).with_help("write a number above zero"))
+    Err(Failure::new(format!("{option} is {value}, but must be above zero")).with_help("give a number above zero"))
 }
 
 /// `G54=X,Y,Z[,A,B,C]`: mm and degrees.
@@ -116,7 +118,7 @@ fn offset(text: &str) -> Result<(String, WorkOffset), Failure> {
 
 /// `X0,Y0,Z100,B30`: mm and degrees.
 fn start(text: &str, into: &mut AxisValues) -> Result<(), Failure> {
-    let want = "X0,Y0,Z100: letters of axes with mm or degrees";
+    let want = "X0,Y0,Z100: axis letters with mm or degrees";
     let mut seen: BTreeMap<usize, ()> = BTreeMap::new();
     for word in text.split(',') {
         let word = word.trim();

@@ -78,7 +78,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     }
     let place = args.out.clone().unwrap_or_else(|| default_place(&prepared, args.preview, args.stop_at.is_some()));
     if args.preview {
-        tell!("a preview, with coarse cells: not the whole check");
+        tell!("preview with coarse cells: not a full check");
     }
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
     let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
@@ -94,14 +94,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
         failed(&e, &folder)
     })?;
     if let Some(why) = &result.journal_given_up {
-        tell!("note: the journal was given up, a run that is stopped could not go on: {why}");
+        tell!("note: the journal was abandoned, so this run cannot be resumed if interrupted: {why}");
     }
     write_run_json(folder.path(), &run_info(&result, &scene.path, threads, true))
         .map_err(|e| Failure::new(format!("run.json: {e}")))?;
     let place = complete(folder, &inputs, &scene.folder, &mut || stop.ending())?;
     print_summary(&result, &place);
     if let Some(stop_at) = args.stop_at.as_ref().filter(|_| !stopped(&result.verdict)) {
-        say!("\n  --stop-at {stop_at}: it did not come to that; the run went to the end of the program");
+        say!("\n  --stop-at {stop_at}: not reached; the run went to the end of the program");
     }
     for line in &result.free_axes {
         say!("  free axes: {line}");
@@ -118,10 +118,10 @@ fn journal(resume: bool, folder: &RunFolder, begun: &Begun) -> Result<Journal, F
     let open = if resume { Journal::go_on } else { Journal::begin };
     let journal = open(&path, begun).map_err(|e| {
         let failure = Failure::from(&SimError::from(e));
-        if resume { failure.with_help("leave --resume out: the run then begins anew") } else { failure }
+        if resume { failure.with_help("omit --resume to start the run from the beginning") } else { failure }
     })?;
     if resume {
-        tell!("going on: {:.1} MiB of cuts are taken from the journal", journal.left() as f64 / f64::from(1 << 20));
+        tell!("resuming: {:.1} MiB of cuts are read from the journal", journal.left() as f64 / f64::from(1 << 20));
     }
     Ok(journal)
 }
@@ -131,7 +131,7 @@ fn failed(error: &SimError, folder: &RunFolder) -> Failure {
     let failure = Failure::from(error);
     match error {
         SimError::Observer(_) | SimError::Folder(_) if folder.journal().is_file() => {
-            failure.with_help("make room, then go on: the same call with --resume")
+            failure.with_help("free disk space, then repeat the same command with --resume")
         }
         // The program that wrote it may go on with it.
         SimError::Journal(_) => failure,
@@ -156,7 +156,7 @@ pub(super) fn complete(
 /// The place of a folder; prints which older files stay there.
 pub(super) fn told_kept(Committed { place, kept }: Committed) -> PathBuf {
     for name in &kept {
-        tell!("note: {} is of no run and stays", place.join(name).display());
+        tell!("note: {} does not belong to a run and is kept", place.join(name).display());
     }
     place
 }
@@ -174,7 +174,7 @@ fn accepted(verdict: &Verdict, gates: &[String]) -> State {
     }
     let open: Vec<&str> = unchecked.iter().copied().filter(|name| !gates.iter().any(|g| g == name)).collect();
     if open.is_empty() {
-        say!("\n  unchecked, and accepted by the call: {}", unchecked.join(", "));
+        say!("\n  unchecked, accepted by --accept-unchecked: {}", unchecked.join(", "));
         return State::Pass;
     }
     State::Unchecked
@@ -184,13 +184,13 @@ fn accepted(verdict: &Verdict, gates: &[String]) -> State {
 pub(super) fn check_viewer(rerun: RerunArg) -> Result<(), Failure> {
     if cfg!(not(feature = "rerun")) && !matches!(rerun, RerunArg::Off) {
         return Err(Failure::new("--rerun: this build writes no recordings (feature `rerun` is off)")
-            .with_help("build it with its default features, or leave `--rerun` out"));
+            .with_help("build with the default features, or omit `--rerun`"));
     }
     let RerunArg::Connect = rerun else { return Ok(()) };
     let address = std::net::SocketAddr::from(([127, 0, 0, 1], VIEWER_PORT));
     std::net::TcpStream::connect_timeout(&address, VIEWER_ANSWERS).map(|_| ()).map_err(|e| {
         Failure::new(format!("--rerun connect: no viewer answers at {address}: {e}"))
-            .with_help("start it with `rerun` before, or let `--rerun spawn` start it")
+            .with_help("start a viewer with `rerun` first, or use `--rerun spawn`")
     })
 }
 
@@ -204,7 +204,7 @@ fn announce(memory: &Memory) {
         most => format!(", history up to {:.0} MiB", mib(most)),
     };
     tell!(
-        "memory: {}, all else {:.1} MiB{history}; together {:.0} of {:.0} MiB allowed",
+        "memory: {}, other data {:.1} MiB{history}; total {:.0} of {:.0} MiB allowed",
         stocks.join(", "),
         mib(memory.rest),
         mib(memory.total()),
@@ -219,11 +219,11 @@ pub(super) fn pool(cell: Option<f64>, threads: Option<usize>) -> Result<(usize, 
     }
     let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     if threads == 0 {
-        return Err(Failure::new("--threads 0: at least one is needed"));
+        return Err(Failure::new("--threads 0: at least 1 is required"));
     }
     if threads > MAX_THREADS {
-        return Err(Failure::new(format!("--threads {threads}: at most {MAX_THREADS} are started"))
-            .with_help("leave it out: one thread a processor is the fastest"));
+        return Err(Failure::new(format!("--threads {threads}: the maximum is {MAX_THREADS}"))
+            .with_help("omit it: one thread per processor is fastest"));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Failure::new(format!("{threads} threads cannot be started: {e}")))?;
@@ -258,14 +258,14 @@ pub(super) fn print_summary(result: &RunResult, place: &Path) {
     }
     if !v.set.is_empty() {
         let set: Vec<String> = v.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-        say!("  set by the call: {}\n", set.join(", "));
+        say!("  set on the command line: {}\n", set.join(", "));
     }
     for gate in &v.gates {
         say!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
     }
     let errors: Vec<_> = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).collect();
     if !errors.is_empty() {
-        say!("\n  first findings of {}:", errors.len());
+        say!("\n  first of {} findings:", errors.len());
         for f in errors.iter().take(8) {
             let line = f.line.map_or_else(String::new, |l| format!("line {l}: "));
             let more = if f.repeats > 0 { format!(" (and in {} more blocks)", f.repeats) } else { String::new() };
@@ -285,8 +285,8 @@ pub(super) fn print_summary(result: &RunResult, place: &Path) {
         say!("\n  deviation  gouge {gouge:.5} mm, excess {excess:.5} mm, rms {rms:.5} mm");
     }
     say!(
-        "\n  machine time {:.1} s (feed {:.1}, rapid {:.1}, dwell {:.1}, tool change {:.1}); no control can be below {} \
-         within the tolerances, nor below {} on the path that is run",
+        "\n  machine time {:.1} s (feed {:.1}, rapid {:.1}, dwell {:.1}, tool change {:.1}); lower bound {} \
+         within the tolerances, {} on the path as run",
         v.time.total_s,
         v.time.cutting_s,
         v.time.rapid_s,
@@ -313,7 +313,7 @@ pub(super) fn print_summary(result: &RunResult, place: &Path) {
     );
     let bodies = &result.checks.bodies;
     say!(
-        "  collision: {:.2} % of {} pieces settled by one comparison, {:.2} % of {} pairs in the others; {} distances asked for, {} from the stock",
+        "  collision: {:.2} % of {} pieces settled by one comparison, {:.2} % of {} pairs in the others; {} distances computed, {} to the stock",
         PERCENT * bodies.share_by_allowance(),
         bodies.pieces,
         PERCENT * bodies.share_of_pairs_by_allowance(),
@@ -331,13 +331,13 @@ pub(super) fn print_summary(result: &RunResult, place: &Path) {
 }
 
 fn print_overhangs(found: &[Overhang]) {
-    say!("\n  overhang: the least that is clear, to {STEP_MM} mm; each was run");
+    say!("\n  overhang: shortest collision-free value, in steps of {STEP_MM} mm; each was simulated");
     for o in found {
         let now = o.now_mm;
         match (o.least_mm, &o.too_short) {
             (Some(least), Some((short, fault))) => {
                 let change = least - now;
-                let words = if change > 0.0 { "too short by" } else { "not needed" };
+                let words = if change > 0.0 { "too short by" } else { "longer than needed by" };
                 let change = change.abs();
                 say!(
                     "    {:<24} {least:>8.1} mm; clamped {now:.1} mm, {words} {change:.1} mm; at {short:.1} mm: {fault}",
@@ -346,18 +346,18 @@ fn print_overhangs(found: &[Overhang]) {
             }
             (Some(least), None) => {
                 say!(
-                    "    {:<24} {least:>8.1} mm; clamped {now:.1} mm; the shortest that the holder grips is clear",
+                    "    {:<24} {least:>8.1} mm; clamped {now:.1} mm; the shortest overhang that the holder can grip is collision-free",
                     o.tool
                 );
             }
             (None, Some((short, fault))) => {
-                say!("    {:<24} none up to {short:.1} mm is clear: {fault}", o.tool);
+                say!("    {:<24} none up to {short:.1} mm is collision-free: {fault}", o.tool);
             }
             (None, None) => {}
         }
     }
     if found.is_empty() {
-        say!("    no tool of the program has a holder that grips a cylinder");
+        say!("    no tool of the program has a holder that grips a cylindrical shank");
     }
 }
 

@@ -56,15 +56,15 @@ fn plan(args: &SweepPlanArgs) -> Result<(), Failure> {
     let report = write_plan(&sweep, &out).map_err(of)?;
     say!("{} jobs planned in {:.2} s", report.jobs, begin.elapsed().as_secs_f64());
     if let Some(motion) = &report.motion {
-        say!("  a single run in shards: {} pieces of motion, {} tiles of stock", motion.pieces, motion.tiles);
+        say!("  one run split into shards: {} pieces of motion, {} tiles of stock", motion.pieces, motion.tiles);
         let [most, least] = motion.loads;
-        say!("  sweeps that come to the tiles of a shard: {least} to {most}");
+        say!("  sweeps per shard: {least} to {most}");
     }
     if report.as_before > 0 {
-        say!("  {} are as they were planned before: their results stay", report.as_before);
+        say!("  {} unchanged since the last plan: their results are kept", report.as_before);
     }
     if report.left_over > 0 {
-        say!("  {} folders of jobs of an earlier plan stay, and are no part of it", report.left_over);
+        say!("  {} job folders of an earlier plan are kept, but are not part of this one", report.left_over);
     }
     say!("  run:   proveout sweep run {}", out.display());
     say!("  merge: proveout sweep merge {}", out.display());
@@ -76,7 +76,7 @@ fn chosen(args: &SweepRunArgs, plan: &Plan) -> Result<Vec<usize>, Failure> {
     let jobs = plan.jobs.len();
     if let Some(range) = args.job.iter().find(|range| range.last >= jobs) {
         let message = format!("--job {}: the plan has the jobs 0 to {}", range.last, jobs.saturating_sub(1));
-        return Err(Failure::new(message).with_help("name jobs of the plan"));
+        return Err(Failure::new(message).with_help("name jobs of this plan"));
     }
     let all: BTreeSet<usize> = if args.job.is_empty() {
         (0..jobs).collect()
@@ -113,7 +113,7 @@ fn run(args: &SweepRunArgs) -> Result<(), Failure> {
                 continue;
             }
             Err(ResultFault::Damaged { message, path, .. }) => {
-                tell!("note: job {job} is run again, its result is damaged: {message} ({})", path.display());
+                tell!("note: job {job} is run again because its result is damaged: {message} ({})", path.display());
             }
             Err(ResultFault::Missing(_) | ResultFault::Other(_)) => {}
         }
@@ -136,14 +136,14 @@ fn run(args: &SweepRunArgs) -> Result<(), Failure> {
     let message = match stale {
         0 => format!("{} of {} jobs have no result", faults.len(), jobs.len()),
         _ => format!(
-            "{} of {} jobs have no result that holds: {stale} of them have one of other inputs than there are now",
+            "{} of {} jobs have no valid result; the inputs of {stale} of them have changed since their run",
             faults.len(),
             jobs.len()
         ),
     };
     let help = match stale {
-        0 => "mend the cause, then run the same call: jobs that have a result are not run again",
-        _ => "put back what has changed, or plan the sweep again: proveout sweep plan",
+        0 => "fix the cause, then repeat the same command: jobs that have a result are not run again",
+        _ => "restore the changed inputs, or plan the sweep again: proveout sweep plan",
     };
     Err(Failure::new(message).with_help(help))
 }
@@ -217,7 +217,7 @@ fn cut(sweep: &Path, planned: &Planned) -> Result<JobResult, Failure> {
     let done = cut_shard(sweep, &at, &beside, &mut |pieces| {
         if told.elapsed().as_secs_f64() > TELL_EVERY_S {
             told = Instant::now();
-            tell!("  {pieces} pieces of motion are cut");
+            tell!("  {pieces} pieces of motion cut");
         }
     });
     let done = done.and_then(|cost| {
@@ -236,7 +236,7 @@ fn cut(sweep: &Path, planned: &Planned) -> Result<JobResult, Failure> {
         cost.pieces,
         cost.removal_s,
         begin.elapsed().as_secs_f64(),
-        spent.map_or_else(String::new, |s| format!(", {s:.2} s of a processor")),
+        spent.map_or_else(String::new, |s| format!(", {s:.2} s of processor time")),
         mib(cost.stock_bytes),
         peak_mib().map_or_else(String::new, |p| format!(", process {p:.0} MiB at most")),
         mib(cost.bytes)
@@ -282,10 +282,10 @@ fn merge_shards(args: &SweepMergeArgs, plan: &Plan) -> Result<State, Failure> {
     if let Some(facts) = &run.shards {
         say!("\n  {} shards: {} sweeps taken from them", facts.shards, facts.taken);
         if facts.near_bodies > 0 {
-            say!("  {} sweeps made here: a body came near the stock within their stretch", facts.near_bodies);
+            say!("  {} sweeps computed here: a body came near the stock in their section", facts.near_bodies);
         }
         if facts.behind_loose_part > 0 {
-            say!("  {} sweeps made here, behind a part that came off the stock", facts.behind_loose_part);
+            say!("  {} sweeps computed here, after a part came off the stock", facts.behind_loose_part);
         }
     }
     Ok(run.verdict.verdict)
@@ -298,14 +298,13 @@ fn merge(args: &SweepMergeArgs) -> Result<State, Failure> {
     }
     let merged = merge_sweep(&args.sweep, &plan).map_err(|e| {
         let run = format!("proveout sweep run {}", args.sweep.display());
-        Failure::new(e)
-            .with_help(format!("run what is missing: {run}; where an input has changed, plan the sweep again"))
+        Failure::new(e).with_help(format!("run what is missing: {run}; if an input has changed, plan the sweep again"))
     })?;
     let states: Vec<String> = merged.states.iter().map(|(state, n)| format!("{n} {state}")).collect();
     say!("{} jobs: {}", merged.jobs, states.join(", "));
     if let Some(best) = &merged.fastest_pass {
         let values: Vec<String> = best.values.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-        say!("  fastest that passes: job {} with {:.3} s, {}", best.job, best.time_s, values.join(", "));
+        say!("  fastest that passes: job {}, {:.3} s, {}", best.job, best.time_s, values.join(", "));
     }
     say!("  results: {}", args.sweep.join("sweep.parquet").display());
     say!("           {} in a browser", args.sweep.join("sweep.html").display());

@@ -36,8 +36,8 @@ pub(crate) fn measure(args: &MeasureArgs, path: &Path, as_profile: bool) -> Resu
         ("--design", args.design.is_some()),
     ];
     if let Some((option, _)) = of_stock.into_iter().find(|(_, given)| *given) {
-        return Err(Failure::new(format!("{option} is about a stock; {} is a texture", path.display()))
-            .with_help("leave it out, or name a run folder"));
+        return Err(Failure::new(format!("{option} applies to a stock, but {} is a texture", path.display()))
+            .with_help("omit it, or name a run folder"));
     }
     let asked = asked(args)?;
     let read = read_measured(path).map_err(|e| of_file(&e))?;
@@ -45,24 +45,24 @@ pub(crate) fn measure(args: &MeasureArgs, path: &Path, as_profile: bool) -> Resu
         Measured::Profile(profile) => TextureReport::of_profile(profile, &asked),
         Measured::Map(map) if as_profile => {
             return Err(Failure::new(format!(
-                "it holds a map of {} x {} points, no profile",
+                "the file contains a map of {} x {} points, not a profile",
                 map.columns(),
                 map.rows()
             ))
             .at(path.display(), 0, 0, 0, "")
-            .with_help("leave --profile away: proveout measure FILE evaluates the map"));
+            .with_help("omit --profile: `proveout measure FILE` evaluates the map"));
         }
         Measured::Map(_) if asked.to_lay.is_some() => {
-            return Err(Failure::new("--to-lay-deg is about a profile; a map has its lay in itself")
+            return Err(Failure::new("--to-lay-deg applies to a profile; the lay of a map is found from its data")
                 .at(path.display(), 0, 0, 0, "")
-                .with_help("leave it out"));
+                .with_help("omit it"));
         }
         Measured::Map(_) if args.standard.is_some() => {
             return Err(Failure::new(
-                "--standard chooses definitions of profile parameters; maps are evaluated by ISO 25178-2",
+                "--standard selects the definitions of profile parameters; maps are evaluated by ISO 25178-2",
             )
             .at(path.display(), 0, 0, 0, "")
-            .with_help("leave it out"));
+            .with_help("omit it"));
         }
         Measured::Map(map) => TextureReport::of_map(map, &asked),
     };
@@ -90,10 +90,14 @@ pub(crate) fn measure(args: &MeasureArgs, path: &Path, as_profile: bool) -> Resu
 
 fn asked(args: &MeasureArgs) -> Result<Asked, Failure> {
     if let Some(angle) = args.to_lay_deg.filter(|a| !a.is_finite()) {
-        return Err(Failure::new(format!("--to-lay-deg {angle} is no angle")).with_help("write degrees, such as 90"));
+        return Err(
+            Failure::new(format!("--to-lay-deg {angle} is not a finite angle")).with_help("give degrees, such as 90")
+        );
     }
     if let Some(pitch) = args.pitch_mm.filter(|p| !(p.is_finite() && *p > 0.0)) {
-        return Err(Failure::new(format!("--pitch-mm {pitch} is no pitch")).with_help("write a length above 0 mm"));
+        return Err(
+            Failure::new(format!("--pitch-mm {pitch} must be above zero")).with_help("give a length above 0 mm")
+        );
     }
     Ok(Asked {
         standard: match args.standard {
@@ -137,15 +141,13 @@ impl Ending {
             Some("sdf") => Self::Sdf,
             Some("x3p") => Self::X3p,
             _ => {
-                return Err(Failure::new(format!("--out {}: its ending says no format of a texture", out.display()))
-                    .with_help(
-                        "end it with .json (everything), .png (a picture of a map), .sdf or .x3p (the heights)",
-                    ));
+                return Err(Failure::new(format!("--out {}: unknown file extension for a texture", out.display()))
+                    .with_help("use .json (everything), .png (picture of a map), .sdf or .x3p (the heights)"));
             }
         };
         if ending == Self::Png && matches!(measured, Measured::Profile(_)) {
             return Err(Failure::new(format!("--out {}: only a map can be drawn", out.display()))
-                .with_help("end the file with .json"));
+                .with_help("use the extension .json"));
         }
         Ok(ending)
     }

@@ -16,15 +16,14 @@ pub(crate) fn tools(args: &ToolsArgs) -> Result<(), Failure> {
     let mut imported = import_tools(&args.file, &call).map_err(|e| Failure::from(&SimError::from(e)))?;
     if let Some(missing) = args.number.iter().find(|n| !imported.tools.iter().any(|t| t.number == **n)) {
         return Err(Failure::new(format!("{} has no tool {missing}", args.file.display()))
-            .with_help("correct --number, or leave it out"));
+            .with_help("correct --number, or omit it"));
     }
     for tool in &mut imported.tools {
-        tool.complete(holder).map_err(|e| {
-            Failure::new(e).with_help("complete the file, or leave the tool out by naming the others with --number")
-        })?;
+        tool.complete(holder)
+            .map_err(|e| Failure::new(e).with_help("complete the file, or select the other tools with --number"))?;
     }
     let heading = format!(
-        "Tools of {}, a {}. What it does not tell is marked in `chosen`, with the reason.",
+        "Tools of {}, a {}. Values missing there are marked in `chosen`, with the reason.",
         args.file.display(),
         imported.format
     );
@@ -47,13 +46,13 @@ pub(crate) fn tools(args: &ToolsArgs) -> Result<(), Failure> {
             tool.gauge.unwrap_or(0.0)
         );
     }
-    say!("{} tools of a {}: {}", imported.tools.len(), imported.format, args.output.display());
+    say!("{} tools from a {}: {}", imported.tools.len(), imported.format, args.output.display());
     Ok(())
 }
 
 fn plain_holder(text: &str) -> Result<Option<PlainHolder>, Failure> {
     holder(text).ok_or_else(|| {
-        Failure::new(format!("--holder {text:?} is no holder"))
+        Failure::new(format!("--holder {text:?} is not a holder"))
             .with_help("write none, or diameter and length to the gauge line: 40x60, or 1.6x2.5 inch")
     })
 }

@@ -10,39 +10,39 @@ use crate::{
 /// Most names that are shown of a kind.
 const SHOWN: usize = 20;
 /// What to name as a run.
-const RUN_FOLDER: &str = "name a folder that `proveout run` or `proveout compare` has written";
+const RUN_FOLDER: &str = "name a folder written by `proveout run` or `proveout compare`";
 
 /// Checks a run folder against its manifest, and reports what it did not check. Pass: nothing has changed.
 /// Fail: a file of the folder has changed. Unchecked: an input has changed or cannot be found.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<State, Failure> {
     let named = args.scene.as_deref().map(folder_of);
     let found = hold(&args.run, named.as_deref()).map_err(|e| Failure::new(e).with_help(RUN_FOLDER))?;
-    say!("{}: {} files are as the run wrote them", args.run.display(), found.same_files);
+    say!("{}: {} files unchanged since the run", args.run.display(), found.same_files);
     list("changed since the run", &found.changed_files);
-    list("not checked, no digest covers it", &found.uncovered_files);
-    list("not of the run, and not checked", &found.foreign_files);
+    list("not checked, not covered by a digest", &found.uncovered_files);
+    list("not part of the run, not checked", &found.foreign_files);
     let folder = named.or_else(|| found.scene.clone().filter(|scene| scene.is_dir()));
     match (&folder, &found.scene) {
         (Some(folder), _) => {
             let shown = folder.canonicalize().unwrap_or_else(|_| folder.clone());
             let shown = if args.scene.is_some() { folder } else { &shown };
-            say!("{}: {} inputs are as the run read them", shown.display(), found.same_inputs);
+            say!("{}: {} inputs unchanged since the run", shown.display(), found.same_inputs);
             list("input changed since the run", &found.changed_inputs);
         }
         (None, Some(gone)) => {
-            say!("inputs are not checked: the scene is not at {}; name it with --scene", gone.display());
+            say!("inputs not checked: the scene is not at {}; name it with --scene", gone.display());
         }
         (None, None) => {
-            say!("inputs are not checked: the manifest does not say where the scene is; name it with --scene")
+            say!("inputs not checked: the manifest does not give the path of the scene; name it with --scene")
         }
     }
     let signed = match args.public_key.as_deref().map(|key| check_signature(&args.run, key)) {
         None if found.has_signature => {
-            say!("the signature in the folder is not checked: name the key of whoever signed with --public-key");
+            say!("signature not checked: name the signer's key with --public-key");
             true
         }
         None => {
-            say!("not signed: whoever can write to the folder could have written the manifest too");
+            say!("not signed: anyone with write access to the folder could have written the manifest");
             true
         }
         Some(Ok(())) => {
@@ -73,15 +73,15 @@ pub(crate) fn sign(args: &SignArgs) -> Result<(), Failure> {
 fn explained(e: &SignatureError) -> Failure {
     Failure::new(e).with_help(match e {
         SignatureError::Key { what: "private", .. } => {
-            "`openssl genpkey -algorithm ed25519 -out key.pem` makes one; sign with it, and give others the public key"
+            "create one with `openssl genpkey -algorithm ed25519 -out key.pem`; sign with it, and give others the public key"
         }
         SignatureError::Key { .. } => {
-            "`openssl pkey -in key.pem -pubout -out public.pem` writes the public key of a private one; a private key stays with its owner"
+            "`openssl pkey -in key.pem -pubout -out public.pem` extracts the public key from a private key; never hand out the private key"
         }
         SignatureError::Manifest(_) => RUN_FOLDER,
-        SignatureError::Changed { .. } => "`proveout verify` names every file that has changed; run the scene again and sign that run",
-        SignatureError::System { .. } => "check the path and the rights of the file",
-        SignatureError::Missing { .. } | SignatureError::Wrong { .. } => "ask for the run anew from whoever signed it",
+        SignatureError::Changed { .. } => "`proveout verify` lists every changed file; run the scene again and sign the new run",
+        SignatureError::System { .. } => "check path and permissions of the file",
+        SignatureError::Missing { .. } | SignatureError::Wrong { .. } => "ask the signer for the run folder again",
     })
 }
 

@@ -60,12 +60,12 @@ const NOISE: &[(&str, &str)] = &[
     (r"planned in [0-9.]+ s", "planned in [time]"),
     (r"started, [0-9.]+ s", "started, [time]"),
     (
-        r"cut in [0-9.]+ s of [0-9.]+ s(?:, [0-9.]+ s of a processor)?; stock ([0-9.]+) MiB(?:, process [0-9]+ MiB at most)?",
+        r"cut in [0-9.]+ s of [0-9.]+ s(?:, [0-9.]+ s of processor time)?; stock ([0-9.]+) MiB(?:, process [0-9]+ MiB at most)?",
         "cut in [time]; stock $1 MiB",
     ),
     // What the checks cost is no promise.
-    (r"collision: [0-9.]+ % of .* from the stock", "collision: [counts]"),
-    (r"together [0-9.]+ of", "together [n] of"),
+    (r"collision: [0-9.]+ % of .* to the stock", "collision: [counts]"),
+    (r"total [0-9.]+ of", "total [n] of"),
     (r"[0-9.]+ MiB", "[n] MiB"),
     // The folder of the sandbox.
     (r"(?m)^/\S+/part: ", "[sandbox]/part: "),

@@ -91,11 +91,10 @@ fn machines_are_listed_and_misspelt_ones_corrected() {
 #[test]
 fn nothing_is_taken_silently() {
     let desk = Desk::new(&["plate.nc"]);
-    let told =
-        desk.refused("new plate.nc --machine three-axis-mill", &["nobody answers: holder, stock\n", "--answers"]);
+    let told = desk.refused("new plate.nc --machine three-axis-mill", &["no answer for: holder, stock\n", "--answers"]);
     assert!(told.contains("proposed: none") && told.contains("holder = \"proposed\", stock = \"proposed\""), "{told}");
     desk.write("answers.toml", "holder = \"none\"\nstok = \"proposed\"\n");
-    desk.refused("new plate.nc --machine three-axis-mill --answers answers.toml", &["nobody answers: stock"]);
+    desk.refused("new plate.nc --machine three-axis-mill --answers answers.toml", &["no answer for: stock"]);
     desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\nstok = \"1\"\n");
     desk.refused("new plate.nc --machine three-axis-mill --answers answers.toml", &["`stok`", "did you mean `stock`"]);
     desk.write("answers.toml", "holder = \"none\"\n");
@@ -132,7 +131,7 @@ fn a_design_in_inch_is_asked_for_and_converted_by_the_answer_alone() {
     let answers = "holder = \"1.6x2.5 inch\"\nstock = \"0,0,-0.6,4,3,0 inch\"\n";
     desk.write("answers.toml", answers);
     let line = "new plate.nc --machine three-axis-mill --design design.stl --answers answers.toml --output plate";
-    desk.refused(line, &["nobody answers: design_unit", "25.4 times"]);
+    desk.refused(line, &["no answer for: design_unit", "25.4 times"]);
     desk.write("answers.toml", &format!("{answers}design_unit = \"mm\"\n"));
     desk.refused(line, &["they do not overlap"]);
     desk.write("answers.toml", &format!("{answers}design_unit = \"inch\"\n"));
@@ -165,8 +164,8 @@ fn libraries_of_others_become_libraries_of_ours() {
     let desk = Desk::new(&["plate.nc"]);
     desk.write("shop.tbl", "T1 P1 D2 Z4 ;face mill\nT2 P2 D0.5 Z4 ;4FL end mill\nT3 P4 D0.201 Z5 ;drill\n");
     let told = desk.done("tools shop.tbl --unit inch --holder 40x60 --output tools.toml");
-    assert!(told.contains("3 tools of a LinuxCNC tool table"), "{told}");
-    desk.refused("tools shop.tbl --unit inch --output tools.toml", &["tools.toml is there already"]);
+    assert!(told.contains("3 tools from a LinuxCNC tool table"), "{told}");
+    desk.refused("tools shop.tbl --unit inch --output tools.toml", &["tools.toml already exists"]);
     desk.refused("tools shop.tbl --unit inch --number 9 --output other.toml", &["no tool 9"]);
     desk.done("check tools.toml");
     desk.write("answers.toml", "stock = \"0,0,-0.6,4,3,0 inch\"\n");
@@ -426,9 +425,9 @@ fn a_configuration_of_linuxcnc_becomes_a_machine_that_runs() {
     // The file states no jerk, and there are no bodies: nothing fails, and nothing passes unseen.
     let (state, reason) = gate(&verdict, "limits");
     assert!(state == "unchecked" && reason.contains("jerk"), "{state}: {reason}");
-    desk.refused("machine bench.ini --output bench", &["bench is there already"]);
-    desk.refused("machine bench.ini --table-axes XQ --output other", &["Q is not a linear axis"]);
-    desk.refused("machine plate.nc --output other", &["is no INI file"]);
+    desk.refused("machine bench.ini --output bench", &["bench already exists"]);
+    desk.refused("machine bench.ini --table-axes XQ --output other", &["Q is no linear axis"]);
+    desk.refused("machine plate.nc --output other", &["is neither a LinuxCNC INI file"]);
 }
 
 #[test]
@@ -441,7 +440,7 @@ fn every_open_question_is_told_at_once() {
     );
     let told = desk.refused(
         "new bare.nc --machine bc-trunnion",
-        &["nobody answers: tool.T7, holder, offset.G55, mount, stock\n", "proposed: 0,0,0"],
+        &["no answer for: tool.T7, holder, offset.G55, mount, stock\n", "proposed: 0,0,0"],
     );
     // Without the tool nobody knows how wide the cuts are.
     assert!(told.contains("stock = \"...\""), "{told}");
@@ -464,7 +463,7 @@ fn several_zeros_and_several_tools_are_one_question_each() {
     let text = format!("%\nO1\nG21 G90 G17 G94\n{}{}{}M30\n%\n", at("G54", 3), at("G55", 7), at("G56", 3));
     desk.write("vises.nc", &text);
     let call = "new vises.nc --machine three-axis-mill";
-    desk.refused(call, &["nobody answers: tools, holder, offsets, stock\n", "proposed: G55: 0,0,0; G56: 0,0,0"]);
+    desk.refused(call, &["no answer for: tools, holder, offsets, stock\n", "proposed: G55: 0,0,0; G56: 0,0,0"]);
     let answers = |tools: &str, offsets: &str| {
         desk.write(
             "answers.toml",
@@ -495,7 +494,7 @@ fn several_zeros_and_several_tools_are_one_question_each() {
         "answers.toml",
         "tools = \"T3: flat D10; T7: ball D8\"\nholder = \"none\"\noffset.G55 = \"0,40,0\"\nstock = \"proposed\"\n",
     );
-    desk.refused(call.replace("--output vises", "--output again").as_str(), &["nobody answers: offset.G56\n"]);
+    desk.refused(call.replace("--output vises", "--output again").as_str(), &["no answer for: offset.G56\n"]);
 }
 
 fn json(text: &[u8]) -> Value {
@@ -516,7 +515,7 @@ fn programs_that_read_get_json_and_nothing_else_on_the_standard_output() {
     let keys: Vec<&str> = open["open"].as_array().expect("open").iter().filter_map(|q| q["key"].as_str()).collect();
     assert_eq!(keys, ["holder", "stock"]);
     assert!(open["open"][1]["proposed"].as_str().is_some_and(|p| p.split(',').count() == 6), "{open}");
-    assert!(String::from_utf8_lossy(&call.stderr).contains("error: nobody answers: holder, stock"));
+    assert!(String::from_utf8_lossy(&call.stderr).contains("error: no answer for: holder, stock"));
     desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"0,0,-0.6,4,3,0 inch\"\n");
     let made =
         json(&desk.call("new plate.nc --machine three-axis-mill --answers answers.toml --output plate --json").stdout);
@@ -544,7 +543,7 @@ fn programs_that_read_get_json_and_nothing_else_on_the_standard_output() {
 fn what_is_neither_file_nor_folder_is_told_so() {
     let desk = Desk::new(&[]);
     desk.refused("check /dev/null", &["/dev/null is neither a file nor a folder"]);
-    desk.refused("check nowhere.nc", &["nowhere.nc is not there"]);
+    desk.refused("check nowhere.nc", &["nowhere.nc does not exist"]);
 }
 
 /// A program without a word for a tool length: heights are those of the tips.
@@ -553,11 +552,11 @@ fn without_g43_the_stock_is_where_the_program_cuts() {
     let desk = Desk::new(&["plate.nc"]);
     let text = fs::read_to_string(desk.path("plate.nc")).expect("there").replace("G43 ", "");
     desk.write("plate.nc", &text);
-    let told = desk.refused("new plate.nc --machine three-axis-mill", &["nobody answers: holder, stock"]);
+    let told = desk.refused("new plate.nc --machine three-axis-mill", &["no answer for: holder, stock"]);
     let stock = |told: &str| told.split("proposed: ").nth(2).and_then(|t| t.lines().next()).map(str::to_owned);
     // What the same program is proposed with its lengths.
     let with =
-        Desk::new(&["plate.nc"]).refused("new plate.nc --machine three-axis-mill", &["nobody answers: holder, stock"]);
+        Desk::new(&["plate.nc"]).refused("new plate.nc --machine three-axis-mill", &["no answer for: holder, stock"]);
     assert!(stock(&told).is_some() && stock(&told) == stock(&with), "{:?} {:?}", stock(&told), stock(&with));
     desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"proposed\"\n");
     desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --output plate");
@@ -615,12 +614,9 @@ fn a_terminal_is_asked_and_an_empty_line_takes_the_proposal() {
     let output = child.wait_with_output().expect("ended");
     let shown = told(&output);
     assert_eq!(output.status.code(), Some(0), "{shown}");
-    for word in [
-        "holder: What holder",
-        "proposed, with an empty line: none",
-        "stock: What is the stock?",
-        "2 answers; written: plate",
-    ] {
+    for word in
+        ["holder: What holder", "press Enter to accept: none", "stock: What is the stock?", "2 answers; written: plate"]
+    {
         assert!(shown.contains(word), "{word:?} is not in:\n{shown}");
     }
     let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");

@@ -29,7 +29,7 @@ fn a_trunnion_comes_to_its_verdict() {
     open_by_setup_alone(&verdict, "collision");
     desk.refused(
         "machine trunnion.urdf --tool-link spindle --table-link table --output trunnion",
-        &["trunnion is there already"],
+        &["trunnion already exists"],
     );
 }
 
@@ -79,10 +79,10 @@ fn what_is_missing_or_wrong_is_asked_and_nothing_is_written() {
     );
     desk.refused(
         &format!("machine trunnion.urdf --table-axes XY {between}"),
-        &["--table-axes says nothing of", "--table-link"],
+        &["--table-axes does not apply to", "--table-link"],
     );
-    desk.refused("machine bench.ini --reverse X --output made", &["--reverse says nothing of bench.ini", "URDF"]);
-    desk.refused(&format!("machine plate.nc {between}"), &["is no INI file of LinuxCNC and no URDF file"]);
+    desk.refused("machine bench.ini --reverse X --output made", &["--reverse does not apply to bench.ini", "URDF"]);
+    desk.refused(&format!("machine plate.nc {between}"), &["is neither a LinuxCNC INI file nor a URDF file"]);
     desk.refused(&format!("machine nowhere.urdf {between}"), &["nowhere.urdf"]);
     let text = fs::read_to_string(desk.path("trunnion.urdf")).expect("there");
     let bad = |name: &str, from: &str, to: &str, words: &[&str]| {
@@ -99,7 +99,7 @@ fn what_is_missing_or_wrong_is_asked_and_nothing_is_written() {
     );
     bad("arm.urdf", "type=\"continuous\"", "type=\"floating\"", &["joint \"c_axis\" is of type \"floating\""]);
     desk.write("macro.xacro", "<robot/>");
-    desk.refused(&format!("machine macro.xacro {between}"), &["is a file of macros"]);
+    desk.refused(&format!("machine macro.xacro {between}"), &["is a xacro file"]);
     desk.write("empty.urdf", "");
     desk.refused(&format!("machine empty.urdf {between}"), &["the file is empty"]);
     desk.write("junk.urdf", &"junk ".repeat(2_000_000));

@@ -68,7 +68,7 @@ fn verify_says_what_is_not_as_it_was() {
     let told = shop.call(&["verify", "result"]);
     assert_eq!(told.code(), Some(3), "{}", told.text);
     assert!(told.text.contains("input changed since the run: program (program.mpf)"), "{}", told.text);
-    assert!(told.text.contains("not of the run, and not checked: notes.txt"), "{}", told.text);
+    assert!(told.text.contains("not part of the run, not checked: notes.txt"), "{}", told.text);
     let verdict = shop.read("result/verdict.json");
     shop.write("result/verdict.json", verdict.replace("\"unchecked\"", "\"pass\""));
     let told = shop.call(&["verify", "result"]);
@@ -89,7 +89,7 @@ fn verify_says_what_it_did_not_check() {
         }
     };
     assert_eq!(shop.call(&["run", ".", "--out", "result", "--rerun", "file"]).code(), Some(3));
-    let uncovered = "not checked, no digest covers it: run.json";
+    let uncovered = "not checked, not covered by a digest: run.json";
     told(&["verify", "result"], 0, &[uncovered, "not signed"]);
     // A recording is under a digest, whatever is done to it.
     let recording = shop.path().join("result/recording.rrd");
@@ -115,16 +115,16 @@ fn verify_says_what_it_did_not_check() {
     shop.replace("program.mpf", "X10", "X11");
     told(&["verify", "result"], 3, &["input changed since the run: program (program.mpf)", uncovered]);
     shop.replace("program.mpf", "X11", "X10");
-    told(&["verify", "result"], 0, &["inputs are as the run read them"]);
+    told(&["verify", "result"], 0, &["inputs unchanged since the run"]);
     // A run folder that was carried elsewhere does not find its scene, and takes no other.
     fs::create_dir_all(shop.path().join("far/away")).expect("made");
     fs::rename(shop.path().join("result"), shop.path().join("far/away/result")).expect("moved");
     told(&["verify", "far/away/result"], 3, &["(scene.toml): cannot be read"]);
-    told(&["verify", "far/away/result", "--scene", "."], 0, &["inputs are as the run read them"]);
+    told(&["verify", "far/away/result", "--scene", "."], 0, &["inputs unchanged since the run"]);
     fs::rename(shop.path().join("far/away/result"), shop.path().join("result")).expect("moved");
     // A signature that nobody looked at is said.
     shop.write("result/manifest.sig", "of somebody");
-    told(&["verify", "result"], 0, &["the signature in the folder is not checked"]);
+    told(&["verify", "result"], 0, &["signature not checked"]);
     fs::remove_file(shop.path().join("result/manifest.sig")).expect("gone");
     // A manifest that covers no verdict is none.
     let manifest = shop.read("result/manifest.json");
@@ -171,30 +171,30 @@ fn a_signature_says_who_vouches_for_a_run() {
     told(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
     told(&["sign", "result", "--key", "public.pem"], 2, "is no private Ed25519 key in PEM");
     told(&["sign", "result", "--key", "key.pem"], 0, "signed");
-    told(&["verify", "result"], 0, "files are as the run wrote them");
+    told(&["verify", "result"], 0, "files unchanged since the run");
     told(&["verify", "result", "--public-key", "public.pem"], 0, "the manifest is signed with this key");
     told(&["verify", "result", "--public-key", "other.pem"], 1, "not that of this key");
     told(&["verify", "result", "--public-key", "key.pem"], 2, "is no public Ed25519 key in PEM");
     told(
         &["verify", "result", "--public-key", "key.pem"],
         2,
-        "help: `openssl pkey -in key.pem -pubout -out public.pem` writes",
+        "help: `openssl pkey -in key.pem -pubout -out public.pem` extracts",
     );
     told(
         &["sign", "result", "--key", "public.pem"],
         2,
-        "help: `openssl genpkey -algorithm ed25519 -out key.pem` makes one",
+        "help: create one with `openssl genpkey -algorithm ed25519 -out key.pem`",
     );
     for folder in ["machine", "nowhere"] {
         told(&["sign", folder, "--key", "key.pem"], 2, "manifest.json cannot be read");
         told(
             &["sign", folder, "--key", "key.pem"],
             2,
-            "help: name a folder that `proveout run` or `proveout compare` has written",
+            "help: name a folder written by `proveout run` or `proveout compare`",
         );
     }
-    told(&["sign", "result", "--key", "nowhere.pem"], 2, "help: check the path and the rights of the file");
-    told(&["verify", "result", "--public-key", "nowhere.pem"], 2, "help: check the path and the rights of the file");
+    told(&["sign", "result", "--key", "nowhere.pem"], 2, "help: check path and permissions of the file");
+    told(&["verify", "result", "--public-key", "nowhere.pem"], 2, "help: check path and permissions of the file");
     // Whoever changes a file and its line in the manifest has no signature for it.
     let (verdict, manifest) = (shop.read("result/verdict.json"), shop.read("result/manifest.json"));
     shop.write("result/manifest.json", manifest.replacen("\"bytes\": 1", "\"bytes\": 2", 1));
@@ -246,7 +246,7 @@ fn fail_and_unchecked_have_their_own_codes() {
     };
     let told = call(&unchecked);
     assert_eq!(told.code(), Some(0), "{}", told.text);
-    assert!(told.text.contains("accepted by the call"), "{}", told.text);
+    assert!(told.text.contains("accepted by --accept-unchecked"), "{}", told.text);
     assert_eq!(json(&shop.read("result/verdict.json"))["verdict"], "unchecked", "the verdict stays");
     assert_eq!(call(&unchecked[1..]).code(), Some(3));
     assert_eq!(call(&["gogue"]).code(), Some(2));

@@ -14,7 +14,7 @@ fn files_of_the_user_stay_in_a_run_folder() {
     let told = shop.run();
     assert_eq!(told.code(), Some(3), "{}", told.text);
     assert_eq!((shop.read("result/photos/part.jpg"), shop.read("result/notes.txt")), ("mine".into(), "mine".into()));
-    assert!(told.text.contains("notes.txt is of no run and stays"), "{}", told.text);
+    assert!(told.text.contains("notes.txt does not belong to a run and is kept"), "{}", told.text);
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn nothing_is_written_over_without_force() {
     };
     let told = call(&[]);
     assert_eq!(told.code(), Some(2), "{}", told.text);
-    assert!(told.text.contains("poses.csv is there already") && told.text.contains("--force"), "{}", told.text);
+    assert!(told.text.contains("poses.csv already exists") && told.text.contains("--force"), "{}", told.text);
     assert_eq!(shop.read("poses.csv"), "mine");
     let told = call(&["--force"]);
     assert_eq!(told.code(), Some(0), "{}", told.text);

@@ -164,7 +164,7 @@ fn killed_runs_go_on_to_the_same_bytes() {
             let journal = shop.path().join(JOURNAL).is_file();
             if signal != "KILL" {
                 slowest = slowest.max(wall);
-                let how = if journal { "--threads 2 --resume" } else { "nothing is left to go on with" };
+                let how = if journal { "--threads 2 --resume" } else { "there is nothing to resume" };
                 assert!(said.contains(how) || said.contains("stopped before the first cut"), "{said}");
                 let left: Vec<_> = fs::read_dir(shop.path()).expect("there").flatten().map(|e| e.file_name()).collect();
                 assert!(!left.iter().any(|n| n.to_string_lossy().contains(".partial-")), "{left:?}");
@@ -180,7 +180,7 @@ fn killed_runs_go_on_to_the_same_bytes() {
         }
         done += 1;
         let told = if shop.path().join(JOURNAL).is_file() { going_on(&shop) } else { shop.run() };
-        if let Some(mib) = told.text.split("going on: ").nth(1).and_then(|t| t.split(' ').next()?.parse::<f64>().ok()) {
+        if let Some(mib) = told.text.split("resuming: ").nth(1).and_then(|t| t.split(' ').next()?.parse::<f64>().ok()) {
             went_on += 1;
             taken = taken.max(mib);
         }

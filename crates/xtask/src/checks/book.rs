@@ -30,7 +30,7 @@ pub(crate) fn check(root: &Path) -> Result<String, Failure> {
             count += 1;
             let target = resolved(page, &link);
             if target.as_ref().is_none_or(|t| !root.join(t).exists()) {
-                faults.push(format!("{}: the link {link} leads nowhere", page.display()));
+                faults.push(format!("{}: broken link {link}", page.display()));
             }
         }
     }

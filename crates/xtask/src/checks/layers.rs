@@ -111,7 +111,7 @@ fn faults(workspace: &Workspace) -> Vec<String> {
     }
     for (name, _) in MAY_USE {
         if !workspace.has(name) {
-            faults.push(format!("{name} is in the table of layers and not in the workspace"));
+            faults.push(format!("{name} is in the table of layers but not in the workspace"));
         }
     }
     faults

@@ -77,7 +77,7 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
         let mut at = 0;
         while let Some(open) = content[at..].find(OPEN) {
             let head = at + open + OPEN.len();
-            let begin = head + content[head..].find(BEGIN).ok_or_else(|| fault("a figure's remark does not end"))?;
+            let begin = head + content[head..].find(BEGIN).ok_or_else(|| fault("a figure's comment does not end"))?;
             let start = begin + BEGIN.len();
             let end =
                 start + content[start..].find(CLOSE).ok_or_else(|| fault("a figure lacks its <!--/--> on the line"))?;
@@ -86,12 +86,12 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
                 [run, key] if key.starts_with('@') => (run, key, "s", None),
                 [run, key, form] => (run, key, *form, None),
                 [run, key, form, bound] => (run, key, *form, Some(*bound)),
-                _ => return Err(fault("a figure wants: run, key, form, and a bound where it is of a surface")),
+                _ => return Err(fault("a figure needs: run, key, form, and a bound if it is of a surface")),
             };
-            let form = Form::read(form).ok_or_else(|| fault("the form is none of .1, .2um, .1cm3, .1pct, s"))?;
+            let form = Form::read(form).ok_or_else(|| fault("the form must be one of .1, .2um, .1cm3, .1pct, s"))?;
             let bound = bound.map(|b| b.strip_prefix("+-").and_then(|b| b.parse::<f64>().ok()).filter(|b| *b >= 0.0));
             if bound == Some(None) {
-                return Err(fault("the bound is no +-0.1"));
+                return Err(fault("the bound must be written as +-0.1"));
             }
             all.push(Marker {
                 run: (*run).to_owned(),
@@ -137,9 +137,9 @@ impl Marker {
     pub(super) fn text(&self, value: &Value) -> Result<String, String> {
         match (self.form, value) {
             (Form::Text, Value::String(text)) => Ok(text.clone()),
-            (Form::Text, other) => Err(format!("{} is no text: {other}", self.key)),
+            (Form::Text, other) => Err(format!("{} is not a text: {other}", self.key)),
             (Form::Number { decimals, factor }, value) => {
-                let number = value.as_f64().ok_or_else(|| format!("{} is no number: {value}", self.key))?;
+                let number = value.as_f64().ok_or_else(|| format!("{} is not a number: {value}", self.key))?;
                 let text = format!("{:.decimals$}", number * factor);
                 // What rounds to zero has no sign.
                 let zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
@@ -192,9 +192,9 @@ pub(super) fn value<'a>(result: &'a Value, key: &str) -> Result<&'a Value, Strin
         };
         let there =
             |v: &Value| v.as_object().map_or_else(String::new, |o| o.keys().cloned().collect::<Vec<_>>().join(", "));
-        at = at.get(name).ok_or_else(|| format!("{key}: there is no {name}; there is: {}", there(at)))?;
+        at = at.get(name).ok_or_else(|| format!("{key}: no {name}; available: {}", there(at)))?;
         let Some(entry) = entry else { continue };
-        let list = at.as_array().ok_or_else(|| format!("{key}: {name} is no list"))?;
+        let list = at.as_array().ok_or_else(|| format!("{key}: {name} is not a list"))?;
         let found = match entry.split_once('=') {
             None => entry.parse::<usize>().ok().and_then(|i| list.get(i)),
             Some((field, wanted)) => {

@@ -61,7 +61,7 @@ impl Wanted {
                 "--check" => out.check = true,
                 "--kept" => out.kept = true,
                 "--run" => {
-                    out.runs.push((*rest.next().ok_or_else(|| Failure("--run wants a name".into()))?).to_owned())
+                    out.runs.push((*rest.next().ok_or_else(|| Failure("--run needs a name".into()))?).to_owned())
                 }
                 other => return Err(Failure(format!("unknown option of figures: {other}"))),
             }
@@ -111,7 +111,7 @@ pub(crate) fn run(root: &Path, wanted: &Wanted) -> Result<String, Failure> {
     let long: Vec<&str> = runs.iter().filter(|r| !results.contains_key(&r.name)).map(|r| r.name.as_str()).collect();
     let rest = if long.is_empty() { String::new() } else { format!("; not made here: {}", long.join(", ")) };
     for name in left_out {
-        println!("LEFT OUT: the figures of {name}: its data set is not beside the checkout");
+        println!("LEFT OUT: the figures of {name}: its data set is not next to the checkout");
     }
     Ok(account + &rest)
 }
@@ -123,7 +123,7 @@ fn registry(text: &str) -> Result<Vec<Run>, Failure> {
     let list = table.get("run").and_then(toml::Value::as_array).ok_or_else(|| fault("no [[run]]".into()))?;
     let mut out: Vec<Run> = Vec::new();
     for entry in list {
-        let entry = entry.as_table().ok_or_else(|| fault("a run is no table".into()))?;
+        let entry = entry.as_table().ok_or_else(|| fault("a run is not a table".into()))?;
         let known = ["name", "command", "experiment", "data", "long", "made", "second_count"];
         if let Some(key) = entry.keys().find(|k| !known.contains(&k.as_str())) {
             return Err(fault(format!("unknown key {key:?}; a run has {}", known.join(", "))));
@@ -139,7 +139,7 @@ fn registry(text: &str) -> Result<Vec<Run>, Failure> {
             made: text("made").unwrap_or_default(),
         };
         if run.long && run.made.is_empty() {
-            return Err(fault(format!("{}: a long run says when it was `made`", run.name)));
+            return Err(fault(format!("{}: a long run needs `made`, the date of its figures", run.name)));
         }
         if out.iter().any(|r| r.name == run.name) {
             return Err(fault(format!("two runs are named {}", run.name)));
@@ -188,7 +188,7 @@ fn well_named(runs: &[Run], pages: &[Page]) -> Result<(), Failure> {
         match runs.iter().find(|r| r.name == marker.run) {
             None => faults.push(format!("{}:{}: {REGISTRY} has no run {:?}", page.name, marker.line, marker.run)),
             Some(_) if marker.bound.is_some() && !marker.of_surface() => faults.push(format!(
-                "{}:{}: {} comes from the motion alone, which is compared exactly: leave the bound out",
+                "{}:{}: {} depends on the motion alone, which is compared exactly: omit the bound",
                 page.name, marker.line, marker.key
             )),
             Some(_) => {}
@@ -284,7 +284,7 @@ fn compare(pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, 
     if faults.is_empty() {
         return Ok(format!("{count} figures are those of their runs"));
     }
-    Err(Failure(format!("{}\nremedy: cargo xtask figures, and look at what has changed", faults.join("\n"))))
+    Err(Failure(format!("{}\nremedy: cargo xtask figures, then review the changes", faults.join("\n"))))
 }
 
 fn write(root: &Path, runs: &[Run], pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, Failure> {

@@ -35,7 +35,7 @@ pub(super) fn write(root: &Path, out: &Path) -> Result<PathBuf, Failure> {
     let tools = ToolLibrary::read(&read.resolve(&read.file.tools)).map_err(|e| wrong(&e))?;
     let machine = Machine::read(&read.resolve(&read.file.machine)).map_err(|e| wrong(&e))?;
     let Some(strategy) = StrategyFile::named("transverse") else {
-        return Err(wrong(&"no strategy is named transverse"));
+        return Err(wrong(&"no strategy named transverse"));
     };
     let planned = planning::plan(&read, &machine, &tools, strategy).map_err(|e| wrong(&e))?;
     let settings = Prepared::reader_settings(&read, None).map_err(|e| wrong(&e))?;

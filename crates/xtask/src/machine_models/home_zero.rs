@@ -36,15 +36,14 @@ fn way(numbers: &Numbers, on: &str) -> Result<V3, Failure> {
         }
         next = position(numbers, &joint.parent);
     }
-    Err(Failure(format!("{}: the joints below {on} carry each other in a ring", numbers.name)))
+    Err(Failure(format!("{}: the joints below {on} form a loop", numbers.name)))
 }
 
 /// Part of a place along a slide, which must run along an axis of the machine.
 fn along(direction: V3, place: V3) -> Result<f64, Failure> {
     let axis = (0..3).find(|&k| direction[k] == 1.0);
-    axis.map(|k| place[k]).ok_or_else(|| {
-        Failure(format!("a slide along {direction:?} has no place at home: write an axis of the machine"))
-    })
+    axis.map(|k| place[k])
+        .ok_or_else(|| Failure(format!("a slide along {direction:?} has no home position: use a machine axis")))
 }
 
 /// Parts of a machine with its zero at home, by the maker of one with its zero on the table.

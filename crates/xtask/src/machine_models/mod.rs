@@ -35,9 +35,9 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
     for (folder, build) in library::LIBRARY {
         let path = root.join("machines").join(folder).join("machine.toml");
         let text = files::get(&path)?;
-        let (head, _) = text.split_once(MARK).ok_or_else(|| {
-            Failure(format!("{}: the line that begins the bodies is missing:\n{MARK}", path.display()))
-        })?;
+        let (head, _) = text
+            .split_once(MARK)
+            .ok_or_else(|| Failure(format!("{}: the line before the bodies is missing:\n{MARK}", path.display())))?;
         let numbers = numbers::Numbers::read(&path, head)?;
         let parts = build(&numbers)?;
         let model = glb::bytes(&numbers, &parts)

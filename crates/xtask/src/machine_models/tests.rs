@@ -122,7 +122,7 @@ fn journals_and_pivots_are_round_about_their_axis() {
             let sum = body.mesh.positions.iter().fold(Vector::zeros(), |s, p| s + (p - joint.point));
             let middle = sum / body.mesh.positions.len() as f64;
             let off = (middle - joint.direction * middle.dot(&joint.direction)).norm();
-            assert!(off < MODEL_MM, "{name}: {} stands {off} mm off the axis of {}", body.name, joint.name);
+            assert!(off < MODEL_MM, "{name}: {} is {off} mm off the axis of {}", body.name, joint.name);
             seen += 1;
         }
     }

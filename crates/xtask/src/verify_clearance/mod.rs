@@ -96,7 +96,7 @@ pub(crate) fn run(folder: &Path, scene: &Path) -> Result<String, Failure> {
     let setup = Prepared::read(scene, &choice).map_err(|e| Failure(format!("{}: {e}", scene.display())))?;
     for (role, digest) in &setup.digests {
         if verdict["digests"][role].as_str() != Some(digest) {
-            return Err(Failure(format!("{role} is not the one of the run: its digest differs")));
+            return Err(Failure(format!("{role} has changed since the run: its digest differs")));
         }
     }
     let spans = table::spans(&folder.join("clearance.parquet"), &setup.machine)?;
@@ -208,7 +208,7 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
     let bears = |(a, b): &&Pair| matches!((bodies.get(a), bodies.get(b)), (Some(a), Some(b)) if are_neighbors(machine, a, b) && borne(a, b));
     let mut left = unchecked.iter().filter(|p| !bears(p));
     if let Some((a, b)) = left.next().filter(|_| list(&verdict["gates"]).iter().any(passes)) {
-        return Err(Failure(format!("{a} against {b}: not checked, and the gate of collisions passes all the same")));
+        return Err(Failure(format!("{a} and {b}: not checked, yet the collision gate passes")));
     }
     let found: BTreeSet<Pair> = list(&verdict["findings"]).iter().filter_map(pair_of).collect();
     let mut of_pair: BTreeMap<Pair, Vec<&Span>> = BTreeMap::new();
@@ -230,16 +230,16 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
             if unchecked.contains(&pair) {
                 continue;
             }
-            let about = |text: String| Failure(format!("{one} against {other}: {text}"));
+            let about = |text: String| Failure(format!("{one} and {other}: {text}"));
             if are_neighbors(machine, a, b) {
                 if !claimed.contains_key(&pair) {
-                    return Err(about("the verdict does not tell of it".into()));
+                    return Err(about("the pair is missing in the verdict".into()));
                 }
                 neighbors += 1;
                 continue;
             }
             let Some(spans) = of_pair.get(&pair) else {
-                return Err(about("no span of time, and not told as unchecked".into()));
+                return Err(about("the pair has no time span and is not listed as unchecked".into()));
             };
             cover(machine, spans, samples, tool).map_err(about)?;
             pairs += 1;
@@ -254,19 +254,19 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
                 (boxes, asked) = (boxes + search.nodes, asked + search.asked);
             }
             let proved = spans.iter().map(|s| (s.distance - s.motion).max(0.0)).fold(f64::INFINITY, f64::min);
-            let Some(said) = claimed.get(&pair) else { return Err(about("the verdict does not tell of it".into())) };
+            let Some(said) = claimed.get(&pair) else { return Err(about("the pair is missing in the verdict".into())) };
             if (*said - proved).abs() > VERDICT_SLACK_MM {
-                return Err(about(format!("the verdict tells {said} mm, its spans prove {proved} mm")));
+                return Err(about(format!("the verdict states {said} mm, its spans prove {proved} mm")));
             }
             if proved <= 0.0 && !found.contains(&pair) {
-                return Err(about("nothing is proved of it, and no finding names it".into()));
+                return Err(about("no clearance is proved, and no finding names the pair".into()));
             }
         }
     }
     Ok(format!(
         "{pairs} pairs, {} spans: no gap over {} samples; {seen} distances and motions hold, {looks} of them by planes, \
          {by_one_plane} by a single one ({boxes} pairs of boxes, {asked} of pieces); {neighbors} pairs of neighbors by the check of the run alone; {} \
-         told as unchecked",
+         listed as unchecked",
         spans.len(),
         samples.len(),
         unchecked.len()
@@ -297,7 +297,7 @@ fn cover(machine: &Machine, spans: &[&Span], samples: &[Sample], tool: Option<u3
             let (most, joint) = beyond.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
             let name = machine.joints.get(joint).map_or("a joint", |j| &j.name);
             return Err(format!(
-                "at {} s: its joints leave the range of the span: {name} by {most} (mm or radian)",
+                "at {} s: the joints leave the range of the span: {name} by {most} (mm or radian)",
                 sample.time
             ));
         }
@@ -325,7 +325,9 @@ fn follow(
     }
     let apart = |j: usize| one.low[j].max(next.low[j]) > one.high[j].min(next.high[j]) + JOINT_SLACK;
     match (0..machine.joints.len()).find(|&j| apart(j)) {
-        Some(j) => Err(format!("at {} s: {} goes on from elsewhere", next.time[0], machine.joints[j].name)),
+        Some(j) => {
+            Err(format!("at {} s: {} does not continue from the previous span", next.time[0], machine.joints[j].name))
+        }
         None => Ok(()),
     }
 }
@@ -355,13 +357,13 @@ fn at_all_turns<'a>(
     let Some(joint) = joints.next() else { return Ok(None) };
     let about = |why: &str| {
         let name = machine.joints.get(joint).map_or("a joint", |j| &j.name);
-        Err(format!("from {} s: the range of {name} has no ends, {why}", span.time[0]))
+        Err(format!("from {} s: the range of {name} is unbounded, {why}", span.time[0]))
     };
     if joints.next().is_some() {
-        return about("nor has that of another joint");
+        return about("and so is that of another joint");
     }
     if span.straight.is_some() {
-        return about("and the joints are said to go straight");
+        return about("but the joints are stated to move linearly");
     }
     let of = |one: &'a Body, other: &'a Body| {
         let (carrier, turned) = one.turned.as_ref()?;
@@ -369,7 +371,7 @@ fn at_all_turns<'a>(
         alone.then_some((turned, [one, other]))
     };
     match of(a, b).or_else(|| of(b, a)) {
-        None => about("and it turns neither of the two alone about a fixed line"),
+        None => about("and the joint does not turn just one of the two bodies about a fixed axis"),
         found => Ok(found),
     }
 }
@@ -391,7 +393,7 @@ fn holds(
     known: &mut Known,
 ) -> Result<(), String> {
     if !span.is_told() {
-        return Err(format!("from {} s: a number is none, or beyond all joints and bodies", span.time[0]));
+        return Err(format!("from {} s: a number is missing, or exceeds all joints and bodies", span.time[0]));
     }
     if span.distance <= span.motion {
         return Ok(());
@@ -401,7 +403,7 @@ fn holds(
     let motion = motion::least(machine, [a, b], span, samples, &mut known.corners);
     if motion > span.motion + SLACK_MM {
         return Err(format!(
-            "from {} s: a motion of {} mm is claimed, the joints make at least {motion} mm",
+            "from {} s: {} mm of motion claimed, the joints make at least {motion} mm",
             span.time[0], span.motion
         ));
     }
@@ -413,7 +415,7 @@ fn holds(
         }
     };
     if let Some(nearer) = nearer {
-        return Err(format!("from {} s: {} mm are claimed, {nearer} mm are found", span.time[0], span.distance));
+        return Err(format!("from {} s: {} mm claimed, {nearer} mm found", span.time[0], span.distance));
     }
     Ok(())
 }

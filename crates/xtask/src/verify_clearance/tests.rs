@@ -68,7 +68,7 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     let said =
         run(&folder.path().join("run"), &folder.path().join("scene.toml")).unwrap_or_else(|Failure(e)| panic!("{e}"));
     println!("{said}");
-    assert!(said.contains("told as unchecked") && spans.len() > 100, "{said}");
+    assert!(said.contains("listed as unchecked") && spans.len() > 100, "{said}");
 
     // Of each body the pair that came nearest, and the spans of the moment at which that was measured: D less the motion is the least distance, but for
     // the error. At the place that was measured the true distance of hull or box is no more than it and the motion, so that 0.05 mm more are a lie.
@@ -110,7 +110,7 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     }
     let mut forged = spans.clone();
     forged.retain(|s| ordered(&s.bodies[0], &s.bodies[1]) != ordered("holder of T1", "post"));
-    refused("a pair told as unchecked", check(&claim, &setup, &forged, &samples));
+    refused("a pair listed as unchecked", check(&claim, &setup, &forged, &samples));
 
     // Parts of one piece of the motion have its time in common: cut in two it holds as well, but without one of them it has no gap in time, only along
     // the way.
@@ -135,7 +135,7 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     let k = k.expect("a row of parabolas");
     let mut forged = spans.clone();
     forged[k].curved = false;
-    refused("parabolas told as straight lines", check(&verdict, &setup, &forged, &samples));
+    refused("parabolas stated as straight lines", check(&verdict, &setup, &forged, &samples));
     let mut forged = spans.clone();
     forged[k].distance += 2e3;
     refused("parabolas: a distance raised by 2000 mm", check(&verdict, &setup, &forged, &samples));
@@ -188,7 +188,7 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
             // Without ends downward nothing is left out, and a lower distance claims less.
             let honest = forged[straight].low == spans[straight].low && which == 2 || which == 0 && x < 0.0;
             if !honest {
-                refused(&format!("number {which} told as {x}"), check(&verdict, &setup, &forged, &samples));
+                refused(&format!("number {which} stated as {x}"), check(&verdict, &setup, &forged, &samples));
             }
         }
     }

@@ -45,9 +45,9 @@ fn times(m: [V; 3], v: V) -> V {
 
 fn vector(value: &Value) -> Result<V, Failure> {
     let v = [0, 1, 2].map(|k| value[k].as_f64());
-    let [Some(x), Some(y), Some(z)] = v else { return Err(wrong("a direction is no vector")) };
+    let [Some(x), Some(y), Some(z)] = v else { return Err(wrong("a direction is not a vector")) };
     if (dot([x, y, z], [x, y, z]) - 1.0).abs() > 1e-6 {
-        return Err(wrong("a direction has not the length one"));
+        return Err(wrong("a direction is not a unit vector"));
     }
     Ok([x, y, z])
 }
@@ -71,7 +71,11 @@ fn joint(value: &Value, passed: f64) -> Result<Joint, Failure> {
         from: number(value, "from_deg")?.to_radians(),
         programs: [numbers(value, "new_deg")?, numbers(value, "original_deg")?],
     };
-    if joint.velocity > 0.0 && joint.size > 0.0 { Ok(joint) } else { Err(wrong("a joint of cells stands still")) }
+    if joint.velocity > 0.0 && joint.size > 0.0 {
+        Ok(joint)
+    } else {
+        Err(wrong("a joint of the cells has no velocity or no cell size"))
+    }
 }
 
 /// Checks the potentials; gives the bound that they prove.
@@ -88,13 +92,13 @@ pub(super) fn check(
     let (zero, radius) = (vector(&value["zero"])?, number(value, "radius_deg")?.to_radians());
     let whole = |v: &Value| v.as_u64().and_then(|n| usize::try_from(n).ok());
     let stations: Option<Vec<usize>> = list(value, "stations")?.iter().map(whole).collect();
-    let stations = stations.ok_or_else(|| wrong("a station is no gate"))?;
+    let stations = stations.ok_or_else(|| wrong("a station is not a gate"))?;
     if stations.len() < 2
         || stations[0] != 0
         || stations[stations.len() - 1] != blocks
         || stations.windows(2).any(|p| p[0] >= p[1])
     {
-        return Err(wrong("the stations do not rise from the first gate to the last"));
+        return Err(wrong("the stations do not increase from the first gate to the last"));
     }
     let (axes, cells, potentials) = (list(value, "axes")?, list(value, "cells")?, list(value, "potentials_s")?);
     let whole_lists = [
@@ -107,7 +111,7 @@ pub(super) fn check(
         outer.programs[1].len(),
     ];
     if whole_lists.iter().any(|n| *n != stations.len()) {
-        return Err(wrong("cells have not one list for each station"));
+        return Err(wrong("cells need one list per station"));
     }
     let mut last: Vec<([usize; 2], f64)> = Vec::new();
     for s in 0..stations.len() {
@@ -120,7 +124,7 @@ pub(super) fn check(
             || ids.windows(2).any(|p| p[0] >= p[1])
             || ids[ids.len() - 1] >= inner.cells * outer.cells
         {
-            return Err(wrong(format!("the cells of station {s} do not rise, or have not one time each")));
+            return Err(wrong(format!("the cells of station {s} do not increase, or lack one time each")));
         }
         let now: Vec<([usize; 2], f64)> =
             ids.iter().zip(times_s).map(|(id, t)| ([id / outer.cells, id % outer.cells], t)).collect();
@@ -136,7 +140,7 @@ pub(super) fn check(
                 next += usize::from(listed);
                 let middle = times(turn(outer.direction, outer.from + (k as f64 + 0.5) * outer.size), carried);
                 if !listed && angle(middle, axis) < radius + off - ROUNDED {
-                    return Err(wrong(format!("cell {id} of station {s} reaches into the cap, and is left out")));
+                    return Err(wrong(format!("cell {id} of station {s} reaches into the cap, but is missing")));
                 }
             }
         }
@@ -171,7 +175,7 @@ pub(super) fn check(
                 let least = feed.max(inner_way / inner.velocity).max(outer_way / outer.velocity);
                 if *time > before + least + ROUNDED_S {
                     return Err(wrong(format!(
-                        "the potential of a cell of station {s} is above that of one before it and the way from there"
+                        "the potential of a cell of station {s} exceeds that of an earlier cell plus the travel from it"
                     )));
                 }
             }

@@ -23,23 +23,23 @@ pub(super) fn check(run: &Value, least: &[f64], seams: &[f64]) -> Result<(), Fai
     }
     let ways = list(run, "ways")?;
     if ways.is_empty() {
-        return Err(wrong("there is no way that the feed is proved from"));
+        return Err(wrong("no path given to prove the feed from"));
     }
     for way in ways {
         let name = way["program"].as_str().unwrap_or("nameless");
         let times = numbers(way, "times_s")?;
         let points: Option<Vec<[f64; 3]>> =
             list(way, "points_mm")?.iter().map(|p| Some([p[0].as_f64()?, p[1].as_f64()?, p[2].as_f64()?])).collect();
-        let points = points.ok_or_else(|| wrong(format!("a point of the {name} way is no place")))?;
+        let points = points.ok_or_else(|| wrong(format!("a point of the {name} path is invalid")))?;
         if times.len() != least.len() || points.len() != least.len() + 1 {
-            return Err(wrong(format!("the {name} way has not a time for each block and a point for each gate")));
+            return Err(wrong(format!("the {name} path needs one time per block and one point per gate")));
         }
         let mut vectors = Vec::with_capacity(times.len());
         for (i, time) in times.iter().enumerate() {
             let step: [f64; 3] = std::array::from_fn(|k| points[i + 1][k] - points[i][k]);
             let length = norm(step);
             if length <= 0.0 || *time <= 0.0 {
-                return Err(wrong(format!("block {i} of the {name} way does not move")));
+                return Err(wrong(format!("block {i} of the {name} path does not move")));
             }
             vectors.push(step.map(|x| x * time / (length * length)));
         }
@@ -55,7 +55,7 @@ pub(super) fn check(run: &Value, least: &[f64], seams: &[f64]) -> Result<(), Fai
                 let end = off * norm(vectors[g - 1]) / passed;
                 if proved - claimed - end + seams[g] < begun - ROUNDED_S {
                     return Err(wrong(format!(
-                        "a window of blocks up to gate {g} claims more than the {name} way proves of the feed"
+                        "a window of blocks up to gate {g} claims more feed time than the {name} path proves"
                     )));
                 }
             }

@@ -49,16 +49,18 @@ fn wrong(what: impl Into<String>) -> Failure {
 }
 
 fn number(value: &Value, key: &str) -> Result<f64, Failure> {
-    value[key].as_f64().ok_or_else(|| wrong(format!("{key} is no number")))
+    value[key].as_f64().ok_or_else(|| wrong(format!("{key} is not a number")))
 }
 
 fn numbers(value: &Value, key: &str) -> Result<Vec<f64>, Failure> {
-    let list = value[key].as_array().ok_or_else(|| wrong(format!("{key} is no list")))?;
-    list.iter().map(|v| v.as_f64().ok_or_else(|| wrong(format!("{key} holds what is no number")))).collect()
+    let list = value[key].as_array().ok_or_else(|| wrong(format!("{key} is not a list")))?;
+    list.iter()
+        .map(|v| v.as_f64().ok_or_else(|| wrong(format!("{key} contains a value that is not a number"))))
+        .collect()
 }
 
 fn list<'a>(value: &'a Value, key: &str) -> Result<&'a [Value], Failure> {
-    value[key].as_array().map(Vec::as_slice).ok_or_else(|| wrong(format!("{key} is no list")))
+    value[key].as_array().map(Vec::as_slice).ok_or_else(|| wrong(format!("{key} is not a list")))
 }
 
 /// Two numbers that should be one.
@@ -66,7 +68,7 @@ fn same(what: &str, claimed: f64, found: f64) -> Result<(), Failure> {
     if (claimed - found).abs() <= ROUNDED * claimed.abs().max(found.abs()).max(1.0) {
         return Ok(());
     }
-    Err(wrong(format!("{what} is told as {claimed}, found as {found}")))
+    Err(wrong(format!("{what}: stated {claimed}, computed {found}")))
 }
 
 /// Checks a certificate; gives what was seen.
@@ -82,11 +84,11 @@ pub(crate) fn run(file: &Path) -> Result<String, Failure> {
 
 fn check(value: &Value) -> Result<String, Failure> {
     if value["format"] != "proveout schedule certificate, version 2" {
-        return Err(wrong("this is no schedule certificate of version 2"));
+        return Err(wrong("not a schedule certificate of version 2"));
     }
     let runs = list(value, "runs")?;
     if runs.is_empty() {
-        return Err(wrong("nothing is certified: there is no run"));
+        return Err(wrong("the certificate contains no run"));
     }
     let mut seen = Vec::new();
     for (k, run) in runs.iter().enumerate() {
@@ -103,7 +105,7 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
     }
     let seams = numbers(value, "seams_s")?;
     if seams.len() != least.len() + 1 || seams.iter().any(|t| *t < 0.0) {
-        return Err(wrong("seams_s has not one time, zero or more, for each gate"));
+        return Err(wrong("seams_s needs one time per gate, zero or more"));
     }
     feed::check(value, &least, &seams)?;
     let mut all = joints(value, "joints", "deg", least.len())?;
@@ -125,15 +127,15 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
         let positions = format!("{program}_deg");
         let claimed = inside(flag)?;
         if claimed != run.keeps(&positions)? {
-            return Err(wrong(format!("{flag} is told as {claimed}; the gates tell otherwise")));
+            return Err(wrong(format!("{flag} is stated as {claimed}, which contradicts the gates")));
         }
         let own = numbers(value, times)?;
         if own.len() != run.least.len() {
-            return Err(wrong(format!("{times} has not one time for each block")));
+            return Err(wrong(format!("{times} needs one time per block")));
         }
         if claimed && let Some([from, to]) = feed::faster(&own, &run.least, &run.seams) {
             return Err(wrong(format!(
-                "blocks {from} to {to} take less in the {program} program than is proved of the feed"
+                "blocks {from} to {to} take less time in the {program} program than the proved feed time"
             )));
         }
         let sum: f64 = own.iter().sum();
@@ -153,7 +155,7 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
         }
         _ => {
             return Err(wrong(
-                "gap_percent is told where the program leaves the channel, or missing where it does not",
+                "gap_percent is given although the program leaves the channel, or missing although it does not",
             ));
         }
     }
@@ -174,7 +176,7 @@ fn joints(value: &Value, list_of: &str, unit: &str, blocks: usize) -> Result<Vec
         {
             Value::Null => Ok(f64::INFINITY),
             value => {
-                value.as_f64().map(|v| v * passed).ok_or_else(|| wrong(format!("{quantity} of {name} is no number")))
+                value.as_f64().map(|v| v * passed).ok_or_else(|| wrong(format!("{quantity} of {name} is not a number")))
             }
         };
         let limits = Limits {
@@ -188,7 +190,7 @@ fn joints(value: &Value, list_of: &str, unit: &str, blocks: usize) -> Result<Vec
         let mut gates = Vec::new();
         for gate in list(joint, &format!("gates_{unit}"))? {
             let both = (gate[0].as_f64(), gate[1].as_f64());
-            let (Some(low), Some(high)) = both else { return Err(wrong(format!("a gate of {name} is no pair"))) };
+            let (Some(low), Some(high)) = both else { return Err(wrong(format!("a gate of {name} is not a pair"))) };
             if low > high {
                 return Err(wrong(format!("gate {} of {name} is empty", gates.len())));
             }
@@ -215,7 +217,7 @@ impl Run<'_> {
         for (joint, value) in self.joints.iter().zip(list(self.value, "joints")?) {
             let own = numbers(value, positions)?;
             if own.len() != joint.gates.len() {
-                return Err(wrong(format!("{positions} of {} has not one place for each gate", joint.name)));
+                return Err(wrong(format!("{positions} of {} needs one position per gate", joint.name)));
             }
             keeps &= own
                 .iter()
@@ -232,7 +234,7 @@ impl Run<'_> {
             let (end, time) = self.window(window, at, cells).map_err(|Failure(e)| wrong(format!("window {k}: {e}")))?;
             let claimed = number(window, "time_s")?;
             if claimed > time + ROUNDED * time.abs().max(1.0) {
-                return Err(wrong(format!("window {k} claims {claimed} s, and proves {time} s")));
+                return Err(wrong(format!("window {k} claims {claimed} s, but proves {time} s")));
             }
             sum += claimed;
             at = end;
@@ -248,7 +250,7 @@ impl Run<'_> {
         let gates: Vec<f64> = numbers(middle, "gates")?;
         let (from, to) = match gates.as_slice() {
             [from, to] if *from >= 0.0 && from < to && *to <= self.least.len() as f64 => (*from as usize, *to as usize),
-            _ => return Err(wrong(format!("its gates {gates:?} are no two of the stretch"))),
+            _ => return Err(wrong(format!("its gates {gates:?} are not two gates of the stretch"))),
         };
         let own = numbers(self.value, "new_s")?;
         let (time, bound) = (number(middle, "time_s")?, number(middle, "bound_s")?);
@@ -270,14 +272,14 @@ impl Run<'_> {
         let gates = gates.filter(|g| g.len() >= 2).ok_or_else(|| wrong("it has no gates"))?;
         let last = gates[gates.len() - 1];
         if gates[0] != begin || gates.windows(2).any(|p| p[0] >= p[1]) || last > self.least.len() {
-            return Err(wrong(format!("its gates {gates:?} do not rise from gate {begin}")));
+            return Err(wrong(format!("its gates {gates:?} do not increase from gate {begin}")));
         }
         let kind = window["proof"].as_str().unwrap_or_default();
         if kind == "feed" {
             return if gates.len() == 2 {
                 Ok((last, self.feed(begin, last)))
             } else {
-                Err(wrong("the feed has two gates"))
+                Err(wrong("a feed proof needs two gates"))
             };
         }
         if kind == "cells" {
@@ -285,11 +287,11 @@ impl Run<'_> {
             let proved = cells.filter(|_| whole);
             return proved
                 .map(|time| (last, time))
-                .ok_or_else(|| wrong("cells are about all blocks, and have to be given"));
+                .ok_or_else(|| wrong("a cells proof must cover all blocks, and the cells must be given"));
         }
         let joint = self.joints.iter().find(|j| window["joint"] == j.name.as_str());
         let joint = joint.ok_or_else(|| wrong("its joint is not in the certificate"))?;
-        let up = window["up"].as_bool().ok_or_else(|| wrong("it does not say whether it goes up"))?;
+        let up = window["up"].as_bool().ok_or_else(|| wrong("`up` is missing"))?;
         // From the side where the joint must be at one gate to the other side of the next.
         let ways: Vec<f64> = gates
             .windows(2)
@@ -309,7 +311,7 @@ impl Run<'_> {
                     + inner.iter().map(|w| joint.limits.turn_to_turn(*w)).sum::<f64>()
                     + joint.limits.after_turn(*last)
             }
-            _ => return Err(wrong(format!("{kind:?} with {} gates is no proof", gates.len()))),
+            _ => return Err(wrong(format!("{kind:?} with {} gates is not a proof", gates.len()))),
         };
         Ok((last, time))
     }

@@ -29,26 +29,26 @@ fn pull(nodes: &[f64]) -> Vec<f64> {
 
 pub(super) fn check(run: &Value, peak: &Value) -> Result<(), Failure> {
     let order =
-        peak["order"].as_u64().filter(|m| matches!(m, 2 | 3)).ok_or_else(|| wrong("a peak of no known order"))?
+        peak["order"].as_u64().filter(|m| matches!(m, 2 | 3)).ok_or_else(|| wrong("a peak has an unknown order"))?
             as usize;
     let velocity = numbers(peak, "velocity_deg_s")?;
-    let &[slowest, fastest] = velocity.as_slice() else { return Err(wrong("a least peak has not two velocities")) };
+    let &[slowest, fastest] = velocity.as_slice() else { return Err(wrong("a least peak needs two velocities")) };
     if slowest > 0.0 || fastest < 0.0 {
-        return Err(wrong("a least peak must not stand"));
+        return Err(wrong("the velocity range of a least peak must include zero"));
     }
     let joint = list(run, "joints")?.iter().find(|j| j["name"] == peak["joint"]);
     let joint = joint.ok_or_else(|| wrong("the joint of a least peak is not in the certificate"))?;
     let limit = number(joint, "velocity_deg_s")? * (1.0 + number(run, "limit_passed")?);
     let reaches = |v: f64| v == 0.0 || v.abs() >= limit * (1.0 - ROUNDED);
     if !(reaches(slowest) && reaches(fastest)) || slowest == fastest {
-        return Err(wrong("a least peak is about slower motions than the joint's limit allows"));
+        return Err(wrong("the velocities of a least peak must be zero or reach the joint's limit"));
     }
     let rounding = number(run, "rounding_deg")?;
     let gates: Option<Vec<[f64; 2]>> = list(joint, "gates_deg")?
         .iter()
         .map(|g| Some([g[0].as_f64()? + rounding, g[1].as_f64()? - rounding]))
         .collect();
-    let gates = gates.ok_or_else(|| wrong("a gate is no pair"))?;
+    let gates = gates.ok_or_else(|| wrong("a gate is not a pair"))?;
     let mut times = vec![0.0];
     for t in numbers(run, "nominal_s")? {
         if t <= 0.0 {
@@ -58,7 +58,7 @@ pub(super) fn check(run: &Value, peak: &Value) -> Result<(), Failure> {
     }
     let (weights, pushes) = (numbers(peak, "weights")?, numbers(peak, "pushes")?);
     if gates.len() != times.len() || weights.len() + order != times.len() || pushes.len() + 1 != times.len() {
-        return Err(wrong("a least peak has not a weight for each difference and a push for each block"));
+        return Err(wrong("a least peak needs one weight per difference and one push per block"));
     }
     if weights.iter().map(|w| w.abs()).sum::<f64>() > 1.0 + ROUNDED {
         return Err(wrong("the weights of a least peak prove nothing: their sum is above one"));
@@ -80,7 +80,7 @@ pub(super) fn check(run: &Value, peak: &Value) -> Result<(), Failure> {
     let size: f64 = on.iter().zip(&gates).map(|(p, [low, high])| (p * low).abs().max((p * high).abs())).sum();
     let claimed = number(peak, "proved_deg")?;
     if claimed > proved + ROUNDED * proved.abs().max(1.0) + 1e-12 * size {
-        return Err(wrong(format!("a least peak claims {claimed}, and its weights prove {proved}")));
+        return Err(wrong(format!("a least peak claims {claimed}, but its weights prove {proved}")));
     }
     Ok(())
 }

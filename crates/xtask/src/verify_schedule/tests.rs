@@ -57,32 +57,32 @@ fn a_certificate_that_holds_is_taken() {
 fn each_forgery_is_refused() {
     type Change = fn(&mut Value);
     let forgeries: [(Change, &str); 26] = [
-        (|r| r["bound_s"] = json!(2.1), "bound_s is told as"),
-        (|r| r["windows"][0]["time_s"] = json!(2.0), "claims 2 s, and proves"),
+        (|r| r["bound_s"] = json!(2.1), "bound_s: stated"),
+        (|r| r["windows"][0]["time_s"] = json!(2.0), "claims 2 s, but proves"),
         (|r| r["windows"][0]["gates"] = json!([0, 1, 3]), "without moving"),
-        (|r| r["windows"][0]["gates"] = json!([0, 2, 1, 3]), "do not rise"),
+        (|r| r["windows"][0]["gates"] = json!([0, 2, 1, 3]), "do not increase"),
         (|r| r["windows"][0]["up"] = json!(false), "without moving"),
         (|r| r["windows"][0]["joint"] = json!("C"), "not in the certificate"),
-        (|r| r["windows"][1]["gates"] = json!([2, 4]), "do not rise from gate 3"),
+        (|r| r["windows"][1]["gates"] = json!([2, 4]), "do not increase from gate 3"),
         (|r| r["windows"] = json!([r["windows"][0]]), "end at gate 3 of 4"),
         (|r| r["joints"][0]["velocity_deg_s"] = json!(30.0), "claims 1.9"),
         (|r| r["joints"][0]["gates_deg"][1] = json!([11, 10]), "is empty"),
-        (|r| r["joints"][0]["new_deg"][1] = json!(9), "new_inside is told as true"),
-        (|r| r["new_s"][3] = json!(0.05), "blocks 3 to 3 take less in the new program"),
-        (|r| r["off_mm"] = json!(0.01), "claims more than the new way proves"),
-        (|r| r["ways"][0]["times_s"][1] = json!(0.09), "claims more than the new way proves"),
-        (|r| r["ways"] = json!([]), "no way that the feed is proved from"),
-        (|r| r["seams_s"][2] = json!(-0.1), "seams_s has not"),
-        (|r| r["time_s"] = json!(2.2), "time_s is told as"),
-        (|r| r["gap_percent"] = json!(10.0), "gap_percent is told as"),
+        (|r| r["joints"][0]["new_deg"][1] = json!(9), "new_inside is stated as true"),
+        (|r| r["new_s"][3] = json!(0.05), "blocks 3 to 3 take less time in the new program"),
+        (|r| r["off_mm"] = json!(0.01), "claims more feed time than the new path proves"),
+        (|r| r["ways"][0]["times_s"][1] = json!(0.09), "claims more feed time than the new path proves"),
+        (|r| r["ways"] = json!([]), "no path given to prove the feed from"),
+        (|r| r["seams_s"][2] = json!(-0.1), "seams_s needs"),
+        (|r| r["time_s"] = json!(2.2), "time_s: stated"),
+        (|r| r["gap_percent"] = json!(10.0), "gap_percent: stated"),
         (|r| r["least_s"][0] = json!(0.0), "no least time"),
-        (|r| r["ramps_apart"]["bound_s"] = json!(1.3), "ramps_apart: bound_s is told as"),
-        (|r| r["ramps_apart"]["time_s"] = json!(1.4), "ramps_apart: time_s is told as"),
-        (|r| r["ramps_apart"]["gap_percent"] = json!(24.0), "ramps_apart: gap_percent is told as"),
+        (|r| r["ramps_apart"]["bound_s"] = json!(1.3), "ramps_apart: bound_s: stated"),
+        (|r| r["ramps_apart"]["time_s"] = json!(1.4), "ramps_apart: time_s: stated"),
+        (|r| r["ramps_apart"]["gap_percent"] = json!(24.0), "ramps_apart: gap_percent: stated"),
         (|r| r["ramps_apart"]["ramp_s"] = json!(0.2), "the last ramp is shorter"),
-        (|r| r["ramps_apart"]["gates"] = json!([1, 9]), "are no two of the stretch"),
-        (|r| r["ramps_apart"]["windows"][0]["time_s"] = json!(1.3), "claims 1.3 s, and proves"),
-        (|r| r["ramps_apart"]["windows"][0]["gates"] = json!([2, 3]), "do not rise from gate 1"),
+        (|r| r["ramps_apart"]["gates"] = json!([1, 9]), "are not two gates of the stretch"),
+        (|r| r["ramps_apart"]["windows"][0]["time_s"] = json!(1.3), "claims 1.3 s, but proves"),
+        (|r| r["ramps_apart"]["windows"][0]["gates"] = json!([2, 3]), "do not increase from gate 1"),
     ];
     for (forgery, told) in forgeries {
         let text = fault(forgery);
@@ -136,7 +136,7 @@ fn corners_and_ends_cost_what_they_may_be_cut_short() {
     };
     assert!(least(corner).is_ok(), "{}", least(corner).err().map_or(String::new(), |Failure(e)| e));
     let Err(Failure(text)) = least(0.99 * corner) else { panic!("taken") };
-    assert!(text.contains("claims more than the new way proves"), "{text}");
+    assert!(text.contains("claims more feed time than the new path proves"), "{text}");
 }
 
 /// Two stations whose axes point to X and to -X, with cells of 10 degrees about Y (inner) and Z (outer).
@@ -188,14 +188,14 @@ fn potentials_of_cells_are_checked_edge_by_edge() {
     assert!((bound - 140.0 / 36.0).abs() < 1.0, "{bound}");
     type Change = fn(&mut Value);
     let forgeries: [(Change, &str); 8] = [
-        (|c| c["potentials_s"][1][0] = json!(9.0), "above that of one before it"),
+        (|c| c["potentials_s"][1][0] = json!(9.0), "exceeds that of an earlier cell"),
         (|c| c["potentials_s"][0][2] = json!(0.5), "first station is above zero"),
         (|c| c["bound_s"] = json!(9.0), "above the least potential"),
-        (|c| c["radius_deg"] = json!(30.0), "is left out"),
-        (|c| c["axes"][1] = json!([0, -1, 0]), "is left out"),
-        (|c| c["stations"] = json!([0, 3]), "do not rise from the first gate to the last"),
+        (|c| c["radius_deg"] = json!(30.0), "is missing"),
+        (|c| c["axes"][1] = json!([0, -1, 0]), "is missing"),
+        (|c| c["stations"] = json!([0, 3]), "do not increase from the first gate to the last"),
         (|c| c["outer"]["new_deg"][1] = json!(90.0), "the new program is in no cell of station 1"),
-        (|c| c["outer"]["velocity_deg_s"] = json!(72.0), "above that of one before it"),
+        (|c| c["outer"]["velocity_deg_s"] = json!(72.0), "exceeds that of an earlier cell"),
     ];
     for (forgery, told) in forgeries {
         let text = proved(&forgery).expect_err("taken");
@@ -229,9 +229,9 @@ fn weights_of_a_least_peak_are_counted_again() {
         (|p| p["weights"] = json!([-2.0, 0.0]), "prove nothing"),
         // A push at a velocity limit that is not reached costs.
         (|p| p["pushes"] = json!([0.1, 0.0, 0.0]), "claims 200"),
-        (|p| p["velocity_deg_s"] = json!([-5, 50]), "slower motions than the joint's limit"),
-        (|p| p["velocity_deg_s"] = json!([5, 50]), "must not stand"),
-        (|p| p["order"] = json!(1), "of no known order"),
+        (|p| p["velocity_deg_s"] = json!([-5, 50]), "zero or reach the joint's limit"),
+        (|p| p["velocity_deg_s"] = json!([5, 50]), "must include zero"),
+        (|p| p["order"] = json!(1), "an unknown order"),
         (|p| p["joint"] = json!("C"), "not in the certificate"),
     ];
     for (forgery, expected) in forgeries {
