@@ -514,6 +514,26 @@ impl Interference {
 
     /// Smallest distance so far, measured and proved. Machine bodies of neighboring joints, which are always near each other, count
     /// where they come nearer than the clearance.
+    ///
+    /// ```
+    /// use proveout_collision::{Fixture, Interference};
+    /// use proveout_geom::{Aabb, Point, box_mesh};
+    /// use proveout_machine::{JointValues, Machine};
+    /// use proveout_tool::{Cutter, ToolBuilder};
+    ///
+    /// # let mut machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+    /// # machine.bodies.clear();
+    /// let block = Aabb { min: Point::new(50.0, -20.0, 0.0), max: Point::new(60.0, 20.0, 400.0) };
+    /// let wall = Fixture { name: "wall".to_owned(), mesh: box_mesh(&block), on_table: true };
+    /// let mut check = Interference::new(&machine, &[wall], 1.0)?;
+    /// let tool = ToolBuilder::new(1, "END_D12", Cutter::flat(12.0)?, 26.0, 120.0).build()?;
+    /// check.set_tool(Some(&tool));
+    /// let at = |x: f64| JointValues([x, 0.0, 300.0, 0.0, 0.0, 0.0, 0.0, 0.0]); // X Y Z B C
+    /// assert!(check.check_piece(&at(0.0), &at(30.0), [0.0, 1.0], 0.0).is_empty());
+    /// // 14 mm are left at the end; at least the 1 mm that was asked for is proved.
+    /// assert!((1.0..=14.0 + 1e-9).contains(&check.clearance().lower_bound));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn clearance(&self) -> Clearance {
         let since = self.groups.iter().map(|g| g.closest - g.roamed).fold(self.now, f64::min);
         let now = since.max(0.0);
@@ -526,6 +546,25 @@ impl Interference {
     }
 
     /// Every pair met so far, those that are not checked with the reason. Pairs of tools that were changed stay listed.
+    ///
+    /// ```
+    /// use proveout_collision::{Fixture, Interference, Unchecked};
+    /// use proveout_geom::cylinder_mesh;
+    /// use proveout_machine::Machine;
+    ///
+    /// let mut machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+    /// machine.bodies.clear(); // fixtures alone
+    /// let pin = |name: &str, on_table: bool| {
+    ///     let mesh = cylinder_mesh(5.0, 0.0, 40.0, 24); // mm
+    ///     Fixture { name: name.to_owned(), mesh, on_table }
+    /// };
+    /// let fixtures = [pin("stop", true), pin("clamp", true), pin("probe", false)];
+    /// let check = Interference::new(&machine, &fixtures, 1.0)?;
+    /// // Stop with clamp, which turn as one with the table, and each of them with the probe.
+    /// let unchecked: Vec<_> = check.pairs().iter().map(|pair| pair.unchecked).collect();
+    /// assert_eq!(unchecked, [Some(Unchecked::Rigid), None, None]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn pairs(&self) -> &[PairInfo] {
         &self.infos
     }

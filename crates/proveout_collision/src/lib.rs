@@ -15,6 +15,27 @@
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved as the check needs it.
 //! * [`PairClearance`], [`ProvedSpan`] – least distance of each pair over the motion, and what proves it.
 //!
+//! ```
+//! use proveout_collision::{Fixture, Interference, Severity};
+//! use proveout_geom::{Aabb, Point, box_mesh};
+//! use proveout_machine::{JointValues, Machine};
+//! use proveout_tool::{Cutter, ToolBuilder};
+//!
+//! let mut machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+//! machine.bodies.clear(); // a fixture and the tool alone
+//! let block = Aabb { min: Point::new(50.0, -20.0, 0.0), max: Point::new(60.0, 20.0, 400.0) };
+//! let wall = Fixture { name: "wall".to_owned(), mesh: box_mesh(&block), on_table: true };
+//! let mut check = Interference::new(&machine, &[wall], 0.0)?;
+//! let tool = ToolBuilder::new(1, "END_D12", Cutter::flat(12.0)?, 26.0, 120.0).build()?;
+//! check.set_tool(Some(&tool));
+//! let at = |x: f64| JointValues([x, 0.0, 300.0, 0.0, 0.0, 0.0, 0.0, 0.0]); // X Y Z B C
+//! check.check_piece(&at(0.0), &at(60.0), [0.0, 1.0], 0.0);
+//! // The tool of 6 mm radius meets the wall after 44 of 60 mm.
+//! let hit = &check.breaches()[0];
+//! assert!(hit.severity == Severity::Collision && (hit.time - 44.0 / 60.0).abs() < 1e-3); // s
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Method
 //!
 //! Conservative advancement: between two positions of the joints the distance of two parts changes by at most

@@ -8,6 +8,19 @@ use crate::report::CollisionError;
 use crate::shape::MeshShape;
 
 /// Two closed meshes whose distance is asked for in pose after pose: each query begins with the triangles that were nearest in the last.
+///
+/// ```
+/// use proveout_collision::SolidPair;
+/// use proveout_geom::{Aabb, Point, Pose, Vector, box_mesh};
+///
+/// let cube = box_mesh(&Aabb { min: Point::origin(), max: Point::new(10.0, 10.0, 10.0) });
+/// let mut pair = SolidPair::new(&cube, &cube)?;
+/// // Gaps of 3 mm along X and 4 mm along Y: 5 mm from edge to edge.
+/// let apart = Pose::from_translation(Vector::new(13.0, 14.0, 0.0));
+/// assert!((pair.distance(&apart) - 5.0).abs() < 1e-6);
+/// assert_eq!(pair.distance(&Pose::from_translation(Vector::new(5.0, 5.0, 5.0))), 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SolidPair {
     first: MeshShape,

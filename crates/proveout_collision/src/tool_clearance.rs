@@ -33,6 +33,23 @@ impl StandingSolids {
 }
 
 /// Neck, shank and holder of a tool among solids; the cutting end, which touches what it cuts, is left out.
+///
+/// ```
+/// use proveout_collision::ToolClearance;
+/// use proveout_geom::{Aabb, Point, ToolPose, Vector, box_mesh};
+/// use proveout_tool::{Cutter, ToolBuilder};
+///
+/// // Flutes of 20 mm, then a shank up to the gauge line.
+/// let builder = ToolBuilder::new(1, "BALL_D12", Cutter::ball(12.0)?, 20.0, 120.0);
+/// let tool = builder.shank(10.0).build()?;
+/// let plate = Aabb { min: Point::new(-30.0, -20.0, -10.0), max: Point::new(30.0, 20.0, 0.0) };
+/// let clearance = ToolClearance::new(&tool, &[("plate".to_owned(), box_mesh(&plate))])?;
+/// // The ball cuts 5 mm deep: the shank begins 15 mm above the plate.
+/// let pose = ToolPose { tip: Point::new(0.0, 0.0, -5.0), axis: Vector::z() };
+/// assert!((clearance.distance(&pose, 100.0) - 15.0).abs() < 1e-3);
+/// assert_eq!(clearance.distance(&pose, 10.0), 10.0); // no more than is asked for
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct ToolClearance {
     tool: Shape,

@@ -100,6 +100,23 @@ struct Begin {
 /// while let Some(chunk) = controller.next_chunk()? { ... }
 /// let summary = controller.summary();
 /// ```
+///
+/// ```
+/// use proveout_controller::{Controller, Settings};
+/// use proveout_machine::Machine;
+/// use proveout_nc::Program;
+///
+/// let machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+/// // From its home at -365 mm X runs 40 mm at 100 mm/s.
+/// let text = "G21 G90\nG1 X-325. F6000.\nM30\n";
+/// let program = Program::from_text("part.nc", text, &proveout_nc::Settings::default())?;
+/// let mut controller = Controller::new(program, &machine, &[], Settings::default())?;
+/// while controller.next_chunk()?.is_some() {}
+/// // At a jerk of 100 m/s3 speeding up and braking add 2 sqrt(v / j) to the time at the feed.
+/// let time = 40.0 / 100.0 + 2.0 * (100.0_f64 / 100_000.0).sqrt(); // s
+/// assert!((controller.summary().cutting_s - time).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Controller<'m, I> {
     commands: I,
     tools: &'m [Tool],

@@ -71,6 +71,16 @@ impl Settings {
     /// moves; it must be no more than the tip may move. A fixed angle would not do: 0.05 degrees
     /// move a flank of 39 mm by 34 um, three times the tolerance of a usual finishing cut. Short
     /// edges get [`Self::FALLBACK_ORIENTATION_TOLERANCE`]: above it nothing is gained but time.
+    ///
+    /// ```
+    /// use proveout_controller::Settings;
+    ///
+    /// // 0.01 mm where the cutting edges end, 40 mm from the tip.
+    /// assert!((Settings::orientation_tolerance(0.01, 40.0) - 0.000_25).abs() < 1e-12); // radian
+    /// // Edges of 2 mm would allow 0.29 degrees: the usual angle is less.
+    /// let usual = 0.05_f64.to_radians();
+    /// assert!((Settings::orientation_tolerance(0.01, 2.0) - usual).abs() < 1e-12);
+    /// ```
     pub fn orientation_tolerance(tip: f64, reach: f64) -> f64 {
         if reach > 0.0 {
             (tip / reach).min(Self::FALLBACK_ORIENTATION_TOLERANCE)

@@ -66,6 +66,22 @@ pub struct UnlimitedJoint {
 }
 
 /// What the run took.
+///
+/// ```
+/// use proveout_controller::{Controller, Settings};
+/// use proveout_machine::Machine;
+/// use proveout_nc::Program;
+///
+/// let machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+/// let text = "G21\nG4 P750\nM30\n"; // 750 ms
+/// let program = Program::from_text("part.nc", text, &proveout_nc::Settings::default())?;
+/// let mut controller = Controller::new(program, &machine, &[], Settings::default())?;
+/// while controller.next_chunk()?.is_some() {}
+/// let summary = controller.summary();
+/// assert!((summary.dwell_s - 0.75).abs() < 1e-9 && (summary.total_s - 0.75).abs() < 1e-9);
+/// assert_eq!(summary.end_position, machine.home());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Summary {
     /// Duration of the program, s.

@@ -1,6 +1,16 @@
 use crate::{Point, Vector};
 
 /// Axis-aligned box, mm. Empty when a lower bound is above its upper bound.
+///
+/// ```
+/// use proveout_geom::{Aabb, Point, Vector};
+///
+/// let block = Aabb::of_points(&[Point::new(0.0, 0.0, -20.0), Point::new(100.0, 60.0, 0.0)]);
+/// assert_eq!(block.size(), Vector::new(100.0, 60.0, 20.0)); // mm
+/// assert_eq!(block.center(), Point::new(50.0, 30.0, -10.0));
+/// assert_eq!(block.expanded(1.0).min, Point::new(-1.0, -1.0, -21.0));
+/// assert!(block.contains(&block.max) && !block.contains(&Point::new(50.0, 30.0, 1.0)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// Smallest coordinates.

@@ -22,6 +22,14 @@ pub fn deg(radians: f64) -> f64 {
 ///
 /// An angle within four units in the last place of a multiple of pi/2 counts as that multiple: at 90 degrees the
 /// cosine of the nearest double is 6e-17, which would tilt a face milled at B90 and break tests for equality.
+///
+/// ```
+/// use proveout_geom::{rad, sin_cos};
+///
+/// assert_eq!(sin_cos(rad(90.0)), (1.0, 0.0));
+/// assert_eq!(sin_cos(rad(-180.0)), (0.0, -1.0));
+/// assert_ne!(rad(90.0).cos(), 0.0); // the cosine of the nearest double
+/// ```
 pub fn sin_cos(radians: f64) -> (f64, f64) {
     let quarters = (radians / FRAC_PI_2).round();
     if (radians - quarters * FRAC_PI_2).abs() > 4.0 * f64::EPSILON * radians.abs() {

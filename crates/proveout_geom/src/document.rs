@@ -30,6 +30,23 @@ pub enum Step<'a> {
 }
 
 /// The text of a TOML file with its syntax tree.
+///
+/// ```
+/// use proveout_geom::Document;
+///
+/// #[derive(Debug, serde::Deserialize)]
+/// #[serde(deny_unknown_fields)]
+/// struct Block {
+///     height_mm: f64,
+/// }
+/// let file = std::path::Path::new("block.toml");
+/// let block: Block = Document::new(file, "height_mm = 20\n").read()?;
+/// assert_eq!(block.height_mm, 20.0);
+/// let fault = Document::new(file, "height = 20\n").read::<Block>().expect_err("no unit");
+/// assert_eq!((fault.line, fault.column), (1, 1));
+/// assert_eq!(fault.remedy, "a key carries its unit: write `height_mm`");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Document<'a> {
     file: &'a Path,

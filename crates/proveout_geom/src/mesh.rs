@@ -92,6 +92,18 @@ fn show(p: &Point) -> String {
 }
 
 /// Indexed triangle mesh; counter-clockwise seen from outside.
+///
+/// ```
+/// use proveout_geom::{Aabb, MeshError, Point, box_mesh};
+///
+/// let block = Aabb { min: Point::origin(), max: Point::new(100.0, 60.0, 20.0) }; // mm
+/// let mut mesh = box_mesh(&block);
+/// mesh.check_solid()?;
+/// assert!((mesh.volume() - 120_000.0).abs() < 1e-6); // mm3
+/// mesh.triangles.pop();
+/// assert!(matches!(mesh.check_solid(), Err(MeshError::Open { open_edges: 3, .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriMesh {
     /// Vertices, mm.

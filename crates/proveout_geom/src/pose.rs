@@ -8,6 +8,19 @@ use crate::{Point, Vector, sin_cos};
 ///
 /// The rotation is kept as a matrix, so that right angles stay exact, and is built from joint values each time, so
 /// that no rounding accumulates. Products read left to right: `a_from_b * b_from_c` is `a_from_c`.
+///
+/// ```
+/// use proveout_geom::{Point, Pose, Vector, rad};
+///
+/// // The workpiece stands 100 mm along X of the table, turned by 90 degrees about Z.
+/// let turn = Pose::from_axis_angle(&Vector::z(), rad(90.0));
+/// let table_from_work = Pose::from_translation(Vector::new(100.0, 0.0, 0.0)) * turn;
+/// let in_table = table_from_work.point(&Point::new(20.0, 0.0, 5.0));
+/// assert_eq!(in_table, Point::new(100.0, 20.0, 5.0)); // mm, exact
+/// let work_from_table = table_from_work.inverse();
+/// assert_eq!(work_from_table.point(&in_table), Point::new(20.0, 0.0, 5.0));
+/// assert!((work_from_table.translation.norm() - 100.0).abs() < 1e-12);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Rotation, orthonormal with determinant one (3 x 3; columns are the axes of b in a).

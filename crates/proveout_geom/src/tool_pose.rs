@@ -22,6 +22,16 @@ impl ToolPose {
     /// Pose at `t` in 0..=1 on the way to `to`: the tip straight, the axis on the great circle, both uniform
     /// (Shoemake 1985, spherical linear interpolation). For opposite axes the great circle is not defined; the axis then
     /// stays.
+    ///
+    /// ```
+    /// use proveout_geom::{Point, ToolPose, Vector, deg};
+    ///
+    /// let upright = ToolPose { tip: Point::origin(), axis: Vector::z() };
+    /// let lying = ToolPose { tip: Point::new(20.0, 0.0, 0.0), axis: Vector::x() };
+    /// let half = upright.interpolated(&lying, 0.5);
+    /// assert_eq!(half.tip, Point::new(10.0, 0.0, 0.0)); // mm
+    /// assert!((deg(half.angle_to(&upright)) - 45.0).abs() < 1e-9);
+    /// ```
     pub fn interpolated(&self, to: &Self, t: f64) -> Self {
         let tip = self.tip + (to.tip - self.tip) * t;
         let sine = self.axis.cross(&to.axis).norm();

@@ -123,6 +123,21 @@ impl Machine {
     /// Travel is not checked; held joints are at home. If the axis cannot be reached, there are no branches
     /// and [`Branches::axis_error`] gives the remaining angle. A pose that is not finite gives no branches
     /// and an infinite error.
+    ///
+    /// ```
+    /// use proveout_geom::rad;
+    /// use proveout_machine::Machine;
+    ///
+    /// let machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+    /// let [b, c] = ["B", "C"].map(|name| machine.joint(name).expect("a joint of this machine"));
+    /// let mut q = machine.home();
+    /// (q[b], q[c]) = (rad(30.0), rad(40.0));
+    /// // B30 C40 and B-30 C-140 point the tool alike.
+    /// let branches = machine.inverse(&machine.forward(&q, 120.0), 120.0);
+    /// assert_eq!(branches.len(), 2);
+    /// assert!(branches.iter().any(|branch| (branch.q - q).max_abs() < 1e-9)); // mm, radian
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn inverse(&self, pose_in_table: &ToolPose, tool_length: f64) -> Branches {
         let all = self.inverse_closest(pose_in_table, tool_length);
         let reached = all.axis_error <= AXIS_TOLERANCE;
@@ -183,6 +198,20 @@ impl Machine {
     /// Each branch is unwrapped to the turn nearest to `previous` that its travel admits; of the branches whose rotary
     /// joints stay within travel the one with the least |d r1| + |d r2| is taken, on a tie the lower branch. Where the
     /// pose leaves a rotary joint free it keeps its previous value. Held joints stay where `previous` has them.
+    ///
+    /// ```
+    /// use proveout_geom::{Point, ToolPose, Vector, deg};
+    /// use proveout_machine::Machine;
+    ///
+    /// let machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+    /// let [x, z, b] = ["X", "Z", "B"].map(|name| machine.joint(name).expect("it has this joint"));
+    /// // A tool of 120 mm along X of the table, 20 mm below the axis of B at 120 mm.
+    /// let pose = ToolPose { tip: Point::new(0.0, 0.0, 100.0), axis: Vector::x() };
+    /// let found = machine.inverse_nearest(&pose, 120.0, &machine.home())?;
+    /// assert!((deg(found.q[b]) - 90.0).abs() < 1e-9);
+    /// assert!((found.q[x] - 20.0).abs() < 1e-9 && (found.q[z] - 240.0).abs() < 1e-9); // mm
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// [`KinematicsError`]: the axis is out of reach, or a joint would pass its travel. Linear travel is tested on the

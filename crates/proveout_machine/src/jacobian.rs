@@ -36,6 +36,19 @@ impl Machine {
     /// smallest singular value of d(axis)/d(rotary joints). At least one half on any machine, about 1 / sin(tilt) on a
     /// machine whose table turns about the upright tool, infinite at a singular pose. `None` on machines with fewer
     /// than two rotary joints.
+    ///
+    /// ```
+    /// use proveout_geom::rad;
+    /// use proveout_machine::Machine;
+    ///
+    /// let machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+    /// let mut q = machine.home(); // upright: C turns about the tool
+    /// assert_eq!(machine.rotary_amplification(&q), Some(f64::INFINITY));
+    /// q[machine.joint("B").expect("it swivels")] = rad(30.0);
+    /// let factor = machine.rotary_amplification(&q).expect("two rotary joints");
+    /// assert!((factor - 2.0).abs() < 1e-9); // 1 / sin 30 degrees
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn rotary_amplification(&self, q: &JointValues) -> Option<f64> {
         Some(1.0 / self.smallest_axis_rate(q)?)
     }

@@ -108,6 +108,21 @@ impl Machine {
     ///
     /// A limit that is not stated cannot be exceeded: see [`Machine::missing_limits`] for what stays
     /// unchecked. Nothing is allocated while every limit is kept.
+    ///
+    /// ```
+    /// use proveout_machine::{Machine, MotionState};
+    ///
+    /// let machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+    /// let mut state = MotionState { q: machine.home(), ..MotionState::default() };
+    /// assert!(machine.limit_violations(&state, 0.001).is_empty());
+    /// // X runs at 36 m/min at most, which is 600 mm/s.
+    /// state.velocity[machine.joint("X").expect("it has X")] = 610.0;
+    /// let found = machine.limit_violations(&state, 0.001);
+    /// assert_eq!(found.len(), 1);
+    /// assert_eq!((found[0].name.as_str(), found[0].value), ("X", 610.0));
+    /// assert!((found[0].limit - 600.0).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn limit_violations(&self, state: &MotionState, tolerance: f64) -> Vec<LimitViolation> {
         let mut all = Vec::new();
         for (j, joint) in self.joints.iter().enumerate() {

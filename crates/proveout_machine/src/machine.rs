@@ -118,6 +118,18 @@ pub struct Trust {
 /// Frames: M machine, fixed to the base; K table, equal to M with all joints at zero and carried by the last work
 /// joint; S spindle at the gauge line. The geometry of the joints is compiled when the machine is made: limits may be
 /// changed in place, while a change of directions, points or chains needs [`Machine::recompiled`].
+///
+/// ```
+/// use proveout_machine::Machine;
+///
+/// // The folder as seen from this crate.
+/// let machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+/// let [z, b] = ["Z", "B"].map(|name| machine.joint(name).expect("a joint of this machine"));
+/// assert_eq!(machine.home()[z], 610.0); // mm
+/// assert_eq!(machine.joint_for_letter('b'), Some(b));
+/// assert!(machine.joints[b].is_rotary() && !machine.joints[z].is_rotary());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Machine {
     /// Name.
@@ -181,6 +193,18 @@ impl Machine {
     }
 
     /// Tip and axis in the table frame K, of a tool whose tip is `tool_length` (mm) in front of the gauge line.
+    ///
+    /// ```
+    /// use proveout_geom::{Point, Vector};
+    /// use proveout_machine::Machine;
+    ///
+    /// let machine = Machine::read("../../machines/spinner-u5-620".as_ref())?;
+    /// // At home the gauge line stands at X-365 Y224 Z610; a tool of 120 mm hangs below it.
+    /// let pose = machine.forward(&machine.home(), 120.0);
+    /// assert!((pose.tip - Point::new(-365.0, 224.0, 490.0)).norm() < 1e-9); // mm
+    /// assert!((pose.axis - Vector::z()).norm() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn forward(&self, q: &JointValues, tool_length: f64) -> ToolPose {
         self.chain.forward(q, tool_length)
     }

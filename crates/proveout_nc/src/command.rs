@@ -214,6 +214,23 @@ impl FeedCounts {
 }
 
 /// Circular motion; end and orientation as in [`Motion`].
+///
+/// ```
+/// use proveout_nc::{Op, Program, Settings};
+///
+/// // A quarter of a circle of 20 mm about the work zero, counter-clockwise.
+/// let text = "G17 G21 G90\nG0 X20. Y0. Z0.\nG3 X0. Y20. I-20. J0. F300.\nM30\n";
+/// let program = Program::from_text("arc.nc", text, &Settings::default())?;
+/// let commands = program.collect::<Result<Vec<_>, _>>()?;
+/// let found = commands.iter().find_map(|c| match &c.op {
+///     Op::Arc(arc) => Some(arc),
+///     _ => None,
+/// });
+/// let arc = found.expect("G3 is an arc");
+/// assert_eq!(arc.normal, [0.0, 0.0, 1.0]);
+/// assert!((arc.radius * arc.sweep - 10.0 * std::f64::consts::PI).abs() < 1e-9); // length, mm
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArcMotion {
     /// End of the motion.

@@ -23,6 +23,20 @@ impl<T: Iterator<Item = Result<Command, Diagnostic>>> CommandSource for T {}
 /// A program being executed: gives its commands one by one and keeps none of them.
 ///
 /// After an error the program is at its end.
+///
+/// ```
+/// use proveout_nc::{Op, Program, Settings};
+///
+/// let text = "G21 G90 G54\nG0 X0. Y0. Z5.\nG1 Z-2. F200.\nX40. F600.\nM30\n";
+/// let mut ends = Vec::new();
+/// for command in Program::from_text("slot.nc", text, &Settings::default())? {
+///     if let Op::Linear(motion) = command?.op {
+///         ends.push(motion.end.xyz());
+///     }
+/// }
+/// assert_eq!(ends, [Some([0.0, 0.0, -2.0]), Some([40.0, 0.0, -2.0])]); // mm
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Program {
     commands: Compensated,
@@ -219,6 +233,15 @@ pub fn check(path: impl AsRef<Path>, settings: &Settings) -> Vec<Diagnostic> {
 }
 
 /// As [`check`], for a text in memory.
+///
+/// ```
+/// use proveout_nc::{Settings, check_text};
+///
+/// let check = |text: &str| check_text("slot.nc", text, &Settings::default());
+/// let faults = check("G21 G0 X0. Y0. Z5.\nG1 X40.\nM30\n");
+/// assert_eq!((faults[0].code, faults[0].line), ("nc-no-feed", 2));
+/// assert_eq!(check("G21 G0 X0. Y0. Z5.\nG1 X40. F600.\nM30\n"), []);
+/// ```
 pub fn check_text(name: &str, text: &str, settings: &Settings) -> Vec<Diagnostic> {
     all(Survey::of_text(name, text, settings, &mut |_, _| None))
 }

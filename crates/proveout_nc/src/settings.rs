@@ -97,6 +97,24 @@ pub struct ToolRadii {
 }
 
 /// Values of one work offset.
+///
+/// ```
+/// use proveout_nc::{Op, Program, Settings, WorkOffset};
+///
+/// let mut settings = Settings::default();
+/// let offset = WorkOffset { translation: [100.0, 50.0, 20.0], ..WorkOffset::default() }; // mm
+/// settings.work_offsets.insert("G54".to_owned(), offset);
+/// let program = Program::from_text("part.nc", "G21 G54\nG0 X10. Y0. Z5.\nM30\n", &settings)?;
+/// let commands = program.collect::<Result<Vec<_>, _>>()?;
+/// let found = commands.iter().find_map(|c| match &c.op {
+///     Op::Rapid(motion) => Some(motion),
+///     _ => None,
+/// });
+/// let motion = found.expect("G0 moves");
+/// assert_eq!(motion.end.xyz(), Some([10.0, 0.0, 5.0]));
+/// assert_eq!(motion.end_base.xyz(), Some([110.0, 50.0, 25.0]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WorkOffset {
     /// Offset of X, Y, Z in base coordinates, mm.

@@ -26,6 +26,22 @@
 //! * [`Volume`] – how much material there is and how much has gone, so that both add up.
 //! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
+//! ```
+//! use proveout_geom::{Aabb, Point, ToolPose, Vector};
+//! use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
+//! use proveout_tool::Cutter;
+//!
+//! let block = Aabb { min: Point::new(0.0, 0.0, -10.0), max: Point::new(40.0, 20.0, 0.0) };
+//! let mut stock = TriDexel::from_box(&block, 0.5, 1 << 30)?; // cells of 0.5 mm, at most 1 GiB
+//! let tool = Cutter::flat(8.0)?.bodies(20.0)?.remove(0);
+//! let at = |x: f64| ToolPose { tip: Point::new(x, 10.0, -2.0), axis: Vector::z() };
+//! let motion = SweepMotion { from: at(-10.0), to: at(50.0) };
+//! stock.sweep(&[SweepItem { id: 1, body: &tool, action: Action::Remove, motion }]);
+//! // A slot of 8 x 2 x 40 mm out of a block of 8000 mm3.
+//! assert!((stock.exact_volume() - (8000.0 - 640.0)).abs() < 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Folders
 //!
 //! | folder | holds |

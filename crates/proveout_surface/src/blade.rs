@@ -37,6 +37,18 @@ const CLOSER: f64 = 0.8;
 /// Between these places a facet deviates by little more: the distance of a flat facet from a smooth surface
 /// bends no more than the surface itself, and is largest at the middles of the facet and of its edges.
 /// `None` where the design does not answer for a place.
+///
+/// ```
+/// use proveout_geom::{Point, Vector, cylinder_mesh};
+/// use proveout_surface::{ConeFrustum, chord_error};
+///
+/// // A cylinder of 10 mm radius as a prism of 36 sides in it.
+/// let (base, axis) = (Point::origin(), Vector::z());
+/// let (base_radius, top_radius, height) = (10.0, 10.0, 50.0);
+/// let design = ConeFrustum { base, axis, base_radius, top_radius, height };
+/// let error = chord_error(&cylinder_mesh(10.0, 0.0, 50.0, 36), &design).expect("finite");
+/// assert!((error - 10.0 * (1.0 - 5_f64.to_radians().cos())).abs() < 1e-9); // mm
+/// ```
 pub fn chord_error(mesh: &TriMesh, design: &(impl DesignSurface + ?Sized)) -> Option<f64> {
     let place = |triangle: &[u32; 3], parts: [f64; 3]| {
         let corners = triangle.map(|i| mesh.positions.get(i as usize).map_or_else(Vector::zeros, |p| p.coords));

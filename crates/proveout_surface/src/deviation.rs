@@ -172,6 +172,24 @@ impl Tally {
 ///
 /// Distances are found in parallel and summed in the order of the points, so that the result does not depend on the number of
 /// threads.
+///
+/// ```
+/// use proveout_geom::{Point, Vector};
+/// use proveout_surface::{DeviationSettings, Plane, SurfaceSample, measure};
+///
+/// let design = Plane { point: Point::origin(), normal: Vector::z() };
+/// let at = |z: f64| {
+///     let point = Point::new(0.0, 0.0, z);
+///     SurfaceSample { point, normal: Some(Vector::z()), axis: 2, made_by: None }
+/// };
+/// let (range, tolerance_floor, cells) = (1.0, 0.005, [0.5; 3]); // mm
+/// let (region, only_cut) = (None, false);
+/// let settings = DeviationSettings { range, region, only_cut, tolerance_floor, cells };
+/// let found = measure(&[at(0.01), at(-0.03)], &design, &settings);
+/// assert!((found.excess_max - 0.01).abs() < 1e-12 && (found.gouge_max - 0.03).abs() < 1e-12);
+/// assert!((found.mean + 0.01).abs() < 1e-12);
+/// assert!((found.area - 0.5).abs() < 1e-12 && (found.gouge_area - 0.25).abs() < 1e-12); // mm2
+/// ```
 pub fn measure(
     samples: &[SurfaceSample],
     design: &(impl DesignSurface + ?Sized),

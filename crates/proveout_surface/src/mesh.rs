@@ -27,6 +27,18 @@ pub enum DesignError {
 /// (Baerentzen and Aanaes, Signed distance computation using the angle weighted pseudonormal, 2005, theorem 1), which
 /// is right everywhere off the surface of one closed shell. Where shells touch, the nearest face may lie inside of the
 /// solid. In a mesh of several shells, a point is therefore inside if more bodies than cavities contain it.
+///
+/// ```
+/// use proveout_geom::{Aabb, Point, box_mesh};
+/// use proveout_surface::{DesignMesh, DesignSurface};
+///
+/// let block = Aabb { min: Point::origin(), max: Point::new(20.0, 16.0, 8.0) }; // mm
+/// let design = DesignMesh::new(&box_mesh(&block))?;
+/// let distance = |z: f64| design.signed_distance(&Point::new(10.0, 7.0, z)).expect("finite");
+/// assert!((distance(11.0) - 3.0).abs() < 1e-9); // above the upper face
+/// assert!((distance(7.0) + 1.0).abs() < 1e-9); // inside
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct DesignMesh {
     mesh: ParryMesh,

@@ -29,6 +29,23 @@ pub struct HolderSection {
 ///                        |_|       cutter
 ///  z = 0                  .        programmed tip
 /// ```
+///
+/// ```
+/// use proveout_tool::{Cutter, HolderSection, Role, ToolBuilder};
+///
+/// let holder = HolderSection { diameter: 40.0, top_diameter: 50.0, length: 70.0 };
+/// let tool = ToolBuilder::new(3, "END_D12", Cutter::flat(12.0)?, 26.0, 120.0)
+///     .shank(12.0)
+///     .holder([holder])
+///     .build()?;
+/// let parts = tool.bodies.iter().map(|b| (b.role, b.profile.z_min(), b.profile.z_max()));
+/// let parts: Vec<_> = parts.collect();
+/// // The nose of the holder is at 120 - 70 = 50 mm.
+/// assert_eq!(parts[0], (Role::Cutting, 0.0, 26.0));
+/// assert_eq!(parts[1], (Role::Shank, 26.0, 50.0));
+/// assert_eq!(parts[2], (Role::Holder, 50.0, 120.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct ToolBuilder {
     tool: Tool,

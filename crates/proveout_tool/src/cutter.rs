@@ -86,6 +86,17 @@ pub struct Cutter {
 impl Cutter {
     /// Ball end mill.
     ///
+    /// ```
+    /// use proveout_tool::Cutter;
+    ///
+    /// // Flutes of 20 mm: half a ball of radius 5 mm, and a cylinder of 15 mm above it.
+    /// let bodies = Cutter::ball(10.0)?.bodies(20.0)?;
+    /// let volume = std::f64::consts::PI * (2.0 / 3.0 * 125.0 + 25.0 * 15.0); // mm3
+    /// assert_eq!(bodies.len(), 1);
+    /// assert!((bodies[0].volume() - volume).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// A diameter that is not above zero.
     pub fn ball(diameter: f64) -> Result<Self, ShapeError> {

@@ -54,6 +54,25 @@ impl ToolLibrary {
 
     /// The same from a text; errors show `name`.
     ///
+    /// ```
+    /// use proveout_tool::{ToolId, ToolLibrary};
+    ///
+    /// let text = r#"
+    /// [[tool]]
+    /// number = 5
+    /// name = "BALL_D8"
+    /// kind = "ball"
+    /// diameter_mm = 8
+    /// flute_length_mm = 20
+    /// gauge_length_mm = 110
+    /// "#;
+    /// let library = ToolLibrary::from_text("tools.toml".as_ref(), text)?;
+    /// let tool = library.find(&ToolId::Number(5)).expect("the text has it");
+    /// assert_eq!(tool.max_radius(), 4.0); // mm
+    /// assert_eq!(library.nearest_name("BALL_D6"), Some("BALL_D8"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As for [`Self::read`].
     pub fn from_text(name: &Path, text: &str) -> Result<Self, InputError> {

@@ -145,6 +145,22 @@ pub enum ProfileError {
 
 /// Generating curve of a convex body of revolution, from the lowest axis point outward and up to the highest axis
 /// point (counter-clockwise in the half plane r >= 0).
+///
+/// ```
+/// use proveout_tool::{Profile, Segment};
+///
+/// // A pin of radius 3 mm and height 8 mm.
+/// let line = |from, to| Segment::Line { from, to };
+/// let pin = Profile::new(vec![
+///     line([0.0, 0.0], [3.0, 0.0]),
+///     line([3.0, 0.0], [3.0, 8.0]),
+///     line([3.0, 8.0], [0.0, 8.0]),
+/// ])?;
+/// assert!((pin.volume() - 72.0 * std::f64::consts::PI).abs() < 1e-9); // mm3
+/// assert!((pin.signed_distance([6.0, 12.0]) - 5.0).abs() < 1e-12); // to the rim: 3, 4, 5
+/// assert!((pin.signed_distance([2.0, 4.0]) + 1.0).abs() < 1e-12); // inside, mm
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     segments: Vec<Segment>,
@@ -283,6 +299,16 @@ impl Profile {
     }
 
     /// Radius of the body at height `z`, mm; none outside of its height.
+    ///
+    /// ```
+    /// use proveout_tool::Cutter;
+    ///
+    /// let bull_nose = Cutter::bull_nose(12.0, 2.0)?.bodies(10.0)?.remove(0); // mm
+    /// assert_eq!(bull_nose.radius_at(0.0), Some(4.0)); // the flat bottom
+    /// assert_eq!(bull_nose.radius_at(2.0), Some(6.0)); // the end of the corner
+    /// assert_eq!(bull_nose.radius_at(10.5), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn radius_at(&self, z: f64) -> Option<f64> {
         let reach = self.segments.iter().filter_map(|s| {
             let (from, to) = (s.from(), s.to());

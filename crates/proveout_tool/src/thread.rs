@@ -112,6 +112,18 @@ pub struct ThreadSize {
 }
 
 /// The thread that a text names: `M8`, `M8X1.25`, `M8 x 1`, `M8-1.25`, `10-32`, `#8-32`, `1/4-20 UNC`; none where there is no such size.
+///
+/// ```
+/// use proveout_tool::{Thread, thread_of};
+///
+/// let size = thread_of("M8 TAP").expect("a metric size");
+/// assert_eq!((size.diameter, size.pitch, size.pitch_told), (8.0, 1.25, false)); // mm
+/// let thread = Thread::new(size.diameter, size.pitch)?;
+/// // ISO 68-1: the minor diameter is 8 - 5/8 sqrt(3) 1.25 mm.
+/// let minor = 8.0 - 0.625 * 3_f64.sqrt() * 1.25;
+/// assert!((2.0 * thread.core_radius - minor).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn thread_of(text: &str) -> Option<ThreadSize> {
     let upper = text.to_uppercase().replace('\u{d7}', "X");
     let between = |c: char| c.is_whitespace() || matches!(c, '|' | ',' | ';' | '(' | ')' | '{' | '}' | '=' | '_' | '"');

@@ -91,6 +91,23 @@ impl OrientationSettings {
 }
 
 /// A tool among fixed solids.
+///
+/// ```
+/// use proveout_collision::{OrientationSettings, OrientationSpace, Refusal, SurfaceContact};
+/// use proveout_geom::{Point, Vector};
+/// use proveout_tool::{Cutter, ToolBuilder};
+///
+/// let tool = ToolBuilder::new(1, "BALL_D6", Cutter::ball(6.0)?, 12.0, 120.0).build()?; // mm
+/// let space = OrientationSpace::new(&tool, &[], &OrientationSettings::default())?;
+/// let (point, normal, feed) = (Point::origin(), Vector::z(), Vector::x());
+/// let in_groove = |radius: f64| {
+///     let curvatures = Some([(0.0, Vector::x()), (-1.0 / radius, Vector::y())]); // hollow, 1/mm
+///     SurfaceContact { point, normal, feed, curvatures }
+/// };
+/// assert_eq!(space.map(&in_groove(2.9))?.refusal(), Some(Refusal::Curvature));
+/// assert_eq!(space.map(&in_groove(3.1))?.refusal(), None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct OrientationSpace {
     pub(crate) limbs: Vec<Limb>,

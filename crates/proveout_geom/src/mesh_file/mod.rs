@@ -55,6 +55,19 @@ pub enum MeshFileError {
 /// millimeters. glTF is in meters with Y up and is converted to millimeters with Z up, node poses applied.
 /// Equal vertices are merged.
 ///
+/// ```
+/// use proveout_geom::{Aabb, Point, box_mesh, read_mesh, write_stl};
+///
+/// let block = Aabb { min: Point::origin(), max: Point::new(100.0, 60.0, 20.0) }; // mm
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("block.stl");
+/// write_stl(&path, &box_mesh(&block))?;
+/// let mesh = read_mesh(&path)?;
+/// assert_eq!(mesh.positions.len(), 8); // equal corners of the 12 triangles are joined
+/// assert_eq!(mesh.aabb(), block);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`MeshFileError`] with the path; the mesh itself is not checked, see [`TriMesh::check_solid`].
 pub fn read_mesh(path: &Path) -> Result<TriMesh, MeshFileError> {

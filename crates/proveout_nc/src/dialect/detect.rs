@@ -9,6 +9,15 @@ const LINES: usize = 200;
 
 /// Detects the dialect from the ending of the name, then from the text; [`Dialect::Auto`] where
 /// neither decides.
+///
+/// ```
+/// use proveout_nc::{Dialect, detect};
+///
+/// assert_eq!(detect("housing.h", ""), Dialect::Heidenhain); // by its ending
+/// assert_eq!(detect("housing.txt", "N10 TRAORI\n"), Dialect::Siemens840d); // by its text
+/// assert_eq!(detect("housing.txt", "%\nO1234\nG21\n"), Dialect::Iso);
+/// assert_eq!(Dialect::from_name("klartext"), Some(Dialect::Heidenhain));
+/// ```
 pub fn detect(name: &str, text: &str) -> Dialect {
     let ending = Path::new(name).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match ending.as_deref() {

@@ -117,6 +117,18 @@ impl JsonWriter {
 }
 
 /// One command as JSON, without the feed in force (see [`JsonWriter`]).
+///
+/// ```
+/// use proveout_nc::{Op, Program, Settings, to_json};
+///
+/// let program = Program::from_text("a.nc", "G20\nG0 X1. Y0. Z2.\nM30\n", &Settings::default())?;
+/// let commands = program.collect::<Result<Vec<_>, _>>()?;
+/// let rapid = commands.iter().find(|c| matches!(c.op, Op::Rapid(_))).expect("G0 moves");
+/// let json = to_json(rapid);
+/// assert_eq!((json["op"].as_str(), json["line"].as_u64()), (Some("rapid"), Some(2)));
+/// assert_eq!(json["end"]["X"].as_f64(), Some(25.4)); // one inch, in mm
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn to_json(command: &Command) -> Value {
     JsonWriter::new().values(command).pop().unwrap_or(Value::Null)
 }

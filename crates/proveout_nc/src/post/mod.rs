@@ -41,6 +41,24 @@ pub trait Post {
 
 /// The post of a dialect.
 ///
+/// ```
+/// use proveout_nc::post::{PostSettings, post_for};
+/// use proveout_nc::{Dialect, Program, Settings};
+///
+/// let fanuc = "G21 G90 G54\nG0 X0. Y0. Z5.\nG1 Z-2. F200.\nX40. F600.\nM30\n";
+/// let form = PostSettings::between(Dialect::Fanuc, Dialect::Siemens840d);
+/// let mut text = Vec::new();
+/// let mut post = post_for(Dialect::Siemens840d, form, &mut text)?;
+/// for command in Program::from_text("slot.nc", fanuc, &Settings::default())? {
+///     post.write(&command?)?;
+/// }
+/// post.finish()?;
+/// drop(post);
+/// let text = String::from_utf8(text)?;
+/// assert!(text.contains("X40") && text.contains("F600"), "{text}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// There is no post for [`Dialect::Auto`] and [`Dialect::HeidenhainIso`].
 pub fn post_for<'a, W: io::Write + 'a>(

@@ -113,6 +113,19 @@ impl TriDexel {
 
     /// A block.
     ///
+    /// ```
+    /// use proveout_geom::{Aabb, Point};
+    /// use proveout_stock::{StockError, TriDexel};
+    ///
+    /// let block = Aabb { min: Point::origin(), max: Point::new(20.0, 16.0, 8.0) }; // mm
+    /// let stock = TriDexel::from_box(&block, 0.5, 1 << 30)?; // cells of 0.5 mm, at most 1 GiB
+    /// assert_eq!(stock.counts(), [40, 32, 16]);
+    /// assert!((stock.volume() - 2560.0).abs() < 1e-9); // mm3
+    /// let refused = TriDexel::from_box(&block, 0.001, 1 << 20);
+    /// assert!(matches!(refused, Err(StockError::Memory { .. })));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`StockError`] for a cell size or box that makes no grid, or one that needs more than `limit_bytes`.
     pub fn from_box(bounds: &Aabb, cells: impl Into<Cells>, limit_bytes: u64) -> Result<Self, StockError> {

@@ -169,6 +169,25 @@ impl TriDexel {
     /// The stock as it stood after the item `id` and before all later ones, bit for bit, without a history of its own.
     /// [`Self::sweep_bound_mm`] stays that of the whole run.
     ///
+    /// ```
+    /// use proveout_geom::{Aabb, Point, ToolPose, Vector};
+    /// use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
+    /// use proveout_tool::Cutter;
+    ///
+    /// let block = Aabb { min: Point::new(0.0, 0.0, -10.0), max: Point::new(40.0, 20.0, 0.0) };
+    /// let mut stock = TriDexel::from_box(&block, 0.5, 1 << 30)?;
+    /// stock.keep_history();
+    /// let tool = Cutter::flat(8.0)?.bodies(20.0)?.remove(0);
+    /// let at = |x: f64, z: f64| ToolPose { tip: Point::new(x, 10.0, z), axis: Vector::z() };
+    /// let slot = |z: f64| SweepMotion { from: at(-10.0, z), to: at(50.0, z) };
+    /// let cut = |id, z| SweepItem { id, body: &tool, action: Action::Remove, motion: slot(z) };
+    /// stock.sweep(&[cut(1, -2.0)]);
+    /// let volume = stock.volume(); // mm3
+    /// stock.sweep(&[cut(2, -4.0)]);
+    /// assert_eq!(stock.after(1)?.volume(), volume);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`HistoryError`] when nothing was remembered or the items did not come with rising ids.
     pub fn after(&self, id: u32) -> Result<Self, HistoryError> {

@@ -296,6 +296,22 @@ fn crossing(from: &Point, way: &Vector, a: &Point, b: &Point, c: &Point) -> Opti
 impl TriDexel {
     /// Thickness of the material on the ray along `axis` nearest to a place: of the interval that holds the place, or else of
     /// the first one above it. Exact on the ray; the ray is at most half a cell aside in each direction.
+    ///
+    /// ```
+    /// use proveout_geom::{Aabb, Point, ToolPose, Vector};
+    /// use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
+    /// use proveout_tool::Cutter;
+    ///
+    /// let block = Aabb { min: Point::new(0.0, 0.0, -10.0), max: Point::new(40.0, 20.0, 0.0) };
+    /// let mut stock = TriDexel::from_box(&block, 0.5, 1 << 30)?;
+    /// let tool = Cutter::flat(8.0)?.bodies(20.0)?.remove(0);
+    /// let at = |z: f64| ToolPose { tip: Point::new(20.0, 10.0, z), axis: Vector::z() };
+    /// let motion = SweepMotion { from: at(5.0), to: at(-7.0) };
+    /// stock.sweep(&[SweepItem { id: 1, body: &tool, action: Action::Remove, motion }]);
+    /// let floor = stock.thickness_along(2, &Point::new(20.0, 10.0, -9.0)).expect("material");
+    /// assert!((floor.thickness - 3.0).abs() < 1e-3); // mm
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn thickness_along(&self, axis: usize, place: &Point) -> Option<Wall> {
         let a = axis.min(2);
         let ([u, v], material) = self.intervals_on(a, place[(a + 1) % 3], place[(a + 2) % 3]);

@@ -64,6 +64,23 @@ impl StockPart {
 
 impl TriDexel {
     /// Parts that hang together, the largest first. Frame: that of the stock.
+    ///
+    /// ```
+    /// use proveout_geom::{Aabb, Point, ToolPose, Vector};
+    /// use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
+    /// use proveout_tool::Cutter;
+    ///
+    /// let block = Aabb { min: Point::origin(), max: Point::new(20.0, 10.0, 6.0) }; // mm
+    /// let mut stock = TriDexel::from_box(&block, 0.5, 1 << 30)?;
+    /// let tool = Cutter::flat(2.0)?.bodies(20.0)?.remove(0);
+    /// let at = |y: f64| ToolPose { tip: Point::new(12.5, y, -1.0), axis: Vector::z() };
+    /// let motion = SweepMotion { from: at(-2.0), to: at(12.0) };
+    /// stock.sweep(&[SweepItem { id: 1, body: &tool, action: Action::Remove, motion }]);
+    /// // The cut from x = 11.5 to 13.5 leaves parts of 11.5 and 6.5 mm.
+    /// let volumes: Vec<f64> = stock.parts().iter().map(|part| part.volume_mm3.round()).collect();
+    /// assert_eq!(volumes, [690.0, 390.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn parts(&self) -> Vec<StockPart> {
         let labels = self.labels();
         let mut parts = self.collect(&labels);

@@ -15,6 +15,17 @@
 ///
 /// `radius` of the ball and `step` between the contacts (their chord) in mm; `curvature` of the surface across the feed in 1/mm, positive
 /// where it is convex. None where the balls do not meet, or do not fit into a hollow.
+///
+/// ```
+/// use proveout_surface::scallop::{ball_scallop, ball_step};
+///
+/// // A ball of 4 mm radius, contacts 2 mm apart on a plane: R - sqrt(R^2 - L^2 / 4).
+/// let height = ball_scallop(4.0, 2.0, 0.0).expect("the cuts meet");
+/// assert!((height - (4.0 - 15_f64.sqrt())).abs() < 1e-12); // mm
+/// let step = ball_step(4.0, height, 0.0).expect("below the radius");
+/// assert!((step - 2.0).abs() < 1e-9);
+/// assert_eq!(ball_scallop(4.0, 2.0, -0.5), None); // no ball of 4 mm fits a hollow of 2 mm
+/// ```
 pub fn ball_scallop(radius: f64, step: f64, curvature: f64) -> Option<f64> {
     let half = 0.5 * step;
     let grown = 1.0 + curvature * radius;

@@ -69,6 +69,18 @@ impl Moments {
 impl ProfileParameters {
     /// Parameters of heights from the mean line (mm) at equal steps (mm), which fill the evaluation length. The profile is not
     /// centered again; neighboring sections share the node between them.
+    ///
+    /// ```
+    /// use proveout_surface::texture::{ProfileParameters, Standard};
+    ///
+    /// // Ten waves of a sine over 4 mm: Ra = 2 a / pi, Rq = a / sqrt 2, Rz = 2 a.
+    /// let a = 1e-3; // mm
+    /// let wave = |i: u32| a * (std::f64::consts::TAU * f64::from(i) / 1000.0).sin();
+    /// let heights: Vec<f64> = (0..=10_000).map(wave).collect();
+    /// let found = ProfileParameters::of(&heights, 4e-4, Standard::Iso21920);
+    /// assert!((found.ra / a - 2.0 / std::f64::consts::PI).abs() < 1e-4);
+    /// assert!((found.rq / a - 0.5_f64.sqrt()).abs() < 1e-4 && (found.rz / a - 2.0).abs() < 1e-4);
+    /// ```
     pub fn of(z: &[f64], step: f64, standard: Standard) -> Self {
         if z.len() < 2 {
             return Self::default();

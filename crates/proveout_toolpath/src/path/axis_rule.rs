@@ -22,6 +22,19 @@ const PARALLEL: f64 = 1e-9;
 const SAME_AXIS: f64 = 1e-12;
 
 /// A rule for the tool axis; angles in radian. f is the direction of travel, n the outward normal, k = n x f.
+///
+/// ```
+/// use proveout_geom::Vector;
+/// use proveout_geom::blade::{ClosedSurface, Sine};
+/// use proveout_toolpath::path::{AxisRule, ParameterCurve, Place};
+///
+/// let face = ClosedSurface::new(Sine::gentle());
+/// let crest = ParameterCurve::straight([0.0, 20.0], [30.0, 20.0]).expect("two points");
+/// let place = Place::on(&face, &crest, 0.5); // normal +z, feed +x
+/// let rule = AxisRule::LeadTilt { lead: 0.2, tilt: 0.0 }; // radian
+/// let axis = rule.axis(&place, 0.5).expect("it has a direction everywhere");
+/// assert!((axis - Vector::new(0.2_f64.sin(), 0.0, 0.2_f64.cos())).norm() < 1e-9);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum AxisRule {
     /// Along the normal.

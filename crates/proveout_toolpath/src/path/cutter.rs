@@ -137,6 +137,19 @@ impl PathCutter {
 
     /// Signed distance of the cutter in a pose from the plane through `point` with the unit normal n, mm: negative where the cutter
     /// reaches below it.
+    ///
+    /// ```
+    /// use proveout_geom::{Point, ToolPose, Vector};
+    /// use proveout_tool::Cutter;
+    /// use proveout_toolpath::path::PathCutter;
+    ///
+    /// let ball = PathCutter::new(Cutter::ball(6.0)?.bodies(20.0)?.remove(0)); // mm
+    /// let pose = ToolPose { tip: Point::new(0.0, 0.0, 1.0), axis: Vector::new(0.6, 0.0, 0.8) };
+    /// // The center lies 3 mm up the axis, at z = 1 + 3 * 0.8 = 3.4: the ball reaches down to 0.4.
+    /// let gap = ball.gap(&pose, &Point::origin(), &Vector::z());
+    /// assert!((gap - 0.4).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn gap(&self, pose: &ToolPose, point: &Point, n: &Vector) -> f64 {
         let upright = n.dot(&pose.axis);
         let sine = (n - pose.axis * upright).norm();

@@ -18,6 +18,22 @@ use super::{At, ParameterCurve};
 pub type Form = [f64; 3];
 
 /// A point of a path on a surface.
+///
+/// ```
+/// use proveout_geom::Vector;
+/// use proveout_geom::blade::{ClosedSurface, Sine};
+/// use proveout_toolpath::path::{ParameterCurve, Place};
+///
+/// // Waves along y, 12 mm high and 40 mm long, straight along x; the line runs on a crest.
+/// let face = ClosedSurface::new(Sine::gentle());
+/// let crest = ParameterCurve::straight([0.0, 20.0], [30.0, 20.0]).expect("two points");
+/// let place = Place::on(&face, &crest, 0.5);
+/// assert!((place.point.coords - Vector::new(15.0, 20.0, 12.0)).norm() < 1e-9); // mm
+/// assert!((place.feed - Vector::x()).norm() < 1e-9);
+/// // z = 6 (1 - cos k y) has the curvature 6 k^2 across the crest.
+/// let k = std::f64::consts::TAU / 40.0;
+/// assert!((place.form[2] - 6.0 * k * k).abs() < 1e-9); // 1/mm
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Parameter of the curve.

@@ -30,6 +30,17 @@ const NARROW: f64 = 1e-15;
 
 /// Height of the ridge between two contacts a chord `step` (mm) apart, mm: cut of `cutter_curvature`, surface of `curvature` (1/mm,
 /// positive where convex). None where the two cuts do not meet.
+///
+/// ```
+/// use proveout_toolpath::path::scallop_height;
+///
+/// // A ball of 3 mm radius, contacts 1 mm apart: R - sqrt(R^2 - L^2 / 4) on a plane.
+/// let plane = scallop_height(1.0 / 3.0, 0.0, 1.0).expect("the cuts meet");
+/// assert!((plane - (3.0 - 8.75_f64.sqrt())).abs() < 1e-12); // mm
+/// // The ridge is lower in a hollow and higher on a bulge of 20 mm.
+/// let [hollow, bulge] = [-0.05, 0.05].map(|k| scallop_height(1.0 / 3.0, k, 1.0));
+/// assert!(hollow < Some(plane) && Some(plane) < bulge);
+/// ```
 pub fn scallop_height(cutter_curvature: f64, curvature: f64, step: f64) -> Option<f64> {
     let s = 0.5 * step;
     let opened = 1.0 + curvature / cutter_curvature;
@@ -45,6 +56,15 @@ pub fn scallop_height(cutter_curvature: f64, curvature: f64, step: f64) -> Optio
 
 /// The chord between two contacts that leaves ridges of this height, mm. None where the cutter does not fit the surface, or no step
 /// leaves so high a ridge.
+///
+/// ```
+/// use proveout_toolpath::path::side_step;
+///
+/// // A ball of 3 mm radius, ridges of 0.02 mm: L = 2 sqrt(2 R h - h^2) on a plane.
+/// let step = side_step(1.0 / 3.0, 0.0, 0.02).expect("the cuts meet");
+/// assert!((step - 2.0 * (0.12_f64 - 0.0004).sqrt()).abs() < 1e-9); // mm
+/// assert_eq!(side_step(0.1, -0.2, 0.02), None); // a ball of 10 mm in a hollow of 5 mm
+/// ```
 pub fn side_step(cutter_curvature: f64, curvature: f64, height: f64) -> Option<f64> {
     let opened = 1.0 + curvature / cutter_curvature;
     if !(cutter_curvature > 0.0 && height > 0.0 && opened > 0.0) {

@@ -11,6 +11,23 @@ use super::{
 };
 
 /// What a strategy plans for.
+///
+/// ```
+/// use proveout_geom::blade::{ClosedSurface, Sine};
+/// use proveout_tool::Cutter;
+/// use proveout_toolpath::path::{AxisRule, PathCutter, Spacing, StepRule, Task, Transverse};
+///
+/// let face = ClosedSurface::new(Sine::gentle()); // 30 mm wide, two waves of 40 mm
+/// let ball = PathCutter::new(Cutter::ball(6.0)?.bodies(20.0)?.remove(0));
+/// let (rule, step) = (AxisRule::Normal, StepRule::Length(1.0));
+/// let task = Task { surface: &face, cutter: &ball, rule: &rule, step, allowance: 0.0 };
+/// let spacing = Spacing::At(vec![0.25]); // along the first crest
+/// let line = Transverse { round: [0.1, 0.9], range: [0.0, 1.0], spacing, one_way: true };
+/// let plan = task.plan(&line)?;
+/// let last = plan[0].contacts.last().expect("a line has contacts");
+/// assert!((last.length - 24.0).abs() < 1e-9); // 0.8 of the width, mm
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Task<'a> {
     /// The surface.
