@@ -229,8 +229,11 @@ fn corner(bounds: &Aabb, n: &Vector) -> Point {
 impl Search<'_> {
     /// The blocks in which some piece is not moved out, in order.
     fn blocks(&self, mut place: Place, parallel: u32) -> Vec<Place> {
+        if self.is_shallow(&place.bounds, self.limit) {
+            return Vec::new();
+        }
         self.settle(&mut place, self.limit);
-        if place.items.is_empty() || self.is_shallow(&place.bounds, self.limit) {
+        if place.items.is_empty() {
             return Vec::new();
         }
         if place.bounds.size().max() <= self.on.block {
@@ -402,17 +405,23 @@ impl Search<'_> {
         let widened = bounds.expanded(limit);
         place.faces.retain(|f| touches(&self.faces[*f as usize], &widened));
         let few = place.faces.len() <= MOST_FACES;
-        let aspects = if few { self.aspects(&place.faces, &widened) } else { Vec::new() };
+        let mut aspects = if few { self.aspects(&place.faces, &widened) } else { Vec::new() };
+        if aspects.is_empty() {
+            aspects.extend(self.toward_surface(&bounds));
+        }
         let size = bounds.size().max();
         let mut left = Vec::new();
         let mut asked: Vec<SweepItem> = std::mem::take(&mut place.items);
         asked.reverse();
         while let Some(item) = asked.pop() {
-            if !sweeps.bounds(item).intersects(&bounds) || self.moves_out(item, &bounds, &aspects, limit) {
+            let is_out = !sweeps.bounds(item).intersects(&bounds)
+                || self.is_beside(item, &bounds)
+                || self.moves_out(item, &bounds, &aspects, limit);
+            if is_out {
                 continue;
             }
-            // A group goes on as long as it is smaller than the box.
-            if item.is_single() || sweeps.bounds(item).size().max() < size {
+            // A group stays one as long as its bodies are less apart than the box is long.
+            if item.is_single() || sweeps.extent(item) < size {
                 left.push(item);
             } else {
                 asked.extend(sweeps.members(item).rev());
@@ -467,6 +476,26 @@ impl Search<'_> {
             outside: Cell::new(None),
         };
         normals.into_iter().take(4 * ASPECTS).enumerate().map(aspect).collect()
+    }
+
+    /// Whether a plane between a box and a cutter proves that the piece does not reach into the box. The boxes of
+    /// long cutters that lean are much larger than the cutters.
+    fn is_beside(&self, item: SweepItem, bounds: &Aabb) -> bool {
+        let toward = self.on.sweeps.toward(item, &bounds.center());
+        toward.is_some_and(|n| corner(bounds, &n).coords.dot(&n) < self.on.sweeps.least(item, &n))
+    }
+
+    /// The direction from a box without faces to the surface: pieces on the other side do not reach into the box.
+    fn toward_surface(&self, bounds: &Aabb) -> Option<Aspect> {
+        let center = bounds.center();
+        let near = self.on.tree.nearest(&center, f64::INFINITY)?;
+        Some(Aspect {
+            normal: near.normal,
+            top: f64::INFINITY,
+            own: f64::NEG_INFINITY,
+            corner: center,
+            outside: Cell::new(None),
+        })
     }
 
     fn is_above(&self, aspect: &Aspect) -> bool {

@@ -54,7 +54,7 @@ mod search;
 
 use std::collections::HashMap;
 
-use proveout_geom::{Aabb, Point};
+use proveout_geom::{Aabb, Point, ToolPose};
 use proveout_tool::Profile;
 
 use crate::{RawBody, SweepMotion, TriDexel, field::raw_body::Known, kernels::meridian::Meridian};
@@ -78,6 +78,8 @@ const MOST_WORK: u64 = 400_000;
 /// Work for a deeper place, once one is found.
 const MOST_WORK_DEEPER: u64 = 20_000;
 const MOST_WORK_OF_MANY: u64 = 200_000;
+/// Cuts that are compared with a cutter at rest.
+const LAST_CUTS: usize = 4;
 /// Directions and tips that differ by less go on in one motion, mm.
 const STRAIGHT: f64 = 1e-9;
 
@@ -240,6 +242,9 @@ impl BetweenRays {
             return BetweenFound::Clear;
         }
         let index = self.body(body);
+        if self.rests_in_its_cut(index, motion) {
+            return BetweenFound::Clear;
+        }
         let meridian = self.bodies[index as usize].1.clone();
         let movers = self.movers(&meridian, motion, shrink);
         if movers.is_empty() {
@@ -273,8 +278,8 @@ impl BetweenRays {
         let mut place = Vec::new();
         let mut movers = Vec::new();
         for (k, (index, (_, motion))) in index.iter().zip(many).enumerate() {
-            let Some(index) = index else { continue };
-            let parts = self.movers(&bodies[*index as usize], motion, shrink);
+            let Some(index) = index.filter(|k| !self.rests_in_its_cut(*k, motion)) else { continue };
+            let parts = self.movers(&bodies[index as usize], motion, shrink);
             place.extend(parts.iter().map(|_| k));
             movers.extend(parts);
         }
@@ -301,8 +306,22 @@ impl BetweenRays {
         out
     }
 
+    /// Whether a cutter stays where one of the last cuts ended: all that it takes up is cut. A control that changes from feed to
+    /// rapid rests for some cycles between both.
+    fn rests_in_its_cut(&self, body: u32, motion: &SweepMotion) -> bool {
+        let is_same =
+            |a: &ToolPose, b: &ToolPose| (a.tip - b.tip).norm() <= STRAIGHT && (a.axis - b.axis).norm() <= STRAIGHT;
+        let ends_there =
+            |cut: &Cut| is_same(&cut.motion.to, &motion.from) && self.sets[cut.set as usize].contains(&body);
+        is_same(&motion.from, &motion.to) && self.cuts.iter().rev().take(LAST_CUTS).any(ends_there)
+    }
+
     /// The parts of a motion of a body that reach the raw stock.
     fn movers<'b>(&self, body: &'b Meridian, motion: &SweepMotion, shrink: f64) -> Vec<Mover<'b>> {
+        let is_near = |moving: &Moving| moving.bounds(body).expanded(-shrink).intersects(&self.bounds);
+        if !is_near(&Moving::new(motion)) {
+            return Vec::new();
+        }
         let parts = Moving::parts(motion, body.reach).into_iter().map(|part| {
             let moving = Moving::new(&part);
             Mover { body, moving, bounds: moving.bounds(body).expanded(-shrink) }

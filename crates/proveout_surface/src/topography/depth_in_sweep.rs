@@ -17,17 +17,24 @@
 //! a part that turns by the angle w leaves its chord by `reach w^2 / 8` at most, which is taken off.
 //!
 //! Pieces lie in a tree of groups of eight that follow each other in time, so that whole passes can be
-//! ruled out at once: the tips of a group lie in a box, and its axes within an angle u of their mean, which
-//! moves no point by more than `reach u`.
+//! ruled out at once. A point of the axis is chosen in each body (its pivot: the center of a ball's sphere). In a group the
+//! pivots lie in a box and the axes within an angle u of their mean. About its pivot a body has the support function s(w), w
+//! being the angle between n and its axis, so that the group reaches no farther along n than the largest s in
+//! `[w - u, w + u]`. Support functions are convex: between the ends v and w of an angle of at most a right one,
+//! `s <= max (s(v), s(w)) / cos ((w - v) / 2)` where this is positive. For a ball that is its radius, however its axis turns.
+
+use std::f64::consts::PI;
 
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
-use proveout_tool::Profile;
+use proveout_tool::{Profile, Segment};
 
 use super::{PathPiece, outline::Outline};
 
 /// Largest distance of a part of a turning piece from its chord, mm. Below a third of the grain of a gouge search, no
 /// block stays undecided.
 const BULGE: f64 = 5e-5;
+/// Levels of groups round a piece that are searched before all others.
+const NEIGHBORS: u32 = 2;
 /// Most parts of a piece.
 const MOST_PARTS: f64 = 512.0;
 /// Members of a group.
@@ -37,6 +44,8 @@ const STEPS: usize = 40;
 const KNOWN: f64 = 1e-8;
 /// What the distance of a piece that turns may lie below its tangents, mm.
 const BEND: f64 = 5e-5;
+/// Groups whose axes lean more are bounded by their boxes alone, radian.
+const WIDEST_LEAN: f64 = 0.7;
 /// Axes that differ by less are one.
 const SAME_AXIS: f64 = 1e-12;
 /// Reach of a cutter at least where a piece is cut into parts, mm.
@@ -62,15 +71,62 @@ struct Move {
     bounds: Aabb,
 }
 
+/// A convex body of a cutter.
+#[derive(Clone, Debug)]
+struct Body {
+    outline: Outline,
+    /// Largest distance from the tip, mm.
+    reach: f64,
+    /// Height of the pivot above the tip, mm.
+    pivot: f64,
+}
+
+impl Body {
+    fn new(profile: &Profile) -> Self {
+        let arc = profile.segments().iter().find_map(|s| match s {
+            Segment::Arc { center, .. } => Some(center[1]),
+            Segment::Line { .. } => None,
+        });
+        let reach = profile.max_radius().hypot(profile.z_max().abs().max(profile.z_min().abs()));
+        Self { outline: Outline::new(profile), reach, pivot: arc.unwrap_or(0.0) }
+    }
+
+    /// How far the body reaches from its pivot along a direction at an angle to its axis.
+    fn about_pivot(&self, angle: f64) -> f64 {
+        let (across, along) = angle.sin_cos();
+        self.outline.support(across, along) - self.pivot * along
+    }
+
+    /// The largest of these within an angle of at most `lean`; infinite for wide ones.
+    fn about_pivot_within(&self, angle: f64, lean: f64) -> f64 {
+        if lean <= 0.0 {
+            return self.about_pivot(angle);
+        }
+        if lean > WIDEST_LEAN {
+            return f64::INFINITY;
+        }
+        let ends = [(angle - lean).max(0.0), (angle + lean).min(PI)];
+        let most = self.about_pivot(ends[0]).max(self.about_pivot(ends[1]));
+        if most > 0.0 { most / (0.5 * (ends[1] - ends[0])).cos() } else { most }
+    }
+}
+
+/// The angle between two unit vectors, radian.
+fn angle_between(a: &Vector, b: &Vector) -> f64 {
+    2.0 * (0.5 * (a - b).norm()).min(1.0).asin()
+}
+
 /// Moves that follow each other.
 #[derive(Clone, Copy, Debug)]
 struct Group {
     /// The body, where all have the same.
     body: Option<u32>,
     axis: Vector,
-    tips: Aabb,
-    /// Largest distance of a point from its place with the group's axis held fixed, mm.
-    spread: f64,
+    /// Largest angle of an axis to this one, radian.
+    lean: f64,
+    pivots: Aabb,
+    /// Largest bulge of its moves, mm.
+    bulge: f64,
     bounds: Aabb,
 }
 
@@ -101,7 +157,7 @@ pub struct InSweep {
 /// The swept pieces of a run, ready for both questions.
 #[derive(Debug)]
 pub struct SweptBodies {
-    bodies: Vec<(Outline, f64)>,
+    bodies: Vec<Body>,
     moves: Vec<Move>,
     /// Groups of moves, groups of these, and so on up to one.
     levels: Vec<Vec<Group>>,
@@ -115,12 +171,11 @@ impl SweptBodies {
         within: &Aabb,
         without: &(dyn Fn(u32) -> bool + Sync),
     ) -> Self {
-        let reach = |p: &Profile| p.max_radius().hypot(p.z_max().abs().max(p.z_min().abs()));
         let mut bodies = Vec::new();
         let mut of_cutter = Vec::new();
         for profiles in cutters {
             of_cutter.push(bodies.len() as u32..(bodies.len() + profiles.len()) as u32);
-            bodies.extend(profiles.iter().map(|p| (Outline::new(p), reach(p))));
+            bodies.extend(profiles.iter().map(Body::new));
         }
         let mut out = Self { bodies, moves: Vec::new(), levels: Vec::new() };
         for (number, piece) in pieces.iter().enumerate() {
@@ -138,7 +193,7 @@ impl SweptBodies {
     }
 
     fn add(&mut self, number: u32, body: u32, piece: &PathPiece, within: &Aabb) {
-        let reach = self.bodies[body as usize].1;
+        let reach = self.bodies[body as usize].reach;
         let angle = piece.from.angle_to(&piece.to);
         let parts = (angle / (8.0 * BULGE / reach.max(LEAST_REACH)).sqrt()).ceil().clamp(1.0, MOST_PARTS);
         let mut from = piece.from;
@@ -173,16 +228,15 @@ impl SweptBodies {
             .map(|of| {
                 let sum: Vector = of.iter().map(|m| m.from.axis + m.to.axis).sum();
                 let axis = sum.try_normalize(NO_MEAN).unwrap_or(of[0].from.axis);
-                let apart =
-                    of.iter().flat_map(|m| [m.from.axis, m.to.axis]).map(|a| (a - axis).norm()).fold(0.0, f64::max);
-                let reach = of.iter().map(|m| self.bodies[m.body as usize].1).fold(0.0, f64::max);
-                // The chord of an angle, at most a right one, is nine tenths of it or more.
-                let spread = if apart > SAME_AXIS { 1.2 * apart * reach } else { 0.0 };
+                let axes = of.iter().flat_map(|m| [&m.from.axis, &m.to.axis]);
+                let pivot = |m: &Move, pose: &ToolPose| pose.tip + pose.axis * self.bodies[m.body as usize].pivot;
+                let pivots: Vec<Point> = of.iter().flat_map(|m| [pivot(m, &m.from), pivot(m, &m.to)]).collect();
                 Group {
                     body: of.iter().all(|m| m.body == of[0].body).then_some(of[0].body),
                     axis,
-                    tips: Aabb::of_points(of.iter().flat_map(|m| [&m.from.tip, &m.to.tip])),
-                    spread: spread + of.iter().map(|m| m.bulge).fold(0.0, f64::max),
+                    lean: axes.map(|a| angle_between(a, &axis)).fold(0.0, f64::max),
+                    pivots: Aabb::of_points(&pivots),
+                    bulge: of.iter().map(|m| m.bulge).fold(0.0, f64::max),
                     bounds: of.iter().fold(Aabb::empty(), |all, m| all.union(&m.bounds)),
                 }
             })
@@ -194,14 +248,12 @@ impl SweptBodies {
                 .map(|of| {
                     let first = of[0];
                     let body = first.body.filter(|_| of.iter().all(|g| g.body == first.body));
-                    let reach = body.map_or(0.0, |b| self.bodies[b as usize].1);
-                    let lean = of.iter().map(|g| (g.axis - first.axis).norm()).fold(0.0, f64::max);
-                    let lean = if lean > SAME_AXIS { 1.2 * lean * reach } else { 0.0 };
                     Group {
                         body,
                         axis: first.axis,
-                        tips: of.iter().fold(Aabb::empty(), |all, g| all.union(&g.tips)),
-                        spread: lean + of.iter().map(|g| g.spread).fold(0.0, f64::max),
+                        lean: of.iter().map(|g| angle_between(&g.axis, &first.axis) + g.lean).fold(0.0, f64::max),
+                        pivots: of.iter().fold(Aabb::empty(), |all, g| all.union(&g.pivots)),
+                        bulge: of.iter().map(|g| g.bulge).fold(0.0, f64::max),
                         bounds: of.iter().fold(Aabb::empty(), |all, g| all.union(&g.bounds)),
                     }
                 })
@@ -238,6 +290,18 @@ impl SweptBodies {
         }
     }
 
+    /// How far the places of the body in a group are apart, mm; of several bodies the size of their box.
+    pub fn extent(&self, item: SweepItem) -> f64 {
+        if item.level == 0 {
+            return 0.0;
+        }
+        let group = &self.levels[usize::from(item.level) - 1][item.index as usize];
+        match group.body {
+            Some(body) => group.pivots.size().max() + group.lean * self.bodies[body as usize].reach,
+            None => group.bounds.size().max(),
+        }
+    }
+
     /// Number of the piece of a move; of a group that of its first.
     pub fn piece(&self, item: SweepItem) -> Option<u32> {
         let first = item.index as usize * GROUP.pow(u32::from(item.level));
@@ -252,10 +316,33 @@ impl SweptBodies {
         }
         let group = &self.levels[usize::from(item.level) - 1][item.index as usize];
         let lowest = |b: &Aabb| (0..3).map(|k| n[k] * if n[k] > 0.0 { b.min[k] } else { b.max[k] }).sum::<f64>();
-        match group.body {
-            Some(body) => lowest(&group.tips) - self.reach(body, &group.axis, n) - group.spread,
-            None => lowest(&group.bounds),
-        }
+        let of_box = lowest(&group.bounds);
+        group.body.map_or(of_box, |body| {
+            let angle = (-n.dot(&group.axis)).clamp(-1.0, 1.0).acos();
+            let reach = self.bodies[body as usize].about_pivot_within(angle, group.lean);
+            of_box.max(lowest(&group.pivots) - reach - group.bulge)
+        })
+    }
+
+    /// Direction from a point to the cutter in the middle of the motion: a good normal for a plane between them. None for groups
+    /// of several bodies.
+    pub fn toward(&self, item: SweepItem, p: &Point) -> Option<Vector> {
+        let (body, tip, axis) = if item.level == 0 {
+            let part = &self.moves[item.index as usize];
+            let axis = part.from.axis + part.to.axis;
+            (part.body, part.from.tip + (part.to.tip - part.from.tip) * 0.5, axis.try_normalize(NO_MEAN)?)
+        } else {
+            let group = &self.levels[usize::from(item.level) - 1][item.index as usize];
+            let body = group.body?;
+            (body, group.pivots.center() - group.axis * self.bodies[body as usize].pivot, group.axis)
+        };
+        let q = p - tip;
+        let z = q.dot(&axis);
+        let out = q - axis * z;
+        let r = out.norm();
+        let (_, [across, along]) = self.bodies[body as usize].outline.distance(r, z);
+        let radial = if r > ON_AXIS { out / r } else { Vector::zeros() };
+        Some(-(radial * across + axis * along))
     }
 
     fn least_of(&self, part: &Move, n: &Vector) -> f64 {
@@ -266,7 +353,7 @@ impl SweptBodies {
     /// How far a body reaches from its tip against n.
     fn reach(&self, body: u32, axis: &Vector, n: &Vector) -> f64 {
         let along = -n.dot(axis);
-        self.bodies[body as usize].0.support((1.0 - along * along).max(0.0).sqrt(), along)
+        self.bodies[body as usize].outline.support((1.0 - along * along).max(0.0).sqrt(), along)
     }
 
     /// The signed distance of a point to a move; none for a group.
@@ -294,7 +381,7 @@ impl SweptBodies {
     /// the path of the point in the tool frame by at most `(|q| a + 2 s) a / 2`, with q from the tip to the point. Time is
     /// then searched in parts that bend by at most [`BEND`].
     fn nearest(&self, part: &Move, p: &Point, [enough, far]: [f64; 2]) -> InSweep {
-        let outline = &self.bodies[part.body as usize].0;
+        let outline = &self.bodies[part.body as usize].outline;
         let turn = part.to.axis - part.from.axis;
         let turns = turn.norm() > SAME_AXIS;
         let way = part.to.tip - part.from.tip;
@@ -376,12 +463,13 @@ impl SweptBodies {
         self.last_of(self.root()?, p, margin)
     }
 
-    /// Whether a piece, or one next to it, came within `margin` (mm) of a point.
+    /// Whether a piece, or one of those made shortly before or after it, came within `margin` (mm) of a point.
     pub fn reaches(&self, piece: u32, p: &Point, margin: f64) -> bool {
-        let from = self.moves.partition_point(|m| m.piece < piece.saturating_sub(1));
-        let near = self.moves[from..].iter().take_while(|m| m.piece <= piece.saturating_add(1));
-        let reach = |m: &Move| m.bounds.expanded(margin.max(0.0)).contains(p);
-        near.filter(|m| reach(m)).any(|m| self.nearest(m, p, [margin; 2]).distance <= margin)
+        let index = self.moves.partition_point(|m| m.piece < piece);
+        let group = |level: u32| SweepItem { level: level as u8, index: (index / GROUP.pow(level)) as u32 };
+        let is_there = |level: u32| group(level).index < self.levels.get(level as usize - 1).map_or(0, Vec::len) as u32;
+        index < self.moves.len()
+            && (1..=NEIGHBORS).any(|level| is_there(level) && self.last_of(group(level), p, margin).is_some())
     }
 
     fn last_of(&self, item: SweepItem, p: &Point, margin: f64) -> Option<u32> {
@@ -391,6 +479,10 @@ impl SweptBodies {
         if item.level == 0 {
             let part = &self.moves[item.index as usize];
             return (self.nearest(part, p, [margin; 2]).distance <= margin).then_some(part.piece);
+        }
+        let is_beyond = |n: Vector| n.dot(&p.coords) + margin.max(0.0) < self.least(item, &n);
+        if self.toward(item, p).is_some_and(is_beyond) {
+            return None;
         }
         self.members(item).rev().find_map(|member| self.last_of(member, p, margin))
     }

@@ -62,7 +62,11 @@ fn axis(line: usize, fields: &[&str]) -> Result<Axis, Fault> {
     };
     let points =
         points.parse::<f64>().ok().filter(|n| n.fract() == 0.0 && (2.0..=MOST_POINTS).contains(n)).ok_or_else(|| {
-            Fault::at(line, format!("{:?} points on axis {name}; a whole number from 2 is expected", shown(points)), ANEW)
+            Fault::at(
+                line,
+                format!("{:?} points on axis {name}; a whole number from 2 is expected", shown(points)),
+                ANEW,
+            )
         })? as usize;
     let unit = unit(unit_name).ok_or_else(|| {
         Fault::at(line, format!("unit {:?} of axis {name} is not known", shown(unit_name)), "m, mm, um and nm are read")
