@@ -176,7 +176,7 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
     // Nearly all of the programmed time is proved of the feed, from the ways of the tip, and what stays a condition is told.
     let (programmed, proved) = (number("programmed_s"), number("feed_bound_s"));
     assert!(proved < programmed && proved > 0.99 * programmed, "{proved} {programmed}");
-    assert!(told.contains("not proved for all schedules: the way of the tip bends no more"), "{told}");
+    assert!(told.contains("not proved for all schedules: the tip path turns no more sharply"), "{told}");
     assert_eq!(run["seams_s"].as_array().expect("a list").len(), gates.len());
     // Linear joints have the range that the channel gives them, and both programs could be run.
     let linear = run["linear"].as_array().expect("a list");
@@ -670,9 +670,9 @@ fn options_of_rows_are_read_and_refused_by_name() {
     let file = folder.path().join("never.mpf");
     let word = file.display().to_string();
     for (options, wanted) in [
-        (&["channel=rows", "clearance_deg=50"][..], "does not read clearance_deg"),
-        (&["channel=rows", "monotone=true"], "does not read monotone"),
-        (&["channel=tool", "ends=free"], "does not read ends"),
+        (&["channel=rows", "clearance_deg=50"][..], "does not use clearance_deg"),
+        (&["channel=rows", "monotone=true"], "does not use monotone"),
+        (&["channel=tool", "ends=free"], "does not use ends"),
         (&["channel=rows", "ends=loose"], "write one of kept, free"),
         (&["channel=rows", "turn_max_deg=0"], "turn_max_deg"),
         (&["channel=rows", "lean_max_deg=4"], "goes on from here"),

@@ -249,8 +249,8 @@ fn rows_nearer_than_two_cells_are_not_passed() {
 #[test]
 fn a_height_that_is_none_or_has_no_design_is_refused_by_name() {
     for (tolerances, part, words) in [
-        ("scallop_um = -1\n", PART, "scallop_um = -1 is no height"),
-        ("scallop_um = 0\n", PART, "scallop_um = 0 is no height"),
+        ("scallop_um = -1\n", PART, "scallop_um = -1 is not a height"),
+        ("scallop_um = 0\n", PART, "scallop_um = 0 is not a height"),
         ("scallop_um = nan\n", PART, "`tolerances.scallop_um` = nan: is out of range"),
         ("scallop_um = 11\n", "", "scallop_um has no design to be measured from"),
         (

@@ -246,8 +246,8 @@ fn limits_must_stand_upright() {
 #[test]
 fn values_are_told_in_the_unit_of_their_key() {
     for (old, new, code, at_line, told) in [
-        ("[-10, 105]", "[120, -120]", "machine-limits-upside-down", "travel_deg", "from 120 to -120 degrees"),
-        ("[-100, 100]", "[250, -250]", "machine-limits-upside-down", "travel_mm", "from 250 to -250 mm"),
+        ("[-10, 105]", "[120, -120]", "machine-limits-upside-down", "travel_deg", "120 to -120 degrees"),
+        ("[-100, 100]", "[250, -250]", "machine-limits-upside-down", "travel_mm", "250 to -250 mm"),
         ("[-10, 105]", "[-10, 105]\nhome_deg = 200", "machine-home-outside", "home_deg", "position 200 degrees"),
         (
             "[-10, 105]",
@@ -397,7 +397,7 @@ fn errors_must_have_a_name_a_unit_and_a_meaning() {
         ("FX0C_um = 5", n, "begins with E"),
         ("EZ0C_um = 5", n, "along the axis of C"),
         ("EY0X_um = 5", n, "no place across"),
-        ("EX0C_mm = 50", "machine-error-value", "at most 5 mm"),
+        ("EX0C_mm = 50", "machine-error-value", "the limit is 5 mm"),
         ("EX0C_um = nan", "input-out-of-range", "nan"),
     ] {
         expect_in(&constant(line), line, line, code, line.split(' ').next().unwrap_or(""), part);

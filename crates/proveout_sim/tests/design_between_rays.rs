@@ -147,7 +147,7 @@ fn a_chord_error_beyond_the_tolerance_leaves_the_gates_unchecked_and_the_limit_i
     for name in ["gouge", "excess"] {
         let (state, reason) = gate(&v, name);
         assert_eq!(state, State::Unchecked, "{name}: {reason}");
-        assert!(reason.contains("known to 0.6 mm") && reason.contains("is 0.01 mm"), "{reason}");
+        assert!(reason.contains("accurate to 0.6 mm") && reason.contains("is 0.01 mm"), "{reason}");
         assert!(reason.contains("at most 0.610"), "the limit that was used: {reason}");
     }
     let v = shop.run(BLOCK, 0.5, 0.002, "G0 X-20. Y0.\nZ0.\nG1 X20. F800.\n");

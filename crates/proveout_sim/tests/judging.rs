@@ -352,7 +352,7 @@ fn a_stock_that_outgrows_its_announcement_is_refused_with_the_key_that_helps() {
     let error = run(prepared, &mut [], &path).unwrap_err();
     let SimError::Memory { used_mib, announced_mib, intervals, remedy, .. } = &error else { panic!("{error}") };
     assert!(used_mib > announced_mib && *intervals > 1.5, "{error}");
-    assert!(error.to_string().contains("announced"), "{error}");
+    assert!(error.to_string().contains("planned for it"), "{error}");
     // The remedy is a line of the scene, and helps.
     let key = remedy.split('`').nth(1).unwrap();
     let path = scene(key);

@@ -185,7 +185,7 @@ fn wrong_surface_data_files_are_refused_with_their_place() {
     let binary = sdf_bytes(&map(), SdfForm::Binary).expect("written");
     for (from, to, line, words) in [
         ("NumPoints = 37", "NumPoints = 38", 0, "851 heights for 38 x 23"),
-        ("NumPoints = 37", "NumPoints = many", 5, "many of numpoints is no number"),
+        ("NumPoints = 37", "NumPoints = many", 5, "many of numpoints is not a number"),
         ("NumPoints = 37", "NumPoints = 1e9", 0, "1000000000 x 23 heights"),
         ("NumPoints = 37", "NumDots = 37", 5, "unknown key \"numdots\""),
         ("NumProfiles = 23\r\n", "", 0, "the header does not say numprofiles"),

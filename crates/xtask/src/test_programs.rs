@@ -1,7 +1,7 @@
 //! The test programs of the workspace, run in parallel by module.
 //!
 //! `cargo test` starts one program after the other, and the other cores wait while the last test of each runs alone: a sixth of the time on two
-//! cores. Here every top-level module of a program is a group of its own. A group runs on one thread, as many groups at once as there are
+//! cores. Here every module of a program, two levels deep, is a group of its own. A group runs on one thread, as many groups at once as there are
 //! cores, and those that take longest come first.
 
 use std::{
@@ -17,7 +17,7 @@ use serde_json::Value;
 
 use crate::{Failure, workspace::cargo};
 
-/// Groups that take longest, as `program/module`, the longest first; the order of all others does not matter.
+/// Groups that take longest, as `program/module` or the begin of it, the longest first; the order of all others does not matter.
 const LONG: [&str; 16] = [
     "prove_outs/prove_out",
     "cli/reschedule",
@@ -49,7 +49,7 @@ struct Program {
     folder: PathBuf,
 }
 
-/// The tests of one top-level module of a program.
+/// The tests of one module of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Group {
     program: Program,
@@ -87,7 +87,7 @@ pub(crate) fn run(
     for program in built(root, packages)? {
         groups.extend(groups_of(&program)?);
     }
-    groups.sort_by_key(|g| LONG.iter().position(|name| *name == g.name()).unwrap_or(LONG.len()));
+    groups.sort_by_key(|g| LONG.iter().position(|name| g.name().starts_with(name)).unwrap_or(LONG.len()));
     let (all, threads) = (groups.len(), thread::available_parallelism().map_or(1, usize::from));
     let waiting = Mutex::new(VecDeque::from(groups));
     let shared = Mutex::new((Vec::new(), Vec::new(), line));
@@ -200,12 +200,18 @@ fn groups_of(program: &Program) -> Result<Vec<Group>, Failure> {
 fn grouped(program: &Program, list: &str) -> Vec<Group> {
     let mut modules: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for test in list.lines().filter_map(|l| l.strip_suffix(": test")) {
-        modules.entry(test.split("::").next().unwrap_or(test)).or_default().push(test.to_owned());
+        modules.entry(module_of(test)).or_default().push(test.to_owned());
     }
     modules
         .into_iter()
         .map(|(module, tests)| Group { program: program.clone(), module: module.to_owned(), tests })
         .collect()
+}
+
+/// The first two parts of the path of a test, without its own name.
+fn module_of(test: &str) -> &str {
+    let path = test.rsplit_once("::").map_or(test, |(path, _)| path);
+    path.match_indices("::").nth(1).map_or(path, |(end, _)| &path[..end])
 }
 
 #[cfg(test)]
@@ -231,9 +237,10 @@ mod tests {
     #[test]
     fn a_group_is_the_tests_of_a_module() {
         let program = Program { name: "sim".into(), path: "sim".into(), folder: ".".into() };
-        let groups = grouped(&program, "keys::a: test\nkeys::deep::b: test\nother: test\nkeys::c: benchmark\n\n");
-        let all: Vec<(String, usize)> = groups.iter().map(|g| (g.name(), g.tests.len())).collect();
-        assert_eq!(all, [("sim/keys".to_owned(), 2), ("sim/other".to_owned(), 1)]);
+        let list = "keys::a: test\nkeys::deep::b: test\nkeys::deep::er::c: test\nother: test\nkeys::c: benchmark\n\n";
+        let all: Vec<(String, usize)> = grouped(&program, list).iter().map(|g| (g.name(), g.tests.len())).collect();
+        let expected = [("sim/keys", 1), ("sim/keys::deep", 2), ("sim/other", 1)];
+        assert_eq!(all, expected.map(|(name, count)| (name.to_owned(), count)));
     }
 
     #[test]

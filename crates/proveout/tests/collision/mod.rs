@@ -277,7 +277,7 @@ fn a_flat_bar_that_swings_into_the_cheeks_of_its_cradle_is_found() {
             gate(&verdict, "collision").1.contains(if hits {
                 "1 x collision-stock-body"
             } else {
-                "cradle lies against"
+                "cradle lies flush with"
             }),
             "{verdict}"
         );

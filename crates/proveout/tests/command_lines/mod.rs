@@ -159,10 +159,26 @@ fn commands_of_developers_name_what_is_there() {
             name => root.join("crates").join(name),
         });
         if let Some(folder) = crate_folder.as_ref().filter(|_| after("-p") != Some("CRATE")) {
+            // The one test program of a crate, and after its name the module that is chosen.
+            if let Some(name) = after("--test") {
+                let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
+                if !manifest.contains(&format!("[[test]]\nname = \"{name}\"")) {
+                    fault("no such test program");
+                }
+                let module = after(name).and_then(|m| m.split_once("::")).map(|(module, _)| module);
+                let is_there = |module: &str| {
+                    [format!("tests/{module}.rs"), format!("tests/{module}/mod.rs"), format!("{module}/mod.rs")]
+                        .iter()
+                        .any(|path| folder.join(path).is_file())
+                };
+                if !module.is_some_and(is_there) {
+                    fault("no such module of tests");
+                }
+            }
             if !folder.join("Cargo.toml").is_file() {
                 fault("no such crate");
             }
-            for (option, place) in [("--bench", "benches"), ("--example", "examples"), ("--test", "tests")] {
+            for (option, place) in [("--bench", "benches"), ("--example", "examples")] {
                 let Some(name) = after(option) else { continue };
                 let file = folder.join(place).join(format!("{name}.rs"));
                 if !file.is_file() && !folder.join(place).join(name).join("main.rs").is_file() {

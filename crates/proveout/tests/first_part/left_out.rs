@@ -152,7 +152,7 @@ fn a_tap_that_is_led_by_another_pitch_than_its_own_is_an_error() {
         let value = told[0]["value"].as_f64().expect("the way");
         assert!((value - way).abs() < 1e-9 && told[0]["limit"] == 1.25, "{words}: {told:?}");
         let message = told[0]["message"].as_str().expect("words");
-        assert!(message.ends_with(&format!("where {percent} are allowed")), "{message}");
+        assert!(message.contains(&format!("percent off, {percent} percent allowed")), "{message}");
         let line = program.lines().position(|l| l.contains("Z-10.")).expect("the stroke") as u64 + 1;
         assert_eq!(told[0]["line"], line, "{words}: {told:?}");
     }

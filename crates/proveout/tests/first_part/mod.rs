@@ -112,7 +112,7 @@ fn bad_input_gets_one_clear_answer() {
     let noise: Vec<u8> = (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8 | 1).collect();
     fs::write(desk.path("picture.nc"), noise).expect("written");
     desk.refused(&new("picture.nc"), &["picture.nc is not plain text: it looks like a binary file"]);
-    desk.refused("check picture.nc", &["picture.nc is no plain text"]);
+    desk.refused("check picture.nc", &["picture.nc is not plain text"]);
     desk.write("letter.txt", "Dear customer,\nplease find the drawing attached.\n");
     desk.refused(&new("letter.txt"), &["letter.txt"]);
     desk.write("tools.tbl", "T1 P1 D2 Z4\nT2 P2 D0.5 Z4\nT2 P3 D0.75 Z4\nT3 P4 D0.201 Z5\n");
@@ -426,7 +426,7 @@ fn a_configuration_of_linuxcnc_becomes_a_machine_that_runs() {
     let (state, reason) = gate(&verdict, "limits");
     assert!(state == "unchecked" && reason.contains("jerk"), "{state}: {reason}");
     desk.refused("machine bench.ini --output bench", &["bench already exists"]);
-    desk.refused("machine bench.ini --table-axes XQ --output other", &["Q is no linear axis"]);
+    desk.refused("machine bench.ini --table-axes XQ --output other", &["Q is not a linear axis"]);
     desk.refused("machine plate.nc --output other", &["is neither a LinuxCNC INI file"]);
 }
 

@@ -53,7 +53,7 @@ fn the_size_of_a_tool_is_no_number_of_something_else() {
     }
     // What only may be a size is asked for.
     desk.write("seven.nc", &drills("T2 7 DRILL"));
-    desk.refused(&format!("new seven.nc {MILL} --output seven"), &["nobody answers: tool.T2"]);
+    desk.refused(&format!("new seven.nc {MILL} --output seven"), &["no answer for: tool.T2"]);
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn a_program_that_names_no_tool_is_asked_for_the_tool_alone() {
     let desk = Desk::new(&[]);
     let text = "(Rosette)\nG17\nG21\nG90\nG0Z20.32\nS16000M3\nG0X10Y10Z5\nG1Z-1.5F600\nX90F1800\nG0Z20.32\nM2\n";
     desk.write("router.gcode", text);
-    desk.refused("new router.gcode --machine three-axis-mill", &["nobody answers: tool.T1, holder, stock\n"]);
+    desk.refused("new router.gcode --machine three-axis-mill", &["no answer for: tool.T1, holder, stock\n"]);
     // All comments of a text without a call tell one tool.
     desk.write("told.gcode", &text.replace("Rosette", "TC: 5mm Endmill"));
     desk.write("answers.toml", "holder = \"none\"\nstock = \"0,0,-12,100,20,0\"\n");
@@ -110,7 +110,7 @@ fn a_hole_in_a_large_plate_has_its_design_in_inches() {
     desk.write("hole.nc", text);
     desk.refused(
         &format!("new hole.nc {MILL} --design plate.stl --output hole"),
-        &["nobody answers: design_unit", "counts in inch by G20"],
+        &["no answer for: design_unit", "counts in inch by G20"],
     );
 }
 

@@ -299,7 +299,7 @@ fn tools_that_are_told_in_two_ways_are_a_note() {
     desk.write("list.nc", &program(&(list(8.0) + &list(6.0)), ""));
     let told = desk.done(&format!("new list.nc {MILL} --output list"));
     assert!(
-        told.contains("taken is flat D8 (comments up to line 3)")
+        told.contains("flat D8 (comments up to line 3) is used")
             && told.contains("not flat D6 (comments up to line 6)"),
         "{told}"
     );

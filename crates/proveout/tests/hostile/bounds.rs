@@ -144,7 +144,7 @@ fn wrong_calls_are_answered_at_once() {
     let shop = Workshop::new();
     let told = shop.call(&["run", ".", "--threads", "10000", "--rerun", "off"]);
     assert_eq!(told.code(), Some(2));
-    assert!(told.text.contains("at most 512"), "{}", told.text);
+    assert!(told.text.contains("the maximum is 512"), "{}", told.text);
     let told = shop.call(&["run", ".", "--rerun", "connect"]);
     // Where a viewer happens to run, the run goes on.
     assert!(told.code() != Some(2) || told.text.contains("no viewer answers"), "{}", told.text);

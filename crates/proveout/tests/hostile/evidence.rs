@@ -203,7 +203,7 @@ fn a_signature_says_who_vouches_for_a_run() {
     shop.write("result/verdict.json", verdict.replace("\"unchecked\"", "\"pass\""));
     told(&["verify", "result", "--public-key", "public.pem"], 1, "changed since the run: verdict.json");
     told(&["sign", "result", "--key", "key.pem"], 2, "is not as the run wrote it");
-    told(&["sign", "result", "--key", "key.pem"], 2, "help: `proveout verify` names every file that has changed");
+    told(&["sign", "result", "--key", "key.pem"], 2, "help: `proveout verify` lists every changed file");
     // The next run is another one, and not signed.
     assert_eq!(shop.run().code(), Some(3));
     told(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");

@@ -230,7 +230,7 @@ fn only_the_run_that_was_stopped_goes_on() {
         assert!(!shop.path().join("result").exists());
     };
     // Another call, another program, another tool, another version.
-    refused(&["--resolution-mm", "1"], &["--resolution-mm was not given, and is 1"]);
+    refused(&["--resolution-mm", "1"], &["--resolution-mm was not given, and is now 1"]);
     refused(&["--dynamics", "servo"], &["--dynamics was not given"]);
     shop.write("program.mpf", program.replace("F1500", "F1501"));
     refused(&[], &["the file of program was program.mpf with SHA-256"]);

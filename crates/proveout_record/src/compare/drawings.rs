@@ -300,10 +300,10 @@ fn legend(out: &mut String, draws: u64) {
     }
     let y = 72.0;
     line(out, [31.0, y - 12.0, 31.0, y + 4.0], LIMIT, "stroke-width=\"1.8\"");
-    text(out, [53.0, y], "start", INK, "published");
+    text(out, [53.0, y], "start", INK, "published, or own count");
     for (k, (found, at)) in [
-        (Some(Reproduced::Reproduced), 150.0),
-        (Some(Reproduced::Possible), 320.0),
+        (Some(Reproduced::Reproduced), 220.0),
+        (Some(Reproduced::Possible), 340.0),
         (Some(Reproduced::Not), 470.0),
         (None, 600.0),
     ]
@@ -311,7 +311,7 @@ fn legend(out: &mut String, draws: u64) {
     .enumerate()
     {
         dot(out, [at, y - 4.0], found);
-        let words = ["ours: reproduced", "possible", "not", "nothing varied"];
+        let words = ["ours: agrees", "possible", "not", "nothing varied"];
         text(out, [at + 12.0, y], "start", INK, words[k]);
     }
 }

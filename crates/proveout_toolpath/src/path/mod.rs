@@ -11,7 +11,7 @@
 //! * [`QuasiCircle`], [`IsoParametric`], [`Transverse`], [`IsoPlanar`], [`ConstantScallop`], [`Row`], [`Pocket`], [`PointRoughing`],
 //!   [`Flank`] – strategies.
 //! * [`PathCutter`] – from contact to cutter location for any convex cutter; [`AxisRule`] – the
-//! tool axis at a contact.
+//!   tool axis at a contact.
 //! * [`side_step`], [`scallop_height`] – exact formulas of ridges between two cuts; [`envelope_across`] – the curvature that a moving
 //!   cutter leaves across its feed.
 //! * [`Setting::judge`] – what a path asks of a machine, before it runs.

@@ -191,6 +191,6 @@ mod tests {
         workspace.members[0].name = "proveout_new".into();
         let faults = faults(&workspace);
         assert!(faults.iter().any(|f| f.starts_with("proveout_new is not in the table")));
-        assert!(faults.iter().any(|f| f.starts_with("proveout_geom is in the table of layers and not")));
+        assert!(faults.iter().any(|f| f.starts_with("proveout_geom is in the table of layers but not")));
     }
 }

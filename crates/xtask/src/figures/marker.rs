@@ -234,7 +234,7 @@ mod tests {
         for (text, word) in [
             ("\n<!--= r time.total_s .1 -->5", "p.md:2: a figure lacks"),
             ("<!--= r time.total_s .1", "does not end"),
-            ("<!--= r time.total_s -->5<!--/-->", "a figure wants"),
+            ("<!--= r time.total_s -->5<!--/-->", "a figure needs"),
             ("<!--= r time.total_s 1 -->5<!--/-->", "form"),
             ("<!--= r time.total_s .1 0.1 -->5<!--/-->", "bound"),
         ] {
