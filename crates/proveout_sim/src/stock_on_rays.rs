@@ -109,7 +109,7 @@ mod tests {
     /// Thin bars, plates and rods, at cells that miss them: refused, and the cell size that is named holds them.
     #[test]
     fn a_stock_between_the_rays_is_refused_with_a_cell_size_that_holds_it() {
-        let metres =
+        let meters =
             |size: f64| -> TriMesh { box_mesh(&Aabb { min: Point::origin(), max: Point::new(size, size, size) }) };
         let thin = [
             (bar(0.5, &Vector::z(), 40.0), 2.0),
@@ -119,7 +119,7 @@ mod tests {
             (block(60.0, 2.0, 1.0), 5.0),
             (block(60.0, 60.0, 0.1), 1.0),
             (block(1.0, 1.0, 1.0), 1e3),
-            (RawBody::mesh(metres(0.06)).expect("solid"), 0.5),
+            (RawBody::mesh(meters(0.06)).expect("solid"), 0.5),
         ];
         for (k, (body, cell)) in thin.iter().enumerate() {
             let stock = body.stock(*cell, GIB).expect("rays");

@@ -138,6 +138,6 @@ mod tests {
         assert_eq!(evaluated(&Surface::default()), None);
         let flat = TextureUsed { sa_um: Some(0.0), remarks: vec![FLAT.to_owned()], ..TextureUsed::default() };
         let told = evaluated(&Surface { textures: vec![flat], ..Surface::default() }).expect("a value");
-        assert_eq!(told, "Sa 0.0000 um at 1 place; no kinematic height along the path; teeth not modelled");
+        assert_eq!(told, "Sa 0.0000 um at 1 place; no kinematic height along the path; teeth not modeled");
     }
 }

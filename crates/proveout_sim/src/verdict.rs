@@ -407,7 +407,7 @@ pub struct TextureUsed {
     /// Spread over random spindle phases; null where the phase is given or does not matter.
     pub phases: Option<PhaseSpread>,
     /// Height of the marks along the path that teeth could leave and an envelope does not have, µm: `f^2 / 8 r` with the way `f` in one turn of
-    /// the spindle and the smallest arc `r` of the edge; 0 for a sharp corner, null where teeth are modelled.
+    /// the spindle and the smallest arc `r` of the edge; 0 for a sharp corner, null where teeth are modeled.
     #[serde(default)]
     pub teeth_rz_um: Option<f64>,
     /// Error of the design that the heights are counted from, µm.

@@ -23,7 +23,7 @@ pub(super) const PARABOLA_RA: f64 = 0.256_600_119_639_833_7;
 /// Heights that differ by less than this are none, µm.
 const FLAT_UM: f64 = 1e-4;
 /// What is said of them.
-pub(crate) const FLAT: &str = "no kinematic height along the path; teeth not modelled";
+pub(crate) const FLAT: &str = "no kinematic height along the path; teeth not modeled";
 
 impl Work<'_> {
     /// The marks that teeth could leave where an envelope has none.
@@ -61,7 +61,7 @@ fn smallest_arc(tool: &Tool) -> Option<f64> {
     arcs.reduce(f64::min).filter(|r| *r > 0.0)
 }
 
-/// What keeps an envelope from a pass: tools that state no residual; none where all do, or where teeth are modelled.
+/// What keeps an envelope from a pass: tools that state no residual; none where all do, or where teeth are modeled.
 pub(super) fn missing(texture: &TextureUsed) -> Option<String> {
     if texture.model != "envelope" || (texture.residual.missing.is_empty() && !texture.tools.is_empty()) {
         return None;
