@@ -420,8 +420,9 @@ impl Search<'_> {
             if is_out {
                 continue;
             }
-            // A group stays one as long as its bodies are less apart than the box is long.
-            if item.is_single() || sweeps.extent(item) < size {
+            // A group stays one as long as its bodies are less apart than the box is long. Within a block only single pieces
+            // can show a gouge, and bodies at rest are not apart at all.
+            if item.is_single() || size > self.on.block && sweeps.extent(item) < size {
                 left.push(item);
             } else {
                 asked.extend(sweeps.members(item).rev());

@@ -230,6 +230,20 @@ fn what_is_found_of_turning_pieces_is_there_and_no_place_of_a_lattice_is_deeper(
     assert!((10..40).contains(&gouged), "{gouged}");
 }
 
+/// A control rests for some cycles at the end of a motion, so that many pieces have one and the same pose.
+#[test]
+fn a_gouge_by_a_cutter_at_rest_is_found() {
+    let tool = Cutter::flat(6.0).unwrap().bodies(25.0).unwrap();
+    for count in [1, 8, 64, 200] {
+        let rest = |depth: f64| vec![upright([0.0, 15.0 - depth, -depth], [0.0, 15.0 - depth, -depth]); count];
+        let found = searched(&box_mesh(&block()), &rest(0.3), &tool, 0.01, 0.5);
+        assert_eq!(found.undecided, 0, "{count}: {found:?}");
+        assert!((0.2..=0.301).contains(&deepest(&found)), "{count}: {}", deepest(&found));
+        let clean = searched(&box_mesh(&block()), &rest(0.0), &tool, 0.01, 0.5);
+        assert!(clean.found.is_empty() && clean.undecided == 0, "{count}: {clean:?}");
+    }
+}
+
 fn left(design: &TriMesh, pieces: &[PathPiece], tool: &[Profile], allowed: f64, cell: f64) -> UncutFound {
     let tree = DesignMesh::new(design).unwrap();
     let raw = block();

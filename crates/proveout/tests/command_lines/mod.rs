@@ -194,7 +194,7 @@ fn commands_of_developers_name_what_is_there() {
             }
             "bench" | "run" | "test" if crate_folder.is_some() || words.contains(&"--workspace") => {}
             "build" | "fmt" | "clippy" | "doc" | "deny" | "install" | "fetch" => {}
-            _ => fault("say in command_lines/main.rs how this command is held true"),
+            _ => fault("say in command_lines/mod.rs how this command is checked"),
         }
     }
     assert!(seen > 20, "{seen}");
