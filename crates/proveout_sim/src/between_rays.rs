@@ -196,12 +196,12 @@ impl Between<'_> {
         let (Some((mesh, tree)), true) = (self.design.solid(), self.finished) else { return Told::default() };
         let sweeps = self.swept.map(|s| self.bodies(s, true));
         let known = |p: &Point| self.known[1].is_near(p);
-        let was_raw = raw.map(|raw| move |p: &Point| raw.contains(p));
+        let outside = raw.map(|raw| move |p: &Point| raw.outside(p));
         let search = Uncut {
             mesh,
             tree,
             sweeps: sweeps.as_ref(),
-            raw: was_raw.as_ref().map(|f| f as &(dyn Fn(&Point) -> bool + Sync)),
+            raw: outside.as_ref().map(|f| f as &(dyn Fn(&Point) -> f64 + Sync)),
             watchers,
             fallen,
             region: self.region,

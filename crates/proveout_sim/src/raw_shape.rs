@@ -38,16 +38,17 @@ impl RawShape {
         Some(Self::Mesh(Box::new(DesignMesh::new(&mesh).ok()?)))
     }
 
-    /// Whether a place lay inside of it.
-    pub(crate) fn contains(&self, p: &Point) -> bool {
+    /// How far a place lay outside of it, mm, negative inside: never more than its distance from the skin. Not a number where a mesh
+    /// gives none.
+    pub(crate) fn outside(&self, p: &Point) -> f64 {
         match self {
-            Self::Block(b) => (0..3).all(|k| b.min[k] < p[k] && p[k] < b.max[k]),
+            Self::Block(b) => (0..3).map(|k| (b.min[k] - p[k]).max(p[k] - b.max[k])).fold(f64::NEG_INFINITY, f64::max),
             Self::Bar { base, axis, radius, length } => {
                 let q = p - base;
                 let along = q.dot(axis);
-                0.0 < along && along < *length && (q - axis * along).norm() < *radius
+                (-along).max(along - length).max((q - axis * along).norm() - radius)
             }
-            Self::Mesh(mesh) => mesh.signed_distance(p).is_some_and(|d| d < 0.0),
+            Self::Mesh(mesh) => mesh.signed_distance(p).unwrap_or(f64::NAN),
         }
     }
 }

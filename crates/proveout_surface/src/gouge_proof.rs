@@ -409,14 +409,15 @@ impl Search<'_> {
         if aspects.is_empty() {
             aspects.extend(self.toward_surface(&bounds));
         }
+        let highest: Vec<f64> = aspects.iter().map(|a| corner(&bounds, &a.normal).coords.dot(&a.normal)).collect();
         let size = bounds.size().max();
         let mut left = Vec::new();
         let mut asked: Vec<SweepItem> = std::mem::take(&mut place.items);
         asked.reverse();
         while let Some(item) = asked.pop() {
             let is_out = !sweeps.bounds(item).intersects(&bounds)
-                || self.is_beside(item, &bounds)
-                || self.moves_out(item, &bounds, &aspects, limit);
+                || self.moves_out(item, &bounds, &aspects, &highest, limit)
+                || self.is_beside(item, &bounds);
             if is_out {
                 continue;
             }
@@ -505,15 +506,15 @@ impl Search<'_> {
         known
     }
 
-    /// Whether a shift of `limit` or less proves that a piece is nowhere deeper in the box.
-    fn moves_out(&self, item: SweepItem, bounds: &Aabb, aspects: &[Aspect], limit: f64) -> bool {
+    /// Whether a shift of `limit` or less proves that a piece is nowhere deeper in the box; `highest` has the highest point of the
+    /// box along each direction.
+    fn moves_out(&self, item: SweepItem, bounds: &Aabb, aspects: &[Aspect], highest: &[f64], limit: f64) -> bool {
         let mut least = [0.0; 4 * ASPECTS];
-        for (aspect, least) in aspects.iter().zip(&mut least) {
-            let n = &aspect.normal;
-            *least = self.on.sweeps.least(item, n);
+        for ((aspect, highest), least) in aspects.iter().zip(highest).zip(&mut least) {
+            *least = self.on.sweeps.least(item, &aspect.normal);
             let level = *least + limit;
             // It does not reach into the box at all, or all faces lie below it.
-            if corner(bounds, n).coords.dot(n) < *least || aspect.top <= level && self.is_above(aspect) {
+            if highest < least || aspect.top <= level && self.is_above(aspect) {
                 return true;
             }
         }

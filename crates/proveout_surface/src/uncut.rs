@@ -27,7 +27,7 @@
 //! of p, decides whether material is there. With no such point in reach the place stays unknown, and its
 //! area counts.
 
-use std::collections::HashMap;
+use std::{cell::Cell, collections::HashMap};
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 use proveout_stock::TriDexel;
@@ -68,8 +68,9 @@ pub struct Uncut<'a> {
     pub tree: &'a DesignMesh,
     /// What was swept; none where the motion is not known.
     pub sweeps: Option<&'a SweptBodies>,
-    /// Whether a place lay in the raw stock; none where that is known on rays alone.
-    pub raw: Option<&'a (dyn Fn(&Point) -> bool + Sync)>,
+    /// How far a place lay outside of the raw stock, mm, negative inside, and never more than its distance from the skin; none
+    /// where the raw stock is known on rays alone.
+    pub raw: Option<&'a (dyn Fn(&Point) -> f64 + Sync)>,
     /// The rays.
     pub watchers: &'a [Watcher<'a>],
     /// Whether material may be gone that nothing has swept.
@@ -117,17 +118,40 @@ enum Told {
     Unknown,
 }
 
+/// The raw stock, asked at places near each other: within the distance of the last place from the skin the side stays the same.
+struct RawSide<'a> {
+    outside: &'a (dyn Fn(&Point) -> f64 + Sync),
+    last: Cell<(Point, f64)>,
+}
+
+impl<'a> RawSide<'a> {
+    fn new(on: &Uncut<'a>) -> Option<Self> {
+        let outside = on.raw?;
+        Some(Self { outside, last: Cell::new((Point::origin(), 0.0)) })
+    }
+
+    fn contains(&self, p: &Point) -> bool {
+        let (near, distance) = self.last.get();
+        if (p - near).norm() < distance.abs() {
+            return distance < 0.0;
+        }
+        let distance = (self.outside)(p);
+        self.last.set((*p, distance));
+        distance < 0.0
+    }
+}
+
 /// Decides it.
 pub fn uncut(on: &Uncut<'_>) -> UncutFound {
     let count = on.mesh.triangles.len();
     let of_faces: Vec<UncutFound> = (0..count.div_ceil(AT_ONCE))
         .into_par_iter()
         .map(|k| {
-            let mut found = UncutFound::default();
+            let (mut found, raw) = (UncutFound::default(), RawSide::new(on));
             for t in k * AT_ONCE..count.min((k + 1) * AT_ONCE) {
                 each_sample(on.mesh, t, on.watchers, &mut |q, n, area, _| {
-                    on.ask(q, n, 1.0, area, &mut found);
-                    on.ask_raw(q, n, 1.0, area, &mut found);
+                    on.ask(q, n, [1.0, area], raw.as_ref(), &mut found);
+                    on.ask_raw(q, n, [1.0, area], raw.as_ref(), &mut found);
                 });
             }
             found
@@ -137,16 +161,16 @@ pub fn uncut(on: &Uncut<'_>) -> UncutFound {
     let of_edges: Vec<UncutFound> = edges
         .par_chunks(AT_ONCE)
         .map(|some| {
-            let mut found = UncutFound::default();
+            let (mut found, raw) = (UncutFound::default(), RawSide::new(on));
             for edge in some {
                 let [a, b] = edge.ends;
                 let steps = ((b - a).norm() / on.finest()).ceil().clamp(1.0, MOST_ON_EDGE) as usize;
                 for i in 0..steps {
                     let q = a + (b - a) * ((i as f64 + 0.5) / steps as f64);
                     if edge.inward {
-                        on.ask(&q, &edge.outward, edge.stretch, 0.0, &mut found);
+                        on.ask(&q, &edge.outward, [edge.stretch, 0.0], raw.as_ref(), &mut found);
                     } else {
-                        on.ask_raw(&q, &edge.outward, edge.stretch, 0.0, &mut found);
+                        on.ask_raw(&q, &edge.outward, [edge.stretch, 0.0], raw.as_ref(), &mut found);
                     }
                 }
             }
@@ -169,12 +193,12 @@ impl Uncut<'_> {
     }
 
     /// Asks in front of a place of the design; `stretch` is the way along n for each millimeter of height.
-    fn ask(&self, q: &Point, n: &Vector, stretch: f64, area: f64, found: &mut UncutFound) {
+    fn ask(&self, q: &Point, n: &Vector, [stretch, area]: [f64; 2], raw: Option<&RawSide<'_>>, found: &mut UncutFound) {
         let p = q + n * ((self.allowed + BEYOND) * stretch);
         if self.region.is_some_and(|r| !r.contains(&p)) || (self.known)(&p) {
             return;
         }
-        match self.told(&p, n) {
+        match self.told(&p, n, raw) {
             Told::Free => {}
             // In a gap of the design that is no wider than twice the height, or next to another face,
             // nothing is too high.
@@ -191,7 +215,7 @@ impl Uncut<'_> {
                     at += n * step;
                     step *= LONGER;
                     let within = self.region.is_none_or(|r| r.contains(&at));
-                    if !within || !matches!(self.told(&at, n), Told::Full) {
+                    if !within || !matches!(self.told(&at, n, raw), Told::Full) {
                         break;
                     }
                     let height = self.height(&at);
@@ -200,13 +224,13 @@ impl Uncut<'_> {
                     }
                     best = Left { point: at, depth: height, area };
                 }
-                found.left.push(if found.left.len() < MOST_CLIMBED { self.highest(best, n) } else { best });
+                found.left.push(if found.left.len() < MOST_CLIMBED { self.highest(best, n, raw) } else { best });
             }
         }
     }
 
     /// Climbs from a place with material left to a higher one next to it.
-    fn highest(&self, mut best: Left, n: &Vector) -> Left {
+    fn highest(&self, mut best: Left, n: &Vector, raw: Option<&RawSide<'_>>) -> Left {
         let mut step = 0.5 * best.depth;
         for _ in 0..CLIMBS {
             let mut higher = false;
@@ -215,7 +239,7 @@ impl Uncut<'_> {
                 at[k / 2] += if k % 2 == 0 { step } else { -step };
                 let height = self.height(&at);
                 let within = self.region.is_none_or(|r| r.contains(&at));
-                if height > best.depth && within && matches!(self.told(&at, n), Told::Full) {
+                if height > best.depth && within && matches!(self.told(&at, n, raw), Told::Full) {
                     best = Left { point: at, depth: height, ..best };
                     higher = true;
                 }
@@ -228,12 +252,19 @@ impl Uncut<'_> {
     }
 
     /// Asks below a place of the design whether the raw stock held it.
-    fn ask_raw(&self, q: &Point, n: &Vector, stretch: f64, area: f64, found: &mut UncutFound) {
-        let Some(raw) = self.raw else { return };
+    fn ask_raw(
+        &self,
+        q: &Point,
+        n: &Vector,
+        [stretch, area]: [f64; 2],
+        raw: Option<&RawSide<'_>>,
+        found: &mut UncutFound,
+    ) {
+        let Some(raw) = raw else { return };
         let p = q - n * ((self.missing + BEYOND) * stretch);
         let looked_at =
             self.region.is_none_or(|r| r.contains(&p)) && self.watchers.iter().any(|w| w.stock.bounds().contains(&p));
-        if looked_at && !raw(&p) && -self.height(&p) > self.missing {
+        if looked_at && !raw.contains(&p) && -self.height(&p) > self.missing {
             found.missing.push(Left { point: p, depth: -self.height(&p), area });
         }
     }
@@ -243,8 +274,8 @@ impl Uncut<'_> {
     }
 
     /// What is known of a place over a face with the normal n.
-    fn told(&self, p: &Point, n: &Vector) -> Told {
-        if self.raw.is_some_and(|raw| !raw(p)) || !self.watchers.iter().any(|w| w.stock.bounds().contains(p)) {
+    fn told(&self, p: &Point, n: &Vector, raw: Option<&RawSide<'_>>) -> Told {
+        if raw.is_some_and(|raw| !raw.contains(p)) || !self.watchers.iter().any(|w| w.stock.bounds().contains(p)) {
             return Told::Free;
         }
         let cleared = |s: &SweptBodies| {

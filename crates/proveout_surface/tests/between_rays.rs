@@ -249,12 +249,13 @@ fn left(design: &TriMesh, pieces: &[PathPiece], tool: &[Profile], allowed: f64, 
     let raw = block();
     let stock = TriDexel::from_box(&raw, cell, 1 << 30).unwrap();
     let sweeps = SweptBodies::new(pieces, &[tool.to_vec()], &raw, &|_| false);
-    let contains = |p: &Point| raw.contains(p);
+    let outside =
+        |p: &Point| (0..3).map(|k| (raw.min[k] - p[k]).max(p[k] - raw.max[k])).fold(f64::NEG_INFINITY, f64::max);
     let on = Uncut {
         mesh: design,
         tree: &tree,
         sweeps: Some(&sweeps),
-        raw: Some(&contains),
+        raw: Some(&outside),
         watchers: &[Watcher { stock: &stock, window: None }],
         fallen: false,
         region: None,

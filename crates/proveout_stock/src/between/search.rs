@@ -123,8 +123,9 @@ impl Search<'_, '_> {
             if self.doubtful[m as usize] || !mover.bounds.intersects(&bounds) {
                 continue;
             }
-            let least = self.least(mover.body, &mover.moving, Part::Whole, &cube.center, wanted);
-            if least.bound <= wanted {
+            // A mover that lies in the cube as a whole touches it.
+            let is_within = bounds.contains(&mover.bounds.min) && bounds.contains(&mover.bounds.max);
+            if is_within || self.least(mover.body, &mover.moving, Part::Whole, &cube.center, wanted).bound <= wanted {
                 out.push(m);
             }
         }
@@ -174,7 +175,10 @@ impl Search<'_, '_> {
             left.retain(|m| !(is_asked && self.is_cleared(*m, cube, &reaching)));
             (Some(reaching), left)
         } else {
-            self.look_at(&cube.center, cube, &movers, None);
+            // Over many movers material is asked for in small cubes alone.
+            if self.coarsest.is_none() {
+                self.look_at(&cube.center, cube, &movers, None);
+            }
             (None, movers)
         };
         if movers.is_empty() {
@@ -217,27 +221,38 @@ impl Search<'_, '_> {
                 reaching.push((0.0, k));
                 continue;
             }
-            let depth = self.least_of_cut(k, &cube.center);
+            let Some(depth) = self.depth_of_cut(k, cube) else { continue };
             if depth <= FILM - radius
                 || depth < -DEEP_ENOUGH * radius && k as usize >= tried && self.holds_cube(k, cube)
             {
                 return None;
             }
-            if depth <= radius + 2.0 * FILM {
-                reaching.push((depth, k));
-            }
+            reaching.push((depth, k));
         }
         reaching.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
         Some(reaching.into_iter().map(|r| r.1).collect())
     }
 
-    /// The least value of a cut at a point.
-    fn least_of_cut(&mut self, k: u32, p: &Point) -> f64 {
+    /// About the least value of a cut at the center of a cube; none where it does not reach into the cube. Where the cut takes up
+    /// the whole ball round the cube, the value says so; else it is searched only as far as these answers ask.
+    fn depth_of_cut(&mut self, k: u32, cube: &Cube) -> Option<f64> {
         let cut = &self.store.cuts[k as usize];
         let bodies = &self.store.sets[cut.set as usize];
-        self.store.work += bodies.len() as u64;
-        let of = |b: &u32| cut.moving.least(&self.store.bodies[*b as usize].1, Part::Whole, p, f64::NEG_INFINITY).seen;
-        bodies.iter().map(of).fold(f64::INFINITY, f64::min)
+        let (fills, reaches) = (FILM - cube.radius(), cube.radius() + 2.0 * FILM);
+        let mut work = 0;
+        let mut of = |b: &u32| {
+            let mut least = |wanted: f64| {
+                work += 1;
+                cut.moving.least(&self.store.bodies[*b as usize].1, Part::Whole, &cube.center, wanted)
+            };
+            let rough = least(fills);
+            let open = rough.bound <= reaches && rough.seen > reaches;
+            let known = if open { least(reaches) } else { rough };
+            known.seen.min(rough.seen)
+        };
+        let depth = bodies.iter().map(&mut of).fold(f64::INFINITY, f64::min);
+        self.store.work += work;
+        (depth <= reaches).then_some(depth)
     }
 
     /// Whether a cut takes up all corners of a cube.

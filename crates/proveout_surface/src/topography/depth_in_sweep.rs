@@ -23,8 +23,6 @@
 //! `[w - u, w + u]`. Support functions are convex: between the ends v and w of an angle of at most a right one,
 //! `s <= max (s(v), s(w)) / cos ((w - v) / 2)` where this is positive. For a ball that is its radius, however its axis turns.
 
-use std::f64::consts::PI;
-
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_tool::{Profile, Segment};
 
@@ -91,23 +89,44 @@ impl Body {
         Self { outline: Outline::new(profile), reach, pivot: arc.unwrap_or(0.0) }
     }
 
-    /// How far the body reaches from its pivot along a direction at an angle to its axis.
-    fn about_pivot(&self, angle: f64) -> f64 {
-        let (across, along) = angle.sin_cos();
+    /// How far the body reaches from its pivot along a direction; `across` and `along` are sine and cosine of its angle
+    /// to the axis.
+    fn about_pivot(&self, [across, along]: [f64; 2]) -> f64 {
         self.outline.support(across, along) - self.pivot * along
     }
 
-    /// The largest of these within an angle of at most `lean`; infinite for wide ones.
-    fn about_pivot_within(&self, angle: f64, lean: f64) -> f64 {
-        if lean <= 0.0 {
-            return self.about_pivot(angle);
+    /// The largest of these within an angle of at most the lean of a group; infinite for wide ones. The ends of the range
+    /// come from the sums of angles, so that no angle is taken.
+    fn about_pivot_within(&self, along: f64, lean: &Lean) -> f64 {
+        let across = (1.0 - along * along).max(0.0).sqrt();
+        if lean.angle <= 0.0 {
+            return self.about_pivot([across, along]);
         }
-        if lean > WIDEST_LEAN {
+        if lean.angle > WIDEST_LEAN {
             return f64::INFINITY;
         }
-        let ends = [(angle - lean).max(0.0), (angle + lean).min(PI)];
-        let most = self.about_pivot(ends[0]).max(self.about_pivot(ends[1]));
-        if most > 0.0 { most / (0.5 * (ends[1] - ends[0])).cos() } else { most }
+        let [sine, cosine] = lean.sine_and_cosine;
+        // Where the range passes the axis it ends there.
+        let end = |sine: f64| {
+            let turned = [across * cosine + along * sine, along * cosine - across * sine];
+            if turned[0] > 0.0 { turned } else { [0.0, along.signum()] }
+        };
+        let most = self.about_pivot(end(-sine)).max(self.about_pivot(end(sine)));
+        if most > 0.0 { most / cosine } else { most }
+    }
+}
+
+/// An angle between axes, radian, with what is asked of it many times.
+#[derive(Clone, Copy, Debug)]
+struct Lean {
+    angle: f64,
+    sine_and_cosine: [f64; 2],
+}
+
+impl Lean {
+    fn new(angle: f64) -> Self {
+        let (sine, cosine) = angle.sin_cos();
+        Self { angle, sine_and_cosine: [sine, cosine] }
     }
 }
 
@@ -122,8 +141,8 @@ struct Group {
     /// The body, where all have the same.
     body: Option<u32>,
     axis: Vector,
-    /// Largest angle of an axis to this one, radian.
-    lean: f64,
+    /// Largest angle of an axis to this one.
+    lean: Lean,
     pivots: Aabb,
     /// Largest bulge of its moves, mm.
     bulge: f64,
@@ -234,7 +253,7 @@ impl SweptBodies {
                 Group {
                     body: of.iter().all(|m| m.body == of[0].body).then_some(of[0].body),
                     axis,
-                    lean: axes.map(|a| angle_between(a, &axis)).fold(0.0, f64::max),
+                    lean: Lean::new(axes.map(|a| angle_between(a, &axis)).fold(0.0, f64::max)),
                     pivots: Aabb::of_points(&pivots),
                     bulge: of.iter().map(|m| m.bulge).fold(0.0, f64::max),
                     bounds: of.iter().fold(Aabb::empty(), |all, m| all.union(&m.bounds)),
@@ -251,7 +270,9 @@ impl SweptBodies {
                     Group {
                         body,
                         axis: first.axis,
-                        lean: of.iter().map(|g| angle_between(&g.axis, &first.axis) + g.lean).fold(0.0, f64::max),
+                        lean: Lean::new(
+                            of.iter().map(|g| angle_between(&g.axis, &first.axis) + g.lean.angle).fold(0.0, f64::max),
+                        ),
                         pivots: of.iter().fold(Aabb::empty(), |all, g| all.union(&g.pivots)),
                         bulge: of.iter().map(|g| g.bulge).fold(0.0, f64::max),
                         bounds: of.iter().fold(Aabb::empty(), |all, g| all.union(&g.bounds)),
@@ -297,7 +318,7 @@ impl SweptBodies {
         }
         let group = &self.levels[usize::from(item.level) - 1][item.index as usize];
         match group.body {
-            Some(body) => group.pivots.size().max() + group.lean * self.bodies[body as usize].reach,
+            Some(body) => group.pivots.size().max() + group.lean.angle * self.bodies[body as usize].reach,
             None => group.bounds.size().max(),
         }
     }
@@ -318,8 +339,8 @@ impl SweptBodies {
         let lowest = |b: &Aabb| (0..3).map(|k| n[k] * if n[k] > 0.0 { b.min[k] } else { b.max[k] }).sum::<f64>();
         let of_box = lowest(&group.bounds);
         group.body.map_or(of_box, |body| {
-            let angle = (-n.dot(&group.axis)).clamp(-1.0, 1.0).acos();
-            let reach = self.bodies[body as usize].about_pivot_within(angle, group.lean);
+            let along = (-n.dot(&group.axis)).clamp(-1.0, 1.0);
+            let reach = self.bodies[body as usize].about_pivot_within(along, &group.lean);
             of_box.max(lowest(&group.pivots) - reach - group.bulge)
         })
     }
