@@ -69,18 +69,18 @@ impl Desk {
             .args(line.split_whitespace())
             .output()
             .expect("the program starts");
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(code), "{line}\n{told}");
-        told
+        let text = printed(&output);
+        assert_eq!(output.status.code(), Some(code), "{line}\n{text}");
+        text
     }
 
     /// The call is refused with these words, and nothing is written.
     fn refused(&self, words: &[&str]) {
-        let told = self.call("job .", 2);
+        let output = self.call("job .", 2);
         for word in words {
-            assert!(told.contains(word), "{word:?} is not in:\n{told}");
+            assert!(output.contains(word), "{word:?} is not in:\n{output}");
         }
-        assert_eq!(told.matches("error: ").count(), 1, "one clear answer:\n{told}");
+        assert_eq!(output.matches("error: ").count(), 1, "one clear answer:\n{output}");
         let left: Vec<_> = fs::read_dir(self.path("out")).into_iter().flatten().collect();
         assert!(left.is_empty(), "nothing by halves: {left:?}");
     }
@@ -91,7 +91,7 @@ impl Desk {
     }
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
 }
 

@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn tensors_that_no_body_has_are_told() {
+    fn tensors_that_no_body_has_are_reported() {
         let diagonal = |a, b, c| Matrix3::from_diagonal(&Vector::new(a, b, c));
         assert!(is_inertia(&diagonal(1.0, 1.0, 2.0)) && is_inertia(&diagonal(2.0, 3.0, 4.0)));
         assert!(!is_inertia(&diagonal(1.0, 1.0, 2.1)) && !is_inertia(&diagonal(1.0, -1.0, 1.0)));

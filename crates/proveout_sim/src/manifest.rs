@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn each_change_is_told_by_name() {
+    fn each_change_is_reported_by_name() {
         let (root, folder) = run();
         let scene = root.path().join("scene");
         let fresh = verify(&folder, Some(&scene)).expect("a manifest");
@@ -397,8 +397,8 @@ mod tests {
             let mut manifest = Manifest::read(&folder).expect("read");
             change(&mut manifest);
             manifest.write(&folder).expect("written");
-            let told = verify(&folder, None).expect_err(word).to_string();
-            assert!(told.contains(word), "{told}");
+            let output = verify(&folder, None).expect_err(word).to_string();
+            assert!(output.contains(word), "{output}");
         }
         // An older manifest has a recording without a digest, and does not know where the scene is.
         let (_root, folder) = run();
@@ -417,8 +417,8 @@ mod tests {
         let text = fs::read_to_string(folder.join(MANIFEST)).expect("read");
         for name in ["../thesis.txt", "/etc/passwd", "./x/../../y"] {
             fs::write(folder.join(MANIFEST), text.replace("part/x", name)).expect("written");
-            let told = Manifest::read(&folder).expect_err(name).to_string();
-            assert!(told.contains("not in its folder"), "{told}");
+            let message = Manifest::read(&folder).expect_err(name).to_string();
+            assert!(message.contains("not in its folder"), "{message}");
         }
     }
 }

@@ -358,8 +358,8 @@ mod tests {
                 let wrong = scaled(&clamp, factor);
                 // One that reaches into the stock and out of it is reported by the setup as given.
                 let deep = (0..3).all(|i| wrong.max[i].min(stock.max[i]) - wrong.min[i].max(stock.min[i]) > 1e-3);
-                let told = deep && !is_within(&wrong, &stock);
-                if doubt_of_fixture(&wrong, &stock).is_none() && !told {
+                let expected = deep && !is_within(&wrong, &stock);
+                if doubt_of_fixture(&wrong, &stock).is_none() && !expected {
                     missed.push((k, unit, wrong, stock));
                 }
             }

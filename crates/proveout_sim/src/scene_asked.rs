@@ -197,8 +197,8 @@ mod tests {
             ("", "[gates]\nnot_asked = [\"surfaces\"]\n", "did you mean surface?", 8),
             ("workholding = \"vise\"\n", "", "none", 2),
         ] {
-            let told = scene(head, more).expect_err(words);
-            assert!(told.contains(words) && told.contains(&format!("scene.toml:{line}:")), "{words}: {told}");
+            let error = scene(head, more).expect_err(words);
+            assert!(error.contains(words) && error.contains(&format!("scene.toml:{line}:")), "{words}: {error}");
         }
     }
 }

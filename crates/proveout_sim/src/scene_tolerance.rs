@@ -240,8 +240,8 @@ mod tests {
             (region("ra_um = 1\n").replace("max_mm = [1, 1, 1]", "max_mm = [1, 0, 1]"), "is empty"),
             (region("ra_um = 1\n").repeat(2), "taken"),
         ] {
-            let told = tolerances(&text).fault(&text, false).map(|f| f.1).unwrap_or_default();
-            assert!(told.contains(words), "{told:?} for {text}");
+            let message = tolerances(&text).fault(&text, false).map(|f| f.1).unwrap_or_default();
+            assert!(message.contains(words), "{message:?} for {text}");
         }
     }
 }

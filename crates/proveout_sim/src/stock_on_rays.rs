@@ -147,8 +147,8 @@ mod tests {
 
     #[test]
     fn cell_sizes_are_named_with_two_digits() {
-        for (x, told) in [(0.0345, 0.034), (1.99, 1.9), (12.0, 12.0), (345.0, 340.0), (0.4, 0.4)] {
-            assert_eq!(two_digits(x), told);
+        for (x, expected) in [(0.0345, 0.034), (1.99, 1.9), (12.0, 12.0), (345.0, 340.0), (0.4, 0.4)] {
+            assert_eq!(two_digits(x), expected);
         }
     }
 }

@@ -61,7 +61,7 @@ mod tests {
         run(root.path(), false).expect("written");
         run(root.path(), true).expect("the same");
         std::fs::write(folder.join("scene.schema.json"), "{}\n").expect("written");
-        let told = run(root.path(), true).expect_err("another schema").0;
-        assert!(told.contains("scene.schema.json") && told.contains("cargo xtask schemas"), "{told}");
+        let message = run(root.path(), true).expect_err("another schema").0;
+        assert!(message.contains("scene.schema.json") && message.contains("cargo xtask schemas"), "{message}");
     }
 }

@@ -125,8 +125,8 @@ fn a_machine_without_its_table_or_its_spindle_is_not_passed() {
         for name in ["collision", "near_miss"] {
             let (state, reason) = gate(&verdict, name);
             assert_ne!(state, "pass", "{name}: {reason}");
-            let told = format!("the {end}: no body of the machine file moves with it (`attached_to = {moved}`)");
-            assert!(reason.contains(&told), "{name}: {reason}");
+            let text = format!("the {end}: no body of the machine file moves with it (`attached_to = {moved}`)");
+            assert!(reason.contains(&text), "{name}: {reason}");
         }
     }
 }

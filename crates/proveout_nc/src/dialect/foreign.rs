@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_of_other_controls_are_told() {
+    fn words_of_other_controls_are_reported() {
         for (line, want) in [
             ("12 TOOL  CALL 5 Z S100", Some("Heidenhain Klartext")),
             ("N10 CALL O1234", Some("Okuma OSP")),

@@ -488,16 +488,16 @@ pub(crate) fn gain_curves(joint: &JointCertificate) -> Vec<StudyCurve> {
         return Vec::new();
     }
     let points = |of: fn(&VelocityRow) -> f64| rising.iter().map(|r| [r.velocity_deg_s, of(r)]).collect::<Vec<_>>();
-    let told = |is: VelocityLimit| {
+    let marked = |is: VelocityLimit| {
         let rows = rising.iter().filter(|r| r.is == is);
         rows.map(|r| [r.velocity_deg_s, r.saved_percent]).collect::<Vec<_>>()
     };
     let mut curves = vec![
         curve("at most, in the channel", Role::Limit, points(|r| r.saved_at_most_percent)),
         curve("this program", Role::Result, points(|r| r.saved_percent)),
-        curve("limit in force", Role::KeyPoints, told(VelocityLimit::InForce)),
+        curve("limit in force", Role::KeyPoints, marked(VelocityLimit::InForce)),
     ];
-    let own = told(VelocityLimit::OfMachine);
+    let own = marked(VelocityLimit::OfMachine);
     if !own.is_empty() {
         curves.push(curve("the machine's own limit", Role::KeyPoints, own));
     }

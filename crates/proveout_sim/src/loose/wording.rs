@@ -101,16 +101,16 @@ pub(super) fn came_near(name: &str, body: &str, time: f64) -> String {
 
 /// For the gates.
 pub(super) fn checked(rests: usize, gone: usize) -> Option<String> {
-    let parts = |n: usize| if n == 1 { "1 part".to_owned() } else { format!("{n} parts") };
-    let told = match (rests, gone) {
+    let count = |n: usize| if n == 1 { "1 part".to_owned() } else { format!("{n} parts") };
+    let parts = match (rests, gone) {
         (0, 0) => return None,
-        (r, 0) => format!("{} that came off the stock, at rest in its place", parts(r)),
-        (0, g) => format!("without {} that fell off the stock", parts(g)),
+        (r, 0) => format!("{} that came off the stock, at rest in its place", count(r)),
+        (0, g) => format!("without {} that fell off the stock", count(g)),
         (r, g) => {
-            format!("{} that came off the stock, at rest in its place, and without {} that fell", parts(r), parts(g))
+            format!("{} that came off the stock, at rest in its place, and without {} that fell", count(r), count(g))
         }
     };
-    Some(format!("; {told} (process-loose-part)"))
+    Some(format!("; {parts} (process-loose-part)"))
 }
 
 #[cfg(test)]

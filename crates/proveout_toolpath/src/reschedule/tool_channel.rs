@@ -106,8 +106,8 @@ impl ToolChannel {
             blocks.push(interval);
         }
         let gate = |i: usize| {
-            let (before, behind) = (blocks[i.max(1) - 1], blocks[i.min(n - 2)]);
-            [before[0].max(behind[0]), before[1].min(behind[1])]
+            let (before, after) = (blocks[i.max(1) - 1], blocks[i.min(n - 2)]);
+            [before[0].max(after[0]), before[1].min(after[1])]
         };
         let gates: Vec<[f64; 2]> = (0..n).map(gate).collect();
         if let Some(first) = gates.iter().position(|[low, high]| low > high) {

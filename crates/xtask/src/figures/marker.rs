@@ -238,8 +238,8 @@ mod tests {
             ("<!--= r time.total_s 1 -->5<!--/-->", "form"),
             ("<!--= r time.total_s .1 0.1 -->5<!--/-->", "bound"),
         ] {
-            let Failure(told) = markers("p.md", text).expect_err(text);
-            assert!(told.contains(word), "{text}: {told}");
+            let Failure(message) = markers("p.md", text).expect_err(text);
+            assert!(message.contains(word), "{text}: {message}");
         }
     }
 

@@ -74,12 +74,12 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     // the error. At the place that was measured the true distance of hull or box is no more than it and the motion, so that 0.05 mm more are a lie.
     let least = |s: &Span| s.distance - s.motion;
     let nearest = |name: &str| {
-        let told = list(&verdict["clearance"]["pairs"]).iter().filter_map(|p| {
+        let stated = list(&verdict["clearance"]["pairs"]).iter().filter_map(|p| {
             let (min, error, time) = (p["min_mm"].as_f64()?, p["error_mm"].as_f64()?, p["time_s"].as_f64()?);
             let pair = pair_of(p)?;
             ((pair.0 == name || pair.1 == name) && min > 0.0 && error < 0.02).then_some((min, time, pair))
         });
-        let (_, time, pair) = told.min_by(|x, y| x.0.total_cmp(&y.0)).expect("a pair");
+        let (_, time, pair) = stated.min_by(|x, y| x.0.total_cmp(&y.0)).expect("a pair");
         let at = |s: &Span| ordered(&s.bodies[0], &s.bodies[1]) == pair && s.time[0] <= time && time <= s.time[1];
         (0..spans.len()).filter(|&k| at(&spans[k])).collect::<Vec<_>>()
     };

@@ -84,9 +84,9 @@ fn each_forgery_is_refused() {
         (|r| r["ramps_apart"]["windows"][0]["time_s"] = json!(1.3), "claims 1.3 s, but proves"),
         (|r| r["ramps_apart"]["windows"][0]["gates"] = json!([2, 3]), "do not increase from gate 1"),
     ];
-    for (forgery, told) in forgeries {
+    for (forgery, expected) in forgeries {
         let text = fault(forgery);
-        assert!(text.contains(told), "{text:?} does not say {told:?}");
+        assert!(text.contains(expected), "{text:?} does not say {expected:?}");
     }
     let mut other = certificate();
     other["format"] = json!("something else");
@@ -197,9 +197,9 @@ fn potentials_of_cells_are_checked_edge_by_edge() {
         (|c| c["outer"]["new_deg"][1] = json!(90.0), "the new program is in no cell of station 1"),
         (|c| c["outer"]["velocity_deg_s"] = json!(72.0), "exceeds that of an earlier cell"),
     ];
-    for (forgery, told) in forgeries {
+    for (forgery, expected) in forgeries {
         let text = proved(&forgery).expect_err("taken");
-        assert!(text.contains(told), "{text:?} does not say {told:?}");
+        assert!(text.contains(expected), "{text:?} does not say {expected:?}");
     }
 }
 
@@ -217,12 +217,12 @@ fn weights_of_a_least_peak_are_counted_again() {
             "joint": "A", "order": 2, "velocity_deg_s": [-50, 50], "proved_deg": 200.0, "weights": [-1.0, 0.0], "pushes": [0, 0, 0]
         })
     };
-    let told = |change: &dyn Fn(&mut Value)| {
+    let fault_after = |change: &dyn Fn(&mut Value)| {
         let mut own = peak();
         change(&mut own);
         peak::check(&run(), &own).map_err(|Failure(e)| e)
     };
-    told(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
+    fault_after(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
     type Change = fn(&mut Value);
     let forgeries: [(Change, &str); 7] = [
         (|p| p["proved_deg"] = json!(201.0), "claims 201"),
@@ -235,7 +235,7 @@ fn weights_of_a_least_peak_are_counted_again() {
         (|p| p["joint"] = json!("C"), "not in the certificate"),
     ];
     for (forgery, expected) in forgeries {
-        let text = told(&forgery).expect_err("taken");
+        let text = fault_after(&forgery).expect_err("taken");
         assert!(text.contains(expected), "{text:?} does not say {expected:?}");
     }
 }

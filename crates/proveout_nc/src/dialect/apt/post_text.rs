@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_of_a_control_are_told_from_text() {
+    fn words_of_a_control_are_distinguished_from_text() {
         for text in ["G54", "M8", "G0 X-10. Y20", "N10G68.2X0Y0Z0I90.", "#100=5", "T1 M6"] {
             assert!(is_block(text) && !is_comment(text), "{text}");
         }

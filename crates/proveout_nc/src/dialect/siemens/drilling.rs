@@ -386,7 +386,7 @@ impl Interpreter {
         let Some(modal) = self.own.modal_call.clone() else { return Ok(()) };
         if DRILLING.contains(&modal.call.name.as_str()) {
             let file = Arc::clone(&self.location.file);
-            self.run_cycle(&modal.call, span).map_err(|fault| modal.told(fault, &file))?;
+            self.run_cycle(&modal.call, span).map_err(|fault| modal.at_call(fault, &file))?;
             return Ok(());
         }
         Err(Fault::new(
