@@ -235,7 +235,7 @@ fn ideal_dynamics_pass_no_gate_that_depends_on_the_path() {
             let (is, reason) = gate(&verdict, name);
             assert_eq!(is, state, "{name}: {reason}\n{said}");
             assert_eq!(
-                reason.contains("dynamics are ideal: corner rounding did not cut"),
+                reason.contains("dynamics are ideal: the cut ignores corner rounding"),
                 state == "unchecked",
                 "{reason}"
             );

@@ -116,7 +116,7 @@ fn a_given_program_is_read_in_its_own_language() {
     write(&folder, "iso.nc", ISO);
     let run = call(&folder, &["run", ".", "--nc", "iso.nc", "--out", "result", "--rerun", "off"]);
     assert_ne!(run.status.code(), Some(2), "{}", printed(&run));
-    let says = "is in iso and is read without the control \"Siemens 840D sl\", which is for siemens-840d";
+    let says = "is written in iso: the control \"Siemens 840D sl\", which is for siemens-840d, is not applied";
     assert!(printed(&run).contains(says), "{}", printed(&run));
     let verdict = fs::read_to_string(folder.path().join("result/verdict.json")).expect("written");
     let verdict: Value = serde_json::from_str(&verdict).expect("JSON");

@@ -131,7 +131,7 @@ fn a_preview_says_so_and_passes_nothing_that_asks_the_stock() {
     desk.run("", 3);
     let said = desk.run("--preview", 3);
     assert!(said.contains("preview with coarse cells: not a full check"), "{said}");
-    assert!(said.contains("PREVIEW with cells of 2 mm, the scene has 0.5 mm"), "{said}");
+    assert!(said.contains("PREVIEW with cells of 2 mm instead of 0.5 mm"), "{said}");
     let (full, preview) = (desk.verdict("out/slot-main"), desk.verdict("out/slot-main-preview"));
     assert!(full["partial"].is_null(), "{}", full["partial"]);
     let used = &preview["partial"]["preview"];

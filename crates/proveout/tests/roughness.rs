@@ -74,7 +74,7 @@ fn a_scene_that_keeps_its_tolerances_passes_with_exit_code_0_and_leaves_its_maps
     let textures = verdict["surface"]["textures"].as_array().expect("textures");
     assert_eq!(textures.len(), 2);
     for texture in textures {
-        assert_eq!(texture["residual"]["source"], "FACE_D20 states none: left out, which is not zero");
+        assert_eq!(texture["residual"]["source"], "FACE_D20 states none: unknown, not zero");
         assert_eq!(texture["phases"]["repeats"], 2);
         let report = &texture["profiles"][0]["report"];
         for key in [

@@ -253,7 +253,7 @@ fn a_height_that_is_none_or_has_no_design_is_refused_by_name() {
         ("scallop_um = -1\n", PART, "scallop_um = -1 is not a height"),
         ("scallop_um = 0\n", PART, "scallop_um = 0 is not a height"),
         ("scallop_um = nan\n", PART, "`tolerances.scallop_um` = nan: is out of range"),
-        ("scallop_um = 11\n", "", "scallop_um has no design to be measured from"),
+        ("scallop_um = 11\n", "", "scallop_um needs a design"),
         (
             "[[tolerances.region]]\nname = \"land\"\nmin_mm = [0, 0, 0]\nmax_mm = [1, 1, 1]\n",
             PART,

@@ -479,7 +479,7 @@ fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_al
 #[test]
 fn shards_are_those_of_a_single_run() {
     for (head, words) in [
-        (PROGRAMS.replacen("[[vary]]", "shards = 2\n[[vary]]", 1), "shards belong to a single run, and there are 4"),
+        (PROGRAMS.replacen("[[vary]]", "shards = 2\n[[vary]]", 1), "shards split a single run, but the sweep has 4"),
         ("shards = 0\n".into(), "shards = 0: a run is split into 1 to 1024"),
         ("shards = 2000\n".into(), "shards = 2000"),
         (String::new(), "the sweep varies nothing"),

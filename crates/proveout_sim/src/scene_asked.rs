@@ -103,8 +103,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
         let table: Option<toml::Table> = toml::from_str(text).ok();
         let stated = |key: &str| table.as_ref().and_then(|t| t.get("tolerances")?.get(key)).is_some();
         if let Some(key) = ["gouge_mm", "excess_mm"].into_iter().find(|key| stated(key)) {
-            let message =
-                format!("{key} is a tolerance against the design, and design = \"none\" says that there is none");
+            let message = format!("{key} is a tolerance of the design, but the scene states design = \"none\"");
             return refused(at(key), &message, "give the design as [part], or remove the tolerance");
         }
     }
@@ -133,7 +132,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
             "gouge" | "excess" => return None,
             _ if GATES.contains(&name) => (
                 format!("the gate {name} is asked in every scene"),
-                "only surface, gouge and excess can be not asked".to_owned(),
+                "only surface, gouge and excess are allowed in not_asked".to_owned(),
             ),
             _ => {
                 let near = nearest(name, GATES).map_or_else(String::new, |n| format!("; did you mean {n}?"));

@@ -175,11 +175,7 @@ impl Tolerances {
                 return Some((at, format!("{word} = {um} is not a height"), help));
             }
             if key == SurfaceKey::Scallop && !has_part {
-                return Some((
-                    at,
-                    format!("{word} has no design to be measured from"),
-                    "give the design part as [part]",
-                ));
+                return Some((at, format!("{word} needs a design"), "give the design part as [part]"));
             }
         }
         for (k, region) in self.region.iter().enumerate() {

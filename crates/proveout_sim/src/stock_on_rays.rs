@@ -55,7 +55,7 @@ pub(crate) fn check(scene: &Scene, body: &RawBody, stock: &TriDexel) -> Result<(
         100.0 * SHARE
     );
     let finer = fitting(body, stock).map_or_else(
-        || format!("take a resolution_mm below {:.6} mm", size.min() / 3.0),
+        || format!("use a resolution_mm below {:.6} mm", size.min() / 3.0),
         |cell| format!("a resolution_mm of {cell} mm would do"),
     );
     let in_unit = |(name, word, factor): (&str, &str, f64)| {

@@ -152,7 +152,7 @@ fn a_slug_falls_through_the_table_and_hits_what_is_in_its_way() {
                    G3 X9 Y0 I-9 J0 F800\nG0 Z20\nM5\nM30\n";
     let (verdict, motions) = prove(&machine(LEVEL, false, SLOTTED_TABLE), "", program);
     let f = part(&verdict);
-    assert!(f.message.contains("fall away and are no longer stock"), "{f:?}");
+    assert!(f.message.contains("fall off and are removed from the stock"), "{f:?}");
     assert_eq!(f.line, Some(8), "the circle cuts it off: {f:?}");
     let volume = std::f64::consts::PI * 36.0 * 6.0;
     assert!((f.value.expect("given") / volume - 1.0).abs() < 0.02, "{f:?}");
@@ -201,7 +201,7 @@ fn a_half_on_its_support_stays_stock_and_may_not_be_cut() {
     let still = machine(LEVEL, false, WHOLE_TABLE);
     let (verdict, motions) = prove(&still, &support(10.0), &slot(""));
     let f = part(&verdict);
-    assert!(f.message.contains("rest where they are") && f.message.contains("stay stock"), "{f:?}");
+    assert!(f.message.contains("stay at rest") && f.message.contains("stay stock"), "{f:?}");
     assert!((f.value.expect("given") - 12.0 * 30.0 * 6.0).abs() < 1.0 && f.line == Some(8), "{f:?}");
     assert_eq!(verdict.removal.fallen_mm3, 0.0);
     let g = gate(&verdict, "collision");
@@ -213,7 +213,7 @@ fn a_half_on_its_support_stays_stock_and_may_not_be_cut() {
     let moving = machine(LEVEL, true, WHOLE_TABLE);
     let (verdict, _) = prove(&moving, &support(10.0), &slot("G4 F3\nG0 X-40\n"));
     let g = gate(&verdict, "collision");
-    assert!(g.state != State::Pass && g.reason.contains("the table tilts or moves it with more"), "{g:?}");
+    assert!(g.state != State::Pass && g.reason.contains("the table tilts or accelerates it more"), "{g:?}");
 
     // The cutter comes back to it.
     let again = "G4 F3\nG0 X16 Y-20\nG0 Z-2\nG1 Y22 F600\nG0 Z20\nG4 F3\n";
@@ -230,10 +230,10 @@ fn a_half_that_tips_off_its_support_is_held_by_a_clamp() {
     let still = machine(LEVEL, false, WHOLE_TABLE);
     // The middle of the half is at X 14: it hangs over.
     let (verdict, _) = prove(&still, &support(15.0), &slot(""));
-    assert!(!part(&verdict).message.contains("rest where they are"), "{:?}", part(&verdict));
+    assert!(!part(&verdict).message.contains("stay at rest"), "{:?}", part(&verdict));
     let clamp = support(15.0) + &post("clamp", [[15.0, -15.0, 0.0], [20.0, 15.0, 8.0]]);
     let (verdict, _) = prove(&still, &clamp, &slot(""));
-    assert!(part(&verdict).message.contains("rest where they are"), "{:?}", part(&verdict));
+    assert!(part(&verdict).message.contains("stay at rest"), "{:?}", part(&verdict));
     assert_eq!(verdict.removal.fallen_mm3, 0.0);
 }
 

@@ -310,7 +310,7 @@ fn what_a_tool_states_of_its_residual_counts_on_top() {
     };
     let (state, none) = judged("", 0.6);
     assert_eq!((state, none.ra_um), (State::Unchecked, [0.0, 0.0]));
-    assert_eq!(none.source, "BALL states none: left out, which is not zero");
+    assert_eq!(none.source, "BALL states none: unknown, not zero");
     let residual = "[tool.residual]\nra_um = [0.1, 0.3]\nrz_um = [0.4, 1]\nsource = \"own trials\"\n";
     // About 0.43 um of the motion alone, and up to 0.41 um of the marks of the teeth, which an envelope does not have.
     assert_eq!(judged(residual, 0.6).0, State::Unchecked, "0.53 to 1.13 um");
@@ -367,19 +367,19 @@ fn places_off_the_surface_are_refused_by_name() {
     let patch = |keys: &str| format!("[surface]\n[[surface.patch]]\nname = \"p\"\n{keys}\n");
     for (more, words) in [
         (patch("at_mm = [0, 0, 0]"), "no design part"),
-        (patch("normal = [0, 0, 1]"), "no place, or more"),
+        (patch("normal = [0, 0, 1]"), "its place must be given exactly once"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 0]"), "not a direction"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nalong = [0, 0, 1]"), "is perpendicular"),
-        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [4, 0.001]"), "no two steps"),
+        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [4, 0.001]"), "shorter than two steps"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [400, 400]"), "nodes are more"),
         ("[surface]\nphases = 0\n".into(), "phases = 0"),
         ("[surface]\nmax_height_mm = -1\n".into(), "max_height_mm"),
         (
             "[surface]\n[[surface.profile]]\nname = \"q\"\nat_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n".into(),
-            "no direction, or more",
+            "its direction must be given exactly once",
         ),
         ("[surface]\n[[surface.phase]]\nat_mm = [0, 0, 0]\ntooth_deg = 0\n".into(), "no phase"),
-        ("[surface]\n[[surface.grid]]\nname = \"g\"\ncount = [2, 2]\n".into(), "no region, or more"),
+        ("[surface]\n[[surface.grid]]\nname = \"g\"\ncount = [2, 2]\n".into(), "its region must be given exactly once"),
         ("[tolerances]\nra_um = 0\n".into(), "ra_um = 0"),
         ("[surface]\nstep = 3\n".into(), "`surface.step`: is not a known key"),
     ] {

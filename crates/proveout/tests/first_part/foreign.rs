@@ -66,7 +66,7 @@ fn what_no_scene_can_hold_is_refused_before_a_folder_is_made() {
     desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\n");
     desk.refused(
         "new far.nc --machine three-axis-mill --answers answers.toml --output far",
-        &["farther than any machine"],
+        &["beyond the travel of any machine"],
     );
 }
 
@@ -129,7 +129,7 @@ fn the_mounting_keeps_every_position_in_the_travel() {
     desk.write("answers.toml", "holder = \"none\"\nstock = \"40,340,-10,1420,360,0\"\noffset.G55 = \"0,0,0\"\n");
     desk.done("new two.nc --machine three-axis-mill --answers answers.toml --output two");
     let causes = desk.done("check two");
-    assert!(causes.contains("with G54, G55 where this scene has them"), "{causes}");
+    assert!(causes.contains("with G54, G55 placed as in this scene"), "{causes}");
 }
 
 #[test]

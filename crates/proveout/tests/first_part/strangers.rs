@@ -160,8 +160,8 @@ fn tools_that_are_named_and_never_changed_in_are_reported() {
          G81 R0.3 Z-2 F540 X15 Y15\nG80\nG00 Z50\nM5\nM2\n",
     );
     let output = desk.done(&format!("new board.ngc {MILL} --output board"));
-    assert!(output.contains("T1, T2 are called and none is changed in (lines 5, 15, no M6)"), "{output}");
-    assert!(desk.done("check board").contains("before the run, 1: T1, T2 are called and none is changed in"));
+    assert!(output.contains("T1, T2 are called but never loaded (lines 5, 15, no M6)"), "{output}");
+    assert!(desk.done("check board").contains("before the run, 1: T1, T2 are called but never loaded"));
 }
 
 #[test]

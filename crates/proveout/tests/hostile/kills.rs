@@ -247,7 +247,7 @@ fn only_the_run_that_was_stopped_goes_on() {
     shop.write(JOURNAL, &other);
     refused(&[], &["the version was proveout 9"]);
     shop.write(JOURNAL, "PROVEOUT-JOURNAL 2\n");
-    refused(&[], &["not a journal that this version reads"]);
+    refused(&[], &["not a journal that this version can read"]);
     fs::remove_file(shop.path().join(JOURNAL)).expect("removed");
     refused(&[], &["there is no stopped run to resume"]);
     // The journal itself, cut off anywhere and spoiled in the middle: what is whole of it is taken.

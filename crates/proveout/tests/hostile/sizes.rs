@@ -75,7 +75,7 @@ fn the_cell_size_has_one_range() {
         for output in [of_call, of_set, of_scene] {
             assert_eq!(output.code(), Some(2), "{value}: {}", output.text);
             let is_named = output.text.contains("out of range: 0.00001 to 1000");
-            let is_no_number = value == "nan" && output.text.contains("is not a number that can be used");
+            let is_no_number = value == "nan" && output.text.contains("is not a usable number");
             assert!(is_named || is_no_number, "{value}: {}", output.text);
         }
     }

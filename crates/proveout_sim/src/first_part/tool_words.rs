@@ -240,7 +240,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
             if taper.is_none() {
                 draft.choose(
                     &["entering_angle_deg"],
-                    "not stated: a square shoulder is the fullest body of this diameter",
+                    "not stated: a square shoulder, the largest body of this diameter",
                 );
             }
         }
