@@ -319,7 +319,7 @@ fn what_cannot_be_planned_is_refused_by_name() {
     assert!(message.contains("does not read `outwards`"), "{message}");
     // The head of 87 degrees cannot stand along the blade.
     let message = refused("lines = [0.3]\nalong = [0.2, 0.4]\nstep_mm = 1", "iso-parametric");
-    assert!(message.contains("step along the lines is given twice"), "{message}");
+    assert!(message.contains("step along the lines must be given exactly once"), "{message}");
     let message = refused("lines_deg = [0, 10]\nallowance_mm = -1", "quasi-circle");
     assert!(message.contains("allowance_mm = -1"), "{message}");
 }

@@ -348,7 +348,7 @@ fn a_sweep_that_cannot_be_planned_is_reported_with_its_place_and_nothing_is_writ
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = []\n", "values are missing"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 1]\n", "there twice"),
         ("[[vary]]\nkey = \"resolution_mm\"\nrange = [2, 1]\nsteps = 3\n", "is empty"),
-        ("[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\n", "no number of values"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\n", "needs a number of values"),
         ("draws = 3\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "belong to a Latin hypercube"),
         ("method = \"latin-hypercube\"\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "needs a number of draws"),
         (

@@ -75,7 +75,7 @@ fn a_profile_is_evaluated_and_everything_is_named() {
         "fine.smd: SMD (ISO 5436-2)",
         "ISO 21920-2:2021; class Sc3 of ISO 21920-3:2021, table 1",
         "lambda_s 2.5 µm, lambda_c 0.8 mm, evaluation length 4 mm in 5 sections; ISO 16610-21:2011",
-        "form: least-squares line taken off; ends: one cut-off of data beyond each end",
+        "form: least-squares line removed; ends: one cut-off of data beyond each end",
         "points every 0.5000 µm over 5.6000 mm; direction to the lay: across the lay (90.0 degrees); pitch 0.1000 mm",
         "filtered   unfiltered",
     ] {

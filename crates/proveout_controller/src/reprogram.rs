@@ -348,7 +348,7 @@ impl Reprogramming<'_> {
         let rotary_pose = match (rotary_pose, length) {
             (Some(rotary_pose), Some(length)) => {
                 Some(self.with_slides(rotary_pose, pose, length).ok_or_else(|| {
-                    let message = "the slides of the machine do not bring the tip where it shall be".to_owned();
+                    let message = "the slides of the machine cannot bring the tip to its position".to_owned();
                     fail(
                         location,
                         "reschedule-path",

@@ -129,7 +129,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         let either =
             |key: &str| -> Result<Option<f64>, InputError> { Ok(number(&axis, key)?.or(number(&joint, key)?)) };
         if "UVW".contains(c) {
-            notes.push(format!("axis {c} is left out: only X, Y, Z are taken"));
+            notes.push(format!("axis {c} is left out: only X, Y, Z are supported"));
             continue;
         }
         let rotary = "ABC".contains(c);

@@ -161,7 +161,7 @@ pub(crate) fn read_mass(
 }
 
 fn no_volume(source: &Document<'_>, path: &[Step<'_>]) -> InputError {
-    let message = "the shape has no volume to spread the mass over";
+    let message = "the shape has no volume for its mass";
     let remedy = "give mass_kg, center_mm and inertia_kg_m2, or close the shape";
     source.error("machine-mass", path, message, remedy)
 }

@@ -201,7 +201,7 @@ fn a_half_on_its_support_stays_stock_and_may_not_be_cut() {
     let still = machine(LEVEL, false, WHOLE_TABLE);
     let (verdict, motions) = prove(&still, &support(10.0), &slot(""));
     let f = part(&verdict);
-    assert!(f.message.contains("stay at rest") && f.message.contains("stay stock"), "{f:?}");
+    assert!(f.message.contains("stay at rest") && f.message.contains("remain part of the stock"), "{f:?}");
     assert!((f.value.expect("given") - 12.0 * 30.0 * 6.0).abs() < 1.0 && f.line == Some(8), "{f:?}");
     assert_eq!(verdict.removal.fallen_mm3, 0.0);
     let g = gate(&verdict, "collision");

@@ -188,7 +188,7 @@ fn wrong_surface_data_files_are_refused_with_their_place() {
         ("NumPoints = 37", "NumPoints = many", 5, "many of numpoints is not a number"),
         ("NumPoints = 37", "NumPoints = 1e9", 0, "1000000000 x 23 heights"),
         ("NumPoints = 37", "NumDots = 37", 5, "unknown key \"numdots\""),
-        ("NumProfiles = 23\r\n", "", 0, "the header does not say numprofiles"),
+        ("NumProfiles = 23\r\n", "", 0, "the header has no numprofiles"),
         ("NumProfiles = 23", "NumProfiles = 0", 0, "37 x 0 heights"),
         ("Xscale = ", "Xscale = -", 0, "is not a spacing"),
         ("Zscale = 1e-6", "Zscale = 0", 0, "a z scale of 0"),

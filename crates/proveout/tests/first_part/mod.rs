@@ -417,7 +417,7 @@ fn a_setup_in_inch_gives_what_the_same_one_gives_in_millimeters() {
     desk.write("in-inch/scene.toml", &text.replace("Z_inch = 4", "Z_mm = 101.6"));
     desk.refused("check in-inch", &["`Z_mm` is in millimeters", "write `Z_inch`", "scene.toml:11"]);
     desk.write("in-inch/scene.toml", &text.replace("unit = \"inch\"\n", ""));
-    desk.refused("check in-inch", &["is in inch, and the file does not say so", "unit = \"inch\""]);
+    desk.refused("check in-inch", &["is in inch, but the file does not state inch", "unit = \"inch\""]);
 }
 
 #[test]

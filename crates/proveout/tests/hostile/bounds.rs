@@ -35,9 +35,9 @@ fn quantities_out_of_range_are_refused_with_the_range() {
 const ENDLESS: [(&str, u32, &str); 6] = [
     ("G0 X1000000", 5, "more than 10 travels past its travel"),
     ("G0 X10000000", 5, "more than 10 travels past its travel"),
-    ("G1 X100 F0.01", 5, "one motion may take"),
+    ("G1 X100 F0.01", 5, "the limit for one motion is"),
     ("G4 F999999", 5, "simulated time"),
-    ("G1 Z45 F500\nG2 X10 Y0 I5 J0 TURN=999 F500\nG1", 6, "one motion may take"),
+    ("G1 Z45 F500\nG2 X10 Y0 I5 J0 TURN=999 F500\nG1", 6, "the limit for one motion is"),
     ("G1 Z45 F100\nR1=0\nWHILE R1<100000\nG4 F3600\nR1=R1+1\nENDWHILE", 8, "simulated time"),
 ];
 

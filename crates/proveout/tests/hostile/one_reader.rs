@@ -108,7 +108,7 @@ const FAULTS: [Fault; 11] = [
         expected: &[
             "error: the file holds no key [input-empty]",
             "  at FILE:1:1",
-            "  help: write what docs/schemas asks for, or name another file",
+            "  help: write a file that matches docs/schemas, or name another file",
         ],
     },
     Fault {

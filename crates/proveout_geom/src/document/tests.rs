@@ -54,11 +54,13 @@ fn every_fault_has_place_value_limit_and_remedy() {
     for (found, wanted) in [
         (
             error_of(""),
-            "shop.toml:1:1: the file holds no key [input-empty]; write what docs/schemas asks for, or name another file",
+            "shop.toml:1:1: the file holds no key [input-empty]; write a file that matches docs/schemas, or name \
+             another file",
         ),
         (
             error_of("# a remark\n"),
-            "shop.toml:1:1: the file holds no key [input-empty]; write what docs/schemas asks for, or name another file",
+            "shop.toml:1:1: the file holds no key [input-empty]; write a file that matches docs/schemas, or name \
+             another file",
         ),
         (
             error_of("name = \"a\"\n"),

@@ -186,7 +186,7 @@ fn a_spindle_that_turns_is_left_before_its_joint() {
         changed("<joint name=\"spindle_in_headstock\" type=\"fixed\">", "<joint name=\"rotor\" type=\"continuous\">")
             .replace("<parent link=\"headstock\"/>", "<parent link=\"headstock\"/><axis xyz=\"0 0 1\"/>");
     let error = desk.import(&text, &between("spindle", "table")).expect_err("no letter");
-    assert!(error.remedy.contains("the turning of a spindle, name the link before it"), "{error}");
+    assert!(error.remedy.contains("the rotation of a spindle, name the link before it"), "{error}");
     let made = desk.import(&text, &between("headstock", "table")).expect("read");
     assert!(made.notes.join("\n").contains("not axes between table and tool are held at zero: \"rotor\""));
     assert!(desk.machine(&made).bodies.iter().any(|b| b.name == "spindle"));

@@ -148,10 +148,10 @@ fn what_is_not_taken_is_reported() {
     let made = desk.import(&text, &between("holder", "table")).expect("read");
     let message = made.notes.join("\n");
     for word in [
-        "\"arm.dae\" of link \"holder\" is not taken: save it as STL",
-        "<capsule> of link \"holder\" is not taken",
+        "\"arm.dae\" of link \"holder\" is not imported: save it as STL",
+        "<capsule> of link \"holder\" is not imported",
         "hole",
-        "mass of link \"holder\" is not taken",
+        "mass of link \"holder\" is not imported",
         "body \"holder_link\"",
         "gazebo (2), transmission (1)",
     ] {
@@ -160,5 +160,5 @@ fn what_is_not_taken_is_reported() {
     let machine = desk.machine(&made);
     assert_eq!(machine.bodies[0].name, "holder_link");
     let bare = desk.import(&mill("", ""), &between("c", "table")).expect("read");
-    assert!(bare.model.is_none() && bare.notes.join("\n").contains("no link has a shape"));
+    assert!(bare.model.is_none() && bare.notes.join("\n").contains("no link has a supported shape"));
 }

@@ -95,8 +95,8 @@ impl ToolChannel {
                     "reschedule-channel",
                     path.lines[i + 1],
                     format!(
-                        "no tool axis in this block is free whose lean is at most {:.1} degrees, at the inclination of {:.1} degrees that the \
-                         program has",
+                        "in this block no tool axis with a lean of at most {:.1} degrees is free at the inclination \
+                         of {:.1} degrees of the program",
                         self.lean_max.to_degrees(),
                         (0.5 * (path.axial[i] + path.axial[i + 1])).asin().to_degrees()
                     ),

@@ -25,9 +25,7 @@ impl AptReader {
                 "write what it does in words of CL data, or remove it for the prove-out",
             ));
         } else {
-            self.assume(format!(
-                "`{word} {body}` is text for the post-processor, and what it does there is not followed"
-            ));
+            self.assume(format!("`{word} {body}` is text for the post-processor: its effect is not simulated"));
         }
         Ok(())
     }

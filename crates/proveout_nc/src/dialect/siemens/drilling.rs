@@ -365,7 +365,7 @@ impl Interpreter {
             if at != 8 || surplus(&values, 9).is_some() {
                 self.assume(format!(
                     "{}: arguments from 7 on set how the editor of the control shows the pattern and how the tool \
-                     moves from hole to hole: straight moves are taken",
+                     moves from hole to hole: straight moves are used",
                     call.name
                 ));
             }

@@ -321,7 +321,7 @@ impl MultiScale {
     ) -> Result<(Vec<ToolPose>, Fitted), RescheduleError> {
         let Some(rotary) = Rotary::new(around.machine) else {
             let help = "choose a five-axis machine";
-            return refusing(whole)("reschedule-path", "the machine has not two rotary joints", help);
+            return refusing(whole)("reschedule-path", "the machine does not have two rotary joints", help);
         };
         let stretch = &rules.stretch;
         let run = &CuttingRun { blocks: whole.blocks[stretch.clone()].to_vec() };
