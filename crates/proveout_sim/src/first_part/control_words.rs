@@ -71,7 +71,7 @@ pub(crate) fn hint(text: &ProgramText, dialect: Dialect) -> Option<String> {
             let named =
                 |word: &str| comments.iter().any(|c| c.split(|c: char| !c.is_alphanumeric()).any(|w| w == word));
             let (word, whose, controls) = NAMES.iter().find(|(word, ..)| named(word))?;
-            Some(told(n, word, whose, controls))
+            Some(hint(n, word, whose, controls))
         })
     })
 }
