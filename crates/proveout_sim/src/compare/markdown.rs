@@ -174,7 +174,7 @@ fn gaps(out: &mut String, c: &Comparison) {
     }
     out.push('\n');
     // Leave out a joint whose limits gain nothing anywhere.
-    let tells =
+    let has_gain =
         |rows: &[&GainAtLimit]| rows.iter().any(|r| r.saved_percent.abs() >= 0.05 || r.saved_at_most_percent >= 0.05);
     let mut lines = Vec::new();
     for (name, made) in made {
@@ -182,9 +182,9 @@ fn gaps(out: &mut String, c: &Comparison) {
         joints.dedup();
         for joint in joints {
             let rows: Vec<&GainAtLimit> = made.over_velocity.iter().filter(|r| r.joint == joint).collect();
-            if tells(&rows) {
-                let told: Vec<String> = rows.iter().map(|row| at_limit(row)).collect();
-                lines.push(format!("| {} | {} | {joint} | {} |\n", cell(name), cell(&made.from), told.join("; ")));
+            if has_gain(&rows) {
+                let cells: Vec<String> = rows.iter().map(|row| at_limit(row)).collect();
+                lines.push(format!("| {} | {} | {joint} | {} |\n", cell(name), cell(&made.from), cells.join("; ")));
             }
         }
     }

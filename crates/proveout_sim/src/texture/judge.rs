@@ -155,11 +155,11 @@ fn one(
         return Judgement { key: key_word, state: State::Pass, reason };
     }
     let more = open.len().saturating_sub(TOLD);
-    let mut told: Vec<String> = open.into_iter().take(TOLD).collect();
+    let mut reasons: Vec<String> = open.into_iter().take(TOLD).collect();
     if more > 0 {
-        told.push(format!("{more} more reasons in `surface.textures`"));
+        reasons.push(format!("{more} more reasons in `surface.textures`"));
     }
-    Judgement { key: key_word, state: State::Unchecked, reason: told.join("; ") }
+    Judgement { key: key_word, state: State::Unchecked, reason: reasons.join("; ") }
 }
 
 /// Regions with a bound in which no place was asked for.

@@ -7,23 +7,8 @@ use std::{
 
 use crate::{Failure, files};
 
-/// Turns to write in another way: words in order, `..` for up to three words between.
-const TURNS: [(&str, &[&[&str]]); 11] = [
-    ("told, tell", &[&["told"], &["tell"], &["tells"]]),
-    ("stands", &[&["stand"], &["stands"]]),
-    ("behind (after, beyond)", &[&["behind"]]),
-    ("beside (next to)", &[&["beside"]]),
-    ("hangs on (depends on)", &[&["hang", "on"], &["hangs", "on"]]),
-    ("nobody (no one)", &[&["nobody"]]),
-    ("anew (again)", &[&["anew"]]),
-    ("of which nothing", &[&["of", "which", "nothing"]]),
-    ("as far as they are", &[&["as", "far", "as", "they", "are"]]),
-    (
-        "held against (compared with)",
-        &[&["held", "..", "against"], &["hold", "..", "against"], &["holds", "..", "against"]],
-    ),
-    ("beside each other (concurrently)", &[&["beside", "each", "other"]]),
-];
+/// Turns to write in another way, a line each: their forms, and what to write instead; `..` holds up to three words.
+const TURNS: &str = include_str!("turns.txt");
 /// Most uses of one turn in 10,000 words of comments, of messages and of pages, each.
 const TURNS_IN_10_000_WORDS: f64 = 2.0;
 /// Most words of a sentence on a page, on average.
@@ -72,7 +57,8 @@ fn turns(kind: &str, texts: &Texts, faults: &mut Vec<String>) -> f64 {
     let lines: Vec<Vec<String>> = texts.iter().map(|(_, (_, text))| words(text)).collect();
     let total = lines.iter().map(Vec::len).sum::<usize>().max(1) as f64;
     let mut most = 0.0_f64;
-    for (name, forms) in TURNS {
+    for (name, better) in TURNS.lines().filter_map(|line| line.split_once(" = ")) {
+        let forms: Vec<Vec<&str>> = name.split(", ").map(|form| form.split(' ').collect()).collect();
         let uses =
             |line: &Vec<String>| (0..line.len()).filter(|&k| forms.iter().any(|f| begins(&line[k..], f))).count();
         let places: Vec<usize> = lines.iter().enumerate().flat_map(|(k, line)| vec![k; uses(line)]).collect();
@@ -81,7 +67,7 @@ fn turns(kind: &str, texts: &Texts, faults: &mut Vec<String>) -> f64 {
         if share > TURNS_IN_10_000_WORDS {
             let limit = TURNS_IN_10_000_WORDS;
             faults
-                .push(format!("{kind}: `{name}` {share:.1} times in 10,000 words, at most {limit}; write it plainly:"));
+                .push(format!("{kind}: `{name}` {share:.1} times in 10,000 words, at most {limit}; better: {better}"));
             faults.extend(places.iter().take(PLACES).map(|&k| place(&texts[k])));
         }
     }
@@ -275,7 +261,7 @@ mod tests {
         let mut faults = Vec::new();
         let share = turns("pages", &at("plain words\nIt is Held, as it was, against the limit."), &mut faults);
         assert!((share - 1e4 / 11.0).abs() < 1e-9, "{share}");
-        assert!(faults[0].contains("held against") && faults[1].contains("p.md:2: It is"), "{faults:?}");
+        assert!(faults[0].contains("held .. against") && faults[1].contains("p.md:2: It is"), "{faults:?}");
         let mut none = Vec::new();
         assert!(turns("pages", &at("let told_all = stands_in; withheld against"), &mut none) < 1e-9 && none.is_empty());
     }
