@@ -107,7 +107,7 @@ fn is_apart(before: &str, after: &str) -> bool {
         (Some(c), _) => !joins(c),
         (None, _) => true,
     };
-    ends && !before.chars().next_back().is_some_and(|c| joins(c) || matches!(c, '.' | '-'))
+    ends && before.chars().next_back().is_none_or(|c| !joins(c) && !matches!(c, '.' | '-'))
 }
 
 #[cfg(test)]
