@@ -1,4 +1,4 @@
-//! Figures in Markdown: the source of a number is next to it, in a remark that a reader does not see.
+//! Figures in Markdown: the source of a number is next to it, in a remark that a reader does not see, or in the block of the page (`block.rs`).
 //!
 //! ```text
 //!   cut within <!--= cone-frustum deviation.gouge_max_mm .2um +-0.05 -->0.65<!--/--> µm
@@ -37,8 +37,10 @@ pub(super) struct Marker {
     pub(super) bound: Option<f64>,
     /// Line of the page, from 1.
     pub(super) line: usize,
-    /// Text between the remarks: bytes of the page.
+    /// Text of the figure: bytes of the page.
     pub(super) span: std::ops::Range<usize>,
+    /// The same in the block at the end of the page, for a figure that is listed there.
+    pub(super) listed: Option<std::ops::Range<usize>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +102,7 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
                 bound: bound.flatten(),
                 line,
                 span: offset + start..offset + end,
+                listed: None,
             });
             at = end + CLOSE.len();
         }
@@ -108,15 +111,21 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
     Ok(all)
 }
 
-/// The text with other figures; `texts` are those of the markers in their order.
+/// The text with other figures, in text and block; `texts` are those of the markers in their order.
 pub(super) fn filled(text: &str, markers: &[Marker], texts: &[Option<String>]) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut at = 0;
+    let mut places: Vec<(&std::ops::Range<usize>, &str)> = Vec::new();
     for (marker, new) in markers.iter().zip(texts) {
         let Some(new) = new else { continue };
-        out += &text[at..marker.span.start];
+        places.push((&marker.span, new.as_str()));
+        places.extend(marker.listed.iter().map(|listed| (listed, new.as_str())));
+    }
+    places.sort_by_key(|(span, _)| span.start);
+    let mut out = String::with_capacity(text.len());
+    let mut at = 0;
+    for (span, new) in places {
+        out += &text[at..span.start];
         out += new;
-        at = marker.span.end;
+        at = span.end;
     }
     out + &text[at..]
 }

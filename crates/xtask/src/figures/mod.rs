@@ -1,7 +1,8 @@
 //! The figures of the pages, from runs: `cargo xtask figures` makes the runs of `docs/figures.toml` and
-//! fills the pages, `cargo xtask figures --check` makes them and compares. A figure with a remark is never
-//! typed by hand.
+//! fills the pages, `cargo xtask figures --check` makes them and compares. A figure that a page lists in its
+//! block, or that is between remarks, is never typed by hand.
 
+mod block;
 mod marker;
 
 use std::{
@@ -13,7 +14,10 @@ use std::{
 
 use serde_json::Value;
 
-use self::marker::{Marker, filled, markers, value};
+use self::{
+    block::all_markers,
+    marker::{Marker, filled, value},
+};
 use crate::{
     Failure, files,
     workspace::{Workspace, cargo},
@@ -160,7 +164,7 @@ fn pages(root: &Path) -> Result<Vec<Page>, Failure> {
     for path in paths {
         let name = path.strip_prefix(root).unwrap_or(&path).display().to_string();
         let text = files::get(&path)?;
-        let markers = markers(&name, &text)?;
+        let markers = all_markers(&name, &text)?;
         if !markers.is_empty() {
             out.push(Page { name, text, markers });
         }
@@ -317,7 +321,7 @@ mod tests {
     const REGISTERED: &str = "[[run]]\nname = \"r\"\ncommand = \"run scenes/s\"\n";
 
     fn page(text: &str) -> Page {
-        Page { name: "p.md".into(), text: text.into(), markers: markers("p.md", text).expect("figures") }
+        Page { name: "p.md".into(), text: text.into(), markers: all_markers("p.md", text).expect("figures") }
     }
 
     #[test]
