@@ -45,8 +45,9 @@ fn text(schema: &schemars::Schema) -> Result<String, Failure> {
 mod tests {
     use super::*;
 
-    /// In the tests and not in a step of `ci`: a build of its own for the types of the product takes minutes. With `PROVEOUT_SCHEMAS=write` it writes
-    /// the files instead of comparing them, after a build of all tests.
+    /// In the tests and not in a step of `ci`: a build of its own for the types of the product takes minutes.
+    /// With `PROVEOUT_SCHEMAS=write` it writes the files instead of comparing them, after a build of all
+    /// tests.
     #[test]
     fn schemas_are_those_of_the_types() {
         let check = std::env::var_os("PROVEOUT_SCHEMAS").is_none_or(|word| word != "write");

@@ -6,7 +6,8 @@
 //!                      pytest, doctests, mypy --strict, with nothing of the sources on their path
 //! ```
 //!
-//! Needs cargo, and Python 3.11 or newer with `venv` and `pip`. The first run fetches what `python/requirements-test.txt` pins.
+//! Needs cargo, and Python 3.11 or newer with `venv` and `pip`. The first run fetches what
+//! `python/requirements-test.txt` pins.
 
 use std::{
     fs,

@@ -1,4 +1,5 @@
-//! English style of comments, messages and pages: few turns of phrase that a reader must decode, short sentences, comments that fit the page.
+//! English style of comments, messages and pages: few turns of phrase that a reader must decode, short
+//! sentences, comments that fit the page.
 
 use std::{
     fs,
@@ -12,7 +13,7 @@ const TURNS: &str = include_str!("turns.txt");
 /// Most uses of one turn in 10,000 words of comments, of messages and of pages, each.
 const TURNS_IN_10_000_WORDS: f64 = 2.0;
 /// Most words of a sentence on a page, on average.
-const MEAN_SENTENCE_WORDS: f64 = 17.5;
+const MEAN_SENTENCE_WORDS: f64 = 17.0;
 /// Columns of a comment line.
 const COMMENT_COLUMNS: usize = 120;
 /// Comment lines that may be longer.

@@ -9,9 +9,9 @@
 //!   -->
 //! ```
 //!
-//! *Entry*: the figure in brackets, then run, key, form and bound as in a remark (`marker.rs`). *Order*: that of the page; each figure is
-//! searched after the one before it. *Words*: where the same number comes again before the next figure, or comes earlier, the words
-//! in front of the bracket decide which one is meant.
+//! *Entry*: the figure in brackets, then run, key, form and bound as in a remark (`marker.rs`). *Order*: that
+//! of the page; each figure is searched after the one before it. *Words*: where the same number comes again
+//! before the next figure, or comes earlier, the words in front of the bracket decide which one is meant.
 
 use super::marker::{Marker, markers};
 use crate::Failure;

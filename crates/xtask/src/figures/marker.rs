@@ -1,4 +1,5 @@
-//! Figures in Markdown: the source of a number is next to it, in a remark that a reader does not see, or in the block of the page (`block.rs`).
+//! Figures in Markdown: the source of a number is next to it, in a remark that a reader does not see, or in
+//! the block of the page (`block.rs`).
 //!
 //! ```text
 //!   cut within <!--= cone-frustum deviation.gouge_max_mm .2um +-0.05 -->0.65<!--/--> µm
@@ -11,11 +12,11 @@
 //! (`_` means a blank), `[2]` the entry at that place. `@command` and `@made` are the run's command and the
 //! commit and day of its figures.
 //!
-//! *Form*: `.2` is a number with two decimals, `s` a text as it is. `um` is for keys in mm that the page has in micrometers, `cm3` for
-//! keys in mm³, `pct` for ratios.
+//! *Form*: `.2` is a number with two decimals, `s` a text as it is. `um` is for keys in mm that the page has
+//! in micrometers, `cm3` for keys in mm³, `pct` for ratios.
 //!
-//! *Bound*: how far, in the unit of the page, a number of the surface may be off where it is compared. What follows from the motion alone
-//! has none: it is compared exactly.
+//! *Bound*: how far, in the unit of the page, a number of the surface may be off where it is compared. What
+//! follows from the motion alone has none: it is compared exactly.
 
 use serde_json::Value;
 

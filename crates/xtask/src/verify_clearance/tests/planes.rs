@@ -134,7 +134,8 @@ fn nodes_reach_as_far_as_all_their_points() {
     }
 }
 
-/// A claim of a little less than the distance of all pieces holds, one of a little more does not, whatever planes are known from other places.
+/// A claim of a little less than the distance of all pieces holds, one of a little more does not, whatever
+/// planes are known from other places.
 #[test]
 fn claims_hold_up_to_the_distance_of_all_pieces() {
     let mut numbers = Numbers(2);
