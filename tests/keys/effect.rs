@@ -58,8 +58,8 @@ fn prove(folder: &Path) -> Result<String, SimError> {
     // What the host holds beside the stock differs from call to call.
     let announced = format!("announced {:?}\n", prepared.memory.stocks);
     let result = run(prepared, &mut [Box::new(seen)], folder)?;
-    let told = text.lock().map_or_else(|_| String::new(), |t| t.clone());
-    Ok(told_verdict(result.verdict) + &told + &announced)
+    let message = text.lock().map_or_else(|_| String::new(), |t| t.clone());
+    Ok(told_verdict(result.verdict) + &message + &announced)
 }
 
 /// Two setups one after the other: the second begins with what the first has left.
@@ -93,11 +93,11 @@ fn paths(folder: &Path) -> Result<String, SimError> {
 
 fn remade(folder: &Path) -> Result<String, SimError> {
     let choice = Choice { program: Some("made".into()), ..Choice::default() };
-    let told = |made: proveout_sim::MadeProgram| {
+    let listing = |made: proveout_sim::MadeProgram| {
         let figures = made.runs.iter().flat_map(|run| &run.study.figures);
         figures.fold(made.text.clone(), |all, f| all + &format!("; {} {} {}\n", f.name, f.value, f.unit))
     };
-    Ok(Prepared::read(folder, &choice)?.made.map_or_else(String::new, told))
+    Ok(Prepared::read(folder, &choice)?.made.map_or_else(String::new, listing))
 }
 
 fn compared(folder: &Path) -> Result<String, SimError> {
@@ -113,8 +113,8 @@ fn compared(folder: &Path) -> Result<String, SimError> {
     for program in compared.comparison.programs.values_mut() {
         program.digests.clear();
     }
-    let told = serde_json::to_string_pretty(&compared.comparison).unwrap_or_default();
-    Ok(told + &markdown(&compared.comparison) + &format!("{:?} {windows:?}", compared.pictures.programs))
+    let message = serde_json::to_string_pretty(&compared.comparison).unwrap_or_default();
+    Ok(message + &markdown(&compared.comparison) + &format!("{:?} {windows:?}", compared.pictures.programs))
 }
 
 /// Hashes the motion, tells blocks and events, and keeps the stock for a setup that comes after.

@@ -89,7 +89,7 @@ fn a_length_that_the_program_writes_counts_instead_of_the_library() {
 }
 
 #[test]
-fn a_probing_motion_leaves_the_process_gate_unchecked_and_is_told_with_its_block() {
+fn a_probing_motion_leaves_the_process_gate_unchecked_and_is_reported_with_its_block() {
     let program = |probe: &str| {
         format!(
             "%\nO2 (PROBE)\nG17 G21 G40 G49 G80 G90 G94\nT3 M6\nG54\nG0 X-30. Y0.\nG43 H3 Z20.\n{probe}\nG0 Z20.\nM30\n%\n"
@@ -101,9 +101,9 @@ fn a_probing_motion_leaves_the_process_gate_unchecked_and_is_told_with_its_block
     let process = gate(&probed, "process");
     assert_eq!(process.state, State::Unchecked, "{}", process.reason);
     assert!(process.reason.contains("1 probing motion"), "{}", process.reason);
-    let told: Vec<_> = probed.verdict.findings.iter().filter(|f| f.code == "process-probed").collect();
-    assert_eq!(told.len(), 1, "{:?}", probed.verdict.findings);
-    assert_eq!(told[0].line, Some(8));
+    let matches: Vec<_> = probed.verdict.findings.iter().filter(|f| f.code == "process-probed").collect();
+    assert_eq!(matches.len(), 1, "{:?}", probed.verdict.findings);
+    assert_eq!(matches[0].line, Some(8));
     // The probe runs to its end at the programmed feed and stops there; the plain motion turns back within the corner
     // tolerance of the control, 0.01 mm, and takes as long but for the ramps.
     let lowest = |r: &RunResult| r.verdict.axes["Z"].min;

@@ -139,7 +139,7 @@ fn deepest(name: &str, program: &str, cell: f64) -> f64 {
     for gate in ["program", "limits", "process", "collision"] {
         let gate = run.verdict.gates.iter().find(|g| g.name == gate).expect("every gate is there");
         // The scenes are of ideal dynamics: what depends on the path stays open, for this reason alone.
-        let ideal = gate.reason.ends_with("not checked: dynamics are ideal: corner rounding did not cut");
+        let ideal = gate.reason.ends_with("not checked: dynamics are ideal: the cut ignores corner rounding");
         assert!(gate.state == State::Pass || gate.state == State::Unchecked && ideal, "{program}: {gate:?}");
     }
     1e3 * run.verdict.deviation.gouge_max_mm.expect("measured")

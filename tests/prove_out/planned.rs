@@ -313,13 +313,13 @@ fn what_cannot_be_planned_is_refused_by_name() {
         let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools)).expect("tools");
         plan(&scene, &machine, &tools, strategy(name)).map(|_| ()).expect_err("refused").to_string()
     };
-    let told = refused("scallop_mm = 0.01\nlines = [0.5]", "iso-parametric");
-    assert!(told.contains("given twice"), "{told}");
-    let told = refused("scallop_mm = 0.01\noutwards = true", "iso-parametric");
-    assert!(told.contains("does not read `outwards`"), "{told}");
+    let message = refused("scallop_mm = 0.01\nlines = [0.5]", "iso-parametric");
+    assert!(message.contains("given twice"), "{message}");
+    let message = refused("scallop_mm = 0.01\noutwards = true", "iso-parametric");
+    assert!(message.contains("does not read `outwards`"), "{message}");
     // The head of 87 degrees cannot stand along the blade.
-    let told = refused("lines = [0.3]\nalong = [0.2, 0.4]\nstep_mm = 1", "iso-parametric");
-    assert!(told.contains("step along the lines is given twice"), "{told}");
-    let told = refused("lines_deg = [0, 10]\nallowance_mm = -1", "quasi-circle");
-    assert!(told.contains("allowance_mm = -1"), "{told}");
+    let message = refused("lines = [0.3]\nalong = [0.2, 0.4]\nstep_mm = 1", "iso-parametric");
+    assert!(message.contains("step along the lines must be given exactly once"), "{message}");
+    let message = refused("lines_deg = [0, 10]\nallowance_mm = -1", "quasi-circle");
+    assert!(message.contains("allowance_mm = -1"), "{message}");
 }

@@ -42,12 +42,12 @@ fn words(tilt: f64, azimuth: f64) -> String {
 }
 
 /// Findings on the motion; what the block meets in the stock is not the matter here.
-fn told(run: &RunResult) -> Vec<&Finding> {
+fn limit_findings(run: &RunResult) -> Vec<&Finding> {
     run.verdict.findings.iter().filter(|f| f.code.starts_with("limits-")).collect()
 }
 
 fn codes(run: &RunResult) -> Vec<&str> {
-    told(run).iter().map(|f| f.code.as_str()).collect()
+    limit_findings(run).iter().map(|f| f.code.as_str()).collect()
 }
 
 fn limits(run: &RunResult) -> State {
@@ -122,13 +122,13 @@ fn a_block_through_the_pole_runs_on_every_machine() {
 
 /// The cone of machine or scene: inside, the circle is left and that is told with its angle; without one it is followed.
 #[test]
-fn inside_of_the_cone_the_circle_is_left_and_that_is_told() {
+fn inside_of_the_cone_the_circle_is_left_and_that_is_reported() {
     let half = (0.0007_f64.to_radians().tan() / 20_f64.to_radians().tan()).acos().to_degrees();
     let program =
         format!("G0 X-6 Y3 Z30 {}\nG1 X36 Y3 Z30 {} F3000\n", words(20.0, 90.0 - half), words(20.0, 90.0 + half));
     let inside = run("bc-trunnion", &program, "", DynamicsFile::Ideal);
     assert_eq!(codes(&inside), ["limits-pole-crossed"], "{:?}", inside.verdict.findings);
-    let finding = told(&inside)[0];
+    let finding = limit_findings(&inside)[0];
     assert_eq!((finding.severity, finding.line), (Severity::Warning, Some(9)));
     assert!((finding.value.expect("an angle") - 0.0007).abs() < 1e-6, "{finding:?}");
     // 0.0007 degrees over 40 mm of edge.
@@ -149,18 +149,18 @@ fn inside_of_the_cone_the_circle_is_left_and_that_is_told() {
         format!("G0 X-6 Y3 Z30 {}\nG1 X36 Y3 Z30 {} F3000\n", words(20.0, 90.0 - half), words(20.0, 90.0 + half));
     let wide = run("bc-trunnion", &program, "pole_cone_deg = 1", DynamicsFile::Ideal);
     assert_eq!(codes(&wide), ["limits-pole-crossed"]);
-    assert!((told(&wide)[0].value.expect("an angle") - 0.7).abs() < 1e-4);
+    assert!((limit_findings(&wide)[0].value.expect("an angle") - 0.7).abs() < 1e-4);
 }
 
 /// Positions of the rotary axes are reached as programmed, and a circle that does not lead there is told.
 #[test]
-fn positions_that_no_circle_leads_to_are_told() {
+fn positions_that_no_circle_leads_to_are_reported() {
     let program = "G0 X0 Y0 Z30 B20 C0\nG1 X30 Z30 B-20 C6 F3000\n";
     let run = run("bc-trunnion", program, "", DynamicsFile::Ideal);
     assert_eq!(codes(&run), ["limits-off-circle"], "{:?}", run.verdict.findings);
-    let finding = told(&run)[0];
+    let finding = limit_findings(&run)[0];
     assert_eq!((finding.severity, finding.line), (Severity::Error, Some(9)));
     assert_eq!(limits(&run), State::Fail);
-    let (told, measured) = (finding.value.expect("an angle"), run.verdict.path.max_axis_error_deg.expect("measured"));
-    assert!(told > 0.5 && (told - measured).abs() < 0.01 * told, "told {told}, measured {measured}");
+    let (stated, measured) = (finding.value.expect("an angle"), run.verdict.path.max_axis_error_deg.expect("measured"));
+    assert!(stated > 0.5 && (stated - measured).abs() < 0.01 * stated, "told {stated}, measured {measured}");
 }

@@ -138,7 +138,7 @@ fn a_stock_that_would_stand_in_the_table_fails_with_its_depth() {
 }
 
 #[test]
-fn a_jaw_that_is_sunk_into_the_stock_is_told_with_its_depth() {
+fn a_jaw_that_is_sunk_into_the_stock_is_reported_with_its_depth() {
     for (sunk, state_then) in [(0.0, State::Pass), (0.35, State::Fail)] {
         let x = 60.0 - sunk;
         let bench = Bench {

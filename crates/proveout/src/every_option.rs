@@ -125,7 +125,7 @@ fn commands_that_pages_mention_are_there() {
 }
 
 #[test]
-fn a_wrong_call_is_told_as_such() {
+fn a_wrong_call_is_named_as_such() {
     for (words, kind) in [
         (vec!["kinematics", "m"], ErrorKind::MissingRequiredArgument),
         (vec!["kinematics", "m", "--forward", "--inverse"], ErrorKind::ArgumentConflict),

@@ -23,7 +23,7 @@ mod tests {
 
     #[test]
     fn nothing_steers_the_terminal() {
-        let told = plain("N10 \u{1b}]0;title\u{7}\u{1b}[2J\r\u{9b}31m \u{202e}abc\u{2066}\nN20\tX1");
-        assert_eq!(told, "N10 \u{241b}]0;title\u{2407}\u{241b}[2J\u{240d}\u{fffd}31m \u{fffd}abc\u{fffd}\nN20 X1");
+        let text = plain("N10 \u{1b}]0;title\u{7}\u{1b}[2J\r\u{9b}31m \u{202e}abc\u{2066}\nN20\tX1");
+        assert_eq!(text, "N10 \u{241b}]0;title\u{2407}\u{241b}[2J\u{240d}\u{fffd}31m \u{fffd}abc\u{fffd}\nN20 X1");
     }
 }

@@ -175,7 +175,7 @@ fn a_chosen_length_leaves_the_holder_open_and_tells_the_shortest_that_clears() {
             assert_eq!(reason.contains("prescribes: F10 45.0 mm"), more.contains("prescribed"), "{reason}");
             if state == "unchecked" {
                 assert!(reason.contains("assumed: the holder of F10, with 45.0 mm out of its holder"), "{reason}");
-                let least = reason.split("the shortest that clears is ").nth(1).expect("told");
+                let least = reason.split("the shortest that clears is ").nth(1).expect("given");
                 let least: f64 = least.split(' ').next().expect("a number").parse().expect("a number");
                 // Its nose stays above the face by the wanted clearance; at least the flutes stand out.
                 assert!((25.0..=26.0).contains(&least), "{reason}");
@@ -235,7 +235,7 @@ fn ideal_dynamics_pass_no_gate_that_depends_on_the_path() {
             let (is, reason) = gate(&verdict, name);
             assert_eq!(is, state, "{name}: {reason}\n{said}");
             assert_eq!(
-                reason.contains("dynamics are ideal: corner rounding did not cut"),
+                reason.contains("dynamics are ideal: the cut ignores corner rounding"),
                 state == "unchecked",
                 "{reason}"
             );

@@ -69,13 +69,13 @@ impl Small {
     fn refuses(&self, arguments: &[&str], words: &[&str]) {
         let before = names(self.path());
         let output = proveout(self.path(), arguments);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{printed}");
         for word in words {
-            assert!(told.contains(word), "{word:?} is not in:\n{told}");
+            assert!(printed.contains(word), "{word:?} is not in:\n{printed}");
         }
-        assert_eq!(told.matches("error: ").count(), 1, "one error:\n{told}");
-        assert!(!told.contains("panicked"), "{told}");
+        assert_eq!(printed.matches("error: ").count(), 1, "one error:\n{printed}");
+        assert!(!printed.contains("panicked"), "{printed}");
         assert_eq!(names(self.path()), before, "nothing is left behind");
     }
 }
@@ -92,8 +92,8 @@ fn names(folder: &Path) -> Vec<String> {
 fn the_small_scene_itself_runs() {
     let small = Small::new();
     let output = small.run();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(3), "no design part: unchecked\n{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "no design part: unchecked\n{printed}");
     for file in
         ["verdict.json", "run.json", "signals.parquet", "blocks.parquet", "surface.parquet", "part.glb", "report.html"]
     {
@@ -134,9 +134,9 @@ fn a_missing_program() {
 fn a_missing_scene() {
     let small = Small::new();
     let output = proveout(small.path(), &["run", "nowhere"]);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("nowhere") && told.contains("cannot be read"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{printed}");
+    assert!(printed.contains("nowhere") && printed.contains("cannot be read"), "{printed}");
 }
 
 #[test]
@@ -223,9 +223,9 @@ fn a_comparison_writes_its_folder_and_replaces_an_older_one() {
     small.write("other.mpf", &PROGRAM.replace("F500", "F1000"));
     for _ in 0..2 {
         let output = proveout(small.path(), &["compare", ".", "--out", "result"]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
         // Surface texture is not evaluated: the verdicts are unchecked, and so is the comparison.
-        assert_eq!(output.status.code(), Some(3), "{told}");
+        assert_eq!(output.status.code(), Some(3), "{printed}");
         let shown = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(shown.contains("UNCHECKED") && shown.contains("fast"), "{shown}");
         assert_eq!(
@@ -264,12 +264,12 @@ fn not_rescheduled(small: &Small, words: &[&str]) {
     let before = names(small.path());
     let arguments = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "rescheduled.mpf"];
     let output = proveout(small.path(), &arguments);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{printed}");
     for word in words {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(printed.contains(word), "{word:?} is not in:\n{printed}");
     }
-    assert_eq!(told.matches("error: ").count(), 1, "one error:\n{told}");
+    assert_eq!(printed.matches("error: ").count(), 1, "one error:\n{printed}");
     assert_eq!(names(small.path()), before, "nothing is left behind");
 }
 
@@ -386,8 +386,8 @@ fn a_fault_of_a_key_has_its_line_and_column() {
         let at = text.lines().enumerate().filter(|(_, l)| *l == line).last().map(|(i, _)| i + 1).expect(line);
         let column = line.find(value).expect(value) + 1;
         let output = proveout(small.path(), &["check", "scene.toml"]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
-        assert_eq!(output.status.code(), Some(2), "{added}\n{told}");
-        assert!(told.contains(&format!("scene.toml:{at}:{column}")), "{added} stands at {at}:{column}\n{told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+        assert_eq!(output.status.code(), Some(2), "{added}\n{printed}");
+        assert!(printed.contains(&format!("scene.toml:{at}:{column}")), "{added} stands at {at}:{column}\n{printed}");
     }
 }

@@ -184,9 +184,9 @@ fn sections_of_a_file_are_skinned_and_faults_in_it_are_named() {
     ] {
         fs::write(folder.join("sections.csv"), text).expect("written");
         let output = proveout(folder, &["blade", ".", "--output", "other.stl"]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(told.contains(words) && told.contains("sections.csv"), "{words}: {told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{printed}");
+        assert!(printed.contains(words) && printed.contains("sections.csv"), "{words}: {printed}");
         assert!(!folder.join("other.stl").exists(), "{words}: nothing is written");
     }
 }

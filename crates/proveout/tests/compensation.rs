@@ -141,7 +141,7 @@ fn lines(output: &Output) -> Vec<Value> {
 }
 
 /// Cuts that do not belong to the moves onto the contour and off it.
-fn told(lines: &[Value]) -> Vec<&Value> {
+fn overcuts_of(lines: &[Value]) -> Vec<&Value> {
     let inner = |v: &&Value| v.get("overcut").is_some_and(|kind| kind != "entry" && kind != "exit");
     lines.iter().filter(inner).collect()
 }
@@ -174,13 +174,13 @@ fn a_cusp_of_two_arcs_is_gouge_free_in_every_language() {
             let ends = |v: &Value| Some([v["end_base"]["X"].as_f64()?, v["end_base"]["Y"].as_f64()?]);
             let meets = lines.iter().filter_map(ends).any(|p| (p[0] - peak[0]).hypot(p[1] - peak[1]) < 1e-6);
             assert!(meets, "{}: {lines:#?}", language.dialect);
-            assert!(told(&lines).is_empty(), "{}: {lines:#?}", language.dialect);
+            assert!(overcuts_of(&lines).is_empty(), "{}: {lines:#?}", language.dialect);
         }
     }
 }
 
 #[test]
-fn a_neck_narrower_than_the_tool_is_refused_or_told_in_every_language() {
+fn a_neck_narrower_than_the_tool_is_refused_or_reported_in_every_language() {
     let folder = tempfile::tempdir().expect("temporary folder");
     fs::write(folder.path().join("tools.toml"), TOOLS).expect("written");
     // A slot of 3 mm that opens into a circle of 5 mm, in as many arcs as asked for.
@@ -207,8 +207,8 @@ fn a_neck_narrower_than_the_tool_is_refused_or_told_in_every_language() {
             } else {
                 assert_eq!(output.status.code(), Some(0), "{}: {error}", language.dialect);
                 let lines = lines(&output);
-                let told = told(&lines);
-                let narrow = told.iter().find(|v| v["overcut"] == "narrow").expect("told");
+                let overcuts = overcuts_of(&lines);
+                let narrow = overcuts.iter().find(|v| v["overcut"] == "narrow").expect("given");
                 assert!(narrow["severity"] == "error" && narrow["op"] == "note", "{narrow}");
                 assert!((narrow["depth_mm"].as_f64().expect("a number") - 1.0).abs() < 1e-5, "{narrow}");
                 assert!(narrow["text"].as_str().expect("a text").contains("does not fit between"), "{narrow}");

@@ -21,7 +21,7 @@ fn call(folder: &TempDir, arguments: &[&str]) -> Output {
         .expect("the program starts")
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
@@ -56,9 +56,9 @@ fn the_table_of_unknown_words_makes_a_program_readable() {
     write(&folder, "part.nc", "%\nO1\nG21 G17 G90\nS1000 M213\nG0 X1. Y1. Z1.\nG187 P2\nG330\nM25\nM25\nM30\n%\n");
     write(&folder, "shop.toml", "inherits = \"fanuc-30i\"\nunlisted.m = \"refuse\"\n");
     let refused = call(&folder, &["check", "part.nc", "--control", "shop.toml"]);
-    assert_eq!(refused.status.code(), Some(2), "{}", told(&refused));
+    assert_eq!(refused.status.code(), Some(2), "{}", printed(&refused));
     let table = call(&folder, &["nc", "part.nc", "--unknown", "--control", "shop.toml"]);
-    assert_eq!(table.status.code(), Some(0), "{}", told(&table));
+    assert_eq!(table.status.code(), Some(0), "{}", printed(&table));
     let table = String::from_utf8_lossy(&table.stdout).into_owned();
     for word in ["[words.G187]", "[words.G330]", "[words.M25]", "[words.M213]", "2 times, first in part.nc:8:1"] {
         assert!(table.contains(word), "{word}\n{table}");
@@ -66,14 +66,14 @@ fn the_table_of_unknown_words_makes_a_program_readable() {
     let pasted = "inherits = \"fanuc-30i\"\nunlisted.m = \"refuse\"\n\n".to_owned() + &table;
     write(&folder, "shop.toml", &pasted);
     let checked = call(&folder, &["check", "shop.toml"]);
-    assert_eq!(checked.status.code(), Some(0), "{}", told(&checked));
+    assert_eq!(checked.status.code(), Some(0), "{}", printed(&checked));
     let filled = pasted
         .replace("[words.M213]\nrefuse = \"not looked up yet\"", "[words.M213]\ndoes = \"M3 M8\"")
         .replace("[words.G187]\nrefuse = \"not looked up yet\"", "[words.G187]\nnote = \"quality\"\nvalues = \"P\"")
         .replace("refuse = \"not looked up yet\"", "ignore = \"without effect on the path\"");
     write(&folder, "shop.toml", &filled);
     let read = call(&folder, &["nc", "part.nc", "--control", "shop.toml"]);
-    assert_eq!(read.status.code(), Some(0), "{}", told(&read));
+    assert_eq!(read.status.code(), Some(0), "{}", printed(&read));
     let lines = String::from_utf8_lossy(&read.stdout).into_owned();
     for part in ["\"op\":\"spindle\"", "\"flood\":true", "G187 P2: quality", "without effect on the path"] {
         assert!(lines.contains(part), "{part}\n{lines}");
@@ -100,12 +100,12 @@ fn every_option_changes_the_commands() {
         let without = call(&folder, &arguments);
         arguments.extend(options);
         let with = call(&folder, &arguments);
-        assert_eq!(with.status.code(), Some(0), "{options:?}: {}", told(&with));
-        assert!(told(&with).contains(says), "{options:?}: {}", told(&with));
-        assert!(!told(&without).contains(says), "{options:?}: {}", told(&without));
+        assert_eq!(with.status.code(), Some(0), "{options:?}: {}", printed(&with));
+        assert!(printed(&with).contains(says), "{options:?}: {}", printed(&with));
+        assert!(!printed(&without).contains(says), "{options:?}: {}", printed(&without));
         arguments[0] = "check";
         let checked = call(&folder, &arguments);
-        assert_eq!(checked.status.code(), Some(0), "{options:?}: {}", told(&checked));
+        assert_eq!(checked.status.code(), Some(0), "{options:?}: {}", printed(&checked));
     }
 }
 
@@ -115,9 +115,9 @@ fn a_given_program_is_read_in_its_own_language() {
     scene(&folder, "control = { file = \"siemens-840d-sl\" }");
     write(&folder, "iso.nc", ISO);
     let run = call(&folder, &["run", ".", "--nc", "iso.nc", "--out", "result", "--rerun", "off"]);
-    assert_ne!(run.status.code(), Some(2), "{}", told(&run));
-    let says = "is in iso and is read without the control \"Siemens 840D sl\", which is for siemens-840d";
-    assert!(told(&run).contains(says), "{}", told(&run));
+    assert_ne!(run.status.code(), Some(2), "{}", printed(&run));
+    let says = "is written in iso: the control \"Siemens 840D sl\", which is for siemens-840d, is not applied";
+    assert!(printed(&run).contains(says), "{}", printed(&run));
     let verdict = fs::read_to_string(folder.path().join("result/verdict.json")).expect("written");
     let verdict: Value = serde_json::from_str(&verdict).expect("JSON");
     assert!(verdict["axes"]["X"]["max"].as_f64().is_some_and(|x| x >= 30.0 - 1e-6), "{verdict}");
@@ -129,8 +129,8 @@ fn a_scene_goes_before_its_machine_and_both_name_a_control() {
     write(&folder, "shop.toml", "inherits = \"siemens-840d-sl\"\nwords.M5.refuse = \"the spindle stops with M30\"\n");
     scene(&folder, "control = { file = \"shop.toml\" }");
     let by_scene = call(&folder, &["check", "."]);
-    assert_eq!(by_scene.status.code(), Some(2), "{}", told(&by_scene));
-    assert!(told(&by_scene).contains("the spindle stops with M30"), "{}", told(&by_scene));
+    assert_eq!(by_scene.status.code(), Some(2), "{}", printed(&by_scene));
+    assert!(printed(&by_scene).contains("the spindle stops with M30"), "{}", printed(&by_scene));
 
     let machine = fs::read_to_string(root().join("machines/three-axis-mill/machine.toml")).expect("readable");
     let machine = machine.replace("\n[control]\n", "\n[control]\nfile = \"../shop.toml\"\n");
@@ -146,17 +146,17 @@ fn a_scene_goes_before_its_machine_and_both_name_a_control() {
     let own = root().join("machines/three-axis-mill").display().to_string();
     write(&folder, "scene.toml", &text.replace(&own, "mill"));
     let by_machine = call(&folder, &["check", "."]);
-    assert!(told(&by_machine).contains("the spindle stops with M30"), "{}", told(&by_machine));
+    assert!(printed(&by_machine).contains("the spindle stops with M30"), "{}", printed(&by_machine));
     let nc = call(&folder, &["nc", "main.mpf", "--machine", "mill"]);
-    assert!(told(&nc).contains("the spindle stops with M30"), "{}", told(&nc));
+    assert!(printed(&nc).contains("the spindle stops with M30"), "{}", printed(&nc));
     let other = call(&folder, &["nc", "main.mpf", "--machine", "mill", "--control", "siemens-840d-sl"]);
-    assert_eq!(other.status.code(), Some(0), "{}", told(&other));
+    assert_eq!(other.status.code(), Some(0), "{}", printed(&other));
 
     let scene_text = fs::read_to_string(folder.path().join("scene.toml")).expect("written");
     let named = scene_text.replace("\n[stock]", "\ncontrol = { file = \"siemens-840d-sl\" }\n[stock]");
     write(&folder, "scene.toml", &named);
     let before = call(&folder, &["check", "."]);
-    assert_eq!(before.status.code(), Some(0), "{}", told(&before));
+    assert_eq!(before.status.code(), Some(0), "{}", printed(&before));
 }
 
 #[test]
@@ -172,7 +172,7 @@ fn a_subprogram_that_is_left_out_makes_the_gates_unchecked() {
         "G17 G54 G90 G94 G710 G60\nT=\"SCHAFT_D6_N_AP15\"\nM6\nS3000 M3\nD1\nL900\nG0 X-30 Y0 Z5\nX30\nM5\nM30\n";
     write(&folder, "main.mpf", program);
     let run = call(&folder, &["run", ".", "--out", "result", "--rerun", "off"]);
-    assert!(matches!(run.status.code(), Some(1 | 3)), "{}", told(&run));
+    assert!(matches!(run.status.code(), Some(1 | 3)), "{}", printed(&run));
     let verdict = fs::read_to_string(folder.path().join("result/verdict.json")).expect("written");
     let verdict: Value = serde_json::from_str(&verdict).expect("JSON");
     assert_eq!(verdict["verdict"], "unchecked", "{verdict}");
@@ -192,9 +192,9 @@ fn a_wrong_control_is_one_error_with_place_and_remedy() {
         write(&folder, "shop.toml", text);
         for arguments in [&["check", "shop.toml"][..], &["nc", "part.nc", "--control", "shop.toml"]] {
             let output = call(&folder, arguments);
-            assert_eq!(output.status.code(), Some(2), "{}", told(&output));
-            assert!(told(&output).contains(says), "{says}: {}", told(&output));
-            assert_eq!(told(&output).matches("error:").count(), 1, "{}", told(&output));
+            assert_eq!(output.status.code(), Some(2), "{}", printed(&output));
+            assert!(printed(&output).contains(says), "{says}: {}", printed(&output));
+            assert_eq!(printed(&output).matches("error:").count(), 1, "{}", printed(&output));
         }
     }
 }
@@ -205,9 +205,9 @@ fn forms_of_real_programs_are_read_as_they_are_typed() {
     let read = |name: &str, text: &str, options: &[&str], says: &[&str]| {
         write(&folder, name, text);
         let output = call(&folder, &[&["nc", name][..], options].concat());
-        assert_eq!(output.status.code(), Some(0), "{name}: {}", told(&output));
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", printed(&output));
         for part in says {
-            assert!(told(&output).contains(part), "{name}: {part}\n{}", told(&output));
+            assert!(printed(&output).contains(part), "{name}: {part}\n{}", printed(&output));
         }
     };
     // Two ways of an elongated hole, 18 mm each, with a tool of 12 mm.
@@ -261,7 +261,7 @@ fn forms_of_real_programs_are_read_as_they_are_typed() {
                 },
             ],
         );
-        assert_eq!(output.status.code(), Some(2), "{name}: {}", told(&output));
-        assert!(told(&output).contains(says) && told(&output).contains(":2:"), "{name}: {}", told(&output));
+        assert_eq!(output.status.code(), Some(2), "{name}: {}", printed(&output));
+        assert!(printed(&output).contains(says) && printed(&output).contains(":2:"), "{name}: {}", printed(&output));
     }
 }

@@ -90,7 +90,7 @@ fn an_axis_beside_a_wall_has_the_room_of_the_closed_form() {
     let found = axes(folder.path());
     let places = found["places"].as_array().unwrap_or_else(|| panic!("{said}"));
     assert_eq!(places.len(), 7, "{said}");
-    assert!(said.contains("free axes: 7 places where a ball end touches"), "{said}");
+    assert!(said.contains("free axes: 7 contact points of a ball end"), "{said}");
     // Leaned against the wall by t in the plane across the way, the corner of the shank's end is the farthest:
     // L sin t + r cos t = wall - clearance. To the other side the end of the tilts comes first.
     let limit = (0..90_000)
@@ -129,7 +129,7 @@ fn an_axis_beside_a_wall_has_the_room_of_the_closed_form() {
     }
     let report = fs::read_to_string(folder.path().join("result/report.html")).expect("a report");
     assert_eq!(report.matches("class=\"axes-map\"").count(), 7);
-    assert!(report.contains("Free tool axes") && report.contains("7 places where a ball end touches"));
+    assert!(report.contains("Free tool axes") && report.contains("7 contact points of a ball end"));
 }
 
 #[test]

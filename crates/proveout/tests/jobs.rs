@@ -69,18 +69,18 @@ impl Desk {
             .args(line.split_whitespace())
             .output()
             .expect("the program starts");
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(code), "{line}\n{told}");
-        told
+        let text = printed(&output);
+        assert_eq!(output.status.code(), Some(code), "{line}\n{text}");
+        text
     }
 
     /// The call is refused with these words, and nothing is written.
     fn refused(&self, words: &[&str]) {
-        let told = self.call("job .", 2);
+        let output = self.call("job .", 2);
         for word in words {
-            assert!(told.contains(word), "{word:?} is not in:\n{told}");
+            assert!(output.contains(word), "{word:?} is not in:\n{output}");
         }
-        assert_eq!(told.matches("error: ").count(), 1, "one clear answer:\n{told}");
+        assert_eq!(output.matches("error: ").count(), 1, "one clear answer:\n{output}");
         let left: Vec<_> = fs::read_dir(self.path("out")).into_iter().flatten().collect();
         assert!(left.is_empty(), "nothing by halves: {left:?}");
     }
@@ -91,7 +91,7 @@ impl Desk {
     }
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
 }
 
@@ -152,15 +152,15 @@ fn a_job_that_is_wrong_is_refused_before_anything_is_cut() {
         &["scene of setup \"op20\" is not there", "op30"],
     );
     with(&JOB.replace("\"op20\"\n", "\"op10\"\n"), &["two setups have the name \"op10\""]);
-    with(&(JOB.to_owned() + "after = \"op20\"\n"), &["the stock would go round in a circle"]);
+    with(&(JOB.to_owned() + "after = \"op20\"\n"), &["the setups would depend on each other in a circle"]);
     with(&(JOB.to_owned() + "after = \"op1\"\n"), &["not a setup of the job", "did you mean \"op10\"?"]);
-    with(&JOB.replacen("scene = \"op10\"\n", "scene = \"op10\"\nafter = \"op20\"\n", 1), &["nothing comes before it"]);
+    with(&JOB.replacen("scene = \"op10\"\n", "scene = \"op10\"\nafter = \"op20\"\n", 1), &["no setup comes before it"]);
     with(&JOB.replace("op20\"\nscene", "../op20\"\nscene"), &["begins with a point or a dash"]);
     with(&JOB.replace("[[setup]]\nname = \"op20\"", "[[setups]]\nname = \"op20\""), &["did you mean `setup`?"]);
     with(&(JOB.to_owned() + "program = \"third\"\n"), &["there is no program \"third\""]);
     desk.write("job.toml", JOB);
     desk.write("op20/scene.toml", &scene("second", BOX));
-    desk.refused(&["brings a stock of its own", "from_run = \"before\""]);
+    desk.refused(&["defines its own stock", "from_run = \"before\""]);
     // A fault in the last program costs no run of the first one.
     desk.write("op20/scene.toml", &scene("second", "from_run = \"before\""));
     desk.write("op20/main.nc", &slot(10.0, "G1 X=\n"));

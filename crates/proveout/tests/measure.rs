@@ -50,11 +50,11 @@ fn shop() -> &'static Path {
         }
         fs::write(path.join("design.obj"), obj).expect("written");
         let output = proveout(path, &["run", ".", "--out", "result", "--rerun", "off"]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "unchecked: no design in the scene\n{told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "unchecked: no design in the scene\n{printed}");
         assert!(
-            told.contains("memory: stock ") && told.contains(", edge ") && told.contains("4096 MiB allowed"),
-            "{told}"
+            printed.contains("memory: stock ") && printed.contains(", edge ") && printed.contains("4096 MiB allowed"),
+            "{printed}"
         );
         folder
     });
@@ -64,8 +64,8 @@ fn shop() -> &'static Path {
 /// Standard output of a call that did its work.
 fn measured(arguments: &[&str]) -> String {
     let output = proveout(shop(), &[&["measure"], arguments].concat());
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{printed}");
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
@@ -80,7 +80,7 @@ fn a_run_with_a_patch_leaves_its_files() {
     let patch = &verdict["removal"]["patches"][0];
     assert_eq!((patch["name"].as_str(), patch["cells_mm"][0].as_f64()), (Some("edge"), Some(0.25)));
     assert!(patch["sweep_bound_mm"].as_f64().expect("cut") < 1e-3 && patch["points"].as_u64() > Some(500));
-    assert!(json("result/run.json")["stock_mib"]["edge"].as_f64().expect("told") > 0.0);
+    assert!(json("result/run.json")["stock_mib"]["edge"].as_f64().expect("given") > 0.0);
     assert!(result.join("stock.dexel").is_file() && result.join("stock-patch-edge.dexel").is_file());
     let report = fs::read_to_string(result.join("report.html")).expect("written");
     assert!(report.contains("edge: X -3 to 3, Y 8 to 12, Z -8 to 1 mm"), "the report tells of the patch");
@@ -89,12 +89,12 @@ fn a_run_with_a_patch_leaves_its_files() {
 #[test]
 fn sections_have_the_area_of_the_part() {
     // Across the slot: 40 x 20 less 20 x 5.
-    let told = measured(&["result", "--section", "x=3.7", "--design", "design.obj", "--out", "section.json"]);
+    let text = measured(&["result", "--section", "x=3.7", "--design", "design.obj", "--out", "section.json"]);
     assert!(
-        told.contains("700.0")
-            && told.contains("round material 1, round holes 0, ")
-            && told.contains("design 800.0000 mm²"),
-        "{told}"
+        text.contains("700.0")
+            && text.contains("round material 1, round holes 0, ")
+            && text.contains("design 800.0000 mm²"),
+        "{text}"
     );
     let section = &json("section.json")["section"];
     let area = section["stock"]["area_mm2"].as_f64().expect("a number");
@@ -102,8 +102,8 @@ fn sections_have_the_area_of_the_part() {
     let length = section["stock"]["outlines"][0]["length_mm"].as_f64().expect("a number");
     assert!((length - 130.0).abs() < 0.01, "40 + 2 x 20 + 2 x 10 + 2 x 5 + 20: {length}");
     // Through the slot: two bars.
-    let told = measured(&["result/stock.dexel", "--section", "z=-2.5", "--out", "section.csv"]);
-    assert!(told.contains("800.0") && told.contains("round material 2, "), "{told}");
+    let text = measured(&["result/stock.dexel", "--section", "z=-2.5", "--out", "section.csv"]);
+    assert!(text.contains("800.0") && text.contains("round material 2, "), "{text}");
     let table = fs::read_to_string(shop().join("section.csv")).expect("written");
     assert!(table.starts_with("body,outline,x_mm,y_mm,z_mm\nstock,1,") && table.contains("stock,2,"), "{table}");
     measured(&["result", "--section", "y=-15", "--out", "section.svg"]);
@@ -113,7 +113,7 @@ fn sections_have_the_area_of_the_part() {
 
 #[test]
 fn distances_and_walls_are_those_of_the_part() {
-    let told = measured(&[
+    let text = measured(&[
         "result",
         "--distance",
         "0,0,-2",
@@ -130,11 +130,11 @@ fn distances_and_walls_are_those_of_the_part() {
         "--out",
         "all.json",
     ]);
-    let lines: Vec<&str> = told.lines().collect();
-    assert!(lines[1].contains("3.0000 mm, outside, to X0.0000 Y0.0000 Z-5.0000; design -2.0000 mm"), "{told}");
-    assert!(lines[1].contains("deviates by -5.0000 mm"), "{told}");
-    assert!(lines[2].contains("-4.0000 mm, in material"), "{told}");
-    assert!(lines[5].contains("no material ahead"), "{told}");
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[1].contains("3.0000 mm, outside, to X0.0000 Y0.0000 Z-5.0000; design -2.0000 mm"), "{text}");
+    assert!(lines[1].contains("deviates by -5.0000 mm"), "{text}");
+    assert!(lines[2].contains("-4.0000 mm, in material"), "{text}");
+    assert!(lines[5].contains("no material ahead"), "{text}");
     let all = json("all.json");
     let number = |v: &serde_json::Value| v.as_f64().expect("a number");
     let wall = |k: usize, key: &str| number(&all["walls"][k][key]);
@@ -143,21 +143,21 @@ fn distances_and_walls_are_those_of_the_part() {
     assert!(all["walls"][2]["thickness_mm"].is_null());
     assert!((number(&all["distances"][0]["distance_mm"]) - 3.0).abs() < 1e-3);
     // The patch measures with its own cells.
-    let told = measured(&["result/stock-patch-edge.dexel", "--distance", "0,9.5,-2"]);
-    assert!(told.contains("cells of 0.25") && told.contains("0.5000 mm, outside, to X0.0000 Y10.0000"), "{told}");
+    let text = measured(&["result/stock-patch-edge.dexel", "--distance", "0,9.5,-2"]);
+    assert!(text.contains("cells of 0.25") && text.contains("0.5000 mm, outside, to X0.0000 Y10.0000"), "{text}");
 }
 
 #[test]
 fn wrong_questions_are_one_error_with_its_remedy() {
     let refused = |arguments: &[&str], words: &[&str]| {
         let output = proveout(shop(), &[&["measure"], arguments].concat());
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{printed}");
         for word in words {
-            assert!(told.contains(word), "{word:?} is not in:\n{told}");
+            assert!(printed.contains(word), "{word:?} is not in:\n{printed}");
         }
-        assert!(told.matches("error: ").count() == 1 && !told.contains("panicked"), "{told}");
-        told.contains("help: ")
+        assert!(printed.matches("error: ").count() == 1 && !printed.contains("panicked"), "{printed}");
+        printed.contains("help: ")
     };
     let helped = |arguments: &[&str], words: &[&str]| assert!(refused(arguments, words), "{arguments:?} has no remedy");
     helped(&["result"], &["no measurement requested", "--section z=12.5"]);

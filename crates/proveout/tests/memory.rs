@@ -91,13 +91,13 @@ impl Case {
             .args(["run", ".", "--out", "result", "--rerun", rerun, "--threads", "2"])
             .output()
             .expect("the program starts");
-        let told = String::from_utf8_lossy(&output.stderr);
+        let printed = String::from_utf8_lossy(&output.stderr);
         let text = fs::read_to_string(folder.path().join("result/run.json"));
-        let text = text.unwrap_or_else(|e| panic!("{}: no run folder ({e})\n{told}", self.name));
+        let text = text.unwrap_or_else(|e| panic!("{}: no run folder ({e})\n{printed}", self.name));
         let info: serde_json::Value = serde_json::from_str(&text).expect("JSON");
         let announced = info["announced_mib"].as_f64().expect("a run of its own is announced");
         // What is told before the start is what stands in the file.
-        assert!(told.contains(&format!("total {announced:.0} of 4096 MiB allowed")), "{told}");
+        assert!(printed.contains(&format!("total {announced:.0} of 4096 MiB allowed")), "{printed}");
         Some([announced, info["peak_rss_mib"].as_f64()?, info["stock_mib"]["stock"].as_f64()?])
     }
 }

@@ -9,7 +9,7 @@ fn call(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_proveout")).args(args).output().expect("runs")
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
@@ -47,7 +47,12 @@ fn nc_and_check_judge_every_program_alike() {
         let (nc, check) = (call(&["nc", path]), call(&["check", path]));
         in_order += usize::from(check.status.success());
         if nc.status.code() != check.status.code() {
-            apart.push(format!("{path}: nc {:?}, check {:?}\n{}", nc.status.code(), check.status.code(), told(&check)));
+            apart.push(format!(
+                "{path}: nc {:?}, check {:?}\n{}",
+                nc.status.code(),
+                check.status.code(),
+                printed(&check)
+            ));
             continue;
         }
         if !nc.status.success() {
@@ -60,7 +65,7 @@ fn nc_and_check_judge_every_program_alike() {
             .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
             .filter_map(|line| line["text"].as_str().and_then(|text| text.strip_prefix("assumed: ")).map(str::to_owned))
             .collect();
-        let checked = told(&check);
+        let checked = printed(&check);
         for text in assumptions.iter().filter(|text| !checked.contains(*text)) {
             apart.push(format!("{path}: check does not tell {text:?}\n{checked}"));
         }

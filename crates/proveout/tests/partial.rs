@@ -76,9 +76,9 @@ impl Desk {
     /// A run with its exit code; what it said.
     fn run(&self, options: &str, code: i32) -> String {
         let output = self.call(&format!("run . --rerun off --threads 2 {options}"));
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(code), "{options}\n{told}");
-        told
+        let text = printed(&output);
+        assert_eq!(output.status.code(), Some(code), "{options}\n{text}");
+        text
     }
 
     fn verdict(&self, folder: &str) -> Value {
@@ -91,7 +91,7 @@ impl Desk {
     }
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
 }
 
@@ -131,7 +131,7 @@ fn a_preview_says_so_and_passes_nothing_that_asks_the_stock() {
     desk.run("", 3);
     let said = desk.run("--preview", 3);
     assert!(said.contains("preview with coarse cells: not a full check"), "{said}");
-    assert!(said.contains("PREVIEW with cells of 2 mm, the scene has 0.5 mm"), "{said}");
+    assert!(said.contains("PREVIEW with cells of 2 mm instead of 0.5 mm"), "{said}");
     let (full, preview) = (desk.verdict("out/slot-main"), desk.verdict("out/slot-main-preview"));
     assert!(full["partial"].is_null(), "{}", full["partial"]);
     let used = &preview["partial"]["preview"];
@@ -230,9 +230,9 @@ fn the_next_setup_takes_no_stock_of_such_a_run() {
     desk.write("second.toml", &second);
     let refused = |what: &str| {
         let output = desk.call("run second.toml --rerun off --out out/second");
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(told.contains(what) && told.contains("without --preview and --stop-at"), "{told}");
+        let text = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains(what) && text.contains("without --preview and --stop-at"), "{text}");
     };
     refused("is of a preview, with cells of 2 mm");
     desk.run("--stop-at 14 --out out/first", 3);

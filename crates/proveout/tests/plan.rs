@@ -12,7 +12,7 @@ struct Wrong {
     part: &'static str,
     table: &'static str,
     /// Parts of the message.
-    told: &'static [&'static str],
+    expected: &'static [&'static str],
 }
 
 const CAMBER: &str = "[part.blade]\nchord_mm = 60\ncamber_angle_deg = 60\nthickness_mm = 8\nleading_radius_mm = 1.6\ntrailing_radius_mm = 1.2\n\
@@ -27,7 +27,7 @@ const WRONG: [Wrong; 6] = [
         part: LU,
         table: "[plan.transverse]\ntool = \"BALL_D16\"\nlines = [0.06]\nacross = [0.2, 0.3]\nchord_error_mm = 0.01\n\
                 axis = { rule = \"fixed-head\", table = [1, 0, 0], lead_deg = 10 }\n",
-        told: &[
+        expected: &[
             "[plan.transverse]: a ball of R8.000 mm is too large for the fillet",
             "section 0.0600, point 0.2",
             "mm into it",
@@ -38,28 +38,28 @@ const WRONG: [Wrong; 6] = [
         part: CAMBER,
         table: "[plan.row]\ntool = \"LARGE\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
                 axis = { rule = \"fixed-head\", table = [1, 0, 0], lead_deg = 10 }\n",
-        told: &["[plan.row]: the cutter is too large at section 0.", "point 0.2", "the hollow of the surface has"],
+        expected: &["[plan.row]: the cutter is too large at section 0.", "point 0.2", "the hollow of the surface has"],
     },
     Wrong {
         name: "an axis out of the reach of the B head",
         part: CAMBER,
         table: "[plan.row]\ntool = \"BALL_D16\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
                 axis = { rule = \"fixed-head\", table = [1, 0, 0], head_deg = 89 }\n",
-        told: &["[plan.row]: the machine cannot take the tool axis at section 0.2000, point 0.2", "B"],
+        expected: &["[plan.row]: the machine cannot take the tool axis at section 0.2000, point 0.2", "B"],
     },
     Wrong {
         name: "an axis that points into the blade",
         part: CAMBER,
         table: "[plan.row]\ntool = \"BALL_D16\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
                 axis = { rule = \"interpolated\", axes = [{ part = 0.0, direction = [0, -1, 0.2] }, { part = 1.0, direction = [0, -1, 0] }] }\n",
-        told: &["[plan.row]: the tool axis at section", "is tilted", "degrees from the outward normal"],
+        expected: &["[plan.row]: the tool axis at section", "is tilted", "degrees from the outward normal"],
     },
     Wrong {
         name: "a step longer than the radius of an edge",
         part: CAMBER,
         table: "[plan.transverse]\ntool = \"BALL_D16\"\nlines = [0.5]\nstep_mm = 3\n\
                 axis = { rule = \"fixed-head\", table = [1, 0, 0], lead_deg = 10 }\n",
-        told: &[
+        expected: &[
             "[plan.transverse]: the step of",
             "mm at section 0.5000, point 0.",
             "is longer than the radius of the path, 1.",
@@ -70,7 +70,7 @@ const WRONG: [Wrong; 6] = [
         part: CAMBER,
         table: "[plan.flank]\ntool = \"BALL_D16\"\nacross = [0.6, 0.9]\nalong = [0.0, 0.9]\nrulings = \"along\"\nflank_error_mm = 0.001\n\
                 chord_error_mm = 0.01\naxis = { rule = \"ruling\" }\n",
-        told: &["[plan.flank]: the side is not ruled", "at section 0."],
+        expected: &["[plan.flank]: the side is not ruled", "at section 0."],
     },
 ];
 
@@ -110,7 +110,7 @@ fn what_does_not_fit_is_refused_with_its_place_and_nothing_is_written() {
         let output = typed(folder.path(), wrong);
         let text = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{}: {text}", wrong.name);
-        for part in wrong.told {
+        for part in wrong.expected {
             assert!(text.contains(part), "{}: no {part:?} in {text}", wrong.name);
         }
         for file in ["lines.mpf", "lines.json"] {
@@ -158,7 +158,7 @@ fn distances_of_planes_that_are_none_are_refused_by_their_key() {
         .replace("\"../../machines/jdgr200t\"", &library("machines/jdgr200t"))
         .replace("\"../../tools/dong-2023.toml\"", &library("tools/dong-2023.toml"));
     // Written into the scene instead of a distance of 0.8 mm between 16 and 24 mm.
-    for (lines, told) in [
+    for (lines, expected) in [
         ("across_mm = [16, 24]\nlines_apart_mm = 0", "lines_apart_mm = 0 between 16 and 24 mm makes"),
         ("across_mm = [16, 24]\nlines_apart_mm = -1", "lines_apart_mm = -1"),
         ("across_mm = [16, 16]\nlines_apart_mm = 0.8", "makes 0 distances"),
@@ -176,7 +176,7 @@ fn distances_of_planes_that_are_none_are_refused_by_their_key() {
         let (place, file) = (folder.path().display().to_string(), folder.path().join("never.mpf"));
         let output = strategy(&[&place, "--strategy", "iso-planar", "--output", &file.display().to_string()]);
         let words = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(2) && words.contains(told), "{lines}: {words}");
+        assert!(output.status.code() == Some(2) && words.contains(expected), "{lines}: {words}");
         assert!(!file.exists(), "{lines}");
     }
 }

@@ -65,8 +65,8 @@ impl Shop {
     /// The verdict of a run that was not refused.
     fn verdict(&self) -> Value {
         let output = self.run();
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_ne!(output.status.code(), Some(2), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_ne!(output.status.code(), Some(2), "{printed}");
         let text = fs::read_to_string(self.folder.path().join("result/verdict.json")).expect("written");
         serde_json::from_str(&text).expect("JSON")
     }
@@ -74,12 +74,12 @@ impl Shop {
     /// Asserts that the program is refused with all of these words and that nothing is written.
     fn refused(&self, words: &[&str]) {
         let output = self.run();
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{printed}");
         // Long texts are wrapped for the terminal.
-        let flat = told.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
+        let flat = printed.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
         for word in words {
-            assert!(flat.contains(word), "{word:?} is not in:\n{told}");
+            assert!(flat.contains(word), "{word:?} is not in:\n{printed}");
         }
         assert!(!self.folder.path().join("result").exists());
     }
@@ -163,8 +163,8 @@ fn a_reference_point_that_no_one_states_is_refused() {
     Shop::new(&machine, ("part.nc", &text.replace("G91 G28 Z0.", "G53 G0 Z600.")), [0.0; 3]).verdict();
     // `check` names it before any program does.
     let output = proveout(machine.parent().expect("folder"), &["check", "machine.toml"]);
-    let told = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
-    assert!(told.contains("machine-no-reference-point") && told.contains("joint.Z.home_mm"), "{told}");
+    let printed = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    assert!(printed.contains("machine-no-reference-point") && printed.contains("joint.Z.home_mm"), "{printed}");
 }
 
 #[test]
@@ -228,9 +228,9 @@ fn repeating_a_point_behind_the_switch_moves_nothing_on_a_machine_with_its_zero_
     assert!(!codes(&verdict).contains(&"limits-overtravel".to_owned()), "{:?}", codes(&verdict));
     // X from home to the middle of the table and one millimeter on; Y likewise; Z down to 90 mm above the part, tool 150 mm.
     for (axis, low, high) in [("X", 0.0, 421.0), ("Y", -350.0, 0.0), ("Z", -560.0 + 90.0 + 150.0, 0.0)] {
-        let told = &verdict["axes"][axis];
-        assert!((number(&told["min"]) - low).abs() < 0.02, "{axis}: {told}");
-        assert!((number(&told["max"]) - high).abs() < 0.02, "{axis}: {told}");
+        let range = &verdict["axes"][axis];
+        assert!((number(&range["min"]) - low).abs() < 0.02, "{axis}: {range}");
+        assert!((number(&range["max"]) - high).abs() < 0.02, "{axis}: {range}");
     }
 }
 
@@ -277,9 +277,9 @@ fn a_program_with_g28_is_written_for_a_machine() {
     let program = "G21 G90\nT1 M6\nG0 Z100.\nG91 G28 Z0.\nG90\nM30\n";
     fs::write(folder.path().join("part.nc"), program).expect("written");
     let output = proveout(folder.path(), &["nc", "part.nc", "--post", "siemens-840d"]);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("part.nc:4:1") && told.contains("--machine"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{printed}");
+    assert!(printed.contains("part.nc:4:1") && printed.contains("--machine"), "{printed}");
     let machine = root().join("machines/spinner-u5-620").display().to_string();
     let output = proveout(folder.path(), &["nc", "part.nc", "--post", "siemens-840d", "--machine", &machine]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));

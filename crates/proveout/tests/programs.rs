@@ -53,7 +53,7 @@ impl Shop {
 
     fn verdict(&self) -> Value {
         let output = self.run();
-        assert!(matches!(output.status.code(), Some(1 | 3)), "{}", told(&output));
+        assert!(matches!(output.status.code(), Some(1 | 3)), "{}", printed(&output));
         let text = fs::read_to_string(self.folder.path().join("result/verdict.json")).expect("written");
         serde_json::from_str(&text).expect("JSON")
     }
@@ -61,19 +61,19 @@ impl Shop {
     /// The run is refused with all of `words` in so many errors, and leaves nothing.
     fn refused(&self, errors: usize, words: &[&str]) {
         let output = self.run();
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(2), "{told}");
+        let text = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
         for word in words {
-            assert!(told.contains(word), "{word:?} is not in:\n{told}");
+            assert!(text.contains(word), "{word:?} is not in:\n{text}");
         }
-        assert_eq!(told.matches("error: ").count(), errors, "{told}");
+        assert_eq!(text.matches("error: ").count(), errors, "{text}");
         assert!(!self.folder.path().join("result").exists(), "nothing is written");
         let left = fs::read_dir(self.folder.path()).expect("readable").count();
         assert_eq!(left, 2, "scene and program alone");
     }
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
 }
 
@@ -99,7 +99,7 @@ fn iso(more: &str) -> String {
 fn check(name: &str, text: &str) -> (Option<i32>, String) {
     let shop = Shop::new(name, text.as_bytes());
     let output = shop.call(&["check", name]);
-    (output.status.code(), told(&output))
+    (output.status.code(), printed(&output))
 }
 
 /// A wrong form is named as what it looks like, at its place, with what to do.
@@ -126,10 +126,13 @@ fn a_wrong_form_is_named_as_what_it_looks_like() {
         let shop = Shop::new("part.nc", text.as_bytes());
         for command in ["check", "nc"] {
             let output = shop.call(&[command, "part.nc", "--dialect", dialect]);
-            let told = told(&output);
-            assert!(!output.status.success(), "{command} takes it: {text}{told}");
-            let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
-            assert!(told.contains(&format!("part.nc{place}")) && words.contains(says), "{command} {says}: {told}");
+            let message = printed(&output);
+            assert!(!output.status.success(), "{command} takes it: {text}{message}");
+            let words = message.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(
+                message.contains(&format!("part.nc{place}")) && words.contains(says),
+                "{command} {says}: {message}"
+            );
         }
     }
 }
@@ -164,9 +167,9 @@ fn text_that_is_not_run_fails_the_check_and_names_its_lines() {
         ("empty.mpf", "", "nc-no-motion", "moves no axis"),
     ];
     for (name, text, code, words) in wrong {
-        let (status, told) = check(name, text);
-        assert_eq!(status, Some(2), "{name}: {told}");
-        assert!(told.contains(code) && told.contains(words) && told.contains("help: "), "{name}: {told}");
+        let (status, shown) = check(name, text);
+        assert_eq!(status, Some(2), "{name}: {shown}");
+        assert!(shown.contains(code) && shown.contains(words) && shown.contains("help: "), "{name}: {shown}");
     }
 }
 
@@ -190,9 +193,9 @@ fn harmless_text_that_is_not_run_is_a_note_with_its_lines() {
         ("alarm.nc", "G21 G0 X1.\n#1=1\nIF [#1 EQ 2] GOTO 9\nM30\nN9 #3000=1 (ALARM)\n", "line 5 of alarm.nc"),
     ];
     for (name, text, words) in right {
-        let (status, told) = check(name, text);
-        assert_eq!(status, Some(0), "{name}: {told}");
-        assert!(told.contains(words) && told.contains("note: "), "{name}: {told}");
+        let (status, shown) = check(name, text);
+        assert_eq!(status, Some(0), "{name}: {shown}");
+        assert!(shown.contains(words) && shown.contains("note: "), "{name}: {shown}");
     }
     // Nothing of the text is told where all of it is run, or is no text of the program; which control is read for, is.
     let fanuc = "no word identifies the control: read as Fanuc";
@@ -203,25 +206,25 @@ fn harmless_text_that_is_not_run_is_a_note_with_its_lines() {
         ("old_mac.nc", "%\rO1\rG21 G90\rG0 X1. Y2. Z3.\rM30\r%\r", Some(fanuc)),
         ("dos.nc", "%\r\nO1\r\nG21 G90\r\nG0 X1. Y2. Z3.\r\nM30\r\n%\r\n\u{1a}", Some(fanuc)),
     ] {
-        let (status, told) = check(name, text);
-        assert_eq!(status, Some(0), "{name}: {told}");
-        assert_eq!(told.matches("note: ").count(), usize::from(note.is_some()), "{name}: {told}");
-        assert!(note.is_none_or(|note| told.contains(note)), "{name}: {told}");
+        let (status, shown) = check(name, text);
+        assert_eq!(status, Some(0), "{name}: {shown}");
+        assert_eq!(shown.matches("note: ").count(), usize::from(note.is_some()), "{name}: {shown}");
+        assert!(note.is_none_or(|note| shown.contains(note)), "{name}: {shown}");
     }
 }
 
 #[test]
 fn check_tells_the_faults_of_all_lines() {
     let text = "%\nO1\nG21 G90 G54\nG0 X0 Y0 Z10. F100\nG99.9\nG2 X20.\nQ5\nX1..5\nX=5\nM98 P77\nGOTO 88\nM30\n%\n";
-    let (status, told) = check("part.nc", text);
-    assert_eq!(status, Some(2), "{told}");
+    let (status, shown) = check("part.nc", text);
+    assert_eq!(status, Some(2), "{shown}");
     for line in 5..=11 {
-        assert!(told.contains(&format!("part.nc:{line}:")), "line {line}: {told}");
+        assert!(shown.contains(&format!("part.nc:{line}:")), "line {line}: {shown}");
     }
-    assert_eq!(told.matches("error: ").count(), 7, "{told}");
+    assert_eq!(shown.matches("error: ").count(), 7, "{shown}");
     // The same with the line ends of an old Mac.
     let (_, mac) = check("part.nc", &text.replace('\n', "\r"));
-    assert_eq!(mac, told);
+    assert_eq!(mac, shown);
     for (name, text, lines) in [
         ("part.mpf", "G0 X1.2.3\nX=_NO_SUCH\nTRAANG(45)\nG1 X==5\nGOTOF NOWHERE\nG291\nM30\n", &[1, 2, 3, 4, 5, 6][..]),
         (
@@ -237,17 +240,17 @@ fn check_tells_the_faults_of_all_lines() {
         ),
         ("part.ngc", "g21\ng0 x\ng17.1\ng0 x1 y1 z1\no<no> call\nm66 p1\nm2\n", &[2, 3, 5, 6]),
     ] {
-        let (status, told) = check(name, text);
-        assert_eq!(status, Some(2), "{told}");
+        let (status, shown) = check(name, text);
+        assert_eq!(status, Some(2), "{shown}");
         for line in lines {
-            assert!(told.contains(&format!("{name}:{line}:")), "{name} line {line}: {told}");
+            assert!(shown.contains(&format!("{name}:{line}:")), "{name} line {line}: {shown}");
         }
-        assert_eq!(told.matches("error: ").count(), lines.len(), "{told}");
+        assert_eq!(shown.matches("error: ").count(), lines.len(), "{shown}");
     }
 }
 
 #[test]
-fn what_follows_from_a_fault_is_not_told() {
+fn what_follows_from_a_fault_is_not_reported() {
     for (name, text) in [
         // The feed, the position and the variable of the lost block.
         ("part.nc", "G21 G90 G17\nG0 X0 Y0 Z0 !\nG2 X10. Y0. I5. J0. F100\nM30\n"),
@@ -255,32 +258,32 @@ fn what_follows_from_a_fault_is_not_told() {
         ("part.mpf", "DEF REAL _A=\nX=_A\nG0 Y=_A+1\nM30\n"),
         ("part.h", "BEGIN PGM A MM\nL X+1 Y+1 Z+1 FMAX @\nCC X+5 Y+1\nC X+9 Y+1 DR+ F100\nEND PGM A MM\n"),
     ] {
-        let (status, told) = check(name, text);
-        assert_eq!(status, Some(2), "{told}");
-        assert_eq!(told.matches("error: ").count(), 1, "{name}: {told}");
+        let (status, shown) = check(name, text);
+        assert_eq!(status, Some(2), "{shown}");
+        assert_eq!(shown.matches("error: ").count(), 1, "{name}: {shown}");
     }
 }
 
 #[test]
 fn very_many_faults_are_counted() {
     let text = format!("G21 G90\n{}M30\n", "G999\n".repeat(300));
-    let (status, told) = check("part.nc", &text);
+    let (status, shown) = check("part.nc", &text);
     assert_eq!(status, Some(2));
     // One error of many lines is told once.
-    assert_eq!(told.matches("error: ").count(), 1, "{told}");
-    assert!(told.contains("the same in lines 3, 4, 5,") && told.contains("and 250 more errors"), "{told}");
+    assert_eq!(shown.matches("error: ").count(), 1, "{shown}");
+    assert!(shown.contains("the same in lines 3, 4, 5,") && shown.contains("and 250 more errors"), "{shown}");
     let words: String = (0..100).map(|k| format!("G9{k:02}\n")).collect();
-    let (status, told) = check("part.nc", &format!("G21 G90\n{words}M30\n"));
+    let (status, shown) = check("part.nc", &format!("G21 G90\n{words}M30\n"));
     assert_eq!(status, Some(2));
-    assert_eq!(told.matches("error: ").count(), 50, "{told}");
-    assert!(told.contains("and 50 more errors"), "{told}");
+    assert_eq!(shown.matches("error: ").count(), 50, "{shown}");
+    assert!(shown.contains("and 50 more errors"), "{shown}");
 }
 
 #[test]
 fn control_characters_do_not_reach_the_terminal() {
-    let (status, told) = check("part.nc", "G21 G90\nG0 X1 \u{1b}[31mQ5\nM30\n");
+    let (status, shown) = check("part.nc", "G21 G90\nG0 X1 \u{1b}[31mQ5\nM30\n");
     assert_eq!(status, Some(2));
-    assert!(!told.contains('\u{1b}') && told.contains("part.nc:2:"), "{told}");
+    assert!(!shown.contains('\u{1b}') && shown.contains("part.nc:2:"), "{shown}");
 }
 
 #[test]
@@ -288,7 +291,7 @@ fn nc_prints_no_program_with_lost_text_as_whole() {
     let shop = Shop::new("part.nc", b"G21 G0 X1. Y1.\nM30\nG0 X2.\n");
     let output = shop.call(&["nc", "part.nc"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(told(&output).contains("line 3 of part.nc is never run"), "{}", told(&output));
+    assert!(printed(&output).contains("line 3 of part.nc is never run"), "{}", printed(&output));
     let shop = Shop::new("part.nc", b"O1\nG21 G0 X1.\nM30\nO2\nG0 X2.\nM99\n");
     let output = shop.call(&["nc", "part.nc"]);
     assert_eq!(output.status.code(), Some(0));

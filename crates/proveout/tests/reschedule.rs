@@ -114,18 +114,18 @@ fn the_inset_is_searched_over_the_peak_of_acceleration() {
     }
     let words = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "never-inset.mpf"];
     let output = proveout(&[&words[..], &["--set", "inset_deg=best"]].concat());
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && told.contains("degrees with a point, or search"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && printed.contains("degrees with a point, or search"), "{printed}");
     // Out of its range it is named, and not the channel that it leaves.
     for given in ["0", "-1", "46", "400"] {
         let output = proveout(&[&words[..], &["--set", &format!("inset_deg={given}")]].concat());
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(2) && told.contains("inset above 0 to 45 degrees"), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && printed.contains("inset above 0 to 45 degrees"), "{printed}");
     }
 }
 
 #[test]
-fn two_programs_with_other_options_must_be_told_apart() {
+fn two_programs_with_other_options_must_be_distinguished() {
     let own = tempfile::tempdir().expect("temporary folder");
     let scene = fs::read_to_string(folder().join("scene.toml")).expect("readable");
     let more =
@@ -137,9 +137,9 @@ fn two_programs_with_other_options_must_be_told_apart() {
         proveout(&["reschedule", &scene, "--program", program, "--method", "quaternion", "--output", "two.mpf"])
     };
     let refused = call("original");
-    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert_eq!(refused.status.code(), Some(2), "{told}");
-    assert!(told.contains("several programs") && told.contains("quaternion, coarse"), "{told}");
+    let output = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{output}");
+    assert!(output.contains("several programs") && output.contains("quaternion, coarse"), "{output}");
     assert_eq!(call("coarse").status.code(), Some(0));
 }
 
@@ -156,8 +156,8 @@ fn certificate(method: &str, options: &[&str], name: &str) -> (serde_json::Value
 }
 
 #[test]
-fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
-    let (all, told) = certificate("s-theta", &[], "certified");
+fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_reported() {
+    let (all, message) = certificate("s-theta", &[], "certified");
     let run = &all["runs"][0];
     let number = |key: &str| run[key].as_f64().expect("a number");
     let (time, bound) = (number("time_s"), number("bound_s"));
@@ -168,20 +168,23 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
         "the pass leaves the channel on the pressure side"
     );
     // A gain stands beside the limits that it rests on.
-    assert!(told.contains("percent remain to be gained") && told.contains("at most 62.4 deg/s"), "{told}");
-    assert!(told.contains("lowered by the scene; the machine has velocity 360.0"), "{told}");
+    assert!(message.contains("percent remain to be gained") && message.contains("at most 62.4 deg/s"), "{message}");
+    assert!(message.contains("lowered by the scene; the machine has velocity 360.0"), "{message}");
     let a = run["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("the table");
     let gates = a["gates_deg"].as_array().expect("a list");
     assert_eq!(gates.len(), run["least_s"].as_array().expect("a list").len() + 1);
     // Nearly all of the programmed time is proved of the feed, from the ways of the tip, and what stays a condition is told.
     let (programmed, proved) = (number("programmed_s"), number("feed_bound_s"));
     assert!(proved < programmed && proved > 0.99 * programmed, "{proved} {programmed}");
-    assert!(told.contains("not proved for all schedules: the tip path turns no more sharply"), "{told}");
+    assert!(
+        message.contains("not proved for all schedules: at block ends the tip path turns at most as sharply"),
+        "{message}"
+    );
     assert_eq!(run["seams_s"].as_array().expect("a list").len(), gates.len());
     // Linear joints have the range that the channel gives them, and both programs could be run.
     let linear = run["linear"].as_array().expect("a list");
-    assert_eq!(linear.len(), 3, "{told}");
-    assert!(told.contains("linear joints do not bind; every schedule moves"), "{told}");
+    assert_eq!(linear.len(), 3, "{message}");
+    assert!(message.contains("linear joints do not bind; every schedule moves"), "{message}");
     // At constant feed the weights of the dual meet the primal, and the program needs no less.
     let peaks = run["constant_feed"].as_array().expect("a list");
     assert_eq!(peaks.len(), 4, "acceleration and jerk, with and without turning back");
@@ -189,9 +192,9 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
         let of = |key: &str| peak[key].as_f64().expect("a number");
         assert!(
             of("proved_deg") <= of("reached_deg") * 1.0001 && of("reached_deg") <= 1.05 * of("proved_deg"),
-            "{told}"
+            "{message}"
         );
-        assert!(of("program_deg") > of("proved_deg"), "{told}");
+        assert!(of("program_deg") > of("proved_deg"), "{message}");
     }
     // A wider channel: the gates are wider by the clearance that is left out, on both sides.
     let (wide, _) = certificate("s-theta", &["clearance_deg=40"], "certified-wide");
@@ -205,10 +208,10 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
         );
     }
     // Quaternions do not look at the channel: the bound is not about them.
-    let (other, told) = certificate("quaternion", &["clearance_deg=50"], "certified-quaternion");
-    assert!(other["runs"][0]["ramps_apart"].is_null() && !told.contains("without the first and last"), "{told}");
+    let (other, message) = certificate("quaternion", &["clearance_deg=50"], "certified-quaternion");
+    assert!(other["runs"][0]["ramps_apart"].is_null() && !message.contains("without the first and last"), "{message}");
     assert!(other["runs"][0]["new_inside"] == false && other["runs"][0]["gap_percent"].is_null());
-    assert!(told.contains("the bound does not apply to them"), "{told}");
+    assert!(message.contains("the bound does not apply to them"), "{message}");
 }
 
 #[test]
@@ -218,8 +221,8 @@ fn a_method_of_two_angles_has_its_bound_over_cells() {
     let file = |name: &str| folder.path().join(name).display().to_string();
     let words = ["reschedule", &scene, "--program", "cone-5", "--method", "singularity"];
     let output = proveout(&[&words[..], &["--output", &file("c.mpf"), "--certificate", &file("c.json")]].concat());
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{printed}");
     let all: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(file("c.json")).expect("written")).expect("JSON");
     let run = &all["runs"][0];
@@ -233,8 +236,8 @@ fn a_method_of_two_angles_has_its_bound_over_cells() {
     assert!(own > 0.999 * feed && own <= number(run, "bound_s") && feed <= number(run, "time_s"), "{own} {feed}");
     assert!(cells["potentials_s"].as_array().expect("a list").len() >= 2);
     assert!(number(run, "gap_percent") >= 0.0 && run["new_inside"] == true);
-    assert!(told.contains("with axes within") && told.contains("by cells of B and C at"), "{told}");
-    assert!(told.contains("percent remain to be gained"), "{told}");
+    assert!(printed.contains("with axes within") && printed.contains("by cells of B and C at"), "{printed}");
+    assert!(printed.contains("percent remain to be gained"), "{printed}");
 }
 
 /// The folder of the small scene with another text in its scene or machine.
@@ -261,10 +264,13 @@ fn a_program_that_sends_a_joint_past_its_travel_is_not_written() {
     let scene = own.path().display().to_string();
     let words = ["reschedule", &scene, "--program", "original", "--method", "quaternion", "--set", "keys=2"];
     let output = proveout(&[&words[..], &["--output", "never.mpf", "--certificate", "never.json"]].concat());
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("original.mpf:") && told.contains("the new axes send Y to -3"), "{told}");
-    assert!(told.contains("over the whole program Y lacks ") && told.contains("a larger clearance_deg"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{printed}");
+    assert!(printed.contains("original.mpf:") && printed.contains("the new axes send Y to -3"), "{printed}");
+    assert!(
+        printed.contains("over the whole program Y lacks ") && printed.contains("a larger clearance_deg"),
+        "{printed}"
+    );
     assert!(!folder().join("never.mpf").exists() && !folder().join("never.json").exists(), "nothing is written");
 }
 
@@ -307,18 +313,21 @@ fn the_smoothest_schedule_of_a_channel_is_near_the_bound_and_keeps_contacts_and_
     let before = fs::read_to_string(folder().join("original.mpf")).expect("the program");
     let mut times = Vec::new();
     for (name, options) in [("smooth-clearance", &["clearance_deg=50"][..]), ("smooth-tool", &["channel=tool"])] {
-        let (all, told) = certificate("smooth", options, name);
+        let (all, message) = certificate("smooth", options, name);
         let run = &all["runs"][0];
         let number = |key: &str| run[key].as_f64().expect("a number");
-        assert!(run["new_inside"] == true && number("gap_percent") < 1.5, "{told}");
-        assert!(number("time_s") < number("original_time_s"), "{told}");
+        assert!(run["new_inside"] == true && number("gap_percent") < 1.5, "{message}");
+        assert!(number("time_s") < number("original_time_s"), "{message}");
         times.push(number("time_s"));
         // Without the half second in which the axes get under way at either end less is left.
         let middle = &run["ramps_apart"];
         let inner = |key: &str| middle[key].as_f64().expect("a number");
-        assert!(inner("ramp_s") == 0.5 && inner("time_s") < number("time_s") - 1.0, "{told}");
-        assert!(inner("bound_s") <= inner("time_s") && inner("gap_percent") < number("gap_percent"), "{told}");
-        assert!(told.contains("without the first and last 0.5 s: ") && told.contains("no schedule is below"), "{told}");
+        assert!(inner("ramp_s") == 0.5 && inner("time_s") < number("time_s") - 1.0, "{message}");
+        assert!(inner("bound_s") <= inner("time_s") && inner("gap_percent") < number("gap_percent"), "{message}");
+        assert!(
+            message.contains("without the first and last 0.5 s: ") && message.contains("no schedule is below"),
+            "{message}"
+        );
         let text = fs::read_to_string(folder().join(format!("{name}.mpf"))).expect("written");
         // Line by line but for places and vectors; ball centers within a micrometer.
         let shape = |text: &str| -> Vec<String> {
@@ -343,7 +352,7 @@ fn the_smoothest_schedule_of_a_channel_is_near_the_bound_and_keeps_contacts_and_
         assert!(angles.windows(2).all(|q| sense * (q[1] - q[0]) > -1e-6));
         for which in ["clearance 50 deg: narrowest 21.", "clearance 10 deg: narrowest 101.", "by the tool: narrowest 1"]
         {
-            assert!(told.contains(which), "{which:?} is not in:\n{told}");
+            assert!(message.contains(which), "{which:?} is not in:\n{message}");
         }
     }
     let (s_theta, _) = certificate("s-theta", &["clearance_deg=50"], "smooth-against");
@@ -351,8 +360,8 @@ fn the_smoothest_schedule_of_a_channel_is_near_the_bound_and_keeps_contacts_and_
 }
 
 #[test]
-fn the_gain_is_told_over_the_velocity_limit_with_the_machines_own() {
-    let (all, told) = certificate("s-theta", &[], "gains");
+fn the_gain_is_reported_over_the_velocity_limit_with_the_machines_own() {
+    let (all, message) = certificate("s-theta", &[], "gains");
     let a = all["runs"][0]["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("the table");
     let rows = a["over_velocity"].as_array().expect("a list");
     let number = |row: &serde_json::Value, key: &str| row[key].as_f64().expect("a number");
@@ -369,7 +378,10 @@ fn the_gain_is_told_over_the_velocity_limit_with_the_machines_own() {
         assert!(number(&pair[0], "original_s") <= number(&pair[1], "original_s") + 1e-9);
         assert!(number(&pair[1], "least_s") <= number(&pair[1], "new_s") + 1e-9);
     }
-    assert!(told.contains("by feed and velocity of A alone") && told.contains("(the machine's own)"), "{told}");
+    assert!(
+        message.contains("by feed and velocity of A alone") && message.contains("(the machine's own)"),
+        "{message}"
+    );
 }
 
 /// Largest acceleration of A between the ramps at the programmed times, deg/s2, by differences over the blocks.
@@ -442,8 +454,8 @@ fn options_of_smooth_are_read_and_refused_by_name() {
             ]
             .concat(),
         );
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(2) && told.contains(word), "{option}: {told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && printed.contains(word), "{option}: {printed}");
         assert!(!folder().join("never-smooth.mpf").exists(), "nothing is written");
     }
     // Without a part nothing is known of what the tool must keep away from.
@@ -466,9 +478,9 @@ fn options_of_smooth_are_read_and_refused_by_name() {
     let word = out.display().to_string();
     let words = ["reschedule", &scene, "--program", "original", "--method", "smooth", "--set", "channel=tool"];
     let output = proveout(&[&words[..], &["--output", &word]].concat());
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && !out.exists(), "{told}");
-    assert!(told.contains("what the tool must keep away from is not known"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && !out.exists(), "{printed}");
+    assert!(printed.contains("what the tool must keep away from is not known"), "{printed}");
 }
 
 /// A row along a blade on the axis of the table, near whose pole the tool axis passes: as the stand-in of the specification, with a ball.
@@ -545,19 +557,19 @@ fn a_table_goes_through_its_pole_without_swinging_round() {
         let set = options.iter().flat_map(|o| ["--set", o]);
         let words = ["reschedule", &scene, "--program", "main", "--method", "singularity", "--output", &out, "--force"];
         let output = proveout(&words.into_iter().chain(set).collect::<Vec<_>>());
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(0), "{told}");
-        (fs::read_to_string(&out).expect("written"), told)
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{printed}");
+        (fs::read_to_string(&out).expect("written"), printed)
     };
     let before = fs::read_to_string(own.path().join("main.mpf")).expect("readable");
     let (largest, sum) = steps(&before, 'C');
     assert!(largest > 10.0 && sum > 169.0, "{largest} {sum}");
-    let (text, told) = made(&["junction=off"]);
+    let (text, printed) = made(&["junction=off"]);
     let (largest, sum) = steps(&text, 'C');
     // As the independent count of the stand-in, whose contact path is 8 mm from the axis; here the ball's center is 11 mm from it.
     assert!(largest < 0.6 && (sum - 38.0).abs() < 1.0, "{largest} {sum}");
     // No channel of one angle is known: the feed, or the reason why there is no bound, but no gap to the best schedule in one.
-    assert!(!told.contains("in the channel") && told.contains("no "), "{told}");
+    assert!(!printed.contains("in the channel") && printed.contains("no "), "{printed}");
     let (wide, _) = made(&["junction=off", "cone_deg=10"]);
     assert!(steps(&wide, 'C').1 < 16.0, "{:?}", steps(&wide, 'C'));
     let (smooth, _) = made(&["junction=pinned"]);
@@ -571,9 +583,12 @@ fn a_table_goes_through_its_pole_without_swinging_round() {
     let out = own.path().join("never.mpf");
     let word = out.display().to_string();
     let output = proveout(&["reschedule", &scene, "--program", "main", "--method", "singularity", "--output", &word]);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && !out.exists(), "{told}");
-    assert!(told.contains("main.mpf:13:") && told.contains("does not define the angle of the table"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && !out.exists(), "{printed}");
+    assert!(
+        printed.contains("main.mpf:13:") && printed.contains("does not define the angle of the table"),
+        "{printed}"
+    );
 }
 
 #[test]
@@ -586,9 +601,9 @@ fn axes_between_keys_lean_no_more_than_the_cap() {
         let method = "min-angular-acceleration";
         let words = ["reschedule", &scene, "--program", "main", "--method", method, "--output", &out, "--force"];
         let output = proveout(&[&words[..], &["--set", cap, "--set", window]].concat());
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(0), "{told}");
-        assert!(!told.contains("in the channel"), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{printed}");
+        assert!(!printed.contains("in the channel"), "{printed}");
         fs::read_to_string(&out).expect("written")
     };
     let least_upright = |text: &str| {
@@ -609,9 +624,9 @@ fn saved(scene: &str, program: &str, method: &str, options: &[&str], out: &Path)
     let set: Vec<&str> = options.iter().flat_map(|o| ["--set", o]).collect();
     let words = ["reschedule", &scene, "--program", program, "--method", method, "--output", &file, "--force"];
     let output = proveout(&[&words[..], &set].concat());
-    let told = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned()).concat();
-    assert_eq!(output.status.code(), Some(0), "{told}");
-    let line = told.lines().find(|l| l.starts_with("lines ")).expect("times of the run");
+    let printed = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned()).concat();
+    assert_eq!(output.status.code(), Some(0), "{printed}");
+    let line = printed.lines().find(|l| l.starts_with("lines ")).expect("times of the run");
     let seconds: Vec<f64> = line
         .split(' ')
         .zip(line.split(' ').skip(1))
@@ -619,7 +634,7 @@ fn saved(scene: &str, program: &str, method: &str, options: &[&str], out: &Path)
         .filter_map(|(a, _)| a.parse().ok())
         .collect();
     assert_eq!(seconds.len(), 2, "{line}");
-    (seconds[1] - seconds[0], fs::read_to_string(&file).expect("written"), told)
+    (seconds[1] - seconds[0], fs::read_to_string(&file).expect("written"), printed)
 }
 
 /// Both rotary joints free: on the experiments of Cui et al. and Ma et al. no published program saves more time, contacts and blocks stay, and the bound stands
@@ -632,10 +647,10 @@ fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {
         ("cui-2022-singularity", "singularity", &["cone-5", "cone-5-smoothed", "cone-3", "cone-10"], &["channel=rows"]),
         ("dong-2023-multi-scale", "multi-scale", &["free-ends"], &["channel=rows", "ends=free"]),
     ] {
-        let (most, text, told) = saved(scene, "original", "smooth", options, folder.path());
+        let (most, text, message) = saved(scene, "original", "smooth", options, folder.path());
         assert!(
-            told.contains("smooth from original") && told.contains("channel=rows") && told.contains("below"),
-            "{told}"
+            message.contains("smooth from original") && message.contains("channel=rows") && message.contains("below"),
+            "{message}"
         );
         for program in published {
             let (other, ..) = saved(scene, program, method, &[], folder.path());
@@ -680,8 +695,8 @@ fn options_of_rows_are_read_and_refused_by_name() {
         let set: Vec<&str> = options.iter().flat_map(|o| ["--set", o]).collect();
         let words = ["reschedule", &scene, "--program", "original", "--method", "smooth", "--output", &word];
         let output = proveout(&[&words[..], &set].concat());
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(2) && told.contains(wanted), "{options:?}: {told}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && printed.contains(wanted), "{options:?}: {printed}");
         assert!(!file.exists(), "nothing is written");
     }
 }

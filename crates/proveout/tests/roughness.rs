@@ -50,7 +50,7 @@ impl Copy {
     }
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
@@ -66,7 +66,7 @@ fn a_scene_that_keeps_its_tolerances_passes_with_exit_code_0_and_leaves_its_maps
     let copy = Copy::new(|s| s, |t| t);
     let output = copy.run();
     let verdict = copy.verdict();
-    assert_eq!(output.status.code(), Some(0), "{}\n{:#}", told(&output), verdict["gates"]);
+    assert_eq!(output.status.code(), Some(0), "{}\n{:#}", printed(&output), verdict["gates"]);
     assert_eq!(verdict["verdict"], "pass");
     let (state, reason) = surface_gate(&verdict);
     assert_eq!(state, "pass", "{reason}");
@@ -74,7 +74,7 @@ fn a_scene_that_keeps_its_tolerances_passes_with_exit_code_0_and_leaves_its_maps
     let textures = verdict["surface"]["textures"].as_array().expect("textures");
     assert_eq!(textures.len(), 2);
     for texture in textures {
-        assert_eq!(texture["residual"]["source"], "FACE_D20 states none: left out, which is not zero");
+        assert_eq!(texture["residual"]["source"], "FACE_D20 states none: unknown, not zero");
         assert_eq!(texture["phases"]["repeats"], 2);
         let report = &texture["profiles"][0]["report"];
         for key in [
@@ -110,7 +110,7 @@ fn a_scene_that_keeps_its_tolerances_passes_with_exit_code_0_and_leaves_its_maps
 fn tolerances_that_are_missed_fail_with_place_and_block() {
     let copy = Copy::new(|s| s.replace("ra_um = 2.5", "ra_um = 0.4"), |t| t);
     let output = copy.run();
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", printed(&output));
     let verdict = copy.verdict();
     let (state, reason) = surface_gate(&verdict);
     assert_eq!(state, "fail", "{reason}");
@@ -135,7 +135,7 @@ fn teeth_that_nobody_describes_are_unchecked_by_name() {
     };
     let copy = Copy::new(|s| s, bare);
     let output = copy.run();
-    assert_eq!(output.status.code().map(|c| c == 0), Some(false), "{}", told(&output));
+    assert_eq!(output.status.code().map(|c| c == 0), Some(false), "{}", printed(&output));
     let (state, reason) = surface_gate(&copy.verdict());
     assert_eq!(state, "unchecked", "{reason}");
     assert!(reason.contains("tool \"FACE_D20\" has no [tool.edges]"), "{reason}");
@@ -145,10 +145,10 @@ fn teeth_that_nobody_describes_are_unchecked_by_name() {
 fn a_patch_off_the_part_is_refused_with_line_and_remedy() {
     let copy = Copy::new(|s| s.replace("at_mm = [20, 7, 0]", "at_mm = [20, 8.5, 0]"), |t| t);
     let output = copy.run();
-    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
-    let told = told(&output);
+    assert_eq!(output.status.code(), Some(2), "{}", printed(&output));
+    let text = printed(&output);
     for words in ["scene.toml:", "patch \"side\"", "leaves the surface of the design", "move it, or make it smaller"] {
-        assert!(told.contains(words), "{words}: {told}");
+        assert!(text.contains(words), "{words}: {text}");
     }
     assert!(!copy.0.path().join("result").exists());
 }

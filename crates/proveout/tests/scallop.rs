@@ -70,9 +70,9 @@ fn run(wide: bool, tolerances: &str, part: &str) -> (i32, Option<Value>, String)
         .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
         .output()
         .expect("the program starts");
-    let told = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let printed = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let verdict = fs::read_to_string(folder.path().join("result/verdict.json")).ok();
-    (output.status.code().expect("an end"), verdict.map(|v| serde_json::from_str(&v).expect("JSON")), told)
+    (output.status.code().expect("an end"), verdict.map(|v| serde_json::from_str(&v).expect("JSON")), printed)
 }
 
 fn gate(verdict: &Value) -> (String, String) {
@@ -83,8 +83,8 @@ fn gate(verdict: &Value) -> (String, String) {
 
 #[test]
 fn rows_within_the_tolerance_pass() {
-    let (code, verdict, told) = run(false, "scallop_um = 11\n", PART);
-    let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{told}"));
+    let (code, verdict, output) = run(false, "scallop_um = 11\n", PART);
+    let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{output}"));
     let (state, reason) = gate(&verdict);
     assert_eq!(state, "pass", "{reason}");
     let surface = &verdict["surface"];
@@ -105,14 +105,14 @@ fn rows_within_the_tolerance_pass() {
     let passes = figures["pass_count"].as_u64().expect("passes");
     assert!((12..=13).contains(&passes), "{passes}");
     // All gates that this scene can check have passed, whatever the others say of it.
-    assert_ne!(code, 2, "{told}");
+    assert_ne!(code, 2, "{output}");
 }
 
 #[test]
 fn one_row_that_is_missing_fails_at_its_place() {
     // Without the row at Y 6 one of eleven ridges is 42 micrometers high: more than 5 percent of the length.
-    let (code, verdict, told) = run(true, "scallop_um = 11\n", PART);
-    let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{told}"));
+    let (code, verdict, output) = run(true, "scallop_um = 11\n", PART);
+    let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{output}"));
     let (state, reason) = gate(&verdict);
     assert_eq!((state.as_str(), code), ("fail", 1), "{reason}");
     let finding = verdict["findings"].as_array().expect("findings").iter().find(|f| f["code"] == "surface-scallop");
@@ -137,8 +137,8 @@ fn regions_have_bounds_of_their_own() {
         )
     };
     let judged = |tolerances: &str| {
-        let (code, verdict, told) = run(false, tolerances, PART);
-        let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{told}"));
+        let (code, verdict, output) = run(false, tolerances, PART);
+        let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{output}"));
         (code, gate(&verdict), verdict)
     };
     // 10.43 micrometers everywhere: the land allows 9, the rest 11.
@@ -210,8 +210,8 @@ fn the_map_has_measured_and_geometric_heights_and_the_page_shows_them() {
 #[test]
 fn a_limit_within_the_error_of_the_design_is_unchecked() {
     let part = PART.replace("part.obj\"\n", "part.obj\"\nchord_error_mm = 0.001\n");
-    let (_, verdict, told) = run(false, "scallop_um = 11\n", &part);
-    let (state, reason) = gate(&verdict.unwrap_or_else(|| panic!("no verdict:\n{told}")));
+    let (_, verdict, output) = run(false, "scallop_um = 11\n", &part);
+    let (state, reason) = gate(&verdict.unwrap_or_else(|| panic!("no verdict:\n{output}")));
     assert_eq!(state, "unchecked", "{reason}");
     assert!(reason.contains("the limit lies within the error"), "{reason}");
     let (_, verdict, _) = run(false, "scallop_um = 9\n", &part);
@@ -219,9 +219,9 @@ fn a_limit_within_the_error_of_the_design_is_unchecked() {
 }
 
 #[test]
-fn a_scene_that_asks_for_nothing_is_told_nothing() {
-    let (_, verdict, told) = run(false, "", PART);
-    let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{told}"));
+fn a_scene_that_asks_for_nothing_gets_no_report() {
+    let (_, verdict, output) = run(false, "", PART);
+    let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{output}"));
     assert_eq!(
         gate(&verdict),
         ("not_asked".into(), "the scene has no tolerance of the surface (scallop_um, ra_um, rz_um)".into())
@@ -239,8 +239,9 @@ fn rows_nearer_than_two_cells_are_not_passed() {
         .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2", "--resolution-mm", "0.4"])
         .output()
         .expect("the program starts");
-    let told = String::from_utf8_lossy(&output.stderr);
-    let text = fs::read_to_string(folder.path().join("result/verdict.json")).unwrap_or_else(|e| panic!("{e}\n{told}"));
+    let printed = String::from_utf8_lossy(&output.stderr);
+    let text =
+        fs::read_to_string(folder.path().join("result/verdict.json")).unwrap_or_else(|e| panic!("{e}\n{printed}"));
     let (state, reason) = gate(&serde_json::from_str(&text).expect("JSON"));
     assert_eq!(state, "unchecked", "{reason}");
     assert!(reason.contains("closer to their neighbor than two cells"), "{reason}");
@@ -252,16 +253,16 @@ fn a_height_that_is_none_or_has_no_design_is_refused_by_name() {
         ("scallop_um = -1\n", PART, "scallop_um = -1 is not a height"),
         ("scallop_um = 0\n", PART, "scallop_um = 0 is not a height"),
         ("scallop_um = nan\n", PART, "`tolerances.scallop_um` = nan: is out of range"),
-        ("scallop_um = 11\n", "", "scallop_um has no design to be measured from"),
+        ("scallop_um = 11\n", "", "scallop_um needs a design"),
         (
             "[[tolerances.region]]\nname = \"land\"\nmin_mm = [0, 0, 0]\nmax_mm = [1, 1, 1]\n",
             PART,
             "region \"land\" sets no bound",
         ),
     ] {
-        let (code, verdict, told) = run(false, tolerances, part);
-        assert_eq!(code, 2, "{told}");
-        assert!(verdict.is_none() && told.contains(words) && told.contains("scene.toml:"), "{told}");
+        let (code, verdict, output) = run(false, tolerances, part);
+        assert_eq!(code, 2, "{output}");
+        assert!(verdict.is_none() && output.contains(words) && output.contains("scene.toml:"), "{output}");
     }
 }
 
@@ -280,8 +281,9 @@ fn a_gouge_between_the_rays_has_its_whole_depth() {
         .args(["--resolution-mm", "0.4", "--dynamics", "ideal"])
         .output()
         .expect("the program starts");
-    let told = String::from_utf8_lossy(&output.stderr);
-    let text = fs::read_to_string(folder.path().join("result/verdict.json")).unwrap_or_else(|e| panic!("{e}\n{told}"));
+    let printed = String::from_utf8_lossy(&output.stderr);
+    let text =
+        fs::read_to_string(folder.path().join("result/verdict.json")).unwrap_or_else(|e| panic!("{e}\n{printed}"));
     let verdict: Value = serde_json::from_str(&text).expect("JSON");
     let gouges: Vec<&Value> =
         verdict["findings"].as_array().expect("findings").iter().filter(|f| f["code"] == "geometry-gouge").collect();

@@ -27,7 +27,7 @@ fn call(words: &[&str], folder: &Path) -> Output {
 }
 
 /// Standard output and standard error of a call with this exit code.
-fn told(words: &[&str], folder: &Path, code: i32) -> (String, String) {
+fn run_expecting(words: &[&str], folder: &Path, code: i32) -> (String, String) {
     let output = call(words, folder);
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let (out, err) = (text(&output.stdout), text(&output.stderr));
@@ -65,10 +65,10 @@ fn parts_that_run_beside_each_other_merge_to_the_bytes_of_one() {
     let (sweep, at) = (root().join("tests/sweep"), folder.path());
     let sweep = sweep.to_str().expect("a path");
     for out in ["one", "four"] {
-        let (words, _) = told(&["sweep", "plan", sweep, "--out", out], at, 0);
+        let (words, _) = run_expecting(&["sweep", "plan", sweep, "--out", out], at, 0);
         assert!(words.contains("6 jobs planned"), "{words}");
     }
-    told(&["sweep", "run", "one", "--threads", "1"], at, 0);
+    run_expecting(&["sweep", "run", "one", "--threads", "1"], at, 0);
     let parts = ["1/4", "2/4", "3/4", "4/4"];
     let mut running: Vec<_> = parts
         .iter()
@@ -80,19 +80,19 @@ fn parts_that_run_beside_each_other_merge_to_the_bytes_of_one() {
     for child in &mut running {
         assert!(child.wait().expect("ended").success());
     }
-    let (words, _) = told(&["sweep", "merge", "one"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "merge", "one"], at, 0);
     assert!(words.contains("6 jobs: 6 "), "{words}");
-    told(&["sweep", "merge", "four"], at, 0);
+    run_expecting(&["sweep", "merge", "four"], at, 0);
     let (one, four) = (merged(&at.join("one")), merged(&at.join("four")));
     for name in FILES {
         assert!(one[name] == four[name], "{name}");
     }
     // A second run starts nothing, and a second plan leaves everything as it is.
-    let (words, _) = told(&["sweep", "run", "four"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "run", "four"], at, 0);
     assert!(words.contains("6 had their result, 0 started"), "{words}");
-    let (words, _) = told(&["sweep", "plan", sweep, "--out", "four"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "plan", sweep, "--out", "four"], at, 0);
     assert!(words.contains("6 unchanged since the last plan"), "{words}");
-    told(&["sweep", "merge", "four"], at, 0);
+    run_expecting(&["sweep", "merge", "four"], at, 0);
     assert!(one == merged(&at.join("four")));
 
     // The values act: less acceleration is more time, and the table says which.
@@ -113,8 +113,8 @@ fn parts_that_run_beside_each_other_merge_to_the_bytes_of_one() {
 fn a_job_gives_what_run_set_gives() {
     let folder = small(PROGRAMS);
     let at = folder.path();
-    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    told(&["sweep", "run", "out", "--job", "3"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "run", "out", "--job", "3"], at, 0);
     let job = fs::read(at.join("out/jobs/00003/verdict.json")).expect("a verdict");
     let set = "machine.X.max_acceleration_mm_s2=2000";
     let output = call(&["run", "scene", "--program", "other", "--set", set, "--rerun", "off", "--out", "run"], at);
@@ -125,7 +125,7 @@ fn a_job_gives_what_run_set_gives() {
     let page = fs::read_to_string(at.join("run/report.html")).expect("a report");
     assert!(page.contains("Not as the files say, set by the call: machine.X.max_acceleration_mm_s2 = 2000"));
     // Job 0 was not asked for.
-    let (_, words) = told(&["sweep", "merge", "out"], at, 2);
+    let (_, words) = run_expecting(&["sweep", "merge", "out"], at, 2);
     assert!(words.contains("3 of 4 results cannot be merged: job 0 has no result; job 1"), "{words}");
     assert!(FILES.iter().all(|name| !at.join("out").join(name).exists()), "nothing is merged by halves");
 }
@@ -134,23 +134,23 @@ fn a_job_gives_what_run_set_gives() {
 fn a_changed_input_costs_the_jobs_that_read_it() {
     let folder = small(PROGRAMS);
     let at = folder.path();
-    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    told(&["sweep", "run", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "run", "out"], at, 0);
     let text = fs::read_to_string(at.join("scene/other.nc")).expect("text");
     fs::write(at.join("scene/other.nc"), format!("(changed)\n{text}").replace("(changed)\n%", "%\n(changed)"))
         .expect("written");
     // Before it is planned again, a job that is not done refuses the input that has changed.
     fs::remove_file(at.join("out/jobs/00002/result.json")).expect("removed");
-    let (_, words) = told(&["sweep", "run", "out"], at, 2);
+    let (_, words) = run_expecting(&["sweep", "run", "out"], at, 2);
     assert!(words.contains("the program of job 2: it has changed since the sweep was planned"), "{words}");
     assert!(words.contains("other.nc"), "{words}");
-    let (words, _) = told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
     assert!(words.contains("2 unchanged since the last plan"), "{words}");
-    let (_, words) = told(&["sweep", "merge", "out"], at, 2);
+    let (_, words) = run_expecting(&["sweep", "merge", "out"], at, 2);
     assert!(words.contains("the result of job 3 is of an earlier plan"), "{words}");
-    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("2 had their result, 2 started"), "{words}");
-    told(&["sweep", "merge", "out"], at, 0);
+    run_expecting(&["sweep", "merge", "out"], at, 0);
 }
 
 /// A kind of tampering: what it is, what is changed, what a merge says, and whether `run` mends it by running the job again.
@@ -206,9 +206,9 @@ fn run_and_merge_hold_plan_jobs_inputs_and_verdicts_against_their_digests_again(
     ];
     let folder = small(PROGRAMS);
     let at = folder.path();
-    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    told(&["sweep", "run", "out"], at, 0);
-    told(&["sweep", "merge", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "run", "out"], at, 0);
+    run_expecting(&["sweep", "merge", "out"], at, 0);
     let sound = merged(&at.join("out"));
     // What may be changed, as it was.
     let mut kept = BTreeMap::new();
@@ -221,19 +221,19 @@ fn run_and_merge_hold_plan_jobs_inputs_and_verdicts_against_their_digests_again(
     }
     for (what, tamper, wanted, mended) in tamperings {
         tamper(at);
-        let (_, words) = told(&["sweep", "merge", "out"], at, 2);
+        let (_, words) = run_expecting(&["sweep", "merge", "out"], at, 2);
         assert!(words.contains(wanted), "{what}: {words}");
         if mended {
-            let (words, _) = told(&["sweep", "run", "out"], at, 0);
+            let (words, _) = run_expecting(&["sweep", "run", "out"], at, 0);
             assert!(words.contains("3 had their result, 1 started"), "{what}: {words}");
         } else {
-            let (_, words) = told(&["sweep", "run", "out"], at, 2);
+            let (_, words) = run_expecting(&["sweep", "run", "out"], at, 2);
             assert!(words.contains(wanted), "{what}: {words}");
         }
         for (name, bytes) in &kept {
             fs::write(at.join(name), bytes).expect("written");
         }
-        told(&["sweep", "merge", "out"], at, 0);
+        run_expecting(&["sweep", "merge", "out"], at, 0);
         assert!(merged(&at.join("out")) == sound, "{what}: as it was before");
     }
 }
@@ -245,7 +245,7 @@ fn a_worker_that_is_killed_costs_its_job() {
     );
     let at = folder.path();
     for out in ["killed", "whole"] {
-        told(&["sweep", "plan", ".", "--out", out], at, 0);
+        run_expecting(&["sweep", "plan", ".", "--out", out], at, 0);
     }
     let mut worker =
         command(&["sweep", "run", "killed"], at).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started");
@@ -256,7 +256,7 @@ fn a_worker_that_is_killed_costs_its_job() {
     }
     worker.kill().expect("killed");
     worker.wait().expect("ended");
-    let (words, _) = told(&["sweep", "run", "killed"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "run", "killed"], at, 0);
     let done: usize = words
         .split(" had their result")
         .next()
@@ -264,9 +264,9 @@ fn a_worker_that_is_killed_costs_its_job() {
         .and_then(|w| w.parse().ok())
         .expect(&words);
     assert!((4..12).contains(&done), "{words}");
-    told(&["sweep", "run", "whole"], at, 0);
+    run_expecting(&["sweep", "run", "whole"], at, 0);
     for out in ["killed", "whole"] {
-        told(&["sweep", "merge", out], at, 0);
+        run_expecting(&["sweep", "merge", out], at, 0);
     }
     assert!(merged(&at.join("killed")) == merged(&at.join("whole")));
 }
@@ -275,20 +275,20 @@ fn a_worker_that_is_killed_costs_its_job() {
 fn what_is_missing_damaged_or_of_another_version_is_named_and_nothing_is_merged() {
     let folder = small(PROGRAMS);
     let at = folder.path();
-    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    told(&["sweep", "run", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "run", "out"], at, 0);
     let result = at.join("out/jobs/00001/result.json");
     let sound = fs::read_to_string(&result).expect("a result");
     let time = sound.lines().find(|l| l.contains("\"time_s\"")).expect("a time");
     for damage in [sound.replace(time, &time.replace(": ", ": 1")), sound[..sound.len() / 2].to_owned(), String::new()]
     {
         fs::write(&result, damage).expect("written");
-        let (_, words) = told(&["sweep", "merge", "out"], at, 2);
+        let (_, words) = run_expecting(&["sweep", "merge", "out"], at, 2);
         assert!(words.contains("1 of 4 results cannot be merged: the result of job 1 is damaged"), "{words}");
         assert!(!at.join("out/sweep.parquet").exists());
     }
     // Damaged is not done.
-    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("3 had their result, 1 started"), "{words}");
     assert_eq!(fs::read_to_string(&result).expect("a result"), sound, "same job, same bytes");
 
@@ -297,7 +297,7 @@ fn what_is_missing_damaged_or_of_another_version_is_named_and_nothing_is_merged(
     let version = format!("proveout {}", env!("CARGO_PKG_VERSION"));
     fs::write(&plan, own.replace(&version, "proveout 0.0.1")).expect("written");
     for verb in ["run", "merge"] {
-        let (_, words) = told(&["sweep", verb, "out"], at, 2);
+        let (_, words) = run_expecting(&["sweep", verb, "out"], at, 2);
         assert!(words.contains("was planned by proveout 0.0.1"), "{words}");
     }
     fs::write(&plan, &own).expect("written");
@@ -305,7 +305,7 @@ fn what_is_missing_damaged_or_of_another_version_is_named_and_nothing_is_merged(
     let text = fs::read_to_string(&job).expect("a job");
     fs::write(&job, text.replace("500", "501")).expect("written");
     fs::remove_file(at.join("out/jobs/00002/result.json")).expect("removed");
-    let (_, words) = told(&["sweep", "run", "out"], at, 2);
+    let (_, words) = run_expecting(&["sweep", "run", "out"], at, 2);
     assert!(words.contains("is not as it was planned"), "{words}");
 }
 
@@ -313,13 +313,13 @@ fn what_is_missing_damaged_or_of_another_version_is_named_and_nothing_is_merged(
 fn a_job_whose_folder_cannot_be_written_is_named_and_the_others_have_their_results() {
     let folder = small(PROGRAMS);
     let at = folder.path();
-    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
     // Where the run would be written there is a file.
     fs::write(at.join("out/jobs/00001/run"), "in the way").expect("written");
-    let (_, words) = told(&["sweep", "run", "out"], at, 2);
+    let (_, words) = run_expecting(&["sweep", "run", "out"], at, 2);
     assert!(words.contains("job 1 (2 of 4): NOT RUN") && words.contains("1 of 4 jobs have no result"), "{words}");
     fs::remove_file(at.join("out/jobs/00001/run")).expect("removed");
-    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("3 had their result, 1 started"), "{words}");
 }
 
@@ -328,15 +328,15 @@ fn values_that_a_scene_refuses_together_are_a_result() {
     // Each value is possible; both ends of the travel together are none.
     let folder = small("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 0.002]\n");
     let at = folder.path();
-    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    let (_, words) = told(&["sweep", "run", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    let (_, words) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("job 1 (2 of 2): refused: "), "{words}");
-    let (words, _) = told(&["sweep", "merge", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "merge", "out"], at, 0);
     assert!(words.contains("1 refused"), "{words}");
 }
 
 #[test]
-fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written() {
+fn a_sweep_that_cannot_be_planned_is_reported_with_its_place_and_nothing_is_written() {
     for (vary, wanted) in [
         ("", "varies nothing"),
         ("[[vary]]\nkey = \"control.path_tolerance\"\nvalues = [1]\n", "path_tolerance_mm"),
@@ -348,7 +348,7 @@ fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written(
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = []\n", "values are missing"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 1]\n", "there twice"),
         ("[[vary]]\nkey = \"resolution_mm\"\nrange = [2, 1]\nsteps = 3\n", "is empty"),
-        ("[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\n", "no number of values"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\n", "needs a number of values"),
         ("draws = 3\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "belong to a Latin hypercube"),
         ("method = \"latin-hypercube\"\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "needs a number of draws"),
         (
@@ -362,14 +362,14 @@ fn a_sweep_that_cannot_be_planned_is_told_with_its_place_and_nothing_is_written(
         ("speed = 3\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "speed"),
     ] {
         let folder = small(vary);
-        let (_, words) = told(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);
+        let (_, words) = run_expecting(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);
         assert!(words.contains(wanted) && words.contains("sweep.toml"), "{vary}\n{words}");
         assert!(!folder.path().join("out").exists(), "{vary}");
     }
     let folder = small(PROGRAMS);
-    let (_, words) = told(&["sweep", "plan", ".", "--out", "scene"], folder.path(), 2);
+    let (_, words) = run_expecting(&["sweep", "plan", ".", "--out", "scene"], folder.path(), 2);
     assert!(words.contains("not the folder of a sweep"), "{words}");
-    let (_, words) = told(&["sweep", "run", "scene"], folder.path(), 2);
+    let (_, words) = run_expecting(&["sweep", "run", "scene"], folder.path(), 2);
     assert!(words.contains("plan.json"), "{words}");
 }
 
@@ -414,10 +414,10 @@ fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
                                      [[vary]]\nkey = \"program\"\nvalues = [\"main\"]\n"
                 );
                 fs::write(at.join("sweep.toml"), sweep).expect("written");
-                let (words, _) = told(&["sweep", "plan", ".", "--out", &out], at, 0);
+                let (words, _) = run_expecting(&["sweep", "plan", ".", "--out", &out], at, 0);
                 assert!(words.contains(&format!("{shards} jobs planned")), "{words}");
-                told(&["sweep", "run", &out, "--threads", "2"], at, 0);
-                let (words, _) = told(&["sweep", "merge", &out], at, code);
+                run_expecting(&["sweep", "run", &out, "--threads", "2"], at, 0);
+                let (words, _) = run_expecting(&["sweep", "merge", &out], at, code);
                 assert!(words.contains(&format!("{shards} shards: ")), "{words}");
                 for why in ["a body came near", "after a part"] {
                     assert_eq!(words.contains(why), made_here == Some(why), "{words}");
@@ -436,13 +436,13 @@ fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
 fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_alone() {
     let folder = small("shards = 4\n");
     let at = folder.path();
-    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    told(&["sweep", "run", "out", "--part", "1/2"], at, 0);
-    let (_, fault) = told(&["sweep", "merge", "out"], at, 2);
+    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "run", "out", "--part", "1/2"], at, 0);
+    let (_, fault) = run_expecting(&["sweep", "merge", "out"], at, 2);
     assert!(fault.contains("job 1 has no result") && !at.join("out/run").exists(), "{fault}");
-    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("2 had their result, 2 started"), "{words}");
-    told(&["sweep", "merge", "out"], at, 3);
+    run_expecting(&["sweep", "merge", "out"], at, 3);
     let whole = folder_of(&at.join("out/run"));
 
     // A byte of the cuts: the shard is named, and cut again alone.
@@ -451,35 +451,35 @@ fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_al
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     fs::write(&cuts, bytes).expect("written");
-    let (_, fault) = told(&["sweep", "merge", "out"], at, 2);
+    let (_, fault) = run_expecting(&["sweep", "merge", "out"], at, 2);
     assert!(fault.contains("the cuts of shard 2 are damaged"), "{fault}");
-    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("3 had their result, 1 started"), "{words}");
-    told(&["sweep", "merge", "out"], at, 3);
+    run_expecting(&["sweep", "merge", "out"], at, 3);
     assert!(folder_of(&at.join("out/run")) == whole);
 
     // A second plan of the same files changes nothing; motion that was changed behind the plan is found.
-    let (words, _) = told(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
     assert!(words.contains("4 unchanged since the last plan"), "{words}");
     let motion = at.join("out/motion.bin");
     let mut bytes = fs::read(&motion).expect("read");
     bytes.push(0);
     fs::write(&motion, bytes).expect("written");
     fs::remove_file(at.join("out/jobs/00001/result.json")).expect("removed");
-    let (_, fault) = told(&["sweep", "run", "out"], at, 2);
+    let (_, fault) = run_expecting(&["sweep", "run", "out"], at, 2);
     assert!(fault.contains("the motion of job 1: it has changed since the sweep was planned"), "{fault}");
 
     // Another program is another motion: all shards.
     write_program(at, "main.nc", "G0 X0 Y-30\nG0 Z5\nG0 Z-3\nG1 Y30 F600\nG0 Z10\n");
-    told(&["sweep", "plan", ".", "--out", "out"], at, 0);
-    let (words, _) = told(&["sweep", "run", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("0 had their result, 4 started"), "{words}");
 }
 
 #[test]
 fn shards_are_those_of_a_single_run() {
     for (head, words) in [
-        (PROGRAMS.replacen("[[vary]]", "shards = 2\n[[vary]]", 1), "shards belong to a single run, and there are 4"),
+        (PROGRAMS.replacen("[[vary]]", "shards = 2\n[[vary]]", 1), "shards split a single run, but the sweep has 4"),
         ("shards = 0\n".into(), "shards = 0: a run is split into 1 to 1024"),
         ("shards = 2000\n".into(), "shards = 2000"),
         (String::new(), "the sweep varies nothing"),
@@ -487,7 +487,7 @@ fn shards_are_those_of_a_single_run() {
         (format!("seed = 3\n{PROGRAMS}"), "`seed` belongs to a Latin hypercube"),
     ] {
         let folder = small(&head);
-        let (_, fault) = told(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);
+        let (_, fault) = run_expecting(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);
         assert!(fault.contains(words) && fault.contains("help:"), "{fault}");
         assert!(!folder.path().join("out").exists());
     }

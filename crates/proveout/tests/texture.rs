@@ -17,12 +17,12 @@ fn proveout(folder: &Path, arguments: &[&str]) -> Output {
         .expect("the program starts")
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
 fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", told(output)))
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", printed(output)))
 }
 
 /// Ridges of parabolas, 1 um high every `pitch` mm, as a softgauge.
@@ -69,13 +69,13 @@ fn shop() -> TempDir {
 fn a_profile_is_evaluated_and_everything_is_named() {
     let shop = shop();
     let output = proveout(shop.path(), &["measure", "--profile", "fine.smd", "--to-lay-deg", "90"]);
-    let text = told(&output);
+    let text = printed(&output);
     assert_eq!(output.status.code(), Some(0), "{text}");
     for words in [
         "fine.smd: SMD (ISO 5436-2)",
         "ISO 21920-2:2021; class Sc3 of ISO 21920-3:2021, table 1",
         "lambda_s 2.5 µm, lambda_c 0.8 mm, evaluation length 4 mm in 5 sections; ISO 16610-21:2011",
-        "form: least-squares line taken off; ends: one cut-off of data beyond each end",
+        "form: least-squares line removed; ends: one cut-off of data beyond each end",
         "points every 0.5000 µm over 5.6000 mm; direction to the lay: across the lay (90.0 degrees); pitch 0.1000 mm",
         "filtered   unfiltered",
     ] {
@@ -96,17 +96,17 @@ fn a_profile_is_evaluated_and_everything_is_named() {
 fn marks_beyond_the_cutoff_take_the_next_class_or_stay_unchecked() {
     let shop = shop();
     let output = proveout(shop.path(), &["measure", "--profile", "wide.smd"]);
-    let text = told(&output);
+    let text = printed(&output);
     assert_eq!(output.status.code(), Some(3), "{text}");
     assert!(text.contains("unchecked [pitch-beyond-cutoff]: a pitch of "), "{text}");
     assert!(text.contains("unchecked [spacing-too-coarse]") || text.contains("unchecked [too-short]"), "{text}");
     assert!(text.contains("  Ra      unchecked"), "{text}");
     // 17.5 mm every 1.5 um carry Sc4, but not Sc3.
     let output = proveout(shop.path(), &["measure", "--profile", "long.smd", "--class", "Sc4", "--json"]);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
     assert_eq!(json(&output)["profiles"][0]["lambda_c_mm"], 2.5);
     let output = proveout(shop.path(), &["measure", "--profile", "coarse.smd", "--json"]);
-    assert_eq!(output.status.code(), Some(3), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(3), "{}", printed(&output));
     let p = &json(&output)["profiles"][0];
     assert_eq!((&p["unchecked"][0]["rule"], &p["filtered"]), (&"spacing-too-coarse".into(), &Value::Null));
     assert!(p["unfiltered"]["ra_um"].as_f64().expect("Ra") > 0.2);
@@ -116,16 +116,16 @@ fn marks_beyond_the_cutoff_take_the_next_class_or_stay_unchecked() {
 fn a_map_is_evaluated_drawn_and_written_for_other_programs() {
     let shop = shop();
     let output = proveout(shop.path(), &["measure", "patch.sdf", "--json", "--out", "patch.x3p"]);
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
     let area = &json(&output)["area"];
     assert_eq!((&area["standard"], &area["l_filter_mm"]), (&"ISO 25178-2:2021".into(), &0.8.into()));
     assert!((area["lay_deg"].as_f64().expect("a lay") - 90.0).abs() < 1.1, "{area}");
     let again = proveout(shop.path(), &["measure", "patch.x3p", "--json", "--out", "again.sdf"]);
     let close = |a: &Value, b: &Value| (a.as_f64().expect("Sa") / b.as_f64().expect("Sa") - 1.0).abs() < 1e-12;
-    assert!(close(&json(&again)["area"]["filtered"]["sa_um"], &area["filtered"]["sa_um"]), "{}", told(&again));
+    assert!(close(&json(&again)["area"]["filtered"]["sa_um"], &area["filtered"]["sa_um"]), "{}", printed(&again));
     assert!(fs::read(shop.path().join("again.sdf")).expect("written").starts_with(b"bISO-1.0"));
     let drawn = proveout(shop.path(), &["measure", "patch.sdf", "--out", "patch.png"]);
-    assert!(told(&drawn).contains("written: patch.png"), "{}", told(&drawn));
+    assert!(printed(&drawn).contains("written: patch.png"), "{}", printed(&drawn));
     assert!(fs::read(shop.path().join("patch.png")).expect("written").starts_with(b"\x89PNG"));
 }
 
@@ -151,7 +151,7 @@ fn nonsense_is_refused_with_place_value_and_remedy() {
     for (name, bytes, words) in cases {
         fs::write(shop.path().join(name), bytes).expect("written");
         let output = proveout(shop.path(), &["measure", "--profile", name]);
-        let text = told(&output);
+        let text = printed(&output);
         assert_eq!(output.status.code(), Some(2), "{name}: {text}");
         for word in [words, name, "help: "] {
             assert!(text.contains(word), "{name}, {word}: {text}");
@@ -169,7 +169,7 @@ fn nonsense_is_refused_with_place_value_and_remedy() {
         (vec!["measure"], "required"),
     ] {
         let output = proveout(shop.path(), &arguments);
-        let text = told(&output);
+        let text = printed(&output);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
         assert!(text.contains(words), "{arguments:?}: {text}");
         assert!(

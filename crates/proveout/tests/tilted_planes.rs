@@ -112,13 +112,13 @@ impl Shop {
             .args(line.split_whitespace())
             .output()
             .expect("the program starts");
-        let told = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
-        (output.status.code(), told)
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+        (output.status.code(), printed)
     }
 
     fn verdict(&self) -> Value {
-        let (code, told) = self.call("run . --out result --rerun off");
-        assert!(matches!(code, Some(0 | 1 | 3)), "{told}");
+        let (code, output) = self.call("run . --out result --rerun off");
+        assert!(matches!(code, Some(0 | 1 | 3)), "{output}");
         let text = fs::read_to_string(self.path().join("result/verdict.json")).expect("written");
         serde_json::from_str(&text).expect("JSON")
     }
@@ -181,7 +181,7 @@ fn the_machine_says_how_rapids_run_on_a_plane() {
 
 /// The rest of the program goes on from there: an arc on the plane has its start, and a text that ends behind X and Y is none that is refused.
 #[test]
-fn what_x_and_y_have_told_holds_behind_the_tool_length() {
+fn lengths_found_at_x_and_y_hold_after_the_tool_length() {
     let text =
         FANUC.replace("@\nG1 Z5. F500.", "G0 X0. Y0.\nG43 H1 Z10.\nG1 Z5. F500.\nG3 X4. Y0. I2. J0.\nG91 G1 X1.\nG90");
     let verdict = Shop::new(&machine(18_000), "fanuc", POST, &text).verdict();
@@ -191,12 +191,12 @@ fn what_x_and_y_have_told_holds_behind_the_tool_length() {
     let verdict = Shop::new(&machine(18_000), "fanuc", POST, &about).verdict();
     assert_eq!(gate(&verdict, "collision").0, "pass", "{:?}", gate(&verdict, "collision"));
     let ends = "%\nO1\nG17 G21 G90\nT1 M6\nG54\nG68.2 X0. Y0. Z0. I90. J30. K-90.\nG53.1\nG0 X0. Y0.\nM30\n%\n";
-    let (code, told) = Shop::new(&machine(18_000), "fanuc", "", ends).call("nc main.nc");
-    assert_eq!(code, Some(0), "{told}");
+    let (code, output) = Shop::new(&machine(18_000), "fanuc", "", ends).call("nc main.nc");
+    assert_eq!(code, Some(0), "{output}");
     // Feed to a place that nobody knows is refused.
     let feed = ends.replace("G0 X0. Y0.", "G1 X0. Y0. F100.");
-    let (code, told) = Shop::new(&machine(18_000), "fanuc", "", &feed).call("nc main.nc");
-    assert!(code == Some(2) && told.contains("nc-position-unknown") && told.contains("main.nc:8:"), "{told}");
+    let (code, output) = Shop::new(&machine(18_000), "fanuc", "", &feed).call("nc main.nc");
+    assert!(code == Some(2) && output.contains("nc-position-unknown") && output.contains("main.nc:8:"), "{output}");
 }
 
 /// PLANE with MOVE and DIST: the tool stands 20 mm over the zero, and does so behind the turn.
@@ -226,29 +226,29 @@ fn plane_move_turns_the_tool_about_the_point_ahead_of_its_tip() {
     assert!((beside - expected).abs() > 1.0, "{beside} {expected}");
     let shop =
         Shop::new(&machine(18_000), "heidenhain", "", &program("6 PLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN DIST20 FMAX"));
-    let (code, told) = shop.call("run . --out result --rerun off");
-    assert!(code == Some(2) && told.contains("DIST without MOVE") && told.contains("main.h:7:"), "{told}");
+    let (code, output) = shop.call("run . --out result --rerun off");
+    assert!(code == Some(2) && output.contains("DIST without MOVE") && output.contains("main.h:7:"), "{output}");
 }
 
 /// F9999 of an old program: a feed that is told, or rapid traverse where the control file says so.
 #[test]
-fn the_highest_f_of_an_old_program_is_told_or_stated() {
+fn the_highest_f_of_an_old_program_is_reported_or_stated() {
     let program = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S3000\n2 CYCL DEF 247 Q339=+1\n3 L X+0 Y+0 R0 F9999 M3\n4 L Z+10\n5 L Z-3\n\
                    6 L Z+30 F9999\n7 END PGM A MM\n";
     let shop = Shop::new(&machine(18_000), "heidenhain", "", program);
     let verdict = shop.verdict();
     let (state, reason) = gate(&verdict, "program");
     assert_eq!(state, "unchecked", "{reason}");
-    let told = verdict["findings"].to_string();
-    assert!(told.contains("F9999 is read as a feed") && told.contains("feed.rapid_from_mm_min"), "{told}");
-    assert!(!told.contains("process-rapid-in-material"), "{told}");
+    let text = verdict["findings"].to_string();
+    assert!(text.contains("F9999 is read as a feed") && text.contains("feed.rapid_from_mm_min"), "{text}");
+    assert!(!text.contains("process-rapid-in-material"), "{text}");
     fs::write(shop.path().join("old.toml"), "dialect = \"heidenhain\"\nfeed.rapid_from_mm_min = 9999\n")
         .expect("written");
     let scene = fs::read_to_string(shop.path().join("scene.toml")).expect("a scene");
     fs::write(shop.path().join("scene.toml"), scene.replace("[stock]", "[control]\nfile = \"old.toml\"\n[stock]"))
         .expect("written");
-    let told = shop.verdict()["findings"].to_string();
-    assert!(told.contains("process-rapid-in-material") && !told.contains("F9999"), "{told}");
+    let text = shop.verdict()["findings"].to_string();
+    assert!(text.contains("process-rapid-in-material") && !text.contains("F9999"), "{text}");
 }
 
 /// Words without effect on the path leave the program gate alone.
@@ -267,24 +267,27 @@ fn a_word_that_moves_nothing_is_a_note() {
 fn a_fault_of_a_modal_cycle_names_both_lines() {
     let program = "G17 G54 G90 G94 G710\nT1 D1 M6\nS3000 M3 F200\nG0 X0 Y0 Z10\nMCALL CYCLE81(10,20,2,-5)\nG0 X5\nG0 X8\n\
                    MCALL\nM30\n";
-    let (code, told) = Shop::new(&machine(18_000), "siemens-840d", "", program).call("check main.mpf");
-    assert_eq!(code, Some(2), "{told}");
-    assert!(told.contains("main.mpf:6:") && told.contains("that of `MCALL CYCLE81` in line 5"), "{told}");
+    let (code, output) = Shop::new(&machine(18_000), "siemens-840d", "", program).call("check main.mpf");
+    assert_eq!(code, Some(2), "{output}");
+    assert!(output.contains("main.mpf:6:") && output.contains("that of `MCALL CYCLE81` in line 5"), "{output}");
 }
 
 /// What a post writes beside the path is read, told, or refused by its name with a way out.
 #[test]
-fn words_of_posts_are_read_told_or_refused_by_name() {
+fn words_of_posts_are_read_reported_or_refused_by_name() {
     let check = |dialect: &str, program: &str, control: &str| {
         let file = if dialect == "siemens-840d" { "main.mpf" } else { "main.nc" };
         Shop::new(&machine(18_000), dialect, "", program).call(&format!("check {file}{control}"))
     };
     // Super-NURBS of an Okuma: its F is no feed.
     let okuma = "O1\nG15 H1\nT1 M6\nG0 X0 Y0 S100 M3\nG56 H1 Z10\nG131 F9000 J1 D0.01\nG1 Z5 F300\nG130\nM2\n";
-    let (code, told) = check("okuma", okuma, " --control okuma-osp");
-    assert_eq!(code, Some(0), "{told}");
-    let (code, told) = check("okuma", &okuma.replace("G130", "VTOFH[1]=100"), " --control okuma-osp");
-    assert!(code == Some(2) && told.contains("`VTOFH` is not supported") && told.contains("main.nc:8:"), "{told}");
+    let (code, output) = check("okuma", okuma, " --control okuma-osp");
+    assert_eq!(code, Some(0), "{output}");
+    let (code, output) = check("okuma", &okuma.replace("G130", "VTOFH[1]=100"), " --control okuma-osp");
+    assert!(
+        code == Some(2) && output.contains("`VTOFH` is not supported") && output.contains("main.nc:8:"),
+        "{output}"
+    );
     for (control, word, says) in [
         ("", "G54.2 P1", "the offset that turns with the table"),
         ("", "G84.2 X1. Z-1. R1. F100.", "M29 S and G84"),
@@ -294,11 +297,11 @@ fn words_of_posts_are_read_told_or_refused_by_name() {
         (" --control fanuc-30i", "#RTCP ON", "--control fagor-8055"),
         (" --control fanuc-30i", "$ENDIF", "--control fagor-8055"),
     ] {
-        let (code, told) = check("fanuc", &format!("G21 G90 G54\nG0 X0. Y0. Z10.\n{word}\nM30\n"), control);
-        assert!(code == Some(2) && told.contains(says) && told.contains("main.nc:3:"), "{word}: {told}");
+        let (code, output) = check("fanuc", &format!("G21 G90 G54\nG0 X0. Y0. Z10.\n{word}\nM30\n"), control);
+        assert!(code == Some(2) && output.contains(says) && output.contains("main.nc:3:"), "{word}: {output}");
     }
-    let (code, told) = check("siemens-840d", "G17 G54 G90 G710\nT1 D1 M6\nRTLIOF\nG0 X0 Y0 Z10\nM30\n", "");
-    assert_eq!(code, Some(0), "{told}");
+    let (code, output) = check("siemens-840d", "G17 G54 G90 G710\nT1 D1 M6\nRTLIOF\nG0 X0 Y0 Z10\nM30\n", "");
+    assert_eq!(code, Some(0), "{output}");
     let siemens =
         Shop::new(&machine(18_000), "siemens-840d", "", "G17 G54 G90 G710\nT1 D1 M6\nRTLIOF\nG0 X0 Y0 Z10\nM30\n");
     let verdict = siemens.verdict();

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn motions_of_edges_and_faces_are_told_right() {
+    fn motions_of_edges_and_faces_have_the_right_distance() {
         let all = own_queries();
         assert_eq!(judge(&all, 1e-6), (0, 0));
         assert_eq!(judge(&all, 1e-3), (0, 0));

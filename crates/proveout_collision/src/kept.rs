@@ -122,9 +122,9 @@ mod tests {
             let a = 40.0 * (0.37 * f64::from(k)).sin();
             let b = a + [0.3, 3.0, 7.0][k as usize % 3] * (1.1 * f64::from(k)).cos();
             let most = (0..=2000).map(|i| near(a + (b - a) * f64::from(i) / 2000.0)).fold(0.0, f64::max);
-            let told = if a.abs().max(b.abs()) <= PI { a.abs().max(b.abs()) } else { turned(a.min(b), a.max(b)) };
-            beyond += usize::from(a.abs() > PI && told < PI);
-            assert!(told >= most - 1e-12 && told <= most + 4e-3, "{a} {b}: {told}, {most}");
+            let stated = if a.abs().max(b.abs()) <= PI { a.abs().max(b.abs()) } else { turned(a.min(b), a.max(b)) };
+            beyond += usize::from(a.abs() > PI && stated < PI);
+            assert!(stated >= most - 1e-12 && stated <= most + 4e-3, "{a} {b}: {stated}, {most}");
         }
         assert!(beyond > 500, "{beyond}");
     }

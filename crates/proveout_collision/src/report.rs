@@ -167,7 +167,8 @@ impl Unchecked {
             Self::Rigid => "both parts move as one",
             Self::Neighbors => "machine bodies of neighboring joints bear on each other all over",
             Self::Guide => {
-                "one of them bears on the other all over: by its role in the machine file, or round about the axis of the joint between them"
+                "one of them bears on the other everywhere: by its role in the machine file, or all around the axis \
+                 of the joint between them"
             }
             Self::Platform => "the platform between them tilts about no fixed line, so that no volume can be left out",
             Self::Allowed => "allowed by the setup",

@@ -425,8 +425,8 @@ fn bad_input_is_refused_or_counts_as_a_collision() {
     index.mesh.triangles[0][1] = 99;
     for bad in [turned, empty, numbers, index] {
         let name = bad.name.clone();
-        let told = Interference::new(&machine, &[bad], 0.0).expect_err("no body").to_string();
-        assert!(told.contains(&name), "{told}");
+        let message = Interference::new(&machine, &[bad], 0.0).expect_err("no body").to_string();
+        assert!(message.contains(&name), "{message}");
     }
     assert!(matches!(Interference::new(&machine, &[], f64::NAN), Err(CollisionError::Clearance { .. })));
     let mut check = Interference::new(&machine, &[fixture("block", &b)], 0.0).expect("solids");

@@ -165,10 +165,10 @@ fn a_needle_beside_the_tool_has_its_distance() {
         let mut check = check(&machine, &case, kind);
         let q = at(&Vector::zeros(), 0.0);
         check.check_piece(&q, &q, [0.0, 1.0], 0.0);
-        let told = || format!("{k}, tool {kind}: {:?} along {:?}", case.at, case.normal);
-        assert!(check.breaches().is_empty(), "{}: {} mm, {:?}", told(), case.distance, check.breaches());
+        let description = || format!("{k}, tool {kind}: {:?} along {:?}", case.at, case.normal);
+        assert!(check.breaches().is_empty(), "{}: {} mm, {:?}", description(), case.distance, check.breaches());
         let least = check.least_clearances().iter().map(|l| l.proved).fold(f64::INFINITY, f64::min);
-        assert!((least - case.distance).abs() <= 1e-6, "{}: {least} of {}", told(), case.distance);
+        assert!((least - case.distance).abs() <= 1e-6, "{}: {least} of {}", description(), case.distance);
     }
 }
 

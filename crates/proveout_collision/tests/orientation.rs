@@ -461,7 +461,7 @@ fn the_nearest_free_axis_and_ways_are_those_of_dense_samples() {
 }
 
 #[test]
-fn a_tool_inside_of_a_solid_and_a_ball_that_does_not_fit_are_told() {
+fn a_tool_inside_of_a_solid_and_a_ball_that_does_not_fit_are_reported() {
     let tool = ToolBuilder::new(1, "BALL", Cutter::ball(6.0).unwrap(), 10.0, 90.0).build().unwrap();
     let block = [(cuboid([-150.0, -150.0, -300.0], [150.0, 150.0, 0.0]), true)];
     let space = space(&tool, &block, &OrientationSettings::default());
@@ -484,27 +484,27 @@ fn bad_input_is_named() {
     let settings = OrientationSettings::default();
     let floor = [(cuboid([-50.0, -50.0, -30.0], [50.0, 50.0, 0.0]), true)];
     let free = space(&tool, &floor, &settings);
-    let told = |contact: SurfaceContact| free.map(&contact).unwrap_err();
+    let refusal = |contact: SurfaceContact| free.map(&contact).unwrap_err();
     let nan = f64::NAN;
     assert!(matches!(
-        told(SurfaceContact { point: Point::new(nan, 0.0, 0.0), ..on_floor() }),
+        refusal(SurfaceContact { point: Point::new(nan, 0.0, 0.0), ..on_floor() }),
         OrientationError::NotFinite { what: "point", .. }
     ));
     assert!(matches!(
-        told(SurfaceContact { normal: Vector::new(0.0, f64::INFINITY, 0.0), ..on_floor() }),
+        refusal(SurfaceContact { normal: Vector::new(0.0, f64::INFINITY, 0.0), ..on_floor() }),
         OrientationError::NotFinite { what: "normal", .. }
     ));
     assert!(matches!(
-        told(SurfaceContact { normal: Vector::zeros(), ..on_floor() }),
+        refusal(SurfaceContact { normal: Vector::zeros(), ..on_floor() }),
         OrientationError::NoNormal { length, .. } if length == 0.0
     ));
-    assert!(matches!(told(SurfaceContact { feed: Vector::z(), ..on_floor() }), OrientationError::NoFeed { .. }));
-    assert!(matches!(told(SurfaceContact { feed: Vector::zeros(), ..on_floor() }), OrientationError::NoFeed { .. }));
+    assert!(matches!(refusal(SurfaceContact { feed: Vector::z(), ..on_floor() }), OrientationError::NoFeed { .. }));
+    assert!(matches!(refusal(SurfaceContact { feed: Vector::zeros(), ..on_floor() }), OrientationError::NoFeed { .. }));
     let edge =
-        told(SurfaceContact { curvatures: Some([(f64::INFINITY, Vector::x()), (0.0, Vector::y())]), ..on_floor() });
+        refusal(SurfaceContact { curvatures: Some([(f64::INFINITY, Vector::x()), (0.0, Vector::y())]), ..on_floor() });
     assert!(edge.to_string().contains("an edge or a corner has no normal of its own"), "{edge}");
     let skew = SurfaceContact { curvatures: Some([(0.1, Vector::x()), (0.0, Vector::x())]), ..on_floor() };
-    assert!(matches!(told(skew), OrientationError::Directions { .. }));
+    assert!(matches!(refusal(skew), OrientationError::Directions { .. }));
 
     let refused = |settings: OrientationSettings| OrientationSpace::new(&tool, &[], &settings).unwrap_err().to_string();
     let default = settings;

@@ -251,17 +251,17 @@ fn injected_events_none_missed_none_invented() {
             .follow(&e.stock, &[JointMotion { joints: e.way, time: [0.0, 1.0], off: JointValues::ZERO, slack: 0.0 }]);
         assert_eq!(done, 1);
         let found = check.breaches();
-        let told = || format!("event {k}, {}: {:?} {found:?}", e.what, e.way);
+        let description = || format!("event {k}, {}: {:?} {found:?}", e.what, e.way);
         if e.hit {
-            assert!(!found.is_empty() && found[0].severity == Severity::Collision, "missed: {}", told());
+            assert!(!found.is_empty() && found[0].severity == Severity::Collision, "missed: {}", description());
             // Never late: until then they stay apart. Early by no more than the stated error.
             let time = found[0].time;
             let until = (0..=400).map(|k| (e.distance)(time * f64::from(k) / 401.0));
-            assert!(until.fold(f64::INFINITY, f64::min) > 0.0 || time == 0.0, "late: {}", told());
-            assert!((e.distance)(time) <= check.unseen_mm() + 2.0 * TOLERANCE_MM, "early: {}", told());
+            assert!(until.fold(f64::INFINITY, f64::min) > 0.0 || time == 0.0, "late: {}", description());
+            assert!((e.distance)(time) <= check.unseen_mm() + 2.0 * TOLERANCE_MM, "early: {}", description());
             hits[family as usize] += 1;
         } else {
-            assert!(found.is_empty(), "invented: {}", told());
+            assert!(found.is_empty(), "invented: {}", description());
             misses[family as usize] += 1;
         }
     }

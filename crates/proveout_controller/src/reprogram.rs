@@ -39,7 +39,7 @@ const SAME_ANGLE: f64 = 1e-12;
 const SAME_MM: f64 = 1e-9;
 
 /// Axes of a run without tool center point control that stay within this do not turn, radian.
-const STANDS: f64 = 1e-9;
+const SAME_AXIS: f64 = 1e-9;
 /// How near slides must bring the tip to where it shall be, mm.
 const SLIDES: f64 = 1e-6;
 
@@ -296,8 +296,8 @@ impl Reprogramming<'_> {
             lead.into_iter().chain(found.blocks.iter().zip(poses.iter().copied())).chain(after).collect();
         for (k, (placed, pose)) in new.into_iter().enumerate() {
             let last = q;
-            let told = own.contains(&k).then(|| rotary?.get(k - own.start)).flatten();
-            self.rewrite(commands, placed, (&pose, told, found.joints), &mut q)?;
+            let rotary_pose = own.contains(&k).then(|| rotary?.get(k - own.start)).flatten();
+            self.rewrite(commands, placed, (&pose, rotary_pose, found.joints), &mut q)?;
             if k > 0
                 && let Some(command) = commands.get(placed.command)
             {
@@ -340,21 +340,28 @@ impl Reprogramming<'_> {
         &self,
         commands: &mut [Command],
         placed: &Placed,
-        (pose, told, length): (&ToolPose, Option<&JointValues>, Option<f64>),
+        (pose, rotary_pose, length): (&ToolPose, Option<&JointValues>, Option<f64>),
         q: &mut JointValues,
     ) -> Result<(), Box<ControlError>> {
         let Some(command) = commands.get_mut(placed.command) else { return Ok(()) };
         let location = &command.location;
-        let told = match (told, length) {
-            (Some(told), Some(length)) => Some(self.with_slides(told, pose, length).ok_or_else(|| {
-                let message = "the slides of the machine do not bring the tip where it shall be".to_owned();
-                fail(location, "reschedule-path", message, "the method is for machines with straight slides X, Y and Z")
-            })?),
-            (told, _) => told.copied(),
+        let rotary_pose = match (rotary_pose, length) {
+            (Some(rotary_pose), Some(length)) => {
+                Some(self.with_slides(rotary_pose, pose, length).ok_or_else(|| {
+                    let message = "the slides of the machine cannot bring the tip to its position".to_owned();
+                    fail(
+                        location,
+                        "reschedule-path",
+                        message,
+                        "the method is for machines with straight slides X, Y and Z",
+                    )
+                })?)
+            }
+            (rotary_pose, _) => rotary_pose.copied(),
         };
         // Slides depend on the length of the tool and are judged when the program runs.
         let reached = |q: &JointValues| self.machine.inverse_nearest(pose, length.unwrap_or(0.0), q).map(|s| s.q);
-        *q = match told.map_or_else(|| reached(q), Ok) {
+        *q = match rotary_pose.map_or_else(|| reached(q), Ok) {
             Ok(q) => q,
             Err(KinematicsError::OverTravel { rotary: false, solution, .. }) => solution.q,
             Err(e) => {
@@ -447,7 +454,7 @@ fn cutting_run(found: &Found, commands: &[Command]) -> CuttingRun {
 /// only if rotary ones turn.
 fn turns(run: &Found) -> bool {
     let Some(first) = run.blocks.first().filter(|_| run.joints.is_some()) else { return run.joints.is_none() };
-    run.blocks.iter().any(|b| b.pose.angle_to(&first.pose) > STANDS)
+    run.blocks.iter().any(|b| b.pose.angle_to(&first.pose) > SAME_AXIS)
 }
 
 /// A program with tool vectors cannot give the position of a rotary joint at a pole.

@@ -249,10 +249,10 @@ mod tests {
     fn what_breaks_the_promise_is_named() {
         let samples = cubic(0.01, 6, 6.0);
         let before = [samples[0].q, samples[1].q, samples[2].q];
-        let told = |jerk: f64| broken((&limits(jerk), &Parts::new(&limits(jerk))), 0.01, &before, &samples[3]);
-        assert_eq!(told(6.0), None);
-        assert_eq!(told(5.995), None, "within 0.1 percent");
-        let (joint, order, value, limit) = told(5.9).expect("jerk 6 of 5.9");
+        let broken_at = |jerk: f64| broken((&limits(jerk), &Parts::new(&limits(jerk))), 0.01, &before, &samples[3]);
+        assert_eq!(broken_at(6.0), None);
+        assert_eq!(broken_at(5.995), None, "within 0.1 percent");
+        let (joint, order, value, limit) = broken_at(5.9).expect("jerk 6 of 5.9");
         assert!(joint == 0 && order == 2 && (value - 6.0).abs() < 1e-6 && limit == 5.9);
     }
 }

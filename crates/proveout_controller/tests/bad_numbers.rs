@@ -92,8 +92,8 @@ fn what_is_not_a_number_is_refused_at_its_block() {
                 let begin = begin.op(Op::Tcp(Tcp { on: tcp, interpolation: OrientationInterpolation::Axes }));
                 // Motion behind it would have been planned together with the bad block.
                 let p = begin.op(op.clone()).g1(&[('X', 20.0)]);
-                let told = refusal(&p, &machine);
-                let Some((code, line, text)) = told else { panic!("{name} {bad}: runs") };
+                let message = refusal(&p, &machine);
+                let Some((code, line, text)) = message else { panic!("{name} {bad}: runs") };
                 assert_eq!((code, line), ("control-not-a-number", 5), "{name} {bad}, tcp {tcp}: {text}");
                 assert!(text.contains("test.nc:5:1"), "{text}");
             }

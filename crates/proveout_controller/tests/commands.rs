@@ -72,7 +72,7 @@ fn a_tapping_cycle_reverses_the_spindle_and_gives_it_back() {
         .feed(10.0)
         .g1(&[('X', 20.0)]);
     let out = run(&program, &machine);
-    let told: Vec<(SpindleDirection, f64)> = out
+    let states: Vec<(SpindleDirection, f64)> = out
         .all
         .events
         .iter()
@@ -81,7 +81,7 @@ fn a_tapping_cycle_reverses_the_spindle_and_gives_it_back() {
             _ => None,
         })
         .collect();
-    assert_eq!(told.iter().map(|t| t.0).collect::<Vec<_>>(), [cw, ccw, cw]);
+    assert_eq!(states.iter().map(|t| t.0).collect::<Vec<_>>(), [cw, ccw, cw]);
     let begin = |line: u32| {
         let moves = out.all.blocks.iter().find(|b| b.line == line && b.length > 0.0);
         moves.map(|b| (b.start_time, b.end_time)).expect("a motion")
@@ -248,16 +248,16 @@ fn a_spline_with_a_cusp_is_refused() {
 }
 
 #[test]
-fn a_probe_runs_to_its_end_stops_and_is_told() {
+fn a_probe_runs_to_its_end_stops_and_is_reported() {
     let machine = bc_machine();
     let probe = ProbeMotion { motion: motion(&[('Z', -5.0)]), away: false, must_switch: true };
     let program = Program::default().feed(10.0).op(Op::Probe(probe)).g1(&[('X', 8.0)]);
     let out = run(&program, &machine);
-    let told: Vec<_> = out.all.events.iter().filter(|e| matches!(e, Event::Probe { .. })).collect();
-    assert_eq!(told.len(), 1);
+    let probes: Vec<_> = out.all.events.iter().filter(|e| matches!(e, Event::Probe { .. })).collect();
+    assert_eq!(probes.len(), 1);
     let probed = out.all.blocks.iter().find(|b| b.line == 2).expect("the probe");
-    assert_eq!(told[0].block(), probed.index);
-    assert!(told[0].time() <= probed.start_time + 1e-12);
+    assert_eq!(probes[0].block(), probed.index);
+    assert!(probes[0].time() <= probed.start_time + 1e-12);
     for s in out.all.samples.iter().filter(|s| s.commanded[0] > 1e-9) {
         assert!((s.commanded[2] + 5.0).abs() < 1e-9);
     }

@@ -50,9 +50,9 @@ fn a_swivel_takes_the_position_that_is_asked_for_and_else_the_other_one() {
                 let program = Program::default().op(swivel(axis, solution));
                 let out = run(&program, &machine);
                 let reached = machine.forward(&out.summary.end_position, 0.0).axis;
-                let told = notes(&out).iter().any(|text| text.contains("out of travel"));
+                let noted = notes(&out).iter().any(|text| text.contains("out of travel"));
                 assert!((0..3).all(|k| (reached[k] - axis[k]).abs() < 1e-6), "{name}: {reached:?} {axis:?}");
-                (out.summary.end_position[tilting], told)
+                (out.summary.end_position[tilting], noted)
             };
             let ask = |higher| RotarySolution::Angle { higher, reference: None, or_other: true };
             let [(low, low_told), (high, high_told)] = [end(ask(false)), end(ask(true))];
@@ -73,9 +73,9 @@ fn a_swivel_takes_the_position_that_is_asked_for_and_else_the_other_one() {
 }
 
 #[test]
-fn a_control_that_refuses_the_other_position_is_told_as_an_assumption() {
+fn a_control_that_refuses_the_other_position_is_reported_as_an_assumption() {
     let machine = library("spinner-u5-620");
-    let told = |or_other| {
+    let positions = |or_other| {
         let axis = [0.5, 0.0, 0.75_f64.sqrt()];
         let both = [false, true].map(|higher| {
             let program =
@@ -85,7 +85,7 @@ fn a_control_that_refuses_the_other_position_is_told_as_an_assumption() {
         });
         both[0] || both[1]
     };
-    assert_eq!((told(true), told(false)), (false, true));
+    assert_eq!((positions(true), positions(false)), (false, true));
 }
 
 #[test]
@@ -195,8 +195,12 @@ fn the_contour_error_of_the_drives_is_held_against_the_nearest_block() {
             });
             worst = worst.max(off.fold((at - path[0]).norm(), f64::min));
         }
-        let told = out.summary.max_servo_contour_error_mm.expect("drives");
-        assert!(told <= worst + 1e-6, "{seed}: {told} mm, and the tip is never farther than {worst} mm");
-        assert!(told > 0.0 && out.summary.max_axis_error.to_degrees() < 3.0, "{told} {}", out.summary.max_axis_error);
+        let largest = out.summary.max_servo_contour_error_mm.expect("drives");
+        assert!(largest <= worst + 1e-6, "{seed}: {largest} mm, and the tip is never farther than {worst} mm");
+        assert!(
+            largest > 0.0 && out.summary.max_axis_error.to_degrees() < 3.0,
+            "{largest} {}",
+            out.summary.max_axis_error
+        );
     }
 }

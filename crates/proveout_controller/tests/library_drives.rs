@@ -145,11 +145,11 @@ fn rapid_motion_saturates_no_drive() {
             p = p.g0(&at);
         }
         let run = run_with(&p, &machine, &[], &servo(machine.control.cycle_time));
-        let told = run.all.events.iter().any(|e| matches!(e, Event::Limit { kind: LimitKind::DriveForce, .. }));
+        let limited = run.all.events.iter().any(|e| matches!(e, Event::Limit { kind: LimitKind::DriveForce, .. }));
         let used: Vec<f64> =
             run.summary.joints.iter().map(|j| j.drive.expect("drives").force_utilisation.expect("a limit")).collect();
         println!("{}: drives are used by {used:.2?}", machine.name);
-        assert!(!told && used.iter().all(|u| *u > 0.01 && *u < 1.0), "{}: {used:?}", machine.name);
+        assert!(!limited && used.iter().all(|u| *u > 0.01 && *u < 1.0), "{}: {used:?}", machine.name);
     }
 }
 

@@ -55,9 +55,12 @@ fn stairs_are_cut_at_the_feed_and_measured_on_the_path_that_is_run() {
         assert!(s.length_mm < 118.0, "the corners are rounded: {}", s.length_mm);
         let seen = chords(&samples);
         assert!((seen - s.length_mm).abs() < 2e-3 * s.length_mm, "{seen} mm of samples, {} mm told", s.length_mm);
-        let told: f64 = run.all.blocks.iter().map(|b| b.length).sum();
+        let path_length: f64 = run.all.blocks.iter().map(|b| b.length).sum();
         let programmed: f64 = run.all.blocks.iter().map(|b| b.programmed_length).sum();
-        assert!((told - s.length_mm).abs() < 1e-9 && (programmed - 120.0).abs() < 1e-9, "{told} {programmed}");
+        assert!(
+            (path_length - s.length_mm).abs() < 1e-9 && (programmed - 120.0).abs() < 1e-9,
+            "{path_length} {programmed}"
+        );
         // Joints that permit the feed: 10 mm/s over a corner of half a millimeter needs a tenth of the acceleration.
         assert!(low > 0.99 * feed && high < 1.001 * feed, "{low} {high}");
         assert!(ratio > 0.99, "{ratio}");

@@ -138,8 +138,8 @@ fn linear_joints_that_follow_a_turn_leave_their_chord_by_its_height() {
         // The axis of B lies 60 mm above the table: the tip runs round it at this distance in the machine.
         let radius = (30.0_f64.powi(2) + 90.0_f64.powi(2)).sqrt();
         let height = radius * (1.0 - (0.5 * angle).cos());
-        let told = (p.joint_deviation[0].powi(2) + p.joint_deviation[2].powi(2)).sqrt();
-        assert!(told >= height && told < 1.6 * height + 1e-9, "{told} {height}");
+        let deviation = (p.joint_deviation[0].powi(2) + p.joint_deviation[2].powi(2)).sqrt();
+        assert!(deviation >= height && deviation < 1.6 * height + 1e-9, "{deviation} {height}");
     }
     assert!(compare(&run).0.iter().all(|w| *w <= 1.0));
 }

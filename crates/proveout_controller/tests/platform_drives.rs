@@ -238,7 +238,7 @@ fn a_weak_leg_saturates_under_its_own_name_and_forces_are_those_of_virtual_work(
         leg.drive.as_mut().expect("a drive").max_force = Some(30.0);
     }
     let run = run_with(&swaying(), &machine, &[tool(1, 100.0)], &servo());
-    let told: Vec<usize> = run
+    let drives: Vec<usize> = run
         .all
         .events
         .iter()
@@ -247,7 +247,7 @@ fn a_weak_leg_saturates_under_its_own_name_and_forces_are_those_of_virtual_work(
             _ => None,
         })
         .collect();
-    assert!(told.contains(&z) && told.contains(&a), "{told:?}");
+    assert!(drives.contains(&z) && drives.contains(&a), "{drives:?}");
     assert_eq!(run.summary.joints[z].drive.and_then(|d| d.force_utilisation), Some(1.0));
 }
 

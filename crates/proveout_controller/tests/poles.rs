@@ -319,7 +319,7 @@ fn circles_are_followed_at_any_distance_from_a_pole() {
             let off = off_circle(&run, machine, &blocks_of(&run, 7), [&ends[0], &ends[1]]);
             let nearest = poles.iter().map(|(p, _)| closest_approach(&c.from, &c.to, p));
             let (distance, between) = nearest.fold((f64::INFINITY, false), |a, b| if b.0 < a.0 { b } else { a });
-            let told: Vec<f64> = run
+            let values: Vec<f64> = run
                 .all
                 .events
                 .iter()
@@ -333,11 +333,15 @@ fn circles_are_followed_at_any_distance_from_a_pole() {
                 .collect();
             let what = || format!("{name} {seed} {c:?}, {} degrees from the pole", distance.to_degrees());
             if between && distance > ROUNDING && distance < CONE {
-                assert_eq!(told.len(), 1, "{}", what());
-                assert!((told[0] - distance).abs() < 1e-3 * distance + 1e-9 && off < distance + FOLLOWED, "{}", what());
+                assert_eq!(values.len(), 1, "{}", what());
+                assert!(
+                    (values[0] - distance).abs() < 1e-3 * distance + 1e-9 && off < distance + FOLLOWED,
+                    "{}",
+                    what()
+                );
                 crossed.fetch_add(1, Relaxed);
             } else {
-                assert!(told.is_empty(), "{}: {told:?}", what());
+                assert!(values.is_empty(), "{}: {values:?}", what());
                 let rounding = if distance <= ROUNDING { ROUNDING } else { 0.0 };
                 assert!(off < FOLLOWED + rounding, "{}: {off} rad off the circle", what());
                 followed.fetch_add(1, Relaxed);

@@ -439,11 +439,11 @@ fn machines_without_a_common_zero_refuse_both_ways_in_one_program() {
         ("G0 X10 Y10 Z-300\nG0 X20", false),
     ] {
         let result = run(&format!("{head}{text}\nM30\n"), &machine, &reader);
-        let told = result.err().map(|e| e.to_string()).unwrap_or_default();
+        let message = result.err().map(|e| e.to_string()).unwrap_or_default();
         assert_eq!(
-            told.contains("lu-serial-i") || told.contains("do not move the tool along"),
+            message.contains("lu-serial-i") || message.contains("do not move the tool along"),
             refused,
-            "{text}: {told}"
+            "{text}: {message}"
         );
     }
 }

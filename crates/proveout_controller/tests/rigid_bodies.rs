@@ -388,7 +388,7 @@ fn rapier_swings_as_newton_euler() {
 }
 
 #[test]
-fn what_is_not_known_is_told() {
+fn what_is_not_known_is_reported() {
     let mut machine = skew();
     let without = machine.bodies.iter().position(|b| b.name == "body A").expect("body");
     machine.bodies[without].mass = None;

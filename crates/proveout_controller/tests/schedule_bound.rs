@@ -245,7 +245,7 @@ fn two_angles_outcome(seed: u64) -> Turned {
     let radius = random.range(0.01, 0.05);
     let machine = bc_machine();
     let joint = |name: &str| &machine.joints[machine.joint(name).expect("of the machine")];
-    let velocity = ["B", "C"].map(|j| joint(j).max_velocity.expect("told") * (1.0 + LIMIT_PASSED));
+    let velocity = ["B", "C"].map(|j| joint(j).max_velocity.expect("given") * (1.0 + LIMIT_PASSED));
     // Both carry the workpiece with sense -1: seen from the table the axis turns by their values.
     let pair = AxisPair { inner: Vector::y(), outer: Vector::z(), zero: Vector::z(), travel: [-1.2, 1.2], velocity };
     // Every fifth row jumps from block to block.
@@ -309,16 +309,16 @@ fn no_row_of_two_angles_is_below_the_bound_over_cells() {
         ratios
     };
     let forced = outcomes.iter().filter(|o| o.forced > 1.01).count();
-    let told = |r: &[f64]| match r {
+    let span = |r: &[f64]| match r {
         [] => "of none".to_owned(),
         _ => format!("{:.4} to {:.3}, half below {:.3}", r[0], r[r.len() - 1], r[r.len() / 2]),
     };
     let [even, jumping] = [sorted(false), sorted(true)];
     println!(
         "{count} rows: time over bound {}, of rows that jump {}; {forced} bound by more than the feed",
-        told(&even),
-        told(&jumping)
+        span(&even),
+        span(&jumping)
     );
     assert!(forced > 0, "no row is bound by its joints");
-    assert!(even[even.len() / 2] < 2.0, "the bound says nothing of even rows: {}", told(&even));
+    assert!(even[even.len() / 2] < 2.0, "the bound says nothing of even rows: {}", span(&even));
 }

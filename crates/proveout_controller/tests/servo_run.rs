@@ -198,7 +198,7 @@ fn a_weak_drive_saturates_and_says_so_with_its_block() {
     machine.joints[x].drive.as_mut().expect("a drive").max_force = Some(2500.0);
     let p = Program::default().g0(&[('X', 100.0)]).g0(&[('Y', 0.0)]).g0(&[('X', -100.0)]);
     let run = run_with(&p, &machine, &[], &servo());
-    let told: Vec<_> = run
+    let limit_events: Vec<_> = run
         .all
         .events
         .iter()
@@ -210,10 +210,13 @@ fn a_weak_drive_saturates_and_says_so_with_its_block() {
         })
         .collect();
     // Block 1 moves Y alone; X may still come back from where it was left behind.
-    let blocks: Vec<u32> = told.iter().map(|t| t.3).collect();
-    assert!(told.iter().all(|t| t.0 == Some(x)) && blocks.contains(&0) && blocks.contains(&2), "{told:?}");
-    assert!(blocks.windows(2).all(|b| b[0] < b[1]), "one event a block: {told:?}");
-    assert!(told.iter().all(|t| t.1.abs() > 2500.0 && (t.2.abs() - 2500.0).abs() < 1e-6 && t.1 * t.2 > 0.0));
+    let blocks: Vec<u32> = limit_events.iter().map(|t| t.3).collect();
+    assert!(
+        limit_events.iter().all(|t| t.0 == Some(x)) && blocks.contains(&0) && blocks.contains(&2),
+        "{limit_events:?}"
+    );
+    assert!(blocks.windows(2).all(|b| b[0] < b[1]), "one event a block: {limit_events:?}");
+    assert!(limit_events.iter().all(|t| t.1.abs() > 2500.0 && (t.2.abs() - 2500.0).abs() < 1e-6 && t.1 * t.2 > 0.0));
     let used = run.summary.joints[x].drive.expect("drives");
     assert!(used.force_utilisation.is_some_and(|u| u <= 1.0 + 1e-12 && u > 0.999) && used.max_following_error > 0.1);
     assert!(run.all.samples.iter().all(|s| s.drive.expect("drives").force[x].abs() <= 2500.0 + 1e-6));

@@ -80,8 +80,8 @@ fn a_delta_value_of_the_length_keeps_the_tip_off_by_as_much() {
             .g1(&tilted);
         let out = run_with(&program, &machine, &[tool(1, LENGTH)], &ideal());
         let pose = machine.forward(&out.summary.end_position, LENGTH);
-        let told = Point::new(-40.0, 35.0, 140.0) + pose.axis * length;
-        assert!((pose.tip - told).norm() < 1e-9, "{length}: {:?}", pose.tip - told);
+        let stated = Point::new(-40.0, 35.0, 140.0) + pose.axis * length;
+        assert!((pose.tip - stated).norm() < 1e-9, "{length}: {:?}", pose.tip - stated);
         assert!(out.summary.max_contour_error_mm < 0.011, "{}", out.summary.max_contour_error_mm);
     }
 }

@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_side_by_side_are_told_apart() {
+    fn cells_side_by_side_are_distinguished() {
         let mut map: CellMap<[i32; 3], usize> = CellMap::default();
         let mut low_bits = std::collections::BTreeSet::new();
         for (n, [i, j, k]) in (0..8000_i32).map(|n| [n % 20 - 10, n / 20 % 20 - 10, n / 400 - 10]).enumerate() {

@@ -77,7 +77,7 @@ impl<'a> Document<'a> {
             return Err(self.fault("input-syntax", String::new(), message, "correct the text at this place", &span));
         }
         if self.tree.as_ref().is_none_or(DeTable::is_empty) {
-            let remedy = "write what docs/schemas asks for, or name another file";
+            let remedy = "write a file that matches docs/schemas, or name another file";
             return Err(self.fault("input-empty", String::new(), "the file holds no key".into(), remedy, &(0..0)));
         }
         let reader = toml::de::Deserializer::parse(self.text).map_err(|e| self.refused(&e))?;

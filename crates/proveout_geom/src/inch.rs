@@ -86,7 +86,7 @@ impl Walk<'_> {
                 }
                 (false, Some(mm), _) => {
                     return refused(
-                        format!("`{name}` is in inch, and the file does not say so"),
+                        format!("`{name}` is in inch, but the file does not state inch"),
                         format!("write unit = \"inch\" as its first line and all lengths in inch, or `{mm}`"),
                     );
                 }

@@ -215,10 +215,10 @@ mod tests {
     }
 
     #[test]
-    fn values_outside_are_told_with_key_value_and_range() {
+    fn values_outside_are_reported_with_key_value_and_range() {
         let fault = |text: &str| check_quantities(text).expect_err(text).to_string();
-        let told = fault("[stock]\nbox = { min_mm = [0, 0, 0], max_mm = [20, 1e18, 0] }");
-        assert_eq!(told, "`stock.box.max_mm` = 1e18 is out of range: -100000 to 100000");
+        let message = fault("[stock]\nbox = { min_mm = [0, 0, 0], max_mm = [20, 1e18, 0] }");
+        assert_eq!(message, "`stock.box.max_mm` = 1e18 is out of range: -100000 to 100000");
         assert!(fault("[control]\ncycle_time_ms = 1e-4").contains("0.01 to 100"));
         assert!(fault("roles_kg_m3 = { column = 1e9 }").contains("roles_kg_m3.column"));
         assert!(fault("[[a]]\n[[a]]\nx = nan").contains("`a.x` = nan"));

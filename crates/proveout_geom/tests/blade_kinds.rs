@@ -256,7 +256,7 @@ impl ParametricSurface for Searched {
 
 /// Platforms and ends that are nearer than all of the airfoil are told without its foot, and as they are told with it.
 #[test]
-fn what_is_told_without_a_foot_is_what_is_told_with_it() {
+fn results_with_and_without_a_foot_agree() {
     let plate = Plate { fillet_radius: 3.0, thickness: 6.0, y: [-30.0, 30.0], z: [-30.0, 30.0] };
     let ends = [BladeEnd { x: 2.0, plate: Some(plate) }, BladeEnd { x: 97.0, plate: None }];
     let surfaces: [Arc<dyn ParametricSurface>; 2] =
@@ -285,13 +285,13 @@ fn what_is_told_without_a_foot_is_what_is_told_with_it() {
 fn a_surface_is_beyond_what_is_nearer_than_its_foot_and_never_beyond_its_foot() {
     let mut draw = Draw(12);
     for (name, surface) in kinds() {
-        let mut told = 0;
+        let mut stated = 0;
         for _ in 0..20 {
             let p = Point::new(draw.within([-30.0, 130.0]), draw.within([-60.0, 60.0]), draw.within([-60.0, 60.0]));
             let distance = surface.foot(&p).distance;
             assert!(!surface.is_beyond(&p, distance + 1e-5), "{name}: {p} is {distance} from it");
-            told += usize::from(surface.is_beyond(&p, 0.5 * distance));
+            stated += usize::from(surface.is_beyond(&p, 0.5 * distance));
         }
-        assert!(told > 18 || name.contains("camber"), "{name}: half of the way is told of {told} points in 20");
+        assert!(stated > 18 || name.contains("camber"), "{name}: half of the way is told of {stated} points in 20");
     }
 }

@@ -215,7 +215,7 @@ pub(crate) fn read_drive(
         (Some(g), None) => VelocityGain::Gain(g * damping),
         (None, Some(b)) => VelocityGain::Bandwidth(b * std::f64::consts::TAU),
         _ => {
-            let message = "the velocity loop needs its gain once";
+            let message = "the gain of the velocity loop must be given exactly once";
             let remedy = format!("give {key} or velocity_bandwidth_hz, and not both");
             return Err(source.error("machine-drive", &at(key), message, remedy));
         }

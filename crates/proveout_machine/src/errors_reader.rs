@@ -152,7 +152,7 @@ fn check_meaning(source: &Document<'_>, constant: &ConstantErrors, joints: &[Joi
         let message = format!("a shift along the axis of {} has no effect", joint.name);
         (along, message, "give the shift across the axis")
     } else {
-        let message = format!("slide {} has a direction and no place across it", joint.name);
+        let message = format!("slide {} has a direction, but no place across it", joint.name);
         (shift - along, message, "give the shift along the slide (its zero), or as a table")
     };
     if lost.norm() <= MEANINGLESS * shift.norm() {
@@ -186,7 +186,7 @@ fn read_table(source: &Document<'_>, index: usize, file: &ErrorTableFile, joints
     };
     let growing = positions.windows(2).all(|w| w[0] < w[1]) && positions.iter().all(|p| p.is_finite());
     if positions.len() < 2 || !growing {
-        return wrong(key, "positions must be two or more growing numbers".into(), "sort them, each once");
+        return wrong(key, "positions must be two or more growing numbers".into(), "sort them, without repetitions");
     }
     let mut components = vec![[0.0; 6]; positions.len()];
     for (name, values) in &file.values {

@@ -79,7 +79,7 @@ impl fmt::Display for LimitViolation {
             LimitKind::Amplification => {
                 return write!(
                     f,
-                    "{} turn {:.3} times as fast as the tool axis, and {:.3} is allowed",
+                    "{} turn {:.3} times as fast as the tool axis; the limit is {:.3}",
                     self.name, self.value, self.limit
                 );
             }

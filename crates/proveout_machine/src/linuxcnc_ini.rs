@@ -129,7 +129,7 @@ pub fn import_linuxcnc_ini(file: &Path, on_table: &str) -> Result<ImportedMachin
         let either =
             |key: &str| -> Result<Option<f64>, InputError> { Ok(number(&axis, key)?.or(number(&joint, key)?)) };
         if "UVW".contains(c) {
-            notes.push(format!("axis {c} is left out: only X, Y, Z are taken"));
+            notes.push(format!("axis {c} is left out: only X, Y, Z are supported"));
             continue;
         }
         let rotary = "ABC".contains(c);
@@ -253,8 +253,8 @@ mod tests {
         assert_eq!(x.travel, Some([-254.0, 254.0]));
         // 2 inch a second.
         assert!(
-            (x.max_velocity.expect("told") - 50.8).abs() < 1e-9
-                && (x.max_acceleration.expect("told") - 508.0).abs() < 1e-9
+            (x.max_velocity.expect("given") - 50.8).abs() < 1e-9
+                && (x.max_acceleration.expect("given") - 508.0).abs() < 1e-9
         );
         assert!(machine.joints[machine.joint("A").expect("A")].endless);
         assert_eq!(machine.joints[machine.joint("Y").expect("Y")].home, 101.6);

@@ -161,7 +161,7 @@ pub(crate) fn read_mass(
 }
 
 fn no_volume(source: &Document<'_>, path: &[Step<'_>]) -> InputError {
-    let message = "the shape has no volume to spread the mass over";
+    let message = "the shape has no volume for its mass";
     let remedy = "give mass_kg, center_mm and inertia_kg_m2, or close the shape";
     source.error("machine-mass", path, message, remedy)
 }
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn tensors_that_no_body_has_are_told() {
+    fn tensors_that_no_body_has_are_reported() {
         let diagonal = |a, b, c| Matrix3::from_diagonal(&Vector::new(a, b, c));
         assert!(is_inertia(&diagonal(1.0, 1.0, 2.0)) && is_inertia(&diagonal(2.0, 3.0, 4.0)));
         assert!(!is_inertia(&diagonal(1.0, 1.0, 2.1)) && !is_inertia(&diagonal(1.0, -1.0, 1.0)));

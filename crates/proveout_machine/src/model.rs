@@ -157,8 +157,11 @@ node = "Column"
         assert!(unused.expect("Loose is in no body").message.contains("Loose"));
         let wrong = text.replace("node = \"Column\"", "node = \"Colum\"");
         let error = Machine::from_text(&file, &wrong).expect_err("no such node");
-        let told = error.to_string();
-        assert!(told.contains("no node \"Colum\"") && told.contains("the model has Column, Head, Loose"), "{told}");
+        let reason = error.to_string();
+        assert!(
+            reason.contains("no node \"Colum\"") && reason.contains("the model has Column, Head, Loose"),
+            "{reason}"
+        );
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub(crate) fn chain_to(
             return Err(source.error("machine-loop", &path, message, "give one joint of the loop the parent base"));
         }
         if joints[j].carries != carries {
-            let message = format!("joint {} carries the {word} by its parents, and says {other}", joints[j].name);
+            let message = format!("joint {} carries the {word} by its parents, but states {other}", joints[j].name);
             let remedy = format!("write carries = \"{word}\", or correct the parent of the joints that it carries");
             return Err(source.error("machine-wrong-side", &[Key("joint"), Item(j), Key("carries")], message, remedy));
         }

@@ -212,8 +212,8 @@ fn a_second_axis_along_the_tool_is_refused() {
     let six = GOOD.replacen("[spindle]", head, 1).replacen("on = \"Z\"", "on = \"W\"", 1);
     let six = Machine::from_text(Path::new("m.toml"), &six).expect("three rotary joints are solved numerically");
     assert!(!six.has_closed_form());
-    let told = six.diagnose();
-    assert!(told.iter().any(|d| d.code == "machine-numerical-inverse" && d.key == "joint.W"), "{told:?}");
+    let remarks = six.diagnose();
+    assert!(remarks.iter().any(|d| d.code == "machine-numerical-inverse" && d.key == "joint.W"), "{remarks:?}");
     // Three axes of which all are parallel to the tool or to each other swing it in one plane.
     let flat = text.replacen("name = \"C\"\nheld = true\n", "name = \"C\"\n", 1).replacen(
         "direction = [0, 1, 0]\npoint_mm",
@@ -244,8 +244,8 @@ fn limits_must_stand_upright() {
 
 /// Every message with a value tells it in the unit of its key, as it is written.
 #[test]
-fn values_are_told_in_the_unit_of_their_key() {
-    for (old, new, code, at_line, told) in [
+fn values_are_reported_in_the_unit_of_their_key() {
+    for (old, new, code, at_line, expected) in [
         ("[-10, 105]", "[120, -120]", "machine-limits-upside-down", "travel_deg", "120 to -120 degrees"),
         ("[-100, 100]", "[250, -250]", "machine-limits-upside-down", "travel_mm", "250 to -250 mm"),
         ("[-10, 105]", "[-10, 105]\nhome_deg = 200", "machine-home-outside", "home_deg", "position 200 degrees"),
@@ -265,7 +265,7 @@ fn values_are_told_in_the_unit_of_their_key() {
             "rapid_velocity_deg_s = 200 is above max_velocity_deg_s = 100",
         ),
     ] {
-        expect(old, new, code, at_line, told);
+        expect(old, new, code, at_line, expected);
     }
 }
 
@@ -439,9 +439,9 @@ fn remarks_name_line_and_remedy() {
     assert!(text.lines().skip(missing.line - 1).take(2).any(|l| l.contains("\"Y\"")), "{missing:?}");
     assert!(all.iter().all(|d| d.line > 0 && !d.remedy.is_empty() && !d.message.is_empty()), "{all:?}");
     // Y and Z carry no body; the plate hangs on C, which B moves as well.
-    for (joint, told) in [("Y", true), ("Z", true), ("B", false), ("C", false)] {
+    for (joint, expected) in [("Y", true), ("Z", true), ("B", false), ("C", false)] {
         let key = format!("joint.{joint}");
-        assert_eq!(all.iter().any(|d| d.code == "machine-joint-without-body" && d.key == key), told, "{joint}");
+        assert_eq!(all.iter().any(|d| d.code == "machine-joint-without-body" && d.key == key), expected, "{joint}");
     }
     let legs = Machine::from_text(Path::new("m.toml"), &on_legs()).expect("readable").diagnose();
     assert!(legs.iter().any(|d| d.key == "platform.P.leg.L2.travel_mm"), "{legs:?}");

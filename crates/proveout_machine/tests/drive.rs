@@ -87,12 +87,13 @@ fn a_body_without_a_mass_takes_the_density_of_its_role() {
     let noted = rule("default_kg_m3 = 2500\nchosen = { \"*\" = \"ribbed castings\" }", "").expect("readable");
     assert!(noted.trust.iter().any(|t| t.key == "body_density.*" && t.chosen));
     let silent = rule("default_kg_m3 = 2500", "").expect("readable");
-    let told = |m: &Machine| m.diagnose().iter().any(|d| d.code == "machine-no-source" && d.key == "body_density");
-    assert!(told(&silent) && !told(&noted));
+    let has_no_source =
+        |m: &Machine| m.diagnose().iter().any(|d| d.code == "machine-no-source" && d.key == "body_density");
+    assert!(has_no_source(&silent) && !has_no_source(&noted));
 }
 
 #[test]
-fn mistakes_are_told_with_key_and_remedy() {
+fn mistakes_are_reported_with_key_and_remedy() {
     let gain = "velocity_bandwidth_hz = 20\n";
     let on_slide = |keys: &str| text(&drive(keys), "", "");
     let on_table = |keys: &str| text("", &drive(keys), "");
@@ -154,9 +155,9 @@ fn mistakes_are_told_with_key_and_remedy() {
         match read(&text) {
             Ok(_) => panic!("accepted: {key}"),
             Err(e) => {
-                let told = e.to_string();
-                assert!(told.contains(key) && told.contains(remedy), "{key}, {remedy}: {told}");
-                assert!(told.starts_with("machine.toml:"), "{told}");
+                let message = e.to_string();
+                assert!(message.contains(key) && message.contains(remedy), "{key}, {remedy}: {message}");
+                assert!(message.starts_with("machine.toml:"), "{message}");
             }
         }
     }

@@ -63,7 +63,7 @@ codes! {
     SUBPROGRAM = "nc-subprogram", "A called subprogram was not found.",
         "Put the subprogram into the folder of the program, or into the same file.";
     SYNTAX = "nc-syntax", "The text does not follow the grammar of the dialect.", "Correct the text at the place shown.";
-    TYPE = "nc-type", "A value has the wrong type for its use.", "Use a value of the type that is asked for.";
+    TYPE = "nc-type", "A value has the wrong type for its use.", "Use a value of the required type.";
     UNKNOWN_VARIABLE = "nc-unknown-variable", "A variable without a definition or a value is used.",
         "Define it with DEF, assign it first, or give its value with --variable or in the control file.";
     UNKNOWN_WORD = "nc-unknown-word", "A word that is unknown to the reader of this dialect.",

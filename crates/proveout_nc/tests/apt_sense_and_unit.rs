@@ -106,8 +106,8 @@ fn a_path_that_contradicts_the_system_is_reported() {
             let text = format!("{head}{path}{end}");
             let found = ops(&text, &settings());
             assert_eq!(senses_of(&found), truth, "{case}\n{text}");
-            let told = assumed(&found, "circles");
-            assert!(told.len() == 1 && told[0].contains("arcs.clsf_sense"), "{case}: {told:?}\n{text}");
+            let message = assumed(&found, "circles");
+            assert!(message.len() == 1 && message[0].contains("arcs.clsf_sense"), "{case}: {message:?}\n{text}");
         }
     }
 }
@@ -118,8 +118,8 @@ fn circles_that_nothing_decides_are_reported() {
     for case in 0..200 {
         let (path, _) = path(&mut seed, false, true, false);
         let text = format!("{UNKNOWN}{path}FINI\n");
-        let told = ops(&text, &settings());
-        assert_eq!(assumed(&told, "circles").len(), 1, "{case}\n{text}");
+        let ops_read = ops(&text, &settings());
+        assert_eq!(assumed(&ops_read, "circles").len(), 1, "{case}\n{text}");
         // The control file states it: nothing is assumed, and each sense is the opposite of the other.
         let stated = |sense: &str| {
             let control = format!("dialect = \"apt\"\narcs.clsf_sense = \"{sense}\"\n");

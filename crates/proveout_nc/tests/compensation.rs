@@ -167,7 +167,7 @@ fn a_helix_keeps_its_height_and_turns() {
 }
 
 #[test]
-fn feed_holds_at_the_contour_unless_told_otherwise() {
+fn feed_holds_at_the_contour_unless_the_program_says_otherwise() {
     let feeds = |words: &str| -> Vec<f64> {
         let text =
             format!("{HEAD}{words} G0 X20 Y-10\nG1 G41 X20 Y0\nG3 X-20 Y0 I-20 J0\nG2 X-60 I-20 J0\nG40 G1 Y40\nM30\n");

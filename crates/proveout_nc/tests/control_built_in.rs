@@ -153,11 +153,11 @@ fn what_a_control_states_is_taken() {
 }
 
 #[test]
-fn numbers_without_a_point_are_read_as_units_and_told() {
+fn numbers_without_a_point_are_read_as_units_and_reported() {
     for control in ["fanuc-0i", "fanuc-30i", "haas-ngc", "mazak-eia", "brother-c00", "hurco-isnc", "mitsubishi-m800"] {
         let ops = commands(control, "G21 G0 X10. Y5. Z20.\nX20\nG81 Z-5. R2. F100.\nG80\nM30\n");
-        let told = |op: &&Op| matches!(op, Op::Note(text) if text.contains("X20 without a decimal point is read as 20 units") && text.contains("numbers.without_point"));
-        assert_eq!(ops.iter().filter(told).count(), 1, "{control}: {ops:?}");
+        let is_whole_number_note = |op: &&Op| matches!(op, Op::Note(text) if text.contains("X20 without a decimal point is read as 20 units") && text.contains("numbers.without_point"));
+        assert_eq!(ops.iter().filter(is_whole_number_note).count(), 1, "{control}: {ops:?}");
         assert!(ops.iter().any(|op| matches!(op, Op::Rapid(m) if m.end.get(0) == Some(20.0))), "{control}: {ops:?}");
     }
     // A file of one's own still refuses them; a number of holes is none of them.

@@ -84,7 +84,7 @@ fn an_endless_axis_goes_the_way_that_the_control_is_set_up_for() {
 }
 
 #[test]
-fn a_way_of_more_than_half_a_turn_is_told_until_the_roll_over_is_stated() {
+fn a_way_of_more_than_half_a_turn_is_reported_until_the_roll_over_is_stated() {
     let klartext = "0 BEGIN PGM A MM\n1 L C+350 FMAX\n2 L C+10 FMAX\n3 END PGM A MM\n";
     for (control, text) in [
         ("dialect = \"fanuc\"", "G0 C350.\nC10.\nM30\n"),
@@ -136,7 +136,7 @@ fn each_control_counts_linear_and_rotary_axes_in_its_own_way() {
     let linuxcnc = "G21 G90 G0 X0 C0\nG91 G94 G1 X20 C40 F300\nM2\n";
     let at = "parameters = { mixed_feed = \"vector\", reference_radius_mm = { C = 50 } }";
     let radius = FeedCounts { radius: [FeedCounts::DEGREE_IS_MM, FeedCounts::DEGREE_IS_MM, 50.0], ..vector };
-    for (control, text, counts, told) in [
+    for (control, text, counts, expected) in [
         ("dialect = \"fanuc\"".to_owned(), iso, vector, true),
         ("inherits = \"fanuc-30i\"".to_owned(), iso, vector, false),
         ("inherits = \"fanuc-0i\"".to_owned(), iso, vector, false),
@@ -160,7 +160,7 @@ fn each_control_counts_linear_and_rotary_axes_in_its_own_way() {
     ] {
         let commands = read(&control, text).unwrap();
         assert_eq!(counted(&commands), Some(counts), "{control}");
-        assert_eq!(assumes(&commands, "parameters.mixed_feed"), told, "{control}: {:?}", assumptions(&commands));
+        assert_eq!(assumes(&commands, "parameters.mixed_feed"), expected, "{control}: {:?}", assumptions(&commands));
         // The time of the block (G93) counts nothing, and neither does a block of one kind of axes.
         for other in [text.replace("G94", "G93"), text.replace(" C40.", "").replace(" C40", "").replace(" IC+40", "")] {
             if other != text {
@@ -187,12 +187,12 @@ fn fgroup_and_fgref_say_what_the_feed_counts() {
 }
 
 #[test]
-fn a_length_without_z_is_told_and_moves_where_the_control_moves() {
+fn a_length_without_z_is_reported_and_moves_where_the_control_moves() {
     for word in ["G43 H1", "G49"] {
         let before = if word == "G49" { "G43 H1 Z100.\n" } else { "" };
         let text = format!("G21 G90 G0 X0. Y0. Z100.\n{before}{word}\nX10.\nM30\n");
-        let told = read("dialect = \"fanuc\"", &text).unwrap();
-        assert!(assumes(&told, "parameters.length_word"), "{word}");
+        let commands = read("dialect = \"fanuc\"", &text).unwrap();
+        assert!(assumes(&commands, "parameters.length_word"), "{word}");
         let shifts = read("dialect = \"fanuc\"\nparameters.length_word = \"shifts\"", &text).unwrap();
         assert!(!assumes(&shifts, "length_word"));
         let moves = read("dialect = \"fanuc\"\nparameters.length_word = \"moves\"", &text).unwrap();
@@ -206,7 +206,7 @@ fn a_length_without_z_is_told_and_moves_where_the_control_moves() {
 }
 
 #[test]
-fn numbers_without_a_point_are_told_wherever_they_are_lengths() {
+fn numbers_without_a_point_are_reported_wherever_they_are_lengths() {
     let head = "G21 G90 G17 G0 X0. Y0. Z50.\n";
     for (block, letter) in [
         ("G98 G83 X10. Y0. Z-10. R2. Q4000 F50.", 'Q'),
@@ -243,18 +243,18 @@ fn numbers_without_a_point_are_told_wherever_they_are_lengths() {
 }
 
 #[test]
-fn orientation_angles_are_eulers_as_delivered_and_told() {
+fn orientation_angles_are_eulers_as_delivered_and_reported() {
     let text = |word: &str| format!("TRAORI\n{word}\nG0 X0 Y0 Z0 A2=30 B2=45 C2=90\nM30\n");
     let axis = |control: &str, word: &str| {
         let commands = read(control, &text(word)).unwrap();
-        let told = assumes(&commands, "parameters.orientation_angles");
+        let message = assumes(&commands, "parameters.orientation_angles");
         let axis = commands.iter().find_map(|c| if let Op::Rapid(m) = &c.op { m.tool_axis } else { None });
-        (axis.unwrap(), told)
+        (axis.unwrap(), message)
     };
     let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3);
     let (euler, rpy) = ([0.354, -0.612, 0.707], [0.5, 0.612, 0.612]);
     let siemens = "dialect = \"siemens-840d\"";
-    for (control, word, wanted, told) in [
+    for (control, word, wanted, message) in [
         (siemens, "", euler, true),
         (siemens, "ORIEULER", euler, false),
         (siemens, "ORIRPY", rpy, false),
@@ -262,7 +262,7 @@ fn orientation_angles_are_eulers_as_delivered_and_told() {
         ("dialect = \"siemens-840d\"\nparameters.orientation_angles = \"euler\"", "", euler, false),
     ] {
         let (found, assumed) = axis(control, word);
-        assert!(near(found, wanted) && assumed == told, "{control} {word}: {found:?} {assumed}");
+        assert!(near(found, wanted) && assumed == message, "{control} {word}: {found:?} {assumed}");
     }
 }
 
@@ -288,15 +288,15 @@ fn cycles_come_back_to_where_the_control_begins() {
 fn g64_without_p_has_no_tolerance() {
     let tolerance = |control: &str, text: &str| {
         let commands = read(control, text).unwrap();
-        let told = assumes(&commands, "parameters.g64_tolerance_mm");
+        let message = assumes(&commands, "parameters.g64_tolerance_mm");
         let found = commands.iter().find_map(|c| match c.op {
             Op::PathMode(proveout_nc::PathMode::Continuous { tolerance, .. }) => tolerance,
             _ => None,
         });
-        (found.unwrap(), told)
+        (found.unwrap(), message)
     };
-    let (alone, told) = tolerance("dialect = \"linuxcnc\"", "G21 G64\nG0 X1\nM2\n");
-    assert!(alone > 100.0 && told);
+    let (alone, message) = tolerance("dialect = \"linuxcnc\"", "G21 G64\nG0 X1\nM2\n");
+    assert!(alone > 100.0 && message);
     assert_eq!(tolerance("dialect = \"linuxcnc\"", "G21 G64 P0.02\nG0 X1\nM2\n"), (0.02, false));
     let stated = "dialect = \"linuxcnc\"\nparameters.g64_tolerance_mm = 0.05";
     assert_eq!(tolerance(stated, "G21 G64\nG0 X1\nM2\n"), (0.05, false));

@@ -71,7 +71,7 @@ fn a_word_tells_its_first_place_and_what_is_done_with_it() {
 }
 
 #[test]
-fn lines_that_cannot_be_read_are_told() {
+fn lines_that_cannot_be_read_are_reported() {
     let found = UnknownWords::of_text("part.nc", "G21\nG0 X1. M25 (no end\nM30\n", &Settings::default()).unwrap();
     assert_eq!(found.unreadable.len(), 1);
     assert!(found.to_string().contains("# 1 lines cannot be read"), "{found}");

@@ -277,8 +277,8 @@ fn compensation_names_side_offset_and_radius() {
     let text = "g21 g0 x0 y0 z0\ng42.1 d8 g1 x5 f100\nx20\ng40 y-9\nm2\n";
     let ops = read(Dialect::LinuxCnc, text);
     let words: Vec<_> = ops.iter().filter_map(|op| if let Op::CutterComp(c) = op { Some(*c) } else { None }).collect();
-    let told: Vec<_> = words.iter().map(|c| (c.side, c.offset, c.radius)).collect();
-    assert_eq!(told, [(CompSide::Right, None, Some(4.0)), (CompSide::Off, None, None)]);
+    let cutters: Vec<_> = words.iter().map(|c| (c.side, c.offset, c.radius)).collect();
+    assert_eq!(cutters, [(CompSide::Right, None, Some(4.0)), (CompSide::Off, None, None)]);
     // The path of the contour itself; `rs274` of LinuxCNC 2.9 gives (5, -4), (20, -4), (20, -9) for its center.
     assert_eq!(ends(&ops)[1..], [[5.0, 0.0, 0.0], [20.0, 0.0, 0.0], [20.0, -9.0, 0.0]]);
     let c = comp(Dialect::Haas, "G21 G10 L12 P3 R4.\nG0 X0 Y0\nG42 D3 G1 X5. F100.\nG40\n");
@@ -427,16 +427,16 @@ fn a_linuxcnc_takes_a_spiral_about_the_programmed_center() {
 #[test]
 fn words_of_another_control_are_named() {
     let settings = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
-    for (text, told) in [("NOEX VC1=5\n", "Okuma OSP"), ("12 TOOL CALL 5 Z S100\n", "Heidenhain")] {
+    for (text, expected) in [("NOEX VC1=5\n", "Okuma OSP"), ("12 TOOL CALL 5 Z S100\n", "Heidenhain")] {
         let faults = check_text("p.nc", text, &settings);
-        assert!(faults[0].help.as_ref().is_some_and(|help| help.contains(told)), "{text}{faults:?}");
+        assert!(faults[0].help.as_ref().is_some_and(|help| help.contains(expected)), "{text}{faults:?}");
     }
 }
 
 /// What the words of an arc would mean elsewhere is told with the fault.
 #[test]
 fn a_center_that_fits_otherwise_is_named() {
-    for (dialect, text, told) in [
+    for (dialect, text, expected) in [
         (Dialect::Fanuc, "G0 X10. Y10.\nG2 X20. Y20. I20. J10. F100.\n", "fit exactly as absolute centers"),
         (Dialect::LinuxCnc, "G0 X10 Y10\nG2 X20 Y20 I20 J10 F100\n", "write G90.1"),
         (Dialect::Fanuc, "G0 X10. Y10.\nG3 X0. Y20. I10. F100.\n", "fit with other signs"),
@@ -444,7 +444,7 @@ fn a_center_that_fits_otherwise_is_named() {
         let settings = Settings { dialect, ..Settings::default() };
         let faults = check_text("p.nc", text, &settings);
         let help = faults[0].help.clone().unwrap_or_default();
-        assert!(faults[0].code == "nc-arc-radius" && help.contains(told), "{text}{faults:?}");
+        assert!(faults[0].code == "nc-arc-radius" && help.contains(expected), "{text}{faults:?}");
     }
 }
 
@@ -509,8 +509,8 @@ fn the_nist_plate_is_read_to_its_end() {
     assert!(matches!(commands.last().map(|c| &c.op), Some(Op::End)));
     // Counted in the text: `TnM6`, and blocks with G2 or G3 (each is one arc; no arc block goes without the word but modal ones).
     let changes = text.lines().filter(|l| l.ends_with("M6")).count();
-    let told = commands.iter().filter(|c| matches!(c.op, Op::Tool(ToolAction::Change(_)))).count();
-    assert_eq!(told, changes);
+    let notes = commands.iter().filter(|c| matches!(c.op, Op::Tool(ToolAction::Change(_)))).count();
+    assert_eq!(notes, changes);
     let first = commands
         .iter()
         .find_map(|c| if let Op::Tool(ToolAction::Change(ToolName::Number(n))) = c.op { Some(n) } else { None });

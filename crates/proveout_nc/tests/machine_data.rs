@@ -47,19 +47,27 @@ fn named_axes_go_by_the_intermediate_point_to_the_reference_point() {
     for dialect in ISO {
         let settings = on_machine(dialect);
         let ops = read_with("G21 G90 G0 X10. Y20. Z30.\nG91 G28 Z0\n", &settings).unwrap();
-        let told = motions(&ops);
+        let targets = motions(&ops);
         // An increment of zero is where the axis stands: no motion of its own.
-        assert_eq!(told.len(), 2, "{dialect:?}");
-        assert_eq!((told[1].end_base, told[1].programmed), (values(&[('Z', 610.0)]), 0b100), "{dialect:?}");
-        assert!(told[1].machine_coordinates);
+        assert_eq!(targets.len(), 2, "{dialect:?}");
+        assert_eq!((targets[1].end_base, targets[1].programmed), (values(&[('Z', 610.0)]), 0b100), "{dialect:?}");
+        assert!(targets[1].machine_coordinates);
         assert!(!ops.iter().any(|op| matches!(op, Op::Note(text) if text.contains("machine zero"))), "{dialect:?}");
         // The intermediate point of G90, and of G91 with an increment.
         for (block, z) in [("G28 Z100.", 100.0), ("G91 G28 Z25.", 55.0)] {
             let ops = read_with(&format!("G21 G90 G0 X10. Y20. Z30.\n{block}\n"), &settings).unwrap();
-            let told = motions(&ops);
-            assert_eq!(told.len(), 3, "{dialect:?} {block}");
-            assert_eq!((told[1].end_base.get(2), told[1].machine_coordinates), (Some(z), false), "{dialect:?} {block}");
-            assert_eq!((told[2].end_base.get(2), told[2].programmed), (Some(610.0), 0b100), "{dialect:?} {block}");
+            let targets = motions(&ops);
+            assert_eq!(targets.len(), 3, "{dialect:?} {block}");
+            assert_eq!(
+                (targets[1].end_base.get(2), targets[1].machine_coordinates),
+                (Some(z), false),
+                "{dialect:?} {block}"
+            );
+            assert_eq!(
+                (targets[2].end_base.get(2), targets[2].programmed),
+                (Some(610.0), 0b100),
+                "{dialect:?} {block}"
+            );
         }
         // The second point: tool change, else home.
         // A LinuxCNC takes no P here.
@@ -96,8 +104,8 @@ fn a_point_that_nobody_states_is_refused_by_name() {
                     .unwrap()
                     .find_map(Result::err)
                     .unwrap();
-            let told = format!("{diagnostic} {}", diagnostic.help.clone().unwrap_or_default());
-            assert!(told.contains(word), "{word}: {told}");
+            let message = format!("{diagnostic} {}", diagnostic.help.clone().unwrap_or_default());
+            assert!(message.contains(word), "{word}: {message}");
         }
         let error = read_with("G21 G90 G0 X1. Y2. Z3. A0\nG91 G28 A0\n", &on_machine(dialect)).unwrap_err();
         assert!(error.contains("no axis of this letter"), "{error}");
@@ -160,7 +168,7 @@ fn assumed(text: &str, dialect: Dialect) -> usize {
 }
 
 #[test]
-fn a_tool_length_that_hangs_on_the_set_up_of_a_fanuc_is_told() {
+fn a_tool_length_that_depends_on_the_set_up_of_a_fanuc_is_reported() {
     let head = "G21 G90 G0 X1. Y2.\nG43 H4 Z50.\n";
     for way in ["G91 G28 Z0", "G53 Z0", "G91 G30 Z0"] {
         let all = |tail: &str, dialect| assumed(&format!("{head}{way}\nG90\n{tail}\n"), dialect);
@@ -347,9 +355,9 @@ fn behind_machine_coordinates_under_tcp_no_coordinate_of_the_tip_is_known() {
             let before = read_with(&text, &settings).unwrap_or_else(|e| panic!("{text}{e}"));
             // What DIR of CYCLE800 refers to is another assumption, of the head.
             let counts = |text: &str| text.starts_with(ASSUMED) && !text.contains("parameters.tilt_reference");
-            let told = before.iter().filter(|op| matches!(op, Op::Note(text) if counts(text))).count();
+            let notes = before.iter().filter(|op| matches!(op, Op::Note(text) if counts(text))).count();
             let retract = machine.contains("M140");
-            assert_eq!(told, usize::from(way.assumed && !retract), "{text}{before:?}");
+            assert_eq!(notes, usize::from(way.assumed && !retract), "{text}{before:?}");
             if !way.turn.is_empty() {
                 let ops = read_with(&format!("{text}{}\n", way.turn), &settings).unwrap();
                 let last = *motions(&ops).last().unwrap();

@@ -514,10 +514,10 @@ proptest! {
 const POCKET: &str = "CYCL DEF 252 CIRCULAR POCKET ~\nQ215=0 ~\nQ223=36 ~\nQ368=0.2 ~\nQ207=200 ~\nQ351=+1 ~\nQ201=-17 ~\nQ202=18 ~\nQ369=0.1 ~\nQ206=150 ~\nQ338=0 ~\nQ200=1 ~\nQ203=0 ~\nQ204=40 ~\nQ370=1 ~\nQ366=0 ~\nQ385=90";
 
 #[test]
-fn what_the_manual_leaves_open_is_told_as_an_assumption() {
+fn what_the_manual_leaves_open_is_reported_as_an_assumption() {
     let all = ops(&program(POCKET, "M3"), &settings(Some(5.0)));
-    let told = all.iter().filter(|op| matches!(op, Op::Note(text) if text.contains("cycle 252"))).count();
-    assert_eq!(told, 1, "{all:?}");
+    let notes = all.iter().filter(|op| matches!(op, Op::Note(text) if text.contains("cycle 252"))).count();
+    assert_eq!(notes, 1, "{all:?}");
     assert!(all.iter().any(|op| matches!(op, Op::Note(text) if text.starts_with(proveout_nc::ASSUMED))));
 }
 

@@ -169,7 +169,7 @@ fn is_plain(line: &str) -> bool {
 }
 
 /// What a survey tells, beside what it should.
-fn told(
+fn expect_reports(
     test: &str,
     path: &Path,
     text: &str,
@@ -237,19 +237,19 @@ fn count() -> usize {
 fn the_cases_themselves_are_in_order() {
     for language in &LANGUAGES {
         for path in cases(language.folder) {
-            told("clean", &path, &fs::read_to_string(&path).unwrap(), language, &BTreeSet::new()).unwrap();
+            expect_reports("clean", &path, &fs::read_to_string(&path).unwrap(), language, &BTreeSet::new()).unwrap();
         }
     }
 }
 
 #[test]
-fn each_wrong_line_is_told_and_no_other() {
+fn each_wrong_line_is_reported_and_no_other() {
     let mut random = Random(1);
     let mut failures = Vec::new();
     for language in &LANGUAGES {
         for path in cases(language.folder) {
             let text = fs::read_to_string(&path).unwrap();
-            let ran = told("wrong", &path, &text, language, &BTreeSet::new()).unwrap();
+            let ran = expect_reports("wrong", &path, &text, language, &BTreeSet::new()).unwrap();
             for _ in 0..count() {
                 let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
                 // Behind the tape nothing is read.
@@ -282,7 +282,7 @@ fn each_wrong_line_is_told_and_no_other() {
                     lines.insert(at + put, choice[random.below(choice.len())].to_owned());
                     wrong.insert((at + put + 1) as u32);
                 }
-                if let Err(text) = told("wrong", &path, &(lines.join("\n") + "\n"), language, &wrong) {
+                if let Err(text) = expect_reports("wrong", &path, &(lines.join("\n") + "\n"), language, &wrong) {
                     failures.push(text);
                 }
             }
@@ -292,7 +292,7 @@ fn each_wrong_line_is_told_and_no_other() {
 }
 
 #[test]
-fn a_line_that_is_spoiled_is_told_and_nothing_that_follows_from_it() {
+fn a_line_that_is_spoiled_is_reported_and_nothing_that_follows_from_it() {
     let mut random = Random(2);
     let mut failures = Vec::new();
     for language in &LANGUAGES {
@@ -308,7 +308,7 @@ fn a_line_that_is_spoiled_is_told_and_nothing_that_follows_from_it() {
                     lines[*at].push_str(language.tail);
                 }
                 let wrong = picked.iter().map(|at| *at as u32 + 1).collect();
-                if let Err(text) = told("spoiled", &path, &(lines.join("\n") + "\n"), language, &wrong) {
+                if let Err(text) = expect_reports("spoiled", &path, &(lines.join("\n") + "\n"), language, &wrong) {
                     failures.push(text);
                 }
             }

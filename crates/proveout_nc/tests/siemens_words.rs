@@ -329,7 +329,7 @@ const SOUP: &[&str] = &[
 
 /// FRC= is the feed of a corner: without one it does nothing, and that is told.
 #[test]
-fn a_feed_of_a_corner_without_a_corner_is_told() {
+fn a_feed_of_a_corner_without_a_corner_is_reported() {
     let notes = |text: &str| {
         ops(text).into_iter().filter(|op| matches!(op, Op::Note(n) if n.starts_with("FRC= has no effect"))).count()
     };

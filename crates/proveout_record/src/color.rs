@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stops_are_met_and_signs_are_told_apart() {
+    fn stops_are_met_and_signs_are_distinguished() {
         let map = DeviationMap { range: 0.02 };
         assert_eq!(map.color(-0.02)[..3], GOUGE);
         assert_eq!(map.color(-7.0)[..3], GOUGE);

@@ -95,7 +95,7 @@ mod tests {
     use super::rows;
 
     #[test]
-    fn characters_are_told_apart() {
+    fn characters_are_distinguished() {
         let all: Vec<char> = " .,:;-_+=/()%°µ".chars().chain('0'..='9').chain('A'..='Z').chain('a'..='z').collect();
         for (k, a) in all.iter().enumerate() {
             assert!(rows(*a).iter().all(|r| *r < 32), "{a}");

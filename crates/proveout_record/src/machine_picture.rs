@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_without_bodies_is_told() {
+    fn a_machine_without_bodies_is_reported() {
         let mut bare = machine("three-axis-mill");
         bare.bodies.clear();
         assert!(machine_png(&bare).is_err_and(|e| e.to_string().contains("no bodies to draw")));

@@ -66,7 +66,7 @@
     const field = document.createElement('input');
     field.type = 'search';
     field.placeholder = `Filter ${rows.length} rows`;
-    field.setAttribute('aria-label', 'Show rows that hold this text');
+    field.setAttribute('aria-label', 'Show rows that contain this text');
     field.className = 'filter no-print';
     field.addEventListener('input', () => {
       const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);

@@ -132,7 +132,7 @@ fn blocks_and_surface_are_complete() {
 }
 
 #[test]
-fn points_of_a_patch_and_its_mesh_are_told_apart_and_shown() {
+fn points_of_a_patch_and_its_mesh_are_distinguished_and_shown() {
     use proveout_geom::{Aabb, Point, Vector, box_mesh};
     use proveout_sim::{MapPoint, PatchMap, SurfaceMap};
     let at = |x: f64| MapPoint {

@@ -47,7 +47,7 @@ pub fn settings_on(
         return Ok((Settings::of_control(Arc::clone(control)), None));
     }
     let note = format!(
-        "{} is in {} and is read without the control \"{}\", which is for {}",
+        "{} is written in {}: the control \"{}\", which is for {}, is not applied",
         program.display(),
         told.name(),
         control.name(),

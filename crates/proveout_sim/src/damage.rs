@@ -164,8 +164,8 @@ pub(crate) fn is_envelope(tools: &ToolLibrary, index: usize) -> bool {
 fn of_area(code: &Code, word: &str, area: &Area, [limit, floor]: [f64; 2]) -> Finding {
     let [x, y, z]: [f64; 3] = area.point.coords.into();
     let what = match area.wall {
-        Some(wall) if area.foil => format!("a wall of {wall:.4} mm, no thicker than the tolerance, is gone"),
-        Some(wall) => format!("{word} of {:.4} mm: a wall of {wall:.4} mm is gone", area.depth),
+        Some(wall) if area.foil => format!("a wall of {wall:.4} mm, within the tolerance, is cut away"),
+        Some(wall) => format!("{word} of {:.4} mm: a wall of {wall:.4} mm is cut away", area.depth),
         None => format!("{word} of {:.4} mm", area.depth),
     };
     let raw = if area.made_by.is_none() { "; not cut by any motion: the raw stock has this shape" } else { "" };

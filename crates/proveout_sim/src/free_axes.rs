@@ -59,7 +59,10 @@ impl FreeAxes {
         let tight = self.places.iter().filter(|p| p.room <= 0.0).count();
         let at = least.line.as_ref().map_or_else(String::new, |(_, line)| format!(" (line {line})"));
         format!(
-            "{} places where a ball end touches the design. Least room around the programmed axis {:.1}°{at}; the axis is not proven free at {tight}. Neck, shank and holder keep {} mm from part and fixtures, the cutter goes at most {} mm into the part; machine and spindle are not checked. Cells of {:.1}° at the finest, tilts up to {:.0}°.",
+            "{} contact points of a ball end on the design. Smallest free angle around the programmed axis: \
+             {:.1}°{at}; at {tight} the axis is not proven collision-free. Neck, shank and holder keep {} mm from \
+             part and fixtures; the cutter goes at most {} mm into the part; machine and spindle are not checked. \
+             Finest cells {:.1}°, tilts up to {:.0}°.",
             self.places.len(),
             least.room.to_degrees(),
             self.settings.clearance,

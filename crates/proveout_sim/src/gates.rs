@@ -59,12 +59,12 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
     let mut counts: Vec<String> = hits.iter().map(|(c, n)| format!("{n} x {}{}", c.code, worst(c, log))).collect();
     if name == "near_miss" && log.near_misses_of_hits() > 0 {
         // What touches came too near before.
-        counts.push(format!("{} x bodies that hit each other", log.near_misses_of_hits()));
+        counts.push(format!("{} x two bodies hit each other", log.near_misses_of_hits()));
     }
     if name == "near_miss" && counts.is_empty() {
         let hits: u64 = codes("collision").iter().map(count).sum();
         if hits > 0 {
-            counts.push(format!("{hits} x bodies that hit each other"));
+            counts.push(format!("{hits} x two bodies hit each other"));
         }
     }
     let (state, reason) = if !counts.is_empty() {

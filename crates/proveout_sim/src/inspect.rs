@@ -60,7 +60,7 @@ pub(crate) fn judge(measured: &[Inspected]) -> Vec<Finding> {
                 "{}: {value:.4} mm instead of {:.4} mm, off by {off:+.4} mm with {:.4} mm allowed",
                 m.name, m.nominal_mm, m.tolerance_mm
             ),
-            _ => format!("{}: no material was met, nominal is {:.4} mm", m.name, m.nominal_mm),
+            _ => format!("{}: no material found, nominal is {:.4} mm", m.name, m.nominal_mm),
         };
         let mut finding = FindingLog::of(&INSPECTION, message);
         finding.value = off.map(f64::abs);

@@ -123,7 +123,7 @@ impl Job {
                 (None, before) => before,
                 (Some(name), None) => {
                     let message =
-                        format!("the first setup {:?} comes after {name:?}, and nothing comes before it", setup.name);
+                        format!("the first setup {:?} has after = {name:?}, but no setup comes before it", setup.name);
                     return fault(at, message, "leave `after` out there");
                 }
                 (Some(name), Some(_)) => match setups.iter().position(|s| s.name == *name) {
@@ -132,7 +132,9 @@ impl Job {
                         let later = file.setup.iter().any(|s| s.get_ref().name == *name);
                         let message = format!("setup {:?} comes after {name:?}", setup.name);
                         if later {
-                            let message = message + ", which is not before it: the stock would go round in a circle";
+                            let message = message
+                                + ", which does not come before it: the setups would depend on \
+                                                     each other in a circle";
                             return fault(at, message, "list the setups in the order in which they are clamped");
                         }
                         let near = nearest(name, file.setup.iter().map(|s| s.get_ref().name.as_str()));
@@ -153,7 +155,7 @@ impl Job {
             let scene = Scene::read(&scene_path)?;
             if after.is_some() && scene.file.stock.get_ref().from_run.is_none() {
                 let message = format!(
-                    "the scene of setup {:?} brings a stock of its own: what setup {:?} leaves would be lost",
+                    "the scene of setup {:?} defines its own stock, so the result of setup {:?} would not be used",
                     setup.name,
                     after.map_or("", |i| setups[i].name.as_str())
                 );

@@ -79,13 +79,13 @@ pub enum JournalError {
         path: PathBuf,
     },
     /// It is something else, or of another layout.
-    #[error("{} is not a journal that this version reads", path.display())]
+    #[error("{} is not a journal that this version can read", path.display())]
     NoJournal {
         /// The file.
         path: PathBuf,
     },
     /// The run that was stopped was another one.
-    #[error("the stopped run is not this one: {what} was {then}, and is now {now}")]
+    #[error("the stopped run does not match this one: {what} was {then}, and is now {now}")]
     Other {
         /// What differs.
         what: String,
@@ -95,7 +95,7 @@ pub enum JournalError {
         now: String,
     },
     /// The journal does not fit the run, though all inputs are the same.
-    #[error("{} does not fit: {what}", path.display())]
+    #[error("{} does not match this run: {what}", path.display())]
     Unfit {
         /// The journal.
         path: PathBuf,

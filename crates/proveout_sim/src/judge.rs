@@ -227,7 +227,7 @@ fn missing_bodies(machine: &Machine, checked_pairs: usize) -> Vec<String> {
     let mut missing: Vec<String> = ends.into_iter().flatten().collect();
     if checked_pairs == 0 && missing.is_empty() {
         missing.push(
-            "bodies against bodies: the machine file describes no two that move relative to each other".to_owned(),
+            "collisions between bodies: no two bodies of the machine file move relative to each other".to_owned(),
         );
     }
     missing
@@ -254,16 +254,14 @@ fn against_stock(facts: &Facts, near_mm: f64) -> String {
     if !near.flush.is_empty() {
         let lie = if near.flush.len() == 1 { "lies" } else { "lie" };
         text += &format!(
-            "; {} {lie} flush with the table face: there, but not near anything that rises above it, the lowest {:.3} mm of the stock are ignored",
+            "; {} {lie} flush with the table face: there the lowest {:.3} mm of the stock are ignored, except near \
+             anything that rises above the face",
             near.flush.join(", "),
             near.layer_mm
         );
     }
     if !near.fixed.is_empty() {
-        text += &format!(
-            "; contact with the stock is the mounting for bodies that do not move relative to it: {}",
-            near.fixed.join(", ")
-        );
+        text += &format!("; bodies that do not move relative to the stock may touch it: {}", near.fixed.join(", "));
     }
     text
 }
@@ -330,7 +328,7 @@ fn judge_gates(
         if let Some(loads) = &summary.loads {
             checked += "; force of every drive, without workpiece, fixtures, tool and cutting";
             if !loads.estimated.is_empty() {
-                checked += &format!(", with masses spread over the shape of {}", loads.estimated.join(", "));
+                checked += &format!(", with the mass distributed over the shape of {}", loads.estimated.join(", "));
             }
             let unlimited = loads.no_force_limit.iter().map(|j| format!("the drive of {j} has no force limit"));
             left_out.extend(unlimited);

@@ -156,7 +156,10 @@ impl Manifest {
         let content = |message: String| ManifestError::Content { path: path.clone(), message };
         let read: Self = serde_json::from_str(&text).map_err(|e| content(e.to_string()))?;
         if ![VERSION, VERSION_WITHOUT_SCENE].contains(&read.manifest_version) {
-            return Err(content(format!("it is of version {}, and {VERSION} is known", read.manifest_version)));
+            return Err(content(format!(
+                "it has version {}, and this program reads version {VERSION}",
+                read.manifest_version
+            )));
         }
         // A manifest says what may be replaced: it must not reach out of its folder.
         let names = read.files.iter().map(|f| &f.name).chain(&read.without_digest);
@@ -183,7 +186,7 @@ impl Manifest {
         }
         let recording = |name: &str| self.manifest_version == VERSION_WITHOUT_SCENE && last_of(name) == RECORDING;
         let bare = self.without_digest.iter().find(|name| !is_run_json(name) && !recording(name));
-        bare.map(|name| format!("it has no digest of {name}, which a run covers with one"))
+        bare.map(|name| format!("it has no digest of {name}, and every run writes one"))
     }
 
     /// The digest of a file of the run folder.
@@ -284,8 +287,8 @@ fn is_run_json(name: &str) -> bool {
 fn compared(path: &Path, bytes: u64, sha256: &str) -> Option<String> {
     match digest::measure(path) {
         Err(e) => Some(format!("cannot be read: {e}")),
-        Ok((now, _)) if now != bytes => Some(format!("has {now} bytes where the run had {bytes}")),
-        Ok((_, now)) if now != sha256 => Some(format!("its SHA-256 is {now} where the run had {sha256}")),
+        Ok((now, _)) if now != bytes => Some(format!("has {now} bytes; the run had {bytes}")),
+        Ok((_, now)) if now != sha256 => Some(format!("its SHA-256 is {now}; the run had {sha256}")),
         Ok(_) => None,
     }
 }
@@ -357,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn each_change_is_told_by_name() {
+    fn each_change_is_reported_by_name() {
         let (root, folder) = run();
         let scene = root.path().join("scene");
         let fresh = verify(&folder, Some(&scene)).expect("a manifest");
@@ -374,7 +377,7 @@ mod tests {
         assert!(found.changed_files[0].starts_with("part/x: cannot be read"), "{found:?}");
         assert!(found.changed_files[1].starts_with("verdict.json: its SHA-256"), "{found:?}");
         assert_eq!(found.foreign_files, ["notes.txt"]);
-        assert_eq!(found.changed_inputs, ["tools (../tools.toml): has 2 bytes where the run had 1"]);
+        assert_eq!(found.changed_inputs, ["tools (../tools.toml): has 2 bytes; the run had 1"]);
     }
 
     #[test]
@@ -397,8 +400,8 @@ mod tests {
             let mut manifest = Manifest::read(&folder).expect("read");
             change(&mut manifest);
             manifest.write(&folder).expect("written");
-            let told = verify(&folder, None).expect_err(word).to_string();
-            assert!(told.contains(word), "{told}");
+            let output = verify(&folder, None).expect_err(word).to_string();
+            assert!(output.contains(word), "{output}");
         }
         // An older manifest has a recording without a digest, and does not know where the scene is.
         let (_root, folder) = run();
@@ -417,8 +420,8 @@ mod tests {
         let text = fs::read_to_string(folder.join(MANIFEST)).expect("read");
         for name in ["../thesis.txt", "/etc/passwd", "./x/../../y"] {
             fs::write(folder.join(MANIFEST), text.replace("part/x", name)).expect("written");
-            let told = Manifest::read(&folder).expect_err(name).to_string();
-            assert!(told.contains("not in its folder"), "{told}");
+            let message = Manifest::read(&folder).expect_err(name).to_string();
+            assert!(message.contains("not in its folder"), "{message}");
         }
     }
 }

@@ -125,7 +125,7 @@ pub fn measure(questions: &Questions) -> Result<Answers, SimError> {
         if length <= SHORTEST || !length.is_finite() {
             return Err(refuse(
                 format!("the direction {direction:?} of a wall has no length"),
-                "give three numbers of which one is not 0, such as 0,0,1",
+                "give three numbers that are not all 0, such as 0,0,1",
             ));
         }
     }

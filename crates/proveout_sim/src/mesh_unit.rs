@@ -183,7 +183,7 @@ fn doubt_of_stock(own: &Aabb, cuts: &Aabb) -> Option<(String, Option<&'static st
     let size = largest(own);
     if size < LEAST_MM {
         let unit = other_unit(own, cuts, |b| gap(b, cuts) <= APART_MM).or(UNITS.get(1));
-        return Some((format!("is smaller than {LEAST_MM} mm, as no workpiece is"), unit.map(|u| u.2)));
+        return Some((format!("is smaller than {LEAST_MM} mm, too small for a workpiece"), unit.map(|u| u.2)));
     }
     if cuts.is_empty() || size >= STOCK_SMALL * largest(cuts) {
         return None;
@@ -210,7 +210,8 @@ fn refused(
     let otherwise = if own.size().max() < 0.5 { "m" } else { "inch" };
     let word = unit.and_then(|unit| UNITS.iter().find(|u| u.2 == unit)).map_or(otherwise, |u| u.1);
     let help = format!(
-        "a mesh file states no unit: write mesh_unit = \"{word}\" next to `mesh` (mm, cm, m or inch), or mesh_unit = \"mm\" if size and place are meant"
+        "a mesh file states no unit: write mesh_unit = \"{word}\" next to `mesh` (mm, cm, m or inch), or mesh_unit = \
+         \"mm\" if size and place are intended"
     );
     scene.fault(named.span().start, message, help)
 }
@@ -358,8 +359,8 @@ mod tests {
                 let wrong = scaled(&clamp, factor);
                 // One that reaches into the stock and out of it is reported by the setup as given.
                 let deep = (0..3).all(|i| wrong.max[i].min(stock.max[i]) - wrong.min[i].max(stock.min[i]) > 1e-3);
-                let told = deep && !is_within(&wrong, &stock);
-                if doubt_of_fixture(&wrong, &stock).is_none() && !told {
+                let expected = deep && !is_within(&wrong, &stock);
+                if doubt_of_fixture(&wrong, &stock).is_none() && !expected {
                     missed.push((k, unit, wrong, stock));
                 }
             }

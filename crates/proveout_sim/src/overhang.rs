@@ -141,7 +141,7 @@ fn search(
         let index = prepared.tools.tools.iter().position(|t| t.name == name);
         let fault = listen(prepared)?.first_fault(index);
         let words = fault.as_deref().unwrap_or("clear");
-        told(&format!("{name} clamped {overhang:.1} mm out: {words}"));
+        told(&format!("{name} with {overhang:.1} mm of overhang: {words}"));
         Ok(fault)
     };
     // Half a step above the foot of what the holder grips.

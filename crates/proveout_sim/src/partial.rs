@@ -77,7 +77,8 @@ impl FromStr for StopAt {
         let hint =
             nearest(text, CODES.iter().map(|c| c.code)).map_or_else(String::new, |c| format!("; did you mean {c}?"));
         Err(format!(
-            "no finding has this code{hint} (give `any`, a code of docs/findings, a line as 120, or a time as 12.5s)"
+            "no finding has this code{hint} (give `any`, a code of docs/findings, a line such as 120, or a time such \
+             as 12.5s)"
         ))
     }
 }
@@ -87,7 +88,7 @@ fn number(text: &str) -> Result<StopAt, String> {
     let Some(time) = text.strip_suffix('s') else {
         return match text.parse::<u32>() {
             Ok(line) if line > 0 => Ok(StopAt::Line(line)),
-            _ => Err("a line is a whole number from 1; a time has its unit, as 12.5s".to_owned()),
+            _ => Err("a line is a whole number from 1; a time has its unit, such as 12.5s".to_owned()),
         };
     };
     match time.trim_end().parse::<f64>() {
@@ -121,7 +122,10 @@ impl Partial {
     pub fn words(&self) -> Vec<String> {
         let preview = self.preview.as_ref().map(|p| {
             let [cell, full] = [&p.cells_mm, &p.scene_cells_mm].map(|c| c.iter().copied().fold(0.0, f64::max));
-            format!("PREVIEW with cells of {cell} mm, the scene has {full} mm: not the whole check; for that, run again without --preview")
+            format!(
+                "PREVIEW with cells of {cell} mm instead of {full} mm: not a full check; for that, run again \
+                     without --preview"
+            )
         });
         let stopped = self.stopped.as_ref().map(|s| {
             let line = s.line.map_or_else(String::new, |l| format!(", after line {l}"));
@@ -210,7 +214,7 @@ pub(crate) fn check_line(prepared: &Prepared) -> Result<(), SimError> {
             next = Some(next.map_or(place.line, |n| n.min(place.line)));
         }
     }
-    let message = format!("--stop-at {line}: this line of {} has no motion that is run", running.display());
+    let message = format!("--stop-at {line}: no motion of this line of {} is run", running.display());
     let help = match next {
         Some(next) => format!("the next line with a motion is {next}"),
         None if line > prepared.program_lines => format!("the program has {} lines", prepared.program_lines),
@@ -375,14 +379,14 @@ pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
     if let Some(p) = &partial.preview {
         let longest = |cells: &[f64; 3]| cells.iter().copied().fold(0.0, f64::max);
         let what = format!(
-            "preview: cells of {} mm where the scene has {} mm; features thinner than a cell may have been missed",
+            "preview: cells of {} mm instead of {} mm; features thinner than a cell may have been missed",
             longest(&p.cells_mm),
             longest(&p.scene_cells_mm)
         );
         for gate in &mut gates[2..7] {
             gate.left_out.push(what.clone());
         }
-        gates[7].left_out.push(format!("preview: left out are {}", p.left_out.join(", ")));
+        gates[7].left_out.push(format!("preview: not evaluated: {}", p.left_out.join(", ")));
     }
     if let Some(s) = &partial.stopped {
         let line = s.line.map_or_else(String::new, |l| format!(" (line {l})"));

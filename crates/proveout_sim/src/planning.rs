@@ -299,7 +299,7 @@ fn check_ends(scene: &Scene, name: &str, shape: &Shape, lines: &[LineContacts]) 
                 return Err(InputError::file(
                     &scene.path,
                     message,
-                    "let the path begin and end farther from both ends",
+                    "begin and end the path farther from the ends of the blade",
                 ));
             }
         }
@@ -338,7 +338,8 @@ fn check_ball(
                      {deep:.4} mm into it",
                     line.name
                 );
-                let help = "take a cutter no larger than the fillet, or let the path end farther from both ends: nothing was written";
+                let help = "use a cutter no larger than the fillet, or end the path farther from the ends of the \
+                            blade: nothing was written";
                 return Err(scene.error_at(&[Key("plan"), Key(name), Key("tool")], message, help));
             }
         }

@@ -118,7 +118,7 @@ pub(crate) fn never_changed(reading: &Reading, in_spindle: &ToolName) -> Option<
     let names: Vec<String> = named.iter().map(|(name, _)| shown(name)).collect();
     Some(Cause::new(
         format!(
-            "{} are called and none is changed in ({}, no M6): everything is cut with {}, the tool in the spindle",
+            "{} are called but never loaded ({}, no M6): everything is cut with {}, the tool in the spindle",
             names.join(", "),
             lines(named.iter().map(|(_, at)| at)),
             shown(in_spindle)
@@ -336,13 +336,14 @@ fn axes(machine: &Machine, reading: &Reading, program: &Path) -> Vec<Cause> {
                 match &offsets[..] {
                     // How far apart they lie is a statement of the scene.
                     [_, _, ..] => format!(
-                        "{needs}, with {} where this scene has them: put in their places on your machine",
+                        "{needs}, with {} placed as in this scene: enter their places on your machine",
                         offsets.join(", ")
                     ),
                     // How far a part goes round with its table is one of its place on it.
                     _ if table_turns => {
                         format!(
-                            "{needs}, where the part is mounted now: nearer to the axis of the table it takes less way"
+                            "{needs}, with the part as mounted now: nearer to the axis of the table it needs less \
+                             travel"
                         )
                     }
                     _ => format!("{needs}, wherever the part is mounted: correct the two lines, or divide the program"),

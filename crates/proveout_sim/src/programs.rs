@@ -502,8 +502,9 @@ fn refuse_over_travel(
         |o: &motion::OverTravel| (o.joint == first.joint && o.limit == first.limit).then(|| (o.value - o.limit).abs());
     let most = new.over_travels.iter().filter_map(past).fold(0.0, f64::max) * factor;
     let help = format!(
-        "over the whole program {} lacks {most:.3} {unit} there: turn the axes less (a larger clearance_deg, a smaller lean_max_deg or turn_max_deg), mount the \
-         part so much farther from that end, or take a machine with so much more travel",
+        "over the whole program {} lacks {most:.3} {unit} there: turn the axes less (a larger clearance_deg, a \
+         smaller lean_max_deg or turn_max_deg), mount the part that much farther from that end, or use a machine with \
+         that much more travel",
         joint.name
     );
     Err(SimError::Control(Box::new(ControlError { code: "reschedule-range", message, location, help: Some(help) })))

@@ -192,7 +192,7 @@ fn too_large(
             mib(memory.rest)
         );
         let help = fitting.map_or_else(
-            || "take a machine, a part or fixtures with fewer triangles".to_owned(),
+            || "use a machine, a part or fixtures with fewer triangles".to_owned(),
             |f| format!("use cells of {:.4} mm or more", edge(longest, f)),
         );
         return scene.fault(scene.file.resolution_mm.span().start, message, help).into();
@@ -204,13 +204,13 @@ fn too_large(
         mib(memory.working())
     );
     let help = fitting.map_or_else(
-        || "give the stock a coarser resolution_mm, or the patches less room".to_owned(),
+        || "give the stock a coarser resolution_mm, or make the patches smaller".to_owned(),
         |factor| {
             let cells = file.patch.iter().map(Spanned::get_ref).map(|p| {
                 let longest = p.cell_mm.edges().into_iter().fold(0.0, f64::max);
                 format!("{:.4} mm for {:?}", edge(longest, factor), p.name)
             });
-            format!("cells of {} fit, or boxes that hold less", cells.collect::<Vec<_>>().join(", "))
+            format!("use cells of {}, or smaller boxes", cells.collect::<Vec<_>>().join(", "))
         },
     );
     scene.fault(first.span().start, message, help).into()
@@ -230,7 +230,9 @@ fn formed(scene: &Scene, file: &StockFile, limit_bytes: u64, inputs: &mut Inputs
     if let (Some(allowance), Some(blade)) = (file.blade_allowance_mm, blade) {
         return Ok(RawBody::mesh(Shape::of_scene(scene, blade, allowance)?.mesh(scene, blade.chord_error_mm)?.0)?);
     }
-    let Some(named) = &file.mesh else { return Err(StockError::Degenerate { what: "it has no form".into() }.into()) };
+    let Some(named) = &file.mesh else {
+        return Err(StockError::Degenerate { what: "its shape is missing".into() }.into());
+    };
     let (mesh, path) = inputs.mesh(scene, "stock".into(), named, file.mesh_unit)?;
     if file.repair {
         return RawBody::repaired_mesh(&mesh).map_err(|e| match e {
@@ -254,7 +256,7 @@ fn as_the_run_left_it(path: &Path) -> Result<(), InputError> {
     let refuse = |message: String| InputError::file(path, message, help);
     let manifest = Manifest::read(folder).map_err(|e| refuse(e.to_string()))?;
     let known =
-        manifest.digest_of(&name).ok_or_else(|| refuse(format!("{MANIFEST} in the same folder does not name it")))?;
+        manifest.digest_of(&name).ok_or_else(|| refuse(format!("{MANIFEST} in the same folder does not list it")))?;
     let (_, found) = digest::measure(path).map_err(|e| refuse(format!("cannot be read: {e}")))?;
     if found == known {
         return Ok(());

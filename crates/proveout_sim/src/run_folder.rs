@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_are_no_runs_stay_and_are_told() {
+    fn files_that_are_no_runs_stay_and_are_reported() {
         let root = tempfile::tempdir().expect("temporary folder");
         let place = root.path().join("run");
         let folder = RunFolder::create(&place).expect("new");

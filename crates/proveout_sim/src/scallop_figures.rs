@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::units::UM_PER_MM;
 
-/// The ridges between the passes; means and percentiles are weighed with the length of the ridges, heights count from the design.
+/// The ridges between the passes; means and percentiles are weighted by the length of the ridges, heights count from the design.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scallop {
     /// How far a height may be off at most: the design's own error, and deviation of the pieces of motion from the path, µm.

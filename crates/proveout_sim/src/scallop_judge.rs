@@ -59,8 +59,8 @@ pub(crate) fn judge(
         figures.regions = groups.iter().map(Group::figures).collect();
     }
     surface.scallop = Some(figures);
-    let told: Vec<(State, String)> = groups.iter().map(|group| group.judge(facts, log)).collect();
-    let states = told.iter().map(|t| t.0);
+    let judged: Vec<(State, String)> = groups.iter().map(|group| group.judge(facts, log)).collect();
+    let states = judged.iter().map(|t| t.0);
     let state = if states.clone().any(|s| s == State::Fail) {
         State::Fail
     } else if states.clone().any(|s| s == State::Unchecked) {
@@ -68,26 +68,26 @@ pub(crate) fn judge(
     } else {
         State::Pass
     };
-    let decide = told.iter().filter(|t| t.0 == state).chain(told.iter().filter(|t| t.0 != state));
-    let told = decide.map(|t| t.1.as_str()).collect::<Vec<_>>().join("; ");
+    let decide = judged.iter().filter(|t| t.0 == state).chain(judged.iter().filter(|t| t.0 != state));
+    let text = decide.map(|t| t.1.as_str()).collect::<Vec<_>>().join("; ");
     if state != State::Pass {
-        return judgement(state, told);
+        return judgement(state, text);
     }
     // A pass must have seen all of it.
     let lost = measured.found.not_followed as f64;
     if lost > UNKNOWN * (lost + all.places as f64) {
-        let reason = format!("{told}; {lost} more places lie on surfaces that no motion of this run has swept");
+        let reason = format!("{text}; {lost} more places lie on surfaces that no motion of this run has swept");
         return judgement(State::Unchecked, reason);
     }
     if measured.found.narrow > UNKNOWN * all.length_mm {
         let reason = format!(
-            "{told}; {:.1} mm of ridges are closer to their neighbor than two cells, where others may be missed: use finer cells \
+            "{text}; {:.1} mm of ridges are closer to their neighbor than two cells, where others may be missed: use finer cells \
              or a [[stock.patch]]",
             measured.found.narrow
         );
         return judgement(State::Unchecked, reason);
     }
-    judgement(state, told)
+    judgement(state, text)
 }
 
 /// The ridges that have one bound.
@@ -156,24 +156,24 @@ impl<'a> Group<'a> {
             let [x, y, z]: [f64; 3] = ridge.point.coords.into();
             format!("; worst in the patch at X{x:.3} Y{y:.3} Z{z:.3} with {p95:.3} um{made}")
         });
-        let told = format!(
+        let text = format!(
             "{begin}95th percentile {:.3} um (known to {bound:.3} um) at {} places on {:.1} mm of ridges, mean {:.3} um, allowed {limit} \
              um{difference}{place}",
             of.p95_um, of.places, of.length_mm, of.mean_um
         );
         if of.p95_um - bound > limit {
-            log.push(self.finding(facts, &of, &told, worst.map(|w| w.0)));
-            return (State::Fail, told);
+            log.push(self.finding(facts, &of, &text, worst.map(|w| w.0)));
+            return (State::Fail, text);
         }
         if of.p95_um + bound > limit {
             let help = "a design with a smaller chord error, or a smaller path tolerance, decides it";
-            return (State::Unchecked, format!("{told}; the limit lies within the error: {help}"));
+            return (State::Unchecked, format!("{text}; the limit lies within the error: {help}"));
         }
-        (State::Pass, told)
+        (State::Pass, text)
     }
 
-    fn finding(&self, facts: &Facts, of: &ScallopHeights, told: &str, highest: Option<&Ridge>) -> finding::Finding {
-        let mut f = FindingLog::of(&finding::SCALLOP, format!("scallop: {told}"));
+    fn finding(&self, facts: &Facts, of: &ScallopHeights, text: &str, highest: Option<&Ridge>) -> finding::Finding {
+        let mut f = FindingLog::of(&finding::SCALLOP, format!("scallop: {text}"));
         (f.value, f.limit, f.unit) = (Some(of.p95_um), Some(self.limit.um), Some("um".into()));
         f.point_mm = highest.map(|r| r.point.coords.into());
         let piece = highest.map(|r| r.pieces[1] as usize);

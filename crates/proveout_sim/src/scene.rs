@@ -165,7 +165,7 @@ impl Scene {
     /// [`InputError`] with file, line, column and remedy for the first fault.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         const MADE: &str =
-            "name the folder of a scene; `proveout new PROGRAM --machine NAME` makes one of an NC program";
+            "name the folder of a scene; `proveout new PROGRAM --machine NAME` creates one from an NC program";
         if path.is_dir() && !path.join("scene.toml").exists() {
             return Err(InputError::file(path, "the folder holds no scene.toml", MADE));
         }
@@ -220,7 +220,7 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
     if file.limits.blocks == Some(0) {
         let at = offset_of(text, &[Key("limits"), Key("blocks")]);
         let message = format!("`limits.blocks` = 0 is out of range: 1 to {}", u32::MAX);
-        return fault(at, message, "leave it out for ten million");
+        return fault(at, message, "leave it out for the default, ten million");
     }
     // These become names of files and folders.
     let patches = file.stock.get_ref().patch.iter().enumerate();

@@ -103,8 +103,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
         let table: Option<toml::Table> = toml::from_str(text).ok();
         let stated = |key: &str| table.as_ref().and_then(|t| t.get("tolerances")?.get(key)).is_some();
         if let Some(key) = ["gouge_mm", "excess_mm"].into_iter().find(|key| stated(key)) {
-            let message =
-                format!("{key} is a tolerance against the design, and design = \"none\" says that there is none");
+            let message = format!("{key} is a tolerance of the design, but the scene states design = \"none\"");
             return refused(at(key), &message, "give the design as [part], or remove the tolerance");
         }
     }
@@ -133,7 +132,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
             "gouge" | "excess" => return None,
             _ if GATES.contains(&name) => (
                 format!("the gate {name} is asked in every scene"),
-                "only surface, gouge and excess can be not asked".to_owned(),
+                "only surface, gouge and excess are allowed in not_asked".to_owned(),
             ),
             _ => {
                 let near = nearest(name, GATES).map_or_else(String::new, |n| format!("; did you mean {n}?"));
@@ -197,8 +196,8 @@ mod tests {
             ("", "[gates]\nnot_asked = [\"surfaces\"]\n", "did you mean surface?", 8),
             ("workholding = \"vise\"\n", "", "none", 2),
         ] {
-            let told = scene(head, more).expect_err(words);
-            assert!(told.contains(words) && told.contains(&format!("scene.toml:{line}:")), "{words}: {told}");
+            let error = scene(head, more).expect_err(words);
+            assert!(error.contains(words) && error.contains(&format!("scene.toml:{line}:")), "{words}: {error}");
         }
     }
 }

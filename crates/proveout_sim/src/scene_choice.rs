@@ -35,7 +35,7 @@ pub struct ChoiceFile {
 
 /// A value of a choice.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "write a number, a word, or true and false")]
+#[serde(untagged, expecting = "write a number, a word, or true or false")]
 pub enum ChoiceValueFile {
     /// A switch.
     Switch(bool),
@@ -79,23 +79,25 @@ impl ChoiceFile {
         let name = &self.name;
         let steps: Vec<&str> = self.key.split('.').collect();
         if steps.len() < 2 || steps.iter().any(|s| s.is_empty()) || !TABLES.contains(&steps[0]) {
-            let message = format!("the choice {name:?} names no key that changes a motion: {:?}", self.key);
+            let message = format!("the key of the choice {name:?} does not affect the motion: {:?}", self.key);
             return Some((message, format!("name a key under {}", TABLES.join(", "))));
         }
         let ends = self.range.unwrap_or([0.0, 1.0]);
         let empty = ends[0] >= ends[1] || ends.iter().any(|v| !v.is_finite());
         let none = self.values.as_ref().is_some_and(|v| v.len() < 2 || v.iter().any(ChoiceValueFile::is_no_number));
         if self.range.is_some() == self.values.is_some() || empty || none {
-            let message = format!("the choice {name:?} has no range, or two of them");
-            return Some((message, "give either range = [low, high] or two values and more".to_owned()));
+            let message = format!("the choice {name:?} needs exactly one range");
+            return Some((message, "give either range = [low, high], or two or more values".to_owned()));
         }
         if self.reason.trim().is_empty() {
             return Some((format!("the choice {name:?} has no reason"), "say why this range".to_owned()));
         }
         let unplanned = file.program.iter().find(|p| p.file.is_some() && p.planned.is_none());
         if let Some(program) = unplanned.filter(|_| self.plans()) {
-            let message =
-                format!("the choice {name:?} changes a plan, and nothing says which plan writes {:?}", program.name);
+            let message = format!(
+                "the choice {name:?} changes a plan, but the scene does not state which plan writes {:?}",
+                program.name
+            );
             return Some((message, "give `planned` in its [[program]], the name of the table under [plan]".to_owned()));
         }
         if let ["machine", joint, limit] = steps[..] {

@@ -355,7 +355,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         if quantity.is_some_and(|q| q.of_joint() != axis.is_some()) {
             return fault(
                 "axis",
-                format!("{name:?} has no axis, or one too many"),
+                format!("`axis` of {name:?} is missing or superfluous"),
                 "give `axis` for quantities of a joint only",
             );
         }
@@ -369,7 +369,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         if quantity.is_some_and(|q| (q == QuantityFile::Study) != figure) {
             return fault(
                 "figure",
-                format!("{name:?} names no number, or one too many"),
+                format!("`figure` of {name:?} is missing or superfluous"),
                 "give `figure` with quantity = \"study\" only",
             );
         }
@@ -379,7 +379,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
             |key: &str, message: String, help: &str| at_path(&[Key("expect"), Item(i), Key(key)], message, help);
         let bounds = e.at_least.is_some() || e.at_most.is_some();
         if e.quantity.is_some() != bounds || e.quantity.is_some() == e.gate.is_some() {
-            let message = format!("criterion {:?} can not be judged", e.name);
+            let message = format!("criterion {:?} cannot be judged", e.name);
             return fault("name", message, "give a `quantity` with `at_least` or `at_most`, or a `gate`");
         }
         if let Some(gate) = e.gate.as_deref().filter(|g| !GATES.contains(g)) {

@@ -200,19 +200,19 @@ mod tests {
             for line in keys.lines() {
                 let key = line.split_once(" = ").expect("a key").0;
                 let others: String = keys.lines().filter(|l| *l != line).map(|l| format!("{l}\n")).collect();
-                let told = |value: &str| refused(&format!("{head}{others}{key} = {value}\n")).unwrap_or_default();
+                let refusal = |value: &str| refused(&format!("{head}{others}{key} = {value}\n")).unwrap_or_default();
                 assert!(
                     refused(&format!("{head}{others}")).is_some_and(|t| t.contains(&format!("no `{key}`"))),
                     "{kind} {key}"
                 );
                 for value in ["0", "9999"] {
-                    assert!(told(value).contains(&format!("{key} = {value}")), "{kind} {key}: {}", told(value));
+                    assert!(refusal(value).contains(&format!("{key} = {value}")), "{kind} {key}: {}", refusal(value));
                 }
-                assert!(!told("-1").is_empty() && !told("nan").is_empty(), "{kind} {key}");
+                assert!(!refusal("-1").is_empty() && !refusal("nan").is_empty(), "{kind} {key}");
             }
             for stray in all.iter().filter(|key| !keys.lines().any(|l| l.starts_with(&format!("{key} = ")))) {
-                let told = refused(&format!("{head}{keys}{stray} = 5\n")).unwrap_or_default();
-                assert!(told.contains(&format!("`{stray}` has no effect")), "{kind} {stray}: {told}");
+                let message = refused(&format!("{head}{keys}{stray} = 5\n")).unwrap_or_default();
+                assert!(message.contains(&format!("`{stray}` has no effect")), "{kind} {stray}: {message}");
             }
             assert!(refused(&format!("{head}{keys}box = {{ min_mm = [0,0,0], max_mm = [1,1,1] }}\n")).is_some());
         }

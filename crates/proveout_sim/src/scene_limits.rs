@@ -125,7 +125,7 @@ fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), (String, Stri
     if let Some((key, ..)) = other.iter().find(|(_, value, _)| value.is_some()) {
         let kind = if joint.is_rotary() { "rotary" } else { "linear" };
         let keys: Vec<&str> = own.iter().map(|(key, ..)| *key).collect();
-        return Err((format!("{key} is not for it: the joint is {kind}"), format!("write {}", keys.join(", "))));
+        return Err((format!("{key} does not apply: the joint is {kind}"), format!("write {}", keys.join(", "))));
     }
     let targets = [&mut joint.max_velocity, &mut joint.max_acceleration, &mut joint.max_jerk];
     for ((key, value, unit), target) in own.into_iter().zip(targets) {

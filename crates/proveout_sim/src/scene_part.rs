@@ -116,7 +116,7 @@ pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), Inpu
             && Vector::from(c.axis).norm() > SHORTEST)
     {
         return fault(
-            "the cone frustum is not one",
+            "the cone frustum is not valid",
             "half_angle_deg between 0 and 90, 0 <= from_mm < to_mm, reach_mm above 0, axis with a length",
         );
     }

@@ -73,21 +73,17 @@ impl StrategyFile {
     /// Every strategy with its name, in scenes and on the command line, and its meaning.
     pub const ALL: [(Self, &'static str, &'static str); 9] = [
         (Self::Transverse, "transverse", "Lines round the sections"),
-        (Self::IsoParametric, "iso-parametric", "Lines along the blade at constant parts of the section's length"),
+        (Self::IsoParametric, "iso-parametric", "Lines along the blade at constant fractions of the section's length"),
         (Self::IsoPlanar, "iso-planar", "Lines in parallel planes"),
-        (Self::Pocket, "pocket", "Rings inside each other"),
-        (
-            Self::ConstantScallop,
-            "constant-scallop",
-            "Lines along the blade as far apart as the scallop allows everywhere",
-        ),
+        (Self::Pocket, "pocket", "Nested rings"),
+        (Self::ConstantScallop, "constant-scallop", "Lines along the blade, spaced by the scallop height everywhere"),
         (
             Self::QuasiCircle,
             "quasi-circle",
             "Lines along the blade at constant polar angles, which never cross an edge",
         ),
         (Self::Row, "row", "One row along the blade"),
-        (Self::PointRoughing, "point-roughing", "A blade from solid in layers"),
+        (Self::PointRoughing, "point-roughing", "Layers that cut a blade from solid"),
         (Self::Flank, "flank", "A ruled side in one pass with the flank of the cutter"),
     ];
 
@@ -408,7 +404,7 @@ impl PathFile {
                 Err(("longest_step_mm belongs to chord_error_mm".into(), "leave it out when step_mm is given".into()))
             }
             _ => Err((
-                "the step along the lines is given twice or not at all".into(),
+                "the step along the lines must be given exactly once".into(),
                 "give either chord_error_mm or step_mm".into(),
             )),
         }
@@ -419,7 +415,7 @@ impl PathFile {
             (Some(scallop), None) => Ok(Spacing::Scallop(scallop)),
             (None, Some(lines)) => Ok(Spacing::At(lines.iter().map(|l| l * factor).collect())),
             _ => Err((
-                "the distance of the lines is given twice or not at all".into(),
+                "the distance of the lines must be given exactly once".into(),
                 format!("give either scallop_mm or {key}"),
             )),
         }
@@ -450,7 +446,7 @@ impl PathFile {
         if !allowed.contains(&parameter) {
             return Err((
                 "parameter = \"polar-angle\" belongs to row".into(),
-                "plan quasi-circle for lines of it".into(),
+                "plan quasi-circle for more than one row".into(),
             ));
         }
         if parameter != ParameterFile::PolarAngle && (self.trailing.is_some() || self.focus_inside.is_some()) {
@@ -476,7 +472,7 @@ impl PathFile {
         }
         let ruled = matches!(self.axis, AxisFile::Ruling { .. });
         if ruled != (strategy == StrategyFile::Flank) {
-            let message = "rule = \"ruling\" is the axis of flank, and of flank alone".to_owned();
+            let message = "rule = \"ruling\" is for flank only".to_owned();
             return Err((message, "write another rule, or plan flank".to_owned()));
         }
         let missing = |key: &str| (format!("{} needs `{key}`", strategy.name()), format!("add `{key}`"));

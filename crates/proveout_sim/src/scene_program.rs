@@ -83,7 +83,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
         let of_key = |key: &'static str| offset_of(text, &[Key("program"), Item(i), Key(key)]);
         if program.reschedule.is_some() && program.file.is_some() {
             let at = of_key("reschedule");
-            let message = format!("program {:?} has a text and is re-scheduled", program.name);
+            let message = format!("program {:?} has both a file and `reschedule`", program.name);
             return fault(at, message, "give either `file` or `reschedule`");
         }
         let plan = |name: &str| {
@@ -115,8 +115,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
             && !file.program.iter().any(|p| p.name == reschedule.from && p.file.is_some())
         {
             let at = of_key("reschedule");
-            let message =
-                format!("program {:?} is made from {:?}, which has no text here", program.name, reschedule.from);
+            let message = format!("program {:?} is made from {:?}, which has no file", program.name, reschedule.from);
             return fault(at, message, "name a program of this scene that has a file");
         }
         if file.program[..i].iter().any(|p| p.name == program.name) {

@@ -116,7 +116,10 @@ pub(crate) fn fixture_fault(text: &str, fixtures: &[FixtureFile]) -> Option<(usi
         let (message, help) = if name.trim().is_empty() {
             ("a fixture has no name".to_owned(), "name it: findings refer to it by its name")
         } else if name == "stock" {
-            ("a fixture is called \"stock\", as the stock is in findings".to_owned(), "give it another name")
+            (
+                "a fixture is named \"stock\", which is the name of the stock in findings".to_owned(),
+                "give it another name",
+            )
         } else if fixtures[..k].iter().any(|f| f.name == *name) {
             (
                 format!("two fixtures have the name {name:?}: findings could not distinguish them"),

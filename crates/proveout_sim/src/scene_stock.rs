@@ -220,7 +220,7 @@ pub(crate) fn check_blade(path: &Path, text: &str, file: &SceneFile) -> Result<(
     if stock_blade || stock.blade_allowance_mm.is_some() && file.part.as_ref().is_none_or(|p| p.blade.is_none()) {
         let at = file.stock.span().start;
         let help = "give an allowance from 0 mm, and the blade as [part.blade]";
-        return Err(InputError::at(path, text, at, "blade_allowance_mm has no blade, or is not an allowance", help));
+        return Err(InputError::at(path, text, at, "blade_allowance_mm has no blade, or is negative", help));
     }
     Ok(())
 }

@@ -275,7 +275,7 @@ impl Middle<'_> {
         let on_blade = [self.arc, self.x].iter().filter(|v| v.is_some()).count();
         if (self.at.is_some(), on_blade) != (true, 0) && (self.at.is_some(), on_blade) != (false, 2) {
             return Some((
-                "it has no place, or more than one".into(),
+                "its place must be given exactly once".into(),
                 "give `at_mm`, or on a blade `arc_mm` and `x_mm`",
             ));
         }
@@ -307,7 +307,7 @@ fn size_fault(size: [f64; 2], step_um: f64) -> Option<(String, &'static str)> {
     let nodes: f64 = size.iter().map(|s| (s * UM_PER_MM / step_um).round() + 1.0).product();
     if size.iter().any(|s| s * UM_PER_MM < 2.0 * step_um) {
         return Some((
-            format!("sides of {size:?} mm hold no two steps of {step_um} um"),
+            format!("sides of {size:?} mm are shorter than two steps of {step_um} um"),
             "give a larger patch or a smaller step_um",
         ));
     }
@@ -391,7 +391,7 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
             .or_else(|| direction_fault("along", &profile.along))
             .or_else(|| {
                 let one = profile.direction.is_some() != profile.along.is_some();
-                (!one).then(|| ("it has no direction, or more than one".into(), "give `direction` or `along`"))
+                (!one).then(|| ("its direction must be given exactly once".into(), "give `direction` or `along`"))
             });
         if let Some(f) = found {
             return fault(offset, &format!("profile {:?}", profile.name), f);
@@ -424,7 +424,7 @@ impl SurfaceGridFile {
         let given = given.iter().filter(|g| **g).count();
         if !(of_blade && given == 2 || in_space && given == 3) {
             return Some((
-                "it has no region, or more than one".into(),
+                "its region must be given exactly once".into(),
                 "give `corner_mm`, `u_mm` and `v_mm`, or on a blade `arc_mm` and `x_mm`",
             ));
         }
@@ -447,7 +447,7 @@ impl SurfaceGridFile {
         };
         let patches = rows * columns;
         (!(1.0..=MOST_PATCHES as f64).contains(&patches))
-            .then(|| (format!("{patches:.0} patches are none, or more than {MOST_PATCHES}"), "give 1 to 10000 patches"))
+            .then(|| (format!("{patches:.0} patches are out of range: 1 to {MOST_PATCHES}"), "give 1 to 10000 patches"))
     }
 
     /// Lengths of its sides, mm.

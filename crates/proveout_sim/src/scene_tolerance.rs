@@ -175,11 +175,7 @@ impl Tolerances {
                 return Some((at, format!("{word} = {um} is not a height"), help));
             }
             if key == SurfaceKey::Scallop && !has_part {
-                return Some((
-                    at,
-                    format!("{word} has no design to be measured from"),
-                    "give the design part as [part]",
-                ));
+                return Some((at, format!("{word} needs a design"), "give the design part as [part]"));
             }
         }
         for (k, region) in self.region.iter().enumerate() {
@@ -240,8 +236,8 @@ mod tests {
             (region("ra_um = 1\n").replace("max_mm = [1, 1, 1]", "max_mm = [1, 0, 1]"), "is empty"),
             (region("ra_um = 1\n").repeat(2), "taken"),
         ] {
-            let told = tolerances(&text).fault(&text, false).map(|f| f.1).unwrap_or_default();
-            assert!(told.contains(words), "{told:?} for {text}");
+            let message = tolerances(&text).fault(&text, false).map(|f| f.1).unwrap_or_default();
+            assert!(message.contains(words), "{message:?} for {text}");
         }
     }
 }

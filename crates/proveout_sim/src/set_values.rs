@@ -43,7 +43,7 @@ impl FromStr for SetValue {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, as resolution_mm=0.2")?;
+        let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, such as resolution_mm=0.2")?;
         let (key, value) = (key.trim(), value.trim());
         if key.is_empty() || key.split('.').any(|step| step.trim().is_empty()) {
             return Err(format!("{key:?} is not a key: write tables and key with dots between them"));
@@ -55,7 +55,7 @@ impl FromStr for SetValue {
         let value = match (value, value.parse::<i64>(), value.parse::<f64>()) {
             ("true" | "false", ..) => ChoiceValueFile::Switch(value == "true"),
             (_, Ok(whole), _) => ChoiceValueFile::Whole(whole),
-            (_, _, Ok(v)) => number(v).ok_or_else(|| format!("{key} = {value} is not a number that can be used"))?,
+            (_, _, Ok(v)) => number(v).ok_or_else(|| format!("{key} = {value} is not a usable number"))?,
             _ => ChoiceValueFile::Word(
                 value.strip_prefix('"').and_then(|v| v.strip_suffix('"')).unwrap_or(value).to_owned(),
             ),
@@ -163,10 +163,7 @@ pub(crate) fn tools(path: &Path, set: &[SetValue]) -> Result<ToolLibrary, InputE
 fn check(path: &Path, set: &[SetValue]) -> Result<(), InputError> {
     let fault = |message: String, remedy: &str| Err(InputError::file(path, message, remedy));
     if set.len() > MOST {
-        return fault(
-            format!("{} values are set by the call, and at most {MOST} are", set.len()),
-            "write a scene of its own",
-        );
+        return fault(format!("the call sets {} values; the limit is {MOST}", set.len()), "write a scene of its own");
     }
     for (i, one) in set.iter().enumerate() {
         if set[..i].iter().any(|s| s.key == one.key) {
@@ -181,8 +178,8 @@ fn check(path: &Path, set: &[SetValue]) -> Result<(), InputError> {
 
 /// Keys of a scene that say nothing about a run.
 const OF_NO_RUN: [(&str, &str); 2] = [
-    ("compare", "comparisons alone: change it in the scene"),
-    ("name", "the names of folders alone: choose the folder by --out"),
+    ("compare", "only comparisons: change it in the scene"),
+    ("name", "only the names of folders: choose the folder by --out"),
 ];
 
 /// Refuses a value that could change nothing in the run of this program.
@@ -191,7 +188,7 @@ pub(crate) fn check_used(scene: &Scene, entry: Option<&ProgramFile>, choice: &Ch
     for one in &choice.set {
         let steps: Vec<&str> = one.key.split('.').collect();
         if let Some((_, what)) = OF_NO_RUN.iter().find(|(table, _)| *table == steps[0]) {
-            return fault(format!("{one} acts on {what}"), "leave it out");
+            return fault(format!("{one} affects {what}"), "leave it out");
         }
         let whole_key = one.key.as_str();
         let by_option = match whole_key {
@@ -206,7 +203,7 @@ pub(crate) fn check_used(scene: &Scene, entry: Option<&ProgramFile>, choice: &Ch
         let Some(entry) = entry else {
             if matches!(steps[0], "program" | "plan") {
                 return fault(
-                    format!("{one}: the run takes its text from the call"),
+                    format!("{one}: the call names the program file"),
                     "leave it out, or run a program of the scene",
                 );
             }
@@ -231,7 +228,7 @@ pub(crate) fn check_used(scene: &Scene, entry: Option<&ProgramFile>, choice: &Ch
                 .find(|(i, p)| steps[1..].first().is_some_and(|s| *s == p.name || *s == i.to_string()));
             if let Some((_, other)) = of.filter(|(_, p)| p.name != entry.name && Some(p.name.as_str()) != from) {
                 return fault(
-                    format!("{one} acts on the program {:?}, and the run is of {:?}", other.name, entry.name),
+                    format!("{one} affects the program {:?}, but the run is of {:?}", other.name, entry.name),
                     "leave it out, or run that program",
                 );
             }
@@ -240,7 +237,7 @@ pub(crate) fn check_used(scene: &Scene, entry: Option<&ProgramFile>, choice: &Ch
         if steps[0] == "plan"
             && (nc_given || plan_of(scene, entry).is_none_or(|(plan, _)| steps[1..].first() != Some(&plan)))
         {
-            let message = format!("{one}: nothing says that this plan writes the program {:?}", entry.name);
+            let message = format!("{one}: the scene does not state that this plan writes the program {:?}", entry.name);
             let plans = scene.file.program.iter().filter_map(|p| p.planned.as_deref());
             let near = nearest(steps.get(1).copied().unwrap_or_default(), plans)
                 .map_or_else(String::new, |n| format!("; did you mean plan.{n}?"));

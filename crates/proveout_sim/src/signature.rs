@@ -38,7 +38,7 @@ pub enum SignatureError {
     #[error(transparent)]
     Manifest(#[from] ManifestError),
     /// A folder that is not what the run has written must not be signed.
-    #[error("{}: {what}, which is not as the run wrote it", run.display())]
+    #[error("{}: changed since the run: {what}", run.display())]
     Changed {
         /// The run folder.
         run: PathBuf,

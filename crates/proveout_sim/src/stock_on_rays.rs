@@ -55,7 +55,7 @@ pub(crate) fn check(scene: &Scene, body: &RawBody, stock: &TriDexel) -> Result<(
         100.0 * SHARE
     );
     let finer = fitting(body, stock).map_or_else(
-        || format!("take a resolution_mm below {:.6} mm", size.min() / 3.0),
+        || format!("use a resolution_mm below {:.6} mm", size.min() / 3.0),
         |cell| format!("a resolution_mm of {cell} mm would do"),
     );
     let in_unit = |(name, word, factor): (&str, &str, f64)| {
@@ -147,8 +147,8 @@ mod tests {
 
     #[test]
     fn cell_sizes_are_named_with_two_digits() {
-        for (x, told) in [(0.0345, 0.034), (1.99, 1.9), (12.0, 12.0), (345.0, 340.0), (0.4, 0.4)] {
-            assert_eq!(two_digits(x), told);
+        for (x, expected) in [(0.0345, 0.034), (1.99, 1.9), (12.0, 12.0), (345.0, 340.0), (0.4, 0.4)] {
+            assert_eq!(two_digits(x), expected);
         }
     }
 }

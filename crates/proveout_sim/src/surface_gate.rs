@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_told_with_a_tolerance_and_without_one() {
+    fn values_are_reported_with_a_tolerance_and_without_one() {
         let place = |sa: f64, ra: [f64; 2]| TextureUsed {
             sa_um: Some(sa),
             profiles: vec![ProfileUsed { ra_um: Some(ra), rz_um: None, ..ProfileUsed::default() }],
@@ -132,12 +132,12 @@ mod tests {
             (State::Unchecked, format!("evaluated, not judged: no tolerance; {values}"))
         );
         for state in [State::Pass, State::Fail, State::Unchecked] {
-            let told = fold("surface", &[judged("ra_um", state)], &[], &surface).reason;
-            assert!(told.ends_with(&format!("; evaluated: {values}")), "{told}");
+            let message = fold("surface", &[judged("ra_um", state)], &[], &surface).reason;
+            assert!(message.ends_with(&format!("; evaluated: {values}")), "{message}");
         }
         assert_eq!(evaluated(&Surface::default()), None);
         let flat = TextureUsed { sa_um: Some(0.0), remarks: vec![FLAT.to_owned()], ..TextureUsed::default() };
-        let told = evaluated(&Surface { textures: vec![flat], ..Surface::default() }).expect("a value");
-        assert_eq!(told, "Sa 0.0000 um at 1 place; no kinematic height along the path; teeth not modeled");
+        let message = evaluated(&Surface { textures: vec![flat], ..Surface::default() }).expect("a value");
+        assert_eq!(message, "Sa 0.0000 um at 1 place; no kinematic height along the path; teeth not modeled");
     }
 }

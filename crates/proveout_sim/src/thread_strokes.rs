@@ -89,14 +89,17 @@ mod tests {
         let m8 = Thread::new(8.0, 1.25).expect("a thread");
         let stroke = Stroke::of(&motion([10.0, 5.0, 3.0], [10.0, 5.0, -12.0]), m8, 0).expect("along the axis");
         let strokes: Strokes = [(7, stroke)].into();
-        let told = |made_by, a: [f64; 3], b: [f64; 3]| is_thread(&strokes, made_by, [&a.into(), &b.into()], 0.05);
-        assert!(told(Some(7), [13.4, 5.0, -3.0], [13.9, 5.0, -3.0]), "across the ring");
-        assert!(told(Some(7), [10.0, 8.6, -12.0], [10.0, 8.6, 0.0]), "along it");
-        assert!(!told(Some(7), [13.4, 5.0, -3.0], [14.1, 5.0, -3.0]), "wider than the tap");
-        assert!(!told(Some(7), [12.0, 5.0, -3.0], [13.9, 5.0, -3.0]), "inside of the core");
-        assert!(!told(Some(7), [6.3, 5.0, -3.0], [13.7, 5.0, -3.0]), "both ends in the ring, the way through the core");
-        assert!(!told(Some(8), [13.4, 5.0, -3.0], [13.9, 5.0, -3.0]), "another motion");
-        assert!(!told(None, [13.4, 5.0, -3.0], [13.9, 5.0, -3.0]));
+        let on_thread = |made_by, a: [f64; 3], b: [f64; 3]| is_thread(&strokes, made_by, [&a.into(), &b.into()], 0.05);
+        assert!(on_thread(Some(7), [13.4, 5.0, -3.0], [13.9, 5.0, -3.0]), "across the ring");
+        assert!(on_thread(Some(7), [10.0, 8.6, -12.0], [10.0, 8.6, 0.0]), "along it");
+        assert!(!on_thread(Some(7), [13.4, 5.0, -3.0], [14.1, 5.0, -3.0]), "wider than the tap");
+        assert!(!on_thread(Some(7), [12.0, 5.0, -3.0], [13.9, 5.0, -3.0]), "inside of the core");
+        assert!(
+            !on_thread(Some(7), [6.3, 5.0, -3.0], [13.7, 5.0, -3.0]),
+            "both ends in the ring, the way through the core"
+        );
+        assert!(!on_thread(Some(8), [13.4, 5.0, -3.0], [13.9, 5.0, -3.0]), "another motion");
+        assert!(!on_thread(None, [13.4, 5.0, -3.0], [13.9, 5.0, -3.0]));
         assert_eq!(Stroke::of(&motion([0.0; 3], [5.0, 0.0, -5.0]), m8, 0), None, "a ramp is no thread");
     }
 }

@@ -22,10 +22,15 @@ pub(crate) fn check_start_tool(scene: &Scene, tools: &ToolLibrary) -> Result<(),
 pub(crate) fn clamp_out(tools: &mut ToolLibrary, choice: &Choice, path: &Path) -> Result<(), InputError> {
     for (name, by) in &choice.clamped_out_mm {
         let refused = |message: String| {
-            InputError::file(path, message, "choose a tool with a holder and an overhang that it grips")
+            InputError::file(
+                path,
+                message,
+                "choose a tool with a holder, and an overhang at which it is still \
+                                             gripped",
+            )
         };
         let tool = tools.tools.iter_mut().find(|t| t.name == *name);
-        let tool = tool.ok_or_else(|| refused(format!("there is no tool {name:?} to clamp otherwise")))?;
+        let tool = tool.ok_or_else(|| refused(format!("there is no tool {name:?} whose overhang could change")))?;
         let moved = tool.clamped_out_by(*by);
         *tool = moved.ok_or_else(|| refused(format!("{name} cannot be clamped {by} mm further out")))?;
     }

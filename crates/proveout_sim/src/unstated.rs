@@ -10,7 +10,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// What the gates that depend on the path say under ideal dynamics.
 pub(crate) fn ideal(prepared: &Prepared) -> Option<String> {
-    (prepared.dynamics == Dynamics::Ideal).then(|| "dynamics are ideal: corner rounding did not cut".to_owned())
+    (prepared.dynamics == Dynamics::Ideal).then(|| "dynamics are ideal: the cut ignores corner rounding".to_owned())
 }
 
 /// Workholding and lengths of tools, for `collision` and `near_miss`.

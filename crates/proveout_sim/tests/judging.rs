@@ -182,7 +182,7 @@ fn around(left: &[f64], right: &[f64]) -> String {
 }
 
 #[test]
-fn gouges_are_told_one_by_one_the_deepest_first_and_the_rest_is_counted() {
+fn gouges_are_reported_one_by_one_the_deepest_first_and_the_rest_is_counted() {
     let part = box_mesh(&Aabb { min: Point::origin(), max: Point::new(100.0, 100.0, 12.0) });
     let shop = Shop::new(&part);
     // Plunges 14 mm apart: every third with 4 mm, the others with 10 mm.
@@ -234,7 +234,7 @@ fn gouges_are_told_one_by_one_the_deepest_first_and_the_rest_is_counted() {
 }
 
 #[test]
-fn material_that_is_left_is_told_area_by_area() {
+fn material_that_is_left_is_reported_area_by_area() {
     // Two pads of the stock stand on the design: 12 x 40 mm and what is beyond X 30, 2 and 2 mm high.
     let part = box_mesh(&Aabb { min: Point::origin(), max: Point::new(40.0, 40.0, 10.0) });
     let shop = Shop::new(&part);
@@ -300,7 +300,7 @@ fn what_stands_between_all_rays_and_is_cut_away_is_found_and_says_what_to_do() {
 }
 
 #[test]
-fn a_design_that_reaches_out_of_the_raw_stock_is_told_as_such() {
+fn a_design_that_reaches_out_of_the_raw_stock_is_named_as_such() {
     let part = box_mesh(&Aabb { min: Point::origin(), max: Point::new(40.0, 40.0, 18.3) });
     let program = format!("{HEAD}{FOOT}");
     let job = Job { stock: BLOCK, cell: "0.5", tolerance: 0.02, more: "", program: &program };
@@ -341,13 +341,13 @@ fn a_stock_that_outgrows_its_announcement_is_refused_with_the_key_that_helps() {
         let stock = format!("box = {{ min_mm = [0, 0, 0], max_mm = [40, 40, 4] }}\n{more}");
         shop.scene(&Job { stock: &stock, cell: "[0.02, 1.0, 0.02]", tolerance: 0.05, more: "", program: &program })
     };
-    let told = |scene: &Path| {
-        let mut told: Option<Memory> = None;
-        let prepared = Prepared::read_announced(scene, &Choice::default(), &mut |m| told = Some(m.clone())).unwrap();
-        (prepared, told.unwrap())
+    let read_with_memory = |scene: &Path| {
+        let mut memory: Option<Memory> = None;
+        let prepared = Prepared::read_announced(scene, &Choice::default(), &mut |m| memory = Some(m.clone())).unwrap();
+        (prepared, memory.unwrap())
     };
     let path = scene("intervals_per_ray = 1");
-    let (prepared, before) = told(&path);
+    let (prepared, before) = read_with_memory(&path);
     assert_eq!(prepared.memory, before);
     let error = run(prepared, &mut [], &path).unwrap_err();
     let SimError::Memory { used_mib, announced_mib, intervals, remedy, .. } = &error else { panic!("{error}") };
@@ -356,7 +356,7 @@ fn a_stock_that_outgrows_its_announcement_is_refused_with_the_key_that_helps() {
     // The remedy is a line of the scene, and helps.
     let key = remedy.split('`').nth(1).unwrap();
     let path = scene(key);
-    let (prepared, after) = told(&path);
+    let (prepared, after) = read_with_memory(&path);
     assert!(after.stocks[0].1 > before.stocks[0].1 && after.total() > before.total());
     run(prepared, &mut [], &path).unwrap();
 }

@@ -72,7 +72,7 @@ fn first_block(text: &str) -> u32 {
 }
 
 /// All words are told, and the place is a motion of the program.
-fn told(error: &ControlError, code: &str, spoiled: &Spoiled, words: &[&str]) -> u32 {
+fn expect_refusal(error: &ControlError, code: &str, spoiled: &Spoiled, words: &[&str]) -> u32 {
     let text = error.to_string();
     assert_eq!(error.code, code, "{text}");
     for word in words {
@@ -92,7 +92,12 @@ fn concave_turning_and_a_clearance_too_large_leave_no_channel() {
     let mut spoiled = Spoiled::new();
     spoiled.reschedule.clearance_deg = Some(62.0);
     let error = spoiled.refused();
-    told(&error, "reschedule-channel", &spoiled, &["no channel", "62.0 degrees", "set the clearance to at most"]);
+    expect_refusal(
+        &error,
+        "reschedule-channel",
+        &spoiled,
+        &["no channel", "62.0 degrees", "set the clearance to at most"],
+    );
     // What the help says helps.
     let help = error.help.unwrap();
     let most: f64 = help.split_whitespace().find_map(|w| w.parse().ok()).unwrap();
@@ -110,7 +115,7 @@ fn a_path_of_less_than_a_turn_has_no_layers() {
     let short: Vec<&str> = end[..first + 200].iter().chain(&["TRAFOOF", "M30"]).copied().collect();
     let spoiled = spoiled.with("less_than_a_turn.mpf", &(short.join("\n") + "\n"));
     let error = spoiled.refused();
-    let line = told(&error, "reschedule-layers", &spoiled, &["has no whole layer", "one turn or more"]);
+    let line = expect_refusal(&error, "reschedule-layers", &spoiled, &["has no whole layer", "one turn or more"]);
     assert!(line as usize <= first + 1, "the first block of the path: {line}");
     let spoiled = spoiled.with("no_run.mpf", "G17\nG0 X0 Y0 Z500\nM30\n");
     assert_eq!(spoiled.refused().code, "reschedule-layers");
@@ -125,8 +130,12 @@ fn a_tool_that_is_no_ball_is_refused_at_the_first_block() {
     spoiled.tools = ToolLibrary::from_text(Path::new("flat.toml"), text).unwrap();
     for method in [MethodFile::STheta, MethodFile::Quaternion] {
         spoiled.reschedule.method = method;
-        let line =
-            told(&spoiled.refused(), "reschedule-tool", &spoiled, &["not a ball end mill", "use a ball end mill"]);
+        let line = expect_refusal(
+            &spoiled.refused(),
+            "reschedule-tool",
+            &spoiled,
+            &["not a ball end mill", "use a ball end mill"],
+        );
         assert_eq!(line, first_block(&spoiled.text()));
     }
 }
@@ -145,7 +154,7 @@ fn an_orientation_outside_of_the_joint_ranges_is_named_at_its_block() {
         1,
     );
     spoiled.machine = Machine::from_text(&file, &format!("{head}{stops}")).unwrap();
-    let line = told(
+    let line = expect_refusal(
         &spoiled.refused(),
         "reschedule-range",
         &spoiled,
@@ -155,6 +164,6 @@ fn an_orientation_outside_of_the_joint_ranges_is_named_at_its_block() {
     // A head that cannot take the tilt of the program: the first motion with the tool center held already.
     let text = text.replacen("travel_deg = [-87, 87]", "travel_deg = [-87, 3]", 1);
     spoiled.machine = Machine::from_text(&file, &text).unwrap();
-    let line = told(&spoiled.refused(), "reschedule-range", &spoiled, &["out of reach", "B", "3.0"]);
+    let line = expect_refusal(&spoiled.refused(), "reschedule-range", &spoiled, &["out of reach", "B", "3.0"]);
     assert!(line <= first_block(&spoiled.text()), "{line}");
 }

@@ -131,9 +131,9 @@ fn the_next_setup_starts_with_what_the_first_has_left() {
     let askew = "from_run = \"../first\"\nplace = { rotation_deg = [0, 0, 30] }";
     let fourth = shop.scene("fourth", "resolution_mm = [0.4, 0.3, 0.2]", askew, "", EMPTY);
     let (verdict, _, regridded) = shop.run(&fourth).expect("runs");
-    let bound = verdict.removal.regrid_bound_mm.expect("told");
+    let bound = verdict.removal.regrid_bound_mm.expect("given");
     assert!(bound < 1e-3, "its faces are flat: {bound}");
-    assert!(verdict.removal.regrid_edge_bound_mm.expect("told") <= 0.3);
+    assert!(verdict.removal.regrid_edge_bound_mm.expect("given") <= 0.3);
     assert_eq!(regridded.cells_mm(), [0.4, 0.3, 0.2]);
     assert!((regridded.volume() / left.volume() - 1.0).abs() < 0.02);
 
@@ -234,7 +234,7 @@ fn a_faulty_mesh_is_refused_and_mended_only_when_asked() {
 }
 
 #[test]
-fn a_part_that_is_cut_off_is_told_and_the_collision_gate_does_not_pass() {
+fn a_part_that_is_cut_off_is_reported_and_the_collision_gate_does_not_pass() {
     let shop = Shop::new();
     // A plate of 6 mm: a slot along Y through all of it at X 8 leaves 9 mm beside it.
     let plate = "box = { min_mm = [-20, -10, -6], max_mm = [20, 10, 0] }";
@@ -246,9 +246,9 @@ fn a_part_that_is_cut_off_is_told_and_the_collision_gate_does_not_pass() {
     };
     let cut = shop.scene("off", "resolution_mm = 0.25", plate, "", &slot(-6.5));
     let (verdict, ..) = shop.run(&cut).expect("runs");
-    let told: Vec<_> = verdict.findings.iter().filter(|f| f.code == "process-loose-part").collect();
-    assert_eq!(told.len(), 1, "{:?}", verdict.findings);
-    let f = told[0];
+    let matches: Vec<_> = verdict.findings.iter().filter(|f| f.code == "process-loose-part").collect();
+    assert_eq!(matches.len(), 1, "{:?}", verdict.findings);
+    let f = matches[0];
     assert_eq!((f.line, f.unit.as_deref()), (Some(9), Some("mm3")), "{f:?}");
     assert!((f.value.expect("a volume") - 9.0 * 20.0 * 6.0).abs() < 1.0, "{f:?}");
     let middle = f.point_mm.expect("a place");

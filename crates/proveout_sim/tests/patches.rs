@@ -253,8 +253,11 @@ fn a_patch_that_cannot_be_is_one_error_with_its_place() {
     refused("1.0", &change("0.0625", "\"fine\""), &["one length in mm, or three"]);
     refused("1.0", &change("-4]", "-0.1]"), &["too thin", "0.1 mm", "0.0625"]);
     // Nothing is allocated: the box would need some 100 GiB.
-    let line =
-        refused("1.0", &change("0.0625", "0.0005"), &["together more than the 4096 MiB", "mm for \"engraving\" fit"]);
+    let line = refused(
+        "1.0",
+        &change("0.0625", "0.0005"),
+        &["together more than the 4096 MiB", "mm for \"engraving\", or smaller boxes"],
+    );
     assert_eq!(line, 7);
     refused("1.0", &change("cell_mm", "cells_mm"), &["cells_mm", "did you mean"]);
 }

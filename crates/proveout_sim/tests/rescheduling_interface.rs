@@ -67,7 +67,7 @@ impl Method for LeanFromNormal {
 }
 
 #[test]
-fn a_method_is_told_of_contacts_curvatures_free_poses_times_and_the_machine() {
+fn a_method_receives_contacts_curvatures_free_poses_times_and_the_machine() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/li-2022-s-theta");
     let scene = Scene::read(&folder).unwrap();
     let machine = Machine::read(&scene.resolve(&scene.file.machine)).unwrap();

@@ -190,7 +190,7 @@ fn a_path_that_begins_in_the_work_has_the_published_sa() {
 }
 
 #[test]
-fn the_other_way_round_is_another_surface_and_a_random_phase_is_told() {
+fn the_other_way_round_is_another_surface_and_a_random_phase_is_reported() {
     let program = face_program("M3");
     let tools = FACE_MILL.replace("hand = \"left\"\n", "");
     let run = |program: &str, tools: &str, phase: &str| {
@@ -310,7 +310,7 @@ fn what_a_tool_states_of_its_residual_counts_on_top() {
     };
     let (state, none) = judged("", 0.6);
     assert_eq!((state, none.ra_um), (State::Unchecked, [0.0, 0.0]));
-    assert_eq!(none.source, "BALL states none: left out, which is not zero");
+    assert_eq!(none.source, "BALL states none: unknown, not zero");
     let residual = "[tool.residual]\nra_um = [0.1, 0.3]\nrz_um = [0.4, 1]\nsource = \"own trials\"\n";
     // About 0.43 um of the motion alone, and up to 0.41 um of the marks of the teeth, which an envelope does not have.
     assert_eq!(judged(residual, 0.6).0, State::Unchecked, "0.53 to 1.13 um");
@@ -319,8 +319,8 @@ fn what_a_tool_states_of_its_residual_counts_on_top() {
     assert_eq!(judged(residual, 0.5).0, State::Fail);
     let turned = residual.replace("[0.1, 0.3]", "[0.3, 0.1]");
     let tools = format!("{BALL}{turned}");
-    let told = Job { dynamics: "planned", tools: &tools, program: &program, more: ROWS }.refused();
-    assert!(told.contains("ra_um"), "{told}");
+    let output = Job { dynamics: "planned", tools: &tools, program: &program, more: ROWS }.refused();
+    assert!(output.contains("ra_um"), "{output}");
 }
 
 #[test]
@@ -339,25 +339,25 @@ fn what_cannot_be_evaluated_is_named_and_unchecked() {
     // The teeth are not described.
     let teeth = ROWS.replace("[surface]", "[surface]\nmodel = \"teeth\"\nphases = 1");
     let bare = BALL.split("[tool.edges]").next().unwrap();
-    let told = reason("planned", bare, &program, &teeth);
-    assert!(told.contains("tool \"BALL\" has no [tool.edges]"), "{told}");
+    let message = reason("planned", bare, &program, &teeth);
+    assert!(message.contains("tool \"BALL\" has no [tool.edges]"), "{message}");
     // The spindle stands while it goes through.
     let standing = program.replace("S6000 M3", "M5");
-    let told = reason("planned", BALL, &standing, &teeth);
-    assert!(told.contains("without spindle speed") && told.contains("main.nc:"), "{told}");
+    let message = reason("planned", BALL, &standing, &teeth);
+    assert!(message.contains("without spindle speed") && message.contains("main.nc:"), "{message}");
     // Run-out of 4 um against a chip of 1 um.
     let slow = program.replace("F1200", "F12");
     let slow: String = slow.lines().take(9).map(|l| format!("{l}\n")).collect::<String>() + "G0 Z60.\nM5\nM30\n";
     let thin = teeth.replace("[5, 2.5, 0]", "[-3.5, -1, 0]").replace("[2, 2]", "[0.2, 0.2]");
-    let told = reason("planned", BALL, &slow, &thin);
-    assert!(told.contains("run-out"), "{told}");
+    let message = reason("planned", BALL, &slow, &thin);
+    assert!(message.contains("run-out"), "{message}");
     // The phase is asked for at a place that the tip never passes.
     let phase = format!("{teeth}[[surface.phase]]\nat_mm = [5, 2.5, 3]\ntooth_deg = 0\n");
-    let told = reason("planned", BALL, &program, &phase);
-    assert!(told.contains("spindle phase"), "{told}");
+    let message = reason("planned", BALL, &program, &phase);
+    assert!(message.contains("spindle phase"), "{message}");
     // No place at all.
-    let told = reason("planned", BALL, &program, "");
-    assert!(told.contains("no patch or profile"), "{told}");
+    let message = reason("planned", BALL, &program, "");
+    assert!(message.contains("no patch or profile"), "{message}");
 }
 
 #[test]
@@ -367,24 +367,24 @@ fn places_off_the_surface_are_refused_by_name() {
     let patch = |keys: &str| format!("[surface]\n[[surface.patch]]\nname = \"p\"\n{keys}\n");
     for (more, words) in [
         (patch("at_mm = [0, 0, 0]"), "no design part"),
-        (patch("normal = [0, 0, 1]"), "no place, or more"),
+        (patch("normal = [0, 0, 1]"), "its place must be given exactly once"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 0]"), "not a direction"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nalong = [0, 0, 1]"), "is perpendicular"),
-        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [4, 0.001]"), "no two steps"),
+        (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [4, 0.001]"), "shorter than two steps"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [400, 400]"), "nodes are more"),
         ("[surface]\nphases = 0\n".into(), "phases = 0"),
         ("[surface]\nmax_height_mm = -1\n".into(), "max_height_mm"),
         (
             "[surface]\n[[surface.profile]]\nname = \"q\"\nat_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n".into(),
-            "no direction, or more",
+            "its direction must be given exactly once",
         ),
         ("[surface]\n[[surface.phase]]\nat_mm = [0, 0, 0]\ntooth_deg = 0\n".into(), "no phase"),
-        ("[surface]\n[[surface.grid]]\nname = \"g\"\ncount = [2, 2]\n".into(), "no region, or more"),
+        ("[surface]\n[[surface.grid]]\nname = \"g\"\ncount = [2, 2]\n".into(), "its region must be given exactly once"),
         ("[tolerances]\nra_um = 0\n".into(), "ra_um = 0"),
         ("[surface]\nstep = 3\n".into(), "`surface.step`: is not a known key"),
     ] {
-        let told = refused(&more);
-        assert!(told.contains(words), "{more}: {told}");
+        let text = refused(&more);
+        assert!(text.contains(words), "{more}: {text}");
     }
     let part = "[part]\nmesh = \"part.stl\"\n";
     let with_part = |more: &str| {
@@ -401,13 +401,13 @@ fn places_off_the_surface_are_refused_by_name() {
             Err(e) => e.to_string(),
         }
     };
-    let told = with_part(&patch("at_mm = [5, 2.5, 7]"));
-    assert!(told.contains("patch \"p\": X5.000 Y2.500 Z7.000 lies 7.000 mm away from the design"), "{told}");
-    let told = with_part(&patch("at_mm = [9, 2.5, 0]"));
-    assert!(told.contains("patch \"p\": it leaves the surface of the design, or runs over an edge"), "{told}");
+    let text = with_part(&patch("at_mm = [5, 2.5, 7]"));
+    assert!(text.contains("patch \"p\": X5.000 Y2.500 Z7.000 lies 7.000 mm away from the design"), "{text}");
+    let text = with_part(&patch("at_mm = [9, 2.5, 0]"));
+    assert!(text.contains("patch \"p\": it leaves the surface of the design, or runs over an edge"), "{text}");
     assert_eq!(with_part(&patch("at_mm = [5, 2.5, 0.2]")), "it was read");
-    let told = with_part(&patch("arc_mm = 3\nx_mm = 2"));
-    assert!(told.contains("belong to a blade"), "{told}");
+    let text = with_part(&patch("arc_mm = 3\nx_mm = 2"));
+    assert!(text.contains("belong to a blade"), "{text}");
 }
 
 /// Five axes: the tip runs straight while table and head turn evenly, so that the housing of the spindle turns in the workpiece.

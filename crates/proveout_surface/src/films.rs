@@ -118,7 +118,7 @@ mod tests {
     }
 
     /// Ends above z = 2.5 by what is said of them: across, along, none.
-    fn told(thickness: f64, thickest: f64) -> [usize; 3] {
+    fn counts(thickness: f64, thickest: f64) -> [usize; 3] {
         let (stock, films) = (stock(thickness), Films { thickest, above: 0.5 });
         let mut count = [0; 3];
         for axis in 0..3 {
@@ -153,10 +153,10 @@ mod tests {
 
     #[test]
     fn a_sheet_as_thin_as_the_error_of_its_faces_is_a_film_on_all_rays_and_a_thicker_one_on_none() {
-        let [across, along, none] = told(4e-4, 1e-3);
+        let [across, along, none] = counts(4e-4, 1e-3);
         assert!(across > 0 && along > 0 && none == 0, "{across} {along} {none}");
-        let [across, along, none] = told(2e-3, 1e-3);
+        let [across, along, none] = counts(2e-3, 1e-3);
         assert!((across, along) == (0, 0) && none > 0, "{across} {along} {none}");
-        assert_eq!(told(4e-4, 0.0)[..2], [0, 0], "nothing is left out where nothing is asked");
+        assert_eq!(counts(4e-4, 0.0)[..2], [0, 0], "nothing is left out where nothing is asked");
     }
 }

@@ -188,7 +188,7 @@ fn wrong_surface_data_files_are_refused_with_their_place() {
         ("NumPoints = 37", "NumPoints = many", 5, "many of numpoints is not a number"),
         ("NumPoints = 37", "NumPoints = 1e9", 0, "1000000000 x 23 heights"),
         ("NumPoints = 37", "NumDots = 37", 5, "unknown key \"numdots\""),
-        ("NumProfiles = 23\r\n", "", 0, "the header does not say numprofiles"),
+        ("NumProfiles = 23\r\n", "", 0, "the header has no numprofiles"),
         ("NumProfiles = 23", "NumProfiles = 0", 0, "37 x 0 heights"),
         ("Xscale = ", "Xscale = -", 0, "is not a spacing"),
         ("Zscale = 1e-6", "Zscale = 0", 0, "a z scale of 0"),
@@ -248,19 +248,19 @@ fn damaged_archives_are_refused() {
     let good = x3p_bytes(&map()).expect("written");
     // Every byte of the archive that is changed is told, or changes nothing that is read.
     let Measured::Map(want) = read(&good) else { panic!("no map") };
-    let mut told = 0;
+    let mut refused = 0;
     for k in (0..good.len()).step_by(7) {
         let mut bytes = good.clone();
         bytes[k] ^= 0x20;
         match read_measured_bytes(Path::new("x"), &bytes) {
-            Err(_) => told += 1,
+            Err(_) => refused += 1,
             Ok(file) => {
                 let Measured::Map(map) = file.measured else { panic!("no map") };
                 assert_eq!(map.heights(), want.heights(), "byte {k}");
             }
         }
     }
-    assert!(told * 10 > good.len() / 7 * 9, "{told} of {}", good.len() / 7);
+    assert!(refused * 10 > good.len() / 7 * 9, "{refused} of {}", good.len() / 7);
     for length in (0..good.len()).step_by(97) {
         assert!(read_measured_bytes(Path::new("x"), &good[..length]).is_err(), "{length} bytes");
     }
@@ -322,14 +322,14 @@ fn another_program_reads_what_is_written() {
     write_x3p(&names[2], &map).expect("written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/texture.py");
     let output = std::process::Command::new(python).arg(script).args(&names).output().expect("the package runs");
-    let told = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(output.status.success(), "{told}{}", String::from_utf8_lossy(&output.stderr));
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{printed}{}", String::from_utf8_lossy(&output.stderr));
     let sa = 1e3 * map.parameters().sa;
-    for line in told.lines() {
+    for line in printed.lines() {
         assert!(line.contains("37 x 23"), "{line}");
         let word = line.split("Sa ").nth(1).and_then(|w| w.split(' ').next()).expect("Sa");
         let got: f64 = word.trim_start_matches("np.float64(").trim_end_matches(')').parse().expect("a number");
         assert!((got - sa).abs() < 1e-12 * sa, "{line}: {sa}");
     }
-    assert_eq!(told.lines().count(), 3, "{told}");
+    assert_eq!(printed.lines().count(), 3, "{printed}");
 }

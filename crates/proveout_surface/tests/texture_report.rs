@@ -152,7 +152,7 @@ fn a_tilt_is_taken_off_where_it_is_asked_for() {
     let tilted = profile(0.0005, 5.6, |x| 0.001 * parabola(x, 0.25) + 0.3 * x + 7.0);
     let level = ProfileReport::of(&tilted, &Asked { form: Form::Level, ..Asked::default() });
     let plain = ProfileReport::of(&profile(0.0005, 5.6, |x| 0.001 * parabola(x, 0.25)), &Asked::default());
-    assert_eq!(level.form_removal, "least-squares line taken off");
+    assert_eq!(level.form_removal, "least-squares line removed");
     let (a, b) = (level.filtered.expect("evaluated"), plain.filtered.expect("evaluated"));
     assert!((a.ra_um - b.ra_um).abs() < 1e-6 * b.ra_um, "{} {}", a.ra_um, b.ra_um);
     let raw = ProfileReport::of(&tilted, &Asked { form: Form::None, ..Asked::default() });

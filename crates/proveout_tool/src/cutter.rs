@@ -178,7 +178,7 @@ impl Cutter {
         let up = top - equator;
         let r_top = if up.abs() < side { (side * side - up * up).sqrt() - back } else { 0.0 };
         if r_top <= 0.0 {
-            return refuse("flute_length_mm", top, "is above the height at which the barrel has come to the axis");
+            return refuse("flute_length_mm", top, "is above the height at which the barrel reaches the axis");
         }
         let outline = Outline::start(0.0).arc([0.0, tip], tangent).arc([-back, equator], [r_top, top]);
         Ok(Self { outline, continues: false })
@@ -246,7 +246,7 @@ impl Cutter {
         // The corner touches the rim from inside: its center is R - r from the center of the rim, and r above the face.
         let center_r = ((side - corner_radius).powi(2) - (half - corner_radius).powi(2)).max(0.0).sqrt() - back;
         if center_r <= JOIN_MM {
-            return refuse("flute_length_mm", height, "is above the height at which the rim has come to the axis");
+            return refuse("flute_length_mm", height, "is above the height at which the rim reaches the axis");
         }
         let scale = side / (side - corner_radius);
         let low = [(center_r + back) * scale - back, half - (half - corner_radius) * scale];

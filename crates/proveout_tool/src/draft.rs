@@ -440,7 +440,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_chosen_reaches_the_deepest_cut_and_what_is_told_stays() {
+    fn what_is_chosen_reaches_the_deepest_cut_and_what_is_given_stays() {
         let holder = Some(PlainHolder { diameter: 40.0, length: 60.0 });
         let mut drill = draft("drill", &[("diameter_mm", 8.0)]);
         drill.complete(holder).expect("chosen");
@@ -451,8 +451,8 @@ mod tests {
         assert_eq!((drill.flute_length, drill.gauge), (Some(52.5), Some(115.0)));
         assert_eq!(drill.chosen.iter().filter(|(keys, _)| keys.contains(&"gauge_length_mm")).count(), 1);
         let mut mill = ToolDraft { gauge: Some(75.0), ..draft("flat", &[("diameter_mm", 8.0)]) };
-        mill.complete(holder).expect("told");
-        assert_eq!(mill.flute_length, Some(15.0), "no longer than what stands out");
+        mill.complete(holder).expect("given");
+        assert_eq!(mill.flute_length, Some(15.0), "no longer than the overhang");
         assert!(!mill.reach(50.0) && mill.gauge == Some(75.0));
         // A library whose tools project from the holder by exactly their flutes.
         let flush = ToolDraft { gauge: Some(80.0), flute_length: Some(20.0), ..draft("flat", &[("diameter_mm", 8.0)]) };
@@ -479,7 +479,7 @@ mod tests {
         ];
         let holders = [None, Some(PlainHolder { diameter: 40.0, length: 60.0 })];
         for (mut tool, holder) in kinds.into_iter().flat_map(|k| holders.map(|h| (k.clone(), h))) {
-            tool.complete(holder).expect("a diameter is told");
+            tool.complete(holder).expect("a diameter is given");
             let text = library_text("Made", "made", std::slice::from_ref(&tool));
             let library =
                 ToolLibrary::from_text(Path::new("tools.toml"), &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -487,7 +487,7 @@ mod tests {
             assert_eq!(read.has_holder, holder.is_some());
             assert!(
                 (2.0 * read.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max)
-                    - tool.diameter().expect("told"))
+                    - tool.diameter().expect("given"))
                 .abs()
                     < 1e-6
             );
@@ -504,12 +504,12 @@ mod tests {
     }
 
     #[test]
-    fn told_lengths_stay_and_are_not_marked() {
+    fn given_lengths_stay_and_are_not_marked() {
         let mut tool = draft("flat", &[("diameter_mm", 10.0)]);
         tool.flute_length = Some(22.0);
         tool.stick_out = Some(45.0);
         tool.holder = vec![HolderSection { diameter: 30.0, top_diameter: 40.0, length: 70.0 }];
-        tool.complete(None).expect("told");
+        tool.complete(None).expect("given");
         assert_eq!((tool.gauge, tool.chosen.len()), (Some(115.0), 0));
     }
 

@@ -134,16 +134,16 @@ pub fn thread_of(text: &str) -> Option<ThreadSize> {
 fn metric(word: &str, next: &[&str]) -> Option<ThreadSize> {
     let (diameter, rest) = leading_number(word.strip_prefix('M')?)?;
     let believed = |pitch: f64| (pitch > 0.0 && pitch <= COARSEST * diameter).then_some(pitch);
-    let behind = |text: &str| {
+    let pitch_of = |text: &str| {
         let (pitch, rest) = leading_number(text)?;
         // `M8-6H`: a class of tolerance.
         (!rest.starts_with(['H', 'G'])).then_some(pitch)
     };
     let named = match (rest.strip_prefix(['X', '-']), next) {
-        (Some(""), [pitch, ..]) => behind(pitch),
-        (Some(pitch), _) => behind(pitch),
-        (None, ["X", pitch, ..]) if rest.is_empty() => behind(pitch),
-        (None, [pitch, ..]) if rest.is_empty() => pitch.strip_prefix('X').and_then(behind),
+        (Some(""), [pitch, ..]) => pitch_of(pitch),
+        (Some(pitch), _) => pitch_of(pitch),
+        (None, ["X", pitch, ..]) if rest.is_empty() => pitch_of(pitch),
+        (None, [pitch, ..]) if rest.is_empty() => pitch.strip_prefix('X').and_then(pitch_of),
         (None, _) if !rest.is_empty() => return None,
         (None, _) => None,
     };

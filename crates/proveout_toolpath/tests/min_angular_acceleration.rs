@@ -276,9 +276,9 @@ fn over_the_whole_row_the_sum_is_less_than_between_two_keys_each() {
         let rates: Vec<f64> = axes.windows(2).map(|w| turn(&w[0], &w[1])).collect();
         rates.windows(2).map(|r| (r[1] - r[0]).powi(2)).sum::<f64>() / (scale * scale)
     };
-    let (least, told) = true_minimum(&arc, &keys, law.clone());
+    let (least, value) = true_minimum(&arc, &keys, law.clone());
     assert!((sum(&law) - 1.0).abs() < 1e-9 && (sum(&least) - 0.149).abs() < 5e-4, "{} {}", sum(&law), sum(&least));
-    assert!((told / (scale * scale) - sum(&least)).abs() < 1e-6);
+    assert!((value / (scale * scale) - sum(&least)).abs() < 1e-6);
     for (i, key) in keys {
         assert!((least[i] - key).norm() < 1e-12, "keys stay");
     }
@@ -312,9 +312,9 @@ fn no_small_move_of_an_axis_lowers_the_true_minimum() {
             let rate = |i: usize, j: usize| turn(&axes[i], &axes[j]) / (arc[j] - arc[i]).abs();
             (1..axes.len() - 1).map(|i| (rate(i, i + 1) + rate(i, i - 1)).norm_squared()).sum()
         };
-        let (least, told) = true_minimum(&arc, &keys, law.clone());
+        let (least, value) = true_minimum(&arc, &keys, law.clone());
         let best = sum(&least);
-        assert!((told - best).abs() < 1e-9 * best && best < sum(&law), "{told} {best}");
+        assert!((value - best).abs() < 1e-9 * best && best < sum(&law), "{value} {best}");
         for _ in 0..200 {
             let size = 1e-4 * (0.2 + random());
             let bend: Vec<f64> = (0..6).map(|_| size * (random() - 0.5)).collect();

@@ -266,10 +266,10 @@ fn what_does_not_fit_is_refused_with_its_place() {
     }
     let ball = cutter(&Cutter::ball(6.0).unwrap(), 20.0);
     let long = Sampler { surface: &sine, cutter: &ball, rule: &rule, step: StepRule::Length(9.0) };
-    let told = long.line(&across).unwrap_err();
+    let message = long.line(&across).unwrap_err();
     assert!(
-        matches!(told, PathError::StepLongerThanRadius { step_mm, radius_mm, .. } if step_mm > radius_mm),
-        "{told}"
+        matches!(message, PathError::StepLongerThanRadius { step_mm, radius_mm, .. } if step_mm > radius_mm),
+        "{message}"
     );
     let head = AxisRule::FixedHead { table: Vector::z(), head: 0.1, lead: 0.0 };
     let fixed = Sampler { surface: &sine, cutter: &ball, rule: &head, step };

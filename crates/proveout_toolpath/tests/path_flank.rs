@@ -117,28 +117,28 @@ fn the_error_on_a_twisted_side_is_that_of_dense_evaluation_and_grows_with_the_sq
 #[test]
 fn a_flank_that_does_not_fit_is_refused_with_its_place() {
     let cutter = cylinder();
-    let told = |surface: &dyn ParametricSurface, cutter: &PathCutter, flank: &Flank| {
+    let refusal = |surface: &dyn ParametricSurface, cutter: &PathCutter, flank: &Flank| {
         plan(surface, cutter, 0.0, flank).unwrap_err().to_string()
     };
     let cui = ClosedSurface::new(Cui { half_width: 4.0, twist: 0.02, ..Cui::stand_in() });
-    let error = told(&cui, &cutter, &flank(Rulings::Across, [0.0, 1.0], [0.3, 0.7], 1e-4));
+    let error = refusal(&cui, &cutter, &flank(Rulings::Across, [0.0, 1.0], [0.3, 0.7], 1e-4));
     assert!(error.contains("the flank of the cutter errs at section 0.3") && error.contains("turn by 9.1"), "{error}");
     // Lines along a twisted blade are no straight ones.
     let lu = ClosedSurface::new(Lu::stand_in());
-    let error = told(&lu, &cutter, &flank(Rulings::Along, [0.1, 0.3], [0.1, 0.9], 0.01));
+    let error = refusal(&lu, &cutter, &flank(Rulings::Along, [0.1, 0.3], [0.1, 0.9], 0.01));
     assert!(error.contains("the side is not ruled"), "{error}");
     // A cutter larger than the hollow of the concave side.
     let section = CamberSection::stand_in();
     let side = CamberSide::new(Blade::new(BladeSpec { section, length: 30.0, twist: 0.0, platform: None }).unwrap());
     let large = self::cutter(&Cutter::bull_nose(160.0, 0.5).unwrap(), 40.0);
-    let error = told(&side, &large, &flank(Rulings::Along, [0.1, 0.4], [0.1, 0.9], 0.01));
+    let error = refusal(&side, &large, &flank(Rulings::Along, [0.1, 0.4], [0.1, 0.9], 0.01));
     assert!(error.contains("the flank of the cutter errs at section"), "{error}");
     // Cutters without a straight side, or with one that is too short.
     let ball = self::cutter(&Cutter::lens(12.0, 30.0, 1.0).unwrap(), 3.0);
-    let error = told(&side, &ball, &flank(Rulings::Along, [0.6, 0.9], [0.1, 0.9], 0.01));
+    let error = refusal(&side, &ball, &flank(Rulings::Along, [0.6, 0.9], [0.1, 0.9], 0.01));
     assert!(error.contains("straight side"), "{error}");
     let short = self::cutter(&Cutter::bull_nose(12.0, 0.5).unwrap(), 20.0);
-    let error = told(&side, &short, &flank(Rulings::Along, [0.6, 0.9], [0.1, 0.9], 0.01));
+    let error = refusal(&side, &short, &flank(Rulings::Along, [0.6, 0.9], [0.1, 0.9], 0.01));
     assert!(error.contains("ends 20.000 mm above its tip, the ruling 25.500 mm"), "{error}");
     // The axis along the ruling belongs to the flank, and the flank to it.
     let step = StepRule::Length(1.0);

@@ -245,7 +245,7 @@ fn links_round_the_blade_do_not_touch_it() {
 }
 
 #[test]
-fn what_a_machine_cannot_take_is_told_with_its_place() {
+fn what_a_machine_cannot_take_is_reported_with_its_place() {
     let lu = ClosedSurface::new(Lu::stand_in());
     let cutter = ball(6.0);
     let task = task(&lu, &cutter);
@@ -262,9 +262,9 @@ fn what_a_machine_cannot_take_is_told_with_its_place() {
         domain: lu.domain(),
         feed: 10.0,
     };
-    let told = setting.judge(&lines, &grinder.home()).unwrap_err();
-    assert!(matches!(told, PathError::Unreachable { .. }), "{told}");
-    assert!(told.to_string().contains("section") && told.to_string().contains("X"), "{told}");
+    let error = setting.judge(&lines, &grinder.home()).unwrap_err();
+    assert!(matches!(error, PathError::Unreachable { .. }), "{error}");
+    assert!(error.to_string().contains("section") && error.to_string().contains("X"), "{error}");
 }
 
 #[test]
@@ -286,8 +286,8 @@ fn numbers_out_of_range_and_cutters_that_leave_no_ridge_are_named() {
     let sine = ClosedSurface::new(Sine { steepness: 1e-9, ..Sine::gentle() });
     let standing = Task { surface: &sine, cutter: &flat, rule: &AxisRule::Normal, ..task };
     let spacing = Spacing::Scallop(0.01);
-    let told = standing.plan(&IsoParametric { label: Label::Surface, range: [0.2, 0.3], along: [0.1, 0.2], spacing });
-    assert!(told.is_err(), "{told:?}");
+    let result = standing.plan(&IsoParametric { label: Label::Surface, range: [0.2, 0.3], along: [0.1, 0.2], spacing });
+    assert!(result.is_err(), "{result:?}");
     let open = Task { surface: &sine, ..task };
     let spacing = Spacing::At(vec![1.0]);
     let quasi = QuasiCircle { focus_inside: 0.0, trailing: 0.0, range: [0.0, 1.0], along: [0.0, 1.0], spacing };

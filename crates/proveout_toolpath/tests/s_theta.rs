@@ -336,7 +336,7 @@ fn random_channels_give_monotone_smooth_curves_inside() {
 }
 
 #[test]
-fn what_the_method_cannot_do_is_told_with_the_block() {
+fn what_the_method_cannot_do_is_reported_with_the_block() {
     let cutter = ball();
     let run = stand_in(0.0, 2.0, 0.2, 0.6);
     let wide = STheta { clearance: 62.0_f64.to_radians(), ..STheta::default() };

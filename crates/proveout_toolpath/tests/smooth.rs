@@ -401,19 +401,19 @@ fn at_the_feed_a_smoother_program_before_is_kept() {
 }
 
 #[test]
-fn what_cannot_be_done_is_told_with_the_block() {
+fn what_cannot_be_done_is_reported_with_the_block() {
     let cutter = ball();
     let mut run = stand_in(FEED);
     run.blocks[700].time = None;
-    let told = Smooth::default().reschedule(&run, &around(&cutter)).unwrap_err();
-    assert!(told.line == 701 && told.code == "reschedule-path" && told.message.contains("no feed"), "{told:?}");
+    let error = Smooth::default().reschedule(&run, &around(&cutter)).unwrap_err();
+    assert!(error.line == 701 && error.code == "reschedule-path" && error.message.contains("no feed"), "{error:?}");
     let wrong = Smooth { clearance: 2.0, ..Smooth::default() };
     assert!(wrong.reschedule(&stand_in(FEED), &around(&cutter)).unwrap_err().message.contains("clearance_deg"));
     // A channel that goes down cannot be passed by an angle that only grows.
     let (path, channel, least) = random_channel(7, false);
     let limits = TurnLimits { velocity: 1.0, acceleration: 10.0 };
-    let told = Smooth::default().plan(&path, &channel, &least, limits).unwrap_err();
-    assert!(told.help.contains("monotone=false"), "{told:?}");
+    let error = Smooth::default().plan(&path, &channel, &least, limits).unwrap_err();
+    assert!(error.help.contains("monotone=false"), "{error:?}");
     assert!(Smooth { monotone: false, ..Smooth::default() }.plan(&path, &channel, &least, limits).is_ok());
 }
 

@@ -275,9 +275,9 @@ fn past_the_pole(blocks: usize) -> CuttingRun {
 fn through_the_pole_both_joints_turn_evenly_and_a_program_of_vectors_goes_beside_it() {
     let machine = machine("bc-head-table-grinder");
     let run = past_the_pole(121);
-    let told = made(&SmoothRows::default(), &run, &machine, &Open, None).unwrap();
-    let q = joints(&told, &machine);
-    assert!(told.rotary.is_some(), "a pose at the pole does not tell the table");
+    let planned = made(&SmoothRows::default(), &run, &machine, &Open, None).unwrap();
+    let q = joints(&planned, &machine);
+    assert!(planned.rotary.is_some(), "a pose at the pole does not tell the table");
     // Evenly from end to end: 10 degrees of C and 24 of B in 60 mm, at most a quarter more for their ramps.
     let [velocity, acceleration] = peaks(&q, &machine, 0.025);
     let even = 24.0 / (120.0 * 0.025);
@@ -344,8 +344,8 @@ fn nothing_slower_for_the_control_than_the_program_before_is_handed_out() {
         }
     }
     let run = row(41, 20.0, |s| Vector::new(0.3 * s, 0.1, 1.0));
-    let told = made(&SmoothRows::default(), &run, &machine, &Open, Some(&Never)).unwrap_err();
-    assert_eq!(told.code, "reschedule-channel");
+    let error = made(&SmoothRows::default(), &run, &machine, &Open, Some(&Never)).unwrap_err();
+    assert_eq!(error.code, "reschedule-channel");
 }
 
 /// A control that takes as long for every block, and longer for the first one the farther the first axis is from one.
@@ -372,32 +372,32 @@ fn a_row_that_gains_nothing_but_lengthens_what_leads_to_it_is_not_handed_out() {
 }
 
 #[test]
-fn what_it_cannot_do_is_told_with_the_block() {
+fn what_it_cannot_do_is_reported_with_the_block() {
     let table = machine("jdgr200t");
     let run = row(81, 20.0, |s| Vector::new(0.3 * s, 0.1, 1.0));
-    let told = |method: &SmoothRows, run: &CuttingRun, machine: &Machine, region: &dyn FeasibleRegion| {
+    let refusal = |method: &SmoothRows, run: &CuttingRun, machine: &Machine, region: &dyn FeasibleRegion| {
         let e = made(method, run, machine, region, None).unwrap_err();
         assert!(!e.help.is_empty() && !e.message.is_empty());
         (e.code, e.line)
     };
     let method = SmoothRows::default();
-    assert_eq!(told(&method, &run, &machine("three-axis-mill"), &Open), ("reschedule-path", 1));
-    assert_eq!(told(&SmoothRows { lean_max: 0.0, ..method }, &run, &table, &Open), ("reschedule-option", 0));
-    assert_eq!(told(&SmoothRows { turn_max: Some(4.0), ..method }, &run, &table, &Open), ("reschedule-option", 0));
+    assert_eq!(refusal(&method, &run, &machine("three-axis-mill"), &Open), ("reschedule-path", 1));
+    assert_eq!(refusal(&SmoothRows { lean_max: 0.0, ..method }, &run, &table, &Open), ("reschedule-option", 0));
+    assert_eq!(refusal(&SmoothRows { turn_max: Some(4.0), ..method }, &run, &table, &Open), ("reschedule-option", 0));
     let short = CuttingRun { blocks: run.blocks[..4].to_vec() };
-    assert_eq!(told(&method, &short, &table, &Open), ("reschedule-layers", 1));
+    assert_eq!(refusal(&method, &short, &table, &Open), ("reschedule-layers", 1));
     let mut untimed = run.clone();
     untimed.blocks[6].time = None;
-    assert_eq!(told(&method, &untimed, &table, &Open), ("reschedule-path", 7));
+    assert_eq!(refusal(&method, &untimed, &table, &Open), ("reschedule-path", 7));
     // A tilt without the travel for the last axes.
     let mut narrow = machine("jdgr200t");
     let tilt = narrow.rotary_joints()[1];
     narrow.joints[tilt].travel = Some([-0.2, 0.2]);
-    let (code, line) = told(&method, &run, &narrow, &Open);
+    let (code, line) = refusal(&method, &run, &narrow, &Open);
     assert!(code == "reschedule-range" && line > 20 && line < 81, "{line}");
     // Nothing is free in the middle of the row.
     let wall = Posts(vec![Post { from: 19.0, to: 21.0, way: Vector::z(), cap: 1.5 }]);
-    let (code, line) = told(&method, &run, &table, &wall);
+    let (code, line) = refusal(&method, &run, &table, &wall);
     assert!(code == "reschedule-channel" && (36..=44).contains(&line), "{line}");
     // What must be kept away from is not known, nor where a cutter without a ball touches.
     let cutter = ball();

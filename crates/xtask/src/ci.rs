@@ -9,7 +9,7 @@ use std::{
 
 use crate::{
     Failure,
-    checks::{architecture, book, findings, layers, test_command},
+    checks::{architecture, book, findings, layers, style, test_command},
     cone_frustum, figures, files, machine_models,
     test_programs::{self, Selection},
     tools::{self, DENY, TYPOS},
@@ -57,6 +57,7 @@ const STEPS: &[Step] = &[
     },
     Step { name: "tests", why: "laws, closed forms, reference data and whole prove-outs hold", run: tests },
     Step { name: "figures", why: "a number on a page is the one that its run gives today", run: figures },
+    Step { name: "style", why: "plain English in comments, messages and pages", run: style },
     Step { name: "typos", why: "American spelling, and names without slips", run: typos },
     Step {
         name: "deny",
@@ -267,6 +268,10 @@ fn figures(context: &Context) -> Result<String, Failure> {
     figures::run(&context.root, &figures::Wanted { check: true, ..figures::Wanted::default() })
 }
 
+fn style(context: &Context) -> Result<String, Failure> {
+    style::check(&context.root)
+}
+
 fn typos(context: &Context) -> Result<String, Failure> {
     let program = tools::find(&TYPOS, &context.workspace.target)?;
     call(context, &program, &["--config", ".typos.toml"], &[])?;
@@ -315,10 +320,10 @@ mod tests {
     fn tests_that_did_not_look_are_named_in_the_summary() {
         let total = Total { suites: 1, passed: 2, failed: 0, ignored: 0 };
         assert!(!account(&total, &BTreeSet::new()).contains("LEFT OUT"));
-        let told = account(&total, &["the axis cross: no data set".to_owned()].into());
+        let text = account(&total, &["the axis cross: no data set".to_owned()].into());
         assert!(
-            told.contains("1 LEFT OUT for lack of data:") && told.ends_with("the axis cross: no data set"),
-            "{told}"
+            text.contains("1 LEFT OUT for lack of data:") && text.ends_with("the axis cross: no data set"),
+            "{text}"
         );
     }
 

@@ -13,17 +13,21 @@ use crate::{Failure, files};
 const HEAD: &str = "\
 # Published experiments, repeated
 
-Original against re-scheduled program on the same twin. This page is written by `cargo xtask figures` from the
-`compare.json` of `proveout compare`; no number in it is typed. Each section names its scene; the scene's README states what was
-published, what was chosen, and what must happen. Each section begins with the commit, the command, the cells of the stock and digests of all
-inputs. `cargo xtask ci` makes the runs again that take a minute and compares; the others are made by `cargo xtask figures --run NAME`. The tests make
-all of them at coarse cells and compare the digests and what follows from the motion with this page, so that no section can be older than what
-it describes.
+Each section compares an original program with re-scheduled ones on the same twin. `cargo xtask figures` writes this page from the
+`compare.json` of `proveout compare`; no number in it is typed. A section begins with the commit, the command, the cells of the stock and the
+digests of all inputs. The README of its scene states what was published, what was chosen, and what must happen.
 
-`reproduced`: the published value lies in the range of ours over the choices one at a time and the twin, and ours has its sign everywhere. `possible`: only
-draws of all choices at once come as far, or a choice turns the sign. `not`: outside of all that was tried. A wider range reproduces more: read it with the
-other columns. A value that the publication does not state in numbers is marked: `from a figure`, or `own count`, a second count of our own, with which ours
-may agree and which reproduces nothing.
+`cargo xtask nightly` repeats the runs that take a minute and compares them with this page; `cargo xtask figures --run NAME` makes the others. The tests make
+all of them at coarse cells, and compare digests and motion with this page, so that no section can be older than what it describes.
+
+| verdict on a published value | meaning |
+|---|---|
+| `reproduced` | it lies in the range of ours over the choices one at a time and the twin, and ours has its sign everywhere |
+| `possible` | only draws of all choices at once come as far, or a choice turns the sign |
+| `not` | it lies outside of all that was tried |
+
+A wider range reproduces more: read it with the other columns. A value that the publication does not state in numbers is marked: `from a figure`, or
+`own count`, a second count of our own, with which ours may agree and which reproduces nothing.
 
 ";
 

@@ -45,8 +45,9 @@ fn text(schema: &schemars::Schema) -> Result<String, Failure> {
 mod tests {
     use super::*;
 
-    /// In the tests and not in a step of `ci`: a build of its own for the types of the product takes minutes. With `PROVEOUT_SCHEMAS=write` it writes
-    /// the files instead of comparing them, after a build of all tests.
+    /// In the tests and not in a step of `ci`: a build of its own for the types of the product takes minutes.
+    /// With `PROVEOUT_SCHEMAS=write` it writes the files instead of comparing them, after a build of all
+    /// tests.
     #[test]
     fn schemas_are_those_of_the_types() {
         let check = std::env::var_os("PROVEOUT_SCHEMAS").is_none_or(|word| word != "write");
@@ -61,7 +62,7 @@ mod tests {
         run(root.path(), false).expect("written");
         run(root.path(), true).expect("the same");
         std::fs::write(folder.join("scene.schema.json"), "{}\n").expect("written");
-        let told = run(root.path(), true).expect_err("another schema").0;
-        assert!(told.contains("scene.schema.json") && told.contains("cargo xtask schemas"), "{told}");
+        let message = run(root.path(), true).expect_err("another schema").0;
+        assert!(message.contains("scene.schema.json") && message.contains("cargo xtask schemas"), "{message}");
     }
 }

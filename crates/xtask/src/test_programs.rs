@@ -1,8 +1,9 @@
 //! The test programs of the workspace, run in parallel by module.
 //!
-//! `cargo test` starts one program after the other, and the other cores wait while the last test of each runs alone: a sixth of the time on two
-//! cores. Here every module of a program, two levels deep, is a group of its own. A group runs on one thread, as many groups at once as there are
-//! cores, and those that take longest come first.
+//! `cargo test` starts one program after the other, and the other cores wait while the last test of each runs
+//! alone: a sixth of the time on two cores. Here every module of a program, two levels deep, is a group of
+//! its own. A group runs on one thread, as many groups at once as there are cores, and those that take
+//! longest come first.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -17,7 +18,8 @@ use serde_json::Value;
 
 use crate::{Failure, workspace::cargo};
 
-/// Groups that take longest, as `program/module` or the begin of it, the longest first; the order of all others does not matter.
+/// Groups that take longest, as `program/module` or the begin of it, the longest first; the order of all
+/// others does not matter.
 const LONG: [&str; 16] = [
     "prove_outs/prove_out",
     "cli/reschedule",
@@ -72,8 +74,8 @@ pub(crate) enum Selection {
     All,
 }
 
-/// Builds all programs, runs all groups, and hands every line of their output to `line`. A failure does not keep the others from running.
-/// Returns the slowest groups with their times.
+/// Builds all programs, runs all groups, and hands every line of their output to `line`. A failure does not
+/// keep the others from running. Returns the slowest groups with their times.
 ///
 /// # Errors
 /// The groups that failed, by name.

@@ -6,7 +6,8 @@
 //!                      pytest, doctests, mypy --strict, with nothing of the sources on their path
 //! ```
 //!
-//! Needs cargo, and Python 3.11 or newer with `venv` and `pip`. The first run fetches what `python/requirements-test.txt` pins.
+//! Needs cargo, and Python 3.11 or newer with `venv` and `pip`. The first run fetches what
+//! `python/requirements-test.txt` pins.
 
 use std::{
     fs,
@@ -81,13 +82,13 @@ pub(crate) fn run(root: &Path, options: Options) -> Result<String, Failure> {
     let wheel = only_wheel(&dist)?;
     let size = fs::metadata(&wheel).map_or(0.0, |about| about.len() as f64 / f64::from(1 << 20));
     let built = begin.elapsed().as_secs_f64();
-    let told = format!("{} ({size:.1} MiB), built in {built:.0} s", wheel.display());
+    let account = format!("{} ({size:.1} MiB), built in {built:.0} s", wheel.display());
     if options.untested {
-        return Ok(told);
+        return Ok(account);
     }
     let begin = Instant::now();
     test(root, &place, &interpreter, &required, &wheel)?;
-    Ok(format!("{told}; tests, doctests and types in {:.0} s", begin.elapsed().as_secs_f64()))
+    Ok(format!("{account}; tests, doctests and types in {:.0} s", begin.elapsed().as_secs_f64()))
 }
 
 /// Installs the wheel where nothing of the sources is seen, and tests it there.

@@ -55,8 +55,8 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
     })?;
     if args.json {
         proposal.write().map_err(told)?;
-        let told = json!({ "output": output, "answers": proposal.answered, "scene": proposal.summary });
-        say!("{}", serde_json::to_string_pretty(&told).map_err(Failure::new)?);
+        let result = json!({ "output": output, "answers": proposal.answered, "scene": proposal.summary });
+        say!("{}", serde_json::to_string_pretty(&result).map_err(Failure::new)?);
         return Ok(());
     }
     for line in &proposal.told {
@@ -209,7 +209,7 @@ fn list(as_json: bool) -> Result<(), Failure> {
         if as_json {
             all.push(match &read {
                 Ok(machine) => {
-                    json!({ "name": name, "told": machine.in_one_line(), "joints": joints(machine) })
+                    json!({ "name": name, "summary": machine.in_one_line(), "joints": joints(machine) })
                 }
                 Err(e) => json!({ "name": name, "error": e.to_string() }),
             });

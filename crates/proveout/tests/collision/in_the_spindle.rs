@@ -20,8 +20,8 @@ fn a_tool_that_comes_into_the_spindle_in_material_is_found() {
         let found = found(&verdict, "process-rapid-in-material");
         assert_eq!(found.len(), usize::from(depth.is_some()), "{:?}", verdict["findings"]);
         if let Some(depth) = depth {
-            assert!((found[0]["penetration_mm"].as_f64().expect("told") - depth).abs() < 0.1, "{found:?}");
-            let message = found[0]["message"].as_str().expect("told");
+            assert!((found[0]["penetration_mm"].as_f64().expect("given") - depth).abs() < 0.1, "{found:?}");
+            let message = found[0]["message"].as_str().expect("given");
             assert!(
                 message.starts_with("cutter of T2 meets material right after the tool change, before it moves"),
                 "{message}"
@@ -87,10 +87,10 @@ fn a_tool_that_nothing_moves_is_checked_where_it_stands() {
                 shop.write("post.stl", &post(0..0, &[]));
                 shop.write("tools.toml", &two_tools(longer));
                 let verdict = shop.verdict();
-                let told = found(&verdict, code);
-                assert_eq!(!told.is_empty(), hits, "{place} {end:?} {longer}: {:?}", verdict["findings"]);
+                let matches = found(&verdict, code);
+                assert_eq!(!matches.is_empty(), hits, "{place} {end:?} {longer}: {:?}", verdict["findings"]);
                 if hits {
-                    assert_eq!((told.len(), &told[0]["line"]), (1, &8.into()), "{place} {end:?}: {told:?}");
+                    assert_eq!((matches.len(), &matches[0]["line"]), (1, &8.into()), "{place} {end:?}: {matches:?}");
                 }
             }
         }
@@ -107,8 +107,8 @@ fn the_spindle_turns_or_stands_in_the_very_next_block() {
         );
         let at_once = machine("").replace("start_time_s = 1", "start_time_s = 0");
         let verdict = Shop::new(&at_once, "", &program).verdict();
-        let told = found(&verdict, "process-spindle-off");
-        assert_eq!(!told.is_empty(), stands, "{words}: {:?}", verdict["findings"]);
-        assert!(told.iter().all(|f| f["line"] == 10), "{words}: {told:?}");
+        let matches = found(&verdict, "process-spindle-off");
+        assert_eq!(!matches.is_empty(), stands, "{words}: {:?}", verdict["findings"]);
+        assert!(matches.iter().all(|f| f["line"] == 10), "{words}: {matches:?}");
     }
 }

@@ -86,7 +86,7 @@ fn fixtures_that_a_finding_could_not_tell_apart_are_refused_with_their_place() {
     };
     for (fixtures, words) in [
         (one("jaw", block) + &one("jaw", block), "two fixtures have the name \"jaw\""),
-        (one("stock", block), "a fixture is called \"stock\""),
+        (one("stock", block), "a fixture is named \"stock\""),
         (one(" ", block), "a fixture has no name"),
         (one("head", block), "fixture \"head\" has the name of a body of the machine"),
         (one("pin", &round(0.0, 9.0)), "the cylinder of fixture \"pin\" is empty"),
@@ -125,8 +125,8 @@ fn a_machine_without_its_table_or_its_spindle_is_not_passed() {
         for name in ["collision", "near_miss"] {
             let (state, reason) = gate(&verdict, name);
             assert_ne!(state, "pass", "{name}: {reason}");
-            let told = format!("the {end}: no body of the machine file moves with it (`attached_to = {moved}`)");
-            assert!(reason.contains(&told), "{name}: {reason}");
+            let text = format!("the {end}: no body of the machine file moves with it (`attached_to = {moved}`)");
+            assert!(reason.contains(&text), "{name}: {reason}");
         }
     }
 }

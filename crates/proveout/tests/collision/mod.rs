@@ -295,7 +295,7 @@ fn joints_that_are_no_numbers_are_refused_with_their_place() {
 }
 
 #[test]
-fn what_the_checks_cost_is_told() {
+fn what_the_checks_cost_is_reported() {
     let shop = Shop::new(&machine(""), POST, &over_the_post(3.0));
     shop.write("post.stl", &post(0..0, &[]));
     let (_, said) = shop.run();
@@ -356,7 +356,7 @@ fn upright_blade(shop: &Shop) {
 ///              | |         |  shank              at the height 30 sin b + 107 cos b, 6 mm over the lower face of the holder
 /// ```
 #[test]
-fn a_tilted_holder_between_platform_and_shroud_is_told_to_hundredths() {
+fn a_tilted_holder_between_platform_and_shroud_is_measured_to_hundredths() {
     let tools = TOOLS
         .replace("gauge_length_mm = 80", "gauge_length_mm = 160")
         .replace("length_mm = 30 }]", "length_mm = 80 }]");
@@ -425,7 +425,7 @@ fn drum() -> String {
 /// The flutes run along a drum that turns below them, 0.2 mm over each of its edges that passes: the least clearance is that, and is proved to a fiftieth of it,
 /// though there is nothing farther away at any moment.
 #[test]
-fn a_tool_that_runs_close_over_what_turns_is_told_to_micrometers() {
+fn a_tool_that_runs_close_over_what_turns_is_measured_to_micrometers() {
     let program = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X0. Y-20. Z200. B-30.\nG0 Z60.2\nG1 B30. Y20. F800\n\
                    G1 B-30. Y-10. F800\nG0 Z200.\nM5\nM30\n%\n";
     let shop = Shop::new(&machine(""), POST, program);

@@ -135,9 +135,9 @@ fn long_commands_end_with_a_result() {
             continue;
         }
         let output = program().current_dir(folder.path()).args(&typed.words).output().expect("the program starts");
-        let told = String::from_utf8_lossy(&output.stderr);
+        let printed = String::from_utf8_lossy(&output.stderr);
         // Pass, fail or unchecked: what a page says of it is held by other tests.
-        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{}: {}\n{told}", shown.place, typed.line());
+        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{}: {}\n{printed}", shown.place, typed.line());
     }
 }
 

@@ -46,23 +46,23 @@ impl Desk {
     /// The call did its work; what it printed.
     pub(crate) fn done(&self, line: &str) -> String {
         let output = self.call(line);
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(0), "{line}\n{told}");
-        told
+        let text = printed(&output);
+        assert_eq!(output.status.code(), Some(0), "{line}\n{text}");
+        text
     }
 
     /// The call is refused with these words, and nothing is made.
     pub(crate) fn refused(&self, line: &str, words: &[&str]) -> String {
         let before = self.names();
         let output = self.call(line);
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(2), "{line}\n{told}");
+        let text = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{line}\n{text}");
         for word in words {
-            assert!(told.contains(word), "{word:?} is not in:\n{told}");
+            assert!(text.contains(word), "{word:?} is not in:\n{text}");
         }
-        assert_eq!(told.matches("error: ").count(), 1, "one clear answer:\n{told}");
+        assert_eq!(text.matches("error: ").count(), 1, "one clear answer:\n{text}");
         assert_eq!(self.names(), before, "nothing is written");
-        told
+        text
     }
 
     pub(crate) fn names(&self) -> Vec<String> {
@@ -77,13 +77,13 @@ impl Desk {
     /// Runs a scene; its verdict.
     pub(crate) fn verdict(&self, scene: &str) -> Value {
         let output = self.call(&format!("run {scene} --rerun off --out out/{scene}"));
-        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{}", told(&output));
+        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{}", printed(&output));
         let text = fs::read_to_string(self.path(&format!("out/{scene}/verdict.json"))).expect("written");
         serde_json::from_str(&text).expect("JSON")
     }
 }
 
-pub(crate) fn told(output: &Output) -> String {
+pub(crate) fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
 }
 

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::desk::{Desk, believable, gate, told};
+use super::desk::{Desk, believable, gate, printed};
 
 /// A bar of 60 mm in a rotary table that turns about x.
 const BAR: &str = "O7001 (WALEK FI60)\nG21 G90 G94 G17 G40 G49 G80\nG54\nT1 M06 (FREZ FI9.6 4Z)\nG43 H1 Z50.\nS3000 M03\n\
@@ -21,9 +21,9 @@ fn a_lying_bar_is_cut_as_its_circle_says() {
     let desk = Desk::new(&[]);
     desk.write("bar.nc", BAR);
     desk.write("answers.toml", "holder = \"20x60\"\nstock = \"0,0,-30,60,100 along X\"\n");
-    let told = desk.done("new bar.nc --machine three-axis-mill --answers answers.toml --output bar");
-    assert!(told.contains("tool T1: flat D9.6"), "{told}");
-    assert!(told.contains("stock: X 0.00 to 100.00, Y -30.00 to 30.00, Z -60.00 to 0.00 mm"), "{told}");
+    let output = desk.done("new bar.nc --machine three-axis-mill --answers answers.toml --output bar");
+    assert!(output.contains("tool T1: flat D9.6"), "{output}");
+    assert!(output.contains("stock: X 0.00 to 100.00, Y -30.00 to 30.00, Z -60.00 to 0.00 mm"), "{output}");
     let scene = fs::read_to_string(desk.path("bar/scene.toml")).expect("written");
     assert!(
         scene.contains("cylinder = { base_mm = [0, 0, -30], radius_mm = 30, height_mm = 100, along = \"x\" }"),
@@ -66,12 +66,12 @@ fn what_no_scene_can_hold_is_refused_before_a_folder_is_made() {
     desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\n");
     desk.refused(
         "new far.nc --machine three-axis-mill --answers answers.toml --output far",
-        &["farther than any machine"],
+        &["beyond the travel of any machine"],
     );
 }
 
 #[test]
-fn tools_are_told_in_their_own_units_and_languages() {
+fn tools_are_reported_in_their_own_units_and_languages() {
     let desk = Desk::new(&[]);
     let text = "O7002 (INCH)\nG20 G90 G54\n(T1 = 10MM END MILL)\n(T2 - 90-DEG SPOT DRILL 3/8)\n(T3 - 5 MM TAP DRILL)\n(T4 - M6X1 TAP)\n\
                 T1 M06\nG43 H1 Z1.\nS2000 M03\nG00 X0 Y0\nG01 Z-0.1 F10.\nX2.\nG00 Z1.\n\
@@ -79,10 +79,10 @@ fn tools_are_told_in_their_own_units_and_languages() {
                 T4 M06\nG43 H4 Z1.\nS300 M03\nG84 G99 X0.5 Y0 Z-0.3 R0.2 F11.811\nG80\nM30\n";
     desk.write("mixed.nc", text);
     desk.write("answers.toml", "holder = \"none\"\nstock = \"-1,-1,-1,3,1,0 inch\"\n");
-    let told = desk.done("new mixed.nc --machine three-axis-mill --answers answers.toml --output mixed");
+    let output = desk.done("new mixed.nc --machine three-axis-mill --answers answers.toml --output mixed");
     for word in ["tool T1: flat D10,", "tool T2: chamfer D9.525", "tool T3: drill D5,", "tool T4: tap D6,", "2 answers"]
     {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
 }
 
@@ -93,14 +93,14 @@ fn a_tool_that_is_named_and_never_changed_in_is_proposed() {
                 G1 Z-1 F300\nX30\nG0 Z5\nM5\nM30\n";
     desk.write("router.nc", text);
     desk.write("answers.toml", "holder = \"none\"\nstock = \"-5,-5,-3,35,5,0\"\n");
-    let told = desk.refused(
+    let output = desk.refused(
         "new router.nc --machine three-axis-mill --answers answers.toml --output router",
         &["cuts in line 12", "T26 in line 7 has no tool change", "proposed: 26"],
     );
-    assert!(!told.contains("tool.T"), "{told}");
+    assert!(!output.contains("tool.T"), "{output}");
     desk.write("answers.toml", "start_tool = \"proposed\"\nholder = \"none\"\nstock = \"-5,-5,-3,35,5,0\"\n");
-    let told = desk.done("new router.nc --machine three-axis-mill --answers answers.toml --output router");
-    assert!(told.contains("tool T26: flat D6.35"), "{told}");
+    let output = desk.done("new router.nc --machine three-axis-mill --answers answers.toml --output router");
+    assert!(output.contains("tool T26: flat D6.35"), "{output}");
     believable(&desk.verdict("router"));
 }
 
@@ -112,8 +112,8 @@ fn the_mounting_keeps_every_position_in_the_travel() {
                 X-10. Y-10.\nM05\nM30\n";
     desk.write("far.nc", text);
     desk.write("answers.toml", "holder = \"20x60\"\nstock = \"40,340,-10,420,360,0\"\n");
-    let told = desk.done("new far.nc --machine three-axis-mill --answers answers.toml --output far");
-    assert!(told.contains("so that every position of the program lies in the travel"), "{told}");
+    let output = desk.done("new far.nc --machine three-axis-mill --answers answers.toml --output far");
+    assert!(output.contains("so that every position of the program lies in the travel"), "{output}");
     assert!(!desk.done("check far").contains("before the run"));
     believable(&desk.verdict("far"));
 
@@ -129,7 +129,7 @@ fn the_mounting_keeps_every_position_in_the_travel() {
     desk.write("answers.toml", "holder = \"none\"\nstock = \"40,340,-10,1420,360,0\"\noffset.G55 = \"0,0,0\"\n");
     desk.done("new two.nc --machine three-axis-mill --answers answers.toml --output two");
     let causes = desk.done("check two");
-    assert!(causes.contains("with G54, G55 where this scene has them"), "{causes}");
+    assert!(causes.contains("with G54, G55 placed as in this scene"), "{causes}");
 }
 
 #[test]
@@ -153,18 +153,18 @@ fn a_tnc_begins_with_the_preset_that_is_active() {
     let at = scene.find("[work_offsets.PRESET0]").expect("stated");
     let end = scene[at..].find("\n\n").map_or(scene.len(), |e| at + e);
     fs::write(desk.path("preset/scene.toml"), format!("{}{}", &scene[..at], &scene[end..])).expect("written");
-    let told = gate(&desk.verdict("preset"), "program");
-    assert_eq!(told.0, "unchecked", "{told:?}");
-    assert!(told.1.contains("line 5 moves before a preset is called"), "{told:?}");
+    let output = gate(&desk.verdict("preset"), "program");
+    assert_eq!(output.0, "unchecked", "{output:?}");
+    assert!(output.1.contains("line 5 moves before a preset is called"), "{output:?}");
 }
 
 #[test]
-fn an_error_of_many_lines_is_told_once() {
+fn an_error_of_many_lines_is_reported_once() {
     let desk = Desk::new(&[]);
     let text = "G21 G90 G54\nT1 M6\nG43 H1 Z50.\nS1000 M3\nG93 G1 X1. F10.\nX2.\nX3.\nX4.\nG94\nM30\n";
     desk.write("inverse.nc", text);
-    let told = desk.refused("check inverse.nc", &["G93 needs F", "inverse.nc:6:1", "the same in lines 7, 8"]);
-    assert_eq!(told.matches("G93 needs F").count(), 1, "{told}");
+    let message = desk.refused("check inverse.nc", &["G93 needs F", "inverse.nc:6:1", "the same in lines 7, 8"]);
+    assert_eq!(message.matches("G93 needs F").count(), 1, "{message}");
     let output = desk.call("check inverse.nc --json");
     let all: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(all.to_string().matches("G93 needs F").count(), 3, "programs that read get each: {all}");
@@ -186,8 +186,8 @@ fn words_of_a_haas_are_named_as_such() {
 fn a_subprogram_of_a_linuxcnc_is_left_out_by_its_own_control() {
     let desk = Desk::new(&[]);
     desk.write("call.ngc", "G21 G90\nT1 M6\nG43\nF300\no<probe> call [20] [-8]\nG1 X1\nM2\n");
-    let told = desk.refused("check call.ngc", &["o<probe>", "linuxcnc-2.9"]);
-    assert!(!told.contains("haas"), "{told}");
+    let output = desk.refused("check call.ngc", &["o<probe>", "linuxcnc-2.9"]);
+    assert!(!output.contains("haas"), "{output}");
 }
 
 #[test]
@@ -197,5 +197,5 @@ fn the_folder_of_a_run_has_the_option_of_the_other_commands_too() {
     desk.write("answers.toml", "holder = \"20x60\"\nstock = \"0,-20,-20,100,20,0\"\n");
     desk.done("new bar.nc --machine three-axis-mill --answers answers.toml --output bar");
     let output = desk.call("run bar --output there");
-    assert!(desk.path("there/verdict.json").is_file(), "{}", told(&output));
+    assert!(desk.path("there/verdict.json").is_file(), "{}", printed(&output));
 }

@@ -65,7 +65,7 @@ fn findings<'a>(verdict: &'a Value, code: &str) -> Vec<&'a Value> {
 }
 
 #[test]
-fn a_thread_in_its_core_hole_is_told_and_is_no_gouge() {
+fn a_thread_in_its_core_hole_is_reported_and_is_no_gouge() {
     let desk = Desk::new(&[]);
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-20,-20,-20,20,20,0\"\n");
     let point = 3.4 / 59_f64.to_radians().tan();
@@ -90,12 +90,12 @@ fn a_thread_in_its_core_hole_is_told_and_is_no_gouge() {
         "a tap has no edges at its center, and needs none: {:?}",
         gate(&good, "process")
     );
-    let told = findings(&good, "geometry-thread");
-    assert_eq!((told.len(), told[0]["severity"].as_str()), (1, Some("info")), "{told:?}");
-    assert!(told[0]["line"].is_u64() && told[0]["point_mm"].is_array(), "{told:?}");
+    let matches = findings(&good, "geometry-thread");
+    assert_eq!((matches.len(), matches[0]["severity"].as_str()), (1, Some("info")), "{matches:?}");
+    assert!(matches[0]["line"].is_u64() && matches[0]["point_mm"].is_array(), "{matches:?}");
     // A ring of 3.4 to 4 mm, 10 mm deep.
     let ring = 0.5 * TAU * (4.0 * 4.0 - 3.4 * 3.4) * 10.0;
-    let volume = good["deviation"]["thread_volume_mm3"].as_f64().expect("told");
+    let volume = good["deviation"]["thread_volume_mm3"].as_f64().expect("given");
     assert!((volume / ring - 1.0).abs() < 0.1, "{volume} {ring}");
     let deep = good["deviation"]["gouge_max_mm"].as_f64().expect("measured");
     assert!(deep < 0.06, "the thread is no depth of a gouge: {deep}");
@@ -141,20 +141,20 @@ fn a_tap_that_is_led_by_another_pitch_than_its_own_is_an_error() {
         desk.write(&format!("{name}.nc"), &program);
         desk.done(&format!("new {name}.nc {MILL} --output {name}"));
         let verdict = desk.verdict(&name);
-        let told = findings(&verdict, "process-tap-pitch");
+        let matches = findings(&verdict, "process-tap-pitch");
         let Some((way, percent)) = wrong else {
-            assert!(told.is_empty(), "{words}: {told:?}");
+            assert!(matches.is_empty(), "{words}: {matches:?}");
             assert_eq!(gate(&verdict, "process").0, "pass", "{words}: {:?}", gate(&verdict, "process"));
             continue;
         };
-        assert_eq!(told.len(), 1, "{words}: {:?}", verdict["findings"]);
+        assert_eq!(matches.len(), 1, "{words}: {:?}", verdict["findings"]);
         assert_eq!(gate(&verdict, "process").0, "fail", "{words}");
-        let value = told[0]["value"].as_f64().expect("the way");
-        assert!((value - way).abs() < 1e-9 && told[0]["limit"] == 1.25, "{words}: {told:?}");
-        let message = told[0]["message"].as_str().expect("words");
+        let value = matches[0]["value"].as_f64().expect("the way");
+        assert!((value - way).abs() < 1e-9 && matches[0]["limit"] == 1.25, "{words}: {matches:?}");
+        let message = matches[0]["message"].as_str().expect("words");
         assert!(message.contains(&format!("percent off, {percent} percent allowed")), "{message}");
         let line = program.lines().position(|l| l.contains("Z-10.")).expect("the stroke") as u64 + 1;
-        assert_eq!(told[0]["line"], line, "{words}: {told:?}");
+        assert_eq!(matches[0]["line"], line, "{words}: {matches:?}");
     }
 }
 
@@ -168,7 +168,7 @@ fn side_by_side(gap: f64) -> String {
 }
 
 #[test]
-fn a_sheet_thinner_than_its_faces_are_known_is_told_and_fails_nothing() {
+fn a_sheet_thinner_than_its_faces_are_known_is_reported_and_fails_nothing() {
     let desk = Desk::new(&[]);
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-10,40,20,0\"\n");
     desk.write("lower.stl", &super::block([0.0, 0.0, -10.0], [40.0, 20.0, -1.0]));
@@ -183,13 +183,13 @@ fn a_sheet_thinner_than_its_faces_are_known_is_told_and_fails_nothing() {
     assert!(reason.contains("not counted: a sheet of material at most 0.001"), "{reason}");
     let d = &film["deviation"];
     assert_eq!(d["films"].as_u64(), Some(1), "{d}");
-    assert!((d["film_max_mm"].as_f64().expect("told") - 1.0).abs() < 0.5, "{d}");
-    let volume = d["film_volume_mm3"].as_f64().expect("told");
+    assert!((d["film_max_mm"].as_f64().expect("given") - 1.0).abs() < 0.5, "{d}");
+    let volume = d["film_volume_mm3"].as_f64().expect("given");
     assert!((volume / (2e-5 * 40.0) - 1.0).abs() < 0.4, "{volume}");
     assert!(d["excess_max_mm"].as_f64().is_some_and(|e| e < 0.06), "{d}");
-    let told = findings(&film, "geometry-film");
-    assert_eq!((told.len(), told[0]["severity"].as_str()), (1, Some("info")));
-    assert!(told[0]["line"].is_u64(), "{told:?}");
+    let matches = findings(&film, "geometry-film");
+    assert_eq!((matches.len(), matches[0]["severity"].as_str()), (1, Some("info")));
+    assert!(matches[0]["line"].is_u64(), "{matches:?}");
     // A fin that is there.
     let fin = run("fin", 0.01);
     assert_eq!(gate(&fin, "excess").0, "fail", "{:?}", gate(&fin, "excess"));
@@ -234,9 +234,9 @@ fn a_delta_value_of_the_length_is_left_on_the_part_or_taken_from_it() {
         assert_eq!(gate(&verdict, "program").0, program, "{words}: {:?}", gate(&verdict, "program"));
         assert_eq!(findings(&verdict, "program-assumed").len(), usize::from(assumed), "{words}");
         let d = &verdict["deviation"];
-        for (key, told) in [("excess_max_mm", excess), ("gouge_max_mm", gouge)] {
+        for (key, expected) in [("excess_max_mm", excess), ("gouge_max_mm", gouge)] {
             let value = d[key].as_f64().expect("measured");
-            assert!((value - told).abs() < 1e-3, "{words}: {key} {value}, {told}: {d}");
+            assert!((value - expected).abs() < 1e-3, "{words}: {key} {value}, {expected}: {d}");
         }
     }
 }
@@ -285,8 +285,8 @@ fn imports_tell_taps_and_edges_at_the_center() {
     desk.write("odd.csv", "number,kind,diameter_mm,center_cutting\n1,flat,8,perhaps\n");
     desk.refused("tools odd.csv --output odd.toml", &["`center_cutting` = \"perhaps\" is not yes or no"]);
     desk.write("odd.csv", "number,kind,diameter_mm,pitch_mm\n1,flat,8,1\n");
-    let told = desk.refused("tools odd.csv --output odd.toml", &["pitch_mm"]);
-    assert!(told.contains("is not a dimension of kind \"flat\""), "{told}");
+    let output = desk.refused("tools odd.csv --output odd.toml", &["pitch_mm"]);
+    assert!(output.contains("is not a dimension of kind \"flat\""), "{output}");
 }
 
 /// The control fetches the tool of the next operation while this one cuts; that one need not be known. Where it comes into the spindle, it must be.

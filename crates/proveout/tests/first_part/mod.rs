@@ -13,18 +13,18 @@ use std::{
     process::{Command, Stdio},
 };
 
-use desk::{Desk, believable, gate, told};
+use desk::{Desk, believable, gate, printed};
 use serde_json::Value;
 
 #[test]
 fn a_plate_in_inch_comes_to_its_verdict() {
     let desk = Desk::new(&["plate.nc"]);
     desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"0,0,-0.6,4,3,0 inch\"\n");
-    let told = desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --output plate");
+    let output = desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --output plate");
     for word in
         ["unit: inch (G20 in line 8)", "face_mill D50.8", "flat D12.7", "drill D5.1054", "work offset G54", "2 answers"]
     {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
     let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
     assert!(scene.contains("chosen") && scene.contains("max_mm = [101.6, 76.2, 0]"), "{scene}");
@@ -35,7 +35,7 @@ fn a_plate_in_inch_comes_to_its_verdict() {
 fn a_program_of_840d_states_its_stock() {
     let desk = Desk::new(&["part.mpf"]);
     desk.write("answers.toml", "holder = \"40x60\"\n");
-    let told = desk.done("new part.mpf --machine spinner-u5-620 --answers answers.toml --output plate");
+    let output = desk.done("new part.mpf --machine spinner-u5-620 --answers answers.toml --output plate");
     for word in [
         "siemens-840d",
         "WORKPIECE in line 3",
@@ -43,7 +43,7 @@ fn a_program_of_840d_states_its_stock() {
         "tool \"DRILL_D8\": drill D8",
         "1 answer;",
     ] {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
     believable(&desk.verdict("plate"));
 }
@@ -52,9 +52,9 @@ fn a_program_of_840d_states_its_stock() {
 fn a_klartext_program_states_its_blank() {
     let desk = Desk::new(&["part.h"]);
     desk.write("answers.toml", "holder = \"50x70\"\n");
-    let told = desk.done("new part.h --machine three-axis-mill --answers answers.toml --output halter");
+    let output = desk.done("new part.h --machine three-axis-mill --answers answers.toml --output halter");
     for word in ["heidenhain", "BLK FORM in line 3", "work offset PRESET0", "flat D20", "drill D10"] {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
     believable(&desk.verdict("halter"));
 }
@@ -63,11 +63,11 @@ fn a_klartext_program_states_its_blank() {
 fn five_axes_at_once_come_to_their_verdict() {
     let desk = Desk::new(&["five.nc"]);
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-45,-15,-30,45,15,0\"\n");
-    let told = desk.done("new five.nc --machine bc-trunnion --answers answers.toml --output five");
+    let output = desk.done("new five.nc --machine bc-trunnion --answers answers.toml --output five");
     for word in
         ["rotary axis B: 0.000 to 10.000", "rotary axis C: 0.000 to 45.000", "tool center point control", "ball D8"]
     {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
     believable(&desk.verdict("five"));
 }
@@ -91,8 +91,12 @@ fn machines_are_listed_and_misspelt_ones_corrected() {
 #[test]
 fn nothing_is_taken_silently() {
     let desk = Desk::new(&["plate.nc"]);
-    let told = desk.refused("new plate.nc --machine three-axis-mill", &["no answer for: holder, stock\n", "--answers"]);
-    assert!(told.contains("proposed: none") && told.contains("holder = \"proposed\", stock = \"proposed\""), "{told}");
+    let output =
+        desk.refused("new plate.nc --machine three-axis-mill", &["no answer for: holder, stock\n", "--answers"]);
+    assert!(
+        output.contains("proposed: none") && output.contains("holder = \"proposed\", stock = \"proposed\""),
+        "{output}"
+    );
     desk.write("answers.toml", "holder = \"none\"\nstok = \"proposed\"\n");
     desk.refused("new plate.nc --machine three-axis-mill --answers answers.toml", &["no answer for: stock"]);
     desk.write("answers.toml", "holder = \"none\"\nstock = \"proposed\"\nstok = \"1\"\n");
@@ -163,8 +167,8 @@ fn block(min: [f64; 3], max: [f64; 3]) -> String {
 fn libraries_of_others_become_libraries_of_ours() {
     let desk = Desk::new(&["plate.nc"]);
     desk.write("shop.tbl", "T1 P1 D2 Z4 ;face mill\nT2 P2 D0.5 Z4 ;4FL end mill\nT3 P4 D0.201 Z5 ;drill\n");
-    let told = desk.done("tools shop.tbl --unit inch --holder 40x60 --output tools.toml");
-    assert!(told.contains("3 tools from a LinuxCNC tool table"), "{told}");
+    let output = desk.done("tools shop.tbl --unit inch --holder 40x60 --output tools.toml");
+    assert!(output.contains("3 tools from a LinuxCNC tool table"), "{output}");
     desk.refused("tools shop.tbl --unit inch --output tools.toml", &["tools.toml already exists"]);
     desk.refused("tools shop.tbl --unit inch --number 9 --output other.toml", &["no tool 9"]);
     desk.done("check tools.toml");
@@ -186,48 +190,48 @@ fn changed(program: impl Fn(String) -> String, scene: impl Fn(String) -> String)
 
 /// Causes that `check` tells, the first of them first; a run tells the same before it begins.
 fn causes(desk: &Desk) -> String {
-    let told = desk.done("check plate");
+    let output = desk.done("check plate");
     let run = desk.call("run plate --rerun off --out out/plate");
     let stderr = String::from_utf8_lossy(&run.stderr).into_owned();
-    for line in told.lines().filter_map(|l| l.split_once("before the run, ")) {
+    for line in output.lines().filter_map(|l| l.split_once("before the run, ")) {
         assert!(stderr.contains(line.1), "{} is not in:\n{stderr}", line.1);
     }
-    told
+    output
 }
 
 #[test]
 fn an_orderly_scene_has_no_cause_but_what_is_chosen() {
     let desk = changed(|p| p, |s| s);
-    let told = causes(&desk);
-    assert!(!told.contains("before the run") && told.contains("note: the travel of Y, X, Z"), "{told}");
+    let output = causes(&desk);
+    assert!(!output.contains("before the run") && output.contains("note: the travel of Y, X, Z"), "{output}");
 }
 
 #[test]
 fn a_length_that_is_not_active_is_one_cause_with_its_line() {
     let desk = changed(|p| p.replace("G43 ", ""), |s| s);
-    let told = causes(&desk);
+    let output = causes(&desk);
     // Z reaches the cuts without a length from 130 mm on; 89 mm is the gauge length of T1.
     for word in [
         "1: tool length compensation is not active while T1, T2, T3 cut (lines",
         "write G43 H1",
         "[work_offsets.G54] Z_mm = 219",
     ] {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
 }
 
 #[test]
-fn positions_of_the_machine_outside_of_travel_are_told_with_the_other_zero() {
+fn positions_of_the_machine_outside_of_travel_are_reported_with_the_other_zero() {
     let desk = changed(|p| p, |s| s);
     // Changed after the scene was made, which would have taken another zero.
     let text = fs::read_to_string(desk.path("plate.nc")).expect("there");
     desk.write("plate.nc", &text.replacen("G28 G91 Z0.", "G53 G0 Z0.", 1));
-    let told = causes(&desk);
+    let output = causes(&desk);
     let words = ["1: Z is sent to 0.000 mm of the machine", "line 9", "chosen in the machine file", "zero = \"home\""];
     for word in words {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
-    assert!(!told.contains("before the run, 2"), "where it still stands is no cause of its own:\n{told}");
+    assert!(!output.contains("before the run, 2"), "where it still stands is no cause of its own:\n{output}");
     let verdict = desk.verdict("plate");
     let findings = verdict["findings"].as_array().expect("findings");
     let over = findings.iter().find(|f| f["code"] == "limits-overtravel").expect("overtravel");
@@ -238,23 +242,26 @@ fn positions_of_the_machine_outside_of_travel_are_told_with_the_other_zero() {
 }
 
 #[test]
-fn cuts_that_miss_the_stock_or_plunge_into_it_are_told_with_the_shift() {
+fn cuts_that_miss_the_stock_or_plunge_into_it_are_reported_with_the_shift() {
     let desk = changed(|p| p, |s| s.replace("X_mm = -50.8", "X_mm = 200"));
-    let told = causes(&desk);
-    assert!(told.contains("no motion in feed meets the stock") && told.contains("G54 shifted by about -2"), "{told}");
+    let output = causes(&desk);
+    assert!(
+        output.contains("no motion in feed meets the stock") && output.contains("G54 shifted by about -2"),
+        "{output}"
+    );
     let desk = changed(|p| p, |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));
     // The face mill begins beside the stock; the end mill is what plunges, but the first tool is looked at alone.
-    let told = causes(&desk);
-    assert!(!told.contains("no motion in feed"), "{told}");
+    let output = causes(&desk);
+    assert!(!output.contains("no motion in feed"), "{output}");
     let desk = changed(|p| p.replace("X-1.2 Y0.75", "X1. Y0.75"), |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));
-    let told = causes(&desk);
+    let output = causes(&desk);
     // Z0.2 inch, 10 mm lower: 4.92 mm below the top.
-    assert!(told.contains("T1 goes down in rapid into the stock before its first cut: 4.920 mm"), "{told}");
+    assert!(output.contains("T1 goes down in rapid into the stock before its first cut: 4.920 mm"), "{output}");
 }
 
 /// Numbers of a hint behind a word of it.
-fn hinted(told: &str, word: &str) -> Vec<f64> {
-    let rest = told.split(word).nth(1).unwrap_or_else(|| panic!("{word:?} is not in:\n{told}"));
+fn hinted(text: &str, word: &str) -> Vec<f64> {
+    let rest = text.split(word).nth(1).unwrap_or_else(|| panic!("{word:?} is not in:\n{text}"));
     rest.split([' ', ','])
         .map_while(|w| if w.is_empty() { Some(None) } else { w.parse().ok().map(Some) })
         .flatten()
@@ -272,8 +279,8 @@ fn put(desk: &Desk, old: &str, new: &str) {
 #[test]
 fn each_hint_with_a_number_resolves_its_cause() {
     let clean = |desk: &Desk| {
-        let told = desk.done("check plate");
-        assert!(!told.contains("before the run"), "{told}");
+        let output = desk.done("check plate");
+        assert!(!output.contains("before the run"), "{output}");
     };
     let desk = changed(|p| p, |s| s.replace("X_mm = -50.8", "X_mm = 200"));
     let shift = hinted(&desk.done("check plate"), "G54 shifted by about ");
@@ -292,23 +299,23 @@ fn each_hint_with_a_number_resolves_its_cause() {
     clean(&desk);
     // Lengths that come with the tool, as the control file of the hint has it.
     let desk = changed(|p| p.replace("G43 ", ""), |s| s);
-    let told = desk.done("check plate");
+    let output = desk.done("check plate");
     for word in ["inherits = \"fanuc-0i\"", "without_h = \"tool\"", "M6 = { does = \"M6 G43\" }"] {
-        assert!(told.contains(word), "{word} is not in:\n{told}");
+        assert!(output.contains(word), "{word} is not in:\n{output}");
     }
     desk.write(
         "shop.toml",
         "inherits = \"fanuc-0i\"\n[tool_length]\nwithout_h = \"tool\"\n[words]\nM6 = { does = \"M6 G43\" }\n",
     );
     desk.done("new plate.nc --machine three-axis-mill --control shop.toml --answers answers.toml --output with-tool");
-    let told = desk.done("check with-tool");
-    assert!(!told.contains("before the run"), "{told}");
+    let output = desk.done("check with-tool");
+    assert!(!output.contains("before the run"), "{output}");
     let verdict = desk.verdict("with-tool");
     believable(&verdict);
 }
 
 #[test]
-fn a_design_in_inch_is_told_before_the_run_and_never_converted() {
+fn a_design_in_inch_is_reported_before_the_run_and_never_converted() {
     let desk = changed(|p| p, |s| s.replace("[[program]]", "[part]\nmesh = \"../design.stl\"\n\n[[program]]"));
     desk.write("design.stl", &block([0.0, 0.0, -0.6], [4.0, 3.0, -0.02]));
     let words = ["25.4 times smaller than the stock", "its numbers look like inches", "mesh_unit = \"inch\""];
@@ -318,8 +325,8 @@ fn a_design_in_inch_is_told_before_the_run_and_never_converted() {
     // The unit that the scene states is no longer asked for.
     let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("there");
     desk.write("plate/scene.toml", &scene.replace("[part]\n", "[part]\nmesh_unit = \"inch\"\n"));
-    let told = causes(&desk);
-    assert!(!told.contains("times smaller"), "{told}");
+    let output = causes(&desk);
+    assert!(!output.contains("times smaller"), "{output}");
 }
 
 #[test]
@@ -333,8 +340,8 @@ fn a_program_without_a_tool_call_is_asked_for_its_tool() {
         "answers.toml",
         "holder = \"40x60\"\nstock = \"0,0,-20,50,20,0\"\nstart_tool = 1\ntool.T1 = \"flat D10 L25\"\n",
     );
-    let told = desk.done("new slot.nc --machine three-axis-mill --answers answers.toml --output slot");
-    assert!(told.contains("the zero is taken at the tip of the tool"), "{told}");
+    let output = desk.done("new slot.nc --machine three-axis-mill --answers answers.toml --output slot");
+    assert!(output.contains("the zero is taken at the tip of the tool"), "{output}");
     let verdict = desk.verdict("slot");
     believable(&verdict);
     assert_eq!(verdict["tools"][0]["number"], 1, "{}", verdict["tools"]);
@@ -344,8 +351,11 @@ fn a_program_without_a_tool_call_is_asked_for_its_tool() {
     // Without the tool the cause is told, and the run fails.
     let scene = fs::read_to_string(desk.path("slot/scene.toml")).expect("there").replace("[start]\ntool = 1\n", "");
     desk.write("slot/scene.toml", &scene);
-    let told = desk.done("check slot");
-    assert!(told.contains("cuts with no tool in the spindle (line 7)") && told.contains("[start] tool = 1"), "{told}");
+    let output = desk.done("check slot");
+    assert!(
+        output.contains("cuts with no tool in the spindle (line 7)") && output.contains("[start] tool = 1"),
+        "{output}"
+    );
     desk.write("slot/scene.toml", &(scene + "[start]\ntool = 9\n"));
     desk.refused("check slot", &["start.tool = 9"]);
 }
@@ -407,17 +417,17 @@ fn a_setup_in_inch_gives_what_the_same_one_gives_in_millimeters() {
     desk.write("in-inch/scene.toml", &text.replace("Z_inch = 4", "Z_mm = 101.6"));
     desk.refused("check in-inch", &["`Z_mm` is in millimeters", "write `Z_inch`", "scene.toml:11"]);
     desk.write("in-inch/scene.toml", &text.replace("unit = \"inch\"\n", ""));
-    desk.refused("check in-inch", &["is in inch, and the file does not say so", "unit = \"inch\""]);
+    desk.refused("check in-inch", &["is in inch, but the file does not state inch", "unit = \"inch\""]);
 }
 
 #[test]
 fn a_configuration_of_linuxcnc_becomes_a_machine_that_runs() {
     let desk = Desk::new(&["plate.nc", "answers.toml", "bench.ini"]);
-    let told = desk.done("machine bench.ini --table-axes XY --output bench");
+    let output = desk.done("machine bench.ini --table-axes XY --output bench");
     assert!(
-        told.contains("X Y table, Z tool; X 508, Y 305, Z 457; travel from LinuxCNC INI file")
-            && told.contains("note: the machine has no bodies"),
-        "{told}"
+        output.contains("X Y table, Z tool; X 508, Y 305, Z 457; travel from LinuxCNC INI file")
+            && output.contains("note: the machine has no bodies"),
+        "{output}"
     );
     desk.done("check bench");
     desk.done("new plate.nc --machine bench --answers answers.toml --output plate");
@@ -431,19 +441,19 @@ fn a_configuration_of_linuxcnc_becomes_a_machine_that_runs() {
 }
 
 #[test]
-fn every_open_question_is_told_at_once() {
+fn every_open_question_is_reported_at_once() {
     let desk = Desk::new(&[]);
     // A tool of which nothing is told, a second offset, a turned table, no stock, no holder.
     desk.write(
         "bare.nc",
         "%\nO1\nG21 G90 G17 G94\nT7 M6\nS3000 M3\nG54\nG0 X0. Y0.\nG43 H7 Z20.\nG1 Z-1. F100.\nX50.\nG55\nC90.\nG1 X10.\nG0 Z20.\nM30\n%\n",
     );
-    let told = desk.refused(
+    let output = desk.refused(
         "new bare.nc --machine bc-trunnion",
         &["no answer for: tool.T7, holder, offset.G55, mount, stock\n", "proposed: 0,0,0"],
     );
     // Without the tool nobody knows how wide the cuts are.
-    assert!(told.contains("stock = \"...\""), "{told}");
+    assert!(output.contains("stock = \"...\""), "{output}");
     desk.write(
         "answers.toml",
         "holder = \"none\"\nstock = \"0,-20,-10,50,20,0\"\nmount = \"proposed\"\n\"tool.T7\" = \"flat D10 L25\"\n\"offset.G55\" = \"0,0,0\"\n",
@@ -480,8 +490,8 @@ fn several_zeros_and_several_tools_are_one_question_each() {
     answers("T3: flat D10 L25; T7: ball D8", "G55: 0,40,0; G57: 0,70,0");
     desk.refused(call, &["`offsets`: there is no question for \"G57\": it is one of G55, G56"]);
     answers("T3: flat D10 L25; T7: ball D8", "G56: 0,70,0; G55: 0,40,0");
-    let told = desk.done(call);
-    assert!(told.contains("tool T7: ball D8") && told.contains("4 answers"), "{told}");
+    let output = desk.done(call);
+    assert!(output.contains("tool T7: ball D8") && output.contains("4 answers"), "{output}");
     let scene = fs::read_to_string(desk.path("vises/scene.toml")).expect("written");
     let y = |word: &str| -> f64 {
         let table = scene.split(&format!("[work_offsets.{word}]")).nth(1).expect("the offset");
@@ -527,7 +537,7 @@ fn programs_that_read_get_json_and_nothing_else_on_the_standard_output() {
     desk.write("plate.nc", &text.replace("G43 ", ""));
     desk.write("wrong.nc", "%\nO1\nG21 G90\nG1 X1. F100.\nG2 X5. Y5.\nM30\n%\n");
     let call = desk.call("check plate wrong.nc --json");
-    assert_eq!(call.status.code(), Some(2), "{}", told(&call));
+    assert_eq!(call.status.code(), Some(2), "{}", printed(&call));
     let found = json(&call.stdout);
     assert_eq!((found[0]["kind"].as_str(), found[0]["in_order"].as_bool()), (Some("scene"), Some(true)), "{found}");
     let cause = &found[0]["programs"][0]["causes"][0];
@@ -535,12 +545,12 @@ fn programs_that_read_get_json_and_nothing_else_on_the_standard_output() {
     assert!(cause["add"].as_str().is_some_and(|a| a.contains("G43 H1")) && cause["note"] == false, "{cause}");
     let error = &found[1]["errors"][0];
     assert!(found[1]["in_order"] == false && error["line"] == 5 && error["message"].is_string(), "{found}");
-    assert!(call.stderr.is_empty(), "{}", told(&call));
+    assert!(call.stderr.is_empty(), "{}", printed(&call));
 }
 
 /// What is wrong with the call, before anything is looked at.
 #[test]
-fn what_is_neither_file_nor_folder_is_told_so() {
+fn what_is_neither_file_nor_folder_is_refused_as_such() {
     let desk = Desk::new(&[]);
     desk.refused("check /dev/null", &["/dev/null is neither a file nor a folder"]);
     desk.refused("check nowhere.nc", &["nowhere.nc does not exist"]);
@@ -552,12 +562,12 @@ fn without_g43_the_stock_is_where_the_program_cuts() {
     let desk = Desk::new(&["plate.nc"]);
     let text = fs::read_to_string(desk.path("plate.nc")).expect("there").replace("G43 ", "");
     desk.write("plate.nc", &text);
-    let told = desk.refused("new plate.nc --machine three-axis-mill", &["no answer for: holder, stock"]);
-    let stock = |told: &str| told.split("proposed: ").nth(2).and_then(|t| t.lines().next()).map(str::to_owned);
+    let output = desk.refused("new plate.nc --machine three-axis-mill", &["no answer for: holder, stock"]);
+    let stock = |output: &str| output.split("proposed: ").nth(2).and_then(|t| t.lines().next()).map(str::to_owned);
     // What the same program is proposed with its lengths.
     let with =
         Desk::new(&["plate.nc"]).refused("new plate.nc --machine three-axis-mill", &["no answer for: holder, stock"]);
-    assert!(stock(&told).is_some() && stock(&told) == stock(&with), "{:?} {:?}", stock(&told), stock(&with));
+    assert!(stock(&output).is_some() && stock(&output) == stock(&with), "{:?} {:?}", stock(&output), stock(&with));
     desk.write("answers.toml", "holder = \"1.6x2.5 inch\"\nstock = \"proposed\"\n");
     desk.done("new plate.nc --machine three-axis-mill --answers answers.toml --output plate");
     let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
@@ -576,12 +586,12 @@ fn a_program_of_one_tool_without_g43_counts_from_its_tip() {
          G0 Z20.\nM30\n%\n",
     );
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-20,50,20,0\"\n");
-    let told = desk.done("new one.nc --machine three-axis-mill --answers answers.toml --output one");
-    assert!(told.contains("chosen, the zero is taken at the tip of the tool"), "{told}");
-    let told = desk.done("check one");
+    let output = desk.done("new one.nc --machine three-axis-mill --answers answers.toml --output one");
+    assert!(output.contains("chosen, the zero is taken at the tip of the tool"), "{output}");
+    let output = desk.done("check one");
     assert!(
-        !told.contains("before the run") && told.contains("note: tool length compensation is never active"),
-        "{told}"
+        !output.contains("before the run") && output.contains("note: tool length compensation is never active"),
+        "{output}"
     );
     let verdict = desk.verdict("one");
     believable(&verdict);
@@ -612,7 +622,7 @@ fn a_terminal_is_asked_and_an_empty_line_takes_the_proposal() {
     use std::io::Write as _;
     child.stdin.as_mut().expect("input").write_all(b"1.6x2.5 inch\n\n").expect("typed");
     let output = child.wait_with_output().expect("ended");
-    let shown = told(&output);
+    let shown = printed(&output);
     assert_eq!(output.status.code(), Some(0), "{shown}");
     for word in
         ["holder: What holder", "press Enter to accept: none", "stock: What is the stock?", "2 answers; written: plate"]

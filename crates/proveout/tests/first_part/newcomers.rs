@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use super::desk::{Desk, believable, gate, told};
+use super::desk::{Desk, believable, gate, printed};
 
 const MILL: &str = "--machine three-axis-mill --answers answers.toml";
 
@@ -48,8 +48,8 @@ fn the_size_of_a_tool_is_no_number_of_something_else() {
     .enumerate()
     {
         desk.write(&format!("n{n}.nc"), &drills(comment));
-        let told = desk.done(&format!("new n{n}.nc {MILL} --output n{n}"));
-        assert!(told.contains(words), "{words}: {told}");
+        let output = desk.done(&format!("new n{n}.nc {MILL} --output n{n}"));
+        assert!(output.contains(words), "{words}: {output}");
     }
     // What only may be a size is asked for.
     desk.write("seven.nc", &drills("T2 7 DRILL"));
@@ -63,8 +63,8 @@ fn a_comment_right_behind_a_change_is_of_the_tool_that_has_come() {
     let text = "O7\nG20 G90 G17 G40 G80\nT1 M6\n(1/2 ENDMILL)\nT2\nG54 G0 X-.5 Y0. S5000 M3\nG43 H1 Z1.\nZ.1\nG1 Z-.2 F20.\nX3.5\nG0 Z1.\n\
                 T2 M6\n(1/4 DRILL)\nT1\nG54 G0 X1. Y.5 S2000 M3\nG43 H2 Z1.\nG81 G98 X1. Y.5 Z-.5 R.1 F8.\nG80\nM30\n";
     desk.write("behind.nc", text);
-    let told = desk.done(&format!("new behind.nc {MILL} --output behind"));
-    assert!(told.contains("T1: flat D12.7") && told.contains("T2: drill D6.35"), "{told}");
+    let output = desk.done(&format!("new behind.nc {MILL} --output behind"));
+    assert!(output.contains("T1: flat D12.7") && output.contains("T2: drill D6.35"), "{output}");
     believable(&desk.verdict("behind"));
     // Lists with a number of their own, and German ones with a comma.
     desk.write(
@@ -72,8 +72,8 @@ fn a_comment_right_behind_a_change_is_of_the_tool_that_has_come() {
         "(1 = End Mill {1/4 inch})\n(2 = V-Bit {90 deg 0.5\"})\nG20 G90\nT1 M6\nG0 X-.5 Y0. S5000 M3\nG43 H1 Z1.\nG1 Z-.1 F20.\nX3.5\nG0 Z1.\nT2 M6\n\
          G0 X-.5 Y.5 S5000 M3\nG43 H2 Z1.\nG1 Z-.1 F20.\nX3.5\nG0 Z1.\nM30\n",
     );
-    let told = desk.done(&format!("new list.nc {MILL} --output list"));
-    assert!(told.contains("T1: flat D6.35") && told.contains("T2: chamfer D12.7"), "{told}");
+    let output = desk.done(&format!("new list.nc {MILL} --output list"));
+    assert!(output.contains("T1: flat D6.35") && output.contains("T2: chamfer D12.7"), "{output}");
     desk.write("answers.toml", "holder = \"40x60\"\n");
     desk.write(
         "wkz.h",
@@ -81,8 +81,8 @@ fn a_comment_right_behind_a_change_is_of_the_tool_that_has_come() {
          5 TOOL CALL 12 Z S3200\n6 L X-60 Y+0 R0 FMAX M3\n7 L Z+2 FMAX\n8 L Z-5 F400\n9 L X+60 F800\n10 L Z+50 FMAX\n11 TOOL CALL 21 Z S2500\n\
          12 L X+0 Y+20 R0 FMAX M3\n13 L Z+2 FMAX\n14 L Z-12 F200\n15 L Z+50 FMAX\n16 M30\n17 END PGM WKZ MM\n",
     );
-    let told = desk.done(&format!("new wkz.h {MILL} --output wkz"));
-    assert!(told.contains("T12: flat D20") && told.contains("T21: drill D8.5"), "{told}");
+    let output = desk.done(&format!("new wkz.h {MILL} --output wkz"));
+    assert!(output.contains("T12: flat D20") && output.contains("T21: drill D8.5"), "{output}");
 }
 
 #[test]
@@ -94,8 +94,8 @@ fn a_program_that_names_no_tool_is_asked_for_the_tool_alone() {
     // All comments of a text without a call tell one tool.
     desk.write("told.gcode", &text.replace("Rosette", "TC: 5mm Endmill"));
     desk.write("answers.toml", "holder = \"none\"\nstock = \"0,0,-12,100,20,0\"\n");
-    let told = desk.done(&format!("new told.gcode {MILL} --output told"));
-    assert!(told.contains("T1: flat D5"), "{told}");
+    let output = desk.done(&format!("new told.gcode {MILL} --output told"));
+    assert!(output.contains("T1: flat D5"), "{output}");
     let scene = fs::read_to_string(desk.path("told/scene.toml")).expect("written");
     assert!(scene.contains("the program names no tool"), "{scene}");
 }
@@ -126,8 +126,8 @@ fn a_program_that_sets_its_own_zero_is_mounted_there() {
             "O6\n(T1 | 16. FLAT ENDMILL | H1)\nG21 G90 G17 G40 G80\nG10 L2 P1 X-50. Y-30. Z-400.\nT1 M6\nG54\n{cuts}"
         ),
     );
-    let told = desk.done(&format!("new g10.nc {MILL} --output g10"));
-    assert!(told.contains("as the program says, line") && told.contains("(G10)"), "{told}");
+    let output = desk.done(&format!("new g10.nc {MILL} --output g10"));
+    assert!(output.contains("as the program says, line") && output.contains("(G10)"), "{output}");
     assert!(!desk.done("check g10").contains("meets the stock"), "{}", desk.done("check g10"));
     let cut = |scene: &str| {
         let verdict = desk.verdict(scene);
@@ -142,8 +142,8 @@ fn a_program_that_sets_its_own_zero_is_mounted_there() {
         "g92.nc",
         &format!("O7\n(T1 16MM ENDMILL)\nG21 G90 G17 G40 G80\nG28 Z0\nG28 X0 Y0\nG92 X20. Y200. Z400.\nT1 M6\n{cuts}"),
     );
-    let told = desk.done(&format!("new g92.nc {MILL} --output g92"));
-    assert!(told.contains("as the program says") && told.contains("G92"), "{told}");
+    let output = desk.done(&format!("new g92.nc {MILL} --output g92"));
+    assert!(output.contains("as the program says") && output.contains("G92"), "{output}");
     let volume = cut("g92");
     assert!((volume / 5120.0 - 1.0).abs() < 0.04, "{volume}");
     // Without a length the tip hangs below.
@@ -159,8 +159,8 @@ fn a_retract_just_past_a_travel_that_was_chosen_keeps_the_others_at_home() {
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-0.5,-0.5,-0.75,1.5,0.5,0 inch\"\n");
     // X of this machine has its home in the middle and reaches 14.96 inches from it.
     desk.write("vf2.nc", &drills("T2 1/4 DRILL").replace("M30", "G53 G0 Z0.\nG53 X-15. Y0.\nM30"));
-    let told = desk.done(&format!("new vf2.nc {MILL} --output vf2"));
-    assert!(told.contains("zero = \"home\""), "{told}");
+    let output = desk.done(&format!("new vf2.nc {MILL} --output vf2"));
+    assert!(output.contains("zero = \"home\""), "{output}");
     let checked = desk.done("check vf2");
     assert!(checked.contains("X is sent to -381.000 mm") && !checked.contains("Z is sent"), "{checked}");
 }
@@ -183,14 +183,14 @@ fn words_of_other_controls_are_read_or_lead_on() {
                X=VC1\nG0 Z5.\nM2\n";
     desk.write("plate.min", osp);
     assert!(desk.done("check plate.min --control okuma-osp").contains("in order"));
-    let other = told(&desk.call("check plate.min"));
+    let other = printed(&desk.call("check plate.min"));
     assert!(other.contains("`DEF WORK` is a word of Okuma OSP") && other.contains("okuma-osp"), "{other}");
     // A subprogram by its name, in a file of its own.
     desk.write("side.min", "O0708\nG15 H1\nT1 M6\nS4500 M3\nG0 X-1. Y0.\nG56 H1 Z1.\nCALL OPROF\nM2\n");
     desk.write("OPROF.SUB", "OPROF\nG1 Z-.2 F20.\nX5.\nG0 Z5.\nRTS\n");
     assert!(desk.done("check side.min --control okuma-osp").contains("in order"));
     desk.write("end.nc", "O1\nG21 G90\n#1=1\nWHILE [#1 LT 3] DO1\nG1 X#1 F100.\n#1=#1+1\nEND\nM30\n");
-    let end = told(&desk.call("check end.nc"));
+    let end = printed(&desk.call("check end.nc"));
     assert!(end.contains("write DO 1 and END 1"), "{end}");
     desk.write("carbide.nc", "%\nG90\nG21\nM0 ;T201\nM3 S18000\nG0 X20 Y20\nZ0.5\nG1 Z-2 F300\nX80\nM2\n%\n");
     desk.refused("check carbide.nc", &["words after `;`", "--control linuxcnc-2.9"]);
@@ -217,13 +217,13 @@ fn a_gouge_of_a_tap_says_that_its_cylinder_has_cut_it() {
         desk.done(&format!("new {name}.nc {MILL} --design block.stl --output {name}"));
         let verdict = desk.verdict(name);
         assert_eq!(gate(&verdict, "gouge").0, "fail", "{name}");
-        let told = verdict["findings"].to_string();
-        assert_eq!(told.contains("is modeled here as a cylinder"), round, "{name}: {told}");
+        let text = verdict["findings"].to_string();
+        assert_eq!(text.contains("is modeled here as a cylinder"), round, "{name}: {text}");
     }
 }
 
 #[test]
-fn files_that_are_no_program_are_told_so() {
+fn files_that_are_no_program_are_refused_as_such() {
     let desk = Desk::new(&["plate.nc"]);
     desk.write("letter.nc", "Dear Sir or Madam,\n\nplease find enclosed the drawing.\n\nKind regards\n");
     desk.write("list.nc", "Pos;Artikel;Menge;Preis\n1;Fraeser;5;39\n");
@@ -243,15 +243,15 @@ fn files_that_are_no_program_are_told_so() {
          GOTO/-0.6,0.5,0.1\nFEDRAT/IPM,30.0\nGOTO/-0.6,0.5,-0.1\nGOTO/4.6,0.5,-0.1\nRAPID\nGOTO/4.6,0.5,1.0\nFINI\n",
     );
     // The feed counts in inch, and so do the lengths.
-    let told = desk.done(&format!("new part.cls {MILL} --output part"));
+    let output = desk.done(&format!("new part.cls {MILL} --output part"));
     assert!(
-        told.contains("unit: inch") && told.contains("without UNITS") && told.contains("T1: flat D19.05"),
-        "{told}"
+        output.contains("unit: inch") && output.contains("without UNITS") && output.contains("T1: flat D19.05"),
+        "{output}"
     );
     let text = fs::read_to_string(desk.path("part.cls")).expect("there");
     desk.write("inch.cls", &format!("UNITS/INCHES\n{text}"));
-    let told = desk.done(&format!("new inch.cls {MILL} --output inch"));
-    assert!(told.contains("unit: inch") && told.contains("T1: flat D19.05"), "{told}");
+    let output = desk.done(&format!("new inch.cls {MILL} --output inch"));
+    assert!(output.contains("unit: inch") && output.contains("T1: flat D19.05"), "{output}");
 }
 
 #[test]
@@ -264,16 +264,20 @@ fn findings_and_paths_say_what_is_missing() {
     desk.write("nc/slow.nc", text);
     desk.done("new nc/slow.nc --machine three-axis-mill --answers answers.toml --output jobs/slow");
     let output = desk.call("run jobs/slow --rerun off --out out/slow");
-    assert!(told(&output).contains("it is on but has no speed: the S word is missing, or is S0"), "{}", told(&output));
+    assert!(
+        printed(&output).contains("it is on but has no speed: the S word is missing, or is S0"),
+        "{}",
+        printed(&output)
+    );
     let text = text.replace("M3\n", "");
     desk.write("nc/slow.nc", &text);
     let output = desk.call("run jobs/slow --rerun off --out out/off");
-    assert!(told(&output).contains("no M3 or M4 is in force"), "{}", told(&output));
+    assert!(printed(&output).contains("no M3 or M4 is in force"), "{}", printed(&output));
     // A fault is told with the path that a person would write.
     desk.write("nc/slow.nc", &text.replace("X70.", "G2 X70. Y3."));
     let output = desk.call("check jobs/slow");
-    let told = told(&output);
-    assert!(told.contains("at nc/slow.nc:") && !told.contains("/../"), "{told}");
+    let message = printed(&output);
+    assert!(message.contains("at nc/slow.nc:") && !message.contains("/../"), "{message}");
     let verdict = fs::read_to_string(desk.path("out/off/verdict.json")).expect("written");
     let verdict: serde_json::Value = serde_json::from_str(&verdict).expect("JSON");
     assert_eq!(gate(&verdict, "process").0, "fail");

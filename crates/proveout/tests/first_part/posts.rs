@@ -9,7 +9,7 @@ use super::desk::{Desk, believable, gate, open_by_setup_alone, root};
 struct Case {
     file: &'static str,
     call: &'static str,
-    told: &'static [&'static str],
+    expected: &'static [&'static str],
     stock: Option<[f64; 6]>,
 }
 
@@ -22,12 +22,12 @@ fn case(case: &Case) {
     if states_stock {
         desk.write("answers.toml", "holder = \"40x60\"\n");
     }
-    let told = desk.done(&format!("new {name} {} --answers answers.toml --output part", case.call));
-    for word in case.told {
-        assert!(told.contains(word), "{name}: {word:?} is not in:\n{told}");
+    let output = desk.done(&format!("new {name} {} --answers answers.toml --output part", case.call));
+    for word in case.expected {
+        assert!(output.contains(word), "{name}: {word:?} is not in:\n{output}");
     }
     if let Some(expected) = case.stock {
-        let line = told.lines().find(|l| l.starts_with("stock: X ")).expect("the stock");
+        let line = output.lines().find(|l| l.starts_with("stock: X ")).expect("the stock");
         let numbers: Vec<f64> =
             line.split(" mm (").next().unwrap_or_default().split([' ', ',']).filter_map(|w| w.parse().ok()).collect();
         let expected = [expected[0], expected[3], expected[1], expected[4], expected[2], expected[5]];
@@ -36,8 +36,8 @@ fn case(case: &Case) {
             assert!((found - wanted).abs() <= 1.0, "{name}: {line}, {wanted} is expected");
         }
     }
-    let told = desk.done("check part");
-    assert!(!told.contains("before the run"), "{name}:\n{told}");
+    let output = desk.done("check part");
+    assert!(!output.contains("before the run"), "{name}:\n{output}");
     let verdict = desk.verdict("part");
     believable(&verdict);
     assert_eq!(gate(&verdict, "limits").0, "pass", "{}: {:?}", case.file, gate(&verdict, "limits"));
@@ -51,7 +51,7 @@ fn fusion_for_a_haas_in_inch_with_the_zero_at_home() {
     case(&Case {
         file: "fusion-haas.nc",
         call: "--machine three-axis-mill",
-        told: &[
+        expected: &[
             "unit: inch",
             "tool T4: chamfer D9.525",
             "tool T6: tap D6.35",
@@ -68,7 +68,7 @@ fn mastercam_for_a_fanuc_in_millimeters() {
     case(&Case {
         file: "mastercam-fanuc.nc",
         call: "--machine three-axis-mill",
-        told: &["tool T4: ball D6", "tool T9: drill D8.5", "tool T1: flat D12"],
+        expected: &["tool T4: ball D6", "tool T9: drill D8.5", "tool T1: flat D12"],
         stock: Some([-64.0, -56.0, -18.5, 61.0, 41.0, 0.0]),
     });
 }
@@ -78,7 +78,7 @@ fn hsmworks_for_a_universal_haas_with_dwo_and_tcpc() {
     case(&Case {
         file: "hsmworks-umc.nc",
         call: "--machine haas-umc-750",
-        told: &["rotary axis B: -11.999 to 30.000", "tool center point control", "tool T2: ball D6"],
+        expected: &["rotary axis B: -11.999 to 30.000", "tool center point control", "tool T2: ball D6"],
         stock: Some([-56.0, -49.0, -18.5, 56.0, 49.0, 0.0]),
     });
 }
@@ -88,7 +88,7 @@ fn nx_for_an_840d_with_vectors() {
     case(&Case {
         file: "nx-840d.mpf",
         call: "--machine spinner-u5-620",
-        told: &["unit: mm (G710", "\"BALL_D8\": ball D8", "tool center point control"],
+        expected: &["unit: mm (G710", "\"BALL_D8\": ball D8", "tool center point control"],
         stock: Some([-49.0, -29.0, -5.0, 49.0, 29.0, 0.0]),
     });
 }
@@ -98,7 +98,12 @@ fn hypermill_for_a_tnc_with_plane_and_m128() {
     case(&Case {
         file: "hypermill-tnc.h",
         call: "--machine bc-trunnion",
-        told: &["BLK FORM", "work offset PRESET1", "tool T13: drill D6.8", "chosen: Z is sent to -10 of the machine"],
+        expected: &[
+            "BLK FORM",
+            "work offset PRESET1",
+            "tool T13: drill D6.8",
+            "chosen: Z is sent to -10 of the machine",
+        ],
         stock: None,
     });
 }
@@ -108,7 +113,7 @@ fn powermill_for_a_fanuc_with_its_tools_in_lines_of_their_own() {
     case(&Case {
         file: "powermill-fanuc.tap",
         call: "--machine ac-trunnion-620",
-        told: &["tool T1: bull_nose D12", "tool T2: ball D8", "comments up to line"],
+        expected: &["tool T1: bull_nose D12", "tool T2: ball D8", "comments up to line"],
         stock: Some([-71.0, -41.0, -5.0, 71.0, 41.0, 0.0]),
     });
 }
@@ -118,7 +123,7 @@ fn freecad_for_a_linuxcnc() {
     case(&Case {
         file: "freecad-linuxcnc.ngc",
         call: "--machine three-axis-mill",
-        told: &["linuxcnc", "tool T1: flat D6", "tool T2: drill D5"],
+        expected: &["linuxcnc", "tool T1: flat D6", "tool T2: drill D5"],
         stock: Some([3.0, 3.0, -12.5, 77.0, 57.0, 0.0]),
     });
 }
@@ -128,7 +133,7 @@ fn fusion_for_a_mazak_with_two_t_words_and_g68_2() {
     case(&Case {
         file: "fusion-mazak.eia",
         call: "--machine variaxis-i600-type --control mazak-eia",
-        told: &["control \"Mazak", "tool T8: drill D10", "zero = \"home\""],
+        expected: &["control \"Mazak", "tool T8: drill D10", "zero = \"home\""],
         // The face, and the depth of the tilted holes.
         stock: Some([-90.0, -45.0, -32.0, 90.0, 55.0, 0.0]),
     });
@@ -143,10 +148,10 @@ fn words_of_another_control_are_a_hint_and_never_a_choice() {
     }
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"proposed\"\n");
     let call = |name: &str| format!("new {name} --machine bc-trunnion --answers answers.toml --output of-{name}");
-    let told = super::desk::told(&desk.call(&call("fusion-mazak.eia")));
+    let output = super::desk::printed(&desk.call(&call("fusion-mazak.eia")));
     assert!(
-        told.contains("G61.1 in line") && told.contains("--control mazak-eia or --control mitsubishi-m800"),
-        "{told}"
+        output.contains("G61.1 in line") && output.contains("--control mazak-eia or --control mitsubishi-m800"),
+        "{output}"
     );
     desk.refused(&call("fusion-okuma.min"), &["G15H in line", "--control okuma-osp reads the program that way"]);
 }
@@ -156,7 +161,7 @@ fn fusion_for_an_okuma() {
     case(&Case {
         file: "fusion-okuma.min",
         call: "--machine three-axis-mill --control okuma-osp",
-        told: &["control \"Okuma OSP\"", "tool T2: drill D6.8"],
+        expected: &["control \"Okuma OSP\"", "tool T2: drill D6.8"],
         stock: Some([-25.0, -25.0, -20.5, 100.0, 70.0, 0.0]),
     });
 }
@@ -166,7 +171,7 @@ fn fusion_for_a_tnc_on_three_axes() {
     case(&Case {
         file: "fusion-tnc.h",
         call: "--machine three-axis-mill",
-        told: &["tool T5: drill D8", "tool T10: flat D10", "tool T23: face_mill D50", "BLK FORM"],
+        expected: &["tool T5: drill D8", "tool T10: flat D10", "tool T23: face_mill D50", "BLK FORM"],
         stock: None,
     });
 }
@@ -176,7 +181,7 @@ fn fusion_for_an_828d_with_cycles() {
     case(&Case {
         file: "fusion-828d.mpf",
         call: "--machine three-axis-mill",
-        told: &["siemens-840d", "T2", "chosen: Z is sent to 0 of the machine"],
+        expected: &["siemens-840d", "T2", "chosen: Z is sent to 0 of the machine"],
         stock: Some([-15.0, 0.0, -16.0, 95.0, 59.0, 1.5]),
     });
 }
@@ -194,9 +199,9 @@ fn a_probe_is_left_out_by_a_control_file_with_its_reason() {
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-0.6,4,3,0 inch\"\n");
     let call = "new probe.nc --machine three-axis-mill --answers answers.toml --output part";
     let output = desk.call(call);
-    let told = super::desk::told(&output);
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("`O9810` not found") && told.contains("missing_reason = \"probing\""), "{told}");
+    let text = super::desk::printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("`O9810` not found") && text.contains("missing_reason = \"probing\""), "{text}");
     // What the help says, as it is typed.
     desk.write(
         "shop.toml",
@@ -204,8 +209,8 @@ fn a_probe_is_left_out_by_a_control_file_with_its_reason() {
     );
     desk.done(&format!("{call} --control shop.toml"));
     // Left out is what the control file asks for: a note before the run, and no error.
-    let told = desk.done("check part");
-    assert!(told.contains("in order") && told.contains("note: line 12"), "{told}");
+    let text = desk.done("check part");
+    assert!(text.contains("in order") && text.contains("note: line 12"), "{text}");
     let verdict = desk.verdict("part");
     let findings = verdict["findings"].as_array().expect("findings");
     assert!(findings.iter().all(|f| f["severity"] != "error"), "{findings:?}");

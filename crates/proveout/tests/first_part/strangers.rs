@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use super::desk::{Desk, believable, gate, open_by_setup_alone, told};
+use super::desk::{Desk, believable, gate, open_by_setup_alone, printed};
 
 const MILL: &str = "--machine three-axis-mill --answers answers.toml";
 
@@ -41,8 +41,8 @@ fn a_program_that_only_drills_gets_a_stock_that_it_drills() {
         "(Tool 5: Drill, Diam = 5mm)\nG90 G94 G17 G21\nT5 M6\nS3000 M3\nG54 G0 X10 Y20\nG43 H5 Z15\nZ5\nG1 Z-4 F300\nG0 Z15\nX30\nZ5\nG1 Z-4\n\
          G0 Z15\nM5\nM30\n",
     );
-    let told = desk.done(&format!("new holes.nc {MILL} --output holes"));
-    assert!(told.contains("stock: X 2.50 to 37.50, Y 12.50 to 27.50, Z -5.00 to 0.00 mm"), "{told}");
+    let output = desk.done(&format!("new holes.nc {MILL} --output holes"));
+    assert!(output.contains("stock: X 2.50 to 37.50, Y 12.50 to 27.50, Z -5.00 to 0.00 mm"), "{output}");
     let verdict = desk.verdict("holes");
     assert!(errors(&verdict).is_empty(), "{:?}", errors(&verdict));
     // Two holes of 5 mm, 4 mm deep to the tip of a point of 118 degrees: the cylinder, less two thirds of the cone's height.
@@ -64,8 +64,8 @@ fn tools_of_which_nothing_tells_how_far_they_stand_out_reach_their_cuts() {
          7 L Z+15 R0 FMAX\n8 CYCL DEF 200 DRILLING ~\n    Q200=+5 ~\n    Q201=-21 ~\n    Q206=+300 ~\n    Q202=+6 ~\n    Q210=+0 ~\n    Q203=+0 ~\n\
          \x20   Q204=+5 ~\n    Q211=+0\n9 L FMAX M99\n10 L X+7.5 FMAX M99\n11 L Z+15 FMAX\n12 M30\n13 END PGM BRACKET MM\n",
     );
-    let told = desk.done(&format!("new bracket.h {MILL} --output bracket"));
-    assert!(told.contains("to the gauge line 86 mm") && told.contains("1 answer;"), "{told}");
+    let output = desk.done(&format!("new bracket.h {MILL} --output bracket"));
+    assert!(output.contains("to the gauge line 86 mm") && output.contains("1 answer;"), "{output}");
     believable(&desk.verdict("bracket"));
 
     // A length that the program tells, and a holder that is longer.
@@ -78,8 +78,8 @@ fn tools_of_which_nothing_tells_how_far_they_stand_out_reach_their_cuts() {
         &["T2 is 30 mm long", "TOOL DEF in line 2", "holder 60 mm", "tool.T2"],
     );
     desk.write("answers.toml", "holder = \"40x10\"\nstock = \"proposed\"\n");
-    let told = desk.done(&format!("new slot.h {MILL} --output slot"));
-    assert!(told.contains("flutes 20, to the gauge line 30 mm"), "{told}");
+    let output = desk.done(&format!("new slot.h {MILL} --output slot"));
+    assert!(output.contains("flutes 20, to the gauge line 30 mm"), "{output}");
     believable(&desk.verdict("slot"));
 }
 
@@ -89,8 +89,8 @@ fn an_offset_in_which_nothing_moves_is_not_asked_for() {
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-5,-5,-10,25,5,0\"\n");
     let text = "G21 G90\nG91 G28 Z0\nG90\nT1 M6 (D10 END MILL)\nG55 G0 X0 Y0\nG43 H1 Z50.\nS1000 M3\nG1 Z-1. F100\nX20.\nG0 Z50.\nG91 G28 Z0\nM30\n";
     desk.write("second.nc", text);
-    let told = desk.done(&format!("new second.nc {MILL} --output second"));
-    assert!(told.contains("work offset G54") && told.contains("no motion uses it: the place of G55"), "{told}");
+    let output = desk.done(&format!("new second.nc {MILL} --output second"));
+    assert!(output.contains("work offset G54") && output.contains("no motion uses it: the place of G55"), "{output}");
     assert!(!desk.done("check second").contains("before the run"));
     believable(&desk.verdict("second"));
     // What moves in both is asked for.
@@ -110,8 +110,11 @@ fn names_of_tools_tell_what_they_tell() {
     desk.write("answers.toml", "holder = \"40x60\"\n");
     // In the letters of the shop; the number is taken for the diameter, and said to be.
     desk.write("frez.mpf", &text("Frez_walcowy_12"));
-    let told = desk.done(&format!("new frez.mpf {MILL} --output frez"));
-    assert!(told.contains("tool \"Frez_walcowy_12\": flat D12") && told.contains("chosen: diameter_mm"), "{told}");
+    let output = desk.done(&format!("new frez.mpf {MILL} --output frez"));
+    assert!(
+        output.contains("tool \"Frez_walcowy_12\": flat D12") && output.contains("chosen: diameter_mm"),
+        "{output}"
+    );
     believable(&desk.verdict("frez"));
     // The count of a CAM system is no diameter.
     desk.write("count.mpf", &text("MILL_2"));
@@ -126,22 +129,25 @@ fn names_of_tools_tell_what_they_tell() {
 }
 
 #[test]
-fn what_no_word_says_of_inches_is_read_in_millimeters_and_told() {
+fn what_no_word_says_of_inches_is_read_in_millimeters_and_reported() {
     let desk = Desk::new(&[]);
     let text = "(PLATE, ALL DIMENSIONS INCH)\nG40 G54 G80 G90\nT1 M6 (D0.5 END MILL)\nS1000 F20. M3\nG43 H1 Z1.\nG0 X-1. Y0\nZ0.1\nG1 Z-0.1\nX2.\nG0 Z1.\nM30\n";
     desk.write("plate.nc", text);
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-0.5,-1,-0.5,1.5,1,0 inch\"\n");
-    let told = desk.done(&format!("new plate.nc {MILL} --output mm"));
-    assert!(told.contains("read in millimeters") && told.contains("the comment in line 1 mentions inches"), "{told}");
+    let output = desk.done(&format!("new plate.nc {MILL} --output mm"));
+    assert!(
+        output.contains("read in millimeters") && output.contains("the comment in line 1 mentions inches"),
+        "{output}"
+    );
     // What the note says, as it is typed.
     desk.write("shop.toml", "inherits = \"fanuc-0i\"\nstart.unit = \"inch\"\n");
-    let told = desk.done(&format!("new plate.nc {MILL} --control shop.toml --output inch"));
-    assert!(told.contains("read in inches") && told.contains("flat D12.7"), "{told}");
+    let output = desk.done(&format!("new plate.nc {MILL} --control shop.toml --output inch"));
+    assert!(output.contains("read in inches") && output.contains("flat D12.7"), "{output}");
     believable(&desk.verdict("inch"));
 }
 
 #[test]
-fn tools_that_are_named_and_never_changed_in_are_told() {
+fn tools_that_are_named_and_never_changed_in_are_reported() {
     let desk = Desk::new(&[]);
     desk.write(
         "answers.toml",
@@ -153,9 +159,9 @@ fn tools_that_are_named_and_never_changed_in_are_told() {
         "G94\nG21\nG90\nG00 Z50\nT1\nM5\nG04 P1\nM0\nM3 S9000\nG0 Z0.3\nG81 R0.3 Z-2 F540 X5 Y5\nX10 Y5\nG80\nG00 Z50\nT2\nM5\nM0\nM3\nG0 Z0.3\n\
          G81 R0.3 Z-2 F540 X15 Y15\nG80\nG00 Z50\nM5\nM2\n",
     );
-    let told = desk.done(&format!("new board.ngc {MILL} --output board"));
-    assert!(told.contains("T1, T2 are called and none is changed in (lines 5, 15, no M6)"), "{told}");
-    assert!(desk.done("check board").contains("before the run, 1: T1, T2 are called and none is changed in"));
+    let output = desk.done(&format!("new board.ngc {MILL} --output board"));
+    assert!(output.contains("T1, T2 are called but never loaded (lines 5, 15, no M6)"), "{output}");
+    assert!(desk.done("check board").contains("before the run, 1: T1, T2 are called but never loaded"));
 }
 
 #[test]
@@ -171,8 +177,8 @@ fn a_part_on_a_table_that_is_tilted_stands_clear_of_it() {
          15 L Z+20 FMAX\n16 L Z+0 R0 FMAX M91\n17 PLANE RESET STAY\n18 CYCL DEF 7.0 DATUM SHIFT\n19 CYCL DEF 7.1 X+0\n20 CYCL DEF 7.2 Y+0\n\
          21 CYCL DEF 7.3 Z+0\n22 M30\n23 END PGM SIDE MM\n",
     );
-    let told = desk.done("new side.h --machine dmu-65-type --answers answers.toml --output side");
-    assert!(told.contains("on a riser, so that spindle and holder clear the table"), "{told}");
+    let output = desk.done("new side.h --machine dmu-65-type --answers answers.toml --output side");
+    assert!(output.contains("on a riser, so that spindle and holder clear the table"), "{output}");
     let verdict = desk.verdict("side");
     assert!(errors(&verdict).is_empty(), "{:?}", errors(&verdict));
     assert_eq!(gate(&verdict, "limits").0, "pass", "{:?}", gate(&verdict, "limits"));
@@ -243,7 +249,7 @@ fn words_of_other_builders_lead_to_their_control() {
         "O1(BROTHER S700)\nG17G40G80G90G94\nG100T3X10.Y10.Z50.G43H3S8000M3(6MM ENDMILL)\nG1Z-2.F500\nM30\n",
     );
     let output = desk.call(&format!("new speedio.nc {MILL} --output speedio"));
-    assert!(told(&output).contains("--control brother-c00"), "{}", told(&output));
+    assert!(printed(&output).contains("--control brother-c00"), "{}", printed(&output));
     // Cycles typed by hand, as controls take them.
     desk.write(
         "dwell.h",
@@ -263,15 +269,15 @@ fn a_retract_of_all_axes_to_home_finds_the_end_at_which_home_lies() {
          4 TOOL CALL 1 Z S5000\n5 L Z-1 R0 FMAX M91\n6 L X-1 Y-1 R0 FMAX M91\n7 L X+53 Y-48 R0 FMAX M3\n8 L Z+5 FMAX\n9 L Z-5 F400\n\
          10 L Y+43 F1200\n11 L X-60\n12 L Z-1 R0 FMAX M91\n13 M30\n14 END PGM HOME MM\n",
     );
-    let told = desk.done("new home.h --machine dmu-50-type --answers answers.toml --output home");
-    assert!(told.contains("zero = \"home\", and the home of X at the other end of its travel"), "{told}");
+    let output = desk.done("new home.h --machine dmu-50-type --answers answers.toml --output home");
+    assert!(output.contains("zero = \"home\", and the home of X at the other end of its travel"), "{output}");
     assert!(!desk.done("check home").contains("before the run"));
     believable(&desk.verdict("home"));
 }
 
 /// Two things that a text says of one tool are told, both with their lines, and which of them is taken.
 #[test]
-fn tools_that_are_told_in_two_ways_are_a_note() {
+fn tools_that_are_given_in_two_ways_are_a_note() {
     let desk = Desk::new(&[]);
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-10,80,60,0\"\n");
     let program = |head: &str, call: &str| {
@@ -280,39 +286,39 @@ fn tools_that_are_told_in_two_ways_are_a_note() {
         )
     };
     desk.write("two.nc", &program("(T1 D=10. CR=0. - FLAT END MILL)\n", " (12MM END MILL)"));
-    let told = desk.done(&format!("new two.nc {MILL} --output two"));
-    assert!(told.contains("tool T1: flat D10"), "{told}");
+    let output = desk.done(&format!("new two.nc {MILL} --output two"));
+    assert!(output.contains("tool T1: flat D10"), "{output}");
     for word in
         ["describes tool T1 in two ways", "flat D10 (comment in line 1)", "not flat D12 (comment in line 3)", "tool.T1"]
     {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
     // An answer decides; rounding, an offset and a missing corner radius are no second tool.
     desk.write("decided.toml", "holder = \"40x60\"\nstock = \"0,0,-10,80,60,0\"\ntool.T1 = \"flat D12\"\n");
-    let told = desk.done("new two.nc --machine three-axis-mill --answers decided.toml --output decided");
-    assert!(told.contains("tool T1: flat D12") && !told.contains("in two ways"), "{told}");
+    let output = desk.done("new two.nc --machine three-axis-mill --answers decided.toml --output decided");
+    assert!(output.contains("tool T1: flat D12") && !output.contains("in two ways"), "{output}");
     desk.write("one.nc", &program("(T1 D=9.525 CR=0.5 - BULL NOSE END MILL)\n(T1 D1 H1)\n", " (9.53MM END MILL)"));
-    let told = desk.done(&format!("new one.nc {MILL} --output one"));
-    assert!(told.contains("tool T1: bull_nose D9.525") && !told.contains("in two ways"), "{told}");
+    let output = desk.done(&format!("new one.nc {MILL} --output one"));
+    assert!(output.contains("tool T1: bull_nose D9.525") && !output.contains("in two ways"), "{output}");
     // Lists in lines of their own, and another program.
     let list = |d: f64| format!("(TOOL NO: 1)\n(TOOL TYPE: ENDMILL)\n(TOOL DIA. {d})\n");
     desk.write("list.nc", &program(&(list(8.0) + &list(6.0)), ""));
-    let told = desk.done(&format!("new list.nc {MILL} --output list"));
+    let output = desk.done(&format!("new list.nc {MILL} --output list"));
     assert!(
-        told.contains("flat D8 (comments up to line 3) is used")
-            && told.contains("not flat D6 (comments up to line 6)"),
-        "{told}"
+        output.contains("flat D8 (comments up to line 3) is used")
+            && output.contains("not flat D6 (comments up to line 6)"),
+        "{output}"
     );
     desk.write("other.nc", &program("(T1 D=16. - DRILL)\n", ""));
-    let told = desk.done(&format!("new two.nc other.nc {MILL} --output both"));
+    let output = desk.done(&format!("new two.nc other.nc {MILL} --output both"));
     assert!(
-        told.contains("flat D12 (comment in line 3 of two.nc), drill D16 (comment in line 1 of other.nc)"),
-        "{told}"
+        output.contains("flat D12 (comment in line 3 of two.nc), drill D16 (comment in line 1 of other.nc)"),
+        "{output}"
     );
 }
 
 #[test]
-fn tools_by_name_with_their_diameter_are_told_before_their_call() {
+fn tools_by_name_with_their_diameter_are_reported_before_their_call() {
     let desk = Desk::new(&[]);
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-10,80,60,0\"\n");
     desk.write(
@@ -320,8 +326,8 @@ fn tools_by_name_with_their_diameter_are_told_before_their_call() {
         "%\nO1\n(Tool: EM12 Type: Endmill Dia: 12.000 Len: 40.0)\nT1 M6\nG21 G90 G54 G0 X10. Y10. S3000 M3\nG43 H1 Z50.\nZ2.\nG1 Z-2. F200\nX50.\n\
          G0 Z50.\n( Tool : BN6  Type : Ballnosed  Dia : 6.000  Rad : 3.000 )\nT2 M6\nS5000 M3\nG0 X10. Y30.\nG43 H2 Z50.\nG1 Z-1. F200\nX50.\nG0 Z50.\nM30\n%\n",
     );
-    let told = desk.done(&format!("new power.tap {MILL} --output power"));
-    assert!(told.contains("tool T1: flat D12") && told.contains("tool T2: ball D6"), "{told}");
+    let output = desk.done(&format!("new power.tap {MILL} --output power"));
+    assert!(output.contains("tool T1: flat D12") && output.contains("tool T2: ball D6"), "{output}");
 }
 
 /// Its statements are not read, and the answer says whose they are.

@@ -9,7 +9,7 @@ const HEAD: &str = "machine head.urdf --tool-link nose --table-link table --axis
 #[test]
 fn a_trunnion_comes_to_its_verdict() {
     let desk = Desk::new(&["plate.nc", "answers.toml", "trunnion.urdf"]);
-    let told = desk.done("machine trunnion.urdf --tool-link spindle --table-link table --output trunnion");
+    let output = desk.done("machine trunnion.urdf --tool-link spindle --table-link table --output trunnion");
     for word in [
         "trunnion mill: A C table, Y X Z tool; X 620, Y 520, Z 460, A -120 to 30\u{b0}, C endless; travel from URDF file",
         "note: axes: X is joint \"x_axis\"",
@@ -18,11 +18,11 @@ fn a_trunnion_comes_to_its_verdict() {
         "angles whose digits are those of a right angle",
         "written: trunnion; next: proveout check trunnion",
     ] {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
     assert!(desk.path("trunnion/model.glb").is_file(), "the ball is a mesh");
-    let told = desk.done("check trunnion");
-    assert!(!told.contains("no body is attached to") && told.contains("max_speed_rpm"), "{told}");
+    let output = desk.done("check trunnion");
+    assert!(!output.contains("no body is attached to") && output.contains("max_speed_rpm"), "{output}");
     desk.done("new plate.nc --machine trunnion --answers answers.toml --output plate");
     let verdict = desk.verdict("plate");
     believable(&verdict);
@@ -36,8 +36,8 @@ fn a_trunnion_comes_to_its_verdict() {
 #[test]
 fn a_swivel_head_comes_to_its_verdict() {
     let desk = Desk::new(&["five.nc", "head.urdf"]);
-    let told = desk.done(HEAD);
-    assert!(told.contains("head mill: Y C table, X Z B tool") && told.contains("\"door_hinge\""), "{told}");
+    let output = desk.done(HEAD);
+    assert!(output.contains("head mill: Y C table, X Z B tool") && output.contains("\"door_hinge\""), "{output}");
     desk.done("check head");
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"-45,-15,-30,45,15,0\"\n");
     desk.done("new five.nc --machine head --answers answers.toml --output five");
@@ -60,8 +60,8 @@ fn bodies_of_links_are_checked() {
     let (state, reason) = gate(&verdict, "collision");
     assert_eq!(state, "fail", "{reason}");
     let findings = verdict["findings"].as_array().expect("findings");
-    let told: Vec<&str> = findings.iter().filter_map(|f| f["message"].as_str()).collect();
-    assert!(told.iter().any(|m| m.contains("hits table")), "{told:#?}");
+    let messages: Vec<&str> = findings.iter().filter_map(|f| f["message"].as_str()).collect();
+    assert!(messages.iter().any(|m| m.contains("hits table")), "{messages:#?}");
 }
 
 #[test]
@@ -103,6 +103,6 @@ fn what_is_missing_or_wrong_is_asked_and_nothing_is_written() {
     desk.write("empty.urdf", "");
     desk.refused(&format!("machine empty.urdf {between}"), &["the file is empty"]);
     desk.write("junk.urdf", &"junk ".repeat(2_000_000));
-    let told = desk.refused(&format!("machine junk.urdf {between}"), &["the file is not valid XML"]);
-    assert!(told.len() < 2000, "a line of ten million characters is not repeated: {}", told.len());
+    let output = desk.refused(&format!("machine junk.urdf {between}"), &["the file is not valid XML"]);
+    assert!(output.len() < 2000, "a line of ten million characters is not repeated: {}", output.len());
 }

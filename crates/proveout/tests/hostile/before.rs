@@ -14,11 +14,11 @@ const MOST_S: u64 = 20;
 /// Calls the program in the workshop and asserts code and words.
 #[track_caller]
 fn ends(what: &str, shop: &Workshop, call: &[&str], codes: &[i32], words: &str) {
-    let told = proveout_within(shop.path(), call, HUNG, MOST_S).unwrap_or_else(|| panic!("{what}: hangs"));
+    let output = proveout_within(shop.path(), call, HUNG, MOST_S).unwrap_or_else(|| panic!("{what}: hangs"));
     let verdict = fs::read_to_string(shop.path().join("result/verdict.json")).unwrap_or_default();
-    assert!(!told.text.contains("panicked"), "{what}: {}", told.text);
-    assert!(told.code().is_some_and(|code| codes.contains(&code)), "{what}: {:?} {}", told.status, told.text);
-    assert!(told.text.contains(words) || verdict.contains(words), "{what}: {words:?} is not in {}", told.text);
+    assert!(!output.text.contains("panicked"), "{what}: {}", output.text);
+    assert!(output.code().is_some_and(|code| codes.contains(&code)), "{what}: {:?} {}", output.status, output.text);
+    assert!(output.text.contains(words) || verdict.contains(words), "{what}: {words:?} is not in {}", output.text);
 }
 
 const RUN: [&str; 7] = ["run", ".", "--out", "result", "--rerun", "off", "--threads=1"];

@@ -25,9 +25,9 @@ fn quantities_out_of_range_are_refused_with_the_range() {
     for (file, from, to, words) in MAGNITUDES {
         let shop = Workshop::new();
         shop.replace(file, from, to);
-        let told = shop.refused(&words);
-        assert!(told.text.contains(file), "the place: {}", told.text);
-        assert!(told.wall < Duration::from_secs(20), "{to}: {:?}", told.wall);
+        let output = shop.refused(&words);
+        assert!(output.text.contains(file), "the place: {}", output.text);
+        assert!(output.wall < Duration::from_secs(20), "{to}: {:?}", output.wall);
     }
 }
 
@@ -35,9 +35,9 @@ fn quantities_out_of_range_are_refused_with_the_range() {
 const ENDLESS: [(&str, u32, &str); 6] = [
     ("G0 X1000000", 5, "more than 10 travels past its travel"),
     ("G0 X10000000", 5, "more than 10 travels past its travel"),
-    ("G1 X100 F0.01", 5, "one motion may take"),
+    ("G1 X100 F0.01", 5, "the limit for one motion is"),
     ("G4 F999999", 5, "simulated time"),
-    ("G1 Z45 F500\nG2 X10 Y0 I5 J0 TURN=999 F500\nG1", 6, "one motion may take"),
+    ("G1 Z45 F500\nG2 X10 Y0 I5 J0 TURN=999 F500\nG1", 6, "the limit for one motion is"),
     ("G1 Z45 F100\nR1=0\nWHILE R1<100000\nG4 F3600\nR1=R1+1\nENDWHILE", 8, "simulated time"),
 ];
 
@@ -46,8 +46,8 @@ fn motion_without_measure_ends_the_program_by_name() {
     for (text, line, words) in ENDLESS {
         let shop = Workshop::new();
         shop.write("program.mpf", PROGRAM.replace("G1 Z-2 F500\n", &format!("{text}\n")));
-        let told = shop.run();
-        assert_eq!(told.code(), Some(1), "{text}: {}", told.text);
+        let output = shop.run();
+        assert_eq!(output.code(), Some(1), "{text}: {}", output.text);
         let verdict: serde_json::Value = serde_json::from_str(&shop.read("result/verdict.json")).expect("JSON");
         let all = verdict["findings"].as_array().expect("findings");
         let found: Vec<_> = all.iter().filter(|f| f["code"] == "program-stopped").collect();
@@ -76,8 +76,8 @@ fn joints_too_slow_for_their_cycle_end_the_program() {
             "program.mpf",
             format!("G17 G54 G90 G94 G710\nG0 X-364.99\n{motion}\nG4 F1\nM3 S1000\nG0 X-300\nM30\n"),
         );
-        let told = shop.run();
-        assert_eq!(told.code(), Some(1), "{motion}: {}", told.text);
+        let output = shop.run();
+        assert_eq!(output.code(), Some(1), "{motion}: {}", output.text);
         let verdict: serde_json::Value = serde_json::from_str(&shop.read("result/verdict.json")).expect("JSON");
         let all = verdict["findings"].as_array().expect("findings");
         let found: Vec<_> = all.iter().filter(|f| f["code"] == "program-stopped").collect();
@@ -96,9 +96,9 @@ fn joints_too_slow_for_their_cycle_end_the_program() {
 fn over_travel_alone_goes_on() {
     let shop = Workshop::new();
     shop.write("program.mpf", PROGRAM.replace("X10\n", "G0 X900\nG0 Z-15\nX0\n"));
-    let told = shop.run();
+    let output = shop.run();
     let verdict = shop.read("result/verdict.json");
-    assert_eq!(told.code(), Some(1), "{}", told.text);
+    assert_eq!(output.code(), Some(1), "{}", output.text);
     assert!(verdict.contains("limits-overtravel") && verdict.contains("process-rapid-in-material"), "{verdict}");
     assert!(!verdict.contains("program-stopped"), "{verdict}");
 }
@@ -107,12 +107,12 @@ fn over_travel_alone_goes_on() {
 fn limits_of_the_scene_end_a_program() {
     let shop = Workshop::new();
     shop.scene("[limits]\nsimulated_time_s = 5");
-    let told = shop.run();
-    assert_eq!(told.code(), Some(1), "{}", told.text);
-    assert!(shop.read("result/verdict.json").contains("past the limit of 5 s"), "{}", told.text);
+    let output = shop.run();
+    assert_eq!(output.code(), Some(1), "{}", output.text);
+    assert!(shop.read("result/verdict.json").contains("past the limit of 5 s"), "{}", output.text);
     shop.scene("[limits]\nblocks = 4");
-    let told = shop.refused(&["the program has run 4 blocks", "program.mpf:4"]);
-    assert!(told.text.contains("[limits]"), "the remedy: {}", told.text);
+    let output = shop.refused(&["the program has run 4 blocks", "program.mpf:4"]);
+    assert!(output.text.contains("[limits]"), "the remedy: {}", output.text);
 }
 
 #[test]
@@ -133,27 +133,31 @@ fn loops_with_motion_and_no_end_stop_with_their_line() {
     let shop = Workshop::new();
     for (name, dialect, text, place) in loops {
         shop.write(name, text);
-        let told = shop.call(&["check", name, "--dialect", dialect]);
-        assert_eq!(told.code(), Some(2), "{dialect}: {}", told.text);
-        assert!(told.text.contains(place) && told.text.contains("which is the limit"), "{dialect}: {}", told.text);
+        let output = shop.call(&["check", name, "--dialect", dialect]);
+        assert_eq!(output.code(), Some(2), "{dialect}: {}", output.text);
+        assert!(
+            output.text.contains(place) && output.text.contains("which is the limit"),
+            "{dialect}: {}",
+            output.text
+        );
     }
 }
 
 #[test]
 fn wrong_calls_are_answered_at_once() {
     let shop = Workshop::new();
-    let told = shop.call(&["run", ".", "--threads", "10000", "--rerun", "off"]);
-    assert_eq!(told.code(), Some(2));
-    assert!(told.text.contains("the maximum is 512"), "{}", told.text);
-    let told = shop.call(&["run", ".", "--rerun", "connect"]);
+    let output = shop.call(&["run", ".", "--threads", "10000", "--rerun", "off"]);
+    assert_eq!(output.code(), Some(2));
+    assert!(output.text.contains("the maximum is 512"), "{}", output.text);
+    let output = shop.call(&["run", ".", "--rerun", "connect"]);
     // Where a viewer happens to run, the run goes on.
-    assert!(told.code() != Some(2) || told.text.contains("no viewer answers"), "{}", told.text);
+    assert!(output.code() != Some(2) || output.text.contains("no viewer answers"), "{}", output.text);
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink("nowhere/at/all", shop.path().join("gone")).expect("linked");
-        let told = shop.call(&["run", ".", "--out", "gone", "--rerun", "off"]);
-        assert_eq!(told.code(), Some(2));
-        assert!(told.text.contains("is a link to nowhere/at/all"), "{}", told.text);
+        let output = shop.call(&["run", ".", "--out", "gone", "--rerun", "off"]);
+        assert_eq!(output.code(), Some(2));
+        assert!(output.text.contains("is a link to nowhere/at/all"), "{}", output.text);
     }
 }
 
@@ -162,8 +166,8 @@ fn a_spindle_without_speed_does_not_cut() {
     for spindle in ["M3", "S0 M3", "M4 S0"] {
         let shop = Workshop::new();
         shop.write("program.mpf", PROGRAM.replace("S1000 M3", spindle));
-        let told = shop.run();
-        assert_eq!(told.code(), Some(1), "{spindle}: {}", told.text);
+        let output = shop.run();
+        assert_eq!(output.code(), Some(1), "{spindle}: {}", output.text);
         let verdict: serde_json::Value = serde_json::from_str(&shop.read("result/verdict.json")).expect("JSON");
         let process =
             verdict["gates"].as_array().expect("gates").iter().find(|g| g["name"] == "process").expect("gate");

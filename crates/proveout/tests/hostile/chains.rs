@@ -90,11 +90,11 @@ fn chains_of_every_operator_end_in_every_language() {
         for (operator, operand) in operators {
             let chain = vec![*operand; TERMS].join(operator);
             shop.write("chain.txt", format!("{before}{chain}{behind}"));
-            let told = proveout(shop.path(), &["nc", "chain.txt", "--dialect", dialect]);
-            assert!(matches!(told.code(), Some(0 | 2)), "{dialect} {operator}: {:?}", told.status);
+            let output = proveout(shop.path(), &["nc", "chain.txt", "--dialect", dialect]);
+            assert!(matches!(output.code(), Some(0 | 2)), "{dialect} {operator}: {:?}", output.status);
             if *operator == "+" || *operator == " + " {
-                assert_eq!(told.code(), Some(0), "{dialect}: {}", told.text);
-                assert!(told.text.contains("10000"), "{dialect}: the sum is not there");
+                assert_eq!(output.code(), Some(0), "{dialect}: {}", output.text);
+                assert!(output.text.contains("10000"), "{dialect}: the sum is not there");
             }
         }
     }
@@ -120,7 +120,7 @@ fn signs_brackets_and_functions_count_as_depth() {
     ];
     for (dialect, before, open, inner, close, behind) in deep {
         shop.write("deep.txt", format!("{before}{}{inner}{}{behind}", open.repeat(TERMS), close.repeat(TERMS)));
-        let told = proveout(shop.path(), &["nc", "deep.txt", "--dialect", dialect]);
-        assert_eq!(told.code(), Some(2), "{dialect} {open}: {}", told.text);
+        let output = proveout(shop.path(), &["nc", "deep.txt", "--dialect", dialect]);
+        assert_eq!(output.code(), Some(2), "{dialect} {open}: {}", output.text);
     }
 }

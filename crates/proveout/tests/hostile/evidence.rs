@@ -18,8 +18,8 @@ fn the_manifest_lists_every_file_that_was_opened_and_written() {
     shop.write("SUB1.SPF", "G1 X10\nM17\n");
     shop.write("machine/model.glb", triangle());
     shop.replace("machine/machine.toml", "up = [0, 0, 1]", "up = [0, 0, 1]\nmodel = \"model.glb\"");
-    let told = shop.run();
-    assert_eq!(told.code(), Some(3), "{}", told.text);
+    let output = shop.run();
+    assert_eq!(output.code(), Some(3), "{}", output.text);
     let manifest = json(&shop.read("result/manifest.json"));
     let inputs: BTreeMap<&str, &str> = manifest["inputs"]
         .as_array()
@@ -34,8 +34,8 @@ fn the_manifest_lists_every_file_that_was_opened_and_written() {
         manifest["files"].as_array().expect("files").iter().map(|f| f["name"].as_str().expect("name")).collect();
     for entry in fs::read_dir(shop.path().join("result")).expect("there").flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let told = files.contains(&name.as_str()) || name == "manifest.json" || name == "run.json";
-        assert!(told, "{name} is not in the manifest: {files:?}");
+        let output = files.contains(&name.as_str()) || name == "manifest.json" || name == "run.json";
+        assert!(output, "{name} is not in the manifest: {files:?}");
     }
     let text = shop.read("result/manifest.json");
     assert!(
@@ -49,9 +49,9 @@ fn the_manifest_lists_every_file_that_was_opened_and_written() {
     {
         let before = fs::read(shop.path().join(name)).expect("there");
         shop.write(name, bytes);
-        let told = shop.call(&["verify", "result"]);
-        assert_eq!(told.code(), Some(3), "{}", told.text);
-        assert!(told.text.contains(&format!("({name})")), "{}", told.text);
+        let output = shop.call(&["verify", "result"]);
+        assert_eq!(output.code(), Some(3), "{}", output.text);
+        assert!(output.text.contains(&format!("({name})")), "{}", output.text);
         shop.write(name, before);
     }
     assert_eq!(shop.call(&["verify", "result"]).code(), Some(0));
@@ -61,50 +61,50 @@ fn the_manifest_lists_every_file_that_was_opened_and_written() {
 fn verify_says_what_is_not_as_it_was() {
     let shop = Workshop::new();
     assert_eq!(shop.run().code(), Some(3));
-    let told = shop.call(&["verify", "result"]);
-    assert_eq!(told.code(), Some(0), "{}", told.text);
+    let output = shop.call(&["verify", "result"]);
+    assert_eq!(output.code(), Some(0), "{}", output.text);
     shop.replace("program.mpf", "X10", "X11");
     shop.write("result/notes.txt", "mine");
-    let told = shop.call(&["verify", "result"]);
-    assert_eq!(told.code(), Some(3), "{}", told.text);
-    assert!(told.text.contains("input changed since the run: program (program.mpf)"), "{}", told.text);
-    assert!(told.text.contains("not part of the run, not checked: notes.txt"), "{}", told.text);
+    let output = shop.call(&["verify", "result"]);
+    assert_eq!(output.code(), Some(3), "{}", output.text);
+    assert!(output.text.contains("input changed since the run: program (program.mpf)"), "{}", output.text);
+    assert!(output.text.contains("not part of the run, not checked: notes.txt"), "{}", output.text);
     let verdict = shop.read("result/verdict.json");
     shop.write("result/verdict.json", verdict.replace("\"unchecked\"", "\"pass\""));
-    let told = shop.call(&["verify", "result"]);
-    assert_eq!(told.code(), Some(1), "{}", told.text);
-    assert!(told.text.contains("changed since the run: verdict.json"), "{}", told.text);
-    let told = shop.call(&["verify", "machine"]);
-    assert_eq!(told.code(), Some(2), "no manifest: {}", told.text);
+    let output = shop.call(&["verify", "result"]);
+    assert_eq!(output.code(), Some(1), "{}", output.text);
+    assert!(output.text.contains("changed since the run: verdict.json"), "{}", output.text);
+    let output = shop.call(&["verify", "machine"]);
+    assert_eq!(output.code(), Some(2), "no manifest: {}", output.text);
 }
 
 #[test]
 fn verify_says_what_it_did_not_check() {
     let shop = Workshop::new();
-    let told = |arguments: &[&str], code: i32, words: &[&str]| {
-        let told = shop.call(arguments);
-        assert_eq!(told.code(), Some(code), "{arguments:?}: {}", told.text);
+    let expect = |arguments: &[&str], code: i32, words: &[&str]| {
+        let expect = shop.call(arguments);
+        assert_eq!(expect.code(), Some(code), "{arguments:?}: {}", expect.text);
         for word in words {
-            assert!(told.text.contains(word), "{arguments:?}, {word}: {}", told.text);
+            assert!(expect.text.contains(word), "{arguments:?}, {word}: {}", expect.text);
         }
     };
     assert_eq!(shop.call(&["run", ".", "--out", "result", "--rerun", "file"]).code(), Some(3));
     let uncovered = "not checked, not covered by a digest: run.json";
-    told(&["verify", "result"], 0, &[uncovered, "not signed"]);
+    expect(&["verify", "result"], 0, &[uncovered, "not signed"]);
     // A recording is under a digest, whatever is done to it.
     let recording = shop.path().join("result/recording.rrd");
     let bytes = fs::read(&recording).expect("a recording");
     fs::write(&recording, "any bytes").expect("written");
-    told(&["verify", "result"], 1, &["changed since the run: recording.rrd"]);
+    expect(&["verify", "result"], 1, &["changed since the run: recording.rrd"]);
     fs::remove_file(&recording).expect("gone");
-    told(&["verify", "result"], 1, &["changed since the run: recording.rrd"]);
+    expect(&["verify", "result"], 1, &["changed since the run: recording.rrd"]);
     fs::write(&recording, bytes).expect("written");
     // run.json is under none, which is said; one that is gone is missed.
     let run = shop.read("result/run.json");
     shop.write("result/run.json", run.replace("wall_s", "wall_S"));
-    told(&["verify", "result"], 0, &[uncovered]);
+    expect(&["verify", "result"], 0, &[uncovered]);
     fs::remove_file(shop.path().join("result/run.json")).expect("gone");
-    told(&["verify", "result"], 1, &["changed since the run: run.json"]);
+    expect(&["verify", "result"], 1, &["changed since the run: run.json"]);
     // The manifest says where the scene is: another one in run.json leads nowhere.
     fs::create_dir(shop.path().join("old")).expect("made");
     for name in ["scene.toml", "program.mpf", "tools.toml"] {
@@ -113,29 +113,29 @@ fn verify_says_what_it_did_not_check() {
     let folder = shop.path().display().to_string();
     shop.write("result/run.json", run.replace(&folder, &format!("{folder}/old")));
     shop.replace("program.mpf", "X10", "X11");
-    told(&["verify", "result"], 3, &["input changed since the run: program (program.mpf)", uncovered]);
+    expect(&["verify", "result"], 3, &["input changed since the run: program (program.mpf)", uncovered]);
     shop.replace("program.mpf", "X11", "X10");
-    told(&["verify", "result"], 0, &["inputs unchanged since the run"]);
+    expect(&["verify", "result"], 0, &["inputs unchanged since the run"]);
     // A run folder that was carried elsewhere does not find its scene, and takes no other.
     fs::create_dir_all(shop.path().join("far/away")).expect("made");
     fs::rename(shop.path().join("result"), shop.path().join("far/away/result")).expect("moved");
-    told(&["verify", "far/away/result"], 3, &["(scene.toml): cannot be read"]);
-    told(&["verify", "far/away/result", "--scene", "."], 0, &["inputs unchanged since the run"]);
+    expect(&["verify", "far/away/result"], 3, &["(scene.toml): cannot be read"]);
+    expect(&["verify", "far/away/result", "--scene", "."], 0, &["inputs unchanged since the run"]);
     fs::rename(shop.path().join("far/away/result"), shop.path().join("result")).expect("moved");
     // A signature that nobody looked at is said.
     shop.write("result/manifest.sig", "of somebody");
-    told(&["verify", "result"], 0, &["signature not checked"]);
+    expect(&["verify", "result"], 0, &["signature not checked"]);
     fs::remove_file(shop.path().join("result/manifest.sig")).expect("gone");
     // A manifest that covers no verdict is none.
     let manifest = shop.read("result/manifest.json");
     let mut hollow = json(&manifest);
     hollow["files"] = serde_json::json!([]);
     shop.write("result/manifest.json", hollow.to_string());
-    told(&["verify", "result"], 2, &["it covers no verdict.json"]);
+    expect(&["verify", "result"], 2, &["it covers no verdict.json"]);
     let mut hollow = json(&manifest);
     hollow["inputs"] = serde_json::json!([]);
     shop.write("result/manifest.json", hollow.to_string());
-    told(&["verify", "result"], 2, &["names no scene among its inputs"]);
+    expect(&["verify", "result"], 2, &["names no scene among its inputs"]);
 }
 
 #[test]
@@ -148,9 +148,9 @@ fn a_forged_stock_is_found_by_the_next_setup() {
     assert_eq!(other.code(), Some(3), "{}", other.text);
     fs::copy(shop.path().join("other/stock.dexel"), shop.path().join("result/stock.dexel")).expect("forged");
     shop.replace("scene.toml", "box = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }", "from_run = \"result\"");
-    let told = shop.call(&["run", ".", "--out", "second", "--rerun", "off"]);
-    assert_eq!(told.code(), Some(2), "{}", told.text);
-    assert!(told.text.contains("is not as the run left it"), "{}", told.text);
+    let output = shop.call(&["run", ".", "--out", "second", "--rerun", "off"]);
+    assert_eq!(output.code(), Some(2), "{}", output.text);
+    assert!(output.text.contains("is not as the run left it"), "{}", output.text);
 }
 
 #[test]
@@ -163,50 +163,50 @@ fn a_signature_says_who_vouches_for_a_run() {
     shop.write("key.pem", of_key("PRIVATE", "MC4CAQAwBQYDK2VwBCIEIJ1hsZ3v/VpguoRK9JLsLMREScVpezJpGXA7rAMcrn9g"));
     shop.write("public.pem", of_key("PUBLIC", "MCowBQYDK2VwAyEA11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo="));
     shop.write("other.pem", of_key("PUBLIC", "MCowBQYDK2VwAyEAPUAXw+hDiVqStwqnTRt+vJyYLM8uxJaMwM1V8Sr0Zgw="));
-    let told = |arguments: &[&str], code: i32, word: &str| {
-        let told = shop.call(arguments);
-        assert_eq!(told.code(), Some(code), "{arguments:?}: {}", told.text);
-        assert!(told.text.contains(word), "{arguments:?}: {}", told.text);
+    let expect = |arguments: &[&str], code: i32, word: &str| {
+        let expect = shop.call(arguments);
+        assert_eq!(expect.code(), Some(code), "{arguments:?}: {}", expect.text);
+        assert!(expect.text.contains(word), "{arguments:?}: {}", expect.text);
     };
-    told(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
-    told(&["sign", "result", "--key", "public.pem"], 2, "is no private Ed25519 key in PEM");
-    told(&["sign", "result", "--key", "key.pem"], 0, "signed");
-    told(&["verify", "result"], 0, "files unchanged since the run");
-    told(&["verify", "result", "--public-key", "public.pem"], 0, "the manifest is signed with this key");
-    told(&["verify", "result", "--public-key", "other.pem"], 1, "not that of this key");
-    told(&["verify", "result", "--public-key", "key.pem"], 2, "is no public Ed25519 key in PEM");
-    told(
+    expect(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
+    expect(&["sign", "result", "--key", "public.pem"], 2, "is no private Ed25519 key in PEM");
+    expect(&["sign", "result", "--key", "key.pem"], 0, "signed");
+    expect(&["verify", "result"], 0, "files unchanged since the run");
+    expect(&["verify", "result", "--public-key", "public.pem"], 0, "the manifest is signed with this key");
+    expect(&["verify", "result", "--public-key", "other.pem"], 1, "not that of this key");
+    expect(&["verify", "result", "--public-key", "key.pem"], 2, "is no public Ed25519 key in PEM");
+    expect(
         &["verify", "result", "--public-key", "key.pem"],
         2,
         "help: `openssl pkey -in key.pem -pubout -out public.pem` extracts",
     );
-    told(
+    expect(
         &["sign", "result", "--key", "public.pem"],
         2,
         "help: create one with `openssl genpkey -algorithm ed25519 -out key.pem`",
     );
     for folder in ["machine", "nowhere"] {
-        told(&["sign", folder, "--key", "key.pem"], 2, "manifest.json cannot be read");
-        told(
+        expect(&["sign", folder, "--key", "key.pem"], 2, "manifest.json cannot be read");
+        expect(
             &["sign", folder, "--key", "key.pem"],
             2,
             "help: name a folder written by `proveout run` or `proveout compare`",
         );
     }
-    told(&["sign", "result", "--key", "nowhere.pem"], 2, "help: check path and permissions of the file");
-    told(&["verify", "result", "--public-key", "nowhere.pem"], 2, "help: check path and permissions of the file");
+    expect(&["sign", "result", "--key", "nowhere.pem"], 2, "help: check path and permissions of the file");
+    expect(&["verify", "result", "--public-key", "nowhere.pem"], 2, "help: check path and permissions of the file");
     // Whoever changes a file and its line in the manifest has no signature for it.
     let (verdict, manifest) = (shop.read("result/verdict.json"), shop.read("result/manifest.json"));
     shop.write("result/manifest.json", manifest.replacen("\"bytes\": 1", "\"bytes\": 2", 1));
-    told(&["verify", "result", "--public-key", "public.pem"], 1, "not that of this key");
+    expect(&["verify", "result", "--public-key", "public.pem"], 1, "not that of this key");
     shop.write("result/manifest.json", &manifest);
     shop.write("result/verdict.json", verdict.replace("\"unchecked\"", "\"pass\""));
-    told(&["verify", "result", "--public-key", "public.pem"], 1, "changed since the run: verdict.json");
-    told(&["sign", "result", "--key", "key.pem"], 2, "is not as the run wrote it");
-    told(&["sign", "result", "--key", "key.pem"], 2, "help: `proveout verify` lists every changed file");
+    expect(&["verify", "result", "--public-key", "public.pem"], 1, "changed since the run: verdict.json");
+    expect(&["sign", "result", "--key", "key.pem"], 2, "changed since the run");
+    expect(&["sign", "result", "--key", "key.pem"], 2, "help: `proveout verify` lists every changed file");
     // The next run is another one, and not signed.
     assert_eq!(shop.run().code(), Some(3));
-    told(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
+    expect(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
 }
 
 #[test]
@@ -215,26 +215,26 @@ fn text_of_others_steers_neither_terminal_nor_page() {
     let escape = "\u{1b}]0;owned\u{7}\u{1b}[2J\u{202e}";
     shop.write("program.mpf", PROGRAM.replace("X10\n", &format!("MSG(\"{escape}\")\nX10 ;{escape}\n")));
     shop.replace("scene.toml", "[stock]", "description = \"a\\u001b[2J\\u202eb\"\n[stock]");
-    let told = shop.run();
-    assert_eq!(told.code(), Some(3), "{}", told.text);
+    let output = shop.run();
+    assert_eq!(output.code(), Some(3), "{}", output.text);
     let page = shop.read("result/report.html");
-    for text in [&told.text, &page] {
+    for text in [&output.text, &page] {
         assert!(!text.contains('\u{1b}') && !text.contains('\u{202e}') && !text.contains('\u{7}'));
     }
     assert!(page.contains("Content-Security-Policy") && page.contains("default-src &#x27;none&#x27;"));
     // A fault that shows the line, in a file whose name steers as well.
     let name = "a\u{1b}[31mb.mpf";
     shop.write(name, format!("G0 X1 {escape} QQQ=(\nM30\n"));
-    let told = shop.call(&["nc", name]);
-    assert_eq!(told.code(), Some(2), "{}", told.text);
-    assert!(!told.text.contains('\u{1b}') && !told.text.contains('\u{202e}'), "{:?}", told.text);
+    let output = shop.call(&["nc", name]);
+    assert_eq!(output.code(), Some(2), "{}", output.text);
+    assert!(!output.text.contains('\u{1b}') && !output.text.contains('\u{202e}'), "{:?}", output.text);
 }
 
 #[test]
 fn fail_and_unchecked_have_their_own_codes() {
     let shop = Workshop::new();
-    let told = shop.run();
-    assert_eq!(told.code(), Some(3), "no design part: {}", told.text);
+    let output = shop.run();
+    assert_eq!(output.code(), Some(3), "no design part: {}", output.text);
     let verdict = json(&shop.read("result/verdict.json"));
     let gates = verdict["gates"].as_array().expect("gates");
     let unchecked: Vec<&str> =
@@ -244,9 +244,9 @@ fn fail_and_unchecked_have_their_own_codes() {
         all.extend(gates.iter().flat_map(|g| ["--accept-unchecked", *g]));
         shop.call(&all)
     };
-    let told = call(&unchecked);
-    assert_eq!(told.code(), Some(0), "{}", told.text);
-    assert!(told.text.contains("accepted by --accept-unchecked"), "{}", told.text);
+    let output = call(&unchecked);
+    assert_eq!(output.code(), Some(0), "{}", output.text);
+    assert!(output.text.contains("accepted by --accept-unchecked"), "{}", output.text);
     assert_eq!(json(&shop.read("result/verdict.json"))["verdict"], "unchecked", "the verdict stays");
     assert_eq!(call(&unchecked[1..]).code(), Some(3));
     assert_eq!(call(&["gogue"]).code(), Some(2));

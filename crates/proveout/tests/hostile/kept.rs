@@ -11,10 +11,10 @@ fn files_of_the_user_stay_in_a_run_folder() {
     fs::create_dir(shop.path().join("result/photos")).expect("made");
     shop.write("result/photos/part.jpg", "mine");
     shop.write("result/notes.txt", "mine");
-    let told = shop.run();
-    assert_eq!(told.code(), Some(3), "{}", told.text);
+    let output = shop.run();
+    assert_eq!(output.code(), Some(3), "{}", output.text);
     assert_eq!((shop.read("result/photos/part.jpg"), shop.read("result/notes.txt")), ("mine".into(), "mine".into()));
-    assert!(told.text.contains("notes.txt does not belong to a run and is kept"), "{}", told.text);
+    assert!(output.text.contains("notes.txt does not belong to a run and is kept"), "{}", output.text);
 }
 
 #[test]
@@ -68,12 +68,12 @@ fn nothing_is_written_over_without_force() {
         all.extend(more);
         shop.call(&all)
     };
-    let told = call(&[]);
-    assert_eq!(told.code(), Some(2), "{}", told.text);
-    assert!(told.text.contains("poses.csv already exists") && told.text.contains("--force"), "{}", told.text);
+    let output = call(&[]);
+    assert_eq!(output.code(), Some(2), "{}", output.text);
+    assert!(output.text.contains("poses.csv already exists") && output.text.contains("--force"), "{}", output.text);
     assert_eq!(shop.read("poses.csv"), "mine");
-    let told = call(&["--force"]);
-    assert_eq!(told.code(), Some(0), "{}", told.text);
+    let output = call(&["--force"]);
+    assert_eq!(output.code(), Some(0), "{}", output.text);
     assert!(shop.read("poses.csv").contains("x_mm"));
     let left: Vec<_> = fs::read_dir(shop.path()).expect("there").flatten().map(|e| e.file_name()).collect();
     assert!(!left.iter().any(|n| n.to_string_lossy().contains("part-")), "{left:?}");
@@ -84,10 +84,10 @@ fn a_measured_section_goes_over_nothing() {
     let shop = Workshop::new();
     assert_eq!(shop.run().code(), Some(3));
     shop.write("section.json", "mine");
-    let told = shop.call(&["measure", "result", "--section", "z=-1", "--out", "section.json"]);
-    assert_eq!(told.code(), Some(2), "{}", told.text);
+    let output = shop.call(&["measure", "result", "--section", "z=-1", "--out", "section.json"]);
+    assert_eq!(output.code(), Some(2), "{}", output.text);
     assert_eq!(shop.read("section.json"), "mine");
-    let told = shop.call(&["measure", "result", "--section", "z=-1", "--out", "section.json", "--force"]);
-    assert_eq!(told.code(), Some(0), "{}", told.text);
+    let output = shop.call(&["measure", "result", "--section", "z=-1", "--out", "section.json", "--force"]);
+    assert_eq!(output.code(), Some(0), "{}", output.text);
     assert!(shop.read("section.json").starts_with('{'));
 }

@@ -179,12 +179,13 @@ fn killed_runs_go_on_to_the_same_bytes() {
             continue;
         }
         done += 1;
-        let told = if shop.path().join(JOURNAL).is_file() { going_on(&shop) } else { shop.run() };
-        if let Some(mib) = told.text.split("resuming: ").nth(1).and_then(|t| t.split(' ').next()?.parse::<f64>().ok()) {
+        let output = if shop.path().join(JOURNAL).is_file() { going_on(&shop) } else { shop.run() };
+        if let Some(mib) = output.text.split("resuming: ").nth(1).and_then(|t| t.split(' ').next()?.parse::<f64>().ok())
+        {
             went_on += 1;
             taken = taken.max(mib);
         }
-        assert_eq!(told.code(), code, "{}", told.text);
+        assert_eq!(output.code(), code, "{}", output.text);
         same(&format!("kill {done}"), &whole, &files(&shop.path().join("result")));
         assert!(!shop.path().join(JOURNAL).exists(), "a run that is complete leaves no journal");
     }
@@ -222,10 +223,10 @@ fn only_the_run_that_was_stopped_goes_on() {
     let refused = |arguments: &[&str], words: &[&str]| {
         let mut call = vec!["run", ".", "--out", "result", "--rerun", "off", "--threads", "1", "--resume"];
         call.extend(arguments);
-        let told = shop.call(&call);
-        assert_eq!(told.code(), Some(2), "{}", told.text);
+        let output = shop.call(&call);
+        assert_eq!(output.code(), Some(2), "{}", output.text);
         for word in words.iter().chain(&["--resume"]) {
-            assert!(told.text.contains(word), "{word:?} is not in:\n{}", told.text);
+            assert!(output.text.contains(word), "{word:?} is not in:\n{}", output.text);
         }
         assert!(!shop.path().join("result").exists());
     };
@@ -246,22 +247,22 @@ fn only_the_run_that_was_stopped_goes_on() {
     shop.write(JOURNAL, &other);
     refused(&[], &["the version was proveout 9"]);
     shop.write(JOURNAL, "PROVEOUT-JOURNAL 2\n");
-    refused(&[], &["not a journal that this version reads"]);
+    refused(&[], &["not a journal that this version can read"]);
     fs::remove_file(shop.path().join(JOURNAL)).expect("removed");
     refused(&[], &["there is no stopped run to resume"]);
     // The journal itself, cut off anywhere and spoiled in the middle: what is whole of it is taken.
     shop.write(JOURNAL, &journal[..journal.len() * 2 / 3]);
-    let told = going_on(&shop);
-    assert!(matches!(told.code(), Some(1 | 3)), "{}", told.text);
+    let output = going_on(&shop);
+    assert!(matches!(output.code(), Some(1 | 3)), "{}", output.text);
     let whole = files(&shop.path().join("result"));
     let mut spoiled = journal.clone();
     let middle = journal.len() / 2;
     spoiled[middle] ^= 4;
     shop.write(JOURNAL, &spoiled);
-    let told = going_on(&shop);
-    assert!(matches!(told.code(), Some(1 | 3)), "{}", told.text);
+    let output = going_on(&shop);
+    assert!(matches!(output.code(), Some(1 | 3)), "{}", output.text);
     same("a spoiled journal", &whole, &files(&shop.path().join("result")));
-    assert_eq!(shop.run().code(), told.code());
+    assert_eq!(shop.run().code(), output.code());
     same("an undisturbed run", &whole, &files(&shop.path().join("result")));
 }
 
@@ -279,9 +280,9 @@ fn two_runs_do_not_write_to_one_place() {
     while !shop.path().join(JOURNAL).is_file() && begin.elapsed() < HUNG {
         thread::sleep(Duration::from_millis(1));
     }
-    let told = shop.run();
-    assert_eq!(told.code(), Some(2), "{}", told.text);
-    assert!(told.text.contains("another run is writing to this run folder"), "{}", told.text);
+    let printed = shop.run();
+    assert_eq!(printed.code(), Some(2), "{}", printed.text);
+    assert!(printed.text.contains("another run is writing to this run folder"), "{}", printed.text);
     assert!(matches!(under_way.join().expect("it ended"), Some(1 | 3)));
     assert!(shop.path().join("result/verdict.json").is_file());
 }

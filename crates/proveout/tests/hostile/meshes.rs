@@ -93,8 +93,8 @@ fn triangles_without_area_are_named_and_change_nothing() {
     let of_run = |obj: &str| {
         shop.scene("[[fixture]]\nname = \"clamp\"\nmesh = \"clamp.obj\"");
         shop.write("clamp.obj", obj);
-        let told = shop.run();
-        assert_ne!(told.code(), Some(2), "{}", told.text);
+        let output = shop.run();
+        assert_ne!(output.code(), Some(2), "{}", output.text);
         let verdict: serde_json::Value = serde_json::from_str(&shop.read("result/verdict.json")).expect("JSON");
         let findings = verdict["findings"].as_array().expect("findings").clone();
         let (flat, rest): (Vec<_>, Vec<_>) = findings.into_iter().partition(|f| f["code"] == "setup-mesh-flat");
@@ -104,16 +104,16 @@ fn triangles_without_area_are_named_and_change_nothing() {
     assert!(flat.is_empty(), "{flat:?}");
     let (flat, rest, same_gates, same_clearance) = of_run(&format!("{CLAMP}f 2 2 3\nf 1 2 1\n"));
     assert_eq!((rest, same_gates, same_clearance), (findings, gates, clearance));
-    let [told] = &flat[..] else { panic!("{flat:?}") };
+    let [output] = &flat[..] else { panic!("{flat:?}") };
     let words = "fixture clamp: 2 of the 6 triangles of clamp.obj have no area, the first is number 5 at (70.0000, 60.0000, 10.0000)";
-    assert!(told["message"].as_str().is_some_and(|m| m.starts_with(words)), "{told}");
+    assert!(output["message"].as_str().is_some_and(|m| m.starts_with(words)), "{output}");
     shop.write("clamp.obj", "v 0 0 0\nv 1 0 0\nf 1 1 2\nf 2 2 1\n");
     shop.refused(&["scene.toml:21:8", "fixture clamp: each of the 2 triangles", "has no area"]);
-    assert_eq!((&told["severity"], &told["bodies"]), (&"info".into(), &serde_json::json!(["clamp"])));
+    assert_eq!((&output["severity"], &output["bodies"]), (&"info".into(), &serde_json::json!(["clamp"])));
 }
 
 #[test]
-fn a_mesh_that_is_not_there_is_told_with_its_line() {
+fn a_mesh_that_is_not_there_is_reported_with_its_line() {
     let shop = Workshop::new();
     shop.scene("[[fixture]]\nname = \"clamp\"\nmesh = \"clamp.obj\"");
     shop.refused(&["scene.toml:21:8", "fixture clamp: cannot open", "clamp.obj", "put the file there"]);
@@ -139,7 +139,7 @@ fn pipes_devices_and_links_to_them_are_no_files() {
     }
     shop.scene("");
     for program in ["/dev/zero", "pipe.stl"] {
-        let told = shop.call(&["run", ".", "--nc", program, "--rerun", "off"]);
-        assert_eq!(told.code(), Some(2), "{}", told.text);
+        let output = shop.call(&["run", ".", "--nc", program, "--rerun", "off"]);
+        assert_eq!(output.code(), Some(2), "{}", output.text);
     }
 }

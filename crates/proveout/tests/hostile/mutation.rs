@@ -318,8 +318,8 @@ fn mutation_of_every_input_ends_well() {
     let refused: Vec<String> = seeds
         .iter()
         .map(|seed| shop.call(&seed.call.iter().map(String::as_str).collect::<Vec<_>>()))
-        .filter(|told| told.code() == Some(2))
-        .map(|told| told.text)
+        .filter(|output| output.code() == Some(2))
+        .map(|output| output.text)
         .collect();
     assert!(refused.is_empty(), "{}", refused.join("\n"));
     let count = number("PROVEOUT_MUTATIONS", 200);
@@ -333,20 +333,20 @@ fn mutation_of_every_input_ends_well() {
         let bytes = spoiled(&seed.bytes, seed.binary, &mut random);
         shop.write(&seed.name, &bytes);
         let call: Vec<&str> = seed.call.iter().map(String::as_str).collect();
-        let mut told = proveout_within(shop.path(), &call, MOST, MOST_S);
-        if told.as_ref().is_some_and(|told| told.code().is_none() && announced_mib(&told.text) >= LARGE_MIB) {
+        let mut output = proveout_within(shop.path(), &call, MOST, MOST_S);
+        if output.as_ref().is_some_and(|output| output.code().is_none() && announced_mib(&output.text) >= LARGE_MIB) {
             large += 1;
-            told = proveout_within(shop.path(), &call, MOST, MOST_LARGE_S);
+            output = proveout_within(shop.path(), &call, MOST, MOST_LARGE_S);
         }
-        let fault = match told {
+        let fault = match output {
             None => Some("hangs".to_owned()),
-            Some(told) => {
-                slowest.push((told.wall, number, seed.call.join(" ")));
+            Some(output) => {
+                slowest.push((output.wall, number, seed.call.join(" ")));
                 slowest.sort_by_key(|call| std::cmp::Reverse(call.0));
                 slowest.truncate(SLOWEST);
-                *codes.entry(told.code().unwrap_or(-1)).or_default() += 1;
-                let good = matches!(told.code(), Some(0..=3)) && !told.text.contains("panicked");
-                (!good).then(|| format!("{:?}: {}", told.status, told.text.chars().take(600).collect::<String>()))
+                *codes.entry(output.code().unwrap_or(-1)).or_default() += 1;
+                let good = matches!(output.code(), Some(0..=3)) && !output.text.contains("panicked");
+                (!good).then(|| format!("{:?}: {}", output.status, output.text.chars().take(600).collect::<String>()))
             }
         };
         if let Some(fault) = fault {

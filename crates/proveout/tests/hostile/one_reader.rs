@@ -12,7 +12,7 @@ struct Fault {
     /// Makes it in a file of the workshop.
     spoil: fn(&Workshop, &str),
     /// Lines that are told, FILE for the file.
-    told: &'static [&'static str],
+    expected: &'static [&'static str],
 }
 
 /// The text of a file with another first line; a description of its own makes way.
@@ -32,7 +32,7 @@ const FAULTS: [Fault; 11] = [
     Fault {
         name: "typo",
         spoil: |shop, file| begin(shop, file, b"description2 = \"a part\""),
-        told: &[
+        expected: &[
             "error: `description2`: is not a known key [input-unknown-key]",
             "  at FILE:1:1",
             "   | description2 = \"a part\"",
@@ -43,7 +43,7 @@ const FAULTS: [Fault; 11] = [
     Fault {
         name: "wrong type",
         spoil: |shop, file| begin(shop, file, b"description = 7"),
-        told: &[
+        expected: &[
             "error: `description` = 7: must be text in quotes [input-wrong-type]",
             "  at FILE:1:15",
             "   | description = 7",
@@ -54,12 +54,12 @@ const FAULTS: [Fault; 11] = [
     Fault {
         name: "syntax",
         spoil: |shop, file| begin(shop, file, b"description = = 7"),
-        told: &["error: the text is not TOML: ", "  at FILE:1:15", "  help: correct the text at this place"],
+        expected: &["error: the text is not TOML: ", "  at FILE:1:15", "  help: correct the text at this place"],
     },
     Fault {
         name: "twice",
         spoil: |shop, file| begin(shop, file, b"description = \"a\"\ndescription = \"b\""),
-        told: &[
+        expected: &[
             "error: the text is not TOML: duplicate key",
             "  at FILE:2:1",
             "  help: correct the text at this place",
@@ -73,7 +73,7 @@ const FAULTS: [Fault; 11] = [
             let name = key.split(' ').next().expect("a key");
             shop.replace(file, key, &format!("{name} = 1e9 # "));
         },
-        told: &[
+        expected: &[
             "_mm` = 1e9: is out of range: -100000 to 100000 [input-out-of-range]",
             "_mm = 1e9",
             " ^^^",
@@ -91,12 +91,12 @@ const FAULTS: [Fault; 11] = [
             }
             _ => shop.replace(file, "normal = [0, 0, 1]", "normal = [0, 0, 1, 7]"),
         },
-        told: &["]: must be a list of ", " values [input-wrong-type]", "  help: write a list of "],
+        expected: &["]: must be a list of ", " values [input-wrong-type]", "  help: write a list of "],
     },
     Fault {
         name: "not UTF-8",
         spoil: |shop, file| begin(shop, file, b"description = \"\xb5m\""),
-        told: &[
+        expected: &[
             "error: the text is not UTF-8: byte 0xb5 begins no character [input-unreadable]",
             "  at FILE:1:16",
             "  help: save the file as UTF-8",
@@ -105,16 +105,16 @@ const FAULTS: [Fault; 11] = [
     Fault {
         name: "nothing in it",
         spoil: |shop, file| shop.write(file, ""),
-        told: &[
+        expected: &[
             "error: the file holds no key [input-empty]",
             "  at FILE:1:1",
-            "  help: write what docs/schemas asks for, or name another file",
+            "  help: write a file that matches docs/schemas, or name another file",
         ],
     },
     Fault {
         name: "a folder",
         spoil: |shop, file| replaced(shop, file, |path| fs::create_dir(path).expect("made")),
-        told: &[
+        expected: &[
             "error: the file cannot be read: it is a folder, not a file [input-unreadable]",
             "  at FILE",
             "  help: name a file",
@@ -127,7 +127,7 @@ const FAULTS: [Fault; 11] = [
                 assert!(std::process::Command::new("mkfifo").arg(path).status().is_ok_and(|s| s.success()), "mkfifo");
             });
         },
-        told: &[
+        expected: &[
             "error: the file cannot be read: it is a pipe, a device or a socket, not a regular file [input-unreadable]",
             "  at FILE",
             "  help: save it as a file of its own and name that",
@@ -139,7 +139,7 @@ const FAULTS: [Fault; 11] = [
             let path = shop.path().join(file);
             fs::File::options().write(true).open(path).expect("open").set_len((16 << 20) + 1).expect("as long as that");
         },
-        told: &[
+        expected: &[
             "error: the file cannot be read: it has 16777217 bytes or more; files of this kind may have 16777216 [input-unreadable]",
             "  at FILE",
             "  help: leave out what does not belong to it",
@@ -155,15 +155,15 @@ fn one_fault_has_the_same_words_in_scene_machine_and_tools() {
         for file in FILES {
             let shop = Workshop::new();
             (fault.spoil)(&shop, file);
-            let told = shop.refused(&[]);
-            for line in fault.told {
+            let output = shop.refused(&[]);
+            for line in fault.expected {
                 let line = line.replace("FILE", &format!("./{file}"));
-                assert!(told.text.contains(&line), "{} in {file}: {line:?} is not in:\n{}", fault.name, told.text);
+                assert!(output.text.contains(&line), "{} in {file}: {line:?} is not in:\n{}", fault.name, output.text);
             }
             // Key, value and line are those of the file; everything else is the same to the letter.
-            if fault.told.iter().any(|line| line.starts_with("error: ")) {
+            if fault.expected.iter().any(|line| line.starts_with("error: ")) {
                 let shown = |l: &&str| l.starts_with("error: ") || l.starts_with("  help: ");
-                let words: Vec<&str> = told.text.lines().filter(shown).collect();
+                let words: Vec<&str> = output.text.lines().filter(shown).collect();
                 let words = words.join("\n");
                 assert_eq!(first.get_or_insert_with(|| words.clone()), &words, "{} in {file}", fault.name);
             }
@@ -208,21 +208,21 @@ fn no_pipe_is_waited_for_wherever_it_stands() {
         &["sign", "result", "--key", "pipe.csv"],
     ];
     for call in calls {
-        let told = shop.call(call);
-        assert_eq!(told.code(), Some(2), "{call:?}: {}", told.text);
+        let output = shop.call(call);
+        assert_eq!(output.code(), Some(2), "{call:?}: {}", output.text);
     }
     // In a run folder: the verdict, what a file of the manifest has become, what says where the scene is.
     pipe(&shop, "result/verdict.json");
-    let told = shop.call(&["diff", "result", "result"]);
-    assert_eq!(told.code(), Some(2), "{}", told.text);
+    let output = shop.call(&["diff", "result", "result"]);
+    assert_eq!(output.code(), Some(2), "{}", output.text);
     pipe(&shop, "result/run.json");
-    let told = shop.call(&["verify", "result"]);
-    assert_eq!(told.code(), Some(1), "{}", told.text);
-    assert!(told.text.contains("verdict.json"), "{}", told.text);
+    let output = shop.call(&["verify", "result"]);
+    assert_eq!(output.code(), Some(1), "{}", output.text);
+    assert!(output.text.contains("verdict.json"), "{}", output.text);
     pipe(&shop, "result/manifest.sig");
-    let told = shop.call(&["verify", "result", "--public-key", "pipe.csv"]);
-    assert_eq!(told.code(), Some(2), "{}", told.text);
+    let output = shop.call(&["verify", "result", "--public-key", "pipe.csv"]);
+    assert_eq!(output.code(), Some(2), "{}", output.text);
     pipe(&shop, "result/manifest.json");
-    let told = shop.call(&["verify", "result"]);
-    assert_eq!(told.code(), Some(2), "{}", told.text);
+    let output = shop.call(&["verify", "result"]);
+    assert_eq!(output.code(), Some(2), "{}", output.text);
 }

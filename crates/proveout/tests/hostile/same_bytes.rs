@@ -47,8 +47,8 @@ fn the_same_bytes_come_from_everywhere_and_with_any_number_of_threads() {
     ];
     let mut first = None;
     for (folder, scene, name, threads) in calls {
-        let told = proveout(folder, &["run", scene, "--out", &out(name), "--rerun", "off", "--threads", threads]);
-        assert_eq!(told.code(), Some(1), "a rapid in material: {}", told.text);
+        let output = proveout(folder, &["run", scene, "--out", &out(name), "--rerun", "off", "--threads", threads]);
+        assert_eq!(output.code(), Some(1), "a rapid in material: {}", output.text);
         let found = files(&shop.path().join(name));
         let first = first.get_or_insert_with(|| found.clone());
         same(&format!("{scene} from {} with {threads} threads", folder.display()), first, &found);
@@ -105,8 +105,8 @@ fn every_file_of_a_run_folder_has_the_same_bytes_with_any_number_of_threads() {
     for (folder, scene, name, threads) in
         [(shop.path(), ".", "a", "1"), (&*elsewhere, "..", "b", "2"), (&*elsewhere, "../scene.toml", "c", "7")]
     {
-        let told = proveout(folder, &["run", scene, "--out", &out(name), "--rerun", "off", "--threads", threads]);
-        assert!(matches!(told.code(), Some(0 | 1 | 3)), "{}", told.text);
+        let output = proveout(folder, &["run", scene, "--out", &out(name), "--rerun", "off", "--threads", threads]);
+        assert!(matches!(output.code(), Some(0 | 1 | 3)), "{}", output.text);
         let found = files(&shop.path().join(name));
         assert_eq!(found.keys().map(String::as_str).collect::<Vec<_>>(), ALL, "a new file has its place in this list");
         let first = first.get_or_insert_with(|| found.clone());
@@ -127,8 +127,8 @@ fn a_comparison_has_the_same_bytes_from_everywhere_and_with_any_number_of_thread
         [(shop.path(), ".", "a", "1"), (&*elsewhere, "..", "b", "2"), (&*elsewhere, &scene, "c", "7")]
     {
         let call = ["compare", scene, "--out", &out(name), "--rerun", "off", "--threads", threads];
-        let told = proveout(folder, &call);
-        assert_eq!(told.code(), Some(3), "no design part: {}", told.text);
+        let output = proveout(folder, &call);
+        assert_eq!(output.code(), Some(3), "no design part: {}", output.text);
         let found = files(&shop.path().join(name));
         for wanted in ["compare.json", "compare.html", "manifest.json", "main/verdict.json", "other/stock.dexel"] {
             assert!(found.contains_key(wanted), "{wanted}: {:?}", found.keys());
@@ -149,8 +149,8 @@ fn a_comparison_has_the_same_bytes_from_everywhere_and_with_any_number_of_thread
     let accepted: Vec<&str> = open.flat_map(|name| ["--accept-unchecked", name]).collect();
     assert!(accepted.len() >= 4, "two gates at least: {accepted:?}");
     assert_eq!(call(&accepted[2..]).code(), Some(3), "one of them is not accepted");
-    let told = call(&accepted);
-    assert_eq!(told.code(), Some(0), "{}", told.text);
-    assert!(told.text.contains("unchecked, accepted by --accept-unchecked"), "{}", told.text);
+    let output = call(&accepted);
+    assert_eq!(output.code(), Some(0), "{}", output.text);
+    assert!(output.text.contains("unchecked, accepted by --accept-unchecked"), "{}", output.text);
     assert_eq!(json(&shop.read("d/compare.json"))["verdict"], "unchecked", "the verdict stays");
 }

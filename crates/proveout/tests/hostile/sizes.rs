@@ -55,11 +55,11 @@ fn a_stock_that_the_rays_miss_is_refused_with_the_cells_that_hold_it() {
         let shop = Workshop::new();
         shop.replace("scene.toml", BOX, stock);
         shop.replace("scene.toml", "resolution_mm = 1.0", &format!("resolution_mm = {cell}"));
-        let told = shop.refused(&["between the rays", "resolution_mm of "]);
-        let named = told.text.split("resolution_mm of ").nth(1).and_then(|t| t.split(' ').next()).expect("a size");
+        let output = shop.refused(&["between the rays", "resolution_mm of "]);
+        let named = output.text.split("resolution_mm of ").nth(1).and_then(|t| t.split(' ').next()).expect("a size");
         shop.replace("scene.toml", &format!("resolution_mm = {cell}"), &format!("resolution_mm = {named}"));
-        let told = shop.run();
-        assert!(matches!(told.code(), Some(0 | 1 | 3)), "{stock} at {named}: {}", told.text);
+        let output = shop.run();
+        assert!(matches!(output.code(), Some(0 | 1 | 3)), "{stock} at {named}: {}", output.text);
     }
 }
 
@@ -72,11 +72,11 @@ fn the_cell_size_has_one_range() {
         let of_set = shop.call(&["run", ".", "--set", &format!("resolution_mm={value}"), "--out", "result"]);
         shop.replace("scene.toml", "resolution_mm = 1.0", &format!("resolution_mm = {value}"));
         let of_scene = shop.call(&["run", ".", "--out", "result"]);
-        for told in [of_call, of_set, of_scene] {
-            assert_eq!(told.code(), Some(2), "{value}: {}", told.text);
-            let is_named = told.text.contains("out of range: 0.00001 to 1000");
-            let is_no_number = value == "nan" && told.text.contains("is not a number that can be used");
-            assert!(is_named || is_no_number, "{value}: {}", told.text);
+        for output in [of_call, of_set, of_scene] {
+            assert_eq!(output.code(), Some(2), "{value}: {}", output.text);
+            let is_named = output.text.contains("out of range: 0.00001 to 1000");
+            let is_no_number = value == "nan" && output.text.contains("is not a usable number");
+            assert!(is_named || is_no_number, "{value}: {}", output.text);
         }
     }
 }
@@ -102,15 +102,19 @@ fn meshes_in_another_unit_are_refused_until_it_is_stated() {
             };
             place("mesh = \"body.stl\"");
             for call in [&["check", "."][..], &["run", ".", "--out", "result"]] {
-                let told = shop.call(call);
-                assert_eq!(told.code(), Some(2), "{role} {unit}: {}", told.text);
-                assert!(told.text.contains(role) && told.text.contains("mesh_unit"), "{role} {unit}: {}", told.text);
-                assert!(told.text.contains(&format!("mesh_unit = \"{unit}\"")), "{role} {unit}: {}", told.text);
-                assert!(told.wall < Duration::from_secs(20), "{:?}", told.wall);
+                let output = shop.call(call);
+                assert_eq!(output.code(), Some(2), "{role} {unit}: {}", output.text);
+                assert!(
+                    output.text.contains(role) && output.text.contains("mesh_unit"),
+                    "{role} {unit}: {}",
+                    output.text
+                );
+                assert!(output.text.contains(&format!("mesh_unit = \"{unit}\"")), "{role} {unit}: {}", output.text);
+                assert!(output.wall < Duration::from_secs(20), "{:?}", output.wall);
             }
             place(&stated);
-            let told = shop.run();
-            assert!(matches!(told.code(), Some(0 | 1 | 3)), "{role} {unit}: {}", told.text);
+            let output = shop.run();
+            assert!(matches!(output.code(), Some(0 | 1 | 3)), "{role} {unit}: {}", output.text);
         }
     }
     // A pin that is meant.
@@ -133,12 +137,12 @@ fn a_design_of_another_size_ends_in_seconds() {
         let shop = Workshop::new();
         shop.write("part.stl", stl(min, max, 1.0 / factor));
         shop.scene("[part]\nmesh = \"part.stl\"");
-        let told = shop.refused(&["part", "times as large"]);
-        assert!(told.wall < Duration::from_secs(20), "{factor}: {:?}", told.wall);
+        let output = shop.refused(&["part", "times as large"]);
+        assert!(output.wall < Duration::from_secs(20), "{factor}: {:?}", output.wall);
         shop.scene("[part]\nmesh = \"part.stl\"\nmesh_unit = \"mm\"");
-        let told = shop.run();
-        assert!(matches!(told.code(), Some(0 | 1 | 3)), "{factor}: {}", told.text);
-        assert!(told.wall < Duration::from_secs(60), "{factor}: {:?}", told.wall);
+        let output = shop.run();
+        assert!(matches!(output.code(), Some(0 | 1 | 3)), "{factor}: {}", output.text);
+        assert!(output.wall < Duration::from_secs(60), "{factor}: {:?}", output.wall);
     }
     let shop = Workshop::new();
     shop.write("part.stl", stl(min.map(|x| x + 500.0), max.map(|x| x + 500.0), 1.0));

@@ -79,11 +79,11 @@ pub(crate) fn proveout_within(folder: &Path, arguments: &[&str], most: Duration,
 
 /// The same, and it must end.
 pub(crate) fn proveout(folder: &Path, arguments: &[&str]) -> Told {
-    let told =
+    let output =
         proveout_within(folder, arguments, HUNG, HUNG.as_secs()).unwrap_or_else(|| panic!("{arguments:?} hangs"));
-    assert!(!told.text.contains("panicked"), "{arguments:?}: {}", told.text);
-    assert!(told.code().is_some(), "{arguments:?} was killed by a signal: {}", told.text);
-    told
+    assert!(!output.text.contains("panicked"), "{arguments:?}: {}", output.text);
+    assert!(output.code().is_some(), "{arguments:?} was killed by a signal: {}", output.text);
+    output
 }
 
 /// A folder with a small scene: a block of 40 x 40 x 20 mm, a machine and tools of its own.
@@ -148,11 +148,11 @@ impl Workshop {
 
     /// Runs and asserts that it is refused with exit code 2 and all of `words`, at once.
     pub(crate) fn refused(&self, words: &[&str]) -> Told {
-        let told = self.run();
-        assert_eq!(told.code(), Some(2), "{}", told.text);
+        let output = self.run();
+        assert_eq!(output.code(), Some(2), "{}", output.text);
         for word in words {
-            assert!(told.text.contains(word), "{word:?} is not in:\n{}", told.text);
+            assert!(output.text.contains(word), "{word:?} is not in:\n{}", output.text);
         }
-        told
+        output
     }
 }

@@ -139,9 +139,9 @@ fn run(rows: u32) -> (TempDir, PathBuf) {
         .args(["run", ".", "--out", "result", "--rerun", "off"])
         .output()
         .expect("the program starts");
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains("finding at") && told.contains("further findings are counted"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert!(printed.contains("finding at") && printed.contains("further findings are counted"), "{printed}");
     let result = folder.path().join("result");
     (folder, result)
 }

@@ -29,13 +29,13 @@ fn holds(check: &Interference, least: &[PairClearance], way: &[JointValues], abo
     let (spans, pieces) = (check.proved_spans(), way.len() - 1);
     let mut curved = 0;
     for pair in check.pairs.iter().filter(|p| p.neighbors.is_none()) {
-        let told = least.iter().find(|l| l.pair == pair.info).expect("told");
+        let entry = least.iter().find(|l| l.pair == pair.info).expect("given");
         let of_pair: Vec<&ProvedSpan> = spans.iter().filter(|s| s.pair == pair.info).collect();
         assert_eq!((of_pair[0].time[0], of_pair[of_pair.len() - 1].time[1]), (0.0, pieces as f64));
         let follows = |w: &[&ProvedSpan]| w[0].time[1] == w[1].time[0] || w[0].time == w[1].time;
         assert!(of_pair.windows(2).all(follows), "{about}");
         let [a, b] = [&check.parts[pair.a], &check.parts[pair.b]];
-        for k in (0..4 * pieces).step_by(if told.proved < 50.0 { 1 } else { 15 }) {
+        for k in (0..4 * pieces).step_by(if entry.proved < 50.0 { 1 } else { 15 }) {
             let (piece, t) = (k / 4, f64::from(k as u32 % 4) / 4.0);
             let q = way[piece].interpolated(way[piece + 1], t);
             let time = piece as f64 + t;
@@ -45,14 +45,14 @@ fn holds(check: &Interference, least: &[PairClearance], way: &[JointValues], abo
                 Gap::Meeting(_) => 0.0,
                 other => panic!("{other:?}"),
             };
-            assert!(told.proved <= distance + 1e-6, "{about}: {told:?}, {distance} at {time}");
+            assert!(entry.proved <= distance + 1e-6, "{about}: {entry:?}, {distance} at {time}");
             let inside = |s: &&&ProvedSpan| {
                 s.time[0] <= time
                     && time <= s.time[1]
                     && (0..MAX_JOINTS).all(|j| s.low[j] - 1e-12 <= q[j] && q[j] <= s.high[j] + 1e-12)
             };
             let holding: Vec<_> = of_pair.iter().filter(inside).collect();
-            assert!(!holding.is_empty(), "{about}: {told:?} at {time}");
+            assert!(!holding.is_empty(), "{about}: {entry:?} at {time}");
             for span in holding {
                 curved += usize::from(span.curved);
                 assert!(span.least() <= distance + 1e-6, "{about}: {span:?}, {distance} at {time}");

@@ -74,7 +74,7 @@ pub enum OrientationError {
         value: [f64; 3],
     },
     /// A contact without a normal.
-    #[error("the contact at {point:?} has no normal: its length is {length} where 1 is needed")]
+    #[error("the contact at {point:?} has no unit normal: its length is {length}")]
     NoNormal {
         /// The contact, mm.
         point: [f64; 3],
@@ -82,7 +82,7 @@ pub enum OrientationError {
         length: f64,
     },
     /// A feed without a direction along the surface: yaw would count from nowhere.
-    #[error("the feed {feed:?} of the contact at {point:?} has no part along the surface; yaw is counted from it")]
+    #[error("the feed {feed:?} of the contact at {point:?} is normal to the surface, so yaw has no reference")]
     NoFeed {
         /// The contact, mm.
         point: [f64; 3],
@@ -91,7 +91,8 @@ pub enum OrientationError {
     },
     /// A curvature that is not finite: an edge or a corner, where the normal is not one.
     #[error(
-        "the curvature of the surface at {point:?} is {value}: an edge or a corner has no normal of its own; take a contact next to it"
+        "the curvature of the surface at {point:?} is {value}: an edge or a corner has no normal of its own; use a \
+         contact next to it"
     )]
     Curvature {
         /// The contact, mm.

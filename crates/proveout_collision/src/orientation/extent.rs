@@ -242,7 +242,7 @@ mod tests {
                 let mut limbs = vec![Limb::body(&end.rest, end.height, [need; 2])];
                 limbs.extend(tool.bodies.iter().skip(1).map(|b| Limb::body(&b.profile, end.height, [need; 2])));
                 let extent = Extent::new(&limbs, 0, end.round);
-                let (mut near, mut told, mut possible, mut places) = (0, 0, 0, 0);
+                let (mut near, mut reported, mut possible, mut places) = (0, 0, 0, 0);
                 for n in 0..20_000 {
                     let share = random(&mut state);
                     let mut r = end.round * (1.02 * extent.far / end.round).powf(share);
@@ -262,13 +262,13 @@ mod tests {
                         assert!(wide[0] >= a && wide[1] <= b);
                     }
                     near += usize::from(is);
-                    told += usize::from(sure);
+                    reported += usize::from(sure);
                     possible += usize::from(may);
                     places += 1;
                 }
                 assert!(near > 500, "{}: {near}", tool.name);
                 assert!(possible - near < places / 20, "{} {need}: {possible} {near}", tool.name);
-                assert!(near - told < places / 20, "{} {need}: {told} {near}", tool.name);
+                assert!(near - reported < places / 20, "{} {need}: {reported} {near}", tool.name);
                 assert_eq!(extent.outer(extent.far * 1.01, extent.far * 2.0), None);
             }
         }

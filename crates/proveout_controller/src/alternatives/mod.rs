@@ -84,7 +84,10 @@ impl Alternatives {
             return Err("the program gives some block no feed");
         };
         if !blocks.iter().skip(1).all(|b| b.timed) {
-            return Err("the feed holds for the tip, whose way depends on the axes: program it by inverse time (G93)");
+            return Err(
+                "the feed applies to the tip, whose path depends on the tool axes: program it by inverse time \
+                        (G93)",
+            );
         }
         let Some(before) = positions(machine, found, result.stretch.start) else {
             return Err("the original program is out of the machine's range");

@@ -130,7 +130,8 @@ where
     pub(super) fn switch_tcp(&mut self, tcp: Tcp, location: &Location) -> Result<(), Box<ControlError>> {
         if tcp.on && self.device.rig.is_none() {
             let message = format!(
-                "tool center point control on machine {}, which has not exactly three free, independent linear joints",
+                "tool center point control on machine {}, which does not have exactly three free, independent linear \
+                 joints",
                 self.device.machine.name
             );
             let help = "switch it off in the program, or hold the surplus linear joints in the machine description";

@@ -71,8 +71,8 @@ where
         self.out.meter.tube = Tube::default();
         let most = MOST_SAMPLES * self.out.cycle;
         let reason = format!(
-            "the motion up to the next stop takes {time:.1} s, most of it here, and {most:.1} s are planned at most (two million control cycles): the joints are too \
-             slow for this cycle, and the program ends here"
+            "the motion up to the next stop takes {time:.1} s, most of it here; the limit is {most:.1} s (two \
+             million control cycles): the joints are too slow for this cycle, and the program ends here"
         );
         self.end_program(&location, reason);
         self.cut_short = Some(rest);
@@ -120,7 +120,8 @@ where
         let most = MOTION_SAMPLES * self.out.cycle;
         if time > most {
             return Some(format!(
-                "the motion takes {time:.0} s at least, and one motion may take {most:.0} s (a million control cycles): the program ends here"
+                "the motion takes at least {time:.0} s; the limit for one motion is {most:.0} s (a million control \
+                 cycles): the program ends here"
             ));
         }
         self.too_late(time)

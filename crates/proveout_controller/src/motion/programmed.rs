@@ -200,16 +200,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ways_begin_and_end_where_they_are_told_to() {
+    fn ways_begin_and_end_where_the_program_says() {
         let (from, to) = (Vector::new(10.0, 0.0, 1.0), Vector::new(0.0, 10.5, 3.0));
         let center = Vector::new(0.0, 0.0, -4.0);
         let control = [from, Vector::new(12.0, 9.0, 0.0), Vector::new(-3.0, 14.0, 5.0), to];
         for sweep in [0.5, 2.5, -1.5] {
             let quarter = std::f64::consts::FRAC_PI_2;
             let normal = if sweep > 0.0 { Vector::z() } else { -Vector::z() };
-            let told = if sweep > 0.0 { quarter + (sweep / 2.0_f64).floor() * 4.0 * quarter } else { 3.0 * quarter };
+            let stated = if sweep > 0.0 { quarter + (sweep / 2.0_f64).floor() * 4.0 * quarter } else { 3.0 * quarter };
             for way in
-                [TipWay::line(from, to), TipWay::arc(from, to, center, normal, told + 0.01), TipWay::bezier(control)]
+                [TipWay::line(from, to), TipWay::arc(from, to, center, normal, stated + 0.01), TipWay::bezier(control)]
             {
                 assert!((way.at(0.0) - from).norm() < 1e-12 && (way.at(1.0) - to).norm() < 1e-12, "{way:?}");
             }

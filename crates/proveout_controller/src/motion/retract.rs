@@ -13,7 +13,8 @@ impl Context<'_> {
         let refuse = |message: String, help: &str| self.fail("control-retract", message, help);
         let Some(rig) = self.rig else {
             let message = format!(
-                "a retraction along the tool axis on machine {}, which has not exactly three free, independent linear joints",
+                "a retraction along the tool axis on machine {}, which does not have exactly three free, independent \
+                 linear joints",
                 self.machine.name
             );
             return Err(refuse(message, "program the retracted position of each axis"));

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn stable_and_unstable_are_told_apart() {
+    fn stable_and_unstable_are_distinguished() {
         let with = |damping: f64| Map::new(&[[0.0, 1.0], [-100.0, -damping]], &[[0.0; INPUTS]; 2], 1e-3);
         assert!(with(0.1).dies_out());
         assert!(!with(-0.1).dies_out());

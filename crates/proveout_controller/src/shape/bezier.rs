@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_curve_is_a_line_and_a_cusp_is_told() {
+    fn a_straight_curve_is_a_line_and_a_cusp_is_reported() {
         let straight = [0.0, 1.0, 5.0, 9.0].map(|x| Vector::new(x, 0.0, 0.0));
         let c = Bezier::new([0, 1, 2], straight, JointValues::ZERO, JointValues::ZERO).expect("no cusp");
         assert!((c.length() - 9.0).abs() < 1e-12);

@@ -38,7 +38,7 @@ struct Tool {
     travel_deg: Option<f64>,
 }
 
-fn told(text: &str) -> String {
+fn error_of(text: &str) -> String {
     let file = Path::new("shop.toml");
     match Document::new(file, text).read::<Shop>() {
         Ok(shop) => panic!("accepted: {shop:?}"),
@@ -50,18 +50,20 @@ const GOOD: &str = "name = \"a\"\nresolution_mm = 1.0\n";
 
 #[test]
 fn every_fault_has_place_value_limit_and_remedy() {
-    let after = |more: &str| told(&format!("{GOOD}{more}"));
+    let after = |more: &str| error_of(&format!("{GOOD}{more}"));
     for (found, wanted) in [
         (
-            told(""),
-            "shop.toml:1:1: the file holds no key [input-empty]; write what docs/schemas asks for, or name another file",
+            error_of(""),
+            "shop.toml:1:1: the file holds no key [input-empty]; write a file that matches docs/schemas, or name \
+             another file",
         ),
         (
-            told("# a remark\n"),
-            "shop.toml:1:1: the file holds no key [input-empty]; write what docs/schemas asks for, or name another file",
+            error_of("# a remark\n"),
+            "shop.toml:1:1: the file holds no key [input-empty]; write a file that matches docs/schemas, or name \
+             another file",
         ),
         (
-            told("name = \"a\"\n"),
+            error_of("name = \"a\"\n"),
             "shop.toml:1:1: `resolution_mm`: is missing [input-missing-key]; add `resolution_mm = ...`",
         ),
         (after("x = = 1\n"), "shop.toml:3:5: the text is not TOML: "),

@@ -56,9 +56,9 @@ pub(super) fn of(message: &str, there: &str) -> Said {
         };
         return said("input-wrong-type", format!("must be {wanted}"), remedy, true);
     }
-    let remedy = "see docs/schemas for what is taken here".to_owned();
+    let remedy = "see docs/schemas for what is allowed here".to_owned();
     if message.contains("untagged enum") {
-        return said("input-wrong-type", "has none of the forms that are taken here".into(), remedy, true);
+        return said("input-wrong-type", "has none of the forms that are allowed here".into(), remedy, true);
     }
     said("input-not-accepted", format!("is not accepted: {message}"), remedy, true)
 }

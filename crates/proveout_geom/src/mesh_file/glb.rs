@@ -286,7 +286,7 @@ impl Glb<'_> {
         let words = |what: &str| Fault::from(format!("accessor {index} {what}"));
         let accessor = self.document.accessors.get(index).ok_or_else(|| words("is not there"))?;
         if accessor.sparse.is_some() {
-            return Err(words("is sparse, which is not read: save the mesh with all its positions"));
+            return Err(words("is sparse, which is not supported: save the mesh with all its positions"));
         }
         let known = types.iter().find(|(code, _)| *code == accessor.component_type);
         let &(_, size) =

@@ -218,8 +218,8 @@ fn letters(
     if let [first, ..] = without[..] {
         let message = format!("no axis letter in the name of joint {}", listed(without.iter().map(name)));
         let remedy = format!(
-            "give it by --axis-names {}=X; where a joint is not an axis of programs, such as the turning of a \
-             spindle, name the link before it",
+            "give it by --axis-names {}=X; if a joint is not a programmed axis, such as the rotation of a spindle, \
+             name the link before it",
             name(&first)
         );
         return Err(source.at(&robot.joints[first].place, message, remedy));
@@ -284,8 +284,8 @@ impl Axes {
         let joint = self.all.iter().find(|a| Some(a.letter) == letter).map(|a| &robot.joints[a.joint]);
         let remedy = match error.code {
             "machine-tool-on-axis" => {
-                "where the joint is the turning of the spindle itself, name the link before it as --tool-link; where the tool looks another way, \
-                 say so by --tool-direction"
+                "if the joint is the rotation of the spindle itself, name the link before it as --tool-link; if the \
+                 tool points another way, give --tool-direction"
             }
             "machine-parallel-rotary-axes" => "correct an axis, or name other links with --tool-link and --table-link",
             _ => "correct it in the file",

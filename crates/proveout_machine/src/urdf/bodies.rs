@@ -114,8 +114,10 @@ fn mass(link: &Link, inertia: &Inertia, machine_from_link: &Pose, notes: &mut Ve
         && center.translation.amax() <= MAX_LENGTH_MM
         && tensor.as_ref().is_some_and(is_inertia);
     let Some(t) = tensor.filter(|_| known) else {
-        notes
-            .push(format!("mass of link {} is not taken: mass and inertia are not those of a body", shown(&link.name)));
+        notes.push(format!(
+            "mass of link {} is not imported: mass and inertia are not those of a body",
+            shown(&link.name)
+        ));
         return String::new();
     };
     let values = [t.m11, t.m22, t.m33, t.m12, t.m23, t.m13].map(|v| format!("{v}"));
@@ -214,7 +216,7 @@ impl Body {
                 mesh
             }
             Form::Other(kind) => {
-                notes.push(format!("<{kind}> of link {} is not taken", shown(&link.name)));
+                notes.push(format!("<{kind}> of link {} is not imported", shown(&link.name)));
                 return Ok(());
             }
         };

@@ -45,7 +45,7 @@ impl Meshes {
     ) -> Result<Option<TriMesh>, InputError> {
         let ending = Path::new(file).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         if !matches!(ending.as_deref(), Some("stl" | "obj")) {
-            notes.push(format!("mesh {} of link {} is not taken: save it as STL", shown(file), shown(link)));
+            notes.push(format!("mesh {} of link {} is not imported: save it as STL", shown(file), shown(link)));
             return Ok(None);
         }
         let Some(path) = locate(source.file, file) else {

@@ -75,7 +75,11 @@ pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine
     axes.tell_ways(&machine, &mut notes);
     let bodies = bodies::bodies(&source, &robot, &tree, &axes, &mut notes)?;
     if bodies.text.is_empty() {
-        notes.push("no link has a shape that is taken: nothing is checked against the machine until bodies are drawn (machines/README.md)".into());
+        notes.push(
+            "no link has a supported shape: nothing is checked against the machine until bodies are drawn \
+                    (machines/README.md)"
+                .into(),
+        );
     }
     let text = whole(&write::Sections { bodies: &bodies.text, has_model: bodies.model.is_some() });
     robot.tell_what_is_left_out(&mut notes);

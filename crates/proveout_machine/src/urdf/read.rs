@@ -151,7 +151,7 @@ fn elements<'a, 'i>(source: &Source<'_>, node: Node<'a, 'i>) -> Result<Vec<Node<
         None => Ok(all),
         Some(n) => {
             let message = format!("<xacro:{}> is a macro of xacro", short(n.tag_name().name()));
-            Err(source.at(&place(*n), message, "expand the file with xacro first, and name what it makes"))
+            Err(source.at(&place(*n), message, "expand the file with xacro first, and name the result"))
         }
     }
 }

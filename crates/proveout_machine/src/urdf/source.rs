@@ -104,7 +104,7 @@ impl Source<'_> {
         let tag = node.tag_name().name();
         let what = if N == 1 { "not a number".to_owned() } else { format!("not {N} numbers") };
         let remedy = if text.contains("${") {
-            "expand the file with xacro first, and name what it makes"
+            "expand the file with xacro first, and name the result"
         } else {
             "correct the value"
         };

@@ -23,7 +23,7 @@ pub(super) fn document<'t>(source: &Source<'t>) -> Result<Document<'t>, InputErr
     for piece in text.split_inclusive('<') {
         let values = piece.split('=').skip(1).filter(|v| v.trim_start().starts_with(['"', '\''])).count();
         if values > MAX_ATTRIBUTES {
-            let message = format!("an element has {values} attributes; at most {MAX_ATTRIBUTES} are taken");
+            let message = format!("an element has {values} attributes; the limit is {MAX_ATTRIBUTES}");
             return Err(source.at(&(at..at), message, "name a URDF file"));
         }
         at += piece.len();

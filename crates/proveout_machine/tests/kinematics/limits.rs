@@ -42,7 +42,7 @@ fn each_limit_is_named_with_value_and_limit() {
 }
 
 #[test]
-fn amplification_is_told_above_its_limit() {
+fn amplification_is_reported_above_its_limit() {
     let machine = bc("", "");
     let mut q = JointValues::ZERO;
     q[3] = rad(3.0);

@@ -89,7 +89,7 @@ fn end_stops_leave_the_work_to_the_other_joints() {
 }
 
 #[test]
-fn what_no_joint_reaches_is_told_with_its_residual() {
+fn what_no_joint_reaches_is_reported_with_its_residual() {
     // Heads that tilt by 30 degrees at most cannot look sideways.
     let keys = "travel_deg = [-10, 10]";
     let rotary = [("B", "tool", "Z", Y, keys), ("A", "tool", "B", X, keys), ("E", "tool", "A", Y, keys)];

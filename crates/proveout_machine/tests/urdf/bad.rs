@@ -12,7 +12,7 @@ fn changed(from: &str, to: &str) -> String {
 }
 
 #[test]
-fn each_fault_is_told_where_it_stands() {
+fn each_fault_is_reported_at_its_place() {
     let desk = Desk::new();
     let z_limit = "lower=\"-0.46\" upper=\"0\"";
     let cases = [
@@ -77,7 +77,7 @@ fn each_fault_is_told_where_it_stands() {
 }
 
 #[test]
-fn what_is_no_robot_is_told_so() {
+fn what_is_no_robot_is_refused_as_such() {
     let desk = Desk::new();
     let bomb = "<?xml version=\"1.0\"?>\n<!DOCTYPE robot [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;&a;\">]>\n<robot name=\"&b;\"/>";
     let whole = sample_text("trunnion.urdf");
@@ -133,11 +133,11 @@ fn long_chains_are_followed() {
 fn what_the_caller_leaves_open_is_asked() {
     let desk = Desk::new();
     let text = sample_text("trunnion.urdf");
-    let told = |options: &UrdfOptions| desk.import(&text, options).expect_err("refused").to_string();
-    let both = told(&UrdfOptions::default());
+    let refusal = |options: &UrdfOptions| desk.import(&text, options).expect_err("refused").to_string();
+    let both = refusal(&UrdfOptions::default());
     assert!(both.contains("links at the ends: \"bearings\", \"spindle\", \"table\""), "{both}");
     assert!(both.contains("--tool-link NAME and --table-link NAME"), "{both}");
-    let one = told(&UrdfOptions { table_link: Some("table".into()), ..UrdfOptions::default() });
+    let one = refusal(&UrdfOptions { table_link: Some("table".into()), ..UrdfOptions::default() });
     assert!(one.contains("which link carries the tool;") && !one.contains("--table-link"), "{one}");
     let table = || between("spindle", "table");
     for (options, word) in [
@@ -156,7 +156,7 @@ fn what_the_caller_leaves_open_is_asked() {
         (UrdfOptions { tool_direction: Some("up".into()), ..table() }, "--tool-direction \"up\""),
         (UrdfOptions { table_normal: Some("".into()), ..table() }, "--table-normal \"\""),
     ] {
-        let said = told(&options);
+        let said = refusal(&options);
         assert!(said.contains(word), "{word:?} is not in: {said}");
     }
 }
@@ -186,7 +186,7 @@ fn a_spindle_that_turns_is_left_before_its_joint() {
         changed("<joint name=\"spindle_in_headstock\" type=\"fixed\">", "<joint name=\"rotor\" type=\"continuous\">")
             .replace("<parent link=\"headstock\"/>", "<parent link=\"headstock\"/><axis xyz=\"0 0 1\"/>");
     let error = desk.import(&text, &between("spindle", "table")).expect_err("no letter");
-    assert!(error.remedy.contains("the turning of a spindle, name the link before it"), "{error}");
+    assert!(error.remedy.contains("the rotation of a spindle, name the link before it"), "{error}");
     let made = desk.import(&text, &between("headstock", "table")).expect("read");
     assert!(made.notes.join("\n").contains("not axes between table and tool are held at zero: \"rotor\""));
     assert!(desk.machine(&made).bodies.iter().any(|b| b.name == "spindle"));

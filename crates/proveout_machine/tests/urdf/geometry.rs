@@ -129,7 +129,7 @@ fn meshes_are_scaled_to_millimeters() {
 }
 
 #[test]
-fn what_is_not_taken_is_told() {
+fn what_is_not_taken_is_reported() {
     let desk = Desk::new();
     let open = {
         let mut mesh = box_mesh(&Aabb { min: Point::origin(), max: Point::new(0.1, 0.1, 0.1) });
@@ -146,19 +146,19 @@ fn what_is_not_taken_is_told() {
         .replace("link=\"c\"", "link=\"holder\"")
         .replace("</robot>", "<gazebo/><gazebo/><transmission/></robot>");
     let made = desk.import(&text, &between("holder", "table")).expect("read");
-    let told = made.notes.join("\n");
+    let message = made.notes.join("\n");
     for word in [
-        "\"arm.dae\" of link \"holder\" is not taken: save it as STL",
-        "<capsule> of link \"holder\" is not taken",
+        "\"arm.dae\" of link \"holder\" is not imported: save it as STL",
+        "<capsule> of link \"holder\" is not imported",
         "hole",
-        "mass of link \"holder\" is not taken",
+        "mass of link \"holder\" is not imported",
         "body \"holder_link\"",
         "gazebo (2), transmission (1)",
     ] {
-        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        assert!(message.contains(word), "{word:?} is not in:\n{message}");
     }
     let machine = desk.machine(&made);
     assert_eq!(machine.bodies[0].name, "holder_link");
     let bare = desk.import(&mill("", ""), &between("c", "table")).expect("read");
-    assert!(bare.model.is_none() && bare.notes.join("\n").contains("no link has a shape"));
+    assert!(bare.model.is_none() && bare.notes.join("\n").contains("no link has a supported shape"));
 }

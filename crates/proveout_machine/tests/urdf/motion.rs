@@ -102,8 +102,8 @@ fn the_trunnion_moves_as_its_description() {
     ];
     let all = joints(&squared(&sample_text("trunnion.urdf")));
     compare(&machine, &all, &letters, ["spindle", "table"], [0.0, 0.0, 1.0], 1);
-    let told = made.notes.join("\n");
-    assert!(!told.contains("--reverse"), "axes count as programs do: {told}");
+    let text = made.notes.join("\n");
+    assert!(!text.contains("--reverse"), "axes count as programs do: {text}");
     // Axes that run with their letters: X, Y, Z move the tool along the frame of the table, exactly.
     assert!(machine.program_zero().is_some_and(|p| (p.z - 1510.0).abs() < 1e-9), "{:?}", machine.program_zero());
     for (letter, carries) in [("X", Carries::Tool), ("A", Carries::Workpiece), ("C", Carries::Workpiece)] {
@@ -116,7 +116,7 @@ fn the_trunnion_moves_as_its_description() {
     assert!(machine.joints[machine.joint("C").expect("C")].endless);
     let x = &machine.joints[machine.joint("X").expect("X")];
     assert_eq!(x.travel, Some([-370.0, 250.0]));
-    assert!((x.max_velocity.expect("told") - 600.0).abs() < 1e-9 && x.max_jerk.is_some());
+    assert!((x.max_velocity.expect("given") - 600.0).abs() < 1e-9 && x.max_jerk.is_some());
     let z = &machine.joints[machine.joint("Z").expect("Z")];
     assert_eq!(z.home, 0.0, "off the table");
     for key in ["max_acceleration_mm_s2", "max_jerk_mm_s3", "home_mm"] {
@@ -139,8 +139,8 @@ fn the_swivel_head_moves_as_its_description() {
     let all = joints(&squared(&sample_text("head.urdf")));
     compare(&machine, &all, &letters, ["nose", "table"], [0.0, 0.0, -1.0], 2);
     assert!(machine.program_zero().is_some());
-    let told = made.notes.join("\n");
-    assert!(told.contains("door_hinge") && told.contains("X is joint \"joint_1\""), "{told}");
+    let text = made.notes.join("\n");
+    assert!(text.contains("door_hinge") && text.contains("X is joint \"joint_1\""), "{text}");
     assert_eq!(machine.in_one_line().split(';').next(), Some("Y C table, X Z B tool"));
 }
 
@@ -151,8 +151,8 @@ fn reversed_axes_count_the_other_way() {
     let text = sample_text("trunnion.urdf")
         .replace("<axis xyz=\"0 0 -1\"/>", "<axis xyz=\"0 0 1\"/>")
         .replace("rpy=\"0 0 3.14159265\"", "");
-    let told = desk.import(&text, &between("spindle", "table")).expect("read").notes.join("\n");
-    assert!(told.contains("--reverse A,C"), "{told}");
+    let output = desk.import(&text, &between("spindle", "table")).expect("read").notes.join("\n");
+    assert!(output.contains("--reverse A,C"), "{output}");
     let options = UrdfOptions { reverse: Some("A,C".into()), ..between("spindle", "table") };
     let made = desk.import(&text, &options).expect("read");
     assert!(!made.notes.join("\n").contains("--reverse"));

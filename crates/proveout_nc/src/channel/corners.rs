@@ -175,7 +175,7 @@ impl Corners {
                 location: command.location,
                 message: "the next motion makes no corner with this one in the working plane, which the chamfer or rounding needs"
                     .to_owned(),
-                help: "let a G1, G2 or G3 in the plane follow, or take ,C and ,R out",
+                help: "write a G1, G2 or G3 in the plane after it, or remove ,C and ,R",
             }));
         }
         let note = Command {

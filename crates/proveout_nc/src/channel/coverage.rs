@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn each_line_without_a_mark_is_told_once_with_its_reason() {
+    fn each_line_without_a_mark_is_reported_once_with_its_reason() {
         assert_eq!(found("+m +m !x", &[[1, 4]], &[]), "");
         assert_eq!(found("+m !x . a m .", &[[1, 7]], &[]), "4-5 end moves");
         assert_eq!(found("+m a m +m !x", &[[1, 6]], &[]), "2-3 branch moves");
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn every_line_with_code_has_a_mark_or_is_told() {
+    fn every_line_with_code_has_a_mark_or_is_reported() {
         // All texts of five lines over the alphabet of `role`.
         let alphabet = ["a", "m", "+a", "!a", ".", "{", "}", ":"];
         let mut picks = [0usize; 5];
@@ -255,16 +255,16 @@ mod tests {
                 rest /= alphabet.len();
             }
             let lines: Vec<&str> = picks.iter().map(|&p| alphabet[p]).collect();
-            let told = found(&lines.join(" "), &[[1, 6]], &[]);
+            let matches = found(&lines.join(" "), &[[1, 6]], &[]);
             for (line, number) in lines.iter().zip(1..) {
-                let ranges = told.split(", ").filter(|t| !t.is_empty()).map(|t| {
+                let ranges = matches.split(", ").filter(|t| !t.is_empty()).map(|t| {
                     let (a, b) = t.split(' ').next().unwrap().split_once('-').unwrap();
                     (a.parse::<i32>().unwrap(), b.parse::<i32>().unwrap())
                 });
                 let times = ranges.filter(|(a, b)| (*a..=*b).contains(&number)).count();
                 match *line {
-                    "a" | "m" => assert_eq!(times, 1, "{lines:?} {told}"),
-                    "+a" | "!a" => assert_eq!(times, 0, "{lines:?} {told}"),
+                    "a" | "m" => assert_eq!(times, 1, "{lines:?} {matches}"),
+                    "+a" | "!a" => assert_eq!(times, 0, "{lines:?} {matches}"),
                     _ => {}
                 }
             }

@@ -261,8 +261,9 @@ impl<L: Language> Channel<L> {
     pub(crate) fn run_with_slash(&mut self) {
         if !self.settings.skip_stated {
             self.assume(
-                "a block with `/` is run, as with the block-skip switch off; with the switch on the control leaves it out: `block_skip` of \
-                 the program in the scene, or `blocks.skipped_levels` of a control file, says how it is set",
+                "a block with `/` is run, as with the block-skip switch off; with the switch on the control skips \
+                 it: state the switch as `block_skip` of the program in the scene, or as `blocks.skipped_levels` of a \
+                 control file",
             );
         }
     }

@@ -24,7 +24,8 @@ impl Passes {
         if self.total > limits.max_loop_passes {
             let message = format!("the program has jumped back {} times, which is the limit", limits.max_loop_passes);
             return Err(Fault::new(codes::LOOP_LIMIT, span, message).help(
-                "check the conditions of the loops: does this one ever end? Else split the program, or raise limits.passes in a control file",
+                "check the conditions of the loops: can this one end? Otherwise split the program, or raise \
+                 limits.passes in a control file",
             ));
         }
         if self.idle > limits.max_idle_passes {

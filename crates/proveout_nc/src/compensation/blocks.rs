@@ -41,7 +41,7 @@ impl Compensated {
                 if let Some((corner, tangent, offset)) = self.exit.take() {
                     let end = plane.project(&end_base).map_err(|missing| self.unknown(&location, &missing))?;
                     if emit::is_behind(end, corner, tangent, offset) {
-                        return Err(self.behind(&location, "exit"));
+                        return Err(self.far_side(&location, "exit"));
                     }
                 }
                 self.residual = [0.0; 2];

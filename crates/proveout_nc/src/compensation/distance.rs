@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_touch_and_one_center_are_told() {
+    fn a_touch_and_one_center_are_reported() {
         let arc = |center: Point, start: Point, sweep: f64| Element {
             start,
             end: start,

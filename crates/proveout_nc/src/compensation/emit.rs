@@ -44,7 +44,7 @@ impl Compensated {
                     let from = pending.element.start;
                     let known = norm(sub(from, pending.element.end)) > SAME_POINT_MM;
                     if !known || is_behind(from, element.start, element.first_tangent(), offset) {
-                        return Err(self.behind(&pending.command.location, "entry"));
+                        return Err(self.far_side(&pending.command.location, "entry"));
                     }
                 }
                 Join::end_at(element.offset_start(offset))

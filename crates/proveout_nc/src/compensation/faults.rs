@@ -49,7 +49,7 @@ impl Compensated {
         )
     }
 
-    pub(super) fn behind(&self, location: &Location, what: &str) -> Fault {
+    pub(super) fn far_side(&self, location: &Location, what: &str) -> Fault {
         let message = format!(
             "the {what} lies on the far side of the contour, or its position is not known: KONT cannot be computed"
         );

@@ -212,7 +212,7 @@ mod tests {
         assert!((cuts[2].depth - 1.0).abs() < 1e-12 && (cuts[1].depth - 1.0).abs() < 1e-12);
         stretch.forget();
         assert_eq!((stretch.walls.len(), stretch.ways.len()), (WINDOW, WINDOW));
-        assert!(stretch.cuts().is_empty(), "told before");
+        assert!(stretch.cuts().is_empty(), "reported before");
         add(&mut stretch, 2 * WINDOW, 1.5);
         assert_eq!(stretch.cuts().iter().map(|c| c.wall).collect::<Vec<_>>(), [WINDOW - 2, WINDOW - 1, WINDOW]);
         assert!(stretch.cuts().iter().all(|c| c.way == WINDOW));

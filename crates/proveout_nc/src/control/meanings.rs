@@ -252,7 +252,7 @@ fn values(word: &str, file: &WordFile, meaning: &Meaning, dialect: Dialect, text
     let letters = letters.trim().to_ascii_uppercase();
     let good = letters.bytes().all(|b| b.is_ascii_uppercase() && !b"GMN".contains(&b)) && !letters.is_empty();
     if !good {
-        let message = format!("{letters:?} are no letters of words");
+        let message = format!("{letters:?} are not letters of words");
         return Err(text.error("control-value", &path, message, "write letters without G, M and N: \"PQ\""));
     }
     Ok(letters.bytes().collect())

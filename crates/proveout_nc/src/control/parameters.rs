@@ -163,7 +163,7 @@ pub(super) fn parameters(into: &mut Parameters, file: &ParametersFile, text: &Te
     };
     for (letter, &radius) in &file.reference_radius_mm {
         let Some(axis) = rotary(letter) else {
-            return wrong("reference_radius_mm", format!("{letter} is none of the axes A, B, C"), "write A, B or C");
+            return wrong("reference_radius_mm", format!("{letter} is not one of the axes A, B, C"), "write A, B or C");
         };
         if !(radius > 0.0 && radius.is_finite()) {
             let message = format!("the radius of {letter} must be above zero and is {radius} mm");
@@ -183,7 +183,7 @@ pub(super) fn parameters(into: &mut Parameters, file: &ParametersFile, text: &Te
         let mut axes = 0;
         for letter in letters {
             let Some(axis) = rotary(letter) else {
-                return wrong("rollover_axes", format!("{letter} is none of the axes A, B, C"), "write A, B or C");
+                return wrong("rollover_axes", format!("{letter} is not one of the axes A, B, C"), "write A, B or C");
             };
             axes |= 1 << axis;
         }
@@ -191,7 +191,7 @@ pub(super) fn parameters(into: &mut Parameters, file: &ParametersFile, text: &Te
     }
     if let Some(letter) = &file.tilt_reference {
         let Some(axis) = rotary(letter) else {
-            return wrong("tilt_reference", format!("{letter} is none of the axes A, B, C"), "write A, B or C");
+            return wrong("tilt_reference", format!("{letter} is not one of the axes A, B, C"), "write A, B or C");
         };
         into.tilt_reference = crate::AXIS_LETTERS.get(axis).copied();
     }

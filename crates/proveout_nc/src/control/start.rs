@@ -65,7 +65,7 @@ pub(super) fn positions(
         };
         let Some(axis) = axis.filter(|axis| (3..6).contains(axis) == rotary) else {
             let axes = if rotary { "A, B, C" } else { "X, Y, Z, U, V, W" };
-            let message = format!("{letter} is none of the axes {axes}");
+            let message = format!("{letter} is not one of the axes {axes}");
             return Err(text.error("control-value", path, message, "write the letter of an axis"));
         };
         if !value.is_finite() {

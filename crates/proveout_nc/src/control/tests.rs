@@ -161,7 +161,7 @@ fn a_mistake_is_one_error_with_place_and_remedy() {
 }
 
 #[test]
-fn a_circle_of_inheritance_is_told_where_it_closes() {
+fn a_circle_of_inheritance_is_reported_where_it_closes() {
     let folder = std::env::temp_dir().join(format!("proveout-controls-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
@@ -219,13 +219,13 @@ fn every_control_of_the_tree_is_built_in_and_tells_its_sources() {
             file.source.contains_key(path) || file.source.contains_key(table)
         };
         for path in place::Text::new(name, text).paths() {
-            let told = match path.split_once('.') {
+            let message = match path.split_once('.') {
                 Some(("source", _)) => true,
                 Some(("words", word)) => file.words[word].source.is_some() || sourced(&path),
                 None if matches!(path.as_str(), "name" | "dialect" | "inherits") => true,
                 _ => sourced(&path),
             };
-            assert!(told, "{name}: {path} has no source");
+            assert!(message, "{name}: {path} has no source");
         }
     }
 }

@@ -9,7 +9,7 @@ pub(super) const SIEMENS: &str = "Siemens 840D";
 const OSP: &str = "Okuma OSP";
 const APT: &str = "APT CL data";
 const FAGOR_8065: &str = "a Fagor 8060 or 8065, whose statements are not read";
-const NCI: &str = "an NCI listing of Mastercam (lines of numbers alone)";
+const NCI: &str = "an NCI listing of Mastercam (lines of numbers only)";
 const ISO: &str = "ISO code of a Fanuc or its like";
 
 /// Words at the start of a line, in upper case, with the control that has them. A blank in a word
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_of_other_controls_are_told() {
+    fn words_of_other_controls_are_reported() {
         for (line, want) in [
             ("12 TOOL  CALL 5 Z S100", Some("Heidenhain Klartext")),
             ("N10 CALL O1234", Some("Okuma OSP")),

@@ -134,7 +134,7 @@ fn unknown(source: &Source) -> Diagnostics {
         (
             format!("the dialect of {} could not be determined from its file name extension and its text", source.name),
             format!(
-                "check that it is an NC program: no line of it reads as one; where it is, name the dialect: {}",
+                "no line of it reads as NC code: check that it is an NC program, or name the dialect: {}",
                 names.join(", ")
             ),
         )

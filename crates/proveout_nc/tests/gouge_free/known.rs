@@ -20,7 +20,7 @@ fn taken(form: &Form, c: &Contour) -> Read {
 }
 
 fn kinds(read: &Read) -> Vec<OvercutKind> {
-    read.overcuts.iter().map(|(_, told)| told.kind).collect()
+    read.overcuts.iter().map(|(_, overcut)| overcut.kind).collect()
 }
 
 /// Those that do not belong to entry and exit.
@@ -167,7 +167,7 @@ fn keyhole(width: f64, radius: f64, arcs: usize) -> Contour {
 }
 
 #[test]
-fn a_narrow_place_within_the_look_ahead_is_refused_and_told_beyond() {
+fn a_narrow_place_within_the_look_ahead_is_refused_and_reported_beyond() {
     for dialect in DIALECTS {
         for (ahead, arcs) in [(false, 1), (false, 2), (false, 3), (false, 4), (true, 3), (true, 4), (true, 5)] {
             let form = Form { ahead, ..Form::plain(dialect) };
@@ -186,11 +186,11 @@ fn a_narrow_place_within_the_look_ahead_is_refused_and_told_beyond() {
                 continue;
             }
             let read = taken(&form, &narrow);
-            let told: Vec<&(u32, Overcut)> =
+            let overcut: Vec<&(u32, Overcut)> =
                 read.overcuts.iter().filter(|(_, o)| o.kind == OvercutKind::Narrow).collect();
-            let deepest = told.iter().map(|(_, o)| o.depth).fold(0.0, f64::max);
+            let deepest = overcut.iter().map(|(_, o)| o.depth).fold(0.0, f64::max);
             assert!((deepest - 1.0).abs() < 1e-6, "{dialect:?} {arcs} {read:?}");
-            assert!(told[0].1.to_string().contains("does not fit between"), "{}", told[0].1);
+            assert!(overcut[0].1.to_string().contains("does not fit between"), "{}", overcut[0].1);
             assert!(inner(&read).iter().all(|k| *k == OvercutKind::Narrow), "{read:?}");
         }
     }
@@ -266,7 +266,7 @@ fn a_pocket_begun_in_its_corner_cuts_its_first_side() {
         let c = contour([15.0, 15.0], [0.0, 0.0], blocks.clone(), [15.0, 15.0], true, 4.0);
         let read = taken(&form, &c);
         // At its end the last side is beside its own end: on the first side, a whole radius deep.
-        let narrow = read.overcuts.iter().find(|(_, told)| told.kind == OvercutKind::Narrow).unwrap();
+        let narrow = read.overcuts.iter().find(|(_, overcut)| overcut.kind == OvercutKind::Narrow).unwrap();
         assert!((narrow.1.depth - 4.0).abs() < 1e-9, "{dialect:?} {narrow:?}");
     }
 }
@@ -280,7 +280,7 @@ fn an_entry_along_the_contour_cuts_its_start() {
     for dialect in DIALECTS.into_iter().filter(|d| *d != Dialect::LinuxCnc) {
         let c = contour([-10.0, 0.0], [0.0, 0.0], blocks.clone(), [50.0, 0.0], true, 5.0);
         let read = taken(&Form::plain(dialect), &c);
-        let of = |kind| read.overcuts.iter().find(|(_, told)| told.kind == kind).unwrap().1.depth;
+        let of = |kind| read.overcuts.iter().find(|(_, overcut)| overcut.kind == kind).unwrap().1.depth;
         assert!((of(OvercutKind::Entry) - depth).abs() < 1e-9, "{read:?}");
         assert!((of(OvercutKind::Exit) - depth).abs() < 1e-9, "{read:?}");
         let c = contour([-10.0, 20.0], [0.0, 0.0], blocks.clone(), [50.0, 20.0], true, 5.0);
@@ -289,7 +289,7 @@ fn an_entry_along_the_contour_cuts_its_start() {
 }
 
 #[test]
-fn heights_and_rapid_motions_are_told_apart() {
+fn heights_and_rapid_motions_are_distinguished() {
     let form = Form::plain(Dialect::Siemens840d);
     // Along a wall, and back along a second one that is 6 mm from the first, by way of `side` at X30: a slot open on both ends.
     let slot = |side: &str, back: &str| {

@@ -77,19 +77,23 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
     let (on_the_way, outer) = cuts(&walls, path, c.radius);
     let block = |line: u32| walls.iter().position(|(wall, _)| *wall == line);
     let mut worst = [0.0f64; 2];
-    for (line, told) in &read.overcuts {
-        let place = (*line, told.contour_line);
+    for (line, overcut) in &read.overcuts {
+        let place = (*line, overcut.contour_line);
         // The way off may run over the way on.
-        let crosses = told.kind == OvercutKind::Overlap && !on_the_way.contains_key(&place);
-        let aside = crosses || matches!(told.kind, OvercutKind::Entry | OvercutKind::Exit);
+        let crosses = overcut.kind == OvercutKind::Overlap && !on_the_way.contains_key(&place);
+        let aside = crosses || matches!(overcut.kind, OvercutKind::Entry | OvercutKind::Exit);
         let among = if aside { &outer } else { &on_the_way };
         let depth = among.get(&place).copied().unwrap_or(0.0);
         // Another piece of the same line may cut deeper and mean something else.
-        assert!(told.depth <= depth + 2.0 * SEARCH_MM, "told {told:?} of line {line}, found {depth}\n{text}");
-        worst[usize::from(aside)] = worst[usize::from(aside)].max(told.depth);
-        if told.kind == OvercutKind::Narrow {
-            let apart = block(*line).unwrap().abs_diff(block(told.contour_line).unwrap());
-            assert!(apart > form.look_ahead(), "lines {line} and {} within the look-ahead\n{text}", told.contour_line);
+        assert!(overcut.depth <= depth + 2.0 * SEARCH_MM, "told {overcut:?} of line {line}, found {depth}\n{text}");
+        worst[usize::from(aside)] = worst[usize::from(aside)].max(overcut.depth);
+        if overcut.kind == OvercutKind::Narrow {
+            let apart = block(*line).unwrap().abs_diff(block(overcut.contour_line).unwrap());
+            assert!(
+                apart > form.look_ahead(),
+                "lines {line} and {} within the look-ahead\n{text}",
+                overcut.contour_line
+            );
         }
     }
     for (cuts, worst) in [&on_the_way, &outer].into_iter().zip(worst) {
@@ -120,7 +124,7 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
             );
         }
     }
-    read.overcuts.iter().map(|(_, told)| told.kind).collect()
+    read.overcuts.iter().map(|(_, overcut)| overcut.kind).collect()
 }
 
 /// Whether the tool touches every block along one part of it, and is kept off the rest by its neighbors only, which it then
@@ -177,12 +181,12 @@ fn surely_fits(form: &Form, c: &Contour, walls: &[(u32, Shape)]) -> bool {
 struct Shares {
     clean: u64,
     surely_fits: u64,
-    told: BTreeMap<&'static str, u64>,
+    reported: BTreeMap<&'static str, u64>,
     refused: BTreeMap<String, u64>,
 }
 
 #[test]
-fn wild_contours_are_gouge_free_or_refused_or_told() {
+fn wild_contours_are_gouge_free_or_refused_or_reported() {
     let mut visits = Visits::new();
     let mut shares: BTreeMap<&'static str, Shares> = BTreeMap::new();
     for index in 0..cases() {
@@ -201,12 +205,12 @@ fn wild_contours_are_gouge_free_or_refused_or_told() {
         share.surely_fits += u64::from(fits);
         match form.read(&text, Some(contour.radius)) {
             Ok(read) => {
-                let told = judge(&form, &contour, &text, &read);
-                let inner = told.iter().filter(|k| !matches!(k, OvercutKind::Entry | OvercutKind::Exit)).count();
+                let verdict = judge(&form, &contour, &text, &read);
+                let inner = verdict.iter().filter(|k| !matches!(k, OvercutKind::Entry | OvercutKind::Exit)).count();
                 share.clean += u64::from(inner == 0);
-                assert!(!fits || inner == 0, "told, though the tool fits: {told:?}\n{text}");
-                for kind in told {
-                    *share.told.entry(kind.name()).or_default() += 1;
+                assert!(!fits || inner == 0, "told, though the tool fits: {verdict:?}\n{text}");
+                for kind in verdict {
+                    *share.reported.entry(kind.name()).or_default() += 1;
                 }
             }
             Err(error) => {
@@ -237,8 +241,8 @@ fn contours_into_which_the_tool_fits_are_taken_without_a_word() {
         let contour = random::legal(random, &mut visits);
         let text = form.text(&contour);
         let read = form.read(&text, Some(contour.radius)).unwrap_or_else(|error| panic!("{error}\n{text}"));
-        let told = judge(&form, &contour, &text, &read);
-        assert!(told.is_empty(), "{told:?}\n{text}");
+        let judged = judge(&form, &contour, &text, &read);
+        assert!(judged.is_empty(), "{judged:?}\n{text}");
     }
     println!("{visits:#?}\n{} of {} taken", cases(), cases());
 }

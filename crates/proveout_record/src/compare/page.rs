@@ -233,7 +233,7 @@ fn demand_plot(c: &Comparison, pictures: &Pictures, joint: usize) -> Option<Plot
         return None;
     }
     let limit = |k: usize| j.limits[k].map_or_else(Vec::new, |l| vec![l, -l]);
-    let title = format!("Axis {}: what the programs ask for at their programmed feed", j.name);
+    let title = format!("Axis {}: demand of the programs at their programmed feed", j.name);
     let strips = vec![
         (format!("Position, {unit}"), series(|r| r.position), Vec::new()),
         (format!("Velocity, {unit}/s"), series(|r| r.velocity), limit(0)),
@@ -260,7 +260,7 @@ fn trace_plot(c: &Comparison, pictures: &Pictures, traces: &[Trace], joint: usiz
         return None;
     }
     let limit = |k: usize| j.limits[k].map_or_else(Vec::new, |l| vec![l, -l]);
-    let title = format!("Axis {}: what the control makes of it", j.name);
+    let title = format!("Axis {}: set points of the control", j.name);
     let strips = vec![
         (format!("Position, {unit}"), series(0), Vec::new()),
         (format!("Velocity, {unit}/s"), series(1), limit(0)),

@@ -127,7 +127,7 @@ fn wrong(text: &str) -> Vec<String> {
         if let Some(id) = element.attribute("id")
             && ids.insert(id.to_owned(), name.to_owned()).is_some()
         {
-            out.push(format!("id {id} stands twice"));
+            out.push(format!("id {id} occurs twice"));
         }
         let parent = element.parent().map_or("", |p| p.tag_name().name());
         if let Some(of) = referred(name, parent) {

@@ -208,7 +208,7 @@ fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> Con
         tabs.push(Vertical::new(plots).with_name("Method").into());
     }
     let text: ContainerLike =
-        TextDocumentView::new("What is shown, and what is left to gain").with_origin("/schedule/text").into();
+        TextDocumentView::new("What is shown, and the remaining gain").with_origin("/schedule/text").into();
     let right: Vec<ContainerLike> = if tabs.is_empty() { vec![text] } else { vec![Tabs::new(tabs).into(), text] };
     let shares: &[f32] = if right.len() > 1 { &[2.0, 1.0] } else { &[1.0] };
     Horizontal::new([

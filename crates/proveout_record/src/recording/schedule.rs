@@ -367,7 +367,7 @@ fn text(setup: &Setup<'_>, schedule: &Schedule, units: &[JointUnit]) -> String {
         setup.program, schedule.from, schedule.method, schedule.source
     );
     if let Some(why) = &schedule.unknown {
-        let _ = write!(text, "\nNothing is known of the motion: {why}.\n");
+        let _ = write!(text, "\nThe motion is not known: {why}.\n");
     }
     for (k, run) in schedule.runs.iter().enumerate() {
         if schedule.runs.len() > 1 {

@@ -340,7 +340,7 @@ pub(crate) fn certify(
     let off = alternatives.tip_rounding + POINT_ROUNDED;
     let FeedFloor { least, seams } = floor(&ways, off).map_err(|block| {
         let line = commands.get(block + 1).map_or(0, |c| line(*c));
-        format!("the block in line {line} is too short: its ends may be {off:.4} mm off, which leaves no time for it")
+        format!("the block in line {line} is too short for a time bound: its ends may be off by {off:.4} mm")
     })?;
     let rotary = schedules.joints.len();
     let passed = |joint: &JointGates| JointGates { limits: joint.limits.passed_by(LIMIT_PASSED), ..joint.clone() };
@@ -411,7 +411,8 @@ pub(crate) fn certify(
     });
     let names: Vec<&str> = ways.iter().map(|w| w.program).collect();
     let rests_on = vec![format!(
-        "the tip path turns no more sharply at block ends, and is no shorter for its time, than in one of these programs: {}",
+        "at block ends the tip path turns at most as sharply, and it is at least as long for its time, as in one of \
+         these programs: {}",
         names.join(", ")
     )];
     Ok(RunCertificate {
@@ -488,16 +489,16 @@ pub(crate) fn gain_curves(joint: &JointCertificate) -> Vec<StudyCurve> {
         return Vec::new();
     }
     let points = |of: fn(&VelocityRow) -> f64| rising.iter().map(|r| [r.velocity_deg_s, of(r)]).collect::<Vec<_>>();
-    let told = |is: VelocityLimit| {
+    let marked = |is: VelocityLimit| {
         let rows = rising.iter().filter(|r| r.is == is);
         rows.map(|r| [r.velocity_deg_s, r.saved_percent]).collect::<Vec<_>>()
     };
     let mut curves = vec![
         curve("at most, in the channel", Role::Limit, points(|r| r.saved_at_most_percent)),
         curve("this program", Role::Result, points(|r| r.saved_percent)),
-        curve("limit in force", Role::KeyPoints, told(VelocityLimit::InForce)),
+        curve("limit in force", Role::KeyPoints, marked(VelocityLimit::InForce)),
     ];
-    let own = told(VelocityLimit::OfMachine);
+    let own = marked(VelocityLimit::OfMachine);
     if !own.is_empty() {
         curves.push(curve("the machine's own limit", Role::KeyPoints, own));
     }

@@ -516,7 +516,7 @@ mod tests {
     }
 
     #[test]
-    fn reproduced_possible_and_not_are_told_apart() {
+    fn reproduced_possible_and_not_are_distinguished() {
         use super::Reproduced::{Not, Possible, Reproduced};
         let judged = |value, published, ranges| reproduced(&row(value, published, ranges));
         assert_eq!(judged(17.8, 24.5, [Some([12.0, 26.0]), Some([10.0, 30.0]), None]), Some(Reproduced));

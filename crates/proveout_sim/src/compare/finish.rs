@@ -351,10 +351,12 @@ pub(super) fn overall(comparison: &Comparison, must_pass: Option<&[String]>) -> 
     gates::overall(&gates)
 }
 
-const DEPTH_RULE: &str = "Depth: thickness that the raw blade has more than the design, less what the ball leaves: distance of its center from the \
-    nearest point of the closed form less its radius, at the end of every piece of the motion that cuts the part, weighed with the way of the tip. \
-    Deviation: standard deviation along a line about the line's own mean, the largest of the lines. A line is a run in feed. Motion from \
-    turning: what the linear joints must move to hold the tip while the rotary joints turn, over the way of the tip, largest of the blocks";
+const DEPTH_RULE: &str = "Depth of cut: allowance of the raw blade over the design, minus what the ball leaves \
+                          (distance of its center from the nearest point of the closed form, minus its radius), at \
+                          the end of every piece of the motion that cuts the part, weighted by the path of the tip. \
+                          Deviation: standard deviation along a line about the line's own mean, the largest of the \
+                          lines. A line is a run in feed. Motion from turning: motion of the linear joints that holds \
+                          the tip while the rotary joints turn, per length of the tip path, largest over the blocks";
 
 fn rules(ends: f64) -> BTreeMap<String, String> {
     let rules = [
@@ -377,15 +379,15 @@ fn rules(ends: f64) -> BTreeMap<String, String> {
         ),
         (
             "demand",
-            "Demand: differences of joint positions at the ends of the program's blocks over their programmed times: what the \
-             program asks for, whatever the joint can do. The step is the block of the program"
+            "Demand: differences of joint positions between block ends, divided by the programmed times; the limits \
+             of the joints are ignored. One step is one block of the program"
                 .to_owned(),
         ),
         (
             "straight joints",
-            "Tip from its chord: largest distance of the tip from the straight line between its places at both ends of a block of the \
-             stretch, the joints being mixed linearly between them, at 39 places: what a control without tool center point control \
-             makes of the blocks"
+            "Tip from its chord: largest distance of the tip from the straight line between its positions at both \
+             ends of a block of the stretch, at 39 places between them, with the joints interpolated linearly: the \
+             error of a control without tool center point control"
                 .to_owned(),
         ),
         (
@@ -401,8 +403,8 @@ fn rules(ends: f64) -> BTreeMap<String, String> {
         ("scallop", SCALLOP_RULE.to_owned()),
         (
             "difference",
-            "Deviation of this program less that of the baseline at the vertices of the baseline's cut part, each the mean of the \
-             exact points in the cells round the vertex"
+            "Deviation of this program minus that of the baseline, at the vertices of the baseline's cut part; each \
+             is the mean of the exact points in the cells around the vertex"
                 .to_owned(),
         ),
     ];

@@ -133,7 +133,7 @@ fn expectation(e: &ExpectFile, all: &Comparison) -> Expectation {
             out.value = Some(value);
             out.state = within(value, found.error, [e.at_least, e.at_most]);
             if out.state == State::Unchecked {
-                out.reason = format!("known to {:.3} {} only: a bound lies within", found.error, out.unit);
+                out.reason = format!("its error of {:.3} {} includes a bound", found.error, out.unit);
             }
         }
         Err(reason) => out.reason = reason,
@@ -176,7 +176,7 @@ impl Wanted<'_> {
                 if percent.is_finite() {
                     Ok(percent)
                 } else {
-                    Err(format!("{} is zero: it has no change in percent", self.quantity.words()))
+                    Err(format!("{} is zero: its change in percent is undefined", self.quantity.words()))
                 }
             }
             (Err(e), _) | (_, Err(e)) => Err(e),

@@ -31,13 +31,13 @@ pub fn markdown(c: &Comparison) -> String {
     if let Some(names) = &c.must_pass {
         let names: Vec<String> = names.iter().map(|n| format!("`{}`", cell(n))).collect();
         if names.is_empty() {
-            out.push_str("No program has to pass by its own verdict: published values and criteria decide.\n\n");
+            out.push_str("Published values and criteria decide; the verdicts of the programs do not.\n\n");
         } else {
-            put(&mut out, format_args!("Of the programs these must pass: {}.\n\n", names.join(", ")));
+            put(&mut out, format_args!("These programs must pass: {}.\n\n", names.join(", ")));
         }
     }
     if let Some(same) = c.same_texts_in_words() {
-        put(&mut out, format_args!("Programs of the same text, to the byte: {}.\n\n", cell(&same)));
+        put(&mut out, format_args!("Programs with byte-identical text: {}.\n\n", cell(&same)));
     }
     limits(&mut out, c);
     times(&mut out, c);
@@ -99,7 +99,8 @@ fn limits(out: &mut String, c: &Comparison) {
 fn times(out: &mut String, c: &Comparison) {
     out.push_str("### Cycle time\n\n");
     out.push_str(
-        "| program | verdict | whole program, s | no control runs it below, s | in feed, s | cutting stretch, s |\n",
+        "| program | verdict | whole program, s | lower bound for any control, s | in feed, s | cutting stretch, s \
+         |\n",
     );
     out.push_str("|---|---|---|---|---|---|\n");
     for (name, p) in programs(c) {
@@ -152,7 +153,8 @@ fn gaps(out: &mut String, c: &Comparison) {
         "### Gap to the bound\n\nFor the first stretch that the method replanned, under the limits in force.\n\n",
     );
     out.push_str(
-        "| program | made from | method | its time, s | no schedule is below, s | of schedules | left to gain at most, % |\n",
+        "| program | made from | method | its time, s | lower bound, s | bound over schedules | remaining gain at \
+         most, % |\n",
     );
     out.push_str("|---|---|---|---|---|---|---|\n");
     for (name, made, (below, about)) in bound {
@@ -172,7 +174,7 @@ fn gaps(out: &mut String, c: &Comparison) {
     }
     out.push('\n');
     // Leave out a joint whose limits gain nothing anywhere.
-    let tells =
+    let has_gain =
         |rows: &[&GainAtLimit]| rows.iter().any(|r| r.saved_percent.abs() >= 0.05 || r.saved_at_most_percent >= 0.05);
     let mut lines = Vec::new();
     for (name, made) in made {
@@ -180,14 +182,17 @@ fn gaps(out: &mut String, c: &Comparison) {
         joints.dedup();
         for joint in joints {
             let rows: Vec<&GainAtLimit> = made.over_velocity.iter().filter(|r| r.joint == joint).collect();
-            if tells(&rows) {
-                let told: Vec<String> = rows.iter().map(|row| at_limit(row)).collect();
-                lines.push(format!("| {} | {} | {joint} | {} |\n", cell(name), cell(&made.from), told.join("; ")));
+            if has_gain(&rows) {
+                let cells: Vec<String> = rows.iter().map(|row| at_limit(row)).collect();
+                lines.push(format!("| {} | {} | {joint} | {} |\n", cell(name), cell(&made.from), cells.join("; ")));
             }
         }
     }
     if !lines.is_empty() {
-        out.push_str("Time saved of that stretch over the velocity limit of a joint, by feed and this limit alone, percent, and in brackets what the best ");
+        out.push_str(
+            "Time saved on that stretch, in percent, for limits of one joint's velocity (only feed and this \
+                      limit act); in brackets what the best ",
+        );
         out.push_str("schedule of the channel would save:\n\n| program | made from | joint | at a limit in deg/s |\n|---|---|---|---|\n");
         lines.iter().for_each(|line| out.push_str(line));
         out.push('\n');

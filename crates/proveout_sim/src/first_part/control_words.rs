@@ -40,7 +40,7 @@ pub(crate) fn hint(text: &ProgramText, dialect: Dialect) -> Option<String> {
         return None;
     }
     let lines = || (1_usize..).zip(text.all().take(LINES).map(str::to_ascii_uppercase));
-    let told = |n: usize, word: &str, whose: &str, controls: &[&str]| {
+    let hint = |n: usize, word: &str, whose: &str, controls: &[&str]| {
         if controls.is_empty() {
             return format!(
                 "{word} in line {n} points to {whose}, whose statements with # and $ are not read: post the program for a Fagor 8055 \
@@ -56,14 +56,14 @@ pub(crate) fn hint(text: &ProgramText, dialect: Dialect) -> Option<String> {
     let of_word = lines().find_map(|(n, line)| {
         let code: String = without_comments(&line).split_whitespace().collect();
         let (word, whose, controls) = WORDS.iter().find(|(word, ..)| code.contains(word))?;
-        Some(told(n, word, whose, controls))
+        Some(hint(n, word, whose, controls))
     });
     // `%BRIDA,MX,`: name, kind and rights, as a Fagor heads its files.
     let of_head = lines().find(|(_, line)| !line.trim().is_empty()).and_then(|(n, line)| {
         let code: String = line.split_whitespace().collect();
         let (name, rest) = code.strip_prefix('%')?.split_once(',')?;
         let fagor = !name.is_empty() && (rest.starts_with("MX") || rest.starts_with(",MX"));
-        fagor.then(|| told(n, "the head", "a Fagor", &["fagor-8055"]))
+        fagor.then(|| hint(n, "the head", "a Fagor", &["fagor-8055"]))
     });
     of_word.or(of_head).or_else(|| {
         lines().find_map(|(n, line)| {
@@ -71,7 +71,7 @@ pub(crate) fn hint(text: &ProgramText, dialect: Dialect) -> Option<String> {
             let named =
                 |word: &str| comments.iter().any(|c| c.split(|c: char| !c.is_alphanumeric()).any(|w| w == word));
             let (word, whose, controls) = NAMES.iter().find(|(word, ..)| named(word))?;
-            Some(told(n, word, whose, controls))
+            Some(hint(n, word, whose, controls))
         })
     })
 }
@@ -104,9 +104,9 @@ mod tests {
 
     #[test]
     fn words_go_before_names_and_comments_are_no_words() {
-        let told = of("%\nO1 (POST OF A HAAS)\nG90 G61.1 ,K90.\nM30\n").expect("a hint");
+        let text = of("%\nO1 (POST OF A HAAS)\nG90 G61.1 ,K90.\nM30\n").expect("a hint");
         assert!(
-            told.starts_with("G61.1 in line 3") && told.contains("--control mazak-eia or --control mitsubishi-m800")
+            text.starts_with("G61.1 in line 3") && text.contains("--control mazak-eia or --control mitsubishi-m800")
         );
         assert!(of("O1 (NOT G61.1)\nG0 X1.\n").is_none());
         assert!(of("O1 (HAASE AND SONS)\nG0 X1.\n").is_none());

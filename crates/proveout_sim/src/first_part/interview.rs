@@ -295,14 +295,14 @@ mod tests {
             ("G57: 1,2,3", "one of G55, G56"),
             ("1,2,3", "a name and a colon"),
         ] {
-            let told = ask(wrong).expect_err(wrong);
-            assert!(told.contains(word), "{told}");
+            let error = ask(wrong).expect_err(wrong);
+            assert!(error.contains(word), "{error}");
         }
         assert_eq!(ask(""), Ok(None));
     }
 
     #[test]
-    fn an_answer_that_nobody_asks_for_is_told_with_the_nearest_key() {
+    fn an_answer_that_was_not_asked_for_is_reported_with_the_nearest_key() {
         let mut nobody = |_: &Question| None;
         let given = BTreeMap::from([("stok".to_owned(), "proposed".to_owned())]);
         let mut interview = Interview::new(given, &mut nobody);

@@ -374,8 +374,11 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     let largest = (0..3).flat_map(|i| [bounds.min[i], bounds.max[i]]).map(f64::abs).fold(0.0, f64::max);
     if largest > MAX_LENGTH_MM {
         return Err(refused(
-            format!("the stock reaches to {largest:.3e} mm, farther than any machine reaches"),
-            format!("check its unit and the coordinates of the program; a scene reaches to {:.0} mm", MAX_LENGTH_MM),
+            format!("the stock extends to {largest:.3e} mm, beyond the travel of any machine"),
+            format!(
+                "check its unit and the coordinates of the program; the limit of a scene is {:.0} mm",
+                MAX_LENGTH_MM
+            ),
         ));
     }
     if let Some(design) = &design {

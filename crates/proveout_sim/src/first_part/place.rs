@@ -532,7 +532,7 @@ mod tests {
     }
 
     #[test]
-    fn inches_are_told_from_a_part_that_is_elsewhere() {
+    fn inches_are_distinguished_from_a_part_that_is_elsewhere() {
         let room = aabb([0.0, 0.0, -20.0], [101.6, 76.2, 0.0]);
         assert_eq!(fit(&aabb([0.0, 0.0, -0.75], [4.0, 3.0, 0.0]), &room), Fit::InInch);
         assert_eq!(fit(&aabb([1.0, 1.0, -19.0], [100.0, 75.0, 0.0]), &room), Fit::Fits);

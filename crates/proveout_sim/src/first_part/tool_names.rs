@@ -238,7 +238,7 @@ mod tests {
             ] {
                 let Told::Of(own, rest) = known().told(&comment) else { panic!("{comment} names a tool") };
                 let draft =
-                    described(&own, &comment, &rest, 1.0, 1).unwrap_or_else(|| panic!("{comment} tells a tool"));
+                    described(&own, &comment, &rest, 1.0, 1).unwrap_or_else(|| panic!("{comment} describes a tool"));
                 assert_eq!((own.as_str(), draft.diameter()), (name, Some(size)), "{comment}");
                 assert_eq!(draft.kind, Some(if kind == "DRILL" { "drill" } else { "flat" }), "{comment}");
             }

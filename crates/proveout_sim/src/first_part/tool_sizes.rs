@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn commas_and_lists_are_told_apart() {
+    fn commas_and_lists_are_distinguished() {
         assert_eq!(with_points("BOHRER D8,5"), "BOHRER D8.5");
         assert_eq!(with_points("D10,R1 1,2,3 20.0,5.0"), "D10,R1 1,2,3 20.0,5.0");
         assert_eq!(one_by_one("T5 = 6.8MM DRILL  T6 = M8 TAP"), ["T5 = 6.8MM DRILL", "T6 = M8 TAP"]);

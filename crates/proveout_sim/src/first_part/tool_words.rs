@@ -136,8 +136,8 @@ fn tool_number(text: &str) -> Option<(u32, usize)> {
     ["TOOL - ", "TOOL: ", "TOOL #", "TOOL NO"].iter().find_map(|word| {
         let at = text.find(word)?;
         let alone = !text[..at].chars().next_back().is_some_and(char::is_alphanumeric);
-        let behind = if *word == "TOOL NO" { word.len() } else { "TOOL".len() };
-        alone.then(|| digits(at + behind))?
+        let length = if *word == "TOOL NO" { word.len() } else { "TOOL".len() };
+        alone.then(|| digits(at + length))?
     })
 }
 
@@ -240,7 +240,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
             if taper.is_none() {
                 draft.choose(
                     &["entering_angle_deg"],
-                    "not stated: a square shoulder is the fullest body of this diameter",
+                    "not stated: a square shoulder, the largest body of this diameter",
                 );
             }
         }
@@ -299,14 +299,14 @@ fn size_in_words(upper: &str, unit: f64, kind: &str, threads: bool) -> Option<f6
 fn before_dia(upper: &str, unit: f64) -> Option<f64> {
     upper.match_indices("DIA").find_map(|(at, _)| {
         let rest = upper[at + "DIA".len()..].trim_start_matches("METER");
-        let behind =
+        let value_follows =
             rest.starts_with(|c: char| c.is_alphanumeric()) || rest.trim_start().starts_with(['.', '=', ':', '-']);
         let before = upper[..at].trim_end();
         let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '/');
         let digits = before.trim_end_matches("MM").trim_end_matches('"').trim_end();
         let from = digits.trim_end_matches(number).len();
         let alone = from < digits.len() && !digits[..from].ends_with(|c: char| c.is_alphanumeric() || c == '-');
-        (!behind && alone && upper[..at].ends_with(' ')).then(|| length_at(&before[from..], unit))?
+        (!value_follows && alone && upper[..at].ends_with(' ')).then(|| length_at(&before[from..], unit))?
     })
 }
 
@@ -551,7 +551,7 @@ mod tests {
         for (text, unit, kind, diameter) in cases {
             let (_, draft) = comment(text, unit);
             assert_eq!(draft.kind, kind, "{text}");
-            assert!((draft.diameter().expect("told") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
+            assert!((draft.diameter().expect("given") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
         }
         assert_eq!(comment("GRAWER V 60ST FI6", 1.0).1.get("point_angle_deg"), Some(60.0));
         // An angle alone gives no size.
@@ -559,7 +559,7 @@ mod tests {
     }
 
     fn comment(text: &str, unit: f64) -> (Option<u32>, ToolDraft) {
-        of_comment(text, unit, 3).unwrap_or_else(|| panic!("{text} tells a tool"))
+        of_comment(text, unit, 3).unwrap_or_else(|| panic!("{text} describes a tool"))
     }
 
     #[test]
@@ -584,7 +584,7 @@ mod tests {
         for (text, unit, number, kind, diameter, corner) in cases {
             let (n, draft) = comment(text, unit);
             assert_eq!((n, draft.kind), (number, kind), "{text}");
-            assert!((draft.diameter().expect("told") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
+            assert!((draft.diameter().expect("given") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
             if kind == Some("bull_nose") {
                 assert!((draft.get("corner_radius_mm").unwrap_or(0.0) - corner.unwrap_or(0.0)).abs() < 1e-9, "{text}");
             }
@@ -639,7 +639,7 @@ mod tests {
         for (text, unit, number, kind, diameter) in cases {
             let (n, draft) = comment(text, unit);
             assert_eq!((n, draft.kind), (number, kind), "{text}");
-            assert!((draft.diameter().expect("told") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
+            assert!((draft.diameter().expect("given") - diameter).abs() < 1e-9, "{text}: {:?}", draft.diameter());
         }
         // A drill of seven inches is taken for a drill of unknown size.
         for text in ["T2 7 DRILL", "T5 SPOT DRILL 120"] {
@@ -675,7 +675,7 @@ mod tests {
         assert_eq!(name("TASTER"), None);
         // The count of a CAM system is no diameter, and a larger number is chosen to be one.
         assert_eq!((name("MILL_2"), name("ENDMILL_1")), (None, None));
-        let polish = of_name("Frez_walcowy_12", 1.0, 1).expect("told by its name");
+        let polish = of_name("Frez_walcowy_12", 1.0, 1).expect("described by its name");
         assert_eq!((polish.kind, polish.diameter(), polish.chosen.len()), (Some("flat"), Some(12.0), 1));
         let size = |text: &str| size_alone(text, 1.0, 1).and_then(|d| d.diameter());
         assert_eq!(
@@ -693,7 +693,7 @@ mod tests {
             (drill.kind, drill.diameter(), drill.get("point_angle_deg")),
             (Some("drill"), Some(6.35), Some(118.0))
         );
-        let ball = of_name("BALL_4MM", 25.4, 1).expect("told by its name");
+        let ball = of_name("BALL_4MM", 25.4, 1).expect("described by its name");
         assert_eq!((ball.kind, ball.diameter()), (Some("ball"), Some(4.0)));
         let def = tool_def("4 TOOL DEF 5 L+80 R+5", 1.0, 4).expect("a definition");
         assert_eq!((def.number, def.diameter(), def.gauge), (5, Some(10.0), Some(80.0)));

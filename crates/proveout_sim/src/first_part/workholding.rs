@@ -256,8 +256,8 @@ mod tests {
             ("magnet 3x4", "not a known workholding"),
             ("plate 200x150x20 tall 3", "not known"),
         ] {
-            let told = read(answer, &long, None).expect_err(answer);
-            assert!(told.contains(words), "{answer}: {told}");
+            let error = read(answer, &long, None).expect_err(answer);
+            assert!(error.contains(words), "{answer}: {error}");
         }
     }
 }

@@ -22,14 +22,14 @@ pub(super) const TOOLS: &str = "tools.toml";
 const DESIGN: &str = "design.stl";
 
 /// The files by their names.
-pub(super) fn files(plan: &Plan<'_>, told: &[String]) -> Vec<(&'static str, String)> {
+pub(super) fn files(plan: &Plan<'_>, lines: &[String]) -> Vec<(&'static str, String)> {
     let mut all = vec![("scene.toml", scene(plan))];
     if let Tools::Drafts(drafts) = &plan.tools {
         let heading = "Tools of the programs of scene.toml. Values that the program does not state are marked in `chosen`, with the reason:\n\
                        put in the numbers of your own tools before you trust a verdict about lengths, depths and holders.";
         all.push((TOOLS, library_text(heading, "Tools that the programs call", drafts)));
     }
-    all.push(("README.md", readme(plan, told)));
+    all.push(("README.md", readme(plan, lines)));
     all
 }
 
@@ -215,12 +215,12 @@ fn scene(plan: &Plan<'_>) -> String {
     s
 }
 
-fn readme(plan: &Plan<'_>, told: &[String]) -> String {
+fn readme(plan: &Plan<'_>, lines: &[String]) -> String {
     let mut s = format!(
         "# {}\n\nMade by `proveout new`; `proveout run` on this folder runs it, `proveout check` shows what is known before the run.\n\n## What was found\n\n```text\n",
         name_of(&plan.call.output)
     );
-    for line in told {
+    for line in lines {
         let _ = writeln!(s, "{line}");
     }
     s += "```\n\n## What was chosen\n\n| value | chosen | why |\n|---|---|---|\n";
@@ -276,7 +276,7 @@ pub(super) fn told_of_setup(
     readings: &[Reading],
     touch_off: f64,
 ) -> Vec<String> {
-    let mut told = Vec::new();
+    let mut lines = Vec::new();
     for tool in uses {
         let own = match tools {
             Tools::Drafts(drafts) => drafts.iter().find(|d| {
@@ -298,10 +298,10 @@ pub(super) fn told_of_setup(
                 if chosen.is_empty() { String::new() } else { format!("; chosen: {}", chosen.join(", ")) }
             );
         }
-        told.push(line);
+        lines.push(line);
         if tool.feeds > 0 && !tool.feed.is_empty() {
             let b = &tool.feed;
-            told.push(format!(
+            lines.push(format!(
                 "  tip in feed: X {:.2} to {:.2}, Y {:.2} to {:.2}, Z {:.2} to {:.2} mm; {} motions{}",
                 b.min.x,
                 b.max.x,
@@ -313,20 +313,20 @@ pub(super) fn told_of_setup(
                 if tool.tilted { ", tilted" } else { "" }
             ));
         } else {
-            told.push("  never in feed".into());
+            lines.push("  never in feed".into());
         }
     }
     let b = stock.value.aabb();
-    told.push(format!(
+    lines.push(format!(
         "stock: X {:.2} to {:.2}, Y {:.2} to {:.2}, Z {:.2} to {:.2} mm ({})",
         b.min.x, b.max.x, b.min.y, b.max.y, b.min.z, b.max.z, stock.reason
     ));
-    told.push(format!("zero of the program on the table: {} mm ({})", vector(mount.value.into()), mount.reason));
+    lines.push(format!("zero of the program on the table: {} mm ({})", vector(mount.value.into()), mount.reason));
     for (word, base, reason) in offsets {
-        told.push(format!("work offset {word}: {} ({reason})", vector(*base)));
+        lines.push(format!("work offset {word}: {} ({reason})", vector(*base)));
     }
     if touch_off != 0.0 {
-        told.push(format!("  tool length compensation is never active (no G43): chosen, the zero is taken at the tip of the tool, {} mm below the gauge line", n(touch_off)));
+        lines.push(format!("  tool length compensation is never active (no G43): chosen, the zero is taken at the tip of the tool, {} mm below the gauge line", n(touch_off)));
     }
     let places: Vec<String> = readings
         .iter()
@@ -337,9 +337,9 @@ pub(super) fn told_of_setup(
         .take(12)
         .collect();
     if !places.is_empty() {
-        told.push(format!("positions of the machine (G53, SUPA, M91, reference points): {}", places.join(", ")));
+        lines.push(format!("positions of the machine (G53, SUPA, M91, reference points): {}", places.join(", ")));
     }
-    told
+    lines
 }
 
 /// Puts the folder into its place when it is whole.

@@ -174,8 +174,9 @@ pub(super) fn stated_mount(
         None => interview.given(key),
         Some(at) => {
             let text = format!(
-                "Where on the table is the zero of the program? It turns the table by its axes (line {}), so that the place decides \
-                 where the cuts are. X,Y,Z in mm from the zero of the table frame; what is proposed lies {where_it_is}",
+                "Where on the table is the zero of the program? The program turns the table (line {}), so the place \
+                 of its zero decides where the cuts are. X,Y,Z in mm from the zero of the table frame; the proposal \
+                 lies {where_it_is}",
                 at.line
             );
             interview.get(key, text, Some(on_table.clone()))

@@ -21,16 +21,22 @@ pub(super) fn came_off(k: usize, part: &StockPart, mass: f64, end: &End, table_f
     let goes = match end {
         End::Rests { push } => {
             let push = push * M_PER_MM;
-            format!("they rest where they are, also under a push of {push:.1} m/s2 to any side, and stay stock")
+            format!(
+                "they stay at rest, also under a push of {push:.1} m/s2 in any direction, and remain part of the \
+                     stock"
+            )
         }
-        End::Left => "they fall away and are no longer stock".to_owned(),
+        End::Left => "they fall off and are removed from the stock".to_owned(),
         End::Lies { within } => {
             // No "-0".
             let p = table_from_work.inverse().point(&within.center()).coords.map(|x| x.round() + 0.0);
-            format!("they fall, come to rest about X {:.0} Y {:.0} Z {:.0} and are no longer stock", p.x, p.y, p.z)
+            format!(
+                "they fall, come to rest about X {:.0} Y {:.0} Z {:.0} and are removed from the stock",
+                p.x, p.y, p.z
+            )
         }
         End::Unknown(why) => {
-            format!("where they go is not decided ({why}), so the twin leaves them in place")
+            format!("where they fall is unknown ({why}), so the twin leaves them in place")
         }
         End::Unfinished => "they still fall".to_owned(),
     };
@@ -66,7 +72,7 @@ fn two_figures(x: f64) -> f64 {
 /// The cutter cuts a part that nothing clamps.
 pub(super) fn cut(k: usize) -> Finding {
     let name = name(k);
-    let message = format!("the cutter cuts {name}, which rests by its weight alone: it is caught and thrown");
+    let message = format!("the cutter cuts {name}, which nothing clamps: the cutter can catch and throw it");
     let mut f = FindingLog::of(&finding::LOOSE_PART_CUT, message);
     f.bodies = vec![name];
     f
@@ -79,14 +85,14 @@ pub(super) fn thrown(k: usize) -> String {
 
 /// For the gates.
 pub(super) fn not_decided(k: usize, why: &str) -> String {
-    format!("where {} goes that came off the stock (process-loose-part): {why}", name(k))
+    format!("where {}, cut off the stock, goes (process-loose-part): {why}", name(k))
 }
 
 /// For the gates.
 pub(super) fn moved_by_table(k: usize, push: f64, time: f64) -> String {
     format!(
-        "where {} goes that came off the stock (process-loose-part): it rests under pushes of up to {:.1} m/s2, and at {time:.2} s \
-         the table tilts or moves it with more",
+        "where {}, cut off the stock, goes (process-loose-part): it stays at rest under pushes of up to {:.1} m/s2, \
+         but at {time:.2} s the table tilts or accelerates it more",
         name(k),
         push * M_PER_MM
     )
@@ -95,22 +101,23 @@ pub(super) fn moved_by_table(k: usize, push: f64, time: f64) -> String {
 /// For the gates.
 pub(super) fn came_near(name: &str, body: &str, time: f64) -> String {
     format!(
-        "{body} against {name}, which came off the stock (process-loose-part): at {time:.2} s it comes to where that lies"
+        "{body} against {name}, cut off the stock (process-loose-part): at {time:.2} s the body reaches the place of \
+         that part"
     )
 }
 
 /// For the gates.
 pub(super) fn checked(rests: usize, gone: usize) -> Option<String> {
-    let parts = |n: usize| if n == 1 { "1 part".to_owned() } else { format!("{n} parts") };
-    let told = match (rests, gone) {
+    let count = |n: usize| if n == 1 { "1 part".to_owned() } else { format!("{n} parts") };
+    let parts = match (rests, gone) {
         (0, 0) => return None,
-        (r, 0) => format!("{} that came off the stock, at rest in its place", parts(r)),
-        (0, g) => format!("without {} that fell off the stock", parts(g)),
+        (r, 0) => format!("{} that came off the stock, at rest in its place", count(r)),
+        (0, g) => format!("without {} that fell off the stock", count(g)),
         (r, g) => {
-            format!("{} that came off the stock, at rest in its place, and without {} that fell", parts(r), parts(g))
+            format!("{} that came off the stock, at rest in its place, and without {} that fell", count(r), count(g))
         }
     };
-    Some(format!("; {told} (process-loose-part)"))
+    Some(format!("; {parts} (process-loose-part)"))
 }
 
 #[cfg(test)]

@@ -64,8 +64,8 @@ const ALL: [Known; 30] = [
     option!(&[Singularity], junction, JunctionFile, "no rule"),
     option!(&[MinAngularAcceleration], cap_deg, number),
     option!(&[MinAngularAcceleration], window_mm, number),
-    option!(&[MinAngularAcceleration], criterion, CriterionFile, "none of its words"),
-    option!(&[MinAngularAcceleration], key_axes, KeyAxesFile, "none of its words"),
+    option!(&[MinAngularAcceleration], criterion, CriterionFile, "not one of its words"),
+    option!(&[MinAngularAcceleration], key_axes, KeyAxesFile, "not one of its words"),
     option!(BULL_NOSE, strip_min_mm, number),
     option!(BULL_NOSE, strip_max_mm, number),
     option!(BULL_NOSE, strip_height_mm, number),
@@ -86,7 +86,7 @@ const ALL: [Known; 30] = [
     },
     option!(&[Smooth], time_given_up_percent, number),
     option!(&[Smooth], turn_max_deg, number),
-    option!(&[Smooth], ends, EndsFile, "none of its words"),
+    option!(&[Smooth], ends, EndsFile, "not one of its words"),
 ];
 
 impl RescheduleFile {

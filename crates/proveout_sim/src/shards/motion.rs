@@ -198,7 +198,7 @@ impl<'p> MotionReader<'p> {
         let input = BufReader::with_capacity(1 << 20, File::open(path).map_err(fault)?);
         let mut reader = Self { path, input, engagement: false };
         if reader.read(MOTION_MAGIC.len()).is_none_or(|magic| magic != MOTION_MAGIC) {
-            return Err(ShardError::new(path, "is not a motion that this version reads"));
+            return Err(ShardError::new(path, "is not a motion file that this version can read"));
         }
         let bodies = reader.bodies().ok_or_else(|| ShardError::new(path, "its tools cannot be read"))?;
         Ok((reader, bodies))
@@ -254,7 +254,7 @@ impl<'p> MotionReader<'p> {
         let Some(head) = read(&mut self.input, 4)? else { return Ok(None) };
         let count = u32_at(&head, 0);
         if count > MOST_PIECES {
-            return Err(fault("a stretch has more pieces than there can be".into()));
+            return Err(fault("a stretch has too many pieces".into()));
         }
         let length = count as usize * PIECE;
         let Some(bytes) = read(&mut self.input, length)? else {

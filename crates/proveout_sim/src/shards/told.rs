@@ -51,7 +51,7 @@ impl ShardCuts {
             let mut input = BufReader::with_capacity(1 << 20, File::open(path).map_err(fault)?);
             match record(&mut input, CUTS_MAGIC.len()).map_err(fault)? {
                 Some(magic) if magic == CUTS_MAGIC => Ok((path.clone(), input)),
-                _ => Err(ShardError::new(path, "holds no cuts that this version reads")),
+                _ => Err(ShardError::new(path, "holds no cuts that this version can read")),
             }
         };
         let inputs = paths.iter().map(open).collect::<Result<Vec<_>, _>>()?;
@@ -108,7 +108,7 @@ impl ShardCuts {
             }
             Err(e) => {
                 let path = self.inputs.first().map_or_else(|| Path::new("").to_owned(), |i| i.0.clone());
-                self.fault = Some(ShardError::new(&path, format!("this shard or a later one does not fit: {e}")));
+                self.fault = Some(ShardError::new(&path, format!("this shard or a later one does not match: {e}")));
                 // The run ends after this stretch; its reports have to be there.
                 vec![SweepReport::default(); items.len()]
             }

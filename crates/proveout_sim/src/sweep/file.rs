@@ -160,7 +160,7 @@ impl Sweep {
             )
         })?;
         if design.len() > MOST_JOBS {
-            let message = format!("{} jobs, and at most {MOST_JOBS} are planned", design.len());
+            let message = format!("{} jobs are too many: the limit is {MOST_JOBS}", design.len());
             return Err(fault(0, message, "vary less, or draw: method = \"latin-hypercube\""));
         }
         if let Some(shards) = &file.shards {
@@ -170,7 +170,7 @@ impl Sweep {
                 return Err(fault(at, message, "write as many as there are machines, for example shards = 8"));
             }
             if design.len() != 1 {
-                let message = format!("shards belong to a single run, and there are {}", design.len());
+                let message = format!("shards split a single run, but the sweep has {}", design.len());
                 return Err(fault(at, message, "give each key one value, or leave `shards` out"));
             }
         }
@@ -237,7 +237,7 @@ impl VaryFile {
                 let finite = |v: &ChoiceValueFile| !matches!(v, ChoiceValueFile::Number(x) if !x.is_finite());
                 let unlike = values.iter().map(ChoiceValueFile::exact).collect::<BTreeSet<_>>().len() == values.len();
                 if values.is_empty() || !values.iter().all(finite) || (method != DesignFile::List && !unlike) {
-                    return Some(("values are missing, no numbers, or there twice".into(), "give each value once"));
+                    return Some(("values are missing, repeated, or not numbers".into(), "give each value once"));
                 }
                 None
             }
@@ -248,10 +248,10 @@ impl VaryFile {
                 match (method, steps) {
                     (DesignFile::LatinHypercube, None) => None,
                     (DesignFile::LatinHypercube, Some(_)) => {
-                        Some(("draws are taken all over a range".into(), "leave `steps` out"))
+                        Some(("a Latin hypercube draws from the whole range".into(), "leave `steps` out"))
                     }
                     (_, Some(n)) if (2..=MOST_JOBS).contains(&n) => None,
-                    _ => Some(("a range has no number of values".into(), "write steps = 2 or more")),
+                    _ => Some(("a range needs a number of values".into(), "write steps = 2 or more")),
                 }
             }
             _ => {

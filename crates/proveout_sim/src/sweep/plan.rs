@@ -274,12 +274,12 @@ impl Plan {
             .map_err(|e| InputError::file(&path, format!("is not a plan of a sweep: {e}"), again))?;
         if plan.plan_version != VERSION || plan.made_by != made_by() {
             let message =
-                format!("was planned by {} (layout {}), and this is {}", plan.made_by, plan.plan_version, made_by());
+                format!("was planned by {} (layout {}), but this is {}", plan.made_by, plan.plan_version, made_by());
             return Err(InputError::file(&path, message, again));
         }
         let own = plan.own_check().map_err(|e| InputError::file(&path, e.to_string(), again))?;
         if own != plan.check {
-            let message = "is not as it was planned: its SHA-256 differs from the one in it";
+            let message = "has changed since it was planned: its SHA-256 differs from the one in it";
             return Err(InputError::file(&path, message, again));
         }
         Ok(plan)
@@ -306,7 +306,7 @@ impl Planned {
         let planned: Self = serde_json::from_str(&text).map_err(|e| fault(format!("is not a job: {e}")))?;
         let own = planned.own_digest().map_err(|e| fault(e.to_string()))?;
         if planned.job != job || planned.digest != *digest || own != *digest {
-            return Err(fault("is not as it was planned: its digest differs".into()));
+            return Err(fault("has changed since it was planned: its digest differs".into()));
         }
         Ok(planned)
     }

@@ -247,12 +247,12 @@ pub fn check_verdict(sweep: &Path, plan: &Plan, result: &JobResult) -> Result<()
     let damaged = |path: &Path, message: String| ResultFault::Damaged { job: result.job, path: path.into(), message };
     let now = digest::measure(&path).map_err(|e| damaged(&path, format!("its verdict cannot be read: {e}")))?.1;
     if now != result.verdict_sha256 {
-        return Err(damaged(&path, "its verdict is not as the job wrote it".into()));
+        return Err(damaged(&path, "its verdict has changed since the job wrote it".into()));
     }
     if plan.keep == KeepFile::Folder {
         let found = verify_files(&folder).map_err(|e| damaged(&folder, e.to_string()))?;
         if let Some(what) = found.changed_files.into_iter().next() {
-            return Err(damaged(&folder, format!("its run folder is not as the job wrote it: {what}")));
+            return Err(damaged(&folder, format!("its run folder has changed since the job wrote it: {what}")));
         }
     }
     Ok(())
@@ -271,7 +271,7 @@ pub fn read_result(sweep: &Path, plan: &Plan, job: usize) -> Result<JobResult, R
     let damaged = |message: String| ResultFault::Damaged { job, path: path.clone(), message };
     let result: JobResult = serde_json::from_str(&text).map_err(|e| damaged(e.to_string()))?;
     if result.check != result.own_check() {
-        return Err(damaged("it is not as it was written".into()));
+        return Err(damaged("it has changed since it was written".into()));
     }
     if result.job != job {
         return Err(damaged(format!("it is that of job {}", result.job)));

@@ -91,7 +91,7 @@ pub(super) fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUse
                 missing: Vec::new(),
             },
             None => ResidualUsed {
-                source: format!("{} states none: left out, which is not zero", tool.name),
+                source: format!("{} states none: unknown, not zero", tool.name),
                 missing: vec![tool.name.clone()],
                 ..ResidualUsed::default()
             },
@@ -109,5 +109,5 @@ pub(super) fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUse
             }
         });
     }
-    all.unwrap_or_else(|| ResidualUsed { source: "no tool comes near: left out".into(), ..ResidualUsed::default() })
+    all.unwrap_or_else(|| ResidualUsed { source: "no tool comes near".into(), ..ResidualUsed::default() })
 }

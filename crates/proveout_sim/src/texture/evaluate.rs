@@ -122,7 +122,7 @@ impl<'a> Work<'a> {
                 unknown_phase |= passages().next().is_none();
                 for p in passages().filter(|p| p.distance > PASSED_MM) {
                     let message = format!(
-                        "{} passes the place of its spindle phase in feed at {:.4} mm only",
+                        "in feed, {} comes no closer than {:.4} mm to the place of its spindle phase",
                         described.name, p.distance
                     );
                     used.unchecked.push(message);
@@ -239,7 +239,7 @@ impl<'a> Work<'a> {
         }
         if self.used.uncut > 0 {
             self.used.unchecked.push(format!(
-                "{} of {} nodes are not cut to {} mm above the design or below",
+                "{} of {} nodes are not cut to within {} mm above the design",
                 self.used.uncut, self.used.nodes, self.surface.max_height_mm
             ));
         }
@@ -274,9 +274,9 @@ impl<'a> Work<'a> {
         let place = match direction {
             Some(direction) => {
                 if lay_deg.is_none() {
-                    self.used
-                        .remarks
-                        .push("no marks are seen round it: the profile runs along X laid into the surface".into());
+                    self.used.remarks.push(
+                        "no marks are found around it: the profile runs along X projected onto the surface".into(),
+                    );
                 }
                 self.to_lay(&self.entry.place, lay_deg, direction)
             }
@@ -353,7 +353,7 @@ impl<'a> Work<'a> {
             let why = if why.is_empty() { "not at every spindle phase".to_owned() } else { why.join("; ") };
             self.open(direction, format!("profile {word}: {why}"));
         }
-        self.used.remarks.extend(remark.map(|r| format!("profile {word}: {r}, and was taken")));
+        self.used.remarks.extend(remark.map(|r| format!("profile {word}: {r}; it was used")));
         if self.used.blocks.is_empty() {
             let makers: Vec<Option<Maker>> = cuts.iter().map(|c| c.as_ref().map(|c| self.maker(c))).collect();
             self.used.blocks = self.blocks(&makers);
@@ -409,7 +409,7 @@ impl<'a> Work<'a> {
         let uncut = cuts.iter().filter(|c| c.is_none()).count();
         if uncut > 0 {
             let (all, height) = (cuts.len(), self.surface.max_height_mm);
-            return Err(format!("{uncut} of {all} points are not cut to {height} mm above the design or below"));
+            return Err(format!("{uncut} of {all} points are not cut to within {height} mm above the design"));
         }
         let heights = cuts.iter().flatten().map(|c| c.height).collect();
         let profile = Profile::new(step, heights).map_err(|e| e.to_string())?;

@@ -122,9 +122,9 @@ fn one(
             let why = if b.of.design_error_um > 0.0 && b.high - 4.0 * b.of.design_error_um <= b.limit {
                 format!("the design is coarser than the tolerance (its own error is {} um)", b.of.design_error_um)
             } else if b.teeth > 0.0 && b.high - b.teeth <= b.limit {
-                format!("marks of the teeth along the path may add {:.4} um, which an envelope does not have", b.teeth)
+                format!("marks of the teeth along the path, which an envelope does not show, may add {:.4} um", b.teeth)
             } else {
-                "its spindle phase and its residual decide".to_owned()
+                "it depends on the spindle phase and the residual".to_owned()
             };
             format!("{} {}: {} against {}: {why}", place(b.of), b.direction, figures(b), b.allowed())
         })
@@ -146,7 +146,8 @@ fn one(
             String::new()
         } else {
             format!(
-                "; of the motion alone: vibration, ploughing and tear are left out, of which {} states nothing ([tool.residual])",
+                "; of the motion alone: vibration, ploughing and tear are left out, since {} does not state them \
+                 ([tool.residual])",
                 silent.join(", ")
             )
         };
@@ -154,11 +155,11 @@ fn one(
         return Judgement { key: key_word, state: State::Pass, reason };
     }
     let more = open.len().saturating_sub(TOLD);
-    let mut told: Vec<String> = open.into_iter().take(TOLD).collect();
+    let mut reasons: Vec<String> = open.into_iter().take(TOLD).collect();
     if more > 0 {
-        told.push(format!("{more} more reasons in `surface.textures`"));
+        reasons.push(format!("{more} more reasons in `surface.textures`"));
     }
-    Judgement { key: key_word, state: State::Unchecked, reason: told.join("; ") }
+    Judgement { key: key_word, state: State::Unchecked, reason: reasons.join("; ") }
 }
 
 /// Regions with a bound in which no place was asked for.

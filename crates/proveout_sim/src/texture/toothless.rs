@@ -70,7 +70,7 @@ pub(super) fn missing(texture: &TextureUsed) -> Option<String> {
     let tools =
         if texture.residual.missing.is_empty() { "the tools".to_owned() } else { texture.residual.missing.join(", ") };
     Some(format!(
-        "{flat}an envelope is the least that can result: marks of the teeth, run-out, vibration, ploughing and tear are left out; give \
-         flutes and [tool.edges] of {tools} with model = \"teeth\", or [tool.residual]"
+        "{flat}an envelope is a lower bound: marks of the teeth, run-out, vibration, ploughing and tear are left \
+         out; give flutes and [tool.edges] of {tools} with model = \"teeth\", or [tool.residual]"
     ))
 }

@@ -386,7 +386,7 @@ mod tests {
             assert!((held - single.volume()).abs() < 1e-9 * held, "every tile has one owner");
             for (k, (items, measures)) in batches.iter().enumerate() {
                 let reports = single.sweep_measured(items, measures, &mut depths);
-                let told: Vec<Vec<u8>> = parts
+                let replies: Vec<Vec<u8>> = parts
                     .iter_mut()
                     .map(|part| {
                         let mut log = ShareLog::default();
@@ -398,7 +398,7 @@ mod tests {
                     // A merged stock is cut on like any other, and the shares go on with it.
                     merged.sweep_measured(items, measures, &mut depths_merged)
                 } else {
-                    let mut replays: Vec<ShareReplay<'_>> = told.iter().map(|b| ShareReplay::new(b)).collect();
+                    let mut replays: Vec<ShareReplay<'_>> = replies.iter().map(|b| ShareReplay::new(b)).collect();
                     let again =
                         merged.sweep_told(items, measures, &mut depths_merged, &mut replays).expect("the same items");
                     assert!(replays.iter().all(ShareReplay::is_done));

@@ -74,14 +74,14 @@ mod tests {
         // A jaw at the side x = 20, sunk in by less than a cell and by more.
         for depth in [0.02, 3.3] {
             let jaw = box_mesh(&b([20.0 - depth, 5.0, -1.0], [40.0, 15.0, 8.0]));
-            let found = stock.overlap_with(&jaw).expect("it stands in the stock");
+            let found = stock.overlap_with(&jaw).expect("it overlaps the stock");
             assert!((found.depth_mm - depth).abs() < 1e-9, "{found:?}");
             assert!((found.volume_mm3 - depth * 10.0 * 8.0).abs() < 1e-6, "{found:?}");
             assert!((found.point.x - (20.0 - 0.5 * depth)).abs() < 1e-9);
         }
         for apart in [0.0, 0.3] {
             let jaw = box_mesh(&b([20.0 + apart, 5.0, -1.0], [40.0, 15.0, 8.0]));
-            assert_eq!(stock.overlap_with(&jaw), None, "beside it, {apart} mm away");
+            assert_eq!(stock.overlap_with(&jaw), None, "next to it, {apart} mm away");
         }
         let within = box_mesh(&b([5.0, 5.0, 2.0], [7.0, 9.0, 8.0]));
         assert!(stock.overlap_with(&within).is_some_and(|o| (o.depth_mm - 2.0).abs() < 1e-9), "wholly inside");

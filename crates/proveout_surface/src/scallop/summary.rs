@@ -11,7 +11,7 @@ const BARS: f64 = 20.0;
 /// Width of a bar at least, mm: what is known of a height.
 const NARROWEST: f64 = 1e-6;
 
-/// Heights of some ridges, mm; means and percentiles are weighed with the length of the ridges.
+/// Heights of some ridges, mm; means and percentiles are weighted by the length of the ridges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heights {
     /// Places on ridges.

@@ -265,12 +265,12 @@ impl Dong {
         let side = [-sin_w, cos_w, 0.0];
         let ring = self.radius - self.corner;
         let center = [0, 1, 2].map(|k| ring * out[k] + if k == 2 { self.corner } else { 0.0 });
-        let beside = |c: [f64; 3]| c[1] * along[1] - c[2] * along[0];
+        let across = |c: [f64; 3]| c[1] * along[1] - c[2] * along[0];
         let forth = |c: [f64; 3]| c[1] * along[0] + c[2] * along[1];
         let origin = [0.0, from[0], from[1]];
-        let (p0, l0) = (beside(center) - beside(origin), forth(center) - forth(origin));
+        let (p0, l0) = (across(center) - across(origin), forth(center) - forth(origin));
         // The point of the ring at an angle from the contact's side: center + ring (-out cos + side sin).
-        let (pa, pb) = (-ring * beside(out), ring * beside(side));
+        let (pa, pb) = (-ring * across(out), ring * across(side));
         let (la, lb) = (-ring * forth(out), ring * forth(side));
         let (width, turned) = (pa.hypot(pb), pb.atan2(pa));
         let at = |angle: f64| {

@@ -122,7 +122,7 @@ pub(super) fn drafts(file: &Path, data: Vec<Entry>, call: &ImportCall) -> Result
         let left_out = LEFT_OUT.iter().any(|word| kind.contains(word)) || kind == "circle segment taper";
         if left_out {
             let message =
-                format!("T{number} \"{words}\" is a {kind}, which a library has no kind for, and is left out");
+                format!("T{number} \"{words}\" is a {kind}, which a library does not support, and is left out");
             imported.notes.push(message);
             continue;
         }
@@ -205,7 +205,7 @@ fn draft(
     } else if has("tapered") {
         draft.kind = Some("profile");
         draft.segments = tapered(dc, mm(g.RE).unwrap_or(0.0), angle("TA", g.TA)?, need("LCF", g.LCF)?)?;
-        notes.push("DC is taken for the diameter at the tip".into());
+        notes.push("DC is read as the diameter at the tip".into());
     } else if has("dovetail") {
         let (half, length) = (angle("TA", g.TA)?.to_radians(), need("LCF", g.LCF)?);
         let top = 0.5 * dc - length * half.tan();

@@ -47,7 +47,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
         }
         if !other.is_empty() {
             imported.notes.push(format!(
-                "T{}: {} has no place in a library and is left out",
+                "T{}: {} cannot be kept in a library and is left out",
                 draft.number,
                 other.join(" ")
             ));

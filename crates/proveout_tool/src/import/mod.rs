@@ -137,7 +137,7 @@ fn json(file: &Path, call: &ImportCall) -> Result<Imported, InputError> {
     let open = || open_regular_file(file).map_err(|e| refused(&e));
     let length = open()?.metadata().map_err(|e| refused(&e))?.len();
     if length > MAX_BYTES {
-        return Err(refused(&format!("it has {length} bytes, and {MAX_BYTES} are read at most")));
+        return Err(refused(&format!("it has {length} bytes; the limit is {MAX_BYTES}")));
     }
     let reader = std::io::BufReader::new(open()?);
     // A list of one kind or the other; members that neither has are passed over and not held.

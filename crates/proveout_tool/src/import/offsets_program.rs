@@ -84,7 +84,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
     }
     let mut imported = Imported { format: "program of tool offsets", ..Imported::default() };
     if all.values().any(|o| o.set[2] > 0) {
-        imported.notes.push("L12 is taken for the diameter, as a Haas has it; a Fanuc writes the radius there".into());
+        imported.notes.push("L12 is read as the diameter, as on a Haas; a Fanuc writes the radius there".into());
     }
     for (number, own) in all {
         if !call.wants(number) {

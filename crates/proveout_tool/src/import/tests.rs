@@ -25,7 +25,7 @@ fn call(unit: Option<LengthUnit>) -> ImportCall {
 /// The library that the drafts make.
 fn library(mut tools: Vec<ToolDraft>) -> ToolLibrary {
     for tool in &mut tools {
-        tool.complete(None).expect("a diameter is told");
+        tool.complete(None).expect("a diameter is given");
     }
     let text = library_text("made", "made", &tools);
     ToolLibrary::from_text(Path::new("tools.toml"), &text).unwrap_or_else(|e| panic!("{e}\n{text}"))
@@ -140,7 +140,7 @@ fn tables_without_a_unit_want_one() {
     assert!(error.remedy.contains("--unit"), "{error}");
     let all = import_tools(&table, &call(Some(LengthUnit::Inch))).expect("read");
     assert_eq!((all.tools[0].diameter(), all.tools[0].flutes), (Some(12.7), Some(4)));
-    assert!((all.tools[0].gauge.expect("told") - 107.95).abs() < 1e-9);
+    assert!((all.tools[0].gauge.expect("given") - 107.95).abs() < 1e-9);
     assert_eq!((all.tools[1].kind, all.notes.len()), (Some("ball"), 1));
     assert_eq!(library(all.tools).tools.len(), 2);
     let wrong = shelf.file("wrong.tbl", "T1 P1 D6\nT2 Dxyz\n");
@@ -155,8 +155,8 @@ fn offsets_of_a_control_are_added_with_their_wear() {
     let all = import_tools(&shelf.file("offsets.nc", text), &call(None)).expect("read");
     let tool = &all.tools[0];
     assert!(
-        (tool.gauge.expect("told") - 4.498 * 25.4).abs() < 1e-9
-            && (tool.diameter().expect("told") - 0.499 * 25.4).abs() < 1e-9
+        (tool.gauge.expect("given") - 4.498 * 25.4).abs() < 1e-9
+            && (tool.diameter().expect("given") - 0.499 * 25.4).abs() < 1e-9
     );
     let none = text.replace("G20 ", "");
     assert!(
@@ -176,7 +176,7 @@ fn camotics_and_csv_give_tools() {
     let all = import_tools(&shelf.file("part.camotics", project), &call(None)).expect("read");
     assert_eq!((all.tools[0].flute_length, all.tools[1].diameter()), (Some(20.0), Some(12.7)));
     // A cone as high as it is wide: half angle atan 1/2.
-    assert!((all.tools[1].get("point_angle_deg").expect("told") - 53.130_102).abs() < 1e-4);
+    assert!((all.tools[1].get("point_angle_deg").expect("given") - 53.130_102).abs() < 1e-4);
     library(all.tools);
     let csv = "number,name,kind,diameter_inch,flute_length_mm,stick_out_mm,holder_diameter_mm,holder_length_mm,flutes\n\
                7,END,flat,0.5,30,45,40,60,4\n8,B6,ball,0.25,,,,,\n";

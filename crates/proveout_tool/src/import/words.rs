@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_at_the_center_are_told_or_not_known() {
+    fn edges_at_the_center_are_reported_or_not_known() {
         for (text, wanted) in [
             ("8MM SLOT DRILL", Some(true)),
             ("end mill, center-cutting", Some(true)),
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn teeth_are_counted_where_they_are_told() {
+    fn teeth_are_counted_where_they_are_given() {
         assert_eq!(flutes_of("1/2 4FL END MILL"), Some(4));
         assert_eq!(flutes_of("3 flute, 12 mm"), Some(3));
         assert_eq!(flutes_of("FLAT END MILL"), None);

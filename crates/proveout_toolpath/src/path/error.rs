@@ -115,7 +115,7 @@ pub enum PathError {
         section: f64,
     },
     /// The path needs more points than any program has.
-    #[error("the path needs more than {MOST_POINTS} points: a longer step or a larger scallop would do")]
+    #[error("the path needs more than {MOST_POINTS} points: use a longer step or a larger scallop")]
     TooLong,
 }
 

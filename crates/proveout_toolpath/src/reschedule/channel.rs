@@ -49,8 +49,8 @@ impl Channel {
                 "reschedule-channel",
                 path.lines[first],
                 format!(
-                    "there is no channel: the concave side turns by {turning:.1} degrees, and a clearance of {:.1} degrees on \
-                     both sides leaves {:.1} degrees where {:.1} are needed",
+                    "there is no channel: the concave side turns by {turning:.1} degrees, and a clearance of {:.1} \
+                     degrees on both sides leaves {:.1} degrees; {:.1} are needed",
                     clearance.to_degrees(),
                     worst.to_degrees(),
                     narrowest.to_degrees()

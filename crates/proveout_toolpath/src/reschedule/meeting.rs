@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn a_depth_is_told_and_a_touch_is_none() {
+    fn a_depth_is_reported_and_a_touch_is_none() {
         let at = |z: f64| ToolPose { tip: Point::new(0.0, 0.0, z), axis: Vector::z() };
         let old = at(5.0);
         for (z, wanted) in [

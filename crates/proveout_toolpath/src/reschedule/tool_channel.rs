@@ -95,8 +95,8 @@ impl ToolChannel {
                     "reschedule-channel",
                     path.lines[i + 1],
                     format!(
-                        "no tool axis in this block is free whose lean is at most {:.1} degrees, at the inclination of {:.1} degrees that the \
-                         program has",
+                        "in this block no tool axis with a lean of at most {:.1} degrees is free at the inclination \
+                         of {:.1} degrees of the program",
                         self.lean_max.to_degrees(),
                         (0.5 * (path.axial[i] + path.axial[i + 1])).asin().to_degrees()
                     ),
@@ -106,8 +106,8 @@ impl ToolChannel {
             blocks.push(interval);
         }
         let gate = |i: usize| {
-            let (before, behind) = (blocks[i.max(1) - 1], blocks[i.min(n - 2)]);
-            [before[0].max(behind[0]), before[1].min(behind[1])]
+            let (before, after) = (blocks[i.max(1) - 1], blocks[i.min(n - 2)]);
+            [before[0].max(after[0]), before[1].min(after[1])]
         };
         let gates: Vec<[f64; 2]> = (0..n).map(gate).collect();
         if let Some(first) = gates.iter().position(|[low, high]| low > high) {

@@ -1,6 +1,7 @@
 //! `docs/` as a book: every page is in `docs/SUMMARY.md`, and every link of every page leads somewhere.
 //!
-//! It needs no `mdbook`, which takes minutes to install: what it would refuse is found here, and links that leave the book as well.
+//! It needs no `mdbook`, which takes minutes to install: what it would refuse is found here, and links that
+//! leave the book as well.
 
 use std::{
     collections::BTreeSet,
@@ -66,7 +67,8 @@ fn below(root: &Path, folder: &Path, deep: bool, pages: &mut Vec<PathBuf>) -> Re
     Ok(())
 }
 
-/// Targets of the links and pictures of a page that stay in the project: without addresses, places in the page itself, and code.
+/// Targets of the links and pictures of a page that stay in the project: without addresses, places in the
+/// page itself, and code.
 fn links(text: &str) -> Vec<String> {
     let mut out = Vec::new();
     let mut fenced = false;

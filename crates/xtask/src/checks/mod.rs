@@ -4,4 +4,5 @@ pub(crate) mod architecture;
 pub(crate) mod book;
 pub(crate) mod findings;
 pub(crate) mod layers;
+pub(crate) mod style;
 pub(crate) mod test_command;

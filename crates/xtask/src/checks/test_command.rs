@@ -7,7 +7,8 @@ use crate::{Failure, files};
 /// The one command.
 pub(crate) const COMMAND: &str = "cargo xtask ci";
 
-/// Commands of a shell script: lines that are not empty, comments, or settings (`set`, and `export` of a setting of Cargo).
+/// Commands of a shell script: lines that are not empty, comments, or settings (`set`, and `export` of a
+/// setting of Cargo).
 fn commands(script: &str) -> Vec<&str> {
     let is_setting = |l: &str| l.starts_with("set ") || l.starts_with("export CARGO_");
     script.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#') && !is_setting(l)).collect()

@@ -1,4 +1,5 @@
-//! Figures in Markdown: the source of a number is next to it, in a remark that a reader does not see.
+//! Figures in Markdown: the source of a number is next to it, in a remark that a reader does not see, or in
+//! the block of the page (`block.rs`).
 //!
 //! ```text
 //!   cut within <!--= cone-frustum deviation.gouge_max_mm .2um +-0.05 -->0.65<!--/--> µm
@@ -11,11 +12,11 @@
 //! (`_` means a blank), `[2]` the entry at that place. `@command` and `@made` are the run's command and the
 //! commit and day of its figures.
 //!
-//! *Form*: `.2` is a number with two decimals, `s` a text as it is. `um` is for keys in mm that the page has in micrometers, `cm3` for
-//! keys in mm³, `pct` for ratios.
+//! *Form*: `.2` is a number with two decimals, `s` a text as it is. `um` is for keys in mm that the page has
+//! in micrometers, `cm3` for keys in mm³, `pct` for ratios.
 //!
-//! *Bound*: how far, in the unit of the page, a number of the surface may be off where it is compared. What follows from the motion alone
-//! has none: it is compared exactly.
+//! *Bound*: how far, in the unit of the page, a number of the surface may be off where it is compared. What
+//! follows from the motion alone has none: it is compared exactly.
 
 use serde_json::Value;
 
@@ -37,8 +38,10 @@ pub(super) struct Marker {
     pub(super) bound: Option<f64>,
     /// Line of the page, from 1.
     pub(super) line: usize,
-    /// Text between the remarks: bytes of the page.
+    /// Text of the figure: bytes of the page.
     pub(super) span: std::ops::Range<usize>,
+    /// The same in the block at the end of the page, for a figure that is listed there.
+    pub(super) listed: Option<std::ops::Range<usize>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +103,7 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
                 bound: bound.flatten(),
                 line,
                 span: offset + start..offset + end,
+                listed: None,
             });
             at = end + CLOSE.len();
         }
@@ -108,15 +112,21 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
     Ok(all)
 }
 
-/// The text with other figures; `texts` are those of the markers in their order.
+/// The text with other figures, in text and block; `texts` are those of the markers in their order.
 pub(super) fn filled(text: &str, markers: &[Marker], texts: &[Option<String>]) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut at = 0;
+    let mut places: Vec<(&std::ops::Range<usize>, &str)> = Vec::new();
     for (marker, new) in markers.iter().zip(texts) {
         let Some(new) = new else { continue };
-        out += &text[at..marker.span.start];
+        places.push((&marker.span, new.as_str()));
+        places.extend(marker.listed.iter().map(|listed| (listed, new.as_str())));
+    }
+    places.sort_by_key(|(span, _)| span.start);
+    let mut out = String::with_capacity(text.len());
+    let mut at = 0;
+    for (span, new) in places {
+        out += &text[at..span.start];
         out += new;
-        at = marker.span.end;
+        at = span.end;
     }
     out + &text[at..]
 }
@@ -238,8 +248,8 @@ mod tests {
             ("<!--= r time.total_s 1 -->5<!--/-->", "form"),
             ("<!--= r time.total_s .1 0.1 -->5<!--/-->", "bound"),
         ] {
-            let Failure(told) = markers("p.md", text).expect_err(text);
-            assert!(told.contains(word), "{text}: {told}");
+            let Failure(message) = markers("p.md", text).expect_err(text);
+            assert!(message.contains(word), "{text}: {message}");
         }
     }
 

@@ -1,7 +1,8 @@
 //! The figures of the pages, from runs: `cargo xtask figures` makes the runs of `docs/figures.toml` and
-//! fills the pages, `cargo xtask figures --check` makes them and compares. A figure with a remark is never
-//! typed by hand.
+//! fills the pages, `cargo xtask figures --check` makes them and compares. A figure that a page lists in its
+//! block, or that is between remarks, is never typed by hand.
 
+mod block;
 mod marker;
 
 use std::{
@@ -13,7 +14,10 @@ use std::{
 
 use serde_json::Value;
 
-use self::marker::{Marker, filled, markers, value};
+use self::{
+    block::all_markers,
+    marker::{Marker, filled, value},
+};
 use crate::{
     Failure, files,
     workspace::{Workspace, cargo},
@@ -160,7 +164,7 @@ fn pages(root: &Path) -> Result<Vec<Page>, Failure> {
     for path in paths {
         let name = path.strip_prefix(root).unwrap_or(&path).display().to_string();
         let text = files::get(&path)?;
-        let markers = markers(&name, &text)?;
+        let markers = all_markers(&name, &text)?;
         if !markers.is_empty() {
             out.push(Page { name, text, markers });
         }
@@ -244,8 +248,8 @@ fn made(root: &Path, program: &Path, run: &Run, wanted: &Wanted) -> Result<Optio
         let output = command.output().map_err(|e| Failure(format!("cannot start {}: {e}", program.display())))?;
         // 1: the verdict is fail, 3: unchecked; both are results.
         if !matches!(output.status.code(), Some(0 | 1 | 3)) {
-            let told = String::from_utf8_lossy(&output.stderr).into_owned();
-            return Err(Failure(format!("{}: {}\n{told}", run.name, output.status)));
+            let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+            return Err(Failure(format!("{}: {}\n{errors}", run.name, output.status)));
         }
     }
     let text = files::get(&result)?;
@@ -317,7 +321,7 @@ mod tests {
     const REGISTERED: &str = "[[run]]\nname = \"r\"\ncommand = \"run scenes/s\"\n";
 
     fn page(text: &str) -> Page {
-        Page { name: "p.md".into(), text: text.into(), markers: markers("p.md", text).expect("figures") }
+        Page { name: "p.md".into(), text: text.into(), markers: all_markers("p.md", text).expect("figures") }
     }
 
     #[test]
@@ -330,9 +334,9 @@ mod tests {
     #[test]
     fn a_run_without_figures_a_figure_without_run_and_a_bound_on_motion_are_faults() {
         let runs = registry(REGISTERED).expect("a run");
-        let told = |text: &str| well_named(&runs, &[page(text)]).expect_err(text).0;
-        assert!(told("<!--= q time.total_s .1 -->1<!--/-->").contains("no run \"q\""));
-        assert!(told("<!--= r time.total_s .1 +-1 -->1<!--/-->").contains("compared exactly"));
+        let fault_of = |text: &str| well_named(&runs, &[page(text)]).expect_err(text).0;
+        assert!(fault_of("<!--= q time.total_s .1 -->1<!--/-->").contains("no run \"q\""));
+        assert!(fault_of("<!--= r time.total_s .1 +-1 -->1<!--/-->").contains("compared exactly"));
         assert!(well_named(&runs, &[]).expect_err("no figure").0.contains("no page has"));
         well_named(&runs, &[page("<!--= r deviation.rms_mm .1 +-1 -->1<!--/-->")]).expect("in order");
         assert!(
@@ -345,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_is_told_with_its_page_and_line() {
+    fn what_differs_is_reported_with_its_page_and_line() {
         let results = |total: f64, rms: f64| {
             let result = serde_json::json!({"time": {"total_s": total}, "deviation": {"rms_mm": rms}});
             BTreeMap::from([("r".to_owned(), result)])
@@ -354,9 +358,9 @@ mod tests {
             "\n<!--= r time.total_s .1 -->5.0<!--/--> s, <!--= r deviation.rms_mm .1um +-0.3 -->2.0<!--/--> µm\n";
         let pages = [page(text)];
         assert_eq!(compare(&pages, &results(5.0, 0.0022)).expect("agrees"), "2 figures are those of their runs");
-        let Failure(told) = compare(&pages, &results(5.1, 0.0024)).expect_err("differs");
-        assert!(told.contains("p.md:2: time.total_s of r: the page says 5.0, the run 5.1"), "{told}");
-        assert!(told.contains("rms_mm") && told.contains("remedy: cargo xtask figures"), "{told}");
+        let Failure(message) = compare(&pages, &results(5.1, 0.0024)).expect_err("differs");
+        assert!(message.contains("p.md:2: time.total_s of r: the page says 5.0, the run 5.1"), "{message}");
+        assert!(message.contains("rms_mm") && message.contains("remedy: cargo xtask figures"), "{message}");
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! Jobs that represent what a user waits for: whole runs with all gates on, to be timed and profiled.
 //!
-//! `raster`: 81 lines of 161 points over 40 x 40 mm (13,041 moves of 0.25 mm) with a ball of radius 3 mm, 0.2 mm cells. The tool axis runs on a
-//! cone of 15 degrees about a mean that leans 15 degrees, once round every 20 mm: once each turn it passes through the pole of a
-//! machine whose table turns about Z, and on a machine whose table turns about X it is a common nutating motion.
+//! `raster`: 81 lines of 161 points over 40 x 40 mm (13,041 moves of 0.25 mm) with a ball of radius 3 mm, 0.2
+//! mm cells. The tool axis runs on a cone of 15 degrees about a mean that leans 15 degrees, once round every
+//! 20 mm: once each turn it passes through the pole of a machine whose table turns about Z, and on a machine
+//! whose table turns about X it is a common nutating motion.
 //!
 //! `blade-root`: see there.
 
@@ -169,8 +170,9 @@ mod tests {
 
     use super::*;
 
-    /// All jobs are written, and read as a run reads them: 13,041 moves each of the rasters, a design of some 100,000 triangles as a body of the blade. They
-    /// stay in the folder that `PROVEOUT_JOBS` names: `cargo xtask jobs` without a build of its own.
+    /// All jobs are written, and read as a run reads them: 13,041 moves each of the rasters, a design of some
+    /// 100,000 triangles as a body of the blade. They stay in the folder that `PROVEOUT_JOBS` names: `cargo
+    /// xtask jobs` without a build of its own.
     #[test]
     fn every_job_is_one_that_a_run_takes() {
         let temporary = tempfile::tempdir().expect("folder");

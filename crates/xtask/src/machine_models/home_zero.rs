@@ -19,8 +19,9 @@ fn position(numbers: &Numbers, name: &str) -> Option<usize> {
     numbers.joints.iter().position(|j| j.name == name)
 }
 
-/// Way of everything on a joint, from the slides at zero on the table to the slides at home, as the table sees it at home: slides of the
-/// workpiece move against their axes, and places of the file count from the table, so that the base moves the other way.
+/// Way of everything on a joint, from the slides at zero on the table to the slides at home, as the table
+/// sees it at home: slides of the workpiece move against their axes, and places of the file count from the
+/// table, so that the base moves the other way.
 fn way(numbers: &Numbers, on: &str) -> Result<V3, Failure> {
     let mut way = [0.0; 3];
     for joint in numbers.joints.iter().filter(|j| j.workpiece && j.travel.is_some()) {

@@ -1,8 +1,8 @@
 //! `cargo xtask machine-models`: writes `model.glb` and the `[[body]]` tables of the machines in `machines/`.
 //!
-//! The kinematic numbers come from `machine.toml`, so that table face, pivots and gauge line of a model are those of its
-//! machine; proportions of castings, slides and heads are here. All coordinates are those of the machine with all
-//! joints at zero.
+//! The kinematic numbers come from `machine.toml`, so that table face, pivots and gauge line of a model are
+//! those of its machine; proportions of castings, slides and heads are here. All coordinates are those of the
+//! machine with all joints at zero.
 
 mod c_frame;
 mod gantry;

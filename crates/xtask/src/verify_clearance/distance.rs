@@ -1,8 +1,8 @@
 //! Whether a body in all its places is nearer to another than claimed.
 //!
-//! A body is a list of convex pieces: triangles of a mesh, or the bodies of revolution of a tool. A piece in all its places is the hull of its images at
-//! both ends, or of the parabolas between them, shifted along a few vectors; at all turns of a joint it is the hull of the circles that its corners run
-//! through.
+//! A body is a list of convex pieces: triangles of a mesh, or the bodies of revolution of a tool. A piece in
+//! all its places is the hull of its images at both ends, or of the parabolas between them, shifted along a
+//! few vectors; at all turns of a joint it is the hull of the circles that its corners run through.
 //!
 //! A claim holds if every two pieces are separated by a plane with at least the claimed room between them
 //! along its normal, and by nothing else. One plane often separates both bodies as a whole, or a box of

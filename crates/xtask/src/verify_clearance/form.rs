@@ -130,7 +130,8 @@ fn farthest_of(outline: &[Segment], d: &Vector) -> (f64, Vector) {
         if let Segment::Arc { center, radius, from, to } = *segment
             && length > 0.0
         {
-            // Where the tangent lies across the direction, if the arc goes there (it turns by half a turn at most, to the left).
+            // Where the tangent lies across the direction, if the arc goes there (it turns by half a turn at
+            // most, to the left).
             let u = [across / length, d.z / length];
             let left = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0] >= 0.0;
             let way = |p: [f64; 2]| [p[0] - center[0], p[1] - center[1]];
@@ -165,8 +166,9 @@ fn points_of(segment: &Segment) -> Vec<[f64; 2]> {
 
 /// A body at all turns about a line: circles, by distance from it and height along it.
 ///
-/// At all turns each piece is the hull of the circles that its corners run through. It holds the piece at every turn, and lies within the hull that a
-/// claim may take for several pieces at once, so that no true claim is refused.
+/// At all turns each piece is the hull of the circles that its corners run through. It holds the piece at
+/// every turn, and lies within the hull that a claim may take for several pieces at once, so that no true
+/// claim is refused.
 pub(super) struct Turned {
     pub(super) point: Point,
     pub(super) direction: Vector,
@@ -175,7 +177,8 @@ pub(super) struct Turned {
 }
 
 impl Turned {
-    /// How far the circles of a piece reach along a direction, by what it has across and along the line, and the circle that does.
+    /// How far the circles of a piece reach along a direction, by what it has across and along the line, and
+    /// the circle that does.
     pub(super) fn farthest(&self, item: usize, across: f64, along: f64) -> (f64, [f64; 2]) {
         let mut best = (f64::NEG_INFINITY, [0.0; 2]);
         for circle in &self.pieces[item] {

@@ -8,8 +8,9 @@
 //!
 //! 1. The inputs are those of the run, by their digests.
 //! 2. Every pair that moves against each other is listed: as checked, or as unchecked with a reason.
-//! 3. The spans of a pair follow each other without a gap and with ranges that touch, and every sample of the motion while both bodies are in
-//!    place has its joints in the range of a span of its time. Parts of one piece of the motion have the time of the piece in common.
+//! 3. The spans of a pair follow each other without a gap and with ranges that touch, and every sample of the
+//!    motion while both bodies are in place has its joints in the range of a span of its time. Parts of one
+//!    piece of the motion have the time of the piece in common.
 //! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what the
 //!    joints do in it. Where the range of a joint has no ends, it turns one of the two about a fixed line and not
 //!    the other, and the distance is checked against that body at all turns.
@@ -55,7 +56,8 @@ const SLACK_MM: f64 = 1e-3;
 const VERDICT_SLACK_MM: f64 = 1e-9;
 /// By how much a joint of a sample may be outside of the range of its span: rounding of degrees.
 const JOINT_SLACK: f64 = 1e-6;
-/// Corners of a round body that are on one circle, mm (models are stored in 32 bits), and the largest angle of a facet, radian (10.1 degrees).
+/// Corners of a round body that are on one circle, mm (models are stored in 32 bits), and the largest angle
+/// of a facet, radian (10.1 degrees).
 const RING_MM: f64 = 0.01;
 const FACET_RAD: f64 = 0.1763;
 /// By how much the time of a sample may be outside of a span: rounding.
@@ -305,8 +307,8 @@ fn cover(machine: &Machine, spans: &[&Span], samples: &[Sample], tool: Option<u3
     Ok(())
 }
 
-/// The second span goes on where the first one ends, or is another part of the same piece of the motion; their ranges touch. Only where the tool is
-/// not in the spindle there may be time between them.
+/// The second span goes on where the first one ends, or is another part of the same piece of the motion;
+/// their ranges touch. Only where the tool is not in the spindle there may be time between them.
 fn follow(
     machine: &Machine,
     one: &Span,
@@ -347,7 +349,8 @@ fn in_range(span: &Span, q: &JointValues, j: usize) -> bool {
     span.low[j] - JOINT_SLACK <= q[j] && q[j] <= span.high[j] + JOINT_SLACK
 }
 
-/// The body that a span takes at all turns of its joint, with both in the order in which the first is that one; none where all ranges have ends.
+/// The body that a span takes at all turns of its joint, with both in the order in which the first is that
+/// one; none where all ranges have ends.
 fn at_all_turns<'a>(
     machine: &Machine,
     [a, b]: [&'a Body; 2],

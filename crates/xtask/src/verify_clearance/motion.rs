@@ -1,9 +1,10 @@
 //! The least that the bound of motion of a span must be, from the vertices of the bodies.
 //!
-//! At the middle of the span the farthest vertex of the moving body from the axis of each joint that turns is R. A bound that holds for the whole
-//! span is nowhere smaller than what R says there: for a box `sum R h` over the joints that turn, for a place `sum R |dq|` over all, for a chord
-//! what the samples leave it by, and the quarter of turn times way by which points leave a straight line; for parabolas what leaves these, a
-//! third derivative of three times the square of the turn times the way.
+//! At the middle of the span the farthest vertex of the moving body from the axis of each joint that turns is
+//! R. A bound that holds for the whole span is nowhere smaller than what R says there: for a box `sum R h`
+//! over the joints that turn, for a place `sum R |dq|` over all, for a chord what the samples leave it by,
+//! and the quarter of turn times way by which points leave a straight line; for parabolas what leaves these,
+//! a third derivative of three times the square of the turn times the way.
 
 use proveout_geom::Point;
 use proveout_machine::{JointValues, Machine};
@@ -14,7 +15,8 @@ use super::{Body, carriers, holds_joints};
 /// A corner for each joint.
 pub(super) type JointCorners = Vec<usize>;
 
-/// What a third derivative of one does between a parabola's three places, one apart: the largest of `t (t - 1/2) (t - 1) / 6`.
+/// What a third derivative of one does between a parabola's three places, one apart: the largest of `t (t -
+/// 1/2) (t - 1) / 6`.
 const OFF_PARABOLA: f64 = 0.008_018_7;
 
 /// `near` are corners of both bodies that were farthest from the joints in another span.

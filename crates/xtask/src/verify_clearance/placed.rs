@@ -40,8 +40,8 @@ impl Places {
         Self { poses: [Pose::identity(); 2], middle: None, shifts: Vec::new() }
     }
 
-    /// Maps of the points of the first body whose images hold, in their hull, all the way of each: to its ends, and to where the tangents of its
-    /// parabola meet.
+    /// Maps of the points of the first body whose images hold, in their hull, all the way of each: to its
+    /// ends, and to where the tangents of its parabola meet.
     fn images(&self) -> impl Iterator<Item = Image> {
         let [from, to] = self.poses.each_ref().map(Image::of);
         let corner = self.middle.as_ref().map(Image::of).map(|x| {
@@ -91,8 +91,8 @@ impl Image {
 /// At most: both ends and the corner between.
 const IMAGES: usize = 3;
 
-/// A direction as a body sees it in its places: the farthest point along it in an image is the farthest along `along` in the body, and as much farther
-/// as `beyond`.
+/// A direction as a body sees it in its places: the farthest point along it in an image is the farthest along
+/// `along` in the body, and as much farther as `beyond`.
 #[derive(Clone)]
 pub(super) struct Seen {
     along: [Vector; IMAGES],

@@ -48,7 +48,8 @@ fn refused(what: &str, result: Result<String, Failure>) {
     }
 }
 
-/// A straight span in two parts with its time and its claims: each has half of the way, and what the joints may leave it by.
+/// A straight span in two parts with its time and its claims: each has half of the way, and what the joints
+/// may leave it by.
 fn halves(span: &Span) -> [Span; 2] {
     let [from, to] = span.straight.expect("straight");
     let middle = (from + to) * 0.5;
@@ -70,16 +71,17 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     println!("{said}");
     assert!(said.contains("listed as unchecked") && spans.len() > 100, "{said}");
 
-    // Of each body the pair that came nearest, and the spans of the moment at which that was measured: D less the motion is the least distance, but for
-    // the error. At the place that was measured the true distance of hull or box is no more than it and the motion, so that 0.05 mm more are a lie.
+    // Of each body the pair that came nearest, and the spans of the moment at which that was measured: D less
+    // the motion is the least distance, but for the error. At the place that was measured the true distance
+    // of hull or box is no more than it and the motion, so that 0.05 mm more are a lie.
     let least = |s: &Span| s.distance - s.motion;
     let nearest = |name: &str| {
-        let told = list(&verdict["clearance"]["pairs"]).iter().filter_map(|p| {
+        let stated = list(&verdict["clearance"]["pairs"]).iter().filter_map(|p| {
             let (min, error, time) = (p["min_mm"].as_f64()?, p["error_mm"].as_f64()?, p["time_s"].as_f64()?);
             let pair = pair_of(p)?;
             ((pair.0 == name || pair.1 == name) && min > 0.0 && error < 0.02).then_some((min, time, pair))
         });
-        let (_, time, pair) = told.min_by(|x, y| x.0.total_cmp(&y.0)).expect("a pair");
+        let (_, time, pair) = stated.min_by(|x, y| x.0.total_cmp(&y.0)).expect("a pair");
         let at = |s: &Span| ordered(&s.bodies[0], &s.bodies[1]) == pair && s.time[0] <= time && time <= s.time[1];
         (0..spans.len()).filter(|&k| at(&spans[k])).collect::<Vec<_>>()
     };
@@ -112,8 +114,8 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     forged.retain(|s| ordered(&s.bodies[0], &s.bodies[1]) != ordered("holder of T1", "post"));
     refused("a pair listed as unchecked", check(&claim, &setup, &forged, &samples));
 
-    // Parts of one piece of the motion have its time in common: cut in two it holds as well, but without one of them it has no gap in time, only along
-    // the way.
+    // Parts of one piece of the motion have its time in common: cut in two it holds as well, but without one
+    // of them it has no gap in time, only along the way.
     let way = |s: &Span| s.straight.as_ref().map_or(0.0, |[from, to]| (*to - *from).max_abs());
     let far = |&a: &usize, &b: &usize| way(&spans[a]).total_cmp(&way(&spans[b]));
     let k = (0..spans.len()).filter(|&k| least(&spans[k]) > 1.0).max_by(far).expect("a straight span");
@@ -140,8 +142,8 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     forged[k].distance += 2e3;
     refused("parabolas: a distance raised by 2000 mm", check(&verdict, &setup, &forged, &samples));
 
-    // A row that holds at every turn of the table: with a distance that no turn has, with another joint that may be anywhere, with one that does not carry
-    // either body alone about a fixed line.
+    // A row that holds at every turn of the table: with a distance that no turn has, with another joint that
+    // may be anywhere, with one that does not carry either body alone about a fixed line.
     let (b, c) = (setup.machine.joint("A").expect("A"), setup.machine.joint("C").expect("C"));
     let at_every_turn = |s: &&Span| s.without_ends().eq([c]) && least(s) > 1.0;
     assert!(spans.iter().filter(at_every_turn).count() > 5, "no row holds at every turn");
@@ -216,7 +218,8 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     refused("another scene", run(&folder.path().join("run"), &scene));
 }
 
-/// The run in `PROVEOUT_RUN` of the scene in `PROVEOUT_SCENE` holds: `cargo xtask verify-clearance` without a build of its own.
+/// The run in `PROVEOUT_RUN` of the scene in `PROVEOUT_SCENE` holds: `cargo xtask verify-clearance` without a
+/// build of its own.
 #[test]
 fn a_run_that_is_named_holds() {
     let (Ok(folder), Ok(scene)) = (std::env::var("PROVEOUT_RUN"), std::env::var("PROVEOUT_SCENE")) else { return };

@@ -162,7 +162,8 @@ impl Corners {
         Self { points, tree }
     }
 
-    /// The largest of `of` at a corner; between two points it changes by no more than their distance. `near` is the corner that had it last.
+    /// The largest of `of` at a corner; between two points it changes by no more than their distance. `near`
+    /// is the corner that had it last.
     pub(super) fn largest(&self, of: impl Fn(&Point) -> f64, near: &mut usize) -> f64 {
         let mut most = self.points.get(*near).map_or(0.0, |p| of(p).max(0.0));
         let mut open = Vec::from_iter(self.tree.first().map(|n| (0, of(&n.center) + n.reach)));

@@ -1,9 +1,10 @@
 //! The bound over cells of two rotary joints, edge by edge.
 //!
-//! 1. At each station every cell of the grid that reaches into the cap has a potential: the middle is nearer to the axis than the radius and what the tool
-//!    axis is off in the cell. Each cell is looked at; turns are counted with matrices, the product has the formula of Rodrigues.
-//! 2. No potential is above the one of any cell of the station before, and the time from there: the feed between both stations, or the smallest way of a
-//!    joint between both cells at its velocity.
+//! 1. At each station every cell of the grid that reaches into the cap has a potential: the middle is nearer
+//!    to the axis than the radius and what the tool axis is off in the cell. Each cell is looked at; turns
+//!    are counted with matrices, the product has the formula of Rodrigues.
+//! 2. No potential is above the one of any cell of the station before, and the time from there: the feed
+//!    between both stations, or the smallest way of a joint between both cells at its velocity.
 //! 3. Both programs are in cells that have one. The bound is the least of the last station.
 
 use serde_json::Value;

@@ -1,8 +1,9 @@
 //! Least times of blocks, from the ways of the tip.
 //!
-//! A way gives block i the vector `u_i` along it with the size time over length. On whatever way the tip is within `off_mm` of the points it takes, for
-//! each window of blocks, no less than the times less `off_mm` times the sizes of the changes of u inside, and times the sizes of u at both ends. So
-//! the claimed times may be at most that: checked for every window of every way, by their two ends.
+//! A way gives block i the vector `u_i` along it with the size time over length. On whatever way the tip is
+//! within `off_mm` of the points it takes, for each window of blocks, no less than the times less `off_mm`
+//! times the sizes of the changes of u inside, and times the sizes of u at both ends. So the claimed times
+//! may be at most that: checked for every window of every way, by their two ends.
 
 use serde_json::Value;
 
@@ -43,8 +44,8 @@ pub(super) fn check(run: &Value, least: &[f64], seams: &[f64]) -> Result<(), Fai
             }
             vectors.push(step.map(|x| x * time / (length * length)));
         }
-        // From gate a to gate b the way proves `S(b) - S(a) + k_a - begin(a) - end(b)` with S the times less the bends k so far, and
-        // `L(b) - L(a) - seam_a - seam_b` is claimed.
+        // From gate a to gate b the way proves `S(b) - S(a) + k_a - begin(a) - end(b)` with S the times less
+        // the bends k so far, and `L(b) - L(a) - seam_a - seam_b` is claimed.
         let bend = |g: usize| -> f64 {
             let turned = |g: usize| norm(std::array::from_fn(|k| vectors[g][k] - vectors[g - 1][k]));
             if g > 0 { off * turned(g) / passed } else { 0.0 }

@@ -1,16 +1,18 @@
-//! Checks a schedule certificate (`proveout reschedule --certificate`) with code of its own: nothing of the product is used.
+//! Checks a schedule certificate (`proveout reschedule --certificate`) with code of its own: nothing of the
+//! product is used.
 //!
-//! 1. The least times of blocks follow from the ways of the tip and from what ends of blocks may be off (`feed.rs`), and in no window of blocks is
-//!    either program faster, where it keeps to the channel.
-//! 2. The windows follow each other from the first gate to the last, and each proves its time: the feed is summed again, a travel goes
-//!    from one side of its first gate to the other side of its last, and the time of a swing is found by bisection over the farthest way
-//!    in a time, which is another way to it than the product's. Potentials of cells are looked at edge by edge, and no cell is left out (`cells.rs`).
+//! 1. The least times of blocks follow from the ways of the tip and from what ends of blocks may be off
+//!    (`feed.rs`), and in no window of blocks is either program faster, where it keeps to the channel.
+//! 2. The windows follow each other from the first gate to the last, and each proves its time: the feed is
+//!    summed again, a travel goes from one side of its first gate to the other side of its last, and the time
+//!    of a swing is found by bisection over the farthest way in a time, which is another way to it than the
+//!    product's. Potentials of cells are looked at edge by edge, and no cell is left out (`cells.rs`).
 //! 3. The bound is the sum of the windows; times and gap are those of the blocks; the claim about who keeps to the
 //!    channel is true.
 //! 4. Weights prove the least peak that they claim at the programmed times (`peak.rs`).
 //!
-//! A certificate that claims less than is true is none the worse. Whether gates and limits are those of channel and machine is not seen:
-//! they are what the bound is about.
+//! A certificate that claims less than is true is none the worse. Whether gates and limits are those of
+//! channel and machine is not seen: they are what the bound is about.
 
 mod cells;
 mod feed;

@@ -1,8 +1,9 @@
 //! The least peak of acceleration or jerk at programmed times, by the weights of its dual.
 //!
-//! A divided difference of order m is a mean of the m-th derivative. It is counted here by the recursion of Newton, from the positions up; the product
-//! has closed weights. Pulling at the positions with the weights w of the differences (`sum |w| <= 1`), and at the steps between them
-//! with pushes whose limits count against it, proves what the gates leave of it.
+//! A divided difference of order m is a mean of the m-th derivative. It is counted here by the recursion of
+//! Newton, from the positions up; the product has closed weights. Pulling at the positions with the weights w
+//! of the differences (`sum |w| <= 1`), and at the steps between them with pushes whose limits count against
+//! it, proves what the gates leave of it.
 
 use serde_json::Value;
 

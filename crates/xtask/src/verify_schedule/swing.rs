@@ -9,8 +9,8 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// Velocity in the middle of a swing that takes twice this time, were there no limit of velocity: the acceleration falls by the
-    /// jerk to zero in the middle.
+    /// Velocity in the middle of a swing that takes twice this time, were there no limit of velocity: the
+    /// acceleration falls by the jerk to zero in the middle.
     fn middle_velocity(&self, half: f64) -> f64 {
         // From the middle backwards the acceleration is J x up to A.
         let falling = half.min(self.acceleration / self.jerk);

@@ -4,8 +4,8 @@ use serde_json::json;
 
 use super::*;
 
-/// Blocks of 0.1 s; a joint that must go up by 10, down by 10 and up by 10 degrees, limited to 20 deg/s and 100 deg/s2. Half a swing of
-/// 10 degrees takes `10/20 + 20/200`, a whole one `10/20 + 20/100`.
+/// Blocks of 0.1 s; a joint that must go up by 10, down by 10 and up by 10 degrees, limited to 20 deg/s and
+/// 100 deg/s2. Half a swing of 10 degrees takes `10/20 + 20/200`, a whole one `10/20 + 20/100`.
 fn certificate() -> Value {
     let gates = json!([[-1, 0], [10, 11], [-1, 0], [10, 11], [-30, 30]]);
     let places = json!([0, 10, 0, 10, 10]);
@@ -84,9 +84,9 @@ fn each_forgery_is_refused() {
         (|r| r["ramps_apart"]["windows"][0]["time_s"] = json!(1.3), "claims 1.3 s, but proves"),
         (|r| r["ramps_apart"]["windows"][0]["gates"] = json!([2, 3]), "do not increase from gate 1"),
     ];
-    for (forgery, told) in forgeries {
+    for (forgery, expected) in forgeries {
         let text = fault(forgery);
-        assert!(text.contains(told), "{text:?} does not say {told:?}");
+        assert!(text.contains(expected), "{text:?} does not say {expected:?}");
     }
     let mut other = certificate();
     other["format"] = json!("something else");
@@ -115,7 +115,8 @@ fn times_between_turns_meet_closed_forms() {
     assert!((free.turn_to_turn(2.0) - 0.5).abs() < 1e-12 && (free.after_turn(2.0) - 0.5).abs() < 1e-12);
 }
 
-/// Corners of 1 mm blocks at 10 mm/s whose ends are 0.01 mm off: a right angle costs `0.01 sqrt(2) / 10` s, an end 0.001 s.
+/// Corners of 1 mm blocks at 10 mm/s whose ends are 0.01 mm off: a right angle costs `0.01 sqrt(2) / 10` s,
+/// an end 0.001 s.
 #[test]
 fn corners_and_ends_cost_what_they_may_be_cut_short() {
     let corner = 0.001 * 2.0_f64.sqrt();
@@ -184,7 +185,8 @@ fn potentials_of_cells_are_checked_edge_by_edge() {
         cells::check(&value, 0.0, |_, _| 0.398, 4).map_err(|Failure(e)| e)
     };
     let bound = proved(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
-    // Half a turn less what caps and cells leave: 180 degrees less two cells' reach on either side, and one for nothing.
+    // Half a turn less what caps and cells leave: 180 degrees less two cells' reach on either side, and one
+    // for nothing.
     assert!((bound - 140.0 / 36.0).abs() < 1.0, "{bound}");
     type Change = fn(&mut Value);
     let forgeries: [(Change, &str); 8] = [
@@ -197,13 +199,14 @@ fn potentials_of_cells_are_checked_edge_by_edge() {
         (|c| c["outer"]["new_deg"][1] = json!(90.0), "the new program is in no cell of station 1"),
         (|c| c["outer"]["velocity_deg_s"] = json!(72.0), "exceeds that of an earlier cell"),
     ];
-    for (forgery, told) in forgeries {
+    for (forgery, expected) in forgeries {
         let text = proved(&forgery).expect_err("taken");
-        assert!(text.contains(told), "{text:?} does not say {told:?}");
+        assert!(text.contains(expected), "{text:?} does not say {expected:?}");
     }
 }
 
-/// A joint that goes up by one degree and down again in two steps of 0.1 s: the second difference of the three places is -2 / 0.01 at least.
+/// A joint that goes up by one degree and down again in two steps of 0.1 s: the second difference of the
+/// three places is -2 / 0.01 at least.
 #[test]
 fn weights_of_a_least_peak_are_counted_again() {
     let run = || {
@@ -217,12 +220,12 @@ fn weights_of_a_least_peak_are_counted_again() {
             "joint": "A", "order": 2, "velocity_deg_s": [-50, 50], "proved_deg": 200.0, "weights": [-1.0, 0.0], "pushes": [0, 0, 0]
         })
     };
-    let told = |change: &dyn Fn(&mut Value)| {
+    let fault_after = |change: &dyn Fn(&mut Value)| {
         let mut own = peak();
         change(&mut own);
         peak::check(&run(), &own).map_err(|Failure(e)| e)
     };
-    told(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
+    fault_after(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
     type Change = fn(&mut Value);
     let forgeries: [(Change, &str); 7] = [
         (|p| p["proved_deg"] = json!(201.0), "claims 201"),
@@ -235,7 +238,7 @@ fn weights_of_a_least_peak_are_counted_again() {
         (|p| p["joint"] = json!("C"), "not in the certificate"),
     ];
     for (forgery, expected) in forgeries {
-        let text = told(&forgery).expect_err("taken");
+        let text = fault_after(&forgery).expect_err("taken");
         assert!(text.contains(expected), "{text:?} does not say {expected:?}");
     }
 }

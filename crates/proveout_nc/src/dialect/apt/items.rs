@@ -56,7 +56,7 @@ fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad
 }
 
 /// Items of a tool statement after the number and its offset: lengths, positions in the magazine.
-pub(super) fn beside_tool(source: &Source, st: &Statement) -> Vec<String> {
+pub(super) fn dimensions_of_tool(source: &Source, st: &Statement) -> Vec<String> {
     let skip = usize::from(st.items.first().is_some_and(|item| AptReader::word(source, item) == "TOOL"));
     let mut rest = st.items.iter().skip(skip + 1).peekable();
     let mut beside = Vec::new();

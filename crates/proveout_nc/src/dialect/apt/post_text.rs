@@ -25,9 +25,7 @@ impl AptReader {
                 "write what it does in words of CL data, or remove it for the prove-out",
             ));
         } else {
-            self.assume(format!(
-                "`{word} {body}` is text for the post-processor, and what it does there is not followed"
-            ));
+            self.assume(format!("`{word} {body}` is text for the post-processor: its effect is not simulated"));
         }
         Ok(())
     }
@@ -67,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_of_a_control_are_told_from_text() {
+    fn words_of_a_control_are_distinguished_from_text() {
         for text in ["G54", "M8", "G0 X-10. Y20", "N10G68.2X0Y0Z0I90.", "#100=5", "T1 M6"] {
             assert!(is_block(text) && !is_comment(text), "{text}");
         }

@@ -219,7 +219,8 @@ impl AptReader {
             && matches!(st.major.as_str(), "GOTO" | "FROM" | "GODLTA" | "HOME" | "CIRCLE" | "MOVARC")
         {
             let message = format!(
-                "no UNITS says whether lengths are mm or inch, and the feeds contradict each other: inch in line {} and mm in line {}",
+                "no UNITS states whether lengths are mm or inch, and the feeds contradict each other: inch in line \
+                 {} and mm in line {}",
                 lines[0], lines[1]
             );
             return Err(st.head.bad(

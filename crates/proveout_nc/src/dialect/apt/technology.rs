@@ -78,7 +78,7 @@ impl AptReader {
             "SELCTL" | "SELECTL" | "SELECT" => {
                 let (number, _) = self.tool_number(source, st)?;
                 self.emit(Op::Tool(crate::ToolAction::Select(number)));
-                self.beside_tool(source, st);
+                self.note_dimensions(source, st);
                 Ok(())
             }
             "TOOL PATH" => {
@@ -225,16 +225,20 @@ impl AptReader {
         self.own.tool_loaded = true;
         self.own.pending_tool = None;
         self.load_into_spindle(tool, edge.unwrap_or(1));
-        self.beside_tool(source, st);
+        self.note_dimensions(source, st);
         Ok(())
     }
 
     /// Notes the items of a tool statement other than the tool and its offset: the tool library
     /// gives dimensions.
-    fn beside_tool(&mut self, source: &Source, st: &Statement) {
-        let beside = super::items::beside_tool(source, st);
-        if !beside.is_empty() {
-            self.note(format!("{}: {} without effect, the tool library gives dimensions", st.major, beside.join(",")));
+    fn note_dimensions(&mut self, source: &Source, st: &Statement) {
+        let dimensions = super::items::dimensions_of_tool(source, st);
+        if !dimensions.is_empty() {
+            self.note(format!(
+                "{}: {} without effect, the tool library gives dimensions",
+                st.major,
+                dimensions.join(",")
+            ));
         }
     }
 

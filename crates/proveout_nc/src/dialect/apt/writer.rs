@@ -248,7 +248,7 @@ impl Look {
             Writer::Nx => (Some(true), "NX writes them clockwise"),
             Writer::RightHand("Creo") => (Some(false), "Creo writes them counter-clockwise"),
             Writer::RightHand(_) => (Some(false), "the system that wrote this file writes them counter-clockwise"),
-            Writer::Unknown => (None, "no word of the file says which system wrote it"),
+            Writer::Unknown => (None, "the file does not state which system wrote it"),
         };
         let decided = clockwise != counter_clockwise;
         found.clockwise = if decided { by_tangents } else { by_head.unwrap_or(false) };
@@ -277,14 +277,17 @@ impl Look {
                 return;
             }
             (Some(line), None) => {
-                (INCH, format!("lengths count in inch, since feeds do (line {line}) and no UNITS says it"))
+                (INCH, format!("lengths count in inch, as the feeds do (line {line}): no UNITS states it"))
             }
             (None, Some(line)) => {
                 found.unit = Some(1.0);
-                found.unit_told = Some(format!("lengths count in mm, as the feeds do (line {line}): no UNITS says it"));
+                found.unit_told = Some(format!(
+                    "lengths count in mm, as the feeds do (line {line}): no UNITS states \
+                                                it"
+                ));
                 return;
             }
-            (None, None) => (1.0, "lengths count in mm: neither UNITS nor a feed with its unit says it".to_owned()),
+            (None, None) => (1.0, "lengths count in mm: neither UNITS nor a feed states the unit".to_owned()),
         };
         found.unit = Some(unit);
         found.unit_assumed = Some(format!("{why}; {key}"));

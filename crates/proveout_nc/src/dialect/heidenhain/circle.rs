@@ -78,7 +78,7 @@ impl Interpreter {
         match self.modal.pole {
             Some(pole) if named != 0 && lies_in(pole.normal) => Ok(pole.normal),
             _ if lies_in(work) => Ok(work),
-            _ => Err(Fault::new(codes::ARC_GEOMETRY, span, "the words of CC are not those of one plane")
+            _ => Err(Fault::new(codes::ARC_GEOMETRY, span, "the words of CC do not belong to one plane")
                 .help("write the two axes of the plane of the circle, such as CC X+10 Z-5")),
         }
     }

@@ -294,7 +294,7 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
             50 | 70 | 71 => {}
             code => {
                 if let Some((other, _)) = special.replace((*code, *at)) {
-                    let message = format!("G{other:02} and G{code:02} in one block, which takes only one of them");
+                    let message = format!("G{other:02} and G{code:02} in one block, which may hold only one of them");
                     return Err(Fault::new(codes::CONFLICT, *at, message).help("write them in blocks of their own"));
                 }
             }

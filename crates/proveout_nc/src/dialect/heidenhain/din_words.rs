@@ -157,7 +157,7 @@ pub(super) fn all_used(present: &Present, statement: &Statement, span: Span) -> 
     let message = if *number > 1 && most > 0 {
         format!("the block has {name} {number} times; at most {most} allowed")
     } else {
-        format!("no word in this block takes {name}")
+        format!("no word in this block uses {name}")
     };
     Err(Fault::new(codes::CONFLICT, span, message).help("write it in a block of its own, or remove it"))
 }

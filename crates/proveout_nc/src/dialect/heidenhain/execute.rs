@@ -197,8 +197,8 @@ impl Interpreter {
                 self.technology.in_spindle = Some(name);
             }
         }
-        let told = [call.length, call.radius, call.corner];
-        let alone = call.tool.is_none() && told.iter().any(Option::is_some);
+        let given = [call.length, call.radius, call.corner];
+        let alone = call.tool.is_none() && given.iter().any(Option::is_some);
         if alone {
             self.assume(
                 "delta values of a TOOL CALL without a tool hold for the tool in the spindle; those that it does not \
@@ -210,7 +210,7 @@ impl Interpreter {
             self.position.forget(super::motion::LINEAR);
             self.modal.tangent = None;
             let mut delta = if alone { self.modal.delta } else { [0.0; 3] };
-            for (slot, value) in delta.iter_mut().zip(told) {
+            for (slot, value) in delta.iter_mut().zip(given) {
                 if let Some(value) = value {
                     *slot = self.variables.value(value, span)? * unit;
                 }

@@ -138,8 +138,8 @@ pub(crate) fn does_function(code: u32) -> bool {
     matches!(code, 0 | 1 | 3..=5 | 7..=9 | 13 | 14 | 89 | 91 | 92 | 99 | 126..=129 | 136 | 137)
 }
 
-const ONE_SWIVEL_AXIS: &str = "it takes rotary axes out of M128, TCPM and tilted planes, and the twin has the kinematics of the machine file: \
-     name both axes, or program their positions";
+const ONE_SWIVEL_AXIS: &str = "it excludes rotary axes from M128, TCPM and tilted planes, but the twin uses the \
+                               kinematics of the machine file: name both axes, or program their positions";
 
 /// Remedy for an M function that is refused.
 fn remedy(code: u32) -> Option<&'static str> {

@@ -176,8 +176,8 @@ impl Interpreter {
         let stated = self.settings.control.rapid_from_mm_min.is_some();
         if !stated && !std::mem::replace(&mut self.modal.rapid_number_told, true) {
             self.assume(format!(
-                "F{number} is read as a feed of this number; older controls take it for rapid traverse: write FMAX, or state it as \
-                 feed.rapid_from_mm_min of the control file"
+                "F{number} is read as a feed of this number; older controls read it as rapid traverse: write FMAX, \
+                 or state it as feed.rapid_from_mm_min of the control file"
             ));
         }
     }
@@ -195,7 +195,7 @@ impl Interpreter {
             FeedWord::Max => return Ok(None),
             FeedWord::Auto => {
                 return self.modal.tool_feed.map(Some).ok_or_else(|| {
-                    Fault::new(codes::NO_FEED, span, "FAUTO takes the feed of TOOL CALL, which gives none")
+                    Fault::new(codes::NO_FEED, span, "FAUTO uses the feed of TOOL CALL, which has none")
                         .help("write F in the TOOL CALL block")
                 });
             }

@@ -56,7 +56,7 @@ impl Interpreter {
         let result = match radius {
             // A Fanuc takes R and leaves I, J and K out of account.
             Some(radius) if has_center && self.own.flavor == Flavor::Fanuc => {
-                self.note("I, J and K have no effect together with R: the control takes R");
+                self.note("I, J and K have no effect together with R: the control uses R");
                 center = start;
                 arc::from_radius(flat(start), to, radius, clockwise, tolerance)
             }

@@ -526,7 +526,8 @@ pub(crate) fn g_name(code: u32) -> String {
 /// The set-up of the control decides what such a word switches to.
 pub(crate) fn kinematics_switch(word: &str, span: Span) -> Fault {
     let message = format!(
-        "`{word}` switches the kinematics of the control, and what it switches to is a matter of the control's set-up: it is not supported"
+        "`{word}` switches the kinematics of the control, and the result depends on the set-up of the control: it is \
+         not supported"
     );
     let post = "post the program for positions of the axes";
     // An output whose effect depends on many things cannot be listed as one switch.
@@ -634,8 +635,8 @@ fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
             fault.help(format!("{name} is a word of a Haas: --control haas-ngc reads it; else {help}"))
         }
         _ if flavor == Flavor::LinuxCnc && code == 500 => fault.help(format!(
-            "a PathPilot takes a scale back with it; a file for --control leaves it out: inherits = \"linuxcnc-2.9\", [words] G50 = {{ ignore = \
-             \"no scale is in force\" }}; else {help}"
+            "a PathPilot cancels a scale with it; a file for --control leaves it out: inherits = \"linuxcnc-2.9\", \
+             [words] G50 = {{ ignore = \"no scale is in force\" }}; else {help}"
         )),
         _ => fault.help(help),
     }

@@ -76,7 +76,7 @@ impl Interpreter {
             ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
             // A control file says whether Q may be left out; here the control is not known.
             ([None, None, None], None) if name == "G76" && self.own.assumed => {
-                self.assume("G76 without Q: the tool goes out without a shift");
+                self.assume("G76 without Q: the tool retracts without a shift");
                 Ok([0.0; 2])
             }
             ([i, j, None], _) if i.is_some() || j.is_some() => Ok([i.unwrap_or(0.0), j.unwrap_or(0.0)]),

@@ -106,7 +106,7 @@ impl Interpreter {
             if self.stack.len() > 1 {
                 return self.leave(span);
             }
-            self.note("M99 in the main program: the control begins it again; read once");
+            self.note("M99 in the main program: the control repeats the program; it is run once");
             self.end_of_program();
             return Ok(());
         };

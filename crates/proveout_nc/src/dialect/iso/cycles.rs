@@ -451,7 +451,7 @@ impl Interpreter {
                 "write G71 Z before the cycle",
             ),
             (None, _) => {
-                missing("neither M53 nor M54 says where the cycle comes back to", "write M53 or M54 in its block")
+                missing("neither M53 nor M54 states the return level of the cycle", "write M53 or M54 in its block")
             }
         }
     }

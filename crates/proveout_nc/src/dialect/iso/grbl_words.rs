@@ -133,7 +133,7 @@ impl Interpreter {
         }
         if length == Some(490) && axes {
             // A grbl takes them and does nothing with them.
-            return wrong("axis letters with G49, which moves nothing", 36, "write the motion in a block of its own");
+            return wrong("axis letters with G49, which moves no axis", 36, "write the motion in a block of its own");
         }
         let mode = motion_word.or_else(|| self.modal.motion.map(|_| self.modal.motion_code)).unwrap_or(800);
         if axes && mode == 800 {
@@ -188,7 +188,7 @@ impl Interpreter {
             };
             let listed = || block.words.iter().any(|word| listed_takes(word, letter, &self.settings.control));
             if p.has(letter) && !used && !listed() {
-                let what = format!("no word in the block takes `{}`", char::from(letter));
+                let what = format!("no word in the block uses `{}`", char::from(letter));
                 return wrong(&what, 36, "remove it");
             }
         }

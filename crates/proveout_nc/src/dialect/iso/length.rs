@@ -156,7 +156,7 @@ impl Interpreter {
                     span,
                     if of_spindle {
                         format!(
-                            "{} H0 takes the length of the tool in the spindle, and no tool is in the spindle",
+                            "{} H0 uses the length of the tool in the spindle, but no tool is in the spindle",
                             g_name(code)
                         )
                     } else {

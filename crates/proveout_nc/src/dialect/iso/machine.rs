@@ -33,7 +33,8 @@ use crate::{AxisValues, Offset, Op};
 /// What the twin does with machine coordinates under tool center point control.
 fn under_tcp(word: &str) -> String {
     format!(
-        "machine coordinates under {word} are positions of the axes, and the tip is followed again from where it then is: write G49 before them"
+        "machine coordinates under {word} are positions of the axes; tool center point control continues from the \
+         position reached: write G49 before them"
     )
 }
 
@@ -175,8 +176,8 @@ impl Interpreter {
         let moves = axes & 0b100 != 0 || axes != 0 && self.modal.cycle.is_some();
         if let Some(word) = self.own.length_canceled_by.take_if(|_| moves) {
             self.assume(format!(
-                "the tool length that {word} has canceled in Z is back without G43; the control does so only where it is set up to \
-                 (parameter 5001, bit 6): write G43 with its H before Z moves"
+                "the tool length that {word} has canceled in Z is active again without G43; the control does so only \
+                 if parameter 5001, bit 6, is set: write G43 with its H before Z moves"
             ));
         }
     }
@@ -284,8 +285,8 @@ impl Interpreter {
             end.put(axis, base.get(axis).unwrap_or(0.0));
         }
         self.note(format!(
-            "{word} with {} alone under the rotation of {}: X and Y both move, along the turned axis, and do not come to the reference \
-             point; G53 goes to a place of the machine",
+            "{word} with {} alone under the rotation of {}: X and Y both move, along the turned axis, and miss the \
+             reference point; G53 moves to a position of the machine",
             char::from(AXES[named]),
             self.modal.offset
         ));

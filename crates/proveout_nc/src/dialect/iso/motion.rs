@@ -126,8 +126,8 @@ impl Interpreter {
         if self.settings.whole_numbers == WholeNumbers::Refused && !self.own.flavor.is_linuxcnc() {
             self.refuse_whole_numbers(axes, p, span)?;
         }
-        let told = self.settings.whole_numbers == WholeNumbers::Told;
-        let assumed = told || self.settings.whole_numbers == WholeNumbers::Assumed;
+        let reported = self.settings.whole_numbers == WholeNumbers::Told;
+        let assumed = reported || self.settings.whole_numbers == WholeNumbers::Assumed;
         if !self.own.noted_integers && !self.own.flavor.is_linuxcnc() && assumed {
             let whole = |letter: &&u8| !p.has_point(**letter) && p.peek(**letter).is_some_and(|v| v != 0.0);
             let of_axes = AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, letter)| letter);
@@ -137,7 +137,7 @@ impl Interpreter {
                 let text = format!(
                     "{letter}{value} without a decimal point is read as {value} units, not as {value} least increments"
                 );
-                if told {
+                if reported {
                     self.assume(format!("{text}: a setting of the machine decides, state it as numbers.without_point of its control file"));
                 } else {
                     self.note(text);

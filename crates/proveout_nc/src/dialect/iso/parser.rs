@@ -370,12 +370,12 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
             return finite(letter, value, point, s.span_from(start));
         }
         // Blanks inside of a number belong to LinuxCNC alone.
-        let behind = s.pos();
+        let after_number = s.pos();
         s.skip_blanks();
         if matches!(s.peek(), b'0'..=b'9' | b'.') {
             return spaced_number(s, flavor, letter, start, from);
         }
-        s.set_pos(behind);
+        s.set_pos(after_number);
         return finite(letter, value, point, s.span_from(start));
     }
     match s.peek() {

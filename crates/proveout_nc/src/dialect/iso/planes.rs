@@ -59,7 +59,7 @@ impl Interpreter {
     pub(super) fn plane_is_open(&self, span: Span) -> Option<Fault> {
         let parts = self.own.plane_parts.as_ref()?;
         let last = if parts.form == 2 { "Q3" } else { "Q2" };
-        let message = format!("the plane of G68.2 P{} is not complete: {last} has not come", parts.form);
+        let message = format!("the plane of G68.2 P{} is not complete: {last} is missing", parts.form);
         Some(Fault::new(codes::STRUCTURE, span, message).help("write its blocks one after the other"))
     }
 

@@ -213,7 +213,7 @@ impl Interpreter {
         }
         match (p.g(Group::Motion), takes) {
             (Some(800), None) if axes || p.has_polar() => {
-                Err(wrong(span, "axis letters with G80, which moves nothing", "write G0 or G1"))
+                Err(wrong(span, "axis letters with G80, which moves no axis", "write G0 or G1"))
             }
             (Some(code), Some(other)) if code != 800 => {
                 let message = format!("{} and {} both take the axis letters of the block", g_name(code), g_name(other));
@@ -516,7 +516,7 @@ impl Interpreter {
             if !p.has(letter) {
                 let message = format!("{name} has no `{}` in its first block", char::from(letter));
                 return Err(Fault::new(codes::MISSING_VALUE, span, message)
-                    .help(format!("write {name} with its depth and R plane, whatever a cycle before has said")));
+                    .help(format!("write {name} with its own depth and R plane")));
             }
         }
         Ok(())

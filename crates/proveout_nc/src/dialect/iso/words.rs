@@ -98,7 +98,7 @@ fn cycle_group(flavor: Flavor) -> Group {
 }
 
 /// Words of turning on the controls that speak this language.
-pub(super) const TURNING: &str = "it is a cycle of turning, which is not part of the twin";
+pub(super) const TURNING: &str = "it is a turning cycle, which the twin does not support";
 const ARC: &str = "program the path with G1, G2 and G3";
 const MANUAL_RETRACT: &str = "the operator retracts by hand in this cycle; use G85, G86 or G89";
 const POST_PLANE: &str = "give the plane with Euler angles (G68.2 X Y Z I J K) or turn the axes in the program";

@@ -165,7 +165,7 @@ impl Interpreter {
             && modal.level == self.depth()
         {
             let file = Arc::clone(&self.location.file);
-            self.run_call(&modal.call, None, block.span).map_err(|fault| modal.told(fault, &file))?;
+            self.run_call(&modal.call, None, block.span).map_err(|fault| modal.at_call(fault, &file))?;
         }
         Ok(())
     }

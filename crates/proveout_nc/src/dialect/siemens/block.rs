@@ -248,7 +248,7 @@ impl Interpreter {
     pub(super) fn own_g(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
         let group = words::g_group(code).and_then(|group| p.groups.get_mut(group));
         if let Some(other) = group.and_then(|group| group.replace(code)).filter(|&other| other != code) {
-            let message = format!("G{other} and G{code} are of one group, of which a block takes one word");
+            let message = format!("G{other} and G{code} are in one group, and a block may hold one word of it");
             return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
         }
         let modal = &mut self.modal;

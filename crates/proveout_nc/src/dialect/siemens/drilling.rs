@@ -365,7 +365,7 @@ impl Interpreter {
             if at != 8 || surplus(&values, 9).is_some() {
                 self.assume(format!(
                     "{}: arguments from 7 on set how the editor of the control shows the pattern and how the tool \
-                     moves from hole to hole: straight moves are taken",
+                     moves from hole to hole: straight moves are used",
                     call.name
                 ));
             }
@@ -386,7 +386,7 @@ impl Interpreter {
         let Some(modal) = self.own.modal_call.clone() else { return Ok(()) };
         if DRILLING.contains(&modal.call.name.as_str()) {
             let file = Arc::clone(&self.location.file);
-            self.run_cycle(&modal.call, span).map_err(|fault| modal.told(fault, &file))?;
+            self.run_cycle(&modal.call, span).map_err(|fault| modal.at_call(fault, &file))?;
             return Ok(());
         }
         Err(Fault::new(

@@ -221,8 +221,9 @@ impl Interpreter {
         }
         self.modal.angles = Some(OrientationAngles::Euler);
         self.assume(
-            "A2= B2= C2= before ORIEULER or ORIRPY are Euler angles, as the control is delivered; MD20150 and MD21100 may say roll, pitch, \
-             yaw: write ORIEULER or ORIRPY, or state parameters.orientation_angles of the control file",
+            "A2= B2= C2= before ORIEULER or ORIRPY are Euler angles, the setting of a new control; MD20150 and \
+             MD21100 may set roll, pitch, yaw: write ORIEULER or ORIRPY, or state parameters.orientation_angles of \
+             the control file",
         );
     }
 

@@ -325,8 +325,8 @@ impl Interpreter {
             false => depths(total - floor, words.size(at)?, words)?,
         };
         // The half circle spans from SDIS outside the blank to the path around the spigot.
-        let beside = a.max(blank) + radius + side + (h.clear - h.surface).abs();
-        let lead = (0.5 * (beside - (a + radius + allowance))).max(LEAD_MM);
+        let outside = a.max(blank) + radius + side + (h.clear - h.surface).abs();
+        let lead = (0.5 * (outside - (a + radius + allowance))).max(LEAD_MM);
         let ring = shape.ring(-(radius + allowance));
         let ring = if clockwise { ring.reversed() } else { ring };
         let pass: Pass = ring.with_leads(lead, true, clockwise, true);

@@ -137,7 +137,12 @@ impl Interpreter {
         let finishing = words.finishes(units)?;
         if !(1..=4).contains(&tens) {
             let message = format!("the tens of VARI of `{}` are {tens}", words.name);
-            return Err(words.fault(codes::ARGUMENTS, message, "1 to 4 say along which axis, and whether to and fro"));
+            return Err(words.fault(
+                codes::ARGUMENTS,
+                message,
+                "1 to 4 set the axis, and whether cutting is in one or \
+                                                               both directions",
+            ));
         }
         if greatest > 2.0 * radius {
             let message = format!(

@@ -133,13 +133,13 @@ impl<'a> From<&'a Profile> for Lattice<'a> {
 fn measured(columns: usize, rows: usize, steps: [f64; 2], heights: Vec<f64>) -> Result<Measured, Fault> {
     if let Some(k) = heights.iter().position(|z| z.abs() > FARTHEST) {
         return Err(Fault::new(
-            format!("height {} is {} mm; {FARTHEST} mm are taken at most", k + 1, heights[k]),
+            format!("height {} is {} mm; the limit is {FARTHEST} mm", k + 1, heights[k]),
             "look at the unit and the scale of the heights",
         ));
     }
     if let Some(step) = steps.into_iter().find(|s| *s > FARTHEST) {
         return Err(Fault::new(
-            format!("a step of {step} mm; {FARTHEST} mm are taken at most"),
+            format!("a step of {step} mm; the limit is {FARTHEST} mm"),
             "look at the unit and the scale of the axes",
         ));
     }

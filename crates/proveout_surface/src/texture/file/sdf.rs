@@ -146,7 +146,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
     }
     for key in ["numpoints", "numprofiles", "xscale", "zscale"] {
         if !seen.iter().any(|s| s == key) {
-            return Err(Fault::new(format!("the header does not say {key}"), ANEW));
+            return Err(Fault::new(format!("the header has no {key}"), ANEW));
         }
     }
     let n = header.hold()?;

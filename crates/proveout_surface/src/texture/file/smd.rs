@@ -123,7 +123,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
         ));
     }
     // Data type, then the step.
-    let step = x.rest.get(1).ok_or_else(|| Fault::at(x.line, "axis CX says no step", ANEW))?;
+    let step = x.rest.get(1).ok_or_else(|| Fault::at(x.line, "axis CX states no step", ANEW))?;
     let step = number(x.line, "the step of CX", step)? * x.scale * x.unit;
     if !(step.is_normal() && step > 0.0) {
         return Err(Fault::at(

@@ -165,7 +165,7 @@ fn linked(archive: &Archive<'_>, link: &Element, kind: &str, n: usize) -> Result
         if content.len() == bytes {
             Ok(Some(content))
         } else {
-            Err(Fault::new(format!("{:?} has {} bytes in place of {bytes}", shown(path), content.len()), ANEW))
+            Err(Fault::new(format!("{:?} has {} bytes instead of {bytes}", shown(path), content.len()), ANEW))
         }
     };
     let content =

@@ -85,7 +85,7 @@ impl<'a> Archive<'a> {
             return Err(damaged("it is encrypted"));
         }
         if entry.size > most {
-            return Err(damaged(&format!("it has {} bytes; {most} are read at most", entry.size)));
+            return Err(damaged(&format!("it has {} bytes; the limit is {most}", entry.size)));
         }
         let header = self.bytes.get(entry.local..).filter(|b| b.starts_with(LOCAL));
         let header = header.ok_or_else(|| damaged("its header is damaged"))?;

@@ -154,7 +154,8 @@ impl ArealReport {
         };
         if found.is_some() && class != asked.class {
             remarks.push(format!(
-                "the pitch of {:.4} mm lies beyond lambda_c = {} mm of class {}, which was asked for: class {} is taken",
+                "the pitch of {:.4} mm lies beyond lambda_c = {} mm of class {}, which was asked for: class {} is \
+                 used",
                 pitch.unwrap_or_default(),
                 asked.class.lambda_c(),
                 asked.class.name(),

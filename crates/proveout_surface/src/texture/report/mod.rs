@@ -77,7 +77,7 @@ impl Form {
     pub fn of_profile(self) -> &'static str {
         match self {
             Self::Design => "distance to the design along its normal",
-            Self::Level => "least-squares line taken off",
+            Self::Level => "least-squares line removed",
             Self::None => "not removed",
         }
     }
@@ -85,7 +85,7 @@ impl Form {
     /// In words, for a map.
     pub fn of_map(self) -> &'static str {
         match self {
-            Self::Level => "least-squares plane taken off",
+            Self::Level => "least-squares plane removed",
             other => other.of_profile(),
         }
     }

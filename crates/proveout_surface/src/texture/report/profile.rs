@@ -166,7 +166,8 @@ impl ProfileReport {
         };
         if found.is_some() && class != asked.class {
             remarks.push(format!(
-                "the pitch of {:.4} mm lies beyond lambda_c = {} mm of class {}, which was asked for: class {} is taken",
+                "the pitch of {:.4} mm lies beyond lambda_c = {} mm of class {}, which was asked for: class {} is \
+                 used",
                 pitch.unwrap_or_default(),
                 asked.class.lambda_c(),
                 asked.class.name(),
@@ -200,7 +201,7 @@ impl ProfileReport {
                 None => Some("no whole element in its length".to_owned()),
             };
             remarks.extend(long.map(|l| {
-                format!("the unfiltered profile has {l}: what is longer than lambda_c is taken away as waviness")
+                format!("the unfiltered profile has {l}: wavelengths above lambda_c are removed as waviness")
             }));
         }
         let end_rule = match &found {

@@ -304,7 +304,7 @@ fn windows_that_lose_at_their_ends_keep_the_laws() {
         let own = narrow.certificate_within(&seams).expect("sound");
         let without = narrow.certificate().expect("sound");
         assert!(own.bound <= without.bound * (1.0 + 1e-12));
-        let told: f64 = own
+        let own_sum: f64 = own
             .windows
             .iter()
             .map(|(proof, _)| match proof {
@@ -314,7 +314,7 @@ fn windows_that_lose_at_their_ends_keep_the_laws() {
                 _ => narrow.time(proof),
             })
             .sum();
-        assert!((own.bound - told).abs() < 1e-9 * told.max(1.0));
+        assert!((own.bound - own_sum).abs() < 1e-9 * own_sum.max(1.0));
         lowered += usize::from(own.bound < without.bound * (1.0 - 1e-6));
         fewer += usize::from(own.windows.len() < without.windows.len());
         let mut wide = narrow.clone();

@@ -321,7 +321,7 @@ impl MultiScale {
     ) -> Result<(Vec<ToolPose>, Fitted), RescheduleError> {
         let Some(rotary) = Rotary::new(around.machine) else {
             let help = "choose a five-axis machine";
-            return refusing(whole)("reschedule-path", "the machine has not two rotary joints", help);
+            return refusing(whole)("reschedule-path", "the machine does not have two rotary joints", help);
         };
         let stretch = &rules.stretch;
         let run = &CuttingRun { blocks: whole.blocks[stretch.clone()].to_vec() };
@@ -355,26 +355,26 @@ fn contacts(
     cutter: &PathCutter,
     around: &Surroundings<'_>,
 ) -> Result<Vec<Touching>, RescheduleError> {
-    let told = |(touching, block): (Option<Touching>, &super::CuttingBlock)| {
+    let touching_block = |(touching, block): (Option<Touching>, &super::CuttingBlock)| {
         touching.ok_or_else(|| {
             let message = "the surface of the part does not reach to this block";
             let help = "re-schedule rows on the surface that the scene describes";
             RescheduleError::new("reschedule-path", block.line, message, help)
         })
     };
-    found(run, cutter, around).into_iter().zip(&run.blocks).map(told).collect()
+    found(run, cutter, around).into_iter().zip(&run.blocks).map(touching_block).collect()
 }
 
 /// The blocks along the surface: without those at both ends that are lifted from its first and last contact.
 fn row_of(contacts: &[Touching]) -> Range<usize> {
     // A lift is rounded as the program is: the contact stays but for its last digits, and the tip goes elsewhere.
-    let stands = |i: usize| {
+    let is_lift = |i: usize| {
         let way = contacts[i + 1].place.point - contacts[i].place.point;
         way.norm() < LIFTED && (contacts[i + 1].off - contacts[i].off).norm() > 10.0 * way.norm()
     };
     let last = contacts.len().saturating_sub(1);
-    let start = (0..last).find(|&i| !stands(i)).unwrap_or(0);
-    let end = (start..last).rfind(|&i| !stands(i)).map_or(last, |i| i + 1);
+    let start = (0..last).find(|&i| !is_lift(i)).unwrap_or(0);
+    let end = (start..last).rfind(|&i| !is_lift(i)).map_or(last, |i| i + 1);
     start..(end + 1).min(contacts.len())
 }
 
@@ -382,7 +382,7 @@ fn row_of(contacts: &[Touching]) -> Range<usize> {
 fn frames(run: &CuttingRun, contacts: &[Touching]) -> Result<Vec<ContactFrame>, RescheduleError> {
     let n = contacts.len();
     let point = |i: usize| contacts[i].place.point;
-    let stands = |line: u32| {
+    let same_place = |line: u32| {
         let message = "two blocks follow each other with the tool at the same place";
         RescheduleError::new("reschedule-path", line, message, "remove one of them")
     };
@@ -396,7 +396,7 @@ fn frames(run: &CuttingRun, contacts: &[Touching]) -> Result<Vec<ContactFrame>, 
         let steps = [(i > 0).then(|| point(i) - point(i - 1)), (i + 1 < n).then(|| point(i + 1) - point(i))];
         let ways: Vec<Vector> = steps.iter().flatten().filter_map(|s| s.try_normalize(SHORTEST_MM)).collect();
         if ways.len() < steps.iter().flatten().count() {
-            return Err(stands(line(i)));
+            return Err(same_place(line(i)));
         }
         if let [a, b] = ways.as_slice()
             && a.dot(b) < STRAIGHT_ON
@@ -407,7 +407,7 @@ fn frames(run: &CuttingRun, contacts: &[Touching]) -> Result<Vec<ContactFrame>, 
         }
         let feed = ways.iter().fold(Vector::zeros(), |sum, w| sum + w);
         let frame = ContactFrame::new(point(i), contact.place.normal, feed);
-        out.push(frame.ok_or_else(|| stands(line(i)))?);
+        out.push(frame.ok_or_else(|| same_place(line(i)))?);
     }
     Ok(out)
 }

@@ -39,7 +39,7 @@ const SAME_AXIS: f64 = 1e-9;
 /// Way from block to block at least, mm: some only turn the tool.
 const LEAST_STEP_MM: f64 = 1e-9;
 /// A joint that moves by no more than this does not turn back, radian.
-const STANDS: f64 = 1e-9;
+const SAME_PLACE: f64 = 1e-9;
 
 /// Parameters of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -247,7 +247,7 @@ fn row_figures(row: &[PoleAngles], arc: &[f64]) -> [f64; 5] {
     let rate = steps().map(|(p, s)| ((p[1].azimuth - p[0].azimuth) / (s[1] - s[0])).abs()).fold(0.0, f64::max);
     let reversals = |of: fn(&PoleAngles) -> f64| {
         let (mut last, mut count) = (0.0, 0.0);
-        for step in row.windows(2).map(|p| of(&p[1]) - of(&p[0])).filter(|s| s.abs() > STANDS) {
+        for step in row.windows(2).map(|p| of(&p[1]) - of(&p[0])).filter(|s| s.abs() > SAME_PLACE) {
             if last * step < 0.0 {
                 count += 1.0;
             }

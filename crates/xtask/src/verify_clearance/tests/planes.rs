@@ -134,7 +134,8 @@ fn nodes_reach_as_far_as_all_their_points() {
     }
 }
 
-/// A claim of a little less than the distance of all pieces holds, one of a little more does not, whatever planes are known from other places.
+/// A claim of a little less than the distance of all pieces holds, one of a little more does not, whatever
+/// planes are known from other places.
 #[test]
 fn claims_hold_up_to_the_distance_of_all_pieces() {
     let mut numbers = Numbers(2);
@@ -146,11 +147,14 @@ fn claims_hold_up_to_the_distance_of_all_pieces() {
         for (form, slack) in [(&one, 1e-6), (&tool, 5e-3)] {
             let true_one = distance(&hulls(form, &places), &still);
             apart += usize::from(true_one > 0.1);
-            let mut told = |limit: f64| search.nearer_than(form, &other, &places, limit);
-            assert_eq!(told(true_one - slack), None, "{k}: {true_one}");
-            let nearer = told(true_one + 1e-6).expect("nearer than claimed");
+            let mut nearer_than = |limit: f64| search.nearer_than(form, &other, &places, limit);
+            assert_eq!(nearer_than(true_one - slack), None, "{k}: {true_one}");
+            let nearer = nearer_than(true_one + 1e-6).expect("nearer than claimed");
             assert!(nearer < true_one + 1.1e-6, "{k}: {nearer} {true_one}");
-            assert!(told(true_one + 3.0).is_some() && told(1e4).is_some() && told(f64::NAN).is_some(), "{k}");
+            assert!(
+                nearer_than(true_one + 3.0).is_some() && nearer_than(1e4).is_some() && nearer_than(f64::NAN).is_some(),
+                "{k}"
+            );
             // The other way round, the moving body is the mesh.
             let back = Places::still();
             let true_one = distance(&hulls(&other, &back), &hulls(form, &Places::still()));

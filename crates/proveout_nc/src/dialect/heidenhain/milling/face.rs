@@ -54,7 +54,7 @@ impl Interpreter {
         let (u0, v0, top, bottom) = (mm(225)?, mm(226)?, mm(227)?, mm(386)?);
         let (length, width) = (mm(218)?, mm(219)?);
         let (infeed, allowance) = (mm(202)?.abs(), mm(369)?.abs());
-        let (clearance, beside) = (mm(200)?.abs(), mm(357)?.abs());
+        let (clearance, lateral) = (mm(200)?.abs(), mm(357)?.abs());
         let second = top.max(bottom) + mm(204)?.abs();
         if length == 0.0 || width == 0.0 || infeed == 0.0 || !(length + width).is_finite() {
             return Err(Fault::new(codes::ARGUMENTS, span, "Q218, Q219 and Q202 of cycle 232 must not be zero")
@@ -75,7 +75,7 @@ impl Interpreter {
                 .help("check Q219, Q370, Q202"));
         }
         let lines: Vec<f64> = (0..passes as u32).map(|i| v0 + width * (f64::from(i) + 0.5) / passes).collect();
-        let outside = length.signum() * (radius + beside);
+        let outside = length.signum() * (radius + lateral);
         let inside = length.signum() * radius.min(0.5 * length.abs());
         let far = [u0 - outside, u0 + length + outside];
         let near = [u0 + inside, u0 + length - inside];
@@ -143,7 +143,7 @@ impl Interpreter {
         let sides = [mm(218)?, mm(219)?];
         let (top, bottom) = (mm(227)?, mm(386)?);
         let (infeed, allowance) = (mm(202)?.abs(), mm(369)?.abs());
-        let (clearance, beside) = (mm(200)?.abs(), mm(357)?.abs());
+        let (clearance, lateral) = (mm(200)?.abs(), mm(357)?.abs());
         let second = top.max(bottom) + mm(204)?.abs();
         if sides.contains(&0.0) || infeed == 0.0 || top == bottom || !(sides[0] + sides[1]).is_finite() {
             return Err(Fault::new(
@@ -186,8 +186,8 @@ impl Interpreter {
         };
         let lines: Vec<f64> = (0..passes as u32).map(|i| sides[over].abs() * (f64::from(i) + 0.5) / passes).collect();
         let length = sides[along].abs();
-        let begin = -(radius + beside);
-        let reach = beside + if strategy == 0.0 || strategy == 2.0 { radius } else { 0.0 };
+        let begin = -(radius + lateral);
+        let reach = lateral + if strategy == 0.0 || strategy == 2.0 { radius } else { 0.0 };
         let mut depths: Vec<(f64, bool)> = match operation {
             2.0 => Vec::new(),
             _ => (1..=infeeds as u32).map(|i| (top - rough * f64::from(i) / infeeds, false)).collect(),

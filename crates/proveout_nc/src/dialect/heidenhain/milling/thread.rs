@@ -83,14 +83,14 @@ impl Interpreter {
         }
         let feed = self.cycle_feed(values, 207, span)?;
         let helix = Helix { center, path, counter, feed };
-        let behind = number == 265 && self.thread_flag(values, span)?;
-        if number != 264 && !behind {
+        let countersink_last = number == 265 && self.thread_flag(values, span)?;
+        if number != 264 && !countersink_last {
             let key = if number == 263 { 253 } else { 254 };
             self.countersink(helix, values, key, h.surface, span)?;
         }
         let piece = if number == 265 { (total, 0.0) } else { (total, total - p) };
         self.thread_pieces(helix, values, &[piece], (p, rises), (h.surface, h.down), span)?;
-        if behind {
+        if countersink_last {
             self.countersink(helix, values, 253, h.surface, span)?;
         }
         self.mill_to(None, Some(h.clear), None, span)?;

@@ -65,7 +65,7 @@ pub(crate) struct ModalCall {
 impl ModalCall {
     /// Adds the line of the MCALL, which may contain the cause, to a fault of its cycle. The fault
     /// itself is located at the block with the position.
-    pub(crate) fn told(&self, mut fault: Fault, file: &str) -> Fault {
+    pub(crate) fn at_call(&self, mut fault: Fault, file: &str) -> Fault {
         let (own, line) = &self.place;
         let other = if **own == *file { String::new() } else { format!(" of {own}") };
         fault.message =

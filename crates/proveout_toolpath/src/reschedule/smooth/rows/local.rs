@@ -12,7 +12,7 @@ use super::super::{LEAST_SPEED, RAMP, RAMP_PART, VELOCITY_OF_STRING, VELOCITY_US
 use super::joints::Angles;
 
 /// A joint that moves by less than this counts as at rest, radian.
-const STANDS: f64 = 1e-9;
+const SAME_ANGLE: f64 = 1e-9;
 
 /// What a schedule is looked for in.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +54,7 @@ impl Rectangles<'_> {
             let [velocity, acceleration] = self.limits[j];
             let slope = |i: usize| (way[i + 1] - way[i]).abs() / (at[i + 1] - at[i]);
             let needed = (0..times.len()).map(slope).fold(0.0, f64::max);
-            let moves = way.iter().any(|q| (q - way[0]).abs() > STANDS);
+            let moves = way.iter().any(|q| (q - way[0]).abs() > SAME_ANGLE);
             let ramp = if acceleration.is_finite() { RAMP_PART * acceleration } else { RAMP };
             let corridor = Corridor {
                 times: &at,

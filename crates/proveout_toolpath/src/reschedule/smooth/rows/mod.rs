@@ -154,7 +154,7 @@ impl Method for SmoothRows {
         self.check()?;
         let first = run.blocks.first().map_or(0, |b| b.line);
         let Some(joints) = TwoJoints::new(around.machine) else {
-            let message = "the machine has not two rotary joints that turn the tool axis";
+            let message = "the machine does not have two rotary joints that turn the tool axis";
             return Err(RescheduleError::new("reschedule-path", first, message, "choose a five-axis machine"));
         };
         let row = Row::new(self, run, around)?;

@@ -146,7 +146,7 @@ fn stretch(all: &[Touching], run: &CuttingRun, around: &Surroundings<'_>, ball: 
         Some(_) => around.surface.and_then(|s| s.nearest(&all[i].place.point)).map(|c| c.point),
         None => Some(all[i].place.point),
     };
-    let stands = |i: usize| {
+    let is_lift = |i: usize| {
         let Some((a, b)) = contact(i).zip(contact(i + 1)) else { return false };
         let moved = match ball {
             Some(_) => (all[i + 1].place.point - all[i].place.point).norm(),
@@ -155,7 +155,7 @@ fn stretch(all: &[Touching], run: &CuttingRun, around: &Surroundings<'_>, ball: 
         (b - a).norm() < LIFTED && moved > 10.0 * (b - a).norm()
     };
     let last = all.len().saturating_sub(1);
-    let start = (0..last).find(|&i| !stands(i)).unwrap_or(0);
-    let end = (start..last).rfind(|&i| !stands(i)).map_or(last, |i| i + 1);
+    let start = (0..last).find(|&i| !is_lift(i)).unwrap_or(0);
+    let end = (start..last).rfind(|&i| !is_lift(i)).map_or(last, |i| i + 1);
     start..(end + 1).min(all.len())
 }
