@@ -4,17 +4,17 @@ use proveout_geom::{Point, Pose};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::Interference;
-use crate::approach::{Outlook, outlook};
-use crate::distance::{Gap, Warm, gap, inside, penetration, skins};
+use crate::approach::{AdvanceStep, outlook};
+use crate::distance::{Separation, Warm, gap, inside, penetration, skins};
 use crate::interference::FinerPiece;
-use crate::kept::{Kept, dot};
+use crate::kept::{ProvedDistance, dot};
 use crate::least::{BEYOND, FINE_MM, STRAIGHT_MM};
 use crate::neighbors::Neighbors;
 use crate::parts::chain_to;
-use crate::report::{Breach, Nearest, Severity};
+use crate::report::{Breach, LeastMeasured, Severity};
 use crate::ring::RingState;
-use crate::shape::Shape;
-use crate::swept::{Places, bent, least_distance};
+use crate::shape::PartShape;
+use crate::swept::{BodyPlaces, bent, least_distance};
 
 /// Slack for rounding, mm. Distances of tools are proved; those of two triangles may be too large by 1e-8 of their edges, which is
 /// this much for edges of a meter.
@@ -40,7 +40,7 @@ const AHEAD_MM: f64 = 50.0;
 
 /// Relation of a pair, or of a body and the stock.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum State {
+pub(crate) enum PairState {
     /// Farther apart than the clearance that is wanted, or not yet known to be nearer.
     Clear,
     /// Nearer than that.
@@ -51,7 +51,7 @@ pub(crate) enum State {
 
 /// What becomes of a place where two parts are too near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Found {
+enum NearPlace {
     /// It is a breach.
     Noted,
     /// The question was whether there is one.
@@ -60,7 +60,7 @@ enum Found {
 
 /// State of one checked pair.
 #[derive(Clone, Debug)]
-pub(crate) struct Pair {
+pub(crate) struct CheckedPair {
     pub(crate) a: usize,
     pub(crate) b: usize,
     pub(crate) info: usize,
@@ -68,7 +68,7 @@ pub(crate) struct Pair {
     pub(crate) weights: [f64; MAX_JOINTS],
     /// The same of the bodies themselves.
     pub(crate) own_weights: [f64; MAX_JOINTS],
-    pub(crate) kept: Kept,
+    pub(crate) kept: ProvedDistance,
     /// One of the two at all turns of its joint.
     pub(crate) ring: Option<RingState>,
     /// In the group of the pairs nearest to what needs to be known of them.
@@ -77,7 +77,7 @@ pub(crate) struct Pair {
     pub(crate) slides: bool,
     /// Least distance that was found of it, mm: as far as that the proof of the least clearance will ask.
     pub(crate) least_found: f64,
-    pub(crate) state: State,
+    pub(crate) state: PairState,
     pub(crate) reach: f64,
     /// What was nearest at the last query.
     pub(crate) warm: Warm,
@@ -93,7 +93,7 @@ pub(crate) struct Pair {
 
 /// A straight motion of the joints under examination.
 #[derive(Clone, Copy)]
-pub(crate) struct Step {
+pub(crate) struct JointStep {
     pub(crate) from: JointValues,
     pub(crate) to: JointValues,
     pub(crate) time: [f64; 2],
@@ -104,7 +104,7 @@ pub(crate) struct Step {
     pub(crate) whole: bool,
 }
 
-impl Step {
+impl JointStep {
     pub(crate) fn joints(&self, t: f64) -> JointValues {
         self.from.interpolated(self.to, t)
     }
@@ -116,17 +116,17 @@ impl Step {
 
 impl Interference {
     /// Distance above which nothing needs to be known of a pair.
-    pub(crate) fn threshold(&self, p: &Pair) -> f64 {
+    pub(crate) fn threshold(&self, p: &CheckedPair) -> f64 {
         let level = match p.state {
-            State::Clear => p.clearance,
-            State::Near => 0.0,
-            State::Contact => return 0.0,
+            PairState::Clear => p.clearance,
+            PairState::Near => 0.0,
+            PairState::Contact => return 0.0,
         };
         (level + SLACK_MM).max(self.watched(p))
     }
 
     /// Distance below which a pair may hold the smallest distance of all; neighbors are not asked for it.
-    fn watched(&self, p: &Pair) -> f64 {
+    fn watched(&self, p: &CheckedPair) -> f64 {
         if p.neighbors.is_some() {
             return 0.0;
         }
@@ -134,18 +134,24 @@ impl Interference {
     }
 
     /// A step with all by which a pair may be nearer than the straight motion says.
-    pub(crate) fn widened(&self, i: usize, step: &Step, off: &JointValues) -> Step {
-        Step { slack: step.slack + dot(&self.pairs[i].weights, &off.0), ..*step }
+    pub(crate) fn widened(&self, i: usize, step: &JointStep, off: &JointValues) -> JointStep {
+        JointStep { slack: step.slack + dot(&self.pairs[i].weights, &off.0), ..*step }
     }
 
     /// Checks one pair over one step, and over its quarters where the whole step does not show that
     /// they keep apart.
-    pub(crate) fn examine_closely(&mut self, i: usize, step: &Step, off: &JointValues, finer: Option<&FinerPiece>) {
+    pub(crate) fn examine_closely(
+        &mut self,
+        i: usize,
+        step: &JointStep,
+        off: &JointValues,
+        finer: Option<&FinerPiece>,
+    ) {
         let wide = self.widened(i, step, off);
         let Some(finer) = finer.filter(|_| step.whole) else { return self.examine_pair(i, &wide) };
-        if self.pairs[i].state == State::Clear {
+        if self.pairs[i].state == PairState::Clear {
             let before = (self.nearest.clone(), self.lower_bound);
-            if self.advance(i, &wide, Found::Asked) {
+            if self.advance(i, &wide, NearPlace::Asked) {
                 return;
             }
             // What was measured on the straight way is no place of the motion.
@@ -154,7 +160,7 @@ impl Interference {
         let [a, b, c] = finer.joints;
         let places = [step.from, a, b, c, step.to];
         for (k, ends) in places.windows(2).enumerate() {
-            let part = Step {
+            let part = JointStep {
                 from: ends[0],
                 to: ends[1],
                 time: [step.time(0.25 * k as f64), step.time(0.25 * (k + 1) as f64)],
@@ -167,13 +173,13 @@ impl Interference {
     }
 
     /// One pair through one step; what is found is noted.
-    pub(crate) fn examine_pair(&mut self, i: usize, step: &Step) {
-        self.advance(i, step, Found::Noted);
+    pub(crate) fn examine_pair(&mut self, i: usize, step: &JointStep) {
+        self.advance(i, step, NearPlace::Noted);
     }
 
     /// Conservative advancement (after Mirtich 1996) of one pair through one step. Whether the two keep apart by what is wanted; where they do not, this is
     /// noted, or left to who asked.
-    fn advance(&mut self, i: usize, step: &Step, found: Found) -> bool {
+    fn advance(&mut self, i: usize, step: &JointStep, found: NearPlace) -> bool {
         let mu = dot(&self.pairs[i].weights, &step.motion);
         if self.pairs[i].fresh {
             self.pairs[i].fresh = false;
@@ -182,11 +188,11 @@ impl Interference {
             }
         }
         let mut t = 0.0;
-        while self.pairs[i].state != State::Contact {
-            let level = if self.pairs[i].state == State::Clear { self.pairs[i].clearance } else { 0.0 };
+        while self.pairs[i].state != PairState::Contact {
+            let level = if self.pairs[i].state == PairState::Clear { self.pairs[i].clearance } else { 0.0 };
             let floor = level + SLACK_MM + step.slack;
             let watched = self.watched(&self.pairs[i]) + step.slack;
-            if self.pairs[i].slides && self.pairs[i].state == State::Clear && mu * (1.0 - t) > LEAST_WAY_MM {
+            if self.pairs[i].slides && self.pairs[i].state == PairState::Clear && mu * (1.0 - t) > LEAST_WAY_MM {
                 let ends = [1.0, 0.5 * (1.0 + t)];
                 match ends.into_iter().find(|&end| self.slides_clear(i, step, [t, end], floor.max(watched))) {
                     Some(end) if end >= 1.0 => return true,
@@ -200,7 +206,7 @@ impl Interference {
             let need = floor.max(watched) + (mu * (1.0 - t)).max(TOLERANCE_MM);
             let limit = need + self.pairs[i].reach;
             match self.measure(i, step, t, [need, limit]) {
-                Gap::Beyond(proved) | Gap::Between([proved, _], ..) => {
+                Separation::Beyond(proved) | Separation::Between([proved, _], ..) => {
                     // A pair without triangles is infinitely far; what is kept stays a number that can be counted down.
                     let proved = proved.min(MOST_PROVED_MM);
                     self.keep(i, proved, step, t);
@@ -209,17 +215,17 @@ impl Interference {
                     self.prove(i, proved - mu * (1.0 - t) - step.slack);
                     return true;
                 }
-                Gap::Meeting(_) if found == Found::Asked => return false,
-                Gap::Meeting(point) => self.open(i, Severity::Collision, step, t, 0.0, &point, false),
-                Gap::At(d, p, q) => {
+                Separation::Meeting(_) if found == NearPlace::Asked => return false,
+                Separation::Meeting(point) => self.open(i, Severity::Collision, step, t, 0.0, &point, false),
+                Separation::At(d, p, q) => {
                     let middle = nalgebra::center(&p, &q);
                     // Not down to the threshold at once: the proved bound stays near the smallest distance measured.
                     let watched = self.watched(&self.pairs[i]) + step.slack;
                     let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
                     match outlook(t, d, mu, [floor, safe], TOLERANCE_MM) {
                         _ if !d.is_finite() => self.open(i, Severity::QueryFailed, step, t, 0.0, &middle, false),
-                        Outlook::Reached if found == Found::Asked => return false,
-                        Outlook::Reached => {
+                        AdvanceStep::Reached if found == NearPlace::Asked => return false,
+                        AdvanceStep::Reached => {
                             let touching = d <= SLACK_MM + step.slack + TOLERANCE_MM;
                             let severity = if touching { Severity::Collision } else { Severity::NearMiss };
                             self.open(i, severity, step, t, d, &middle, false);
@@ -228,7 +234,7 @@ impl Interference {
                             self.pairs[i].least_found = self.pairs[i].least_found.min(d);
                             self.keep(i, d, step, t);
                             self.leave_near(i, d, step, t);
-                            let Outlook::Until(next) = ahead else {
+                            let AdvanceStep::Until(next) = ahead else {
                                 self.prove(i, d - mu * (1.0 - t) - step.slack);
                                 return true;
                             };
@@ -246,10 +252,12 @@ impl Interference {
 
     /// Whether a part of the tool keeps away from a mesh on a part of a step, by the hull of both ends: for each triangle along its own normal (Tang, Kim
     /// and Manocha 2009), so that a tool that slides along a wall is asked about once, where its way would use up the distance many times.
-    fn slides_clear(&mut self, i: usize, step: &Step, part: [f64; 2], floor: f64) -> bool {
+    fn slides_clear(&mut self, i: usize, step: &JointStep, part: [f64; 2], floor: f64) -> bool {
         let p = &self.pairs[i];
         let (a, b) = (&self.parts[p.a], &self.parts[p.b]);
-        let (Shape::Convex(_), Shape::Mesh(_), None) = (&*a.shape, &*b.shape, &p.neighbors) else { return false };
+        let (PartShape::Convex(_), PartShape::Mesh(_), None) = (&*a.shape, &*b.shape, &p.neighbors) else {
+            return false;
+        };
         let joints = &self.machine.joints;
         let turns = std::array::from_fn(|j| joints.get(j).is_some_and(proveout_machine::Joint::is_rotary));
         let carries = chain_to(&self.machine, b.attached);
@@ -266,9 +274,9 @@ impl Interference {
         let bent = if curved { parabola } else { chord };
         let [from, to] = ends.map(|q| self.b_from_a(i, &q).0);
         let places = if curved {
-            Places::along([from, self.b_from_a(i, &ends[0].interpolated(ends[1], 0.5)).0, to])
+            BodyPlaces::along([from, self.b_from_a(i, &ends[0].interpolated(ends[1], 0.5)).0, to])
         } else {
-            Places::between([from, to])
+            BodyPlaces::between([from, to])
         };
         let limit = (told + bent) * (1.0 + BEYOND);
         let found = least_distance(&a.shape, &b.shape, &places, limit);
@@ -296,7 +304,7 @@ impl Interference {
 
     /// Whether two neighbors keep clear of each other through a step, by what is known of their joint or can be proved now. Each distance
     /// proves a range of the joint round the place where it was measured; it is asked for some way ahead.
-    pub(crate) fn neighbors_clear(&mut self, i: usize, step: &Step, off: &JointValues) -> bool {
+    pub(crate) fn neighbors_clear(&mut self, i: usize, step: &JointStep, off: &JointValues) -> bool {
         let Some(n) = self.pairs[i].neighbors.as_mut() else { return false };
         n.allow(step.slack);
         let (joint, weight, slack) = (n.joint, n.weight, n.slack);
@@ -317,12 +325,12 @@ impl Interference {
             let mut q = step.from;
             q[joint] = at;
             let limit = threshold + (weight * (to - at).abs()).max(AHEAD_MM);
-            let here = Step { from: q, to: q, ..*step };
+            let here = JointStep { from: q, to: q, ..*step };
             let exact = threshold + TOLERANCE_MM;
             let distance = match self.measure(i, &here, 0.0, [exact, limit]) {
-                Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
-                Gap::At(d, ..) => d,
-                Gap::Meeting(_) => 0.0,
+                Separation::Beyond(proved) | Separation::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
+                Separation::At(d, ..) => d,
+                Separation::Meeting(_) => 0.0,
             };
             let free = distance - threshold;
             if free.is_nan() || free <= TOLERANCE_MM {
@@ -336,17 +344,17 @@ impl Interference {
     }
 
     /// A colliding pair at the end of a step: how deep, or apart again.
-    fn follow_contact(&mut self, i: usize, step: &Step) {
+    fn follow_contact(&mut self, i: usize, step: &JointStep) {
         self.lower_bound = 0.0;
         let limit = SLACK_MM + step.slack + TOLERANCE_MM + self.pairs[i].clearance + self.pairs[i].reach;
         let measured = self.measure(i, step, 1.0, [limit, limit]);
         let distance = match measured {
-            Gap::Meeting(_) => 0.0,
-            Gap::At(d, ..) => d,
-            Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
+            Separation::Meeting(_) => 0.0,
+            Separation::At(d, ..) => d,
+            Separation::Beyond(proved) | Separation::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
         };
         let within = match measured {
-            Gap::Meeting(_) => None,
+            Separation::Meeting(_) => None,
             _ => self.inside_at(i, step, 1.0),
         };
         let still = within.is_some() || distance <= SLACK_MM + step.slack + TOLERANCE_MM;
@@ -364,12 +372,12 @@ impl Interference {
         if let Some(b) = self.pairs[i].contact.take().and_then(|k| self.breaches.get_mut(k)) {
             b.end_time = Some(step.time(1.0));
         }
-        self.pairs[i].state = if self.pairs[i].near.is_some() { State::Near } else { State::Clear };
+        self.pairs[i].state = if self.pairs[i].near.is_some() { PairState::Near } else { PairState::Clear };
         self.keep(i, distance, step, 1.0);
         self.leave_near(i, distance, step, 1.0);
     }
 
-    fn leave_near(&mut self, i: usize, distance: f64, step: &Step, t: f64) {
+    fn leave_near(&mut self, i: usize, distance: f64, step: &JointStep, t: f64) {
         let end = step.time(t);
         let p = &mut self.pairs[i];
         let Some(k) = p.near else { return };
@@ -378,13 +386,13 @@ impl Interference {
             if distance > p.clearance + SLACK_MM + step.slack + 2.0 * TOLERANCE_MM {
                 b.end_time = Some(end);
                 p.near = None;
-                p.state = State::Clear;
+                p.state = PairState::Clear;
             }
         }
     }
 
-    pub(crate) fn keep(&mut self, i: usize, distance: f64, step: &Step, t: f64) {
-        self.pairs[i].kept = Kept { distance, at: step.joints(t) };
+    pub(crate) fn keep(&mut self, i: usize, distance: f64, step: &JointStep, t: f64) {
+        self.pairs[i].kept = ProvedDistance { distance, at: step.joints(t) };
     }
 
     fn b_from_a(&self, i: usize, q: &JointValues) -> (Pose, Pose) {
@@ -393,7 +401,7 @@ impl Interference {
         (machine_from_b.inverse() * self.parts[p.a].pose(&self.machine, q), machine_from_b)
     }
 
-    fn measure(&mut self, i: usize, step: &Step, t: f64, limits: [f64; 2]) -> Gap {
+    fn measure(&mut self, i: usize, step: &JointStep, t: f64, limits: [f64; 2]) -> Separation {
         let q = step.joints(t);
         let (b_from_a, machine_from_b) = self.b_from_a(i, &q);
         let pair = &mut self.pairs[i];
@@ -401,24 +409,24 @@ impl Interference {
             Some(n) => {
                 let rest = skins(&n.rests.skins[0], &n.rests.skins[1], &b_from_a, limits, &mut pair.warm);
                 let idle = n.rests.idle.iter().map(|[a, b]| skins(a, b, &b_from_a, limits, &mut None));
-                idle.fold(rest, Gap::nearer)
+                idle.fold(rest, Separation::nearer)
             }
             None => gap(&self.parts[pair.a].shape, &self.parts[pair.b].shape, &b_from_a, limits, &mut pair.warm),
         };
         let (counts, clearance) = (pair.neighbors.is_none(), pair.clearance);
         match found {
-            Gap::Beyond(_) | Gap::Between(..) => self.effort.misses += 1,
+            Separation::Beyond(_) | Separation::Between(..) => self.effort.misses += 1,
             _ => self.effort.distances += 1,
         }
         let (distance, point) = match found {
-            Gap::Beyond(_) => return found,
-            Gap::Meeting(p) => (0.0, p),
-            Gap::At(d, p, q) | Gap::Between([_, d], p, q) => (d, nalgebra::center(&p, &q)),
+            Separation::Beyond(_) => return found,
+            Separation::Meeting(p) => (0.0, p),
+            Separation::At(d, p, q) | Separation::Between([_, d], p, q) => (d, nalgebra::center(&p, &q)),
         };
         let counts = counts || distance <= clearance;
         if counts && self.nearest.as_ref().is_none_or(|n| distance < n.distance) {
             let info = &self.infos[self.pairs[i].info];
-            self.nearest = Some(Nearest {
+            self.nearest = Some(LeastMeasured {
                 distance,
                 pair: self.pairs[i].info,
                 bodies: info.bodies.clone(),
@@ -433,7 +441,7 @@ impl Interference {
         self.machine.machine_from_table(q).inverse().point(p_in_machine)
     }
 
-    pub(crate) fn inside_at(&self, i: usize, step: &Step, t: f64) -> Option<Point> {
+    pub(crate) fn inside_at(&self, i: usize, step: &JointStep, t: f64) -> Option<Point> {
         if self.pairs[i].neighbors.is_some() {
             return None;
         }
@@ -441,7 +449,7 @@ impl Interference {
         inside(&self.parts[self.pairs[i].a].shape, &self.parts[self.pairs[i].b].shape, &b_from_a)
     }
 
-    fn penetration_at(&self, i: usize, step: &Step, t: f64) -> f64 {
+    fn penetration_at(&self, i: usize, step: &JointStep, t: f64) -> f64 {
         if self.pairs[i].neighbors.is_some() {
             return 0.0;
         }
@@ -450,7 +458,16 @@ impl Interference {
     }
 
     #[expect(clippy::too_many_arguments, reason = "the facts of one breach, used in this file only")]
-    fn open(&mut self, i: usize, severity: Severity, step: &Step, t: f64, distance: f64, point: &Point, inside: bool) {
+    fn open(
+        &mut self,
+        i: usize,
+        severity: Severity,
+        step: &JointStep,
+        t: f64,
+        distance: f64,
+        point: &Point,
+        inside: bool,
+    ) {
         let q = step.joints(t);
         let (_, machine_from_b) = self.b_from_a(i, &q);
         let point_in_table = self.in_table(&q, &machine_from_b.point(point));
@@ -465,7 +482,7 @@ impl Interference {
         if self.nearest.as_ref().is_none_or(|n| n.distance > 0.0) {
             let pair = self.pairs[i].info;
             let bodies = self.infos[pair].bodies.clone();
-            self.nearest = Some(Nearest { distance: 0.0, pair, bodies, time, point_in_table });
+            self.nearest = Some(LeastMeasured { distance: 0.0, pair, bodies, time, point_in_table });
         }
     }
 
@@ -501,9 +518,9 @@ impl Interference {
         }
         let p = &mut self.pairs[i];
         if severity == Severity::NearMiss {
-            (p.near, p.state) = (Some(index), State::Near);
+            (p.near, p.state) = (Some(index), PairState::Near);
         } else {
-            (p.contact, p.state) = (Some(index), State::Contact);
+            (p.contact, p.state) = (Some(index), PairState::Contact);
         }
     }
 }

@@ -9,7 +9,7 @@
 
 /// What one distance says of the rest of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Outlook {
+pub(crate) enum AdvanceStep {
     /// At the threshold, within the tolerance; or no number.
     Reached,
     /// Above the threshold to the end.
@@ -20,12 +20,12 @@ pub(crate) enum Outlook {
 
 /// How the distance (mm, a lower bound) at time t is judged; `mu` is the most by which it changes for a unit of time. Where it goes on, it
 /// does so down to `aim` only, which is the threshold or above it.
-pub(crate) fn outlook(t: f64, distance: f64, mu: f64, [threshold, aim]: [f64; 2], tolerance: f64) -> Outlook {
+pub(crate) fn outlook(t: f64, distance: f64, mu: f64, [threshold, aim]: [f64; 2], tolerance: f64) -> AdvanceStep {
     if distance.is_nan() || mu.is_nan() || distance <= threshold + tolerance {
-        return Outlook::Reached;
+        return AdvanceStep::Reached;
     }
     let until = t + (distance - aim) / mu;
-    if mu <= 0.0 || until >= 1.0 { Outlook::Clear } else { Outlook::Until(until) }
+    if mu <= 0.0 || until >= 1.0 { AdvanceStep::Clear } else { AdvanceStep::Until(until) }
 }
 
 /// The first time in 0..1 at which a distance may be within `tolerance` of the threshold; none where it is above it all the way.
@@ -34,9 +34,9 @@ fn first_approach(mut distance_at: impl FnMut(f64) -> f64, mu: f64, threshold: f
     let mut t = 0.0;
     loop {
         match outlook(t, distance_at(t), mu, [threshold; 2], tolerance) {
-            Outlook::Reached => return Some(t),
-            Outlook::Clear => return None,
-            Outlook::Until(next) => t = next,
+            AdvanceStep::Reached => return Some(t),
+            AdvanceStep::Clear => return None,
+            AdvanceStep::Until(next) => t = next,
         }
     }
 }

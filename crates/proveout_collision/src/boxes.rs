@@ -126,7 +126,7 @@ pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
     mut distance: impl FnMut(u32, u32, f64) -> (f64, W),
 ) -> NearestLeaves<W> {
     let (Some(root_a), Some(root_b)) = (a.root(), b.root()) else { return NearestLeaves::Beyond(f64::INFINITY) };
-    let frames = Frames { b_from_a: *b_from_a, size: b_from_a.rotation.abs(), grown };
+    let frames = BoxFrames { b_from_a: *b_from_a, size: b_from_a.rotation.abs(), grown };
     // What is left out is at least as far as the best was then, and the best only falls.
     let mut left_out = f64::INFINITY;
     let mut bound = limit;
@@ -273,27 +273,27 @@ pub(crate) fn nearest_leaf<B: BoxTree, W>(
 
 /// A box of tree a: its middle in the frame of b, and half its edges along the axes of a and of b.
 #[derive(Clone, Copy)]
-struct Turned {
+struct TurnedBox {
     middle: Point,
     half: Vector,
     half_in_b: Vector,
 }
 
-struct Frames {
+struct BoxFrames {
     b_from_a: Pose,
     size: Matrix3<f64>,
     /// Half the box of what is added to a, along the axes of a and of b.
     grown: [Vector; 2],
 }
 
-impl Frames {
-    fn moved(&self, (middle, half): (Point, Vector)) -> Turned {
+impl BoxFrames {
+    fn moved(&self, (middle, half): (Point, Vector)) -> TurnedBox {
         let [in_a, in_b] = self.grown;
-        Turned { middle: self.b_from_a.point(&middle), half: half + in_a, half_in_b: self.size * half + in_b }
+        TurnedBox { middle: self.b_from_a.point(&middle), half: half + in_a, half_in_b: self.size * half + in_b }
     }
 
     /// Lower bound of the distance of two boxes.
-    fn apart(&self, a: &Turned, b: &(Point, Vector)) -> f64 {
+    fn apart(&self, a: &TurnedBox, b: &(Point, Vector)) -> f64 {
         let way = a.middle - b.0;
         let outside = |x: f64| x.max(0.0);
         let in_b = (way.abs() - a.half_in_b - b.1).map(outside).norm_squared();

@@ -45,7 +45,7 @@ pub(crate) struct Certain {
 
 /// A point of the difference, and the two that it is made of.
 #[derive(Clone, Copy)]
-struct Corner {
+struct DifferencePoint {
     w: Vector,
     on_first: Point,
     on_second: Point,
@@ -56,7 +56,7 @@ struct Corner {
 pub(crate) fn nearest(supports: impl Fn(&Vector) -> [Point; 2], start: &Vector, [within, bound]: [f64; 2]) -> Certain {
     let corner = |n: &Vector| {
         let [on_first, on_second] = supports(n);
-        Corner { w: on_second - on_first, on_first, on_second }
+        DifferencePoint { w: on_second - on_first, on_first, on_second }
     };
     let first = start.try_normalize(0.0).unwrap_or_else(Vector::z);
     let mut simplex = vec![corner(&first)];
@@ -91,7 +91,7 @@ pub(crate) fn nearest(supports: impl Fn(&Vector) -> [Point; 2], start: &Vector, 
             (best.apart, best.meet) = (0.0, true);
             break;
         };
-        let mean = |of: &dyn Fn(&Corner) -> Vector| {
+        let mean = |of: &dyn Fn(&DifferencePoint) -> Vector| {
             simplex.iter().zip(&weights).fold(Vector::zeros(), |sum, (c, weight)| sum + of(c) * *weight)
         };
         v = mean(&|c| c.w);
@@ -114,7 +114,7 @@ pub(crate) fn nearest(supports: impl Fn(&Vector) -> [Point; 2], start: &Vector, 
 }
 
 /// Weights of the corners for the point of their hull that is nearest to the origin; none where it lies inside of four of them.
-fn nearest_to_origin(simplex: &[Corner]) -> Option<Vec<f64>> {
+fn nearest_to_origin(simplex: &[DifferencePoint]) -> Option<Vec<f64>> {
     let n = simplex.len();
     if n >= 4 && holds_origin(simplex) {
         return None;
@@ -172,7 +172,7 @@ fn on_face(a: Vector, b: Vector, c: Vector) -> Option<Vec<f64>> {
 }
 
 /// Whether four points hold the origin: it is on the inner side of each face.
-fn holds_origin(simplex: &[Corner]) -> bool {
+fn holds_origin(simplex: &[DifferencePoint]) -> bool {
     let w: Vec<Vector> = simplex.iter().map(|c| c.w).collect();
     [[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]].iter().all(|&[a, b, c, d]| {
         let normal = (w[b] - w[a]).cross(&(w[c] - w[a]));

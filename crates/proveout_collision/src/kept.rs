@@ -17,13 +17,13 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 /// A proved distance and where it holds.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Kept {
+pub(crate) struct ProvedDistance {
     /// Distance, mm; minus infinity where nothing is known.
     pub(crate) distance: f64,
     pub(crate) at: JointValues,
 }
 
-impl Kept {
+impl ProvedDistance {
     pub(crate) const NONE: Self = Self { distance: f64::NEG_INFINITY, at: JointValues::ZERO };
 
     pub(crate) fn is_known(&self) -> bool {
@@ -38,7 +38,7 @@ impl Kept {
 
 /// Pairs that one comparison settles together: where they were last looked at, what was proved there, and what they have needed since.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Group {
+pub(crate) struct PairGroup {
     pub(crate) reference: JointValues,
     /// The largest of the pairs' weights.
     pub(crate) weights: [f64; MAX_JOINTS],
@@ -49,7 +49,7 @@ pub(crate) struct Group {
     pub(crate) roamed: f64,
 }
 
-impl Group {
+impl PairGroup {
     /// Nothing is known.
     pub(crate) const NONE: Self = Self {
         reference: JointValues::ZERO,

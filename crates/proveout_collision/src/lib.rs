@@ -107,7 +107,7 @@ pub use orientation::{
 };
 pub use parts::{BEARING_ROLES, Fixture};
 pub use report::{
-    Breach, Clearance, CollisionError, Effort, MeshFaults, Nearest, PairInfo, PartKind, Severity, Unchecked,
+    Breach, Clearance, CollisionError, Effort, LeastMeasured, MeshFaults, PairInfo, PartKind, Severity, Unchecked,
 };
 pub use solid_pair::SolidPair;
 pub use stock::{JointMotion, StockBreach, StockCheck};

@@ -62,7 +62,7 @@ pub(crate) struct Neighbors {
     /// The joint between them.
     pub(crate) joint: usize,
     /// The rests of both, in their own frames.
-    pub(crate) rests: Arc<Rests>,
+    pub(crate) rests: Arc<SkinRests>,
     /// Range of the joint in which they keep the clearance, with `slack`; empty at first.
     pub(crate) proved: [f64; 2],
     /// For which the range was proved, mm.
@@ -75,20 +75,20 @@ pub(crate) struct Neighbors {
 
 /// What is left of two bodies.
 #[derive(Debug)]
-pub(crate) struct Rests {
+pub(crate) struct SkinRests {
     pub(crate) skins: [Arc<TriangleTree>; 2],
     /// Part of the skin of each that was left out, 0 to 1.
     pub(crate) left_out: [f64; 2],
     /// Parts of one that lie in the zone and bear nothing, each with all of the other.
-    pub(crate) idle: Vec<neighbor_shells::Pair>,
+    pub(crate) idle: Vec<neighbor_shells::CheckedPair>,
 }
 
 impl Neighbors {
-    pub(crate) fn new(machine: &Machine, joint: usize, rests: Arc<Rests>) -> Self {
+    pub(crate) fn new(machine: &Machine, joint: usize, rests: Arc<SkinRests>) -> Self {
         let j = &machine.joints[joint];
         // Where two points are nearest, one of them moves against the other's body by its distance from the axis; either may be taken.
         let radius = |skin: &TriangleTree| farthest(skin, &j.point, &j.direction);
-        let of_pair = |[a, b]: &neighbor_shells::Pair| radius(a).min(radius(b));
+        let of_pair = |[a, b]: &neighbor_shells::CheckedPair| radius(a).min(radius(b));
         let widest = std::iter::once(&rests.skins).chain(&rests.idle).map(of_pair).fold(0.0, f64::max);
         let weight = if j.is_rotary() { widest } else { 1.0 };
         Self { joint, rests, proved: EMPTY, slack: 0.0, weight, turns: j.is_rotary() }
@@ -225,7 +225,7 @@ pub(crate) fn rests(
     bodies: [&MeshShape; 2],
     b_from_a: &Pose,
     clearance: f64,
-) -> Rests {
+) -> SkinRests {
     let invariant = Invariant::of(machine, joint);
     let near = clearance + BEARING_MM;
     let mut zone = Zone::round(bodies, &invariant);
@@ -234,14 +234,14 @@ pub(crate) fn rests(
     if !zone.any {
         // They are apart and whole, like most pairs of a machine: the trees of the bodies are used
         // as they are.
-        return Rests { skins: bodies.map(|body| body.boxes.clone()), left_out: [0.0; 2], idle: Vec::new() };
+        return SkinRests { skins: bodies.map(|body| body.boxes.clone()), left_out: [0.0; 2], idle: Vec::new() };
     }
     let rest = bodies.map(|body| outside(body.boxes.triangles(), &invariant, &zone));
     let area = |t: &[[Point; 3]]| -> f64 { t.iter().map(|[a, b, c]| (b - a).cross(&(c - a)).norm()).sum() };
     let left_out = [0, 1].map(|k| 1.0 - area(&rest[k]) / area(bodies[k].boxes.triangles()).max(f64::MIN_POSITIVE));
     let at_rest = AtRest { bodies, b_from_a, near, invariant: &invariant, zone: &zone };
     let idle = neighbor_shells::pairs(&at_rest, bodies.map(|body| &body.boxes));
-    Rests { skins: rest.map(|triangles| Arc::new(TriangleTree::of_triangles(triangles))), left_out, idle }
+    SkinRests { skins: rest.map(|triangles| Arc::new(TriangleTree::of_triangles(triangles))), left_out, idle }
 }
 
 /// Two bodies at rest, with the zone in which they bear on each other.
@@ -403,6 +403,6 @@ pub(crate) fn is_round(body: &MeshShape, joint: &Joint) -> bool {
 }
 
 /// Whether anything is left to check.
-pub(crate) fn is_left(rests: &Rests) -> bool {
+pub(crate) fn is_left(rests: &SkinRests) -> bool {
     rests.skins.iter().all(|s| s.root().is_some()) || !rests.idle.is_empty()
 }

@@ -13,7 +13,7 @@ use crate::{
     errors_reader::read_errors,
     joint_reader::read_joint,
     pairs::read_pairs,
-    places::Places,
+    places::KeyLines,
     platform_reader::read_platforms,
     solver::Solver,
     structure::{chain_to, check_kinematics},
@@ -115,7 +115,7 @@ fn assemble(source: &Document<'_>, content: &MachineFile) -> Result<Machine, Inp
         chain,
         solver,
         actual: None,
-        places: Places::new(source),
+        places: KeyLines::new(source),
     };
     let machine = machine.recompiled();
     match content.zero {

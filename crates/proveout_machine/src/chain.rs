@@ -19,7 +19,7 @@ use crate::{Carries, Joint, JointKind, JointValues, MAX_JOINTS, TurnShift};
 /// One joint in the chain, sign applied: a positive joint value moves what is nearer to the tool by +value about
 /// `direction`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Link {
+pub(crate) struct ChainLink {
     pub(crate) joint: usize,
     pub(crate) rotary: bool,
     pub(crate) direction: Vector,
@@ -38,7 +38,7 @@ pub(crate) struct Shift {
 /// The links in order from the table to the spindle.
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
-    pub(crate) links: Vec<Link>,
+    pub(crate) links: Vec<ChainLink>,
     /// Gauge line in M at zero, `machine_from_spindle`.
     pub(crate) spindle_at_zero: Pose,
 }
@@ -48,7 +48,7 @@ fn turned(v: &Vector, direction: &Vector, (s, c): (f64, f64)) -> Vector {
     v * c + direction.cross(v) * s + direction * (direction.dot(v) * (1.0 - c))
 }
 
-impl Link {
+impl ChainLink {
     fn new(joint: usize, data: &Joint) -> Self {
         let sign = if data.carries == Carries::Tool { data.sense } else { -data.sense };
         let undone = data.carries == Carries::Workpiece;
@@ -127,7 +127,7 @@ impl Link {
 impl Chain {
     pub(crate) fn new(joints: &[Joint], tool_chain: &[usize], work_chain: &[usize], spindle_at_zero: Pose) -> Self {
         let order = work_chain.iter().rev().chain(tool_chain);
-        Self { links: order.map(|&j| Link::new(j, &joints[j])).collect(), spindle_at_zero }
+        Self { links: order.map(|&j| ChainLink::new(j, &joints[j])).collect(), spindle_at_zero }
     }
 
     /// Tip and axis in K: the two are carried through the links from the tool to the table, which costs two turned

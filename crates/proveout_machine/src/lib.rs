@@ -73,7 +73,7 @@ mod urdf;
 mod zero_at_home;
 
 pub use description::machine_schema;
-pub use diagnose::{Diagnosis, MissingLimit, Severity};
+pub use diagnose::{Diagnosis, MissingLimit, RemarkSeverity};
 pub use drive::{Drive, ElasticMode, Encoder, VelocityGain};
 pub use errors::{ConstantErrors, ErrorOf, ErrorTable, GeometricErrors};
 pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, TIP_TOLERANCE};

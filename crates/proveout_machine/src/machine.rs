@@ -2,7 +2,7 @@ use proveout_geom::{Point, Pose, ToolPose, TriMesh, Vector};
 
 use crate::{
     BodyMass, GeometricErrors, Joint, JointValues, MAX_JOINTS, PairRule, Platform, TurnShift, actual::ActualChain,
-    chain::Chain, places::Places, solver::Solver,
+    chain::Chain, places::KeyLines, solver::Solver,
 };
 
 /// What carries a body or a chain.
@@ -166,7 +166,7 @@ pub struct Machine {
     pub(crate) solver: Solver,
     /// Compiled errors; `None` when there are none or all are zero.
     pub(crate) actual: Option<ActualChain>,
-    pub(crate) places: Places,
+    pub(crate) places: KeyLines,
 }
 
 impl Machine {

@@ -7,12 +7,12 @@ use toml::de::DeValue;
 
 /// File and the line of each key, by its path as errors show it (`joint.X.travel_mm`).
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Places {
+pub(crate) struct KeyLines {
     pub(crate) file: PathBuf,
     lines: BTreeMap<String, usize>,
 }
 
-impl Places {
+impl KeyLines {
     pub(crate) fn new(source: &Document<'_>) -> Self {
         let mut places = Self { file: source.file().into(), lines: BTreeMap::new() };
         if let Some(tree) = source.tree() {

@@ -117,7 +117,7 @@ pub enum PlatformError {
 }
 
 /// Values that the formulas share.
-struct State {
+struct LegTerms {
     sin: f64,
     cos: f64,
     /// Reach of leg 1 and legs 2, 3 outward (mm, constant for the latter) and upward.
@@ -128,11 +128,11 @@ struct State {
 }
 
 impl Platform {
-    fn state(&self, q: &JointValues) -> State {
+    fn state(&self, q: &JointValues) -> LegTerms {
         let height = self.height + self.heave_sign * q[self.heave];
         let (sin, cos) = proveout_geom::sin_cos(self.tilt_sign * q[self.tilt]);
         let r = self.moving_radius;
-        State {
+        LegTerms {
             sin,
             cos,
             out_1: 1.5 * r * cos - 0.5 * r - self.fixed_radius,

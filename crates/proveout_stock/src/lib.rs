@@ -124,7 +124,7 @@ pub use looking::bands::MeshBand;
 pub use looking::coherence::Coherence;
 pub use looking::contact::Contact;
 pub use looking::depth::{Depths, Measure};
-pub use looking::measure::{Nearest, Outline, Probe, Wall};
+pub use looking::measure::{NearestOnStock, Outline, Probe, StockWall};
 pub use looking::moments::Moments;
 pub use looking::overlap::SolidOverlap;
 pub use looking::parts::StockPart;

@@ -3,7 +3,7 @@
 //! Data in: points of the cut surface and a design, both in one frame (the workpiece frame W), mm. Data out: signed
 //! deviations, mm; positive where material is left outside of the design, negative where it is missing inside.
 //!
-//! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`Plane`], [`Sphere`], [`ConeFrustum`],
+//! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`HalfSpaceDesign`], [`Sphere`], [`ConeFrustum`],
 //!   [`ConeFlank`] and blades ([`proveout_geom::blade::Blade`]) in closed form; [`chord_error`] of a mesh against one.
 //! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for points as they come.
 //! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
@@ -40,11 +40,11 @@ pub mod texture;
 pub mod topography;
 mod uncut;
 
-pub use analytic::{ConeFlank, ConeFrustum, Plane, Sphere};
+pub use analytic::{ConeFlank, ConeFrustum, HalfSpaceDesign, Sphere};
 pub use areas::{Area, AreaPart, Areas, MOST_CELLS, MOST_STARTS, Seed, Starts};
 pub use blade::chord_error;
 pub use coverage::{Unseen, Watcher, unseen};
-pub use design::{DesignSurface, Nearest};
+pub use design::{DesignSurface, NearestOnDesign};
 pub use deviation::{
     Deviation, DeviationSettings, Judged, SurfaceSample, Tally, WorstPoint, judge, measure, measure_where,
 };
@@ -54,4 +54,4 @@ pub use gouge_proof::{Overcut, Overcuts, overcuts};
 pub use mesh::{DesignError, DesignMesh};
 pub use refined::{Refine, Worst, refined};
 pub use survey::{Band, FoundGap, Solid, Survey};
-pub use uncut::{Left, Uncut, UncutFound, uncut};
+pub use uncut::{LeftMaterial, Uncut, UncutFound, uncut};

@@ -96,13 +96,13 @@ fn worse(a: Worst, b: Worst) -> Worst {
 
 /// A place of the lattice: foot on the design, its normal, and the height over it.
 #[derive(Clone, Copy)]
-struct Place {
+struct LatticePoint {
     foot: Point,
     normal: Vector,
     contact: PathContact,
 }
 
-impl Place {
+impl LatticePoint {
     fn point(&self) -> Point {
         self.foot + self.normal * self.contact.height
     }
@@ -115,7 +115,7 @@ impl Refine<'_> {
     }
 
     /// Whether a place lies on the part, and no other face is nearer to it.
-    fn counts(&self, place: &Place) -> bool {
+    fn counts(&self, place: &LatticePoint) -> bool {
         let (p, height) = (place.point(), place.contact.height);
         let own = || {
             let distance = self.design.signed_distance(&p);
@@ -127,10 +127,10 @@ impl Refine<'_> {
     /// The best place about a foot; `sign` is 1 for the highest and -1 for the deepest.
     fn search(
         &self,
-        start: &Place,
+        start: &LatticePoint,
         sign: f64,
         height: &dyn Fn(&Point, &Vector, &PathContact) -> Option<PathContact>,
-    ) -> Place {
+    ) -> LatticePoint {
         let middle = start.foot;
         let mut best = *start;
         let mut step = REACH / f64::from(FIRST) * self.cell;
@@ -148,7 +148,7 @@ impl Refine<'_> {
                         continue;
                     }
                     let Some(contact) = height(&foot, &normal, &best.contact) else { continue };
-                    let place = Place { foot, normal, contact };
+                    let place = LatticePoint { foot, normal, contact };
                     let better = sign * (contact.height - best.contact.height) > EQUAL;
                     if better && self.counts(&place) {
                         best = place;
@@ -160,16 +160,16 @@ impl Refine<'_> {
         best
     }
 
-    fn worst(place: &Place) -> Worst {
+    fn worst(place: &LatticePoint) -> Worst {
         Worst { depth: place.contact.height.abs(), point: place.point(), made_by: place.contact.piece }
     }
 
-    fn start(&self, (depth, point, maker): &(f64, Point, u32), sign: f64) -> Option<Place> {
+    fn start(&self, (depth, point, maker): &(f64, Point, u32), sign: f64) -> Option<LatticePoint> {
         let (foot, normal) = self.foot(point)?;
         let from = PathContact { height: sign * depth, piece: *maker, at: f64::NAN };
         let contact = self.path.follow(&from, &foot, &normal)?;
         // Another height than that of the point: the piece is of an earlier run, or no cutter's.
-        ((contact.height - sign * depth).abs() <= SAME).then_some(Place { foot, normal, contact })
+        ((contact.height - sign * depth).abs() <= SAME).then_some(LatticePoint { foot, normal, contact })
     }
 
     fn deepest(&self, start: &(f64, Point, u32)) -> Option<Worst> {
@@ -179,8 +179,9 @@ impl Refine<'_> {
             let best = self.search(&start, -1.0, &followed);
             let near = self.path.near(&best.point(), NEAR);
             let deeper = self.path.lowest_of(&near, &best.foot, &best.normal, best.contact.height);
-            let deeper =
-                deeper.filter(|c| c.height < best.contact.height - EQUAL).map(|contact| Place { contact, ..best });
+            let deeper = deeper
+                .filter(|c| c.height < best.contact.height - EQUAL)
+                .map(|contact| LatticePoint { contact, ..best });
             match deeper.filter(|place| self.counts(place)) {
                 Some(place) => start = place,
                 None => return Some(Self::worst(&best)),
@@ -196,7 +197,7 @@ impl Refine<'_> {
         let lowest =
             |foot: &Point, normal: &Vector, from: &PathContact| self.path.lowest_of(&near, foot, normal, from.height);
         let own = lowest(&start.foot, &start.normal, &start.contact)?;
-        let start = Place { contact: own, ..start };
+        let start = LatticePoint { contact: own, ..start };
         Some(Self::worst(&self.search(&start, 1.0, &lowest)))
     }
 }

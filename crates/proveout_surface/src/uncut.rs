@@ -88,7 +88,7 @@ pub struct Uncut<'a> {
 
 /// Material that is left.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Left {
+pub struct LeftMaterial {
     /// Where it is highest above the design, as far as was looked.
     pub point: Point,
     /// Height there, mm.
@@ -101,9 +101,9 @@ pub struct Left {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UncutFound {
     /// In the order of the design's faces.
-    pub left: Vec<Left>,
+    pub left: Vec<LeftMaterial>,
     /// Where the raw stock left the design out, with the depth that is missing at least.
-    pub missing: Vec<Left>,
+    pub missing: Vec<LeftMaterial>,
     /// Area of the design in front of which it is not known whether material is left, mm².
     pub unknown: f64,
     /// A place of it.
@@ -111,7 +111,7 @@ pub struct UncutFound {
 }
 
 /// The state of a place.
-enum Told {
+enum Occupancy {
     Free,
     Full,
     Unknown,
@@ -175,30 +175,30 @@ impl Uncut<'_> {
             return;
         }
         match self.told(&p, n) {
-            Told::Free => {}
+            Occupancy::Free => {}
             // In a gap of the design that is no wider than twice the height, or next to another face,
             // nothing is too high.
             _ if self.height(&p) < self.allowed => {}
-            Told::Unknown => {
+            Occupancy::Unknown => {
                 found.unknown += area;
                 found.at = found.at.or(Some(p).filter(|_| area > 0.0));
             }
-            Told::Full => {
-                let mut best = Left { point: p, depth: self.height(&p), area };
+            Occupancy::Full => {
+                let mut best = LeftMaterial { point: p, depth: self.height(&p), area };
                 let mut step = self.allowed.max(0.02);
                 let mut at = p;
                 for _ in 0..STEPS {
                     at += n * step;
                     step *= LONGER;
                     let within = self.region.is_none_or(|r| r.contains(&at));
-                    if !within || !matches!(self.told(&at, n), Told::Full) {
+                    if !within || !matches!(self.told(&at, n), Occupancy::Full) {
                         break;
                     }
                     let height = self.height(&at);
                     if height <= best.depth {
                         break;
                     }
-                    best = Left { point: at, depth: height, area };
+                    best = LeftMaterial { point: at, depth: height, area };
                 }
                 found.left.push(if found.left.len() < MOST_CLIMBED { self.highest(best, n) } else { best });
             }
@@ -206,7 +206,7 @@ impl Uncut<'_> {
     }
 
     /// Climbs from a place with material left to a higher one next to it.
-    fn highest(&self, mut best: Left, n: &Vector) -> Left {
+    fn highest(&self, mut best: LeftMaterial, n: &Vector) -> LeftMaterial {
         let mut step = 0.5 * best.depth;
         for _ in 0..CLIMBS {
             let mut higher = false;
@@ -215,8 +215,8 @@ impl Uncut<'_> {
                 at[k / 2] += if k % 2 == 0 { step } else { -step };
                 let height = self.height(&at);
                 let within = self.region.is_none_or(|r| r.contains(&at));
-                if height > best.depth && within && matches!(self.told(&at, n), Told::Full) {
-                    best = Left { point: at, depth: height, ..best };
+                if height > best.depth && within && matches!(self.told(&at, n), Occupancy::Full) {
+                    best = LeftMaterial { point: at, depth: height, ..best };
                     higher = true;
                 }
             }
@@ -234,7 +234,7 @@ impl Uncut<'_> {
         let looked_at =
             self.region.is_none_or(|r| r.contains(&p)) && self.watchers.iter().any(|w| w.stock.bounds().contains(&p));
         if looked_at && !raw(&p) && -self.height(&p) > self.missing {
-            found.missing.push(Left { point: p, depth: -self.height(&p), area });
+            found.missing.push(LeftMaterial { point: p, depth: -self.height(&p), area });
         }
     }
 
@@ -243,18 +243,18 @@ impl Uncut<'_> {
     }
 
     /// What is known of a place over a face with the normal n.
-    fn told(&self, p: &Point, n: &Vector) -> Told {
+    fn told(&self, p: &Point, n: &Vector) -> Occupancy {
         if self.raw.is_some_and(|raw| !raw(p)) || !self.watchers.iter().any(|w| w.stock.bounds().contains(p)) {
-            return Told::Free;
+            return Occupancy::Free;
         }
         let cleared = |s: &SweptBodies| {
             let likely = self.made_near(p, n).is_some_and(|piece| s.reaches(piece, p, self.film));
             likely || s.last_to_reach(p, self.film).is_some()
         };
         if self.sweeps.is_some_and(cleared) {
-            return Told::Free;
+            return Occupancy::Free;
         }
-        if self.sweeps.is_some() && self.raw.is_some() && !self.fallen { Told::Full } else { self.by_rays(p) }
+        if self.sweeps.is_some() && self.raw.is_some() && !self.fallen { Occupancy::Full } else { self.by_rays(p) }
     }
 
     /// The piece of motion that made the surface next to a place, on the ray that meets it most squarely: most likely it cleared the place.
@@ -268,8 +268,8 @@ impl Uncut<'_> {
     }
 
     /// The nearest point of a ray that lies outside of the design in sight of a place.
-    fn by_rays(&self, p: &Point) -> Told {
-        let Some(watcher) = watcher(self.watchers, p) else { return Told::Unknown };
+    fn by_rays(&self, p: &Point) -> Occupancy {
+        let Some(watcher) = watcher(self.watchers, p) else { return Occupancy::Unknown };
         let stock = watcher.stock;
         let mut nearest: Option<(f64, bool)> = None;
         for axis in 0..3 {
@@ -284,9 +284,9 @@ impl Uncut<'_> {
             }
         }
         match nearest {
-            None => Told::Unknown,
-            Some((_, true)) => Told::Full,
-            Some((_, false)) => Told::Free,
+            None => Occupancy::Unknown,
+            Some((_, true)) => Occupancy::Full,
+            Some((_, false)) => Occupancy::Free,
         }
     }
 }
@@ -298,7 +298,7 @@ fn has_material(stock: &TriDexel, axis: usize, at: &Point) -> bool {
 }
 
 /// An edge at which the design is bent.
-struct Edge {
+struct BentEdge {
     ends: [Point; 2],
     /// Inward, as in the corner of a pocket; else outward.
     inward: bool,
@@ -308,7 +308,7 @@ struct Edge {
     stretch: f64,
 }
 
-fn edges(mesh: &TriMesh) -> Vec<Edge> {
+fn edges(mesh: &TriMesh) -> Vec<BentEdge> {
     let mesh = mesh.merge_equal_vertices();
     let mut of_edge: HashMap<(u32, u32), usize> = HashMap::with_capacity(3 * mesh.triangles.len());
     for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -329,7 +329,7 @@ fn edges(mesh: &TriMesh) -> Vec<Edge> {
             }
             let Some(outward) = (n + m).try_normalize(FOLDED) else { continue };
             let above = mesh.corners(other).iter().map(|p| (p - corners[k]).dot(&n)).fold(0.0, f64::max);
-            out.push(Edge {
+            out.push(BentEdge {
                 ends: [corners[k], corners[(k + 1) % 3]],
                 inward: above > ABOVE,
                 outward,

@@ -18,8 +18,8 @@ use std::f64::consts::PI;
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, DesignSurface, DeviationSettings, Films, Judged, Nearest, Refine, Seed, Side, Starts,
-    Survey, Worst, refined,
+    Area, AreaPart, Areas, DesignSurface, DeviationSettings, Films, Judged, NearestOnDesign, Refine, Seed, Side,
+    Starts, Survey, Worst, refined,
     topography::{PathPiece, SweptPath},
 };
 use proveout_tool::{Cutter, Profile};
@@ -83,9 +83,9 @@ impl Design {
 }
 
 impl DesignSurface for Design {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let (distance, normal) = self.measure(p);
-        (distance.abs() <= range).then_some(Nearest { distance, normal })
+        (distance.abs() <= range).then_some(NearestOnDesign { distance, normal })
     }
 }
 
@@ -489,18 +489,18 @@ fn faults_from_half_a_cell_on_are_found_and_none_is_invented() {
 struct Slab;
 
 impl DesignSurface for Slab {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         // Faces by their outward normals and distances (Quilez' box, with the nearest face inside).
         let off = [p.x.abs() - 5.0, p.y.abs() - 5.0, p.z];
         let signs = [p.x.signum(), p.y.signum(), 1.0];
         let out = Vector::from(off.map(|v| v.max(0.0)));
         let found = if out.norm() > 0.0 {
-            Nearest { distance: out.norm(), normal: out.component_mul(&Vector::from(signs)).normalize() }
+            NearestOnDesign { distance: out.norm(), normal: out.component_mul(&Vector::from(signs)).normalize() }
         } else {
             let k = (0..3).max_by(|&a, &b| off[a].total_cmp(&off[b])).expect("three faces");
             let mut normal = Vector::zeros();
             normal[k] = signs[k];
-            Nearest { distance: off[k], normal }
+            NearestOnDesign { distance: off[k], normal }
         };
         (found.distance.abs() <= range).then_some(found)
     }

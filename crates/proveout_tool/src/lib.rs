@@ -48,6 +48,6 @@ pub use import::words::{
 };
 pub use import::{ImportCall, Imported, LengthUnit, import_tools};
 pub use library::{ToolLibrary, ToolNotes};
-pub use profile::{Nearest, Profile, ProfileError, Segment};
+pub use profile::{Profile, ProfileError, Segment, SkinPoint};
 pub use residual::Residual;
 pub use thread::{Thread, ThreadSize, coarse_pitch, thread_of};

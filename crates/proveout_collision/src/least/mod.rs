@@ -32,19 +32,19 @@ use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use crate::Interference;
-use crate::advance::Pair;
+use crate::advance::CheckedPair;
 use crate::boxes::Effort;
-use crate::distance::{Gap, Warm, gap_with};
+use crate::distance::{Separation, Warm, gap_with};
 use crate::kept::dot;
-use crate::parts::{Part, chain_to};
+use crate::parts::{CollisionPart, chain_to};
 use crate::report::Severity;
 use crate::ring::Ring;
-use crate::shape::Shape;
-use crate::swept::{Places, bent, least_distance_with};
-use noted::{Noted, NotedPiece};
-use search::{Ask, Bound, Measured, Search, Tolerance, turned};
+use crate::shape::PartShape;
+use crate::swept::{BodyPlaces, bent, least_distance_with};
+use noted::{PieceBounds, PieceRecord};
+use search::{Ask, LeastSearch, MeasuredDistance, StretchBound, Tolerance, turned};
 pub(crate) use way::KeptPiece;
-use way::{Range, Stretch, Way};
+use way::{MotionStretch, PieceTree, Range};
 
 /// Pieces that are kept at most: 7 MB.
 const MOST_PIECES: usize = 1 << 15;
@@ -145,7 +145,7 @@ impl ProvedSpan {
 pub(crate) struct Proof {
     kept: Vec<KeptPiece>,
     /// What the check has found of whole pieces among them, in their order.
-    noted: Vec<NotedPiece>,
+    noted: Vec<PieceRecord>,
     least: Vec<PairClearance>,
     joints: Vec<Option<JointValues>>,
     spans: Vec<ProvedSpan>,
@@ -180,7 +180,7 @@ impl Interference {
     }
 
     /// What the check of the motion has proved of two neighbors.
-    fn of_neighbors(&self, pair: &Pair) -> PairClearance {
+    fn of_neighbors(&self, pair: &CheckedPair) -> PairClearance {
         let breaches = self.breaches.iter().filter(|b| b.pair == pair.info);
         let nearest = breaches.min_by(|a, b| a.least_distance.total_cmp(&b.least_distance));
         let (measured, time) = (nearest.map(|b| b.least_distance), nearest.map(|b| b.time));
@@ -215,7 +215,7 @@ impl Interference {
     pub(crate) fn prove_kept(&mut self) {
         let Some(mut proof) = self.proof.take() else { return };
         let noted = std::mem::take(&mut proof.noted);
-        if let Some(way) = Way::new(std::mem::take(&mut proof.kept)) {
+        if let Some(way) = PieceTree::new(std::mem::take(&mut proof.kept)) {
             self.prove_way(&way, &noted, &mut proof);
         }
         self.proof = Some(proof);
@@ -224,27 +224,28 @@ impl Interference {
     /// Notes the distance of a pair on the straight way of the joints, or on the parabolas of the points, through the piece that is checked now.
     pub(crate) fn note_piece(&mut self, pair: usize, distance: f64, curved: bool) {
         let Some(proof) = &mut self.proof else { return };
-        proof.noted.push(NotedPiece { pair, piece: proof.kept.len(), distance, curved });
+        proof.noted.push(PieceRecord { pair, piece: proof.kept.len(), distance, curved });
     }
 
-    fn prove_way(&self, way: &Way, noted: &[NotedPiece], proof: &mut Proof) {
-        let whole = way.time(Stretch::Node(1));
+    fn prove_way(&self, way: &PieceTree, noted: &[PieceRecord], proof: &mut Proof) {
+        let whole = way.time(MotionStretch::Node(1));
         let begin = whole[0];
         let met = |pair: usize| {
             let meets = |b: &&crate::Breach| b.pair == pair && b.severity != Severity::NearMiss;
             self.breaches.iter().filter(meets).any(|b| b.end_time.is_none_or(|t| t >= begin))
         };
-        let mut searches: Vec<(&Pair, PairAsk<'_>, Search)> = Vec::new();
+        let mut searches: Vec<(&CheckedPair, PairAsk<'_>, LeastSearch)> = Vec::new();
         for (k, pair) in self.pairs.iter().enumerate().filter(|(_, p)| p.neighbors.is_none()) {
             let known = proof.least.iter().position(|l| l.pair == pair.info);
             let known = known.and_then(|k| {
                 let (least, joints) = (&proof.least[k], proof.joints[k]?);
-                Some(Measured { distance: least.measured?, time: least.time?, joints })
+                Some(MeasuredDistance { distance: least.measured?, time: least.time?, joints })
             });
             let (known, enough) = if met(pair.info) { (None, 0.0) } else { (known, ENOUGH_MM) };
             let ask = PairAsk::new(self, pair, proof.efforts.look);
-            let noted = Noted::new(way, noted.iter().filter(|n| n.pair == k).map(|n| (n.piece, ask.noted(way, n))));
-            searches.push((pair, ask, Search::new(way, known, enough, noted)));
+            let noted =
+                PieceBounds::new(way, noted.iter().filter(|n| n.pair == k).map(|n| (n.piece, ask.noted(way, n))));
+            searches.push((pair, ask, LeastSearch::new(way, known, enough, noted)));
         }
         let coarse = Tolerance { absolute: FINE_MM, relative: COARSE };
         for (_, ask, search) in &mut searches {
@@ -278,7 +279,7 @@ impl Interference {
         proof.end = ends.map(|[_, to]| (to, whole[1]));
     }
 
-    fn note(&self, way: &Way, pair: &Pair, search: &Search, proof: &mut Proof) {
+    fn note(&self, way: &PieceTree, pair: &CheckedPair, search: &LeastSearch, proof: &mut Proof) {
         let before = proof.spans.len();
         for (stretch, bound) in search.spans(way) {
             let mut range = way.range(stretch);
@@ -319,10 +320,10 @@ impl Interference {
 }
 
 /// Brings the bounds of all pairs to the fine tolerance, the smallest first, as far as the effort reaches.
-fn smallest_first(way: &Way, searches: &mut [(&Pair, PairAsk<'_>, Search)], mut left: u64) {
+fn smallest_first(way: &PieceTree, searches: &mut [(&CheckedPair, PairAsk<'_>, LeastSearch)], mut left: u64) {
     let fine = Tolerance { absolute: FINE_MM, relative: 0.0 };
-    let measured = |s: &Search| s.measured.map_or(f64::INFINITY, |m| m.distance);
-    let least_of = |searches: &[(&Pair, PairAsk<'_>, Search)]| {
+    let measured = |s: &LeastSearch| s.measured.map_or(f64::INFINITY, |m| m.distance);
+    let least_of = |searches: &[(&CheckedPair, PairAsk<'_>, LeastSearch)]| {
         searches.iter().map(|(_, _, s)| measured(s)).fold(f64::INFINITY, f64::min).max(NEAR_MM)
     };
     let mut least = f64::INFINITY;
@@ -356,23 +357,23 @@ fn smallest_first(way: &Way, searches: &mut [(&Pair, PairAsk<'_>, Search)], mut 
 struct RingAsk<'a> {
     joint: usize,
     /// The hulls.
-    a: Arc<Part>,
-    b: &'a Part,
+    a: Arc<CollisionPart>,
+    b: &'a CollisionPart,
 }
 
 impl<'a> RingAsk<'a> {
-    fn new(world: &'a Interference, pair: &'a Pair, ring: &Ring) -> Self {
+    fn new(world: &'a Interference, pair: &'a CheckedPair, ring: &Ring) -> Self {
         let other = if ring.side == 0 { pair.b } else { pair.a };
         Self { joint: ring.joint, a: ring.part.clone(), b: &world.parts[other] }
     }
 }
 
-fn b_from_a(machine: &Machine, a: &Part, b: &Part, q: &JointValues) -> Pose {
+fn b_from_a(machine: &Machine, a: &CollisionPart, b: &CollisionPart, q: &JointValues) -> Pose {
     b.pose(machine, q).inverse() * a.pose(machine, q)
 }
 
 /// Where a point of a goes for a unit of a slide, at some joints, in the frame of b.
-fn column(machine: &Machine, a: &Part, b: &Part, q: &JointValues, joint: usize) -> Vector {
+fn column(machine: &Machine, a: &CollisionPart, b: &CollisionPart, q: &JointValues, joint: usize) -> Vector {
     let (mut low, mut high) = (*q, *q);
     (low[joint], high[joint]) = (q[joint] - 0.5, q[joint] + 0.5);
     let of = |q: &JointValues| b_from_a(machine, a, b, q).point(&Point::origin());
@@ -382,8 +383,8 @@ fn column(machine: &Machine, a: &Part, b: &Part, q: &JointValues, joint: usize) 
 /// Distances and bounds of one pair.
 struct PairAsk<'a> {
     machine: &'a Machine,
-    a: &'a Part,
-    b: &'a Part,
+    a: &'a CollisionPart,
+    b: &'a CollisionPart,
     weights: [f64; MAX_JOINTS],
     turns: [bool; MAX_JOINTS],
     /// Joints that carry b.
@@ -403,10 +404,10 @@ struct PairAsk<'a> {
 }
 
 impl<'a> PairAsk<'a> {
-    fn new(world: &'a Interference, pair: &'a Pair, most_of_look: u64) -> Self {
+    fn new(world: &'a Interference, pair: &'a CheckedPair, most_of_look: u64) -> Self {
         let joints = &world.machine.joints;
         let (mut a, mut b) = (&world.parts[pair.a], &world.parts[pair.b]);
-        if matches!(*b.shape, Shape::Convex(_)) {
+        if matches!(*b.shape, PartShape::Convex(_)) {
             (a, b) = (b, a);
         }
         let carries = chain_to(&world.machine, b.attached);
@@ -440,10 +441,10 @@ impl<'a> PairAsk<'a> {
         self.effort += effort.spent;
         match found {
             // Two points were not found: their distance is the limit or more, or was not looked for to the end.
-            Gap::Beyond(proved) => [proved.min(ENOUGH_MM), ENOUGH_MM],
-            Gap::Between(two, ..) => two.map(|d| d.min(ENOUGH_MM)),
-            Gap::At(d, ..) if d.is_finite() => [d; 2],
-            Gap::At(..) | Gap::Meeting(_) => [0.0; 2],
+            Separation::Beyond(proved) => [proved.min(ENOUGH_MM), ENOUGH_MM],
+            Separation::Between(two, ..) => two.map(|d| d.min(ENOUGH_MM)),
+            Separation::At(d, ..) if d.is_finite() => [d; 2],
+            Separation::At(..) | Separation::Meeting(_) => [0.0; 2],
         }
     }
 
@@ -452,7 +453,7 @@ impl<'a> PairAsk<'a> {
     }
 
     /// What the hulls of all turns prove, where it is enough.
-    fn at_all_turns(&mut self, range: &Range, half: &JointValues, wanted: f64) -> Option<Bound> {
+    fn at_all_turns(&mut self, range: &Range, half: &JointValues, wanted: f64) -> Option<StretchBound> {
         let ring = self.ring.as_ref()?;
         // A joint that hardly turns is no reason to take more than the body; nor is one that seldom helped.
         if half[ring.joint] * self.weights[ring.joint] < WORTH_MM {
@@ -468,7 +469,7 @@ impl<'a> PairAsk<'a> {
         let aside = dot(&weights, &range.off.0);
         let turning = turned(&weights, &self.turns, half);
         let middle = (range.low + range.high) * 0.5;
-        let mut places = Places::at(b_from_a(self.machine, &ring.a, ring.b, &middle));
+        let mut places = BodyPlaces::at(b_from_a(self.machine, &ring.a, ring.b, &middle));
         for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && weights[j] > 0.0) {
             places.shift(column(self.machine, &ring.a, ring.b, &middle, j) * half[j]);
         }
@@ -477,8 +478,15 @@ impl<'a> PairAsk<'a> {
         let shapes = (&*ring.a.shape, &*ring.b.shape);
         let distance = least_distance_with(shapes, &places, limit, &mut effort).min(limit);
         self.effort += effort.spent;
-        let bound =
-            Bound { distance, turning, slack: range.slack, aside, chord: None, curved: false, turns: Some(ring.joint) };
+        let bound = StretchBound {
+            distance,
+            turning,
+            slack: range.slack,
+            aside,
+            chord: None,
+            curved: false,
+            turns: Some(ring.joint),
+        };
         if bound.reached() < wanted {
             return None;
         }
@@ -490,8 +498,8 @@ impl<'a> PairAsk<'a> {
     /// whether by the parabolas of the points. None for the box.
     fn held(
         &self,
-        way: &Way,
-        stretch: Stretch,
+        way: &PieceTree,
+        stretch: MotionStretch,
         half: &JointValues,
         wanted: f64,
     ) -> (f64, Option<([JointValues; 2], bool)>) {
@@ -506,12 +514,12 @@ impl<'a> PairAsk<'a> {
     }
 
     /// What the check has found of a piece.
-    fn noted(&self, way: &Way, noted: &NotedPiece) -> Bound {
+    fn noted(&self, way: &PieceTree, noted: &PieceRecord) -> StretchBound {
         let (ends, range) = way.piece(noted.piece);
         let [chord, parabola] = bent(&self.weights, &self.turns, &self.of_b, &(ends[1] - ends[0]), noted.distance);
         let aside = self.sum(|j| range.off[j]);
         let turning = if noted.curved { parabola } else { chord } + aside;
-        Bound {
+        StretchBound {
             distance: noted.distance,
             turning,
             slack: range.slack,
@@ -522,7 +530,7 @@ impl<'a> PairAsk<'a> {
         }
     }
 
-    fn least(&mut self, places: &Places, limit: f64) -> f64 {
+    fn least(&mut self, places: &BodyPlaces, limit: f64) -> f64 {
         let distance = match places.single() {
             Some(pose) => self.apart(&pose, limit)[0],
             None => {
@@ -541,7 +549,7 @@ impl Ask for PairAsk<'_> {
         self.effort
     }
 
-    fn bound(&mut self, way: &Way, stretch: Stretch, wanted: f64, seen: f64) -> Bound {
+    fn bound(&mut self, way: &PieceTree, stretch: MotionStretch, wanted: f64, seen: f64) -> StretchBound {
         (self.looks, self.effort) = (self.looks + 1, self.effort + LOOK_EFFORT);
         let range = way.range(stretch);
         let half = (range.high - range.low) * 0.5;
@@ -552,30 +560,30 @@ impl Ask for PairAsk<'_> {
         let (turning, line) = self.held(way, stretch, &half, wanted);
         let slack = range.slack;
         let (chord, curved) = line.map_or((None, false), |(ends, curved)| (Some(ends), curved));
-        let none = Bound { distance: 0.0, turning, slack, aside, chord, curved, turns: None };
+        let none = StretchBound { distance: 0.0, turning, slack, aside, chord, curved, turns: None };
         if seen - turning + aside < wanted {
             return none;
         }
         let limit = (wanted + turning - aside).max(0.0) * (1.0 + BEYOND);
         let Some((ends, curved)) = line else {
             let middle = (range.low + range.high) * 0.5;
-            let mut places = Places::at(self.b_from_a(&middle));
+            let mut places = BodyPlaces::at(self.b_from_a(&middle));
             for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && self.weights[j] > 0.0) {
                 places.shift(column(self.machine, self.a, self.b, &middle, j) * half[j]);
             }
-            return Bound { distance: self.least(&places, limit), ..none };
+            return StretchBound { distance: self.least(&places, limit), ..none };
         };
         let [from, to] = ends.map(|q| self.b_from_a(&q));
         let places = if curved {
-            Places::along([from, self.b_from_a(&ends[0].interpolated(ends[1], 0.5)), to])
+            BodyPlaces::along([from, self.b_from_a(&ends[0].interpolated(ends[1], 0.5)), to])
         } else {
-            Places::between([from, to])
+            BodyPlaces::between([from, to])
         };
         // What is farther was not looked at.
-        Bound { distance: self.least(&places, limit).min(limit), ..none }
+        StretchBound { distance: self.least(&places, limit).min(limit), ..none }
     }
 
-    fn spread(&self, way: &Way, stretch: Stretch, wanted: f64) -> f64 {
+    fn spread(&self, way: &PieceTree, stretch: MotionStretch, wanted: f64) -> f64 {
         let range = way.range(stretch);
         let half = (range.high - range.low) * 0.5;
         (self.held(way, stretch, &half, wanted).0 - self.sum(|j| range.off[j])).max(0.0)
@@ -587,11 +595,11 @@ impl Ask for PairAsk<'_> {
         self.apart(&pose, limit)
     }
 
-    fn about(&self, way: &Way, stretch: Stretch, joints: &JointValues, distance: f64) -> Bound {
+    fn about(&self, way: &PieceTree, stretch: MotionStretch, joints: &JointValues, distance: f64) -> StretchBound {
         let range = way.range(stretch);
         let far = (range.high - *joints).zip_map(*joints - range.low, f64::max);
         let (turning, aside) = (self.sum(|j| far[j]), self.sum(|j| range.off[j]));
         let chord = Some([*joints; 2]);
-        Bound { distance, turning, slack: range.slack, aside, chord, curved: false, turns: None }
+        StretchBound { distance, turning, slack: range.slack, aside, chord, curved: false, turns: None }
     }
 }

@@ -4,12 +4,12 @@
 //! its stretches down to the same pieces and ask the same once more. So the answers are kept, and a stretch whose pieces all have one that is good enough
 //! is done without a look.
 
-use super::search::Bound;
-use super::way::Way;
+use super::search::StretchBound;
+use super::way::PieceTree;
 
 /// Distance of a pair that the check has found on the whole of a piece.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NotedPiece {
+pub(crate) struct PieceRecord {
     /// Index among the pairs that are checked.
     pub(crate) pair: usize,
     /// Index among the pieces that are kept.
@@ -21,21 +21,21 @@ pub(crate) struct NotedPiece {
 
 /// Bounds of single pieces, and how many there are and the least of them below each node of the way.
 #[derive(Debug, Default)]
-pub(crate) struct Noted {
+pub(crate) struct PieceBounds {
     /// By leaf; empty where nothing was noted.
-    bounds: Vec<Option<Bound>>,
+    bounds: Vec<Option<StretchBound>>,
     nodes: Vec<(u32, f64)>,
     first_leaf: usize,
 }
 
-impl Noted {
-    pub(crate) fn new(way: &Way, noted: impl Iterator<Item = (usize, Bound)>) -> Self {
+impl PieceBounds {
+    pub(crate) fn new(way: &PieceTree, noted: impl Iterator<Item = (usize, StretchBound)>) -> Self {
         let mut noted = noted.peekable();
         if noted.peek().is_none() {
             return Self::default();
         }
         let first_leaf = way.leaf(0);
-        let mut bounds: Vec<Option<Bound>> = vec![None; way.nodes() - first_leaf];
+        let mut bounds: Vec<Option<StretchBound>> = vec![None; way.nodes() - first_leaf];
         let mut nodes = vec![(0, f64::INFINITY); way.nodes()];
         for (piece, bound) in noted {
             bounds[piece] = Some(bound.or(bounds[piece].unwrap_or(bound)));
@@ -62,13 +62,13 @@ impl Noted {
         Some(at)
     }
 
-    /// Number of pieces of a node of which something is noted, and the least bound of them, as [`Bound::reached`].
+    /// Number of pieces of a node of which something is noted, and the least bound of them, as [`StretchBound::reached`].
     pub(crate) fn below(&self, node: usize) -> (usize, f64) {
         self.nodes.get(node).map_or((0, f64::INFINITY), |n| (n.0 as usize, n.1))
     }
 
     /// Bound of a piece, by its node.
-    pub(crate) fn bound(&self, node: usize) -> Option<Bound> {
+    pub(crate) fn bound(&self, node: usize) -> Option<StretchBound> {
         node.checked_sub(self.first_leaf).and_then(|piece| self.bounds.get(piece).copied().flatten())
     }
 }

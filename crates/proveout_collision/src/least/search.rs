@@ -38,8 +38,8 @@ use std::collections::BinaryHeap;
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use super::noted::Noted;
-use super::way::{Stretch, Way};
+use super::noted::PieceBounds;
+use super::way::{MotionStretch, PieceTree};
 use super::{BEYOND, ENOUGH_MM};
 
 /// A stretch whose motion is more than this part of the least distance that was measured is long.
@@ -47,7 +47,7 @@ const LONG: f64 = 0.05;
 
 /// What is proved of a stretch: D, and by how much at most the distance is smaller somewhere in it (T and the slack), mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bound {
+pub(crate) struct StretchBound {
     pub(crate) distance: f64,
     pub(crate) turning: f64,
     pub(crate) slack: f64,
@@ -61,7 +61,7 @@ pub(crate) struct Bound {
     pub(crate) turns: Option<usize>,
 }
 
-impl Bound {
+impl StretchBound {
     pub(crate) fn least(&self) -> f64 {
         (self.distance - self.turning - self.slack).max(0.0)
     }
@@ -79,7 +79,7 @@ impl Bound {
 
 /// The least distance that was measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Measured {
+pub(crate) struct MeasuredDistance {
     pub(crate) distance: f64,
     pub(crate) joints: JointValues,
     pub(crate) time: f64,
@@ -96,10 +96,10 @@ pub(crate) struct Tolerance {
 pub(crate) trait Ask {
     /// What is proved of the joints in a stretch; D needs to be known below `limit` plus T only. `seen` is a distance in the stretch, mm: where it leaves
     /// no room for T, the distance of the whole is not asked for.
-    fn bound(&mut self, way: &Way, stretch: Stretch, limit: f64, seen: f64) -> Bound;
+    fn bound(&mut self, way: &PieceTree, stretch: MotionStretch, limit: f64, seen: f64) -> StretchBound;
 
     /// The T of [`Self::bound`] that a shorter stretch makes smaller, mm.
-    fn spread(&self, way: &Way, stretch: Stretch, limit: f64) -> f64;
+    fn spread(&self, way: &PieceTree, stretch: MotionStretch, limit: f64) -> f64;
 
     /// Distance at some joints, or something above the limit, mm: what is proved, and that of two points.
     fn distance(&mut self, joints: &JointValues, limit: f64) -> [f64; 2];
@@ -108,59 +108,59 @@ pub(crate) trait Ask {
     fn effort(&self) -> u64;
 
     /// What a distance there says of a stretch.
-    fn about(&self, way: &Way, stretch: Stretch, joints: &JointValues, distance: f64) -> Bound;
+    fn about(&self, way: &PieceTree, stretch: MotionStretch, joints: &JointValues, distance: f64) -> StretchBound;
 }
 
-struct Looked {
-    stretch: Stretch,
-    bound: Bound,
+struct BoundedStretch {
+    stretch: MotionStretch,
+    bound: StretchBound,
     parent: Option<usize>,
 }
 
 /// A stretch that is open; its parent says what is known of it.
 #[derive(PartialEq)]
-struct Open {
+struct OpenStretch {
     least: f64,
-    stretch: Stretch,
+    stretch: MotionStretch,
     begin: (usize, f64),
     parent: Option<usize>,
 }
 
-impl Eq for Open {}
+impl Eq for OpenStretch {}
 
-impl Ord for Open {
+impl Ord for OpenStretch {
     /// The smallest bound is the greatest; the earlier of equals.
     fn cmp(&self, other: &Self) -> Ordering {
         other.least.total_cmp(&self.least).then(along(&other.begin, &self.begin))
     }
 }
 
-impl PartialOrd for Open {
+impl PartialOrd for OpenStretch {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
 /// A search that can be taken up again with a finer tolerance.
-pub(crate) struct Search {
-    open: BinaryHeap<Open>,
-    looked: Vec<Looked>,
+pub(crate) struct LeastSearch {
+    open: BinaryHeap<OpenStretch>,
+    looked: Vec<BoundedStretch>,
     /// Stretches that are good enough, by their place in `looked`.
     done: Vec<usize>,
-    pub(crate) measured: Option<Measured>,
+    pub(crate) measured: Option<MeasuredDistance>,
     /// What is known of single pieces beforehand.
-    noted: Noted,
+    noted: PieceBounds,
     /// Distance at the last place that was measured, mm.
     seen: f64,
     /// Distances beyond this are not needed, mm.
     enough: f64,
 }
 
-impl Search {
+impl LeastSearch {
     /// `known` is the least distance that was measured of the pair before; beyond `enough` (mm) it is not asked how far. `noted` is known of pieces.
-    pub(crate) fn new(way: &Way, known: Option<Measured>, enough: f64, noted: Noted) -> Self {
-        let whole = Stretch::Node(1);
-        let open = Open { least: f64::NEG_INFINITY, stretch: whole, begin: way.begin(whole), parent: None };
+    pub(crate) fn new(way: &PieceTree, known: Option<MeasuredDistance>, enough: f64, noted: PieceBounds) -> Self {
+        let whole = MotionStretch::Node(1);
+        let open = OpenStretch { least: f64::NEG_INFINITY, stretch: whole, begin: way.begin(whole), parent: None };
         Self {
             open: BinaryHeap::from([open]),
             looked: Vec::new(),
@@ -178,7 +178,7 @@ impl Search {
     }
 
     /// Opens again what was good enough for a coarser tolerance.
-    pub(crate) fn reopen(&mut self, way: &Way, tolerance: Tolerance) {
+    pub(crate) fn reopen(&mut self, way: &PieceTree, tolerance: Tolerance) {
         let wanted = self.wanted(tolerance);
         let (keep, again): (Vec<usize>, Vec<usize>) =
             std::mem::take(&mut self.done).into_iter().partition(|&k| self.looked[k].bound.reached() >= wanted);
@@ -195,11 +195,11 @@ impl Search {
     }
 
     /// Goes on until the bound of what is open is within `tolerance` of the least distance measured, or `most` effort was made.
-    pub(crate) fn refine(&mut self, way: &Way, ask: &mut impl Ask, tolerance: Tolerance, most: u64) {
+    pub(crate) fn refine(&mut self, way: &PieceTree, ask: &mut impl Ask, tolerance: Tolerance, most: u64) {
         let begin = ask.effort();
         if let Some(worst) = self.noted.worst().filter(|_| self.looked.is_empty() && self.enough > 0.0) {
             // Where least is known is most likely the least of all.
-            self.measure(way, ask, Stretch::Node(worst), self.wanted(tolerance));
+            self.measure(way, ask, MotionStretch::Node(worst), self.wanted(tolerance));
         }
         while let Some(next) = self.open.pop() {
             let wanted = self.wanted(tolerance);
@@ -229,29 +229,29 @@ impl Search {
                 self.open.push(next);
                 break;
             }
-            self.looked.push(Looked { stretch: next.stretch, bound, parent: next.parent });
+            self.looked.push(BoundedStretch { stretch: next.stretch, bound, parent: next.parent });
             let k = self.looked.len() - 1;
             if bound.reached() >= wanted { self.done.push(k) } else { self.part(way, k) }
         }
     }
 
-    fn noted_of(&self, stretch: Stretch) -> Option<Bound> {
+    fn noted_of(&self, stretch: MotionStretch) -> Option<StretchBound> {
         match stretch {
-            Stretch::Node(n) => self.noted.bound(n),
-            Stretch::Part(..) => None,
+            MotionStretch::Node(n) => self.noted.bound(n),
+            MotionStretch::Part(..) => None,
         }
     }
 
     /// Takes a stretch by what is known of its pieces: where that is enough of all of them they are done, and where it is known of most of them the stretch is
     /// parted without a look. Gives the stretch back where neither is so.
-    fn by_pieces(&mut self, way: &Way, next: Open, wanted: f64) -> Option<Open> {
-        let Stretch::Node(node) = next.stretch else { return Some(next) };
+    fn by_pieces(&mut self, way: &PieceTree, next: OpenStretch, wanted: f64) -> Option<OpenStretch> {
+        let MotionStretch::Node(node) = next.stretch else { return Some(next) };
         let (known, least) = self.noted.below(node);
         let leaves = way.leaves_of(node);
         if known == leaves.len() && least >= wanted {
             for leaf in leaves {
                 if let Some(bound) = self.noted.bound(leaf) {
-                    self.looked.push(Looked { stretch: Stretch::Node(leaf), bound, parent: next.parent });
+                    self.looked.push(BoundedStretch { stretch: MotionStretch::Node(leaf), bound, parent: next.parent });
                     self.done.push(self.looked.len() - 1);
                 }
             }
@@ -269,14 +269,14 @@ impl Search {
 
     /// Whether to measure at a place of the stretch before all of it is asked for: while nothing is known, where a rough bound will do, and where the stretch is
     /// so long that it is most likely parted.
-    fn is_place_first(&self, way: &Way, ask: &impl Ask, stretch: Stretch, tolerance: Tolerance) -> bool {
+    fn is_place_first(&self, way: &PieceTree, ask: &impl Ask, stretch: MotionStretch, tolerance: Tolerance) -> bool {
         let Some(known) = self.measured.filter(|_| tolerance.relative == 0.0) else { return true };
         let wanted = self.wanted(tolerance);
         ask.spread(way, stretch, wanted) > (LONG * known.distance).max(tolerance.absolute)
     }
 
     /// Measures at a place of the stretch, as far as is needed for what is wanted.
-    fn measure(&mut self, way: &Way, ask: &mut impl Ask, stretch: Stretch, wanted: f64) -> Bound {
+    fn measure(&mut self, way: &PieceTree, ask: &mut impl Ask, stretch: MotionStretch, wanted: f64) -> StretchBound {
         let (joints, time) = way.middle(stretch);
         let known = self.measured.map_or(self.enough, |m| m.distance);
         let needed = wanted - ask.about(way, stretch, &joints, 0.0).reached();
@@ -286,19 +286,19 @@ impl Search {
         let [proved, distance] = ask.distance(&joints, limit);
         self.seen = distance;
         if distance < known.min(limit) {
-            self.measured = Some(Measured { distance, joints, time });
+            self.measured = Some(MeasuredDistance { distance, joints, time });
         }
         ask.about(way, stretch, &joints, proved)
     }
 
-    fn part(&mut self, way: &Way, k: usize) {
+    fn part(&mut self, way: &PieceTree, k: usize) {
         let of = &self.looked[k];
         self.open_halves(way, of.stretch, of.bound.reached(), Some(k));
     }
 
-    fn open_halves(&mut self, way: &Way, stretch: Stretch, least: f64, parent: Option<usize>) {
+    fn open_halves(&mut self, way: &PieceTree, stretch: MotionStretch, least: f64, parent: Option<usize>) {
         let halves = way.halves(stretch).into_iter().flatten();
-        self.open.extend(halves.map(|stretch| Open { least, stretch, begin: way.begin(stretch), parent }));
+        self.open.extend(halves.map(|stretch| OpenStretch { least, stretch, begin: way.begin(stretch), parent }));
     }
 
     /// Beyond this it is asked no longer how far, mm.
@@ -318,9 +318,16 @@ impl Search {
     }
 
     /// The stretches that make up the whole, in order along it, each as long as its bound is no worse than what the search has reached in all.
-    pub(crate) fn spans(&self, way: &Way) -> Vec<(Stretch, Bound)> {
-        let none =
-            Bound { distance: 0.0, turning: 0.0, slack: 0.0, aside: 0.0, chord: None, curved: false, turns: None };
+    pub(crate) fn spans(&self, way: &PieceTree) -> Vec<(MotionStretch, StretchBound)> {
+        let none = StretchBound {
+            distance: 0.0,
+            turning: 0.0,
+            slack: 0.0,
+            aside: 0.0,
+            chord: None,
+            curved: false,
+            turns: None,
+        };
         let mut ends: Vec<((usize, f64), Option<usize>)> = self.open.iter().map(|o| (o.begin, o.parent)).collect();
         ends.extend(self.done.iter().map(|&k| (way.begin(self.looked[k].stretch), Some(k))));
         ends.sort_by(|a, b| along(&a.0, &b.0));
@@ -328,7 +335,7 @@ impl Search {
             ends.iter().map(|(_, k)| k.map_or(0.0, |k| self.looked[k].bound.least())).fold(self.enough, f64::min);
         let mut out: Vec<usize> = Vec::new();
         for (_, known) in ends {
-            let Some(mut k) = known else { return vec![(Stretch::Node(1), none)] };
+            let Some(mut k) = known else { return vec![(MotionStretch::Node(1), none)] };
             let mut best = k;
             while let Some(parent) = self.looked[k].parent {
                 k = parent;

@@ -41,8 +41,8 @@ fn holds(check: &Interference, least: &[PairClearance], way: &[JointValues], abo
             let time = piece as f64 + t;
             let pose = b_from_a(&check.machine, a, b, &q);
             let distance = match gap(&a.shape, &b.shape, &pose, [f64::INFINITY; 2], &mut None) {
-                Gap::At(d, ..) => d,
-                Gap::Meeting(_) => 0.0,
+                Separation::At(d, ..) => d,
+                Separation::Meeting(_) => 0.0,
                 other => panic!("{other:?}"),
             };
             assert!(told.proved <= distance + 1e-6, "{about}: {told:?}, {distance} at {time}");

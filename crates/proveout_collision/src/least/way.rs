@@ -58,7 +58,7 @@ impl Range {
 
 /// A stretch of the motion: a node of the tree over the pieces, or a part of one piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Stretch {
+pub(crate) enum MotionStretch {
     /// Node of the tree.
     Node(usize),
     /// Piece, and from where to where in it, 0 to 1.
@@ -67,13 +67,13 @@ pub(crate) enum Stretch {
 
 /// Pieces in order of time, and a binary tree of ranges over them: node 1 is all of them, node n has the halves 2 n and 2 n + 1.
 #[derive(Clone, Debug)]
-pub(crate) struct Way {
+pub(crate) struct PieceTree {
     pieces: Vec<KeptPiece>,
     ranges: Vec<Range>,
     leaves: usize,
 }
 
-impl Way {
+impl PieceTree {
     /// None without a piece.
     pub(crate) fn new(pieces: Vec<KeptPiece>) -> Option<Self> {
         let leaves = pieces.len().next_power_of_two();
@@ -90,22 +90,22 @@ impl Way {
     /// Begin and end, s. What lies between two pieces, where nothing moves, belongs to the first.
     /// The motion within a piece is not uniform: a part of a piece has the time of the whole piece,
     /// since it is not known when the joints are in it.
-    pub(crate) fn time(&self, stretch: Stretch) -> [f64; 2] {
+    pub(crate) fn time(&self, stretch: MotionStretch) -> [f64; 2] {
         let begin = |k: usize| self.pieces.get(k).map_or_else(|| self.end(), |p| p.time[0]);
         match stretch {
-            Stretch::Node(n) => {
+            MotionStretch::Node(n) => {
                 let [first, last] = self.held(n);
                 [begin(first), begin(last)]
             }
-            Stretch::Part(k, _) => [begin(k), begin(k + 1)],
+            MotionStretch::Part(k, _) => [begin(k), begin(k + 1)],
         }
     }
 
     /// Where a stretch begins along the way: its first piece, and the part of that which is before it.
-    pub(crate) fn begin(&self, stretch: Stretch) -> (usize, f64) {
+    pub(crate) fn begin(&self, stretch: MotionStretch) -> (usize, f64) {
         match stretch {
-            Stretch::Node(n) => (self.held(n)[0], 0.0),
-            Stretch::Part(k, [a, _]) => (k, a),
+            MotionStretch::Node(n) => (self.held(n)[0], 0.0),
+            MotionStretch::Part(k, [a, _]) => (k, a),
         }
     }
 
@@ -128,25 +128,25 @@ impl Way {
     }
 
     /// The two halves of a stretch, the earlier first; one where the other holds no piece.
-    pub(crate) fn halves(&self, stretch: Stretch) -> [Option<Stretch>; 2] {
+    pub(crate) fn halves(&self, stretch: MotionStretch) -> [Option<MotionStretch>; 2] {
         match stretch {
-            Stretch::Node(n) if n < self.leaves => [2 * n, 2 * n + 1].map(|n| {
+            MotionStretch::Node(n) if n < self.leaves => [2 * n, 2 * n + 1].map(|n| {
                 let [first, last] = self.held(n);
-                (first < last).then_some(Stretch::Node(n))
+                (first < last).then_some(MotionStretch::Node(n))
             }),
-            Stretch::Node(n) => self.halves(Stretch::Part(n - self.leaves, [0.0, 1.0])),
-            Stretch::Part(k, [a, b]) => {
+            MotionStretch::Node(n) => self.halves(MotionStretch::Part(n - self.leaves, [0.0, 1.0])),
+            MotionStretch::Part(k, [a, b]) => {
                 let middle = 0.5 * (a + b);
-                [[a, middle], [middle, b]].map(|part| Some(Stretch::Part(k, part)))
+                [[a, middle], [middle, b]].map(|part| Some(MotionStretch::Part(k, part)))
             }
         }
     }
 
     /// The piece that a stretch lies in, and from where to where; none for more than one piece.
-    fn within(&self, stretch: Stretch) -> Option<(&KeptPiece, [f64; 2])> {
+    fn within(&self, stretch: MotionStretch) -> Option<(&KeptPiece, [f64; 2])> {
         match stretch {
-            Stretch::Node(n) => n.checked_sub(self.leaves).map(|k| (&self.pieces[k], [0.0, 1.0])),
-            Stretch::Part(k, part) => Some((&self.pieces[k], part)),
+            MotionStretch::Node(n) => n.checked_sub(self.leaves).map(|k| (&self.pieces[k], [0.0, 1.0])),
+            MotionStretch::Part(k, part) => Some((&self.pieces[k], part)),
         }
     }
 
@@ -172,14 +172,14 @@ impl Way {
     }
 
     /// Ends of the straight motion of the joints in a stretch of one piece.
-    pub(crate) fn line(&self, stretch: Stretch) -> Option<[JointValues; 2]> {
+    pub(crate) fn line(&self, stretch: MotionStretch) -> Option<[JointValues; 2]> {
         let (piece, part) = self.within(stretch)?;
         Some(part.map(|t| piece.joints[0].interpolated(piece.joints[1], t)))
     }
 
-    pub(crate) fn range(&self, stretch: Stretch) -> Range {
+    pub(crate) fn range(&self, stretch: MotionStretch) -> Range {
         match (stretch, self.line(stretch), self.within(stretch)) {
-            (Stretch::Node(n), ..) => self.ranges[n],
+            (MotionStretch::Node(n), ..) => self.ranges[n],
             (_, Some(joints), Some((piece, _))) => Range::of(&KeptPiece { joints, ..*piece }),
             _ => Range::NONE,
         }
@@ -189,13 +189,13 @@ impl Way {
     /// of them are so near to one place of it. `weights` say what a unit of each joint is worth. None for a stretch of many pieces.
     pub(crate) fn chord(
         &self,
-        stretch: Stretch,
+        stretch: MotionStretch,
         weights: &[f64; MAX_JOINTS],
     ) -> Option<([JointValues; 2], JointValues)> {
         if let (Some(line), Some((piece, _))) = (self.line(stretch), self.within(stretch)) {
             return Some((line, piece.off));
         }
-        let Stretch::Node(n) = stretch else { return None };
+        let MotionStretch::Node(n) = stretch else { return None };
         let [first, last] = self.held(n);
         let pieces = &self.pieces[first..last];
         if pieces.len() > MOST_IN_CHORD {
@@ -217,12 +217,12 @@ impl Way {
     }
 
     /// A place of the motion near the middle of a stretch: joints, and when, s, as if the joints went uniformly through the piece.
-    pub(crate) fn middle(&self, stretch: Stretch) -> (JointValues, f64) {
+    pub(crate) fn middle(&self, stretch: MotionStretch) -> (JointValues, f64) {
         if let (Some([a, b]), Some((piece, [s, t]))) = (self.line(stretch), self.within(stretch)) {
             let time = piece.time[0] + (piece.time[1] - piece.time[0]) * 0.5 * (s + t);
             return (a.interpolated(b, 0.5), time);
         }
-        let Stretch::Node(n) = stretch else { return (self.pieces[0].joints[0], self.pieces[0].time[0]) };
+        let MotionStretch::Node(n) = stretch else { return (self.pieces[0].joints[0], self.pieces[0].time[0]) };
         let [first, last] = self.held(n);
         let piece = &self.pieces[(first + last) / 2];
         (piece.joints[0], piece.time[0])
@@ -249,26 +249,26 @@ mod tests {
     #[test]
     fn halves_are_the_whole() {
         for n in 1..20 {
-            let way = Way::new((0..n).map(piece).collect()).expect("pieces");
-            assert_eq!(way.time(Stretch::Node(1)), [0.0, 2.0 * n as f64 - 0.5]);
-            let mut open = vec![Stretch::Node(1)];
+            let way = PieceTree::new((0..n).map(piece).collect()).expect("pieces");
+            assert_eq!(way.time(MotionStretch::Node(1)), [0.0, 2.0 * n as f64 - 0.5]);
+            let mut open = vec![MotionStretch::Node(1)];
             let mut parts = 0;
             while let Some(stretch) = open.pop() {
                 let (time, range) = (way.time(stretch), way.range(stretch));
                 let (q, at) = way.middle(stretch);
                 assert!(time[0] <= at && at <= time[1], "{stretch:?}");
                 assert!(range.low[0] <= q[0] && q[0] <= range.high[0], "{stretch:?}");
-                if matches!(stretch, Stretch::Part(_, [a, b]) if b - a < 0.3) {
+                if matches!(stretch, MotionStretch::Part(_, [a, b]) if b - a < 0.3) {
                     parts += 1;
                     continue;
                 }
-                let halves: Vec<Stretch> = way.halves(stretch).into_iter().flatten().collect();
+                let halves: Vec<MotionStretch> = way.halves(stretch).into_iter().flatten().collect();
                 assert_eq!(way.time(halves[0])[0], time[0]);
                 assert_eq!(way.time(halves[halves.len() - 1])[1], time[1]);
                 assert_eq!(way.begin(halves[0]), way.begin(stretch));
                 if let [a, b] = halves[..] {
                     assert!(way.begin(a) < way.begin(b));
-                    if matches!(a, Stretch::Part(..)) {
+                    if matches!(a, MotionStretch::Part(..)) {
                         assert_eq!([way.time(a), way.time(b)], [time; 2]);
                         // Braking hard, the joints are far beyond the middle at half the time.
                         let [from, to] = way.line(stretch).expect("one piece");
@@ -286,6 +286,6 @@ mod tests {
             }
             assert_eq!(parts, 4 * n);
         }
-        assert!(Way::new(Vec::new()).is_none());
+        assert!(PieceTree::new(Vec::new()).is_none());
     }
 }

@@ -7,15 +7,15 @@ const ON_SKIN_MM: f64 = 1e-12;
 
 /// What the part is made of.
 #[derive(Clone, Debug)]
-enum Shape {
+enum ToolPartShape {
     /// Pieces of a generating curve.
-    Body(Vec<Piece>),
+    Body(Vec<OutlinePiece>),
     /// A disk across the axis through O with this radius, widened by the rounding: the end of a bull-nose.
     Disk { circle: f64, round: f64 },
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Piece {
+enum OutlinePiece {
     Line {
         from: [f64; 2],
         along: [f64; 2],
@@ -39,8 +39,8 @@ pub(crate) struct Height {
 
 /// A part with the distances asked for.
 #[derive(Clone, Debug)]
-pub(crate) struct Limb {
-    shape: Shape,
+pub(crate) struct ToolPart {
+    shape: ToolPartShape,
     /// From solids that are cut and from all others, mm.
     pub(crate) needs: [f64; 2],
     /// No point of it is farther from O, mm.
@@ -50,7 +50,7 @@ pub(crate) struct Limb {
     high: f64,
 }
 
-impl Limb {
+impl ToolPart {
     /// A body whose heights count from the tip; O is at `height`.
     pub(crate) fn body(profile: &Profile, height: f64, needs: [f64; 2]) -> Self {
         let mut pieces = Vec::new();
@@ -62,7 +62,7 @@ impl Limb {
                 Segment::Line { .. } => {
                     let d = [to[0] - from[0], to[1] - from[1]];
                     let length = d[0].hypot(d[1]);
-                    pieces.push(Piece::Line { from, along: [d[0] / length, d[1] / length], length });
+                    pieces.push(OutlinePiece::Line { from, along: [d[0] / length, d[1] / length], length });
                     reach = reach.max(from[0].hypot(from[1])).max(to[0].hypot(to[1]));
                 }
                 Segment::Arc { center, radius, .. } => {
@@ -73,24 +73,24 @@ impl Limb {
                     let count = (sweep / 1.5).ceil().max(1.0);
                     let at = |k: f64| [(start + sweep * k / count).cos(), (start + sweep * k / count).sin()];
                     for k in 0..count as usize {
-                        pieces.push(Piece::Arc { center, radius, from: at(k as f64), to: at((k + 1) as f64) });
+                        pieces.push(OutlinePiece::Arc { center, radius, from: at(k as f64), to: at((k + 1) as f64) });
                     }
                     reach = reach.max(center[0].hypot(center[1]) + radius);
                 }
             }
         }
         let (low, high) = (profile.z_min() - height, profile.z_max() - height);
-        Self { shape: Shape::Body(pieces), needs, reach, radius: profile.max_radius(), low, high }
+        Self { shape: ToolPartShape::Body(pieces), needs, reach, radius: profile.max_radius(), low, high }
     }
 
     /// The end of a bull-nose or flat end mill.
     pub(crate) fn disk(circle: f64, round: f64, needs: [f64; 2]) -> Self {
-        let shape = Shape::Disk { circle, round };
+        let shape = ToolPartShape::Disk { circle, round };
         Self { shape, needs, reach: circle + round, radius: circle + round, low: -round, high: round }
     }
 
     pub(crate) fn is_disk(&self) -> bool {
-        matches!(self.shape, Shape::Disk { .. })
+        matches!(self.shape, ToolPartShape::Disk { .. })
     }
 
     /// Distance from the cylinder round the part: never above the distance from the part; 0 inside.
@@ -103,11 +103,11 @@ impl Limb {
     pub(crate) fn support(&self, [u, w]: [f64; 2]) -> (f64, [f64; 2]) {
         let value = |p: [f64; 2]| p[0] * u + p[1] * w;
         match &self.shape {
-            Shape::Disk { circle, round } => {
+            ToolPartShape::Disk { circle, round } => {
                 let p = [circle + round * u, round * w];
                 (value(p), p)
             }
-            Shape::Body(pieces) => {
+            ToolPartShape::Body(pieces) => {
                 let mut best = (f64::NEG_INFINITY, [0.0; 2]);
                 let mut take = |p: [f64; 2]| {
                     if value(p) > best.0 {
@@ -116,11 +116,11 @@ impl Limb {
                 };
                 for piece in pieces {
                     match *piece {
-                        Piece::Line { from, along, length } => {
+                        OutlinePiece::Line { from, along, length } => {
                             take(from);
                             take([from[0] + length * along[0], from[1] + length * along[1]]);
                         }
-                        Piece::Arc { center, radius, from, to } => {
+                        OutlinePiece::Arc { center, radius, from, to } => {
                             let on = |n: [f64; 2]| [center[0] + radius * n[0], center[1] + radius * n[1]];
                             take(on(from));
                             take(on(to));
@@ -144,27 +144,27 @@ impl Limb {
     /// Signed distance of `[r, z]`, negative inside.
     pub(crate) fn height(&self, p: [f64; 2]) -> Height {
         match &self.shape {
-            Shape::Disk { circle, round } => {
+            ToolPartShape::Disk { circle, round } => {
                 let off = [(p[0] - circle).max(0.0), p[1]];
                 let d = length(off);
                 let normal = if d > 0.0 { [off[0] / d, off[1] / d] } else { [0.0, 1.0] };
                 Height { distance: d - round, normal }
             }
-            Shape::Body(pieces) => body_height(pieces, p),
+            ToolPartShape::Body(pieces) => body_height(pieces, p),
         }
     }
 }
 
-fn body_height(pieces: &[Piece], p: [f64; 2]) -> Height {
+fn body_height(pieces: &[OutlinePiece], p: [f64; 2]) -> Height {
     let (mut least, mut outside) = (f64::INFINITY, false);
     let (mut foot, mut skin_normal) = (p, [0.0, 1.0]);
     for piece in pieces {
         let (q, n) = match *piece {
-            Piece::Line { from, along, length } => {
+            OutlinePiece::Line { from, along, length } => {
                 let t = ((p[0] - from[0]) * along[0] + (p[1] - from[1]) * along[1]).clamp(0.0, length);
                 ([from[0] + t * along[0], from[1] + t * along[1]], [along[1], -along[0]])
             }
-            Piece::Arc { center, radius, from, to } => {
+            OutlinePiece::Arc { center, radius, from, to } => {
                 let d = [p[0] - center[0], p[1] - center[1]];
                 let after = from[0] * d[1] - from[1] * d[0] >= 0.0;
                 let before = d[0] * to[1] - d[1] * to[0] >= 0.0;
@@ -214,7 +214,7 @@ mod tests {
             Cutter::chamfer(8.0, 90.0, 0.0).expect("cone").bodies(10.0).expect("bodies"),
         ];
         for profile in bodies.iter().flatten() {
-            let limb = Limb::body(profile, 2.0, [0.0; 2]);
+            let limb = ToolPart::body(profile, 2.0, [0.0; 2]);
             let curve = profile.polyline(1e-4);
             for k in 0..4000 {
                 let p = [0.31 * f64::from(k % 77), 0.53 * f64::from(k / 77) - 8.0];
@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn a_widened_disk_is_the_end_of_a_bull_nose() {
         let profile = &Cutter::bull_nose(20.0, 3.0).expect("bull").bodies(30.0).expect("bodies")[0];
-        let disk = Limb::disk(7.0, 3.0, [0.0; 2]);
+        let disk = ToolPart::disk(7.0, 3.0, [0.0; 2]);
         for k in 0..400 {
             let p = [0.1 * f64::from(k % 120), -0.25 * f64::from(k / 20)];
             let exact = profile.signed_distance([p[0], p[1] + 3.0]);

@@ -3,7 +3,7 @@
 use proveout_geom::{Point, TriMesh};
 
 use super::BALL_ROUNDING;
-use crate::parts::{Wanted, mesh_shape};
+use crate::parts::{MeshDemand, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::MeshShape;
 
@@ -14,7 +14,7 @@ const LONGEST_EDGE_SHARE: f64 = 0.01;
 
 /// A ball that holds some triangles of a skin.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Node {
+pub(crate) struct BallNode {
     pub(crate) center: Point,
     pub(crate) radius: f64,
     /// A point of the skin near the center.
@@ -26,20 +26,20 @@ pub(crate) struct Node {
 
 /// A solid.
 #[derive(Clone, Debug)]
-pub(crate) struct Solid {
+pub(crate) struct ObstacleSolid {
     /// The cutter may touch it.
     pub(crate) cut: bool,
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<BallNode>,
     pub(crate) triangles: Vec<[Point; 3]>,
     shape: MeshShape,
 }
 
-impl Solid {
+impl ObstacleSolid {
     pub(crate) fn new(name: &str, mesh: &TriMesh, cut: bool) -> Result<Self, CollisionError> {
-        let shape = mesh_shape("solid", name, mesh, Wanted::Solid)?;
+        let shape = mesh_shape("solid", name, mesh, MeshDemand::Solid)?;
         let triangles = halved((0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect());
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
-        let empty = Node { center: Point::origin(), radius: 0.0, anchor: Point::origin(), first: 0, leaf: true };
+        let empty = BallNode { center: Point::origin(), radius: 0.0, anchor: Point::origin(), first: 0, leaf: true };
         let mut nodes = vec![empty];
         grow(&triangles, &mut order, &mut nodes, 0);
         Ok(Self { cut, nodes, triangles, shape })
@@ -108,7 +108,7 @@ fn halved(triangles: Vec<[Point; 3]>) -> Vec<[Point; 3]> {
 }
 
 /// Makes the node `index` of the triangles in `order` and what is below it.
-fn grow(triangles: &[[Point; 3]], order: &mut [u32], nodes: &mut Vec<Node>, index: usize) {
+fn grow(triangles: &[[Point; 3]], order: &mut [u32], nodes: &mut Vec<BallNode>, index: usize) {
     let corners = |order: &[u32]| order.iter().flat_map(|&t| triangles[t as usize]).collect::<Vec<_>>();
     let all = corners(order);
     let (mut low, mut high) = (all[0], all[0]);
@@ -122,7 +122,7 @@ fn grow(triangles: &[[Point; 3]], order: &mut [u32], nodes: &mut Vec<Node>, inde
     // Rounding of the center must not leave a corner out.
     let radius = radius * (1.0 + BALL_ROUNDING) + BALL_ROUNDING;
     if let [only] = order {
-        nodes[index] = Node { center, radius, anchor, first: *only, leaf: true };
+        nodes[index] = BallNode { center, radius, anchor, first: *only, leaf: true };
         return;
     }
     let axis = (high - low).imax();
@@ -132,7 +132,7 @@ fn grow(triangles: &[[Point; 3]], order: &mut [u32], nodes: &mut Vec<Node>, inde
     let first = nodes.len();
     let empty = nodes[index];
     nodes.extend([empty, empty]);
-    nodes[index] = Node { center, radius, anchor, first: first as u32, leaf: false };
+    nodes[index] = BallNode { center, radius, anchor, first: first as u32, leaf: false };
     let (left, right) = order.split_at_mut(middle);
     grow(triangles, left, nodes, first);
     grow(triangles, right, nodes, first + 1);
@@ -169,13 +169,13 @@ mod tests {
     #[test]
     fn balls_hold_their_triangles_and_distances_are_those_of_all_triangles() {
         let ring = revolved_mesh(&[[0.0, 0.0], [20.0, 0.0], [14.0, 4.0], [0.0, 9.0]], 48);
-        let solid = Solid::new("ring", &ring, true).expect("solid");
+        let solid = ObstacleSolid::new("ring", &ring, true).expect("solid");
         assert_eq!(solid.nodes.len(), 2 * solid.triangles.len() - 1);
         let area = |t: &[Point; 3]| 0.5 * (t[1] - t[0]).cross(&(t[2] - t[0])).norm();
         let whole: f64 = (0..ring.triangles.len()).map(|t| area(&ring.corners(t))).sum();
         assert!((solid.triangles.iter().map(area).sum::<f64>() - whole).abs() < 1e-9 * whole);
         assert!(solid.triangles.iter().all(|[a, b, c]| (b - a).norm().max((c - b).norm()).max((a - c).norm()) <= 3.0));
-        fn below(solid: &Solid, i: u32, out: &mut Vec<u32>) {
+        fn below(solid: &ObstacleSolid, i: u32, out: &mut Vec<u32>) {
             let node = solid.nodes[i as usize];
             if node.leaf {
                 out.push(node.first);
@@ -204,7 +204,7 @@ mod tests {
             assert!((solid.skin_distance(&p, 2.0) - brute.min(2.0)).abs() < 1e-12);
         }
         let block = Aabb { min: Point::new(-1.0, -2.0, -3.0), max: Point::new(1.0, 2.0, 3.0) };
-        let block = Solid::new("block", &box_mesh(&block), false).expect("solid");
+        let block = ObstacleSolid::new("block", &box_mesh(&block), false).expect("solid");
         assert!((block.skin_distance(&Point::new(3.0, 4.0, 3.5), 9.0) - (4.0_f64 + 4.0 + 0.25).sqrt()).abs() < 1e-12);
         assert!(block.contains(&Point::new(0.9, 1.9, 2.9)) && !block.contains(&Point::new(1.1, 0.0, 0.0)));
     }

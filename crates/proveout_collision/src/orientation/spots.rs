@@ -7,8 +7,8 @@ use proveout_geom::{Point, Vector};
 
 use super::BALL_ROUNDING;
 use super::extent::Extent;
-use super::solids::Solid;
-use super::space::Place;
+use super::solids::ObstacleSolid;
+use super::space::PivotedContact;
 
 /// So many balls and pieces of triangles are looked at for one contact; what is not decided then stays unknown.
 const MOST_SPOTS: usize = 1_000_000;
@@ -43,7 +43,7 @@ fn of_cosine(c: f64) -> Turn {
 
 /// What a spot represents.
 #[derive(Clone, Copy, Debug)]
-enum What {
+enum SpotSource {
     Ball(u32),
     /// Number of its corners.
     Piece(u32),
@@ -52,7 +52,7 @@ enum What {
 /// A ball of a solid's tree or a piece of a triangle as seen from the center of the cutter's ball: what every look needs, in half a line of the
 /// cache.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
+pub(super) struct ObstacleSpot {
     /// Unit vector to its center.
     pub(super) way: [f32; 3],
     /// No axis farther from there is forbidden; half a turn where all may be.
@@ -66,7 +66,7 @@ pub(super) struct Spot {
 
 /// A piece of a triangle in a ball.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct TrianglePiece {
     corners: [Point; 3],
     center: Point,
     radius: f64,
@@ -79,7 +79,7 @@ const CLOSED: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 struct Origin {
     solid: u32,
-    what: What,
+    what: SpotSource,
     /// Number of what is known of its anchor, once it was asked for.
     anchor: u32,
 }
@@ -98,22 +98,27 @@ pub(super) struct Anchor {
 /// The spots of one contact.
 pub(super) struct Spots<'a> {
     extents: &'a [Extent; 2],
-    solids: &'a [Solid],
+    solids: &'a [ObstacleSolid],
     center: Point,
     normal: Vector,
     /// Largest tilt that is looked at.
     limit: Turn,
-    spots: Vec<Spot>,
+    spots: Vec<ObstacleSpot>,
     origins: Vec<Origin>,
     anchors: Vec<Anchor>,
-    pieces: Vec<Piece>,
+    pieces: Vec<TrianglePiece>,
     /// Number of those that hold a whole solid: the first ones.
     pub(super) roots: u32,
 }
 
 impl<'a> Spots<'a> {
     /// Those of the solids; `extents` are for solids that are cut and for others, `limit` is the largest tilt that is looked at, radian.
-    pub(super) fn new(extents: &'a [Extent; 2], solids: &'a [Solid], place: &Place, limit: f64) -> Self {
+    pub(super) fn new(
+        extents: &'a [Extent; 2],
+        solids: &'a [ObstacleSolid],
+        place: &PivotedContact,
+        limit: f64,
+    ) -> Self {
         let mut spots = Self {
             extents,
             solids,
@@ -128,21 +133,21 @@ impl<'a> Spots<'a> {
         };
         for (solid, of) in solids.iter().enumerate() {
             let [spot] = spots.see(solid as u32, &[of.nodes[0].center], &[of.nodes[0].radius]);
-            spots.keep(solid as u32, spot, What::Ball(0));
+            spots.keep(solid as u32, spot, SpotSource::Ball(0));
         }
         spots.roots = spots.spots.len() as u32;
         spots
     }
 
     #[inline(always)]
-    pub(super) fn get(&self, index: u32) -> Spot {
+    pub(super) fn get(&self, index: u32) -> ObstacleSpot {
         self.spots[index as usize]
     }
 
     /// The parts of a spot; none where there are too many already.
     #[inline(always)]
     pub(super) fn opened(&mut self, index: u32) -> Option<(u32, u32)> {
-        let Spot { parts, count, .. } = self.spots[index as usize];
+        let ObstacleSpot { parts, count, .. } = self.spots[index as usize];
         if parts != CLOSED {
             return Some((parts, parts + count));
         }
@@ -152,24 +157,24 @@ impl<'a> Spots<'a> {
         let Origin { what, solid, .. } = self.origins[index as usize];
         let from = self.spots.len() as u32;
         match what {
-            What::Ball(node) => {
+            SpotSource::Ball(node) => {
                 let of = &self.solids[solid as usize];
                 let node = of.nodes[node as usize];
                 if node.leaf {
                     let corners = of.triangles[node.first as usize];
                     let (center, radius) = circle(&corners);
-                    self.quarter(solid, &Piece { corners, center, radius });
+                    self.quarter(solid, &TrianglePiece { corners, center, radius });
                 } else {
                     let two = [node.first, node.first + 1];
                     let ball = |i: usize| &of.nodes[two[i] as usize];
                     let centers = [ball(0).center, ball(1).center];
                     let seen = self.see(solid, &centers, &[ball(0).radius, ball(1).radius]);
                     for (i, spot) in seen.into_iter().enumerate() {
-                        self.keep(solid, spot, What::Ball(two[i]));
+                        self.keep(solid, spot, SpotSource::Ball(two[i]));
                     }
                 }
             }
-            What::Piece(number) => {
+            SpotSource::Piece(number) => {
                 let piece = self.pieces[number as usize];
                 self.quarter(solid, &piece);
             }
@@ -183,8 +188,8 @@ impl<'a> Spots<'a> {
     /// The quarters of a triangle: three shrunk to a half towards its corners, and the one amid them, shrunk and turned by half a turn about the
     /// middle of the corners. The balls that hold them come from its ball in the same way.
     #[inline(always)]
-    fn quarter(&mut self, solid: u32, piece: &Piece) {
-        let Piece { corners: [a, b, c], center, radius } = piece;
+    fn quarter(&mut self, solid: u32, piece: &TrianglePiece) {
+        let TrianglePiece { corners: [a, b, c], center, radius } = piece;
         let radius = 0.5 * radius * (1.0 + BALL_ROUNDING) + BALL_ROUNDING;
         let amid = Point::from(0.5 * (a.coords + b.coords + c.coords - center.coords));
         let [by_a, by_b, by_c] = [a, b, c].map(|p| nalgebra::center(p, center));
@@ -194,8 +199,8 @@ impl<'a> Spots<'a> {
         let parts = [[*a, d, f], [d, *b, e], [f, e, *c], [d, e, f]];
         for (i, spot) in seen.into_iter().enumerate() {
             if spot.is_some() {
-                self.keep(solid, spot, What::Piece(self.pieces.len() as u32));
-                self.pieces.push(Piece { corners: parts[i], center: centers[i], radius });
+                self.keep(solid, spot, SpotSource::Piece(self.pieces.len() as u32));
+                self.pieces.push(TrianglePiece { corners: parts[i], center: centers[i], radius });
             }
         }
     }
@@ -204,7 +209,7 @@ impl<'a> Spots<'a> {
     /// instructions of it.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "the same step of several arrays at once")]
-    fn see<const N: usize>(&self, solid: u32, centers: &[Point; N], radius: &[f64; N]) -> [Option<Spot>; N] {
+    fn see<const N: usize>(&self, solid: u32, centers: &[Point; N], radius: &[f64; N]) -> [Option<ObstacleSpot>; N] {
         let extent = self.extent(solid);
         // Loops and no closures: these would be called one by one, without the instructions of this processor.
         let (mut to, mut way) = ([[0.0; N]; 3], [[0.0; N]; 3]);
@@ -244,7 +249,7 @@ impl<'a> Spots<'a> {
             let wide = [wide[0][k], wide[1][k]];
             let is_known = size[k] < 1.0 && is_below_half_turn(wide);
             if is_met[k] && !(is_known && tilt[k] < bound[k]) {
-                spots[k] = Some(Spot {
+                spots[k] = Some(ObstacleSpot {
                     way: [way[0][k] as f32, way[1][k] as f32, way[2][k] as f32],
                     high: if is_known { [wide[0] as f32, wide[1] as f32] } else { [-1.0, 0.0] },
                     size: size[k] as f32,
@@ -257,7 +262,7 @@ impl<'a> Spots<'a> {
     }
 
     #[inline(always)]
-    fn keep(&mut self, solid: u32, spot: Option<Spot>, what: What) {
+    fn keep(&mut self, solid: u32, spot: Option<ObstacleSpot>, what: SpotSource) {
         if let Some(spot) = spot {
             self.spots.push(spot);
             self.origins.push(Origin { solid, what, anchor: CLOSED });
@@ -269,13 +274,13 @@ impl<'a> Spots<'a> {
         &self.extents[usize::from(!self.solids[solid as usize].cut)]
     }
 
-    fn ball(&self, solid: u32, what: What) -> (Point, f64) {
+    fn ball(&self, solid: u32, what: SpotSource) -> (Point, f64) {
         match what {
-            What::Ball(node) => {
+            SpotSource::Ball(node) => {
                 let node = &self.solids[solid as usize].nodes[node as usize];
                 (node.center, node.radius)
             }
-            What::Piece(number) => {
+            SpotSource::Piece(number) => {
                 let piece = &self.pieces[number as usize];
                 (piece.center, piece.radius)
             }
@@ -291,8 +296,8 @@ impl<'a> Spots<'a> {
         let extent = self.extent(solid);
         let (center, radius) = self.ball(solid, what);
         let place = match what {
-            What::Ball(node) => self.solids[solid as usize].nodes[node as usize].anchor,
-            What::Piece(number) => {
+            SpotSource::Ball(node) => self.solids[solid as usize].nodes[node as usize].anchor,
+            SpotSource::Piece(number) => {
                 let [a, b, c] = self.pieces[number as usize].corners;
                 Point::from((a.coords + b.coords + c.coords) / 3.0)
             }

@@ -21,7 +21,7 @@ use proveout_geom::{Point, Vector};
 
 use super::BALL_ROUNDING;
 use super::extent::Extent;
-use super::solids::{Solid, closest};
+use super::solids::{ObstacleSolid, closest};
 use super::space::OrientationSpace;
 
 /// Pieces seen under a smaller angle than this are not divided, radian: half a degree.
@@ -121,7 +121,7 @@ impl Union {
 }
 
 /// The search at one center.
-struct Turning<'a> {
+struct TurnSearch<'a> {
     turn: &'a BallTurn,
     /// Cosine of the inclination.
     across: f64,
@@ -129,7 +129,7 @@ struct Turning<'a> {
     union: Union,
 }
 
-impl Turning<'_> {
+impl TurnSearch<'_> {
     /// Middle and half width of the angles whose axes are nearer to a direction than an angle; none where there are none.
     fn near(&self, direction: &Vector, angle: f64) -> Option<(f64, f64)> {
         let [x, y, z] = self.turn.basis.map(|b| b.dot(direction));
@@ -188,7 +188,7 @@ impl Turning<'_> {
         false
     }
 
-    fn take(&mut self, solid: &Solid) {
+    fn take(&mut self, solid: &ObstacleSolid) {
         let mut stack = vec![0_u32];
         let mut pieces: Vec<[Point; 3]> = Vec::new();
         while let Some(node) = stack.pop().and_then(|i| solid.nodes.get(i as usize)) {
@@ -240,7 +240,7 @@ impl OrientationSpace {
         let across = (1.0 - turn.axial * turn.axial).sqrt();
         let mut union = Union::default();
         for solid in &self.solids {
-            let mut turning = Turning { turn, across, extent: &extents[usize::from(!solid.cut)], union };
+            let mut turning = TurnSearch { turn, across, extent: &extents[usize::from(!solid.cut)], union };
             turning.take(solid);
             union = turning.union;
         }

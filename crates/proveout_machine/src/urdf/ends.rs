@@ -5,12 +5,12 @@ use proveout_geom::{InputError, Vector};
 use super::{
     UrdfOptions,
     read::Robot,
-    source::{Source, listed, shown},
-    tree::Tree,
+    source::{UrdfSource, listed, shown},
+    tree::LinkTree,
 };
 
 /// The links that the caller has named, and which way their frames look.
-pub(super) struct Ends {
+pub(super) struct NamedLinks {
     pub(super) tool: usize,
     pub(super) table: usize,
     /// From the tool into the spindle, unit vector in the frame of the tool link.
@@ -22,7 +22,12 @@ pub(super) struct Ends {
 }
 
 /// Finds them.
-pub(super) fn ends(source: &Source<'_>, robot: &Robot, tree: &Tree, options: &UrdfOptions) -> Result<Ends, InputError> {
+pub(super) fn ends(
+    source: &UrdfSource<'_>,
+    robot: &Robot,
+    tree: &LinkTree,
+    options: &UrdfOptions,
+) -> Result<NamedLinks, InputError> {
     let given = [("tool", &options.tool_link), ("table", &options.table_link)];
     let missing: Vec<&str> = given.iter().filter(|(_, name)| name.is_none()).map(|(word, _)| *word).collect();
     if let [first, ..] = missing[..] {
@@ -53,7 +58,7 @@ pub(super) fn ends(source: &Source<'_>, robot: &Robot, tree: &Tree, options: &Ur
             source.whole(format!("{option} {} is not a frame axis", shown(word)), "write x, -x, y, -y, z or -z")
         }),
     };
-    Ok(Ends {
+    Ok(NamedLinks {
         tool,
         table,
         into_spindle: axis("--tool-direction", &options.tool_direction)?,

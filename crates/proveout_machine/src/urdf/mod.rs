@@ -33,7 +33,7 @@ use std::path::Path;
 
 use proveout_geom::{InputError, read_input};
 
-use self::{source::Source, tree::Tree};
+use self::{source::UrdfSource, tree::LinkTree};
 use crate::{ImportedMachine, Machine};
 
 /// What a URDF file does not say about a machine, in the words of the caller; `None` where the caller says
@@ -61,9 +61,9 @@ pub struct UrdfOptions {
 /// missing, a mesh that is not there.
 pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine, InputError> {
     let text = read_input(file)?;
-    let source = Source { file, text: &text };
+    let source = UrdfSource { file, text: &text };
     let robot = read::robot(&source)?;
-    let tree = Tree::new(&source, &robot)?;
+    let tree = LinkTree::new(&source, &robot)?;
     let ends = ends::ends(&source, &robot, &tree, options)?;
     let axes = axes::axes(&source, &robot, &tree, &ends, options)?;
     let mut notes = axes.notes.clone();

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use proveout_geom::{InputError, Pose};
 
 use super::{
-    read::{Kind, Robot},
-    source::{Source, listed, shown},
+    read::{Robot, UrdfJointKind},
+    source::{UrdfSource, listed, shown},
 };
 
 /// Links and joints by index.
-pub(super) struct Tree {
+pub(super) struct LinkTree {
     /// Joint that carries each link; none for the root.
     pub(super) carrier: Vec<Option<usize>>,
     /// Link that carries each joint.
@@ -23,9 +23,9 @@ pub(super) struct Tree {
     pub(super) poses: Vec<Pose>,
 }
 
-impl Tree {
+impl LinkTree {
     /// Binds the names, and refuses what is no tree.
-    pub(super) fn new(source: &Source<'_>, robot: &Robot) -> Result<Self, InputError> {
+    pub(super) fn new(source: &UrdfSource<'_>, robot: &Robot) -> Result<Self, InputError> {
         let index: BTreeMap<&str, usize> = robot.links.iter().enumerate().map(|(i, l)| (l.name.as_str(), i)).collect();
         let mut carrier: Vec<Option<usize>> = vec![None; robot.links.len()];
         let mut below: Vec<Vec<usize>> = vec![Vec::new(); robot.links.len()];
@@ -81,7 +81,7 @@ impl Tree {
         Ok(Self { carrier, parent, child, order, poses })
     }
 
-    fn a_loop(source: &Source<'_>, robot: &Robot, joint: usize) -> InputError {
+    fn a_loop(source: &UrdfSource<'_>, robot: &Robot, joint: usize) -> InputError {
         match robot.joints.get(joint) {
             Some(j) => {
                 let message = format!("joint {} is its own ancestor: the joints form a loop", shown(&j.name));
@@ -112,6 +112,6 @@ impl Tree {
 
     /// The joints that move, of a way.
     pub(super) fn moving(robot: &Robot, way: &[usize]) -> Vec<usize> {
-        way.iter().copied().filter(|&j| robot.joints[j].kind != Kind::Fixed).collect()
+        way.iter().copied().filter(|&j| robot.joints[j].kind != UrdfJointKind::Fixed).collect()
     }
 }

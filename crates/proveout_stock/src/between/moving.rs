@@ -31,7 +31,7 @@ const CHORD: f64 = 0.02;
 
 /// A motion, made ready.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Moving {
+pub(super) struct MovingBody {
     motion: SweepMotion,
     way: Vector,
     /// Axis of the turn times its angle, radian.
@@ -41,7 +41,7 @@ pub(super) struct Moving {
 
 /// Value and slopes at a place and a time.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct MotionSlope {
     value: f64,
     slope: Vector,
     rate: f64,
@@ -49,7 +49,7 @@ struct Seen {
 
 /// What is known of the least distance from a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Least {
+pub(super) struct LeastDistance {
     /// A time at which the value asked for is reached.
     pub met: Option<f64>,
     /// Smallest value that was seen, and when.
@@ -63,13 +63,13 @@ pub(super) struct Least {
 
 /// Which part of the function is asked.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Part {
+pub(super) enum FunctionPart {
     Whole,
     /// One line or arc of the outline.
     One(usize),
 }
 
-impl Moving {
+impl MovingBody {
     pub(super) fn new(motion: &SweepMotion) -> Self {
         let over = motion.from.axis.cross(&motion.to.axis);
         let sine = over.norm();
@@ -121,32 +121,32 @@ impl Moving {
         m.from.interpolated(&m.to, t)
     }
 
-    fn see(&self, body: &Meridian, part: Part, p: &Point, t: f64) -> Seen {
+    fn see(&self, body: &Meridian, part: FunctionPart, p: &Point, t: f64) -> MotionSlope {
         let ToolPose { tip, axis } = self.pose(t);
         let q = p - tip;
         let z = q.dot(&axis);
         let across = q - axis * z;
         let r = across.norm();
         let (value, nr, nz) = match part {
-            Part::Whole => body.eval(r, z),
-            Part::One(k) => body.pieces[k].eval(r, z),
+            FunctionPart::Whole => body.eval(r, z),
+            FunctionPart::One(k) => body.pieces[k].eval(r, z),
         };
         let e = if r > 1e-12 { across / r } else { Vector::zeros() };
         let turning = if self.angle > 0.0 { self.turn.cross(&axis) } else { Vector::zeros() };
         let along = q.dot(&turning) - self.way.dot(&axis);
         let aside = -e.dot(&self.way) - z * e.dot(&turning);
-        Seen { value, slope: e * nr + axis * nz, rate: nr * aside + nz * along }
+        MotionSlope { value, slope: e * nr + axis * nz, rate: nr * aside + nz * along }
     }
 
     /// Value and slope in the place at one time.
-    pub(super) fn at(&self, body: &Meridian, part: Part, p: &Point, t: f64) -> (f64, Vector) {
+    pub(super) fn at(&self, body: &Meridian, part: FunctionPart, p: &Point, t: f64) -> (f64, Vector) {
         let seen = self.see(body, part, p, t);
         (seen.value, seen.slope)
     }
 
     /// The least value for a point; the search ends as soon as one of at most `wanted` is seen, or none can be. With a `wanted` of minus
     /// infinity the least itself is searched.
-    pub(super) fn least(&self, body: &Meridian, part: Part, p: &Point, wanted: f64) -> Least {
+    pub(super) fn least(&self, body: &Meridian, part: FunctionPart, p: &Point, wanted: f64) -> LeastDistance {
         let bend = if self.angle == 0.0 {
             0.0
         } else {
@@ -157,7 +157,7 @@ impl Moving {
             return self.least_of_part(body, part, p, wanted, [0.0, 1.0], bend);
         }
         let parts = (bend / BEND).sqrt().ceil().min(PARTS);
-        let mut all = Least { met: None, seen: f64::INFINITY, at: 0.0, bound: f64::INFINITY, slope: None };
+        let mut all = LeastDistance { met: None, seen: f64::INFINITY, at: 0.0, bound: f64::INFINITY, slope: None };
         for k in 0..parts as usize {
             let range = [k as f64 / parts, (k + 1) as f64 / parts];
             let one = self.least_of_part(body, part, p, wanted, range, bend / (parts * parts));
@@ -176,19 +176,19 @@ impl Moving {
     fn least_of_part(
         &self,
         body: &Meridian,
-        part: Part,
+        part: FunctionPart,
         p: &Point,
         wanted: f64,
         [begin, end]: [f64; 2],
         bend: f64,
-    ) -> Least {
+    ) -> LeastDistance {
         let (mut a, mut b) = (begin, end);
-        let mut falls: Option<(f64, Seen)> = None;
-        let mut rises: Option<(f64, Seen)> = None;
+        let mut falls: Option<(f64, MotionSlope)> = None;
+        let mut rises: Option<(f64, MotionSlope)> = None;
         let square = self.way.norm_squared();
         let guess = if square > 0.0 { (p - self.motion.from.tip).dot(&self.way) / square } else { begin };
         let mut t = guess.clamp(begin, end);
-        let mut out = Least { met: None, seen: f64::INFINITY, at: t, bound: f64::NEG_INFINITY, slope: None };
+        let mut out = LeastDistance { met: None, seen: f64::INFINITY, at: t, bound: f64::NEG_INFINITY, slope: None };
         for _ in 0..STEPS {
             let here = self.see(body, part, p, t);
             if here.value < out.seen {
@@ -273,9 +273,9 @@ mod tests {
                 if case % 3 == 0 { (axis + vector(if case % 2 == 0 { 0.02 } else { 0.6 })).normalize() } else { axis };
             let from = ToolPose { tip: Point::from(vector(20.0)), axis };
             let to = ToolPose { tip: from.tip + vector(30.0), axis: turned };
-            let moving = Moving::new(&SweepMotion { from, to });
+            let moving = MovingBody::new(&SweepMotion { from, to });
             let p = from.tip + axis * 8.0 + vector(30.0);
-            let least = moving.least(&body, Part::Whole, &p, f64::NEG_INFINITY);
+            let least = moving.least(&body, FunctionPart::Whole, &p, f64::NEG_INFINITY);
             let value = |q: &Point, t: f64| {
                 let pose = from.interpolated(&to, t);
                 let w = q - pose.tip;

@@ -4,7 +4,7 @@ use proveout_geom::{Aabb, Point, Vector};
 
 use super::{
     BetweenRays, FILM, MOST_WORK_DEEPER,
-    moving::{Least, Moving, Part},
+    moving::{FunctionPart, LeastDistance, MovingBody},
 };
 use crate::kernels::meridian::Meridian;
 
@@ -32,7 +32,7 @@ const MOST_CLIMBED: usize = 3;
 /// A body that must not meet material.
 pub(super) struct Mover<'b> {
     pub body: &'b Meridian,
-    pub moving: Moving,
+    pub moving: MovingBody,
     pub bounds: Aabb,
 }
 
@@ -76,7 +76,7 @@ impl Cube {
 /// A half space that holds what a mover takes up near a point: `value + slope . (x - point) <= 0`.
 type HalfSpace = (f64, Vector);
 
-pub(super) struct Search<'s, 'b> {
+pub(super) struct DepthSearch<'s, 'b> {
     pub store: &'s mut BetweenRays,
     pub movers: &'s [Mover<'b>],
     /// So much smaller are the movers taken, mm.
@@ -92,7 +92,7 @@ pub(super) struct Search<'s, 'b> {
     pub open: Option<(Point, f64)>,
 }
 
-impl Search<'_, '_> {
+impl DepthSearch<'_, '_> {
     pub(super) fn run(&mut self) {
         let bounds = self.store.bounds;
         let root = Cube { level: 0, at: [0; 3], center: bounds.center(), edge: bounds.size().max() };
@@ -104,7 +104,14 @@ impl Search<'_, '_> {
         self.store.work >= self.most
     }
 
-    fn least(&mut self, body: &Meridian, moving: &Moving, part: Part, p: &Point, wanted: f64) -> Least {
+    fn least(
+        &mut self,
+        body: &Meridian,
+        moving: &MovingBody,
+        part: FunctionPart,
+        p: &Point,
+        wanted: f64,
+    ) -> LeastDistance {
         self.store.work += 1;
         moving.least(body, part, p, wanted)
     }
@@ -123,7 +130,7 @@ impl Search<'_, '_> {
             if self.doubtful[m as usize] || !mover.bounds.intersects(&bounds) {
                 continue;
             }
-            let least = self.least(mover.body, &mover.moving, Part::Whole, &cube.center, wanted);
+            let least = self.least(mover.body, &mover.moving, FunctionPart::Whole, &cube.center, wanted);
             if least.bound <= wanted {
                 out.push(m);
             }
@@ -236,7 +243,9 @@ impl Search<'_, '_> {
         let cut = &self.store.cuts[k as usize];
         let bodies = &self.store.sets[cut.set as usize];
         self.store.work += bodies.len() as u64;
-        let of = |b: &u32| cut.moving.least(&self.store.bodies[*b as usize].1, Part::Whole, p, f64::NEG_INFINITY).seen;
+        let of = |b: &u32| {
+            cut.moving.least(&self.store.bodies[*b as usize].1, FunctionPart::Whole, p, f64::NEG_INFINITY).seen
+        };
         bodies.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
@@ -254,7 +263,7 @@ impl Search<'_, '_> {
         let mut met = Vec::new();
         for &m in movers {
             let mover = &all[m as usize];
-            if self.least(mover.body, &mover.moving, Part::Whole, p, -depth).met.is_some() {
+            if self.least(mover.body, &mover.moving, FunctionPart::Whole, p, -depth).met.is_some() {
                 met.push(m);
             }
         }
@@ -285,7 +294,7 @@ impl Search<'_, '_> {
         for &m in movers.iter().take(MOST_CLIMBED) {
             let mover = &all[m as usize];
             let at = |search: &mut Self, p: &Point| {
-                -search.least(mover.body, &mover.moving, Part::Whole, p, f64::NEG_INFINITY).seen
+                -search.least(mover.body, &mover.moving, FunctionPart::Whole, p, f64::NEG_INFINITY).seen
             };
             let mut here = (*from, at(self, from));
             let mut step = (0.5 * edge).max(0.25 * mover.body.radius);
@@ -325,11 +334,11 @@ impl Search<'_, '_> {
         let lattice = (0..27).filter(|k| *k != 13);
         let of_lattice = |k: i32| Vector::new(f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1));
         let mut ways: Vec<Vector> = lattice.map(of_lattice).collect();
-        let whole = self.least(mover.body, &mover.moving, Part::Whole, p, f64::NEG_INFINITY);
-        let (value, slope) = mover.moving.at(mover.body, Part::Whole, p, whole.at);
+        let whole = self.least(mover.body, &mover.moving, FunctionPart::Whole, p, f64::NEG_INFINITY);
+        let (value, slope) = mover.moving.at(mover.body, FunctionPart::Whole, p, whole.at);
         let mut normals = vec![slope];
         for k in 0..mover.body.pieces.len() {
-            let (own, slope) = mover.moving.at(mover.body, Part::One(k), p, whole.at);
+            let (own, slope) = mover.moving.at(mover.body, FunctionPart::One(k), p, whole.at);
             normals.extend((own > value - step).then_some(slope));
         }
         normals.extend(self.store.raw.faces(p, step).into_iter().filter(|(d, _)| *d > -step).map(|(_, n)| n));
@@ -350,11 +359,11 @@ impl Search<'_, '_> {
         let mover = &all[m as usize];
         let (c, radius, shrink) = (cube.center, cube.radius(), self.shrink);
         let mut of_mover: Vec<HalfSpace> = Vec::new();
-        let whole = self.least(mover.body, &mover.moving, Part::Whole, &c, f64::NEG_INFINITY);
+        let whole = self.least(mover.body, &mover.moving, FunctionPart::Whole, &c, f64::NEG_INFINITY);
         of_mover.extend(whole.slope.map(|slope| (whole.bound, slope)));
         if mover.body.pieces.len() > 1 {
             for k in 0..mover.body.pieces.len() {
-                let one = self.least(mover.body, &mover.moving, Part::One(k), &c, f64::NEG_INFINITY);
+                let one = self.least(mover.body, &mover.moving, FunctionPart::One(k), &c, f64::NEG_INFINITY);
                 of_mover.extend(one.slope.map(|slope| (one.bound, slope)));
             }
         }
@@ -391,7 +400,7 @@ impl Search<'_, '_> {
             let body = &self.store.bodies[*b as usize].1;
             corners.iter().all(|p| {
                 work += 1;
-                moving.least(body, Part::Whole, p, wanted).met.is_some()
+                moving.least(body, FunctionPart::Whole, p, wanted).met.is_some()
             })
         });
         self.store.work += work;

@@ -14,7 +14,7 @@ const WHOLE_CELLS: f64 = 1e-7;
 /// Cells from the lower corner of the stock's box, with an edge of their own along each axis. Rays of set `a` run along axis
 /// `a` through the cell centers of the other two axes, taken in cyclic order: u = a + 1, v = a + 2 (modulo 3).
 #[derive(Clone, Debug)]
-pub(crate) struct Grid {
+pub(crate) struct RayGrid {
     pub bounds: Aabb,
     /// Edges of a cell along x, y, z, mm.
     pub cells: [f64; 3],
@@ -30,7 +30,7 @@ pub(crate) struct Grid {
     pub blocks: [usize; 3],
 }
 
-impl Grid {
+impl RayGrid {
     pub(crate) fn new(bounds: &Aabb, cells: [f64; 3]) -> Result<Self, StockError> {
         if let Some(&cell_mm) = cells.iter().find(|c| !(c.is_finite() && **c > 0.0)) {
             return Err(StockError::Cell { cell_mm });

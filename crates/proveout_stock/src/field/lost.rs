@@ -8,9 +8,9 @@ use crate::{field::dexel::TriDexel, field::grid::TILE_RAYS, field::span::INITIAL
 
 /// The last motion that took a whole interval, for each ray of a tile.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lost(Option<Box<[u32; TILE_RAYS]>>);
+pub(crate) struct LastEmptied(Option<Box<[u32; TILE_RAYS]>>);
 
-impl Lost {
+impl LastEmptied {
     pub(crate) fn set(&mut self, ray: usize, id: u32) {
         self.0.get_or_insert_with(|| Box::new([INITIAL; TILE_RAYS]))[ray] = id;
     }

@@ -5,10 +5,10 @@ use proveout_geom::{Aabb, MeshError, Point, TriMesh, Vector};
 use crate::{
     StockError,
     field::dexel::TriDexel,
-    field::grid::{Grid, TILE, TILE_RAYS},
-    field::lost::Lost,
+    field::grid::{RayGrid, TILE, TILE_RAYS},
+    field::lost::LastEmptied,
     field::mesh_rays::{Shells, mesh_intervals},
-    field::span::{INITIAL, Mark, SLIVER, Span},
+    field::span::{EndMark, INITIAL, MaterialSpan, SLIVER},
     field::tile::Tile,
 };
 
@@ -45,13 +45,13 @@ impl TriDexel {
     /// Memory that a stock of this box will take, bytes: two intervals a ray and the lists of the tiles.
     pub fn memory_estimate(bounds: &Aabb, cells: impl Into<Cells>) -> u64 {
         let rays = Self::rays_in(bounds, cells);
-        let per_ray = (SPANS_PER_RAY * size_of::<Span>() as u64) as f64;
+        let per_ray = (SPANS_PER_RAY * size_of::<MaterialSpan>() as u64) as f64;
         let per_tile = size_of::<Tile>() as f64 / TILE_RAYS as f64;
         (rays * (per_ray + per_tile)) as u64
     }
 
     /// Checks the cell size against the memory allowed, before anything is allocated.
-    pub(crate) fn plan(bounds: &Aabb, cells: Cells, limit_bytes: u64) -> Result<Grid, StockError> {
+    pub(crate) fn plan(bounds: &Aabb, cells: Cells, limit_bytes: u64) -> Result<RayGrid, StockError> {
         if let Some(&cell_mm) = cells.0.iter().find(|c| !(c.is_finite() && **c > 0.0)) {
             return Err(StockError::Cell { cell_mm });
         }
@@ -76,11 +76,11 @@ impl TriDexel {
                 });
             }
         }
-        Grid::new(bounds, cells.0)
+        RayGrid::new(bounds, cells.0)
     }
 
     /// Fills the rays; `spans(set, u, v)` gives the material over a place, rising and disjoint.
-    pub(crate) fn filled(grid: Grid, mut spans: impl FnMut(usize, usize, usize) -> Vec<Span>) -> Self {
+    pub(crate) fn filled(grid: RayGrid, mut spans: impl FnMut(usize, usize, usize) -> Vec<MaterialSpan>) -> Self {
         let mut tiles = Vec::with_capacity(grid.first_tile[3]);
         for t in 0..grid.first_tile[3] {
             let (a, [i0, j0]) = grid.tile_place(t);
@@ -94,7 +94,7 @@ impl TriDexel {
         }
         let changed = vec![true; grid.blocks.iter().product()];
         let mut stock = Self {
-            lost: vec![Lost::default(); tiles.len()],
+            lost: vec![LastEmptied::default(); tiles.len()],
             passes: 0,
             cut_in: vec![0; tiles.len()],
             grid,
@@ -133,7 +133,7 @@ impl TriDexel {
     }
 
     /// The rays of a grid through a block; the grid may be smaller than the block.
-    pub(crate) fn block_on(grid: Grid, b: &Aabb) -> Self {
+    pub(crate) fn block_on(grid: RayGrid, b: &Aabb) -> Self {
         let centers = grid.clone();
         Self::filled(grid, |a, i, j| {
             let (u, v) = ((a + 1) % 3, (a + 2) % 3);
@@ -143,11 +143,11 @@ impl TriDexel {
             }
             let mut n = [0.0; 3];
             n[a] = 1.0;
-            vec![Span {
+            vec![MaterialSpan {
                 lo: b.min[a],
                 hi: b.max[a],
-                lo_mark: Mark::new(INITIAL, n.map(|x| -x)),
-                hi_mark: Mark::new(INITIAL, n),
+                lo_mark: EndMark::new(INITIAL, n.map(|x| -x)),
+                hi_mark: EndMark::new(INITIAL, n),
             }]
         })
     }
@@ -169,10 +169,10 @@ impl TriDexel {
     }
 
     /// The rays of a grid through a bar.
-    pub(crate) fn bar_on(grid: Grid, bar: &Bar) -> Self {
+    pub(crate) fn bar_on(grid: RayGrid, bar: &Bar) -> Self {
         let centers = grid.clone();
         Self::filled(grid, |a, i, j| {
-            let p = Grid::point(a, 0.0, centers.center((a + 1) % 3, i), centers.center((a + 2) % 3, j));
+            let p = RayGrid::point(a, 0.0, centers.center((a + 1) % 3, i), centers.center((a + 2) % 3, j));
             cylinder_span(&bar.base, &bar.axis, bar.radius, bar.length, a, &p).into_iter().collect()
         })
     }
@@ -208,7 +208,7 @@ impl TriDexel {
     }
 
     /// The rays of a grid through a mesh.
-    pub(crate) fn shells_on(grid: Grid, mesh: &TriMesh, shells: Shells) -> Result<Self, StockError> {
+    pub(crate) fn shells_on(grid: RayGrid, mesh: &TriMesh, shells: Shells) -> Result<Self, StockError> {
         let mut sets = Vec::new();
         for a in 0..3 {
             sets.push(mesh_intervals(mesh, &grid, a, shells)?);
@@ -262,7 +262,7 @@ impl Bar {
 }
 
 /// The part of a line along axis `a` through `p` inside a cylinder.
-fn cylinder_span(base: &Point, w: &Vector, radius: f64, length: f64, a: usize, p: &Point) -> Option<Span> {
+fn cylinder_span(base: &Point, w: &Vector, radius: f64, length: f64, a: usize, p: &Point) -> Option<MaterialSpan> {
     let e = Vector::ith(a, 1.0);
     let (mut lo, mut hi) = (f64::NEG_INFINITY, f64::INFINITY);
     let (mut lo_normal, mut hi_normal) = (-e, e);
@@ -296,10 +296,10 @@ fn cylinder_span(base: &Point, w: &Vector, radius: f64, length: f64, a: usize, p
     } else if q.norm_squared() >= radius * radius {
         return None;
     }
-    (hi - lo > SLIVER).then(|| Span {
+    (hi - lo > SLIVER).then(|| MaterialSpan {
         lo,
         hi,
-        lo_mark: Mark::new(INITIAL, lo_normal.into()),
-        hi_mark: Mark::new(INITIAL, hi_normal.into()),
+        lo_mark: EndMark::new(INITIAL, lo_normal.into()),
+        hi_mark: EndMark::new(INITIAL, hi_normal.into()),
     })
 }

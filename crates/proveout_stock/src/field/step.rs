@@ -4,21 +4,21 @@ use proveout_geom::Aabb;
 use pulp::Arch;
 
 use crate::{
-    field::span::Mark,
+    field::span::EndMark,
     field::sweep::SweepItem,
     kernels::lane_ball::BallPath,
     kernels::meridian::{Meridian, TOUCH},
-    kernels::motion::{self, Piece, SEARCH_ERROR, TURN_ERROR},
-    kernels::ray::{Ray, swept_normal},
+    kernels::motion::{self, MotionPiece, SEARCH_ERROR, TURN_ERROR},
+    kernels::ray::{RayLine, swept_normal},
     kernels::vec3::{V, along, dot, norm, sub},
-    looking::contact::Moves,
+    looking::contact::PassMotions,
 };
 
 /// The arc of a turn is longer than its chord by less, mm.
 const LONGER_MM: f64 = 1e-3;
 
 /// An item made ready.
-pub(crate) struct Ready {
+pub(crate) struct ReadyItem {
     pub body: usize,
     pub id: u32,
     pub removes: bool,
@@ -32,8 +32,8 @@ pub(crate) struct Ready {
 
 /// The ball or the rest of a body on one piece of motion, in the coordinates (ray, u, v) of one set.
 #[derive(Clone, Debug)]
-pub(crate) struct Step {
-    pub piece: Piece,
+pub(crate) struct SweepStep {
+    pub piece: MotionPiece,
     /// Given for the ball.
     pub ball: Option<BallPath>,
     /// Box of what moves, mm.
@@ -53,8 +53,8 @@ pub(crate) struct Step {
     drift: f64,
 }
 
-impl Step {
-    fn new(piece: Piece, ball: Option<BallPath>, [low, high]: [V; 2], item: u32, body: &Meridian) -> Self {
+impl SweepStep {
+    fn new(piece: MotionPiece, ball: Option<BallPath>, [low, high]: [V; 2], item: u32, body: &Meridian) -> Self {
         let middle = [piece.tip_at(0.5), piece.axis_at(0.5)];
         let half_way = 0.5 * (norm(piece.travel) + piece.angle2.sqrt() * body.reach) + LONGER_MM;
         // (1) of `ray_turn` half of the motion away from the sample, with room for the uneven pace of the turn.
@@ -102,18 +102,18 @@ impl Step {
 
 /// A part of a program that one pass carries out.
 pub(crate) struct Batch<'a> {
-    pub ready: Vec<Ready>,
-    pub steps: [Vec<Step>; 3],
+    pub ready: Vec<ReadyItem>,
+    pub steps: [Vec<SweepStep>; 3],
     pub bodies: &'a [Meridian],
     /// The instructions of this processor.
     pub arch: Arch,
     /// The motions again, when engagement is asked for.
-    pub moves: Option<Moves>,
+    pub moves: Option<PassMotions>,
 }
 
 /// What one item is made of, and the bound of its error, mm.
 pub(crate) struct Split {
-    steps: Vec<(Piece, bool, Aabb)>,
+    steps: Vec<(MotionPiece, bool, Aabb)>,
     region: Aabb,
     pub bound: f64,
 }
@@ -163,7 +163,7 @@ impl<'a> Batch<'a> {
         bounds: &Aabb,
     ) -> Self {
         let mut ready = Vec::with_capacity(items.len());
-        let mut steps: [Vec<Step>; 3] = [Vec::new(), Vec::new(), Vec::new()];
+        let mut steps: [Vec<SweepStep>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for (k, ((item, &body), split)) in items.iter().zip(index).zip(split).enumerate() {
             let first = steps[0].len();
             let meets = (0..3).all(|i| split.region.min[i] < bounds.max[i] && split.region.max[i] > bounds.min[i]);
@@ -173,10 +173,10 @@ impl<'a> Batch<'a> {
                     let axes = [a, (a + 1) % 3, (a + 2) % 3];
                     let ball = bodies[body].ball.filter(|_| *ball).map(|[z, r]| BallPath::new(&piece, z, r));
                     let (low, high) = (axes.map(|i| area.min[i]), axes.map(|i| area.max[i]));
-                    list.push(Step::new(piece, ball, [low, high], k as u32, &bodies[body]));
+                    list.push(SweepStep::new(piece, ball, [low, high], k as u32, &bodies[body]));
                 }
             }
-            ready.push(Ready {
+            ready.push(ReadyItem {
                 body,
                 id: item.id,
                 removes: item.action == crate::Action::Remove,
@@ -190,8 +190,8 @@ impl<'a> Batch<'a> {
 
     /// Mark of an end of the material at `s` on a ray of set `a`, which a step made at the time `tau`; `sign` 1: with the upper
     /// end of its interval.
-    pub(crate) fn mark(&self, a: usize, by: f64, [s, u, v]: V, tau: f64, sign: f64) -> Mark {
-        let Some(step) = self.steps[a].get(by as usize) else { return Mark::NONE };
+    pub(crate) fn mark(&self, a: usize, by: f64, [s, u, v]: V, tau: f64, sign: f64) -> EndMark {
+        let Some(step) = self.steps[a].get(by as usize) else { return EndMark::NONE };
         let ready = &self.ready[step.item as usize];
         let n = if let Some(path) = &step.ball {
             let n = [0, 1, 2].map(|i| [s, u, v][i] - (path.start[i] + tau * path.way[i]));
@@ -201,7 +201,7 @@ impl<'a> Batch<'a> {
             let body = &self.bodies[ready.body];
             let sample = step.piece.sample(body, [s, u, v], tau);
             let way = norm(step.piece.travel) + step.piece.angle2.sqrt() * body.reach;
-            let ray = Ray { u, v, lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+            let ray = RayLine { u, v, lo: f64::NEG_INFINITY, hi: f64::INFINITY };
             swept_normal(&step.piece, body, &ray, (s, tau), sign, &sample, way)
         };
         // The material's outward normal is against the body's.
@@ -209,6 +209,6 @@ impl<'a> Batch<'a> {
         for i in 0..3 {
             world[(a + i) % 3] = -n[i];
         }
-        Mark::new(ready.id, world)
+        EndMark::new(ready.id, world)
     }
 }

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use crate::{
     field::dexel::TriDexel,
-    field::grid::{Grid, TILE},
+    field::grid::{RayGrid, TILE},
     field::step::{Batch, Split},
-    field::tile_work::{Scratch, Work},
+    field::tile_work::{Scratch, TileWork},
     kernels::meridian::Meridian,
-    looking::contact::{Contact, Moves},
-    looking::depth::{Depths, Lap, Measure},
+    looking::contact::{Contact, PassMotions},
+    looking::depth::{Depths, Measure, RayLap},
     looking::watch::Watch,
 };
 
@@ -110,7 +110,7 @@ impl TriDexel {
         let (index, bodies) = bodies_of(items);
         for chunk in chunks(items, measures) {
             let mut batch = self.batch(chunk.items, chunk.measures, &index[chunk.range.clone()], &bodies);
-            batch.moves = self.watch_engagement.then(|| Moves::new(chunk.items, &index[chunk.range.clone()]));
+            batch.moves = self.watch_engagement.then(|| PassMotions::new(chunk.items, &index[chunk.range.clone()]));
             let reports = &mut reports[chunk.range.clone()];
             let mut first = 0;
             while first < batch.ready.len() {
@@ -154,7 +154,7 @@ impl TriDexel {
     pub(crate) fn measure(
         &self,
         chunk: &ItemChunk<'_, '_>,
-        mut laps: Vec<Lap>,
+        mut laps: Vec<RayLap>,
         reports: &mut [SweepReport],
         depths: &mut Depths,
     ) {
@@ -256,12 +256,12 @@ impl TriDexel {
     }
 
     /// Carries out what the bins hold, on tiles that are taken out of the stock.
-    pub(crate) fn works(&mut self, batch: &Batch<'_>, bins: Bins) -> Vec<Work> {
+    pub(crate) fn works(&mut self, batch: &Batch<'_>, bins: Bins) -> Vec<TileWork> {
         let mut undo = self.history.as_mut();
-        let mut works: Vec<Work> = bins
+        let mut works: Vec<TileWork> = bins
             .tiles
             .into_iter()
-            .map(|(index, entries)| Work {
+            .map(|(index, entries)| TileWork {
                 index,
                 tile: std::mem::take(&mut self.tiles[index]),
                 lost: std::mem::take(&mut self.lost[index]),
@@ -281,8 +281,8 @@ impl TriDexel {
     }
 
     /// Puts tiles back, in rising order, and adds up what was met in them.
-    pub(crate) fn settle(&mut self, works: Vec<Work>, reports: &mut [SweepReport]) {
-        let cut = works.iter().any(Work::is_cut);
+    pub(crate) fn settle(&mut self, works: Vec<TileWork>, reports: &mut [SweepReport]) {
+        let cut = works.iter().any(TileWork::is_cut);
         let pass = self.passes + u32::from(cut);
         self.passes = pass;
         for work in works {
@@ -297,13 +297,13 @@ impl TriDexel {
                 if p.longest > report.overlap_mm {
                     let ray = usize::from(p.ray);
                     report.overlap_mm = p.longest;
-                    report.first_point = Some(Grid::point(a, p.middle, u(ray % TILE), v(ray / TILE)));
+                    report.first_point = Some(RayGrid::point(a, p.middle, u(ray % TILE), v(ray / TILE)));
                 }
                 let ends =
                     |bits: u8| [bits.trailing_zeros() as usize, 7_u32.saturating_sub(bits.leading_zeros()) as usize];
                 let (columns, rows) = (ends(p.columns), ends(p.rows));
-                let low = Grid::point(a, p.range[0], u(columns[0]), v(rows[0]));
-                let high = Grid::point(a, p.range[1], u(columns[1]), v(rows[1]));
+                let low = RayGrid::point(a, p.range[0], u(columns[0]), v(rows[0]));
+                let high = RayGrid::point(a, p.range[1], u(columns[1]), v(rows[1]));
                 let region = Aabb { min: low, max: high };
                 report.region = Some(report.region.map_or(region, |r| r.union(&region)));
             }

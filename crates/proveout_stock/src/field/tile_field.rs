@@ -10,16 +10,16 @@
 //! Which interval is where follows from the material alone, so results do not depend on how a program is cut into batches.
 
 use crate::{
-    field::grid::{Grid, TILE},
-    field::span::{Mark, SLIVER, Span},
+    field::grid::{RayGrid, TILE},
+    field::span::{EndMark, MaterialSpan, SLIVER},
     field::tile::Tile,
-    kernels::lane_blocks::{Places, measure_pair},
-    kernels::lane_set::{BLOCKS, Cut, LANES, Lanes, OLD, ROW, Strip, WIDE},
+    kernels::lane_blocks::{BlockCenters, measure_pair},
+    kernels::lane_set::{BLOCKS, LANES, LaneCut, LaneStrip, Lanes, OLD, ROW, WIDE},
 };
 
 /// One interval of each ray.
 #[derive(Debug, Default)]
-pub(crate) struct Layer {
+pub(crate) struct IntervalLayer {
     pub lanes: Lanes,
     /// Range of each row, mm; lo > hi: empty.
     pub row_lo: [f64; WIDE],
@@ -34,13 +34,13 @@ pub(crate) struct Layer {
 #[derive(Debug, Default)]
 pub(crate) struct Field {
     /// Those in use, and others that wait to be.
-    layers: Vec<Layer>,
+    layers: Vec<IntervalLayer>,
     depth: usize,
     columns: [f64; ROW],
     /// Ray centers along v of the rows, and the range along u.
     pub row_v: [f64; WIDE],
     pub u: [f64; 2],
-    pub places: Places,
+    pub places: BlockCenters,
     /// Range of all, mm.
     pub lo: f64,
     pub hi: f64,
@@ -48,7 +48,7 @@ pub(crate) struct Field {
     pub changed: bool,
 }
 
-impl Layer {
+impl IntervalLayer {
     /// Recomputes the range of a row.
     pub(crate) fn measure_row(&mut self, row: usize) {
         let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -73,13 +73,13 @@ impl Layer {
 
 impl Field {
     /// Spreads a tile out.
-    pub(crate) fn fill(&mut self, grid: &Grid, index: usize, tile: &Tile) {
+    pub(crate) fn fill(&mut self, grid: &RayGrid, index: usize, tile: &Tile) {
         let (a, [i0, j0]) = grid.tile_place(index);
         let (u_axis, v_axis) = ((a + 1) % 3, (a + 2) % 3);
         (self.depth, self.changed) = (0, false);
         self.columns = std::array::from_fn(|i| grid.center(u_axis, i0 + i));
         self.row_v = std::array::from_fn(|j| grid.center(v_axis, j0 + j));
-        self.places = Places::new(&self.columns, &self.row_v);
+        self.places = BlockCenters::new(&self.columns, &self.row_v);
         let last = grid.n[u_axis].min(i0 + TILE) - 1;
         self.u = [self.columns[0], grid.center(u_axis, last)];
         self.deepen();
@@ -104,9 +104,9 @@ impl Field {
     /// One layer more, empty.
     fn deepen(&mut self) {
         if self.depth == self.layers.len() {
-            self.layers.push(Layer::default());
+            self.layers.push(IntervalLayer::default());
         }
-        let Layer { lanes, row_lo, row_hi, block_lo, block_hi, unmeasured } = &mut self.layers[self.depth];
+        let IntervalLayer { lanes, row_lo, row_hi, block_lo, block_hi, unmeasured } = &mut self.layers[self.depth];
         lanes.clear();
         (*block_lo, *block_hi) = ([f64::INFINITY; BLOCKS], [f64::NEG_INFINITY; BLOCKS]);
         *unmeasured = 0;
@@ -117,11 +117,11 @@ impl Field {
         self.depth += 1;
     }
 
-    pub(crate) fn layers(&self) -> &[Layer] {
+    pub(crate) fn layers(&self) -> &[IntervalLayer] {
         &self.layers[..self.depth]
     }
 
-    pub(crate) fn layers_mut(&mut self) -> &mut [Layer] {
+    pub(crate) fn layers_mut(&mut self) -> &mut [IntervalLayer] {
         &mut self.layers[..self.depth]
     }
 
@@ -145,7 +145,7 @@ impl Field {
     }
 
     /// Puts an interval above interval `k` of its ray; those further up move up.
-    pub(crate) fn insert_above(&mut self, k: usize, strip: &Strip) {
+    pub(crate) fn insert_above(&mut self, k: usize, strip: &LaneStrip) {
         let r = usize::from(strip.ray);
         let mut carried = *strip;
         for next in k + 1.. {
@@ -191,8 +191,8 @@ impl Field {
     pub(crate) fn write(
         &self,
         tile: &mut Tile,
-        before: &mut Vec<Span>,
-        mut mark: impl FnMut(&Strip, bool, &[Span]) -> Mark,
+        before: &mut Vec<MaterialSpan>,
+        mut mark: impl FnMut(&LaneStrip, bool, &[MaterialSpan]) -> EndMark,
     ) {
         tile.rewrite(before, |r, before, spans| {
             for layer in self.layers() {
@@ -201,7 +201,7 @@ impl Field {
                 }
                 let strip = layer.lanes.strip(r);
                 let (lo_mark, hi_mark) = (mark(&strip, false, before), mark(&strip, true, before));
-                spans.push(Span { lo: strip.lo, hi: strip.hi, lo_mark, hi_mark });
+                spans.push(MaterialSpan { lo: strip.lo, hi: strip.hi, lo_mark, hi_mark });
             }
         });
     }
@@ -240,7 +240,7 @@ impl Partial {
     }
 
     /// Adds the overlap `lo..hi` with a strip, of which `length` is gone.
-    pub(crate) fn add(&mut self, strip: &Strip, [lo, hi]: [f64; 2], length: f64) {
+    pub(crate) fn add(&mut self, strip: &LaneStrip, [lo, hi]: [f64; 2], length: f64) {
         self.length += length;
         self.offer(hi - lo, 0.5 * (lo + hi), strip.ray);
         self.range = [self.range[0].min(lo), self.range[1].max(hi)];
@@ -250,15 +250,15 @@ impl Partial {
 }
 
 /// What is left of a strip when `from..to` goes: below, above, and the length that is gone; none when nothing is met.
-pub(crate) struct Left {
+pub(crate) struct StripRest {
     pub met: [f64; 2],
     pub gone: f64,
-    pub below: Option<Strip>,
-    pub above: Option<Strip>,
+    pub below: Option<LaneStrip>,
+    pub above: Option<LaneStrip>,
 }
 
-impl Left {
-    pub(crate) fn of(strip: &Strip, cut: &Cut) -> Option<Self> {
+impl StripRest {
+    pub(crate) fn of(strip: &LaneStrip, cut: &LaneCut) -> Option<Self> {
         let (from, to) = (cut.from.max(strip.lo), cut.to.min(strip.hi));
         if to - from <= SLIVER {
             return None;
@@ -266,11 +266,11 @@ impl Left {
         let mut gone = strip.hi - strip.lo;
         let below = (from - strip.lo > SLIVER).then(|| {
             gone -= from - strip.lo;
-            Strip { hi: from, hi_by: cut.from_by, hi_tau: cut.from_tau, ..*strip }
+            LaneStrip { hi: from, hi_by: cut.from_by, hi_tau: cut.from_tau, ..*strip }
         });
         let above = (strip.hi - to > SLIVER).then(|| {
             gone -= strip.hi - to;
-            Strip { lo: to, lo_by: cut.to_by, lo_tau: cut.to_tau, ..*strip }
+            LaneStrip { lo: to, lo_by: cut.to_by, lo_tau: cut.to_tau, ..*strip }
         });
         Some(Self { met: [from, to], gone, below, above })
     }

@@ -1,7 +1,7 @@
 //! The kernels on the lanes that the steps of an item may meet: where these are, or side by side.
 
 use crate::{
-    field::step::{Batch, Ready},
+    field::step::{Batch, ReadyItem},
     field::tile_work::Scratch,
     kernels::lane_bits::rows_with,
     kernels::lane_search::STEPS,
@@ -10,7 +10,7 @@ use crate::{
 
 impl Batch<'_> {
     /// The steps on all lanes that they may meet; true when some may be left without proof.
-    pub(crate) fn on_near(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
+    pub(crate) fn on_near(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) -> bool {
         if self.gathers(a, scratch) { self.gathered(ready, a, scratch) } else { self.in_place(ready, a, scratch) }
     }
 
@@ -34,7 +34,7 @@ impl Batch<'_> {
     }
 
     /// The steps on the lanes that they may meet, where these are; true when some may be left without proof.
-    fn in_place(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
+    fn in_place(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) -> bool {
         let Scratch { field, near, .. } = scratch;
         let mut open = false;
         for &(_, l, which) in near.iter() {
@@ -53,7 +53,7 @@ impl Batch<'_> {
     }
 
     /// The same, the lanes of all layers side by side.
-    fn gathered(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
+    fn gathered(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) -> bool {
         let Scratch { field, near, asked, gathered, .. } = scratch;
         let mut open = false;
         // Layers and lanes that wait for their turn.

@@ -16,7 +16,7 @@ impl SurfaceMesh {
     /// The part inside of a box, its faces included.
     #[must_use]
     pub fn inside(&self, bounds: &Aabb) -> Self {
-        let mut cutter = Cutter::new(self);
+        let mut cutter = MeshClipper::new(self);
         let mut kept = Vec::new();
         for t in &self.mesh.triangles {
             kept.extend(fan(&cutter.divide(t.to_vec(), bounds, 0).0));
@@ -30,7 +30,7 @@ impl SurfaceMesh {
         if boxes.is_empty() {
             return self.clone();
         }
-        let mut cutter = Cutter::new(self);
+        let mut cutter = MeshClipper::new(self);
         let mut kept = Vec::new();
         for t in &self.mesh.triangles {
             let mut left = vec![t.to_vec()];
@@ -48,13 +48,13 @@ fn fan(polygon: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     polygon.windows(2).skip(1).map(|w| [polygon[0], w[0], w[1]])
 }
 
-struct Cutter {
+struct MeshClipper {
     out: SurfaceMesh,
     /// Vertices on cut edges, by the ends of the edge (the smaller first) and the number of the plane.
     cuts: HashMap<(u32, u32, u32), u32>,
 }
 
-impl Cutter {
+impl MeshClipper {
     fn new(surface: &SurfaceMesh) -> Self {
         Self { out: surface.clone(), cuts: HashMap::new() }
     }

@@ -11,11 +11,11 @@
 //!
 //! then these bytes, the id less the id before as zigzag LEB128, and the four bytes of the packed normal.
 
-use crate::field::span::{End, Mark};
+use crate::field::span::{EndMark, SpanEnd};
 
 /// What is wrong with some bytes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Fault {
+pub(crate) struct ByteFault {
     /// Place in the payload, bytes.
     pub at: usize,
     pub what: &'static str,
@@ -36,7 +36,7 @@ pub(crate) fn digest_of(parts: &[&[u8]]) -> u64 {
 #[derive(Default)]
 pub(crate) struct Encoder {
     pub bytes: Vec<u8>,
-    before: Vec<End>,
+    before: Vec<SpanEnd>,
 }
 
 impl Encoder {
@@ -54,7 +54,7 @@ impl Encoder {
     }
 
     /// Writes an end as its difference from the last one of the same `kind`.
-    pub(crate) fn end(&mut self, kind: usize, end: End) {
+    pub(crate) fn end(&mut self, kind: usize, end: SpanEnd) {
         let before = slot(&mut self.before, kind);
         let change = (end.s.to_bits() ^ before.s.to_bits()).to_le_bytes();
         let count = 8 - change.iter().rev().take_while(|b| **b == 0).count();
@@ -72,9 +72,9 @@ impl Encoder {
     }
 }
 
-fn slot(before: &mut Vec<End>, kind: usize) -> &mut End {
+fn slot(before: &mut Vec<SpanEnd>, kind: usize) -> &mut SpanEnd {
     if before.len() <= kind {
-        before.resize(kind + 1, End { s: 0.0, mark: Mark::from_code(0, 0) });
+        before.resize(kind + 1, SpanEnd { s: 0.0, mark: EndMark::from_code(0, 0) });
     }
     &mut before[kind]
 }
@@ -83,7 +83,7 @@ fn slot(before: &mut Vec<End>, kind: usize) -> &mut End {
 pub(crate) struct Decoder<'a> {
     bytes: &'a [u8],
     pub at: usize,
-    before: Vec<End>,
+    before: Vec<SpanEnd>,
 }
 
 impl<'a> Decoder<'a> {
@@ -91,8 +91,8 @@ impl<'a> Decoder<'a> {
         Self { bytes, at: 0, before: Vec::new() }
     }
 
-    pub(crate) fn fault(&self, what: &'static str) -> Fault {
-        Fault { at: self.at, what }
+    pub(crate) fn fault(&self, what: &'static str) -> ByteFault {
+        ByteFault { at: self.at, what }
     }
 
     pub(crate) fn is_done(&self) -> bool {
@@ -104,7 +104,7 @@ impl<'a> Decoder<'a> {
         self.bytes.len() - self.at
     }
 
-    fn take<const N: usize>(&mut self, count: usize) -> Result<[u8; N], Fault> {
+    fn take<const N: usize>(&mut self, count: usize) -> Result<[u8; N], ByteFault> {
         let from = self.bytes.get(self.at..self.at + count).ok_or_else(|| self.fault("it ends in the middle"))?;
         let mut out = [0; N];
         out[..count].copy_from_slice(from);
@@ -113,11 +113,11 @@ impl<'a> Decoder<'a> {
     }
 
     /// Three bytes.
-    pub(crate) fn three(&mut self) -> Result<[u8; 3], Fault> {
+    pub(crate) fn three(&mut self) -> Result<[u8; 3], ByteFault> {
         self.take::<3>(3)
     }
 
-    pub(crate) fn number(&mut self) -> Result<u64, Fault> {
+    pub(crate) fn number(&mut self) -> Result<u64, ByteFault> {
         let mut x = 0_u64;
         for shift in (0..64).step_by(7) {
             let [byte] = self.take::<1>(1)?;
@@ -133,11 +133,11 @@ impl<'a> Decoder<'a> {
         Err(self.fault("a number is too long"))
     }
 
-    pub(crate) fn real(&mut self) -> Result<f64, Fault> {
+    pub(crate) fn real(&mut self) -> Result<f64, ByteFault> {
         Ok(f64::from_bits(u64::from_le_bytes(self.take::<8>(8)?)))
     }
 
-    pub(crate) fn end(&mut self, kind: usize) -> Result<End, Fault> {
+    pub(crate) fn end(&mut self, kind: usize) -> Result<SpanEnd, ByteFault> {
         let [control] = self.take::<1>(1)?;
         let count = usize::from(control & 15);
         if count > 8 || control >> 6 != 0 {
@@ -155,7 +155,7 @@ impl<'a> Decoder<'a> {
         if !s.is_finite() {
             return Err(self.fault("a height is not finite"));
         }
-        let end = End { s, mark: Mark::from_code(id, code) };
+        let end = SpanEnd { s, mark: EndMark::from_code(id, code) };
         *slot(&mut self.before, kind) = end;
         Ok(end)
     }
@@ -175,11 +175,11 @@ mod tests {
             state ^= state << 17;
             state
         };
-        let ends: Vec<(usize, End)> = (0..20_000)
+        let ends: Vec<(usize, SpanEnd)> = (0..20_000)
             .map(|_| {
                 let s = (random() >> 12) as f64 / 1e14 - 20.0;
                 let id = if random() % 5 == 0 { INITIAL } else { (random() % 70_000) as u32 };
-                ((random() % 4) as usize, End { s, mark: Mark::from_code(id, random() as u32) })
+                ((random() % 4) as usize, SpanEnd { s, mark: EndMark::from_code(id, random() as u32) })
             })
             .collect();
         let mut encoder = Encoder::default();

@@ -10,11 +10,11 @@ use thiserror::Error;
 use crate::{
     StockError,
     field::dexel::TriDexel,
-    field::grid::Grid,
+    field::grid::RayGrid,
     field::raw::Cells,
-    field::span::Span,
-    keeping::codec::{Decoder, Encoder, Fault, digest, digest_of},
-    keeping::history::{Change, History, Undo},
+    field::span::MaterialSpan,
+    keeping::codec::{ByteFault, Decoder, Encoder, digest, digest_of},
+    keeping::history::{History, RayChange, Undo},
     keeping::regrid::Regrid,
 };
 
@@ -90,8 +90,8 @@ pub enum StockFileError {
     Stock(#[from] StockError),
 }
 
-impl From<Fault> for StockFileError {
-    fn from(f: Fault) -> Self {
+impl From<ByteFault> for StockFileError {
+    fn from(f: ByteFault) -> Self {
         Self::Content { what: f.what, at: f.at as u64 }
     }
 }
@@ -256,7 +256,7 @@ impl TriDexel {
                 let spans = self.spans(a, i, j);
                 intervals += spans.len() as u64;
                 out.number(spans.len() as u64);
-                for (k, end) in spans.iter().flat_map(Span::ends).enumerate() {
+                for (k, end) in spans.iter().flat_map(MaterialSpan::ends).enumerate() {
                     out.end(k, end);
                 }
             }
@@ -315,7 +315,7 @@ impl TriDexel {
                 for _ in 0..put {
                     undo.ends.push(input.end(UNDO_KIND)?);
                 }
-                undo.changes.push(Change { id, at, take, put, ray });
+                undo.changes.push(RayChange { id, at, take, put, ray });
             }
             history.tiles.push(undo);
         }
@@ -327,14 +327,14 @@ impl TriDexel {
 }
 
 /// A number up to `most`.
-fn small(input: &mut Decoder<'_>, most: u32) -> Result<u32, Fault> {
+fn small(input: &mut Decoder<'_>, most: u32) -> Result<u32, ByteFault> {
     let x = input.number()?;
     u32::try_from(x).ok().filter(|x| *x <= most).ok_or_else(|| input.fault("a count is out of range"))
 }
 
 impl Header {
     /// The grid, when all that the header announces can be.
-    fn checked_grid(&self, limit_bytes: u64) -> Result<Grid, StockFileError> {
+    fn checked_grid(&self, limit_bytes: u64) -> Result<RayGrid, StockFileError> {
         let absurd = |what: String| Err(StockFileError::Header { what });
         let b = &self.bounds;
         if !(0..3).all(|i| b.min[i].is_finite() && b.max[i].is_finite()) {
@@ -352,7 +352,7 @@ impl Header {
                 self.intervals, self.lengths[0]
             ));
         }
-        let needed = (self.intervals.saturating_mul(size_of::<Span>() as u64)).saturating_add(self.lengths[1]);
+        let needed = (self.intervals.saturating_mul(size_of::<MaterialSpan>() as u64)).saturating_add(self.lengths[1]);
         if needed > limit_bytes {
             let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
             return absurd(format!(
@@ -373,16 +373,16 @@ impl Header {
 /// Intervals of all rays of a set.
 struct Rays {
     start: Vec<usize>,
-    spans: Vec<Span>,
+    spans: Vec<MaterialSpan>,
 }
 
 impl Rays {
-    fn ray(&self, r: usize) -> &[Span] {
+    fn ray(&self, r: usize) -> &[MaterialSpan] {
         &self.spans[self.start[r]..self.start[r + 1]]
     }
 }
 
-fn decode_sets(bytes: &[u8], grid: &Grid, intervals: u64) -> Result<Vec<Rays>, StockFileError> {
+fn decode_sets(bytes: &[u8], grid: &RayGrid, intervals: u64) -> Result<Vec<Rays>, StockFileError> {
     let mut parts = Vec::with_capacity(3);
     let mut at = 0;
     for a in 0..3 {
@@ -398,9 +398,9 @@ fn decode_sets(bytes: &[u8], grid: &Grid, intervals: u64) -> Result<Vec<Rays>, S
     if at != bytes.len() {
         return Err(StockFileError::Content { what: "bytes are left after the rays", at: at as u64 });
     }
-    let sets: Result<Vec<Rays>, Fault> = parts
+    let sets: Result<Vec<Rays>, ByteFault> = parts
         .into_par_iter()
-        .map(|(a, at, part)| decode_set(part, grid, a).map_err(|f| Fault { at: f.at + at, ..f }))
+        .map(|(a, at, part)| decode_set(part, grid, a).map_err(|f| ByteFault { at: f.at + at, ..f }))
         .collect();
     let sets = sets?;
     if sets.iter().map(|s| s.spans.len() as u64).sum::<u64>() != intervals {
@@ -409,7 +409,7 @@ fn decode_sets(bytes: &[u8], grid: &Grid, intervals: u64) -> Result<Vec<Rays>, S
     Ok(sets)
 }
 
-fn decode_set(bytes: &[u8], grid: &Grid, a: usize) -> Result<Rays, Fault> {
+fn decode_set(bytes: &[u8], grid: &RayGrid, a: usize) -> Result<Rays, ByteFault> {
     let mut input = Decoder::new(bytes);
     let rays = grid.n[(a + 1) % 3] * grid.n[(a + 2) % 3];
     let mut out = Rays { start: Vec::with_capacity(rays + 1), spans: Vec::new() };
@@ -428,7 +428,7 @@ fn decode_set(bytes: &[u8], grid: &Grid, a: usize) -> Result<Rays, Fault> {
                 return Err(input.fault("the ends on a ray do not rise, or leave the box"));
             }
             last = hi.s;
-            out.spans.push(Span::from_ends(lo, hi));
+            out.spans.push(MaterialSpan::from_ends(lo, hi));
         }
         out.start.push(out.spans.len());
     }

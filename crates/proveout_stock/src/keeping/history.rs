@@ -19,14 +19,14 @@ use thiserror::Error;
 use crate::{
     field::dexel::TriDexel,
     field::grid::TILE_RAYS,
-    field::lost::Lost,
-    field::span::{End, Span},
+    field::lost::LastEmptied,
+    field::span::{MaterialSpan, SpanEnd},
     field::tile::Tile,
 };
 
 /// One change of one ray: how to take it back.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Change {
+pub(crate) struct RayChange {
     /// The item that made it.
     pub id: u32,
     /// Index of the first end that differs.
@@ -41,9 +41,9 @@ pub(crate) struct Change {
 /// The log of one tile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Undo {
-    pub changes: Vec<Change>,
+    pub changes: Vec<RayChange>,
     /// Ends to put back, in the order of the changes.
-    pub ends: Vec<End>,
+    pub ends: Vec<SpanEnd>,
     /// A ray had more ends than the log can count.
     pub broken: bool,
 }
@@ -82,7 +82,7 @@ pub(crate) struct History {
     pub ended: Vec<(u32, f64)>,
 }
 
-fn is_later(change: &Change, id: Option<u32>) -> bool {
+fn is_later(change: &RayChange, id: Option<u32>) -> bool {
     id.is_none_or(|id| change.id > id)
 }
 
@@ -95,7 +95,7 @@ impl Undo {
         id: u32,
         [n, m]: [usize; 2],
         same: impl Fn(usize, usize) -> bool,
-        old: impl FnMut(usize) -> End,
+        old: impl FnMut(usize) -> SpanEnd,
     ) {
         let shorter = n.min(m);
         let first = (0..shorter).find(|&k| !same(k, k)).unwrap_or(shorter);
@@ -103,7 +103,7 @@ impl Undo {
         let (put, take) = (n - last - first, m - last - first);
         let small = |x: usize| u16::try_from(x);
         if let (Ok(at), Ok(take), Ok(put)) = (small(first), small(take), small(put)) {
-            self.changes.push(Change { id, at, take, put, ray });
+            self.changes.push(RayChange { id, at, take, put, ray });
             self.ends.extend((first..n - last).map(old));
         } else {
             self.broken = true;
@@ -111,7 +111,7 @@ impl Undo {
     }
 
     /// Takes back the changes of later items than `id` (all without one), on the ends of the rays.
-    fn back_to(&self, id: Option<u32>, rays: &mut [Vec<End>]) {
+    fn back_to(&self, id: Option<u32>, rays: &mut [Vec<SpanEnd>]) {
         let mut left = self.ends.len();
         for change in self.changes.iter().rev().take_while(|c| is_later(c, id)) {
             let (at, take) = (usize::from(change.at), usize::from(change.take));
@@ -124,7 +124,7 @@ impl Undo {
     }
 
     fn heap_bytes(&self) -> u64 {
-        (self.changes.capacity() * size_of::<Change>() + self.ends.capacity() * size_of::<End>()) as u64
+        (self.changes.capacity() * size_of::<RayChange>() + self.ends.capacity() * size_of::<SpanEnd>()) as u64
     }
 }
 
@@ -208,11 +208,11 @@ impl TriDexel {
             if undo.changes.last().is_none_or(|c| !is_later(c, id)) {
                 return tile.clone();
             }
-            let mut rays: Vec<Vec<End>> =
-                (0..TILE_RAYS).map(|r| tile.ray(r).iter().flat_map(Span::ends).collect()).collect();
+            let mut rays: Vec<Vec<SpanEnd>> =
+                (0..TILE_RAYS).map(|r| tile.ray(r).iter().flat_map(MaterialSpan::ends).collect()).collect();
             undo.back_to(id, &mut rays);
             Tile::from_rays(|r, spans| {
-                spans.extend(rays[r].chunks_exact(2).map(|e| Span::from_ends(e[0], e[1])));
+                spans.extend(rays[r].chunks_exact(2).map(|e| MaterialSpan::from_ends(e[0], e[1])));
             })
         });
         Ok(self.with_tiles(tiles.collect()))
@@ -252,7 +252,7 @@ impl TriDexel {
             passes: 0,
             cut_in: vec![0; self.cut_in.len()],
             history: None,
-            lost: vec![Lost::default(); self.tiles.len()],
+            lost: vec![LastEmptied::default(); self.tiles.len()],
             watch_engagement: self.watch_engagement,
             empty_rows: Vec::new(),
         }

@@ -29,7 +29,7 @@ use crate::{
     field::dexel::TriDexel,
     field::mesh_rays::Shells,
     field::raw::Cells,
-    field::span::{End, INITIAL, Mark, Span},
+    field::span::{EndMark, INITIAL, MaterialSpan, SpanEnd},
 };
 
 /// Rounding of the rays' places in a mesh, mm.
@@ -140,14 +140,14 @@ impl TriDexel {
         let bounds = self.turned_bounds(turn, shift);
         let grid = Self::plan(&bounds, Cells(turn.from.map(|a| old.cells[a])), limit_bytes)?;
         let identity = (0..3).all(|k| turn.from[k] == k && turn.sign[k] > 0.0);
-        let end = |e: End, k: usize| {
+        let end = |e: SpanEnd, k: usize| {
             let mark = if identity {
-                Mark::from_code(INITIAL, e.mark.code())
+                EndMark::from_code(INITIAL, e.mark.code())
             } else {
                 let n = e.mark.normal();
-                Mark::new(INITIAL, [0, 1, 2].map(|i| turn.sign[i] * n[turn.from[i]]))
+                EndMark::new(INITIAL, [0, 1, 2].map(|i| turn.sign[i] * n[turn.from[i]]))
             };
-            End { s: turn.sign[k] * e.s + shift[k], mark }
+            SpanEnd { s: turn.sign[k] * e.s + shift[k], mark }
         };
         let counts = grid.n;
         let mut new = Self::filled(grid, |k, i, j| {
@@ -162,9 +162,9 @@ impl TriDexel {
             }
             let spans = self.spans(a, u, v).iter().map(|s| s.ends().map(|e| end(e, k)));
             if turn.sign[k] > 0.0 {
-                spans.map(|[lo, hi]| Span::from_ends(lo, hi)).collect()
+                spans.map(|[lo, hi]| MaterialSpan::from_ends(lo, hi)).collect()
             } else {
-                spans.rev().map(|[lo, hi]| Span::from_ends(hi, lo)).collect()
+                spans.rev().map(|[lo, hi]| MaterialSpan::from_ends(hi, lo)).collect()
             }
         });
         new.regrid = self.regrid;
@@ -217,7 +217,7 @@ impl TriDexel {
 
 /// The part of the error at a vertex of the mesh that follows from the crossings of its cell.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Spread {
+pub(crate) struct VertexSpread {
     /// Height of the largest triangle of tangents, and distance from the tangent planes, mm.
     pub height: f64,
     /// The normals turn by more than [`EDGE_COSINE`] allows.
@@ -228,8 +228,8 @@ pub(crate) struct Spread {
 const EDGE_COSINE: f64 = 0.866;
 
 /// Looks at the crossings (point and unit normal) of a vertex.
-pub(crate) fn spread(vertex: &Point, crossings: &[(Point, Vector)]) -> Spread {
-    let mut out = Spread::default();
+pub(crate) fn spread(vertex: &Point, crossings: &[(Point, Vector)]) -> VertexSpread {
+    let mut out = VertexSpread::default();
     let mut off = 0.0_f64;
     for (k, (p, n)) in crossings.iter().enumerate() {
         off = off.max(n.dot(&(vertex - p)).abs());

@@ -21,20 +21,20 @@ use crate::{
     StockFileError,
     field::{
         dexel::TriDexel,
-        grid::Grid,
-        span::Mark,
+        grid::RayGrid,
+        span::EndMark,
         sweep::{SweepItem, SweepReport, bodies_of, chunks},
         tile::Tile,
         tile_field::Partial,
-        tile_work::Work,
+        tile_work::TileWork,
     },
     keeping::{
-        codec::{Decoder, Encoder, Fault},
+        codec::{ByteFault, Decoder, Encoder},
         sweep_log::{below, rays_end_in, read_lost, read_tile, read_undo, write_lost, write_tile, write_undo},
     },
     looking::{
-        contact::{Contact, Moves},
-        depth::{Depths, Lap, Measure},
+        contact::{Contact, PassMotions},
+        depth::{Depths, Measure, RayLap},
         watch::Watch,
     },
 };
@@ -59,7 +59,7 @@ fn shares_of(loads: &[u64], shares: u16) -> Vec<u16> {
 }
 
 /// Rows of tiles, over all three sets: the row of every tile.
-fn rows(grid: &Grid) -> Vec<usize> {
+fn rows(grid: &RayGrid) -> Vec<usize> {
     let mut first = 0;
     let mut all = Vec::with_capacity(grid.first_tile[3]);
     for [across, rows] in grid.tiles {
@@ -171,7 +171,7 @@ impl TriDexel {
         let mut reports = vec![SweepReport::default(); items.len()];
         for chunk in chunks(items, measures) {
             let mut batch = self.batch(chunk.items, chunk.measures, &index[chunk.range.clone()], &bodies);
-            batch.moves = self.watch_engagement.then(|| Moves::new(chunk.items, &index[chunk.range.clone()]));
+            batch.moves = self.watch_engagement.then(|| PassMotions::new(chunk.items, &index[chunk.range.clone()]));
             out.real(self.sweep_bound);
             let mut first = 0;
             while first < batch.ready.len() {
@@ -247,8 +247,8 @@ impl TriDexel {
         &mut self,
         input: &mut Decoder<'_>,
         (items, until): (usize, usize),
-        works: &mut Vec<Work>,
-    ) -> Result<(), Fault> {
+        works: &mut Vec<TileWork>,
+    ) -> Result<(), ByteFault> {
         let mut tile = 0;
         for k in 0..below(input, self.tiles.len() as u64 + 1, "more tiles than the stock has")? {
             let step = below(input, (self.tiles.len() - tile) as u64, "a tile that the stock does not have")? as usize;
@@ -257,7 +257,7 @@ impl TriDexel {
             }
             tile += step;
             let undo = self.history.as_mut().map(|h| std::mem::take(&mut h.tiles[tile]));
-            let mut work = Work {
+            let mut work = TileWork {
                 index: tile,
                 tile: std::mem::take(&mut self.tiles[tile]),
                 lost: std::mem::take(&mut self.lost[tile]),
@@ -274,7 +274,7 @@ impl TriDexel {
     }
 }
 
-fn write_work(out: &mut Encoder, work: &Work, known: usize) {
+fn write_work(out: &mut Encoder, work: &TileWork, known: usize) {
     let undo = work.watch.undo.as_ref();
     out.number(if work.is_cut() { CUT } else { 0 } | if undo.is_some() { UNDO } else { 0 });
     out.number(work.found.len() as u64);
@@ -313,12 +313,12 @@ fn write_work(out: &mut Encoder, work: &Work, known: usize) {
     }
 }
 
-fn read_work(input: &mut Decoder<'_>, work: &mut Work, (items, room): (usize, [f64; 2])) -> Result<(), Fault> {
+fn read_work(input: &mut Decoder<'_>, work: &mut TileWork, (items, room): (usize, [f64; 2])) -> Result<(), ByteFault> {
     let kind = below(input, 2 * UNDO, "a tile of no known kind")?;
     if (kind & UNDO != 0) != work.watch.undo.is_some() {
         return Err(input.fault("one keeps a history, and the other does not"));
     }
-    let item = |input: &mut Decoder<'_>| Ok::<u32, Fault>(below(input, items as u64, "an invalid item")? as u32);
+    let item = |input: &mut Decoder<'_>| Ok::<u32, ByteFault>(below(input, items as u64, "an invalid item")? as u32);
     for _ in 0..below(input, items as u64 + 1, "more items than there are")? {
         let mut p = Partial::new(item(input)?);
         p.rays = below(input, 65, "more rays than a tile has")? as u32;
@@ -332,24 +332,24 @@ fn read_work(input: &mut Decoder<'_>, work: &mut Work, (items, room): (usize, [f
     }
     for _ in 0..below(input, items as u64 + 1, "more items than there are")? {
         let at = item(input)?;
-        let mut pair = || Ok::<[f64; 2], Fault>([input.real()?, input.real()?]);
+        let mut pair = || Ok::<[f64; 2], ByteFault>([input.real()?, input.real()?]);
         let [height, across, angle] = [pair()?, pair()?, pair()?];
         work.watch.contacts.push((at, Contact { height, across, angle, advance: input.real()? }));
     }
     for _ in 0..below(input, input.left() as u64 + 1, "more intervals than there are bytes")? {
         let at = item(input)?;
         let set = below(input, 3, "an invalid set of rays")? as u8;
-        let mut place = || Ok::<u32, Fault>(below(input, 1 << 32, "an invalid ray")? as u32);
+        let mut place = || Ok::<u32, ByteFault>(below(input, 1 << 32, "an invalid ray")? as u32);
         let ray = (set, place()?, place()?);
         let (lo, hi) = (input.real()?, input.real()?);
         let mut ends = [None; 2];
         for end in &mut ends {
             if below(input, 2, "an invalid flag")? == 1 {
-                let mut half = || Ok::<u32, Fault>(below(input, 1 << 32, "an invalid mark")? as u32);
-                *end = Some(Mark::from_code(half()?, half()?));
+                let mut half = || Ok::<u32, ByteFault>(below(input, 1 << 32, "an invalid mark")? as u32);
+                *end = Some(EndMark::from_code(half()?, half()?));
             }
         }
-        work.laps.push(Lap { item: at, ray, lo, hi, ends });
+        work.laps.push(RayLap { item: at, ray, lo, hi, ends });
     }
     if kind & CUT != 0 {
         work.changed = [input.real()?, input.real()?];

@@ -15,15 +15,15 @@ use crate::{
     StockFileError,
     field::{
         dexel::TriDexel,
-        grid::{Grid, TILE_RAYS},
-        lost::Lost,
-        span::{INITIAL, Span},
+        grid::{RayGrid, TILE_RAYS},
+        lost::LastEmptied,
+        span::{INITIAL, MaterialSpan},
         sweep::SweepReport,
         tile::Tile,
     },
     keeping::{
-        codec::{Decoder, Encoder, Fault},
-        history::Change,
+        codec::{ByteFault, Decoder, Encoder},
+        history::RayChange,
     },
     looking::{contact::Contact, depth::Depths},
 };
@@ -188,7 +188,7 @@ impl<'a> SweepReplay<'a> {
             if bits & DEPTH != 0 {
                 report.depth_mm = Some(input.real()?);
             }
-            let point = |input: &mut Decoder<'a>| -> Result<proveout_geom::Point, Fault> {
+            let point = |input: &mut Decoder<'a>| -> Result<proveout_geom::Point, ByteFault> {
                 Ok(proveout_geom::Point::new(input.real()?, input.real()?, input.real()?))
             };
             if bits & POINT != 0 {
@@ -198,7 +198,7 @@ impl<'a> SweepReplay<'a> {
                 report.region = Some(proveout_geom::Aabb { min: point(input)?, max: point(input)? });
             }
             if bits & CONTACT != 0 {
-                let mut pair = || -> Result<[f64; 2], Fault> { Ok([input.real()?, input.real()?]) };
+                let mut pair = || -> Result<[f64; 2], ByteFault> { Ok([input.real()?, input.real()?]) };
                 let [height, across, angle] = [pair()?, pair()?, pair()?];
                 report.contact = Some(Contact { height, across, angle, advance: input.real()? });
             }
@@ -222,13 +222,13 @@ impl<'a> SweepReplay<'a> {
 }
 
 /// A number below `limit`.
-pub(crate) fn below(input: &mut Decoder<'_>, limit: u64, what: &'static str) -> Result<u64, Fault> {
+pub(crate) fn below(input: &mut Decoder<'_>, limit: u64, what: &'static str) -> Result<u64, ByteFault> {
     let x = input.number()?;
     if x < limit { Ok(x) } else { Err(input.fault(what)) }
 }
 
 /// Who emptied which rays.
-pub(crate) fn write_lost(out: &mut Encoder, lost: &Lost) {
+pub(crate) fn write_lost(out: &mut Encoder, lost: &LastEmptied) {
     let emptied = (0..TILE_RAYS).filter_map(|r| Some((r, lost.of(r)?)));
     out.number(emptied.clone().count() as u64);
     for (ray, id) in emptied {
@@ -237,8 +237,8 @@ pub(crate) fn write_lost(out: &mut Encoder, lost: &Lost) {
     }
 }
 
-pub(crate) fn read_lost(input: &mut Decoder<'_>) -> Result<Lost, Fault> {
-    let mut lost = Lost::default();
+pub(crate) fn read_lost(input: &mut Decoder<'_>) -> Result<LastEmptied, ByteFault> {
+    let mut lost = LastEmptied::default();
     for _ in 0..below(input, TILE_RAYS as u64 + 1, "more rays than a tile has")? {
         let ray = below(input, TILE_RAYS as u64, "a ray that the tile does not have")? as usize;
         lost.set(ray, below(input, u64::from(INITIAL), "an invalid id")? as u32);
@@ -251,23 +251,23 @@ pub(crate) fn write_tile(out: &mut Encoder, tile: &Tile) {
     for ray in 0..TILE_RAYS {
         let spans = tile.ray(ray);
         out.number(spans.len() as u64);
-        for (k, end) in spans.iter().flat_map(Span::ends).enumerate() {
+        for (k, end) in spans.iter().flat_map(MaterialSpan::ends).enumerate() {
             out.end(UNDO_KIND + 1 + k, end);
         }
     }
 }
 
 /// Range in which the rays of a tile may end: a cell of play, since they may end by rounding outside of the box.
-pub(crate) fn rays_end_in(grid: &Grid, tile: usize) -> [f64; 2] {
+pub(crate) fn rays_end_in(grid: &RayGrid, tile: usize) -> [f64; 2] {
     let (axis, _) = grid.tile_place(tile);
     let play = grid.cells[axis];
     [grid.bounds.min[axis] - play, grid.bounds.max[axis] + play]
 }
 
-pub(crate) fn read_tile(input: &mut Decoder<'_>, [low, high]: [f64; 2]) -> Result<Tile, Fault> {
+pub(crate) fn read_tile(input: &mut Decoder<'_>, [low, high]: [f64; 2]) -> Result<Tile, ByteFault> {
     // Twice what is there at most is kept free, see `Tile::rewrite`.
     let room = below(input, u64::from(u32::MAX), "a tile without bounds")? as usize;
-    let mut rays: Vec<Vec<Span>> = Vec::with_capacity(TILE_RAYS);
+    let mut rays: Vec<Vec<MaterialSpan>> = Vec::with_capacity(TILE_RAYS);
     for _ in 0..TILE_RAYS {
         let count = input.number()?;
         if count.saturating_mul(LEAST_INTERVAL) > input.left() as u64 {
@@ -280,7 +280,7 @@ pub(crate) fn read_tile(input: &mut Decoder<'_>, [low, high]: [f64; 2]) -> Resul
                 return Err(input.fault("the ends on a ray do not rise, or leave the box"));
             }
             last = hi.s;
-            spans.push(Span::from_ends(lo, hi));
+            spans.push(MaterialSpan::from_ends(lo, hi));
         }
         rays.push(spans);
     }
@@ -308,7 +308,7 @@ pub(crate) fn write_undo(out: &mut Encoder, undo: &crate::keeping::history::Undo
     }
 }
 
-pub(crate) fn read_undo(input: &mut Decoder<'_>, undo: &mut crate::keeping::history::Undo) -> Result<(), Fault> {
+pub(crate) fn read_undo(input: &mut Decoder<'_>, undo: &mut crate::keeping::history::Undo) -> Result<(), ByteFault> {
     let [changes_room, ends_room] = [input.number()?, input.number()?];
     undo.broken |= below(input, 2, "an invalid flag")? == 1;
     let count = below(input, input.left() as u64 + 1, "more changes than there are bytes")?;
@@ -316,10 +316,10 @@ pub(crate) fn read_undo(input: &mut Decoder<'_>, undo: &mut crate::keeping::hist
     for _ in 0..count {
         let ray = below(input, TILE_RAYS as u64, "a ray that the tile does not have")? as u8;
         let id = below(input, u64::from(INITIAL), "an invalid id")? as u32;
-        let mut small = || Ok::<u16, Fault>(below(input, u64::from(u16::MAX) + 1, "a count out of range")? as u16);
+        let mut small = || Ok::<u16, ByteFault>(below(input, u64::from(u16::MAX) + 1, "a count out of range")? as u16);
         let [at, take, put] = [small()?, small()?, small()?];
         ends += usize::from(put);
-        undo.changes.push(Change { id, at, take, put, ray });
+        undo.changes.push(RayChange { id, at, take, put, ray });
     }
     for _ in 0..ends {
         undo.ends.push(input.end(UNDO_KIND)?);

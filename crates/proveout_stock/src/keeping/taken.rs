@@ -9,19 +9,19 @@ use proveout_geom::Aabb;
 
 use crate::{
     StockPart, TriDexel,
-    field::grid::{Grid, TILE, TILE_RAYS},
-    field::lost::Lost,
-    field::span::{End, Span},
+    field::grid::{RayGrid, TILE, TILE_RAYS},
+    field::lost::LastEmptied,
+    field::span::{MaterialSpan, SpanEnd},
     field::tile::Tile,
     looking::parts::Labels,
 };
 
 /// What a tile was before a part was taken from it.
 #[derive(Clone, Debug)]
-struct Before {
+struct TileBefore {
     index: usize,
     tile: Tile,
-    lost: Lost,
+    lost: LastEmptied,
     /// Changes and ends in its history.
     noted: [usize; 2],
 }
@@ -30,7 +30,7 @@ struct Before {
 #[derive(Clone, Debug)]
 pub struct TakenPart {
     stock: TriDexel,
-    before: Vec<Before>,
+    before: Vec<TileBefore>,
 }
 
 impl TakenPart {
@@ -41,7 +41,7 @@ impl TakenPart {
 }
 
 /// The part that is meant.
-struct Which<'a> {
+struct PartToTake<'a> {
     labels: &'a Labels,
     number: usize,
     /// Nothing of it lies outside.
@@ -49,7 +49,7 @@ struct Which<'a> {
 }
 
 /// The box of whole cells of a grid that holds `bounds` with a cell around: first cells and numbers.
-fn window(grid: &Grid, bounds: &Aabb) -> ([i64; 3], [usize; 3]) {
+fn window(grid: &RayGrid, bounds: &Aabb) -> ([i64; 3], [usize; 3]) {
     let first = [0, 1, 2].map(|c| ((bounds.min[c] - grid.bounds.min[c]) / grid.cells[c]).floor() as i64 - 1);
     let last = [0, 1, 2].map(|c| ((bounds.max[c] - grid.bounds.min[c]) / grid.cells[c]).ceil() as i64 + 1);
     (first, [0, 1, 2].map(|c| (last[c] - first[c]).max(1) as usize))
@@ -63,7 +63,7 @@ impl TriDexel {
         let labels = self.labels();
         let [i, j] = [0, 1].map(|c| self.grid.nearest(c, part.seed[c]));
         let at = self.spans(2, i, j).iter().position(|s| s.lo <= part.seed.z && part.seed.z <= s.hi)?;
-        let which = Which {
+        let which = PartToTake {
             number: labels.of(self.grid.n[0], [i, j], at),
             near: part.bounds.expanded(self.grid.longest_cell()),
             labels: &labels,
@@ -94,9 +94,9 @@ impl TriDexel {
     }
 
     /// Whether an interval of ray `(i, j)` of set `a` belongs to a part.
-    fn belongs(&self, which: &Which<'_>, a: usize, [i, j]: [usize; 2], at: usize, span: &Span) -> bool {
+    fn belongs(&self, which: &PartToTake<'_>, a: usize, [i, j]: [usize; 2], at: usize, span: &MaterialSpan) -> bool {
         let [u, v] = [(a + 1) % 3, (a + 2) % 3];
-        let ends = [span.lo, span.hi].map(|s| Grid::point(a, s, self.grid.center(u, i), self.grid.center(v, j)));
+        let ends = [span.lo, span.hi].map(|s| RayGrid::point(a, s, self.grid.center(u, i), self.grid.center(v, j)));
         if !which.near.intersects(&Aabb { min: ends[0], max: ends[1] }) {
             return false;
         }
@@ -106,7 +106,7 @@ impl TriDexel {
         }
     }
 
-    fn take_from(&mut self, index: usize, part: &Which<'_>, [id, cut_by]: [u32; 2], before: &mut Vec<Before>) {
+    fn take_from(&mut self, index: usize, part: &PartToTake<'_>, [id, cut_by]: [u32; 2], before: &mut Vec<TileBefore>) {
         let (a, [i0, j0]) = self.grid.tile_place(index);
         let n = [self.grid.n[(a + 1) % 3], self.grid.n[(a + 2) % 3]];
         let mut goes = [const { Vec::new() }; TILE_RAYS];
@@ -130,9 +130,9 @@ impl TriDexel {
             let undo = &h.tiles[index];
             [undo.changes.len(), undo.ends.len()]
         });
-        before.push(Before { index, tile: self.tiles[index].clone(), lost: self.lost[index].clone(), noted });
+        before.push(TileBefore { index, tile: self.tiles[index].clone(), lost: self.lost[index].clone(), noted });
         let old = &before[before.len() - 1].tile;
-        let ends = |spans: &[Span]| spans.iter().flat_map(Span::ends).collect::<Vec<End>>();
+        let ends = |spans: &[MaterialSpan]| spans.iter().flat_map(MaterialSpan::ends).collect::<Vec<SpanEnd>>();
         let left = Tile::from_rays(|r, list| {
             let kept = old.ray(r).iter().enumerate().filter(|(k, _)| !goes[r].get(*k).copied().unwrap_or(false));
             list.extend(kept.map(|(_, s)| *s));
@@ -150,7 +150,7 @@ impl TriDexel {
     }
 
     /// The part on a grid of its own that has the rays of this one.
-    fn part_alone(&self, which: &Which<'_>) -> Option<TakenPart> {
+    fn part_alone(&self, which: &PartToTake<'_>) -> Option<TakenPart> {
         let mut bounds = Aabb::empty();
         for a in 0..3 {
             let (u, v) = ((a + 1) % 3, (a + 2) % 3);
@@ -158,8 +158,8 @@ impl TriDexel {
                 for i in 0..self.grid.n[u] {
                     for (k, s) in self.spans(a, i, j).iter().enumerate() {
                         if self.belongs(which, a, [i, j], k, s) {
-                            bounds.grow(&Grid::point(a, s.lo, self.grid.center(u, i), self.grid.center(v, j)));
-                            bounds.grow(&Grid::point(a, s.hi, self.grid.center(u, i), self.grid.center(v, j)));
+                            bounds.grow(&RayGrid::point(a, s.lo, self.grid.center(u, i), self.grid.center(v, j)));
+                            bounds.grow(&RayGrid::point(a, s.hi, self.grid.center(u, i), self.grid.center(v, j)));
                         }
                     }
                 }
@@ -177,7 +177,7 @@ impl TriDexel {
             p
         };
         let last = [0, 1, 2].map(|c| first[c] + count[c] as i64);
-        let grid = Grid::new(&Aabb { min: corner(first), max: corner(last) }, self.grid.cells).ok()?;
+        let grid = RayGrid::new(&Aabb { min: corner(first), max: corner(last) }, self.grid.cells).ok()?;
         let tiles = (0..grid.first_tile[3]).map(|t| {
             let (a, [i0, j0]) = grid.tile_place(t);
             let (u, v) = ((a + 1) % 3, (a + 2) % 3);
@@ -190,7 +190,7 @@ impl TriDexel {
         });
         let tiles: Vec<Tile> = tiles.collect();
         let blocks = grid.blocks.iter().product();
-        let (lost, cut_in) = (vec![Lost::default(); tiles.len()], vec![0; tiles.len()]);
+        let (lost, cut_in) = (vec![LastEmptied::default(); tiles.len()], vec![0; tiles.len()]);
         let mut stock = Self {
             grid,
             tiles,

@@ -6,7 +6,7 @@ use crate::{
     field::span::SLIVER,
     kernels::lane_set::{LANES, Lanes, Maker, ROW, UNPROVEN, WIDE, join},
     kernels::lanes::{L, load, width},
-    kernels::motion::Piece,
+    kernels::motion::MotionPiece,
     kernels::vec3::{V, dot, sub},
 };
 
@@ -32,7 +32,7 @@ pub(crate) struct BallPath {
 
 impl BallPath {
     /// The ball with its center at height `center_z` on the tool axis.
-    pub(crate) fn new(piece: &Piece, center_z: f64, radius: f64) -> Self {
+    pub(crate) fn new(piece: &MotionPiece, center_z: f64, radius: f64) -> Self {
         let (start, end) = (piece.on_axis(center_z, 0.0), piece.on_axis(center_z, 1.0));
         let way = sub(end, start);
         let mut across2 = way[1] * way[1] + way[2] * way[2];

@@ -34,12 +34,12 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     field::span::SLIVER,
-    kernels::lane_sample::{Motion, Ray, sample},
-    kernels::lane_search::{Found, look, search},
+    kernels::lane_sample::{LaneMotion, LaneRays, sample},
+    kernels::lane_search::{LaneSearchResult, look, search},
     kernels::lane_set::{LANES, Lanes, Maker, UNPROVEN, join},
     kernels::lanes::{L, dot, load, put, width},
     kernels::meridian::Meridian,
-    kernels::motion::{Piece, TURN_ERROR},
+    kernels::motion::{MotionPiece, TURN_ERROR},
     kernels::vec3,
 };
 
@@ -48,7 +48,7 @@ const NO_WAY: f64 = 1e-12;
 
 /// A body on one piece of motion, for all lanes that are asked for. True when some may be left without proof.
 pub(crate) struct BodyOnLanes<'a> {
-    pub piece: &'a Piece,
+    pub piece: &'a MotionPiece,
     /// Range of the moving body along the rays, mm.
     pub range: [f64; 2],
     pub body: &'a Meridian,
@@ -70,7 +70,7 @@ impl WithSimd for BodyOnLanes<'_> {
 #[inline(always)]
 fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
     let BodyOnLanes { piece, range: [low, high], body, maker, steps, lanes } = call;
-    let motion = Motion::new(simd, piece, body);
+    let motion = LaneMotion::new(simd, piece, body);
     let mut all_proven = true;
     // Where in time a point is nearest: its place along the part of the way that is across the axis.
     let sideways = vec3::along(piece.travel, piece.axis, -vec3::dot(piece.travel, piece.axis));
@@ -90,7 +90,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         if !lanes.asks::<S>(g) {
             continue;
         }
-        let ray = Ray {
+        let ray = LaneRays {
             u: load(simd, &lanes.u, g),
             v: load(simd, &lanes.v, g),
             // Bounds of a turning half space grow with the length of the ray.
@@ -114,7 +114,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let time = time.max(zero).min(zero.same(1.0));
         let look = look::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
         let none = !wanted & wanted;
-        let mut above = Found {
+        let mut above = LaneSearchResult {
             covered: look.covered,
             end: none,
             miss: look.miss,

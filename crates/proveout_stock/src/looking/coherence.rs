@@ -17,12 +17,12 @@ use crate::{
 pub struct Coherence {
     /// The pass over the stock that was seen last.
     seen: u32,
-    blocks: Vec<Block>,
+    blocks: Vec<LabelBlock>,
     parts: usize,
 }
 
 #[derive(Clone, Debug, Default)]
-struct Block {
+struct LabelBlock {
     /// Part within the block of each interval of its tile, in the order of the tile, and how many there are.
     part: Vec<u32>,
     parts: u32,
@@ -42,7 +42,7 @@ impl Coherence {
         let count = stock.grid.first_tile[3] - first;
         let anew = self.blocks.len() != count || stock.passes < self.seen;
         if anew {
-            self.blocks = vec![Block::default(); count];
+            self.blocks = vec![LabelBlock::default(); count];
         } else if stock.passes == self.seen {
             return self.parts;
         }
@@ -52,7 +52,7 @@ impl Coherence {
         let across = stock.grid.tiles[2][0];
         let beyond = |k: usize, which: usize| if which == 0 { k + 1 } else { k + across };
         for k in (0..count).filter(|k| stale[*k]) {
-            self.blocks[k] = Block::of(stock, k);
+            self.blocks[k] = LabelBlock::of(stock, k);
         }
         for k in 0..count {
             if [k, beyond(k, 0), beyond(k, 1)].iter().any(|b| stale.get(*b).is_some_and(|s| *s)) {
@@ -88,7 +88,7 @@ impl Coherence {
     }
 }
 
-impl Block {
+impl LabelBlock {
     /// Reads what hangs together in block `k` and with its neighbors.
     fn of(stock: &TriDexel, k: usize) -> Self {
         let index = stock.grid.first_tile[2] + k;

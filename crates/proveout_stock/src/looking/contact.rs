@@ -33,7 +33,7 @@
 use crate::{
     field::sweep::SweepItem,
     kernels::meridian::Meridian,
-    kernels::motion::Piece,
+    kernels::motion::MotionPiece,
     kernels::vec3::{V, add, along, dot, norm, scale, sub},
 };
 
@@ -63,7 +63,7 @@ impl Default for Contact {
 
 /// A point when the cutter first touches it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Touch {
+pub(crate) struct FirstTouch {
     height: f64,
     /// Across the feed, and the angle where it is in front.
     across: Option<(f64, Option<f64>)>,
@@ -106,7 +106,7 @@ impl Contact {
         }
     }
 
-    pub(crate) fn add(&mut self, touch: Touch) {
+    pub(crate) fn add(&mut self, touch: FirstTouch) {
         let grow = |range: &mut [f64; 2], x: f64| *range = [range[0].min(x), range[1].max(x)];
         grow(&mut self.height, touch.height);
         if let Some((across, angle)) = touch.across {
@@ -129,12 +129,12 @@ const ACROSS: f64 = 0.052;
 const BESIDE: f64 = 0.01;
 
 /// The motions of a pass, in the frame of the stock.
-pub(crate) struct Moves {
+pub(crate) struct PassMotions {
     bodies: Vec<Option<Meridian>>,
-    moves: Vec<(usize, Piece)>,
+    moves: Vec<(usize, MotionPiece)>,
 }
 
-impl Moves {
+impl PassMotions {
     /// `index` gives the body of each item.
     pub(crate) fn new(items: &[SweepItem<'_>], index: &[usize]) -> Self {
         let mut bodies: Vec<Option<Meridian>> = Vec::new();
@@ -145,7 +145,7 @@ impl Moves {
             bodies[body].get_or_insert_with(|| Meridian::whole(item.body));
             let (from, to) = (&item.motion.from, &item.motion.to);
             let turn = to.axis - from.axis;
-            let piece = Piece {
+            let piece = MotionPiece {
                 tip: from.tip.coords.into(),
                 travel: (to.tip - from.tip).into(),
                 axis: from.axis.into(),
@@ -159,8 +159,8 @@ impl Moves {
     }
 
     /// The first touch of a point that an item took away.
-    pub(crate) fn touch(&self, item: u32, x: V) -> Touch {
-        let none = Touch { height: f64::NAN, across: None, advance: 0.0 };
+    pub(crate) fn touch(&self, item: u32, x: V) -> FirstTouch {
+        let none = FirstTouch { height: f64::NAN, across: None, advance: 0.0 };
         let Some((body, piece)) = self.moves.get(item as usize) else { return none };
         let Some(body) = self.bodies.get(*body).and_then(Option::as_ref) else { return none };
         let mut tau = 0.0;
@@ -186,6 +186,6 @@ impl Moves {
             let (front, left) = (dot(p, f), dot(p, s));
             (left, (front >= -BESIDE * radius && radius > TOUCHED).then(|| front.max(0.0).atan2(left)))
         });
-        Touch { height, across, advance: (-sample.ft).max(0.0) }
+        FirstTouch { height, across, advance: (-sample.ft).max(0.0) }
     }
 }

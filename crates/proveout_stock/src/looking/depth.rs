@@ -45,9 +45,9 @@ use std::collections::BTreeMap;
 use proveout_geom::{Point, Vector};
 
 use crate::{
-    field::grid::Grid,
-    field::span::{INITIAL, Mark},
-    keeping::codec::{Decoder, Encoder, Fault},
+    field::grid::RayGrid,
+    field::span::{EndMark, INITIAL},
+    keeping::codec::{ByteFault, Decoder, Encoder},
     keeping::sweep_log::below,
 };
 
@@ -69,7 +69,7 @@ pub struct Depths {
     /// Overlaps up to this length need no depth, mm.
     least: f64,
     since: Option<u32>,
-    run: Taken,
+    run: RunLaps,
     opening: Opening,
     /// Items of runs that were measured.
     taken: u64,
@@ -77,14 +77,14 @@ pub struct Depths {
 
 /// An interval that an item takes up on a ray, with the ends of the material that it reaches.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lap {
+pub(crate) struct RayLap {
     pub item: u32,
     /// Set, and numbers of the ray along u and v.
     pub ray: (u8, u32, u32),
     pub lo: f64,
     pub hi: f64,
     /// What made the end of the material that lies there; none where the skin of the body does.
-    pub ends: [Option<Mark>; 2],
+    pub ends: [Option<EndMark>; 2],
 }
 
 /// Ends of what was taken, and which of them are open.
@@ -92,7 +92,7 @@ type Open = ([f64; 2], [bool; 2]);
 
 /// What a run has taken, by ray, rising.
 #[derive(Clone, Debug, Default)]
-struct Taken(BTreeMap<(u8, u32, u32), Vec<Open>>);
+struct RunLaps(BTreeMap<(u8, u32, u32), Vec<Open>>);
 
 /// Samples of the opening; the first `sorted` are a tree.
 #[derive(Clone, Debug, Default)]
@@ -125,9 +125,9 @@ impl Depths {
     /// leave, mm.
     pub(crate) fn of_item(
         &mut self,
-        grid: &Grid,
+        grid: &RayGrid,
         measure: Measure,
-        laps: &[Lap],
+        laps: &[RayLap],
         longest: f64,
         (held, bound): (impl Fn(&Point) -> f64, f64),
     ) -> f64 {
@@ -136,7 +136,7 @@ impl Depths {
         }
         let mut begun = 0.0_f64;
         let mut length = 0.0_f64;
-        let entered: Vec<Lap> = laps
+        let entered: Vec<RayLap> = laps
             .iter()
             .filter(|lap| {
                 let middle = held(&point(grid, lap.ray, 0.5 * (lap.lo + lap.hi)));
@@ -154,7 +154,7 @@ impl Depths {
         begun.max(rest)
     }
 
-    fn of_entered(&mut self, grid: &Grid, measure: Measure, laps: &[Lap], longest: f64) -> f64 {
+    fn of_entered(&mut self, grid: &RayGrid, measure: Measure, laps: &[RayLap], longest: f64) -> f64 {
         match measure {
             Measure::No => longest,
             Measure::Alone if longest <= self.least => longest,
@@ -162,7 +162,7 @@ impl Depths {
                 let mut opening = Opening::default();
                 laps.iter().for_each(|lap| opening.add(grid, lap, |_| true));
                 opening.sort();
-                let alone = |lap: &Lap| ([lap.lo, lap.hi], lap.ends.map(|e| e.is_some()));
+                let alone = |lap: &RayLap| ([lap.lo, lap.hi], lap.ends.map(|e| e.is_some()));
                 let step = laps.len().div_ceil(FIRST).max(1);
                 let few = opening.deepest(grid, laps.iter().step_by(step), alone);
                 let depth = match few {
@@ -173,10 +173,10 @@ impl Depths {
             }
             Measure::Since(first) => {
                 if self.since != Some(first) {
-                    (self.since, self.run, self.opening) = (Some(first), Taken::default(), Opening::default());
+                    (self.since, self.run, self.opening) = (Some(first), RunLaps::default(), Opening::default());
                 }
                 self.taken += 1;
-                let open = |mark: Mark| mark.id == INITIAL || mark.id < first;
+                let open = |mark: EndMark| mark.id == INITIAL || mark.id < first;
                 for lap in laps {
                     self.run.put(lap, open);
                     self.opening.add(grid, lap, open);
@@ -219,14 +219,14 @@ impl Depths {
     }
 
     /// Takes over what [`Self::write`] wrote.
-    pub(crate) fn read(&mut self, input: &mut Decoder<'_>) -> Result<(), Fault> {
+    pub(crate) fn read(&mut self, input: &mut Decoder<'_>) -> Result<(), ByteFault> {
         let since = below(input, u64::from(u32::MAX) + 2, "an invalid id")?;
         self.since = since.checked_sub(1).map(|id| id as u32);
         self.taken = input.number()?;
-        self.run = Taken::default();
+        self.run = RunLaps::default();
         for _ in 0..input.number()? {
             let set = below(input, 3, "an invalid set of rays")? as u8;
-            let mut index = || Ok::<u32, Fault>(below(input, u64::from(u32::MAX) + 1, "an invalid ray")? as u32);
+            let mut index = || Ok::<u32, ByteFault>(below(input, u64::from(u32::MAX) + 1, "an invalid ray")? as u32);
             let ray = (set, index()?, index()?);
             let count = below(input, input.left() as u64 + 1, "more intervals than there are bytes")?;
             let mut all = Vec::with_capacity(count as usize);
@@ -241,16 +241,16 @@ impl Depths {
         let sorted = below(input, count + 1, "more samples in order than there are")? as usize;
         self.opening = Opening { samples: Vec::new(), sorted };
         for _ in 0..count {
-            let mut three = || Ok::<[f64; 3], Fault>([input.real()?, input.real()?, input.real()?]);
+            let mut three = || Ok::<[f64; 3], ByteFault>([input.real()?, input.real()?, input.real()?]);
             self.opening.samples.push((Point::from(three()?), Vector::from(three()?)));
         }
         Ok(())
     }
 }
 
-impl Taken {
+impl RunLaps {
     /// Adds an interval; `open` says whether an end was there before the run.
-    fn put(&mut self, lap: &Lap, open: impl Fn(Mark) -> bool) {
+    fn put(&mut self, lap: &RayLap, open: impl Fn(EndMark) -> bool) {
         let (mut new, mut ends) = ([lap.lo, lap.hi], lap.ends.map(|end| end.is_some_and(&open)));
         let all = self.0.entry(lap.ray).or_default();
         let first = all.partition_point(|(s, _)| s[1] < new[0] - JOIN);
@@ -267,7 +267,7 @@ impl Taken {
     }
 
     /// The interval that an added one has become a part of.
-    fn at(&self, lap: &Lap) -> ([f64; 2], [bool; 2]) {
+    fn at(&self, lap: &RayLap) -> ([f64; 2], [bool; 2]) {
         let all = self.0.get(&lap.ray).map_or(&[][..], Vec::as_slice);
         let found = all.get(all.partition_point(|(s, _)| s[1] < lap.hi));
         found.copied().unwrap_or(([lap.lo, lap.hi], [false; 2]))
@@ -275,7 +275,7 @@ impl Taken {
 }
 
 impl Opening {
-    fn add(&mut self, grid: &Grid, lap: &Lap, open: impl Fn(Mark) -> bool) {
+    fn add(&mut self, grid: &RayGrid, lap: &RayLap, open: impl Fn(EndMark) -> bool) {
         for (s, end) in [lap.lo, lap.hi].into_iter().zip(lap.ends) {
             if let Some(mark) = end.filter(|m| open(*m)) {
                 self.samples.push((point(grid, lap.ray, s), mark.normal()));
@@ -294,13 +294,13 @@ impl Opening {
     /// Depth of the deepest place of some intervals; none without an opening, or without a place on the skin.
     fn deepest<'a>(
         &self,
-        grid: &Grid,
-        laps: impl Iterator<Item = &'a Lap>,
-        whole: impl Fn(&Lap) -> ([f64; 2], [bool; 2]),
+        grid: &RayGrid,
+        laps: impl Iterator<Item = &'a RayLap>,
+        whole: impl Fn(&RayLap) -> ([f64; 2], [bool; 2]),
     ) -> Option<f64> {
         let near = BESIDE * grid.longest_cell();
         let mut deepest: Option<f64> = None;
-        let mut look = |s: f64, lap: &Lap, middle: bool| {
+        let mut look = |s: f64, lap: &RayLap, middle: bool| {
             let x = point(grid, lap.ray, s);
             let Some((depth, foot, m)) = self.distance(&x, near) else { return };
             let other = x + (x - foot);
@@ -346,9 +346,9 @@ impl Opening {
     }
 }
 
-fn point(grid: &Grid, (a, i, j): (u8, u32, u32), s: f64) -> Point {
+fn point(grid: &RayGrid, (a, i, j): (u8, u32, u32), s: f64) -> Point {
     let a = usize::from(a);
-    Grid::point(a, s, grid.center((a + 1) % 3, i as usize), grid.center((a + 2) % 3, j as usize))
+    RayGrid::point(a, s, grid.center((a + 1) % 3, i as usize), grid.center((a + 2) % 3, j as usize))
 }
 
 /// Puts samples into the order of a tree: the middle one divides the others along an axis, then each half along the next (Bentley

@@ -30,7 +30,7 @@ impl Outline {
 
 /// The nearest point of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest {
+pub struct NearestOnStock {
     /// The point, mm.
     pub point: Point,
     /// Distance, mm: negative where the place lies in material.
@@ -39,7 +39,7 @@ pub struct Nearest {
 
 /// Wall between two opposed faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wall {
+pub struct StockWall {
     /// Where material begins and ends along the direction, mm.
     pub faces: [Point; 2],
     /// Length of material between them, mm.
@@ -135,7 +135,7 @@ impl Probe {
     ///
     /// The cells are searched in rings round the place until the next ring is farther than what was found. The side comes
     /// from the number of crossings of a ray from the place, taken where it is not ambiguous.
-    pub fn nearest(&self, place: &Point) -> Option<Nearest> {
+    pub fn nearest(&self, place: &Point) -> Option<NearestOnStock> {
         if self.mesh.triangles.is_empty() || !place.iter().all(|x| x.is_finite()) {
             return None;
         }
@@ -164,7 +164,7 @@ impl Probe {
             });
         }
         let (distance, point) = best?;
-        Some(Nearest { point, distance: if self.holds(place) { -distance } else { distance } })
+        Some(NearestOnStock { point, distance: if self.holds(place) { -distance } else { distance } })
     }
 
     /// Triangles of the cells whose largest index difference from a cell is `ring`.
@@ -246,7 +246,7 @@ impl Probe {
     /// Thickness of the wall that a line from `from` along `direction` first goes through, as a
     /// caliper would read it: from the face where it enters material (before `from`, if that lies
     /// in material) to the face where it leaves it. None when it meets no material ahead.
-    pub fn wall(&self, from: &Point, direction: &Vector) -> Option<Wall> {
+    pub fn wall(&self, from: &Point, direction: &Vector) -> Option<StockWall> {
         let way = direction.try_normalize(SHORTEST)?;
         let mut depth = 0;
         let mut entry = None;
@@ -256,7 +256,7 @@ impl Probe {
                 entry = Some(s);
             } else if leaves && depth == 0 && s > 0.0 {
                 let first: f64 = entry?;
-                return Some(Wall { faces: [from + way * first, from + way * s], thickness: s - first });
+                return Some(StockWall { faces: [from + way * first, from + way * s], thickness: s - first });
             }
         }
         None
@@ -312,11 +312,11 @@ impl TriDexel {
     /// assert!((floor.thickness - 3.0).abs() < 1e-3); // mm
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn thickness_along(&self, axis: usize, place: &Point) -> Option<Wall> {
+    pub fn thickness_along(&self, axis: usize, place: &Point) -> Option<StockWall> {
         let a = axis.min(2);
         let ([u, v], material) = self.intervals_on(a, place[(a + 1) % 3], place[(a + 2) % 3]);
         let wall = material.iter().find(|i| i.hi >= place[a])?;
-        let at = |s: f64| crate::field::grid::Grid::point(a, s, u, v);
-        Some(Wall { faces: [at(wall.lo), at(wall.hi)], thickness: wall.hi - wall.lo })
+        let at = |s: f64| crate::field::grid::RayGrid::point(a, s, u, v);
+        Some(StockWall { faces: [at(wall.lo), at(wall.hi)], thickness: wall.hi - wall.lo })
     }
 }

@@ -19,8 +19,8 @@ use proveout_geom::{Aabb, Point};
 
 use crate::{
     TriDexel,
-    field::grid::Grid,
-    field::span::{INITIAL, Span},
+    field::grid::RayGrid,
+    field::span::{INITIAL, MaterialSpan},
 };
 
 /// A part of the stock that hangs together.
@@ -133,7 +133,14 @@ impl TriDexel {
     }
 
     /// Joins the intervals of two neighboring columns; the second follows the first along `axis`.
-    fn join(&self, place: [usize; 2], axis: usize, [own, other]: [usize; 2], columns: [&[Span]; 2], sets: &mut Sets) {
+    fn join(
+        &self,
+        place: [usize; 2],
+        axis: usize,
+        [own, other]: [usize; 2],
+        columns: [&[MaterialSpan]; 2],
+        sets: &mut Sets,
+    ) {
         self.each_overlap(columns, |k, m, range| {
             if sets.root(own + k) != sets.root(other + m) && self.bridged(place, axis, range, |_| ()) {
                 sets.unite(own + k, other + m);
@@ -142,7 +149,7 @@ impl TriDexel {
     }
 
     /// Intervals of two columns whose heights overlap, and where.
-    pub(super) fn each_overlap(&self, [a, b]: [&[Span]; 2], mut see: impl FnMut(usize, usize, [f64; 2])) {
+    pub(super) fn each_overlap(&self, [a, b]: [&[MaterialSpan]; 2], mut see: impl FnMut(usize, usize, [f64; 2])) {
         let (mut k, mut m) = (0, 0);
         while k < a.len() && m < b.len() {
             let (low, high) = (a[k].lo.max(b[m].lo), a[k].hi.min(b[m].hi));
@@ -183,7 +190,7 @@ impl TriDexel {
     /// The part that an interval of a ray along x or y (`a` 0 or 1, ray `(p, q)`) belongs to: that of most of the columns
     /// whose centers it covers. One that lies between two columns goes with the nearer of those that have material at its height,
     /// or within a cell of it; none where neither has.
-    pub(crate) fn owner(&self, labels: &Labels, a: usize, [p, q]: [usize; 2], span: &Span) -> Option<usize> {
+    pub(crate) fn owner(&self, labels: &Labels, a: usize, [p, q]: [usize; 2], span: &MaterialSpan) -> Option<usize> {
         let grid = &self.grid;
         let nx = grid.n[0];
         // Rays along x are counted along y and z, rays along y along z and x.
@@ -263,7 +270,8 @@ impl TriDexel {
                 for p in 0..grid.n[u] {
                     for span in self.spans(a, p, q) {
                         let made = last_maker(span);
-                        let ends = [span.lo, span.hi].map(|s| Grid::point(a, s, grid.center(u, p), grid.center(v, q)));
+                        let ends =
+                            [span.lo, span.hi].map(|s| RayGrid::point(a, s, grid.center(u, p), grid.center(v, q)));
                         // Most ends are those of the raw stock and need no search.
                         if made.is_some()
                             && near.intersects(&Aabb { min: ends[0], max: ends[1] })
@@ -279,7 +287,7 @@ impl TriDexel {
 }
 
 /// The later one of the items that made the ends.
-fn last_maker(span: &Span) -> Option<u32> {
+fn last_maker(span: &MaterialSpan) -> Option<u32> {
     [span.lo_mark.id, span.hi_mark.id].into_iter().filter(|id| *id != INITIAL).max()
 }
 

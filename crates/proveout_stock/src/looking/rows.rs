@@ -8,9 +8,9 @@ use proveout_geom::{Point, TriMesh, Vector};
 
 use crate::{
     field::dexel::TriDexel,
-    field::grid::{Grid, TILE, TILE_RAYS},
-    field::mesh_rays::{Seen, Shells},
-    field::span::Span,
+    field::grid::{RayGrid, TILE, TILE_RAYS},
+    field::mesh_rays::{MeshOnRays, Shells},
+    field::span::MaterialSpan,
 };
 
 /// One ray of a stock.
@@ -44,8 +44,8 @@ pub struct RaySpan {
     pub hi: RayEnd,
 }
 
-impl From<&Span> for RaySpan {
-    fn from(span: &Span) -> Self {
+impl From<&MaterialSpan> for RaySpan {
+    fn from(span: &MaterialSpan) -> Self {
         let [lo, hi] = span.ends().map(|e| RayEnd { at: e.s, normal: e.mark.normal(), made_by: e.mark.made_by() });
         Self { lo, hi }
     }
@@ -54,7 +54,7 @@ impl From<&Span> for RaySpan {
 impl RayPlace {
     /// The point at a height on the ray.
     pub fn point(&self, at: f64) -> Point {
-        Grid::point(self.axis, at, self.at[0], self.at[1])
+        RayGrid::point(self.axis, at, self.at[0], self.at[1])
     }
 }
 
@@ -86,7 +86,7 @@ impl TriDexel {
     pub fn material(&self, ray: &RayPlace) -> impl Iterator<Item = RaySpan> + '_ {
         let [i, j] = ray.index;
         let there = ray.axis < 3 && i < self.grid.n[(ray.axis + 1) % 3] && j < self.grid.n[(ray.axis + 2) % 3];
-        let spans: &[Span] = if there { self.spans(ray.axis, i, j) } else { &[] };
+        let spans: &[MaterialSpan] = if there { self.spans(ray.axis, i, j) } else { &[] };
         spans.iter().map(RaySpan::from)
     }
 
@@ -123,7 +123,7 @@ impl TriDexel {
                 let at = [self.grid.center((a + 1) % 3, i0 + r % TILE), self.grid.center((a + 2) % 3, j0 + r / TILE)];
                 for span in tile.ray(r) {
                     for s in [span.lo, span.hi] {
-                        let point = Grid::point(a, s, at[0], at[1]);
+                        let point = RayGrid::point(a, s, at[0], at[1]);
                         if (from..=to).contains(&point.x) {
                             see(number, point);
                         }
@@ -143,7 +143,7 @@ impl TriDexel {
 
 /// See [`TriDexel::rows_of_mesh`].
 pub struct MeshRows<'a> {
-    seen: Seen<'a>,
+    seen: MeshOnRays<'a>,
     columns: usize,
     lines: usize,
     /// Triangles of row `k`: `start[k]..start[k + 1]` of the list.
@@ -152,8 +152,8 @@ pub struct MeshRows<'a> {
 }
 
 impl<'a> MeshRows<'a> {
-    fn new(mesh: &'a TriMesh, grid: &'a Grid, axis: usize) -> Self {
-        let seen = Seen::new(mesh, grid, axis, Shells::Union);
+    fn new(mesh: &'a TriMesh, grid: &'a RayGrid, axis: usize) -> Self {
+        let seen = MeshOnRays::new(mesh, grid, axis, Shells::Union);
         let rows_of = |t: usize| {
             let lines = seen.range(t, 1);
             if lines.is_empty() || seen.range(t, 0).is_empty() {
@@ -202,7 +202,7 @@ pub struct RowMaterial {
     /// First ray along v.
     first: usize,
     start: Vec<u32>,
-    spans: Vec<Span>,
+    spans: Vec<MaterialSpan>,
 }
 
 impl RowMaterial {

@@ -24,8 +24,8 @@ use rayon::prelude::*;
 use crate::{
     field::dexel::TriDexel,
     field::grid::BLOCK,
-    field::span::{INITIAL, Mark, SLIVER},
-    keeping::regrid::{Regrid, Spread, spread, to_triangle},
+    field::span::{EndMark, INITIAL, SLIVER},
+    keeping::regrid::{Regrid, VertexSpread, spread, to_triangle},
     looking::qef::Planes,
     looking::sheets::{EDGES, Sheets},
 };
@@ -66,7 +66,7 @@ pub(crate) struct Nodes<'a> {
 
 /// One cell with surface in it.
 #[derive(Clone, Copy)]
-struct Cell {
+struct SurfaceCell {
     j: u32,
     k: u32,
     config: u8,
@@ -77,13 +77,13 @@ struct Cell {
 /// The cells of one x index, sorted by j and k.
 #[derive(Default)]
 pub(crate) struct Slab {
-    cells: Vec<Cell>,
+    cells: Vec<SurfaceCell>,
     row: Vec<u32>,
     pub positions: Vec<Point>,
     pub normals: Vec<Vector>,
     pub made_by: Vec<Option<u32>>,
     /// One a vertex where it is asked for.
-    spread: Vec<Spread>,
+    spread: Vec<VertexSpread>,
 }
 
 impl TriDexel {
@@ -265,7 +265,7 @@ impl<'a> Nodes<'a> {
                     }
                     let vertex = slab.positions.len() as u32;
                     self.vertices([i, j, k + self.from[2]], config, sheets, &mut slab);
-                    slab.cells.push(Cell { j: j as u32, k: (k + self.from[2]) as u32, config, vertex });
+                    slab.cells.push(SurfaceCell { j: j as u32, k: (k + self.from[2]) as u32, config, vertex });
                 }
             }
         }
@@ -310,7 +310,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// Where the surface crosses the edge from a node along an axis; `inside`: the node holds material.
-    fn crossing(&self, node: [usize; 3], axis: usize, inside: bool) -> (Point, Mark) {
+    fn crossing(&self, node: [usize; 3], axis: usize, inside: bool) -> (Point, EndMark) {
         let cell = |a: usize| (node[a].clamp(1, self.m[a]) - 1) * self.step;
         let spans = self.stock.spans(axis, cell((axis + 1) % 3), cell((axis + 2) % 3));
         let (x0, x1) = (self.coordinate(axis, node[axis]), self.coordinate(axis, node[axis] + 1));
@@ -324,7 +324,7 @@ impl<'a> Nodes<'a> {
         let (s, mark) = found.unwrap_or_else(|| {
             let mut n = [0.0; 3];
             n[axis] = if inside { 1.0 } else { -1.0 };
-            (if inside { x0 } else { x1 }, Mark::new(INITIAL, n))
+            (if inside { x0 } else { x1 }, EndMark::new(INITIAL, n))
         });
         point[axis] = s.clamp(x0, x1);
         (point, mark)
@@ -343,7 +343,7 @@ impl<'a> Nodes<'a> {
     ) -> (Vec<[u32; 3]>, Regrid) {
         let mut out = Vec::new();
         let mut off = Regrid::default();
-        let find = |c: [usize; 3], edge: usize| -> Option<(u32, &Point, Spread)> {
+        let find = |c: [usize; 3], edge: usize| -> Option<(u32, &Point, VertexSpread)> {
             let s = c[0].checked_sub(self.from[0])?;
             let slab = slabs.get(s)?;
             let j = c[1].checked_sub(self.from[1])?;

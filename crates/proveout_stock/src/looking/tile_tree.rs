@@ -15,12 +15,12 @@ use proveout_geom::{Aabb, Point};
 
 use crate::{
     field::dexel::TriDexel,
-    field::grid::{Grid, TILE, TILE_RAYS},
+    field::grid::{RayGrid, TILE, TILE_RAYS},
 };
 
 /// One level of the tree of a set.
 #[derive(Clone, Debug)]
-struct Level {
+struct TreeLevel {
     /// Boxes along u and v.
     n: [usize; 2],
     boxes: Vec<Aabb>,
@@ -30,7 +30,7 @@ struct Level {
 #[derive(Clone, Debug)]
 pub struct TileTree {
     /// From the tiles up to the root, for each ray set.
-    sets: [Vec<Level>; 3],
+    sets: [Vec<TreeLevel>; 3],
     /// The pass over the stock that was seen last.
     seen: u32,
 }
@@ -57,7 +57,7 @@ pub struct RaySegment {
 impl TileTree {
     /// The boxes of a stock in its present state.
     pub fn new(stock: &TriDexel) -> Self {
-        let level = |n: [usize; 2]| Level { n, boxes: vec![Aabb::empty(); n[0] * n[1]] };
+        let level = |n: [usize; 2]| TreeLevel { n, boxes: vec![Aabb::empty(); n[0] * n[1]] };
         let sets = [0, 1, 2].map(|a| {
             let mut levels = vec![level(stock.grid.tiles[a])];
             while let Some(n) = levels.last().map(|l| l.n).filter(|n| n[0] * n[1] > 1) {
@@ -153,7 +153,7 @@ impl TileTree {
                 continue;
             }
             for span in spans.iter().filter(|s| s.hi >= near.min[axis] && s.lo <= near.max[axis]) {
-                let point = |s: f64| Grid::point(axis, s, at[0], at[1]);
+                let point = |s: f64| RayGrid::point(axis, s, at[0], at[1]);
                 see(RaySegment { axis, lo: point(span.lo), hi: point(span.hi) });
             }
         }
@@ -165,7 +165,7 @@ impl TileTree {
     }
 }
 
-impl Level {
+impl TreeLevel {
     /// Boxes of this level in box `k` of the one above, which has `above` of them along u.
     fn children(&self, k: usize, above: usize) -> impl Iterator<Item = usize> + use<> {
         let [nu, nv] = self.n;
@@ -186,8 +186,8 @@ fn box_of_tile(stock: &TriDexel, index: usize) -> Aabb {
     let (a, [i0, j0]) = stock.grid.tile_place(index);
     for r in (0..TILE_RAYS).filter(|r| !tile.ray(*r).is_empty()) {
         let at = [stock.grid.center((a + 1) % 3, i0 + r % TILE), stock.grid.center((a + 2) % 3, j0 + r / TILE)];
-        all.grow(&Grid::point(a, tile.lo, at[0], at[1]));
-        all.grow(&Grid::point(a, tile.hi, at[0], at[1]));
+        all.grow(&RayGrid::point(a, tile.lo, at[0], at[1]));
+        all.grow(&RayGrid::point(a, tile.hi, at[0], at[1]));
     }
     all
 }

@@ -22,11 +22,11 @@
 
 use crate::{
     field::dexel::TriDexel,
-    field::grid::{Grid, TILE, TILE_RAYS},
+    field::grid::{RayGrid, TILE, TILE_RAYS},
 };
 
 /// Cells along one axis, as they share out the length of the stock.
-struct Row {
+struct AxisCells {
     least: f64,
     cell: f64,
     /// Cells whose middles lie in the box.
@@ -35,8 +35,8 @@ struct Row {
     length: f64,
 }
 
-impl Row {
-    fn of(grid: &Grid, axis: usize) -> Self {
+impl AxisCells {
+    fn of(grid: &RayGrid, axis: usize) -> Self {
         let (least, most) = (grid.bounds.min[axis], grid.bounds.max[axis]);
         let count = (0..grid.n[axis]).rev().find(|k| grid.center(axis, *k) < most).map_or(0, |k| k + 1);
         Self { least, cell: grid.cells[axis], count, length: most - least }
@@ -70,7 +70,7 @@ pub struct Volume {
 impl Volume {
     /// Of a stock as it is.
     pub fn of(stock: &TriDexel) -> Self {
-        let rows = [0, 1, 2].map(|axis| Row::of(&stock.grid, axis));
+        let rows = [0, 1, 2].map(|axis| AxisCells::of(&stock.grid, axis));
         let of_tile: Vec<f64> = (0..stock.tiles.len()).map(|t| of_tile(stock, &rows, t)).collect();
         Self { total: of_tile.iter().sum(), of_tile, passes: stock.passes }
     }
@@ -85,7 +85,7 @@ impl Volume {
         if stock.passes == self.passes || self.of_tile.len() != stock.tiles.len() {
             return 0.0;
         }
-        let rows = [0, 1, 2].map(|axis| Row::of(&stock.grid, axis));
+        let rows = [0, 1, 2].map(|axis| AxisCells::of(&stock.grid, axis));
         let mut gone = 0.0;
         for (t, before) in self.of_tile.iter_mut().enumerate().filter(|(t, _)| stock.cut_in[*t] > self.passes) {
             let now = of_tile(stock, &rows, t);
@@ -98,7 +98,7 @@ impl Volume {
     }
 }
 
-fn of_tile(stock: &TriDexel, rows: &[Row; 3], tile: usize) -> f64 {
+fn of_tile(stock: &TriDexel, rows: &[AxisCells; 3], tile: usize) -> f64 {
     let (a, [i0, j0]) = stock.grid.tile_place(tile);
     let (along, u, v) = (&rows[a], &rows[(a + 1) % 3], &rows[(a + 2) % 3]);
     let mut sum = 0.0;

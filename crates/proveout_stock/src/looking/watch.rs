@@ -4,12 +4,12 @@
 //! The intervals before and after an item are compared, so that the watch knows nothing of how they were cut.
 
 use crate::{
-    field::span::{End, Mark, SLIVER},
+    field::span::{EndMark, SLIVER, SpanEnd},
     field::tile_field::Field,
     keeping::history::Undo,
-    kernels::lane_set::{LANES, Lanes, Strip},
+    kernels::lane_set::{LANES, LaneStrip, Lanes},
     kernels::vec3::V,
-    looking::contact::{Contact, Moves},
+    looking::contact::{Contact, PassMotions},
 };
 
 /// Removed intervals shorter than this (mm) are no engagement: a surface that the same body made overlaps with it by the bound
@@ -27,8 +27,8 @@ pub(crate) struct Watch {
     before: Vec<Lanes>,
     count: usize,
     /// Intervals of a ray before and after, rising.
-    old: Vec<Strip>,
-    new: Vec<Strip>,
+    old: Vec<LaneStrip>,
+    new: Vec<LaneStrip>,
 }
 
 impl Watch {
@@ -58,8 +58,8 @@ impl Watch {
         field: &Field,
         a: usize,
         [item, id]: [u32; 2],
-        moves: Option<&Moves>,
-        mut mark: impl FnMut(&Strip, bool) -> Mark,
+        moves: Option<&PassMotions>,
+        mut mark: impl FnMut(&LaneStrip, bool) -> EndMark,
     ) {
         let mut contact = Contact::default();
         for r in 0..LANES {
@@ -80,7 +80,7 @@ impl Watch {
             }
             if let Some(undo) = &mut self.undo {
                 let same = |i: usize, j: usize| key(old, i) == key(new, j);
-                let end = |i: usize| End { s: key(old, i).0, mark: mark(&old[i / 2], i % 2 == 1) };
+                let end = |i: usize| SpanEnd { s: key(old, i).0, mark: mark(&old[i / 2], i % 2 == 1) };
                 undo.note(r as u8, id, [2 * old.len(), 2 * new.len()], same, end);
             }
             if let Some((moves, first)) = moves.zip(old.first()) {
@@ -100,7 +100,7 @@ impl Watch {
 }
 
 /// The intervals of a ray, rising: each layer holds one.
-fn strips<'a>(layers: impl Iterator<Item = &'a Lanes>, r: usize, out: &mut Vec<Strip>) {
+fn strips<'a>(layers: impl Iterator<Item = &'a Lanes>, r: usize, out: &mut Vec<LaneStrip>) {
     out.clear();
     out.extend(layers.take_while(|lanes| lanes.holds(r)).map(|lanes| lanes.strip(r)));
 }
@@ -113,13 +113,13 @@ fn in_space(a: usize, [s, u, v]: V) -> V {
 }
 
 /// Height of an end, and who made it.
-fn key(strips: &[Strip], k: usize) -> (f64, f64) {
+fn key(strips: &[LaneStrip], k: usize) -> (f64, f64) {
     let strip = &strips[k / 2];
     if k.is_multiple_of(2) { (strip.lo, strip.lo_by) } else { (strip.hi, strip.hi_by) }
 }
 
 /// What `old` had and `new` has not; `new` lies within `old`.
-fn taken(old: &[Strip], new: &[Strip], mut piece: impl FnMut(f64, f64)) {
+fn taken(old: &[LaneStrip], new: &[LaneStrip], mut piece: impl FnMut(f64, f64)) {
     let mut k = 0;
     for span in old {
         let mut from = span.lo;
@@ -140,8 +140,8 @@ fn taken(old: &[Strip], new: &[Strip], mut piece: impl FnMut(f64, f64)) {
 mod tests {
     use super::*;
 
-    fn strips(list: &[[f64; 2]]) -> Vec<Strip> {
-        let of = |&[lo, hi]: &[f64; 2]| Strip {
+    fn strips(list: &[[f64; 2]]) -> Vec<LaneStrip> {
+        let of = |&[lo, hi]: &[f64; 2]| LaneStrip {
             ray: 0,
             u: 0.0,
             v: 0.0,

@@ -18,10 +18,10 @@ use rayon::prelude::*;
 
 use super::{
     CutterPiece, Edge, Lattice, NOT_ZERO,
-    contact::{Hull, Lowest, Run},
-    envelope::{Ray, descend, lowest, touch},
-    motion::Piece,
-    outline::{Body, Outline},
+    contact::{Hull, LowestContact, PieceRun},
+    envelope::{NormalLine, descend, lowest, touch},
+    motion::SweptPiece,
+    outline::{CutterBody, CutterOutline},
 };
 
 /// Rows of a band and largest side of a block that is not halved again.
@@ -87,7 +87,7 @@ pub fn heights_by_envelope(
     pieces: &[CutterPiece],
     settings: &Settings,
 ) -> Topography {
-    Search::new(lattice, pieces, Body::Outline(Outline::new(cutter)), None, settings).heights()
+    HeightSearch::new(lattice, pieces, CutterBody::Outline(CutterOutline::new(cutter)), None, settings).heights()
 }
 
 /// Heights that the edges of the teeth leave. Edges that are not finite, or whose arc has no radius, leave none.
@@ -104,8 +104,8 @@ pub fn heights_by_edges(lattice: &Lattice, edges: &[Edge], pieces: &[CutterPiece
     let mut lowest = Topography { cuts: vec![None; lattice.points().len()], again: 0 };
     for (_, members) in kinds {
         let part: Vec<Edge> = members.iter().map(|i| edges[*i]).collect();
-        let Some(body) = Body::of_edges(&part) else { continue };
-        let found = Search::new(lattice, pieces, body, Some(&part), settings).heights();
+        let Some(body) = CutterBody::of_edges(&part) else { continue };
+        let found = HeightSearch::new(lattice, pieces, body, Some(&part), settings).heights();
         lowest.again += found.again;
         for (low, cut) in lowest.cuts.iter_mut().zip(found.cuts) {
             let Some(cut) = cut else { continue };
@@ -117,12 +117,12 @@ pub fn heights_by_edges(lattice: &Lattice, edges: &[Edge], pieces: &[CutterPiece
     lowest
 }
 
-struct Search<'a> {
+struct HeightSearch<'a> {
     lattice: &'a Lattice,
-    pieces: Vec<Piece>,
+    pieces: Vec<SweptPiece>,
     /// Whether a piece follows the one before it without gap.
     joined: Vec<bool>,
-    body: Body,
+    body: CutterBody,
     edges: Option<&'a [Edge]>,
     hulls: Vec<Hull>,
     /// Shortest revolution, s.
@@ -141,7 +141,7 @@ struct Candidates {
 
 /// Where the points of a block lie.
 struct Patch {
-    middle: Ray,
+    middle: NormalLine,
     /// Center and half edges of a box round the points.
     center: Vector,
     half: [Vector; 3],
@@ -152,24 +152,24 @@ struct Patch {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Area {
+struct LatticeRange {
     row: [usize; 2],
     column: [usize; 2],
 }
 
-impl<'a> Search<'a> {
+impl<'a> HeightSearch<'a> {
     fn new(
         lattice: &'a Lattice,
         pieces: &[CutterPiece],
-        body: Body,
+        body: CutterBody,
         edges: Option<&'a [Edge]>,
         settings: &Settings,
     ) -> Self {
-        let (mut ready, mut joined): (Vec<Piece>, Vec<bool>) = (Vec::new(), Vec::new());
+        let (mut ready, mut joined): (Vec<SweptPiece>, Vec<bool>) = (Vec::new(), Vec::new());
         let mut before: Option<&CutterPiece> = None;
         for piece in pieces.iter().filter(|p| p.is_finite()) {
             let follows = before.is_some_and(|b| joins(b, piece));
-            for (k, part) in Piece::new(piece).parts().enumerate() {
+            for (k, part) in SweptPiece::new(piece).parts().enumerate() {
                 ready.push(part);
                 joined.push(k > 0 || follows);
             }
@@ -188,21 +188,21 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn ray(&self, row: usize, column: usize) -> Ray {
+    fn ray(&self, row: usize, column: usize) -> NormalLine {
         let i = row * self.lattice.columns() + column;
-        Ray { point: self.lattice.points()[i].coords, normal: self.lattice.normals()[i] }
+        NormalLine { point: self.lattice.points()[i].coords, normal: self.lattice.normals()[i] }
     }
 
     fn heights(&self) -> Topography {
         let (columns, rows) = (self.lattice.columns(), self.lattice.rows());
-        let whole = Area { row: [0, rows], column: [0, columns] };
+        let whole = LatticeRange { row: [0, rows], column: [0, columns] };
         let all = Candidates {
             kept: (0..self.pieces.len() as u32).map(|i| (i, f64::NEG_INFINITY)).collect(),
             left_out: f64::INFINITY,
         };
         // Only what comes near the lattice at all.
         let near = self.narrowed(&whole, &all, true);
-        let mut found = vec![Lowest::NONE; columns * rows];
+        let mut found = vec![LowestContact::NONE; columns * rows];
         let again: usize = found
             .par_chunks_mut(columns * BAND)
             .enumerate()
@@ -210,7 +210,7 @@ impl<'a> Search<'a> {
                 let mut again = 0;
                 let row = [k * BAND, (k * BAND + BAND).min(rows)];
                 for column in (0..columns).step_by(BAND) {
-                    let area = Area { row, column: [column, (column + BAND).min(columns)] };
+                    let area = LatticeRange { row, column: [column, (column + BAND).min(columns)] };
                     again += self.block(&area, &near, &near, out, row[0]);
                 }
                 again
@@ -231,16 +231,26 @@ impl<'a> Search<'a> {
     }
 
     /// Searches a block; `out` begins at row `first`. Returns the number of points that were searched twice.
-    fn block(&self, area: &Area, above: &Candidates, all: &Candidates, out: &mut [Lowest], first: usize) -> usize {
+    fn block(
+        &self,
+        area: &LatticeRange,
+        above: &Candidates,
+        all: &Candidates,
+        out: &mut [LowestContact],
+        first: usize,
+    ) -> usize {
         let candidates = self.narrowed(area, above, false);
         let (rows, columns) = (area.row[1] - area.row[0], area.column[1] - area.column[0]);
         if rows.max(columns) > BLOCK {
             let halves = if rows >= columns {
                 let m = area.row[0] + rows / 2;
-                [Area { row: [area.row[0], m], ..*area }, Area { row: [m, area.row[1]], ..*area }]
+                [LatticeRange { row: [area.row[0], m], ..*area }, LatticeRange { row: [m, area.row[1]], ..*area }]
             } else {
                 let m = area.column[0] + columns / 2;
-                [Area { column: [area.column[0], m], ..*area }, Area { column: [m, area.column[1]], ..*area }]
+                [
+                    LatticeRange { column: [area.column[0], m], ..*area },
+                    LatticeRange { column: [m, area.column[1]], ..*area },
+                ]
             };
             return halves.iter().map(|half| self.block(half, &candidates, all, out, first)).sum();
         }
@@ -269,23 +279,32 @@ impl<'a> Search<'a> {
 
     /// What the neighbors of a node let expect: the plane through three that the same edge cut in the same turn, else one of them. A start for Newton's
     /// method, on which no height hangs.
-    fn expected(&self, left: Option<Lowest>, below: Option<Lowest>, corner: Option<Lowest>) -> Lowest {
-        let cut = |l: &Lowest| l.height.is_finite();
+    fn expected(
+        &self,
+        left: Option<LowestContact>,
+        below: Option<LowestContact>,
+        corner: Option<LowestContact>,
+    ) -> LowestContact {
+        let cut = |l: &LowestContact| l.height.is_finite();
         let (left, below) = (left.filter(cut), below.filter(cut));
         let (Some(a), Some(b), Some(c)) = (left, below, corner.filter(cut)) else {
-            return left.or(below).unwrap_or(Lowest::NONE);
+            return left.or(below).unwrap_or(LowestContact::NONE);
         };
         let same = if self.edges.is_some() {
-            let near = |l: &Lowest| l.edge == c.edge && (l.time - c.time).abs() < 0.3 * self.turn;
+            let near = |l: &LowestContact| l.edge == c.edge && (l.time - c.time).abs() < 0.3 * self.turn;
             near(&a) && near(&b)
         } else {
             a.motion == c.motion && b.motion == c.motion
         };
-        if same { Lowest { height: a.height + b.height - c.height, time: a.time + b.time - c.time, ..a } } else { a }
+        if same {
+            LowestContact { height: a.height + b.height - c.height, time: a.time + b.time - c.time, ..a }
+        } else {
+            a
+        }
     }
 
     /// The candidates of a block among those of a larger one.
-    fn narrowed(&self, area: &Area, above: &Candidates, keep_all_low: bool) -> Candidates {
+    fn narrowed(&self, area: &LatticeRange, above: &Candidates, keep_all_low: bool) -> Candidates {
         let patch = self.patch(area);
         let mut floors = Vec::with_capacity(above.kept.len());
         let mut estimate = self.max_height;
@@ -308,7 +327,7 @@ impl<'a> Search<'a> {
     }
 
     /// The box of a block's points and the cone of their normals.
-    fn patch(&self, area: &Area) -> Patch {
+    fn patch(&self, area: &LatticeRange) -> Patch {
         let middle = self.ray((area.row[0] + area.row[1]) / 2, (area.column[0] + area.column[1]) / 2);
         let n = middle.normal;
         // Along the rows of the block, where that is a direction.
@@ -351,7 +370,7 @@ impl<'a> Search<'a> {
     ///
     /// m (P - T) is linear in P and least at a corner of the box of the points. Where the lowest touch lies within a straight piece m V is
     /// zero, and at its ends the plane only rises: then the floor is exact on the middle's normal.
-    fn floor(&self, piece: &Piece, patch: &Patch) -> (f64, f64) {
+    fn floor(&self, piece: &SweptPiece, patch: &Patch) -> (f64, f64) {
         let middle = &patch.middle;
         let smallest = self.body.smallest_radius();
         let found = descend(middle, piece, &self.body, (f64::NAN, 0.0))
@@ -412,15 +431,15 @@ fn joins(a: &CutterPiece, b: &CutterPiece) -> bool {
 
 /// The pieces of a block, in the form in which they are searched.
 struct Leaf<'a> {
-    search: &'a Search<'a>,
+    search: &'a HeightSearch<'a>,
     /// For the envelope: the lowest floors first.
     sorted: Vec<(u32, f64)>,
     /// For the edges: pieces that follow one another.
-    runs: Vec<Run>,
+    runs: Vec<PieceRun>,
 }
 
 impl<'a> Leaf<'a> {
-    fn new(search: &'a Search<'a>, candidates: &Candidates) -> Self {
+    fn new(search: &'a HeightSearch<'a>, candidates: &Candidates) -> Self {
         let mut leaf = Self { search, sorted: Vec::new(), runs: Vec::new() };
         if search.edges.is_none() {
             leaf.sorted.clone_from(&candidates.kept);
@@ -429,7 +448,7 @@ impl<'a> Leaf<'a> {
         }
         let follows = |a: &(u32, f64), b: &(u32, f64)| b.0 == a.0 + 1 && search.joined[b.0 as usize];
         for part in candidates.kept.chunk_by(follows) {
-            leaf.runs.push(Run::new(
+            leaf.runs.push(PieceRun::new(
                 part.iter().map(|(i, _)| search.pieces[*i as usize]).collect(),
                 part.iter().map(|(_, floor)| *floor).collect(),
             ));
@@ -439,8 +458,8 @@ impl<'a> Leaf<'a> {
     }
 
     /// The lowest contact of a point; `hint` is that of a neighbor.
-    fn point(&self, ray: &Ray, hint: &Lowest) -> Lowest {
-        let mut best = Lowest::NONE;
+    fn point(&self, ray: &NormalLine, hint: &LowestContact) -> LowestContact {
+        let mut best = LowestContact::NONE;
         if !ray.is_finite() {
             return best;
         }
@@ -468,7 +487,7 @@ impl<'a> Leaf<'a> {
                         best.height.min(self.search.max_height),
                     ) && height < best.height
                     {
-                        best = Lowest { height, time, motion: piece.motion, edge: usize::MAX };
+                        best = LowestContact { height, time, motion: piece.motion, edge: usize::MAX };
                     }
                 }
             }

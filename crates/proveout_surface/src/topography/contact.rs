@@ -12,7 +12,7 @@
 //!
 //! (in the turning housing the fixed point q accelerates by K at most, and d is 1-Lipschitz). With `d_h` <= 0 the second term only helps for
 //! h <= h0, so that no contact below h0 exists while `d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0`. With h0 the lowest height known, this
-//! time is leapt over ([`Walk::leap`]). Inside of a ring of inserts (nearer to the axis than the arc's center) the hull says nothing, and the
+//! time is leapt over ([`ContactWalk::leap`]). Inside of a ring of inserts (nearer to the axis than the arc's center) the hull says nothing, and the
 //! distance from the ring, which loses no more than the way that the point goes, is used instead.
 //!
 //! Where nothing can be leapt over, contacts are met one after the other. Let alpha be the angle from the tooth to the point where
@@ -20,7 +20,7 @@
 //! surface and rho its distance from the axis. While u is below three tenths of w rho it falls evenly enough that one contact belongs to each
 //! turn, and the next lies where alpha says, -+ three tenths of a turn; Newton's method in (t, h) must end within three tenths. Everything else
 //! (points near the axis, where the tooth passes several times a revolution or not at all; normals that graze; starts from which Newton's method
-//! goes astray) is searched over the revolution in parts ([`Walk::revolution`]).
+//! goes astray) is searched over the revolution in parts ([`ContactWalk::revolution`]).
 
 use std::f64::consts::TAU;
 
@@ -29,8 +29,8 @@ use proveout_geom::Vector;
 use super::{
     AT_CENTER, NOT_ZERO,
     edge::{Edge, Residual},
-    envelope::Ray,
-    motion::{Piece, State},
+    envelope::NormalLine,
+    motion::{CutterState, SweptPiece},
 };
 
 /// Steps of Newton's method; from a start within some hundredths of a revolution four do.
@@ -69,8 +69,8 @@ const NEAR_PLANE: f64 = 1e-7;
 
 /// Pieces that follow one another without gap in time, tip and azimuth, each with a height below which it does not come anywhere
 /// in the part of the lattice that is searched.
-pub(crate) struct Run {
-    pub pieces: Vec<Piece>,
+pub(crate) struct PieceRun {
+    pub pieces: Vec<SweptPiece>,
     pub floors: Vec<f64>,
     /// Lowest of the floors.
     pub lowest: f64,
@@ -78,7 +78,7 @@ pub(crate) struct Run {
 
 /// The lowest contact found so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lowest {
+pub(crate) struct LowestContact {
     /// mm; infinity without contact.
     pub height: f64,
     /// s.
@@ -89,7 +89,7 @@ pub(crate) struct Lowest {
     pub edge: usize,
 }
 
-impl Lowest {
+impl LowestContact {
     pub(crate) const NONE: Self = Self { height: f64::INFINITY, time: f64::NAN, motion: u32::MAX, edge: usize::MAX };
 }
 
@@ -106,7 +106,7 @@ pub(crate) struct Hull {
 }
 
 /// A point seen from a hull.
-struct Look {
+struct HullPoint {
     rho: f64,
     /// Distance from the hull, mm, and its gradient in housing coordinates.
     distance: f64,
@@ -120,7 +120,7 @@ impl Hull {
     }
 
     #[inline]
-    fn look(&self, q: &Vector) -> Look {
+    fn look(&self, q: &Vector) -> HullPoint {
         let rho = (q.x * q.x + q.y * q.y).sqrt();
         let (mut out, mut up) = (rho - self.edge.center_radius, q.z - self.edge.center_height);
         if self.edge.center_radius >= 0.0 {
@@ -128,7 +128,7 @@ impl Hull {
         }
         let length = (out * out + up * up).sqrt().max(AT_CENTER);
         let radial = out / (length * rho.max(NOT_ZERO));
-        Look {
+        HullPoint {
             rho,
             distance: length - self.edge.radius - self.margin,
             gradient: Vector::new(radial * q.x, radial * q.y, up / length),
@@ -157,8 +157,8 @@ impl Hull {
     }
 }
 
-impl Run {
-    pub(crate) fn new(pieces: Vec<Piece>, floors: Vec<f64>) -> Self {
+impl PieceRun {
+    pub(crate) fn new(pieces: Vec<SweptPiece>, floors: Vec<f64>) -> Self {
         let lowest = floors.iter().copied().fold(f64::INFINITY, f64::min);
         Self { pieces, floors, lowest }
     }
@@ -182,14 +182,22 @@ impl Run {
     }
 
     /// Lowers `best` by the contacts of edge `index`, searched outward from `from`; heights above `cap` do not count.
-    pub(crate) fn search(&self, ray: &Ray, hull: &Hull, index: usize, from: f64, cap: f64, best: &mut Lowest) {
+    pub(crate) fn search(
+        &self,
+        ray: &NormalLine,
+        hull: &Hull,
+        index: usize,
+        from: f64,
+        cap: f64,
+        best: &mut LowestContact,
+    ) {
         if self.pieces.is_empty() || !from.is_finite() {
             return;
         }
         let middle = self.piece_of(from);
         let mut walk = |k: usize, from: f64, forward: bool| {
             if self.floors[k] < best.height.min(cap) {
-                Walk { ray, hull, index, piece: &self.pieces[k], forward, cap }.go(from, best);
+                ContactWalk { ray, hull, index, piece: &self.pieces[k], forward, cap }.go(from, best);
             }
         };
         let [begin, end] = self.pieces[middle].time;
@@ -207,9 +215,16 @@ impl Run {
     }
 
     /// Follows the contact of a neighboring point.
-    pub(crate) fn follow(&self, ray: &Ray, hull: &Hull, neighbor: &Lowest, cap: f64, best: &mut Lowest) {
+    pub(crate) fn follow(
+        &self,
+        ray: &NormalLine,
+        hull: &Hull,
+        neighbor: &LowestContact,
+        cap: f64,
+        best: &mut LowestContact,
+    ) {
         let Some(piece) = self.pieces.get(self.piece_of(neighbor.time)) else { return };
-        let walk = Walk { ray, hull, index: neighbor.edge, piece, forward: true, cap };
+        let walk = ContactWalk { ray, hull, index: neighbor.edge, piece, forward: true, cap };
         if let Some(root) = walk.root(neighbor.time, neighbor.height) {
             walk.lower(&root, best);
         }
@@ -217,7 +232,7 @@ impl Run {
 }
 
 /// A place where the normal meets the arc's circle in the plane of the edge.
-struct Root {
+struct EdgeCrossing {
     time: f64,
     height: f64,
     /// It lies on the arc, which is entered there from inside of the design.
@@ -234,17 +249,17 @@ struct Meeting {
 }
 
 /// A walk over one piece in one direction.
-struct Walk<'a> {
-    ray: &'a Ray,
+struct ContactWalk<'a> {
+    ray: &'a NormalLine,
     hull: &'a Hull,
     index: usize,
-    piece: &'a Piece,
+    piece: &'a SweptPiece,
     forward: bool,
     cap: f64,
 }
 
-impl Walk<'_> {
-    fn go(&self, from: f64, best: &mut Lowest) {
+impl ContactWalk<'_> {
+    fn go(&self, from: f64, best: &mut LowestContact) {
         let w = self.piece.azimuth_rate;
         if w == 0.0 || !w.is_finite() {
             return;
@@ -298,7 +313,7 @@ impl Walk<'_> {
 
     /// Searches a revolution in parts, less what can be leapt over from its end; returns the time after the
     /// revolution.
-    fn turn_from(&self, time: f64, stop: f64, direction: f64, height: f64, best: &mut Lowest) -> f64 {
+    fn turn_from(&self, time: f64, stop: f64, direction: f64, height: f64, best: &mut LowestContact) -> f64 {
         let turn = TAU / self.piece.azimuth_rate.abs();
         let behind = time + direction * turn;
         let mut until = if (stop - behind) * direction < 0.0 { stop } else { behind };
@@ -322,7 +337,15 @@ impl Walk<'_> {
 
     /// Time over which no contact lies below the height of `q`, s; zero if that is not known.
     #[inline]
-    fn leap(&self, q: &Vector, normal: &Vector, velocity: &Vector, look: &Look, direction: f64, height: f64) -> f64 {
+    fn leap(
+        &self,
+        q: &Vector,
+        normal: &Vector,
+        velocity: &Vector,
+        look: &HullPoint,
+        direction: f64,
+        height: f64,
+    ) -> f64 {
         let along = look.gradient.dot(normal);
         let spin = self.piece.spin.norm();
         let mut leap = 0.0_f64;
@@ -383,7 +406,7 @@ impl Walk<'_> {
     fn next(
         &self,
         q: &Vector,
-        state: &State,
+        state: &CutterState,
         height: f64,
         time: f64,
         direction: f64,
@@ -451,17 +474,17 @@ impl Walk<'_> {
     }
 
     /// Takes a root if it is lower, on the edge and within the piece.
-    fn lower(&self, root: &Root, best: &mut Lowest) {
+    fn lower(&self, root: &EdgeCrossing, best: &mut LowestContact) {
         let [begin, end] = self.piece.time;
         let rim = RIM * TAU / self.piece.azimuth_rate.abs();
         if root.on_edge && root.height < best.height && root.time >= begin - rim && root.time <= end + rim {
             let time = root.time.clamp(begin, end);
-            *best = Lowest { height: root.height, time, motion: self.piece.motion, edge: self.index };
+            *best = LowestContact { height: root.height, time, motion: self.piece.motion, edge: self.index };
         }
     }
 
     /// Newton's method in time and height.
-    fn root(&self, time: f64, height: f64) -> Option<Root> {
+    fn root(&self, time: f64, height: f64) -> Option<EdgeCrossing> {
         let edge = &self.hull.edge;
         let (mut t, mut h) = (time, height);
         for _ in 0..STEPS {
@@ -487,14 +510,14 @@ impl Walk<'_> {
             if settled || simple && next <= CLOSE {
                 // Coming from inside of the design the arc is entered, on the side of the tooth, in its range.
                 let on_edge = ah < 0.0 && (residual.along >= 0.0 || residual.side >= 0.0) && edge.holds(&residual);
-                return Some(Root { time: t, height: h, on_edge });
+                return Some(EdgeCrossing { time: t, height: h, on_edge });
             }
         }
         None
     }
 
     #[inline]
-    fn derivatives(&self, state: &State, height: f64) -> (Residual, [f64; 2], [f64; 2]) {
+    fn derivatives(&self, state: &CutterState, height: f64) -> (Residual, [f64; 2], [f64; 2]) {
         let q = state.point(&(self.ray.point + self.ray.normal * height));
         let residual = self.hull.edge.residual(&q, state.azimuth);
         let by_time = residual.along_rate(&self.piece.rate(state, &q), self.piece.azimuth_rate);
@@ -538,7 +561,7 @@ impl Walk<'_> {
     /// The distance of the meeting point from the plane of the edge is nearly a sine of one period whose amplitude and offset change
     /// slowly. In each of [`PARTS`] of a revolution a change of its sign is narrowed to its root; where the sign stays, but the rate turns from
     /// toward zero to away from it, the turning point is sought first, and the two roots on its sides after it.
-    fn revolution(&self, a: f64, b: f64, height: f64, best: &mut Lowest) {
+    fn revolution(&self, a: f64, b: f64, height: f64, best: &mut LowestContact) {
         let (from, to) = (a.min(b), a.max(b));
         if !(to - from).is_finite() {
             return;
@@ -564,14 +587,14 @@ impl Walk<'_> {
         }
     }
 
-    fn polish(&self, time: f64, height: f64, best: &mut Lowest) {
+    fn polish(&self, time: f64, height: f64, best: &mut LowestContact) {
         if let Some(root) = self.root(time, height) {
             self.lower(&root, best);
         }
     }
 
     /// The contacts between two times that are a small part of a revolution apart.
-    fn between(&self, x: &Meeting, y: &Meeting, best: &mut Lowest) {
+    fn between(&self, x: &Meeting, y: &Meeting, best: &mut LowestContact) {
         if x.plane * y.plane <= 0.0 {
             return self.narrowed(x, y, best);
         }
@@ -598,7 +621,7 @@ impl Walk<'_> {
     }
 
     /// The contact between two times with different signs, by regula falsi with halving (Illinois) and Newton's method at the end.
-    fn narrowed(&self, x: &Meeting, y: &Meeting, best: &mut Lowest) {
+    fn narrowed(&self, x: &Meeting, y: &Meeting, best: &mut LowestContact) {
         let (mut a, mut b, mut fa, mut fb) = (x.time, y.time, x.plane, y.plane);
         let (mut at, mut height, mut side) = (if fa.abs() < fb.abs() { a } else { b }, x.height, 0);
         for _ in 0..30 {

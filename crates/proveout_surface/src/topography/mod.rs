@@ -61,8 +61,8 @@ mod teeth;
 mod tests;
 
 pub use block::{Cut, Settings, Topography, heights_by_edges, heights_by_envelope};
-pub use depth_in_sweep::{InSweep, SweepItem, SweptBodies};
-pub use edge::{Corner, Edge};
+pub use depth_in_sweep::{MoveDistance, SweepItem, SweptBodies};
+pub use edge::{Edge, TeethCorner};
 pub use lattice::Lattice;
 pub use motion::CutterPiece;
 pub use path::{PathContact, PathPiece, StandingCutter, SweptPath, Touching};

@@ -15,7 +15,7 @@ const SAME_LENGTH: f64 = 1e-6;
 
 /// A tool as written in the file.
 #[derive(Debug, Deserialize)]
-pub(super) struct Entry {
+pub(super) struct CamoticsTool {
     units: Option<String>,
     shape: Option<String>,
     length: Option<f64>,
@@ -27,7 +27,7 @@ pub(super) struct Entry {
 
 pub(super) fn drafts(
     file: &Path,
-    tools: BTreeMap<String, Entry>,
+    tools: BTreeMap<String, CamoticsTool>,
     units: Option<&str>,
     call: &ImportCall,
 ) -> Result<Imported, InputError> {

@@ -157,8 +157,8 @@ fn json(file: &Path, call: &ImportCall) -> Result<Imported, InputError> {
 
 #[derive(serde::Deserialize)]
 struct Either {
-    data: Option<Vec<fusion::Entry>>,
-    tools: Option<std::collections::BTreeMap<String, camotics::Entry>>,
+    data: Option<Vec<fusion::FusionTool>>,
+    tools: Option<std::collections::BTreeMap<String, camotics::CamoticsTool>>,
     units: Option<String>,
 }
 
