@@ -5,7 +5,7 @@
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
-use crate::keeping::regrid::to_triangle;
+use crate::query::mesh_error::to_triangle;
 
 /// Triangles near a place that are looked at for half spaces.
 const MOST_NEAR: usize = 48;

@@ -1,14 +1,12 @@
 use proveout_geom::{Aabb, Point, Vector};
 
 use crate::{
-    field::grid::{RayGrid, TILE, TILE_RAYS},
-    field::lost::LastEmptied,
-    field::raw::Cells,
+    field::grid::{Cells, RayGrid, TILE, TILE_RAYS, TileId},
+    field::last_emptied::LastEmptied,
+    field::regrid_bound::Regrid,
     field::span::MaterialSpan,
     field::tile::Tile,
-    keeping::history::History,
-    keeping::regrid::Regrid,
-    looking::surface::TileId,
+    field::undo::History,
 };
 
 /// In-process stock: three orthogonal sets of rays with exact interval ends. Frame: that of the constructor's arguments.

@@ -5,12 +5,11 @@ use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
 use crate::{
     StockError,
     field::dexel::TriDexel,
-    field::grid::RayGrid,
+    field::grid::{Cells, RayGrid},
     field::mesh_rays::Shells,
-    field::raw::{Bar, Cells, mended},
+    field::raw_stock::{Bar, mended},
+    field::regrid_bound::Regrid,
     field::span::{EndMark, INITIAL, MaterialSpan, SLIVER},
-    keeping::patch::PatchPlan,
-    keeping::regrid::Regrid,
 };
 
 /// Cells along each side of the grid on which intervals are counted; odd, so that its rays do not meet what a drawing puts on halves.
@@ -176,12 +175,12 @@ impl RawBody {
         }
     }
 
-    /// The part of it on the grid of a patch.
+    /// The part of it on the grid of a patch, which lies in `bounds`.
     ///
     /// # Errors
     /// As the constructors of [`TriDexel`].
-    pub(crate) fn within(&self, plan: &PatchPlan, limit_bytes: u64) -> Result<TriDexel, StockError> {
-        let grid = TriDexel::plan(plan.grid_bounds(), Cells(plan.cells_mm()), limit_bytes)?;
+    pub(crate) fn within(&self, bounds: &Aabb, cells: Cells, limit_bytes: u64) -> Result<TriDexel, StockError> {
+        let grid = TriDexel::plan(bounds, cells, limit_bytes)?;
         Ok(match &self.0 {
             RawForm::Block(b) => TriDexel::block_on(grid, b),
             RawForm::Bar(bar) => TriDexel::bar_on(grid, bar),

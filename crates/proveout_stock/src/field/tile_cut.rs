@@ -9,7 +9,8 @@ use pulp::{Simd, WithSimd};
 use crate::{
     field::span::SLIVER,
     field::tile_field::{Field, IntervalLayer, Partial, StripRest},
-    kernels::lane_set::{LANES, LaneCut, LaneStrip, ROW, TAKEN, WIDE},
+    kernels::lane_bits::ROW,
+    kernels::lane_set::{LANES, LaneCut, LaneStrip, TAKEN, WIDE},
     kernels::lanes::{L, Mask, highest, load, lowest, put, store, width},
 };
 

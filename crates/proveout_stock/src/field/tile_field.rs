@@ -13,8 +13,9 @@ use crate::{
     field::grid::{RayGrid, TILE},
     field::span::{EndMark, MaterialSpan, SLIVER},
     field::tile::Tile,
+    kernels::lane_bits::ROW,
     kernels::lane_blocks::{BlockCenters, measure_pair},
-    kernels::lane_set::{BLOCKS, LANES, LaneCut, LaneStrip, Lanes, OLD, ROW, WIDE},
+    kernels::lane_set::{BLOCKS, LANES, LaneCut, LaneStrip, Lanes, OLD, WIDE},
 };
 
 /// One interval of each ray.

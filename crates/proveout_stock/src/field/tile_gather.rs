@@ -1,11 +1,11 @@
 //! The kernels on the lanes that the steps of an item may meet: where these are, or side by side.
 
 use crate::{
-    field::step::{Batch, ReadyItem},
+    field::batch::{Batch, ReadyItem},
     field::tile_work::Scratch,
-    kernels::lane_bits::rows_with,
+    kernels::lane_bits::{ROW, rows_with},
     kernels::lane_search::STEPS,
-    kernels::lane_set::{Maker, ROW},
+    kernels::lane_set::Maker,
 };
 
 impl Batch<'_> {

@@ -1,13 +1,15 @@
 //! One item on one tile: bounds that clear blocks and rows of rays, then the kernels, then the subtraction.
 
 use crate::{
+    field::batch::{Batch, ReadyItem},
+    field::depth::RayLap,
     field::grid::{RayGrid, TILE},
-    field::lost::LastEmptied,
+    field::last_emptied::LastEmptied,
     field::span::{EndMark, MaterialSpan, SLIVER},
-    field::step::{Batch, ReadyItem, SweepStep},
     field::tile::Tile,
     field::tile_cut::{CutLayer, cut_lane},
     field::tile_field::{Field, Partial, StripRest},
+    field::watch::Watch,
     kernels::lane_ball::{BallOnLanes, BallOnRows},
     kernels::lane_bits::lanes_of,
     kernels::lane_blocks::{BodyOnBlocks, rays_of},
@@ -18,8 +20,7 @@ use crate::{
     kernels::ray_ball::sweep_ball,
     kernels::ray_translate::sweep_translation,
     kernels::ray_turn::sweep_turning,
-    looking::depth::RayLap,
-    looking::watch::Watch,
+    kernels::sweep_step::SweepStep,
 };
 
 /// A tile on loan to a thread.

@@ -4,7 +4,8 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     field::span::SLIVER,
-    kernels::lane_set::{LANES, Lanes, Maker, ROW, UNPROVEN, WIDE, join},
+    kernels::lane_bits::ROW,
+    kernels::lane_set::{LANES, Lanes, Maker, UNPROVEN, WIDE, join},
     kernels::lanes::{L, load, width},
     kernels::motion::MotionPiece,
     kernels::vec3::{V, dot, sub},

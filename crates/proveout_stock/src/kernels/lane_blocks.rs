@@ -3,11 +3,12 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    field::step::SweepStep,
+    kernels::lane_bits::ROW,
     kernels::lane_sample::{LaneMotion, LaneRays, clearance, sample},
-    kernels::lane_set::{BLOCKS, Lanes, ROW},
+    kernels::lane_set::{BLOCKS, Lanes},
     kernels::lanes::{L, along, cross, dot, load, store, width},
     kernels::meridian::Meridian,
+    kernels::sweep_step::SweepStep,
 };
 
 /// Where the blocks of a tile lie: centers, and half of what lies between the rays of a block along u and v, mm.

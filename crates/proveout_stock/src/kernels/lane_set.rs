@@ -4,16 +4,13 @@ use pulp::Simd;
 
 use crate::{
     field::span::SLIVER,
-    kernels::lane_bits::{row_of, rows_of, rows_with},
+    kernels::lane_bits::{ROW, row_of, rows_of, rows_with},
     kernels::lanes::{L, Mask, load, put, width},
     kernels::ray::TakenInterval,
 };
 
 /// Lanes of one set: the rays of a tile.
 pub(crate) const LANES: usize = crate::field::grid::TILE_RAYS;
-/// Lanes of a row: rays of a tile with the same v.
-pub(crate) const ROW: usize = crate::field::grid::TILE;
-
 /// Blocks of a set: two by two rays of a tile.
 pub(crate) const BLOCKS: usize = LANES / 4;
 

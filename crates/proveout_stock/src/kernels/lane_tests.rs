@@ -7,12 +7,12 @@ use pulp::{Arch, WithSimd};
 
 use crate::{
     Action, SweepItem, SweepMotion,
-    field::step::{Batch, Split},
+    field::batch::{Batch, Split},
     kernels::lane_ball::{BallOnLanes, BallOnRows, BallPath},
-    kernels::lane_bits::{lanes_of, rows_with},
+    kernels::lane_bits::{ROW, lanes_of, rows_with},
     kernels::lane_blocks::{BlockCenters, BodyOnBlocks, measure_pair, rays_of},
     kernels::lane_body::BodyOnLanes,
-    kernels::lane_set::{BLOCKS, LANES, LaneStrip, Lanes, Maker, OLD, ROW, TAKEN, UNPROVEN, WIDE},
+    kernels::lane_set::{BLOCKS, LANES, LaneStrip, Lanes, Maker, OLD, TAKEN, UNPROVEN, WIDE},
     kernels::meridian::Meridian,
     kernels::motion::{MotionPiece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
     kernels::ray::{RayLine, TakenInterval},

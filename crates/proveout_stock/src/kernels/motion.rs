@@ -3,9 +3,9 @@
 use proveout_geom::{Aabb, Point, ToolPose};
 
 use crate::{
-    field::sweep::SweepMotion,
     kernels::meridian::Meridian,
     kernels::vec3::{V, add, along, dot, norm, scale, sub},
+    sweep_item::SweepMotion,
 };
 
 /// Bound of the part of the error that turning adds, mm.

@@ -59,6 +59,18 @@ impl RayPlace {
 }
 
 impl TriDexel {
+    /// The last sweep item that took a whole interval of a ray; none where no item has, and in a stock from a file.
+    pub fn last_to_empty(&self, ray: &RayPlace) -> Option<u32> {
+        let [i, j] = ray.index;
+        if ray.axis > 2 || i >= self.grid.n[(ray.axis + 1) % 3] || j >= self.grid.n[(ray.axis + 2) % 3] {
+            return None;
+        }
+        let (tile, ray) = self.grid.ray_place(ray.axis, i, j);
+        self.lost.get(tile)?.of(ray)
+    }
+}
+
+impl TriDexel {
     /// Rows of tiles of the set along `axis`.
     pub fn rows(&self, axis: usize) -> usize {
         self.grid.tiles[axis.min(2)][1]

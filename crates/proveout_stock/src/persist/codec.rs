@@ -161,6 +161,12 @@ impl<'a> Decoder<'a> {
     }
 }
 
+/// A number below `limit`.
+pub(crate) fn below(input: &mut Decoder<'_>, limit: u64, what: &'static str) -> Result<u64, ByteFault> {
+    let x = input.number()?;
+    if x < limit { Ok(x) } else { Err(input.fault(what)) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -13,19 +13,16 @@
 
 use crate::{
     StockFileError,
-    field::{
-        dexel::TriDexel,
-        grid::{RayGrid, TILE_RAYS},
-        lost::LastEmptied,
-        span::{INITIAL, MaterialSpan},
-        sweep::SweepReport,
-        tile::Tile,
-    },
-    keeping::{
-        codec::{ByteFault, Decoder, Encoder},
-        history::RayChange,
-    },
-    looking::{contact::Contact, depth::Depths},
+    field::depth::Depths,
+    field::dexel::TriDexel,
+    field::engagement::Contact,
+    field::grid::{RayGrid, TILE_RAYS},
+    field::last_emptied::LastEmptied,
+    field::span::{INITIAL, MaterialSpan},
+    field::sweep::SweepReport,
+    field::tile::Tile,
+    field::undo::{RayChange, Undo},
+    persist::codec::{ByteFault, Decoder, Encoder, below},
 };
 
 /// Kind of the ends of the history for the codec; the ends of a ray follow it.
@@ -221,12 +218,6 @@ impl<'a> SweepReplay<'a> {
     }
 }
 
-/// A number below `limit`.
-pub(crate) fn below(input: &mut Decoder<'_>, limit: u64, what: &'static str) -> Result<u64, ByteFault> {
-    let x = input.number()?;
-    if x < limit { Ok(x) } else { Err(input.fault(what)) }
-}
-
 /// Who emptied which rays.
 pub(crate) fn write_lost(out: &mut Encoder, lost: &LastEmptied) {
     let emptied = (0..TILE_RAYS).filter_map(|r| Some((r, lost.of(r)?)));
@@ -292,7 +283,7 @@ pub(crate) fn read_tile(input: &mut Decoder<'_>, [low, high]: [f64; 2]) -> Resul
 }
 
 /// Writes the changes after the first `known`.
-pub(crate) fn write_undo(out: &mut Encoder, undo: &crate::keeping::history::Undo, known: usize) {
+pub(crate) fn write_undo(out: &mut Encoder, undo: &Undo, known: usize) {
     let ends: usize = undo.changes[known..].iter().map(|c| usize::from(c.put)).sum();
     out.number(undo.changes.capacity() as u64);
     out.number(undo.ends.capacity() as u64);
@@ -308,7 +299,7 @@ pub(crate) fn write_undo(out: &mut Encoder, undo: &crate::keeping::history::Undo
     }
 }
 
-pub(crate) fn read_undo(input: &mut Decoder<'_>, undo: &mut crate::keeping::history::Undo) -> Result<(), ByteFault> {
+pub(crate) fn read_undo(input: &mut Decoder<'_>, undo: &mut Undo) -> Result<(), ByteFault> {
     let [changes_room, ends_room] = [input.number()?, input.number()?];
     undo.broken |= below(input, 2, "an invalid flag")? == 1;
     let count = below(input, input.left() as u64 + 1, "more changes than there are bytes")?;

@@ -6,27 +6,7 @@
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
-use crate::{field::dexel::TriDexel, keeping::regrid::nearest_on_triangle, looking::section};
-
-/// One closed outline of a section: points in order, the last one joined to the first; the material lies to the left seen
-/// against the normal of the plane.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outline {
-    /// Corners, mm.
-    pub points: Vec<Point>,
-}
-
-impl Outline {
-    /// Signed area seen against the unit normal of the plane, mm²: positive round material, negative round a hole.
-    pub fn area(&self, normal: &Vector) -> f64 {
-        let Some(origin) = self.points.first() else { return 0.0 };
-        let turn = |k: usize| {
-            let (a, b) = (self.points[k] - origin, self.points[(k + 1) % self.points.len()] - origin);
-            a.cross(&b).dot(normal)
-        };
-        0.5 * (0..self.points.len()).map(turn).sum::<f64>()
-    }
-}
+use crate::{field::dexel::TriDexel, query::mesh_error::nearest_on_triangle, query::section, query::section::Outline};
 
 /// The nearest point of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,12 +4,12 @@
 //! The intervals before and after an item are compared, so that the watch knows nothing of how they were cut.
 
 use crate::{
+    field::engagement::{Contact, PassMotions},
     field::span::{EndMark, SLIVER, SpanEnd},
     field::tile_field::Field,
-    keeping::history::Undo,
+    field::undo::Undo,
     kernels::lane_set::{LANES, LaneStrip, Lanes},
     kernels::vec3::V,
-    looking::contact::{Contact, PassMotions},
 };
 
 /// Removed intervals shorter than this (mm) are no engagement: a surface that the same body made overlaps with it by the bound

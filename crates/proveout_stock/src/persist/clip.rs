@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use proveout_geom::{Aabb, Point, Vector};
 
-use crate::looking::surface::SurfaceMesh;
+use crate::query::surface::SurfaceMesh;
 
 /// Means of unit normals that are shorter have no direction.
 const SHORTEST: f64 = 1e-9;

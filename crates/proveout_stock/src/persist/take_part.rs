@@ -10,10 +10,10 @@ use proveout_geom::Aabb;
 use crate::{
     StockPart, TriDexel,
     field::grid::{RayGrid, TILE, TILE_RAYS},
-    field::lost::LastEmptied,
+    field::last_emptied::LastEmptied,
     field::span::{MaterialSpan, SpanEnd},
     field::tile::Tile,
-    looking::parts::Labels,
+    query::parts::Labels,
 };
 
 /// What a tile was before a part was taken from it.

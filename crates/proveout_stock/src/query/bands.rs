@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use crate::{
     field::dexel::TriDexel,
-    looking::sheets::Sheets,
-    looking::surface::{Nodes, Slab},
+    query::sheets::Sheets,
+    query::surface::{Nodes, Slab},
 };
 
 /// Nodes of a band at least, and vertices about: a band must feed all threads and stay small (some 20 MB).

@@ -19,24 +19,19 @@
 
 use crate::{
     StockFileError,
-    field::{
-        dexel::TriDexel,
-        grid::RayGrid,
-        span::EndMark,
-        sweep::{SweepItem, SweepReport, bodies_of, chunks},
-        tile::Tile,
-        tile_field::Partial,
-        tile_work::TileWork,
-    },
-    keeping::{
-        codec::{ByteFault, Decoder, Encoder},
-        sweep_log::{below, rays_end_in, read_lost, read_tile, read_undo, write_lost, write_tile, write_undo},
-    },
-    looking::{
-        contact::{Contact, PassMotions},
-        depth::{Depths, Measure, RayLap},
-        watch::Watch,
-    },
+    field::depth::{Depths, Measure, RayLap},
+    field::dexel::TriDexel,
+    field::engagement::{Contact, PassMotions},
+    field::grid::RayGrid,
+    field::span::EndMark,
+    field::sweep::{SweepReport, bodies_of, chunks},
+    field::tile::Tile,
+    field::tile_field::Partial,
+    field::tile_work::TileWork,
+    field::watch::Watch,
+    persist::codec::{ByteFault, Decoder, Encoder, below},
+    persist::sweep_log::{rays_end_in, read_lost, read_tile, read_undo, write_lost, write_tile, write_undo},
+    sweep_item::SweepItem,
 };
 
 /// Bits of the first byte of the record of a tile.
@@ -368,7 +363,7 @@ fn read_work(input: &mut Decoder<'_>, work: &mut TileWork, (items, room): (usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::keeping::sweep_log::tests::{Random, batches, block, cutters, whole};
+    use crate::persist::sweep_log::tests::{Random, batches, block, cutters, whole};
 
     #[test]
     fn shares_of_any_number_give_the_stock_of_a_single_process() {

@@ -9,7 +9,7 @@
 use crate::{
     field::dexel::TriDexel,
     field::grid::{TILE, TILE_RAYS},
-    looking::parts::Sets,
+    query::parts::Sets,
 };
 
 /// Parts of the blocks of a stock, see the text of the file.

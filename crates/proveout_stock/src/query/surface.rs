@@ -23,19 +23,16 @@ use rayon::prelude::*;
 
 use crate::{
     field::dexel::TriDexel,
-    field::grid::BLOCK,
+    field::grid::{BLOCK, TileId},
+    field::regrid_bound::Regrid,
     field::span::{EndMark, INITIAL, SLIVER},
-    keeping::regrid::{Regrid, VertexSpread, spread, to_triangle},
-    looking::qef::Planes,
-    looking::sheets::{EDGES, Sheets},
+    query::mesh_error::{VertexSpread, spread, to_triangle},
+    query::qef::Planes,
+    query::sheets::{EDGES, Sheets},
 };
 
 /// Sums of unit normals that are shorter have no direction.
 const SHORTEST: f64 = 1e-9;
-
-/// A block of 32 x 32 x 32 cells of the stock, x fastest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct TileId(pub u32);
 
 /// Triangles of the surface with what is known at their vertices.
 #[derive(Clone, Debug, Default, PartialEq)]

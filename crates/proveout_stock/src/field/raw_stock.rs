@@ -5,31 +5,12 @@ use proveout_geom::{Aabb, MeshError, Point, TriMesh, Vector};
 use crate::{
     StockError,
     field::dexel::TriDexel,
-    field::grid::{RayGrid, TILE, TILE_RAYS},
-    field::lost::LastEmptied,
+    field::grid::{Cells, RayGrid, TILE, TILE_RAYS},
+    field::last_emptied::LastEmptied,
     field::mesh_rays::{Shells, mesh_intervals},
     field::span::{EndMark, INITIAL, MaterialSpan, SLIVER},
     field::tile::Tile,
 };
-
-/// Edges of a cell along x, y and z, mm; a single number means a cube.
-///
-/// Rays of set `a` are as far apart as the edges of the two other axes: a stock that is finished from above along x may
-/// have long cells in x and short ones in y.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cells(pub [f64; 3]);
-
-impl From<f64> for Cells {
-    fn from(cell_mm: f64) -> Self {
-        Self([cell_mm; 3])
-    }
-}
-
-impl From<[f64; 3]> for Cells {
-    fn from(cells_mm: [f64; 3]) -> Self {
-        Self(cells_mm)
-    }
-}
 
 /// Intervals that a ray is counted with in the estimate of memory: deep pockets and slots from several sides leave more,
 /// most rays keep one.

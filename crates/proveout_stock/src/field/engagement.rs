@@ -31,10 +31,10 @@
 //! are one range.
 
 use crate::{
-    field::sweep::SweepItem,
     kernels::meridian::Meridian,
     kernels::motion::MotionPiece,
     kernels::vec3::{V, add, along, dot, norm, scale, sub},
+    sweep_item::SweepItem,
 };
 
 /// Engagement of the cutter in one motion; lengths in mm, angles in radian.

@@ -10,12 +10,11 @@ use thiserror::Error;
 use crate::{
     StockError,
     field::dexel::TriDexel,
-    field::grid::RayGrid,
-    field::raw::Cells,
+    field::grid::{Cells, RayGrid},
+    field::regrid_bound::Regrid,
     field::span::MaterialSpan,
-    keeping::codec::{ByteFault, Decoder, Encoder, digest, digest_of},
-    keeping::history::{History, RayChange, Undo},
-    keeping::regrid::Regrid,
+    field::undo::{History, RayChange, Undo},
+    persist::codec::{ByteFault, Decoder, Encoder, digest, digest_of},
 };
 
 /// First bytes of a stock file. The bytes that are no text show a transfer that changed line ends.

@@ -25,11 +25,10 @@ use thiserror::Error;
 use crate::{
     StockError,
     field::dexel::{Interval, SurfacePoint, TriDexel},
-    field::grid::TILE,
-    field::raw::Cells,
+    field::grid::{Cells, TILE, TileId},
     field::raw_body::RawBody,
-    field::sweep::{Action, SweepItem},
-    looking::surface::{SurfaceMesh, TileId},
+    query::surface::SurfaceMesh,
+    sweep_item::{Action, SweepItem},
 };
 
 /// Fine cells round the window at least: a vertex depends on the cells next to it, and blocks are joined by one more.
@@ -214,7 +213,7 @@ impl Patch {
     /// # Errors
     /// [`StockError`] where it needs more than `limit_bytes`, and for a mesh that crosses itself on its rays.
     pub fn new(name: &str, plan: PatchPlan, body: &RawBody, limit_bytes: u64) -> Result<Self, StockError> {
-        let stock = body.within(&plan, limit_bytes)?;
+        let stock = body.within(&plan.grid_bounds, Cells(plan.cells), limit_bytes)?;
         Ok(Self { name: name.into(), plan, stock })
     }
 
