@@ -7,15 +7,15 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::{SupportMap, Triangle};
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
-use crate::certain;
+use crate::box_tree::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
+use crate::gjk;
 use crate::shape::{MeshShape, PartShape, Revolved, from_parry, pose_to_parry, to_parry};
 use crate::triangle;
 use crate::triangle_tree::TriangleTree;
 
 /// By how much less than the distance of a tool may be proved, mm, and as a part of it.
 pub(crate) const PROVED_WITHIN_MM: f64 = 1e-7;
-/// Rounds of nearest points in turn: a few are enough where GJK came near. Where the two points creep, the search of `certain.rs` goes on from them.
+/// Rounds of nearest points in turn: a few are enough where GJK came near. Where the two points creep, the search of `gjk.rs` goes on from them.
 const MOST_PROJECTIONS: usize = 12;
 /// Shorter products of edges and directions have no direction: zero alone.
 const NOT_ZERO: f64 = 1e-300;
@@ -125,7 +125,7 @@ fn convex_convex(x: &[Revolved], y: &[Revolved], b_from_a: &Pose, limit: f64) ->
                 let high = b_from_a.point(&support(p, &b_from_a.rotation.tr_mul(along)));
                 [high, support(q, &-along)]
             };
-            let found = certain::nearest(supports, &-start, [PROVED_WITHIN_MM, bound]);
+            let found = gjk::nearest(supports, &-start, [PROVED_WITHIN_MM, bound]);
             if found.meet || found.proved <= 0.0 {
                 return Separation::Meeting(q.middle());
             }
@@ -314,7 +314,7 @@ fn body_triangle(
         let local = pose.mesh_from_body.rotation.tr_mul(&-along);
         [highest_corner(corners, along), pose.mesh_from_body.point(&support(body, &local))]
     };
-    let found = certain::nearest(supports, &(q - p), [PROVED_WITHIN_MM, bound]);
+    let found = gjk::nearest(supports, &(q - p), [PROVED_WITHIN_MM, bound]);
     if found.apart < apart {
         (p, q) = (found.on_first, found.on_second);
     }

@@ -6,7 +6,7 @@
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_tool::Cutter;
 
-use crate::boxes::Effort;
+use crate::box_tree::Effort;
 use crate::distance::{PROVED_WITHIN_MM, Separation, Warm, gap_with};
 use crate::shape::{MeshShape, PartShape, Revolved};
 use crate::swept::{BodyPlaces, least_distance_with};

@@ -7,15 +7,15 @@ use proveout_geom::Point;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine, PairCare};
 use proveout_tool::Tool;
 
-use crate::advance::{CheckedPair, JointStep, PairState};
-use crate::boxes::BoxTree;
-use crate::kept::{PairGroup, ProvedDistance, Turns, dot};
-use crate::least::{KeptPiece, Proof};
+use crate::box_tree::BoxTree;
+use crate::least_clearance::{KeptPiece, Proof};
 use crate::neighbors::{EMPTY, Neighbors, SkinRests, at_rest, is_left, is_round, rests};
+use crate::pair_advance::{CheckedPair, JointStep, PairState};
 use crate::parts::{
     CollisionPart, Envelope, Fixture, chain_to, fixture_part, machine_parts, motion_weights, relation, rule_of,
     tool_parts,
 };
+use crate::proved_distance::{PairGroup, ProvedDistance, Turns, dot};
 use crate::report::{
     Breach, Clearance, CollisionError, Effort, LeastMeasured, MeshFaults, PairInfo, Severity, Unchecked,
 };

@@ -73,20 +73,20 @@
 //! generating curves, and is not estimated for neighbors. A pair that collides is looked at again each half
 //! millimeter of motion; a separation and new contact in between counts as one breach.
 
-mod advance;
-mod approach;
-mod boxes;
-mod certain;
+mod box_tree;
+mod conservative_advancement;
 mod distance;
 #[cfg(test)]
 mod effort_tests;
+mod gjk;
 mod interference;
-mod kept;
-mod least;
+mod least_clearance;
 mod neighbor_shells;
 mod neighbors;
 mod orientation;
+mod pair_advance;
 mod parts;
+mod proved_distance;
 mod report;
 mod ring;
 mod shape;
@@ -97,9 +97,9 @@ mod tool_clearance;
 mod triangle;
 mod triangle_tree;
 
-pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
+pub use box_tree::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::{FinerPiece, Interference};
-pub use least::{PairClearance, ProvedSpan};
+pub use least_clearance::{PairClearance, ProvedSpan};
 pub use neighbors::ZONE_MM;
 pub use orientation::{
     AxisState, BallTurn, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings,

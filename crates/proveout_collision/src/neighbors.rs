@@ -30,7 +30,7 @@ use std::{f64::consts::TAU, sync::Arc};
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Joint, JointValues, Machine};
 
-use crate::boxes::{BoxTree, Effort, NearestLeaves, nearest_leaf};
+use crate::box_tree::{BoxTree, Effort, NearestLeaves, nearest_leaf};
 use crate::neighbor_shells;
 use crate::shape::MeshShape;
 use crate::triangle;

@@ -23,10 +23,10 @@ use proveout_machine::{Attachment, JointValues, Machine};
 use proveout_tool::{Profile, Segment};
 
 use crate::Interference;
-use crate::advance::{JointStep, MOST_PROVED_MM, PairState};
 use crate::distance::{Separation, Warm, gap};
-use crate::kept::{ProvedDistance, dot};
+use crate::pair_advance::{JointStep, MOST_PROVED_MM, PairState};
 use crate::parts::{CollisionPart, chain_to};
+use crate::proved_distance::{ProvedDistance, dot};
 use crate::shape::{PartShape, Revolved};
 
 /// Hulls of one body at most: each is one more question.

@@ -33,9 +33,9 @@ use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use crate::boxes::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
-use crate::certain;
+use crate::box_tree::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
 use crate::distance::{PROVED_WITHIN_MM, along_segment, from_segment, on_segment};
+use crate::gjk;
 use crate::shape::{PartShape, Revolved, from_parry, to_parry};
 use crate::triangle;
 use crate::triangle_tree::TriangleTree;
@@ -264,7 +264,7 @@ fn proved(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> f64 {
             from_parry(b.local_support_point(to_parry(&Point::from(-along)))),
         ]
     };
-    let found = certain::nearest(supports, &start, [PROVED_WITHIN_MM, limit]);
+    let found = gjk::nearest(supports, &start, [PROVED_WITHIN_MM, limit]);
     if found.meet { 0.0 } else { proved.max(found.proved) }
 }
 

@@ -15,7 +15,7 @@
 use nalgebra::Matrix3;
 use proveout_geom::{Point, TriMesh, Vector};
 
-use crate::boxes::{BoxTree, Branch};
+use crate::box_tree::{BoxTree, Branch};
 
 /// Part of the longest edge that must lie across the mean normal to give a direction.
 const ACROSS: f64 = 1e-9;
@@ -208,7 +208,7 @@ fn split(triangles: &mut [[Point; 3]]) -> usize {
 }
 
 impl BoxTree for TriangleTree {
-    type TriangleNode = u32;
+    type Node = u32;
 
     fn root(&self) -> Option<u32> {
         (!self.nodes.is_empty()).then_some(0)

@@ -38,40 +38,50 @@
 //! 1e-16, the free joint is known to 1e-16 / sin(angle to the singular axis).
 
 mod actual;
-mod assemble;
+mod attachment;
 mod axis_pair;
+mod backlash;
 mod bodies;
-mod chain;
 mod description;
 mod diagnose;
 mod drive;
+mod drive_file;
+mod drive_reader;
 mod errors;
 mod errors_reader;
+mod friction;
 mod inverse;
 mod jacobian;
 mod joint;
 mod joint_reader;
+mod key_lines;
+mod kinematic_chain;
 mod limits;
 mod linuxcnc_ini;
 mod machine;
+mod machine_reader;
 mod mass;
 mod model;
-mod one_line;
 mod pairs;
-mod places;
+mod pairs_reader;
 mod platform;
 mod platform_reader;
 mod poles;
 mod program_zero;
+mod reading;
 mod solver;
+mod spindle;
 mod structure;
+mod summary;
 mod table;
 #[cfg(test)]
 mod testing;
+mod turn_shift;
 mod units;
 mod urdf;
 mod zero_at_home;
 
+pub use attachment::Attachment;
 pub use description::machine_schema;
 pub use diagnose::{Diagnosis, MissingLimit, RemarkSeverity};
 pub use drive::{Drive, ElasticMode, Encoder, VelocityGain};
@@ -81,11 +91,11 @@ pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use limits::{LimitKind, LimitViolation, Limited, MotionState};
 pub use linuxcnc_ini::{ImportedMachine, import_linuxcnc_ini};
-pub use machine::{
-    Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust,
-};
+pub use machine::{Control, ControlKinematics, Machine, MachineBody, RapidMode, Trust};
 pub use mass::BodyMass;
 pub use pairs::{PairCare, PairRule, TOOL_PARTS};
-pub use platform::{Leg, Platform, PlatformError, TurnShift};
+pub use platform::{Leg, Platform, PlatformError};
+pub use spindle::{SpindleData, TableData};
 pub use table::{Direction, TableError, kinematics_csv};
+pub use turn_shift::TurnShift;
 pub use urdf::{UrdfOptions, import_urdf};

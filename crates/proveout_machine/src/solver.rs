@@ -6,7 +6,7 @@ use proveout_geom::{Point, Vector};
 use crate::{
     Joint, JointValues, MAX_JOINTS,
     axis_pair::{AxisAngles, AxisPair, solve_single},
-    chain::{Chain, ChainLink},
+    kinematic_chain::{Chain, ChainLink},
 };
 
 /// What the inverse kinematics can compute ahead for a chain.

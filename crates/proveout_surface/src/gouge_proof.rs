@@ -37,8 +37,8 @@ use rayon::prelude::*;
 
 use crate::{
     DesignMesh, DesignSurface,
-    refined::Worst,
     topography::{SweepItem, SweptBodies},
+    worst_place::Worst,
 };
 
 /// Largest number of faces of a box for which pieces are checked against it; with more it is halved first.

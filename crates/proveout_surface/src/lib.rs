@@ -7,7 +7,7 @@
 //!   [`ConeFlank`] and blades ([`proveout_geom::blade::Blade`]) in closed form; [`chord_error`] of a mesh against one.
 //! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for points as they come.
 //! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
-//! * [`Films`] – sheets of material as thin as the error of their own faces.
+//! * [`ThinFins`] – sheets of material as thin as the error of their own faces.
 //! * [`Areas`] – what is too deep or too high, area by area.
 //! * [`refined`] – the worst place of an area on the swept surface itself, between the rays.
 //! * [`unseen`] – parts of the design that no ray resolves.
@@ -29,16 +29,16 @@ mod blade;
 mod coverage;
 mod design;
 mod deviation;
-mod films;
+mod excess;
 mod gaps;
 mod gouge_proof;
 mod mesh;
-mod refined;
 pub mod scallop;
 mod survey;
 pub mod texture;
+mod thin_fins;
 pub mod topography;
-mod uncut;
+mod worst_place;
 
 pub use analytic::{ConeFlank, ConeFrustum, HalfSpaceDesign, Sphere};
 pub use areas::{Area, AreaPart, Areas, MOST_CELLS, MOST_STARTS, Seed, Starts};
@@ -48,10 +48,10 @@ pub use design::{DesignSurface, NearestOnDesign};
 pub use deviation::{
     Deviation, DeviationSettings, Judged, SurfaceSample, Tally, WorstPoint, judge, measure, measure_where,
 };
-pub use films::{Film, Films};
+pub use excess::{LeftMaterial, Uncut, UncutFound, uncut};
 pub use gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps};
 pub use gouge_proof::{Overcut, Overcuts, overcuts};
 pub use mesh::{DesignError, DesignMesh};
-pub use refined::{Refine, Worst, refined};
 pub use survey::{Band, FoundGap, Solid, Survey};
-pub use uncut::{LeftMaterial, Uncut, UncutFound, uncut};
+pub use thin_fins::{FinCrossing, ThinFins};
+pub use worst_place::{Refine, Worst, refined};

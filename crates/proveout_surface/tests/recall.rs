@@ -18,8 +18,8 @@ use std::f64::consts::PI;
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, DesignSurface, DeviationSettings, Films, Judged, NearestOnDesign, Refine, Seed, Side,
-    Starts, Survey, Worst, refined,
+    Area, AreaPart, Areas, DesignSurface, DeviationSettings, Judged, NearestOnDesign, Refine, Seed, Side, Starts,
+    Survey, ThinFins, Worst, refined,
     topography::{PathPiece, SweptPath},
 };
 use proveout_tool::{Cutter, Profile};
@@ -373,7 +373,7 @@ fn look(part: &Part) -> Vec<Seen> {
         design: Some(&design),
         solid: None,
         settings,
-        films: Films::default(),
+        fins: ThinFins::default(),
         window: None,
         finer: &[],
     };

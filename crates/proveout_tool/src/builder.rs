@@ -3,18 +3,7 @@
 use crate::cutter::{LARGEST_MM, length, refuse, within};
 use crate::outline::ToolOutline;
 use crate::profile::JOIN_MM;
-use crate::{Body, Cutter, Role, ShapeError, Tool};
-
-/// One section of a holder: a cylinder or a cone, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HolderSection {
-    /// Diameter at its end nearer to the tip.
-    pub diameter: f64,
-    /// Diameter at its end nearer to the spindle.
-    pub top_diameter: f64,
-    /// Length along the axis.
-    pub length: f64,
-}
+use crate::{Body, Cutter, HolderSection, Role, ShapeError, Tool};
 
 /// Builds a [`Tool`] from dimensions (mm).
 ///

@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-use crate::builder::{HolderSection, ToolBuilder};
 use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
 use crate::edges::edges_of;
 use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
 use crate::profile::ON_CIRCLE_MM;
 use crate::residual::residual_of;
+use crate::{HolderSection, ToolBuilder};
 use crate::{ProfileError, Segment, Thread, Tool};
 
 /// Fastest spindle that is believed, 1/min.

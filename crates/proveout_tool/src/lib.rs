@@ -24,11 +24,11 @@
 
 mod assembly;
 mod builder;
-mod clamping;
 mod cutter;
 mod draft;
 mod edges;
 mod entry;
+mod holder;
 mod import;
 mod library;
 mod library_file;
@@ -38,11 +38,12 @@ mod residual;
 mod thread;
 
 pub use assembly::{Body, Role, Tool, ToolId};
-pub use builder::{HolderSection, ToolBuilder};
+pub use builder::ToolBuilder;
 pub use cutter::{Apt, Cutter, ShapeError};
 pub use draft::{PlainHolder, ToolDraft, library_text, plain_number, quoted};
 pub use edges::{CuttingEdges, RakeAbout, RoundInsert, RunOut};
 pub use entry::library_schema;
+pub use holder::HolderSection;
 pub use import::words::{
     center_cutting_of as tool_center_cutting_of_words, flutes_of as tool_teeth_of_words, kind_of as tool_kind_of_words,
 };

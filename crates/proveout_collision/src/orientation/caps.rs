@@ -20,10 +20,10 @@ use std::ops::Range;
 use super::extent::Extent;
 use super::grid::{AxisCell, AxisGrid};
 use super::map::{AxisState, MapNode, NodeState};
+use super::obstacle_solids::ObstacleSolid;
+use super::obstacle_spots::{Spots, turn};
 use super::packet::{Cells, LANES, Packet};
-use super::solids::ObstacleSolid;
 use super::space::{PivotedContact, split};
-use super::spots::{Spots, turn};
 
 /// Triangles are quartered down to this share of the angle of a finest cell.
 const PIECE_SHARE: f64 = 0.5;

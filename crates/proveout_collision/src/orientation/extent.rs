@@ -21,7 +21,7 @@
 
 use std::f64::consts::PI;
 
-use super::limb::ToolPart;
+use super::tool_part::ToolPart;
 
 /// A bin holds the distances whose first bits are the same: sign, exponent and nine bits of the fraction. There are 512 to an octave, each a
 /// fifth to a tenth of a percent wide, and no logarithm is asked for.

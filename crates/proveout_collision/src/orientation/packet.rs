@@ -1,4 +1,4 @@
-//! Sixteen cells of axes at once against a spot (`spots.rs`): the same operation for each, in the vector instructions that the processor has (`pulp`
+//! Sixteen cells of axes at once against a spot (`obstacle_spots.rs`): the same operation for each, in the vector instructions that the processor has (`pulp`
 //! chooses at run time). Nothing is rounded across cells or fused: the same bits everywhere.
 //!
 //! Angles are compared by their cosines, in single precision. A unit vector has three numbers off by half a unit of the last place each, which is
@@ -8,7 +8,7 @@
 use proveout_geom::Vector;
 use pulp::Simd;
 
-use super::spots::{Anchor, ObstacleSpot, Turn};
+use super::obstacle_spots::{Anchor, ObstacleSpot, Turn};
 
 /// Cells of a packet.
 pub(super) const LANES: usize = 16;

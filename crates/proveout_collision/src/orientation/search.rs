@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use proveout_geom::{Point, Vector};
 
-use super::limb::ToolPart;
-use super::solids::{ObstacleSolid, closest};
+use super::obstacle_solids::{ObstacleSolid, closest};
+use super::tool_part::ToolPart;
 
 /// Added to every bound of a motion, mm: far above the rounding of coordinates of a meter, far below every tolerance.
 const ROUNDING_MM: f64 = 1e-9;

@@ -13,10 +13,10 @@ use super::curvature::{judge, least_difference};
 use super::cutter_end::CutterEnd;
 use super::extent::Extent;
 use super::grid::{AxisCell, AxisGrid};
-use super::limb::ToolPart;
 use super::map::{AxisState, MapNode, NodeState, OrientationMap, Refusal};
+use super::obstacle_solids::ObstacleSolid;
 use super::search::{CellPose, CellSearch, Verdict};
-use super::solids::ObstacleSolid;
+use super::tool_part::ToolPart;
 use super::walk::OrientationWalk;
 
 /// Cells are at least this high, radian: 0.02 degrees, a fifth of what a rotary axis of a machine holds under load.

@@ -5,8 +5,8 @@ use proveout_geom::Point;
 use super::contact::{OrientationError, SurfaceContact};
 use super::grid::AxisCell;
 use super::map::{AxisState, MapNode, NodeState, OrientationMap, Refusal};
+use super::obstacle_solids::ObstacleSolid;
 use super::search::{Candidate, CellSearch, Verdict};
-use super::solids::ObstacleSolid;
 use super::space::{OrientationSpace, PivotedContact, split};
 
 /// A neighborhood reaches as far as so many steps like the last one. Farther, and fewer cells are decided for all of it; nearer, and

@@ -4,7 +4,7 @@ use proveout_geom::{Aabb, Point, Pose, Vector};
 use proveout_stock::{RaySegment, TileNode, TileTree, TriDexel};
 
 use super::segment::segment_triangle;
-use crate::boxes::{BoxTree, Branch};
+use crate::box_tree::{BoxTree, Branch};
 use crate::shape::{MeshShape, from_parry, to_parry};
 use crate::triangle_tree::TriangleTree;
 

@@ -63,8 +63,8 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_stock::{TileTree, TriDexel};
 
 use crate::Interference;
-use crate::kept::Turns;
 use crate::parts::{CollisionPart, Envelope, MeshDemand, mesh_shape, relation, table_of};
+use crate::proved_distance::Turns;
 use crate::report::{CollisionError, PartKind, Severity, Unchecked};
 use crate::ring::{ring_of, turning_joint};
 use crate::shape::{MeshShape, PartShape, to_parry};

@@ -6,10 +6,10 @@ use proveout_stock::TriDexel;
 
 use super::distance::{NearRay, Rays, material_inside, nearest, penetration};
 use super::{JointMotion, StockBreach, StockCheck};
-use crate::advance::{MOST_PROVED_MM, PairState};
 use crate::distance::{Separation, gap};
-use crate::kept::{ProvedDistance, Turns, dot};
+use crate::pair_advance::{MOST_PROVED_MM, PairState};
 use crate::parts::{CollisionPart, motion_weights};
+use crate::proved_distance::{ProvedDistance, Turns, dot};
 use crate::report::Severity;
 use crate::shape::{MeshShape, PartShape};
 use crate::triangle_tree::TriangleTree;

@@ -6,10 +6,10 @@ use proveout_geom::{InputError, MAX_LENGTH_MM, Point, Vector};
 
 use super::{
     UrdfOptions,
-    ends::NamedLinks,
+    link_tree::LinkTree,
+    named_links::NamedLinks,
     read::{Robot, UrdfJoint, UrdfJointKind},
     source::{UrdfSource, listed, reach, shown},
-    tree::LinkTree,
 };
 use crate::{Carries, MAX_JOINTS, Machine};
 

@@ -8,10 +8,10 @@ use proveout_geom::{Aabb, InputError, MAX_LENGTH_MM, Point, Pose, TriMesh, Vecto
 use super::{
     axes::Axes,
     glb,
+    link_tree::LinkTree,
     meshes::Meshes,
     read::{Inertia, Robot, UrdfGeometry, UrdfLink, UrdfShape},
     source::{UrdfSource, reach, shown},
-    tree::LinkTree,
     write::{number, place, quoted},
 };
 use crate::{TOOL_PARTS, mass::is_inertia};

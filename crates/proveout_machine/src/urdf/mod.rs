@@ -20,12 +20,12 @@
 
 mod axes;
 mod bodies;
-mod ends;
 mod glb;
+mod link_tree;
 mod meshes;
+mod named_links;
 mod read;
 mod source;
-mod tree;
 mod write;
 mod xml;
 
@@ -33,7 +33,7 @@ use std::path::Path;
 
 use proveout_geom::{InputError, read_input};
 
-use self::{source::UrdfSource, tree::LinkTree};
+use self::{link_tree::LinkTree, source::UrdfSource};
 use crate::{ImportedMachine, Machine};
 
 /// What a URDF file does not say about a machine, in the words of the caller; `None` where the caller says
@@ -64,7 +64,7 @@ pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine
     let source = UrdfSource { file, text: &text };
     let robot = read::robot(&source)?;
     let tree = LinkTree::new(&source, &robot)?;
-    let ends = ends::ends(&source, &robot, &tree, options)?;
+    let ends = named_links::ends(&source, &robot, &tree, options)?;
     let axes = axes::axes(&source, &robot, &tree, &ends, options)?;
     let mut notes = axes.notes.clone();
     let kinematics = write::kinematics(&source, &robot, &tree, &ends, &axes, &mut notes)?;

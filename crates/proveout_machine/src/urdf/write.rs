@@ -6,10 +6,10 @@ use proveout_geom::{InputError, Point, Vector, deg, range_of};
 
 use super::{
     axes::{Axes, UrdfAxis},
-    ends::NamedLinks,
+    link_tree::LinkTree,
+    named_links::NamedLinks,
     read::{Robot, UrdfJointKind},
     source::{UrdfSource, listed, shown},
-    tree::LinkTree,
 };
 use crate::Carries;
 

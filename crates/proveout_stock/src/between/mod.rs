@@ -20,7 +20,7 @@
 //!     else       eight cubes of half the edge
 //! ```
 //!
-//! F is the function of a convex body (`moving`): its value is never more than the distance from the skin, and inside it is the depth. A
+//! F is the function of a convex body (`moving_body`): its value is never more than the distance from the skin, and inside it is the depth. A
 //! cube that is empty stays so, since material only goes away: it is remembered over the whole run, and eight empty cubes are an empty
 //! one. So open space is proved once, in large cubes.
 //!
@@ -47,10 +47,10 @@
 //! Results depend on the cuts and their order alone, not on threads, nor on the cells.
 
 mod cut_tree;
+mod depth_search;
 mod mesh_side;
-mod moving;
+mod moving_body;
 mod raw;
-mod search;
 
 use std::collections::HashMap;
 
@@ -59,9 +59,9 @@ use proveout_tool::Profile;
 
 use crate::{RawBody, SweepMotion, TriDexel, field::raw_body::KnownForm, kernels::meridian::Meridian};
 use cut_tree::CutTree;
-use moving::{FunctionPart, MovingBody};
+use depth_search::{DepthSearch, Mover};
+use moving_body::{FunctionPart, MovingBody};
 use raw::{Raw, RayCells};
-use search::{DepthSearch, Mover};
 
 /// Half the thickness of material that counts for nothing, mm.
 const FILM: f64 = 0.001;

@@ -122,7 +122,7 @@ fn sample(ray: &NormalLine, piece: &SweptPiece, body: &CutterBody, time: f64, he
 ///
 /// A convex body that moves straight makes the height a convex function of time, and [`descend`] finds its lowest place. Where the
 /// piece turns, or the body leaves the ray within the piece, there may be several: the whole piece is then gone through by leaps. With d(h, t) the
-/// distance of the body from the place at height h, bounded from below by its tangent plane less K (t - t0)^2 / 2 (K as in `contact`), no touch
+/// distance of the body from the place at height h, bounded from below by its tangent plane less K (t - t0)^2 / 2 (K as in `edge_contact`), no touch
 /// lies below h0 while `d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0`, provided that d falls with h. So that leaps have a length at the lowest
 /// place too, h0 is taken [`CERTAIN`] lower: a touch that is lower by less may be left out.
 pub(crate) fn lowest(

@@ -5,29 +5,25 @@ use std::path::{Path, PathBuf};
 use proveout_geom::{Document, InputError, Point, Pose, Step, Step::Item, Step::Key, Vector, rad, read_input};
 
 use crate::{
-    Attachment, Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, RapidMode,
-    SpindleData, TableData, Trust,
+    Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, RapidMode, SpindleData,
+    TableData, Trust,
+    attachment::attachment,
     bodies::read_bodies,
-    chain::Chain,
-    description::{JointFile, KinematicsFile, MachineFile, Notes, RapidFile, ZeroFile},
+    description::{KinematicsFile, MachineFile, RapidFile, ZeroFile},
     errors_reader::read_errors,
     joint_reader::read_joint,
-    pairs::read_pairs,
-    places::KeyLines,
+    key_lines::KeyLines,
+    kinematic_chain::Chain,
+    pairs_reader::read_pairs,
     platform_reader::read_platforms,
+    reading::{Checked, Notes, finite_vector, positive, unit},
     solver::Solver,
     structure::{chain_to, check_kinematics},
     units::S_PER_MS,
 };
 
-/// A direction may miss the length one by this much, and is then normalized: six digits in a file.
-const UNIT_TOLERANCE: f64 = 1e-6;
-/// Shorter vectors have no direction.
-const SHORTEST: f64 = 1e-12;
 /// Sine of the angle to Z below which a direction is along it.
 const PARALLEL: f64 = 1e-12;
-
-pub(crate) type Checked<T> = Result<T, InputError>;
 
 impl Machine {
     /// Reads a machine from its folder or from its `machine.toml`.
@@ -127,64 +123,11 @@ fn assemble(source: &Document<'_>, content: &MachineFile) -> Result<Machine, Inp
     }
 }
 
-pub(crate) fn attachment(
-    source: &Document<'_>,
-    joints: &[JointFile],
-    path: &[Step<'_>],
-    name: &str,
-) -> Checked<Attachment> {
-    if name == "base" {
-        return Ok(Attachment::Base);
-    }
-    joints.iter().position(|j| j.name == name).map(Attachment::Joint).ok_or_else(|| {
-        let names: Vec<&str> = joints.iter().map(|j| j.name.as_str()).collect();
-        let remedy = format!("write base or a joint of this file: {}", names.join(", "));
-        source.error("machine-unknown-joint", path, format!("there is no joint {name:?}"), remedy)
-    })
-}
-
-pub(crate) fn positive(source: &Document<'_>, path: &[Step<'_>], value: Option<f64>) -> Checked<Option<f64>> {
-    match value {
-        Some(v) if !(v > 0.0 && v.is_finite()) => {
-            let remedy = "write a finite number above zero, or leave the key out where the value is not known";
-            Err(source.error("machine-not-positive", path, format!("{v} cannot be"), remedy))
-        }
-        v => Ok(v),
-    }
-}
-
 fn not_negative(source: &Document<'_>, path: &[Step<'_>], value: f64) -> Checked<f64> {
     if value >= 0.0 && value.is_finite() {
         return Ok(value);
     }
     Err(source.error("machine-not-positive", path, format!("{value} cannot be"), "write zero or a positive number"))
-}
-
-pub(crate) fn finite_vector(source: &Document<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
-    if v.iter().all(|x| x.is_finite()) {
-        return Ok(Vector::from(v));
-    }
-    Err(source.error(
-        "machine-not-finite",
-        path,
-        format!("{v:?} is not a valid position"),
-        "write three finite numbers",
-    ))
-}
-
-pub(crate) fn unit(source: &Document<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
-    let v = finite_vector(source, path, v)?;
-    let length = v.norm();
-    if (length - 1.0).abs() <= UNIT_TOLERANCE {
-        // A vector that is exact already, as along a machine axis, must stay exact.
-        return Ok(if length == 1.0 { v } else { v / length });
-    }
-    let remedy = match v.try_normalize(SHORTEST) {
-        Some(n) => format!("write [{:.9}, {:.9}, {:.9}] if that is the direction", n.x, n.y, n.z),
-        None => "write a vector of length one".to_owned(),
-    };
-    let message = format!("the direction {:?} has the length {length:.9}, not one", [v.x, v.y, v.z]);
-    Err(source.error("machine-not-unit", path, message, remedy))
 }
 
 /// The rotation that brings +z into a direction on the shortest way; half a turn about x for -z.

@@ -17,6 +17,17 @@ use crate::{Body, Profile, Role, Segment, Tool};
 /// Heights closer than this are one, mm.
 const JOIN_MM: f64 = 1e-6;
 
+/// One section of a holder: a cylinder or a cone, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HolderSection {
+    /// Diameter at its end nearer to the tip.
+    pub diameter: f64,
+    /// Diameter at its end nearer to the spindle.
+    pub top_diameter: f64,
+    /// Length along the axis.
+    pub length: f64,
+}
+
 impl Tool {
     /// Current projection from the holder: tip to holder nose, mm; none without a holder.
     pub fn overhang(&self) -> Option<f64> {

@@ -7,7 +7,7 @@ use proveout_geom::{Point, Vector};
 
 use super::BALL_ROUNDING;
 use super::extent::Extent;
-use super::solids::ObstacleSolid;
+use super::obstacle_solids::ObstacleSolid;
 use super::space::PivotedContact;
 
 /// So many balls and pieces of triangles are looked at for one contact; what is not decided then stays unknown.

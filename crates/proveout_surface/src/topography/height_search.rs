@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::{
     CutterPiece, Edge, Lattice, NOT_ZERO,
-    contact::{Hull, LowestContact, PieceRun},
+    edge_contact::{Hull, LowestContact, PieceRun},
     envelope::{NormalLine, descend, lowest, touch},
     motion::SweptPiece,
     outline::{CutterBody, CutterOutline},

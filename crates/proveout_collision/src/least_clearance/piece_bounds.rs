@@ -4,8 +4,8 @@
 //! its stretches down to the same pieces and ask the same once more. So the answers are kept, and a stretch whose pieces all have one that is good enough
 //! is done without a look.
 
+use super::piece_tree::PieceTree;
 use super::search::StretchBound;
-use super::way::PieceTree;
 
 /// Distance of a pair that the check has found on the whole of a piece.
 #[derive(Clone, Copy, Debug)]

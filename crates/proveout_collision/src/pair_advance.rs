@@ -4,13 +4,13 @@ use proveout_geom::{Point, Pose};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::Interference;
-use crate::approach::{AdvanceStep, outlook};
+use crate::conservative_advancement::{AdvanceStep, outlook};
 use crate::distance::{Separation, Warm, gap, inside, penetration, skins};
 use crate::interference::FinerPiece;
-use crate::kept::{ProvedDistance, dot};
-use crate::least::{BEYOND, FINE_MM, STRAIGHT_MM};
+use crate::least_clearance::{BEYOND, FINE_MM, STRAIGHT_MM};
 use crate::neighbors::Neighbors;
 use crate::parts::chain_to;
+use crate::proved_distance::{ProvedDistance, dot};
 use crate::report::{Breach, LeastMeasured, Severity};
 use crate::ring::RingState;
 use crate::shape::PartShape;

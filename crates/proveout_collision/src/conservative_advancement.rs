@@ -5,7 +5,7 @@
 //! steps shrink with the distance, and end at a tolerance above the threshold, so that nothing is passed over, and what is called near
 //! is no further away than the tolerance.
 //!
-//! The pairs of a machine (`advance.rs`) and single edges and faces go by the same rule.
+//! The pairs of a machine (`pair_advance.rs`) and single edges and faces go by the same rule.
 
 /// What one distance says of the rest of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]

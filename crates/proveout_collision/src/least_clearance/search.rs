@@ -38,8 +38,8 @@ use std::collections::BinaryHeap;
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use super::noted::PieceBounds;
-use super::way::{MotionStretch, PieceTree};
+use super::piece_bounds::PieceBounds;
+use super::piece_tree::{MotionStretch, PieceTree};
 use super::{BEYOND, ENOUGH_MM};
 
 /// A stretch whose motion is more than this part of the least distance that was measured is long.

@@ -14,17 +14,17 @@
 //! about each other may cost as much as a thousand others. Neighbors are left to the check: they
 //! are near each other all the time.
 //!
-//! Findings of the check about whole pieces are not queried again (`noted.rs`): a tool that slides
+//! Findings of the check about whole pieces are not queried again (`piece_bounds.rs`): a tool that slides
 //! along a wall is queried in every piece of its way.
 //!
 //! Pieces are kept up to [`MOST_PIECES`] and then looked at, so that memory is bounded for a program of any length. Two bodies that are met
 //! or lie one within the other have the distance zero in that part of the motion.
 
-mod noted;
+mod piece_bounds;
+mod piece_tree;
 mod search;
 #[cfg(test)]
 mod tests;
-mod way;
 
 use std::sync::Arc;
 
@@ -32,19 +32,19 @@ use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use crate::Interference;
-use crate::advance::CheckedPair;
-use crate::boxes::Effort;
+use crate::box_tree::Effort;
 use crate::distance::{Separation, Warm, gap_with};
-use crate::kept::dot;
+use crate::pair_advance::CheckedPair;
 use crate::parts::{CollisionPart, chain_to};
+use crate::proved_distance::dot;
 use crate::report::Severity;
 use crate::ring::Ring;
 use crate::shape::PartShape;
 use crate::swept::{BodyPlaces, bent, least_distance_with};
-use noted::{PieceBounds, PieceRecord};
+use piece_bounds::{PieceBounds, PieceRecord};
+pub(crate) use piece_tree::KeptPiece;
+use piece_tree::{MotionStretch, PieceTree, Range};
 use search::{Ask, LeastSearch, MeasuredDistance, StretchBound, Tolerance, turned};
-pub(crate) use way::KeptPiece;
-use way::{MotionStretch, PieceTree, Range};
 
 /// Pieces that are kept at most: 7 MB.
 const MOST_PIECES: usize = 1 << 15;

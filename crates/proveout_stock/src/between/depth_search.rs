@@ -4,7 +4,7 @@ use proveout_geom::{Aabb, Point, Vector};
 
 use super::{
     BetweenRays, FILM, MOST_WORK_DEEPER,
-    moving::{FunctionPart, LeastDistance, MovingBody},
+    moving_body::{FunctionPart, LeastDistance, MovingBody},
 };
 use crate::kernels::meridian::Meridian;
 

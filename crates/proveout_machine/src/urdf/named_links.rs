@@ -4,9 +4,9 @@ use proveout_geom::{InputError, Vector};
 
 use super::{
     UrdfOptions,
+    link_tree::LinkTree,
     read::Robot,
     source::{UrdfSource, listed, shown},
-    tree::LinkTree,
 };
 
 /// The links that the caller has named, and which way their frames look.

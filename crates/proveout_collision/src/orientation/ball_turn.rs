@@ -21,7 +21,7 @@ use proveout_geom::{Point, Vector};
 
 use super::BALL_ROUNDING;
 use super::extent::Extent;
-use super::solids::{ObstacleSolid, closest};
+use super::obstacle_solids::{ObstacleSolid, closest};
 use super::space::OrientationSpace;
 
 /// Pieces seen under a smaller angle than this are not divided, radian: half a degree.
