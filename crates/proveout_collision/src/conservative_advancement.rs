@@ -20,7 +20,7 @@ pub(crate) enum AdvanceStep {
 
 /// How the distance (mm, a lower bound) at time t is judged; `mu` is the most by which it changes for a unit of time. Where it goes on, it
 /// does so down to `aim` only, which is the threshold or above it.
-pub(crate) fn outlook(t: f64, distance: f64, mu: f64, [threshold, aim]: [f64; 2], tolerance: f64) -> AdvanceStep {
+pub(crate) fn next_advance(t: f64, distance: f64, mu: f64, [threshold, aim]: [f64; 2], tolerance: f64) -> AdvanceStep {
     if distance.is_nan() || mu.is_nan() || distance <= threshold + tolerance {
         return AdvanceStep::Reached;
     }
@@ -33,7 +33,7 @@ pub(crate) fn outlook(t: f64, distance: f64, mu: f64, [threshold, aim]: [f64; 2]
 fn first_approach(mut distance_at: impl FnMut(f64) -> f64, mu: f64, threshold: f64, tolerance: f64) -> Option<f64> {
     let mut t = 0.0;
     loop {
-        match outlook(t, distance_at(t), mu, [threshold; 2], tolerance) {
+        match next_advance(t, distance_at(t), mu, [threshold; 2], tolerance) {
             AdvanceStep::Reached => return Some(t),
             AdvanceStep::Clear => return None,
             AdvanceStep::Until(next) => t = next,

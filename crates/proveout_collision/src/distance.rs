@@ -214,7 +214,7 @@ fn convex_mesh(
         let outside = ((middle - box_middle).abs() - box_half - half).map(|x| x.max(0.0)).norm();
         let from_axis = from_segment(&middle, [&spine, &high]) - half.norm() - radius;
         let of_box = from_axis.max(outside);
-        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.beside(node, amid, highest, (round, bound))) }
+        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.node_distance(node, amid, highest, (round, bound))) }
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
     let start = warm.filter(|i| (*i as usize) < mesh.boxes.triangles().len()).map(|i| of(i, limit));

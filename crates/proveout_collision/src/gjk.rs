@@ -30,7 +30,7 @@ const NO_FACE: f64 = 1e-28;
 
 /// What is known of a distance, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Certain {
+pub(crate) struct DistanceBounds {
     /// Proved by two planes; zero or less where none is.
     pub(crate) proved: f64,
     /// Distance of the two points; zero where the bodies meet.
@@ -53,14 +53,18 @@ struct DifferencePoint {
 
 /// Nearest points of two convex bodies. `supports` gives the point of the first body that is farthest along a unit vector, and that of the second
 /// that is least far; `start` is any vector from the first to the second. It ends where proof and points agree to `within`, or where `bound` is proved.
-pub(crate) fn nearest(supports: impl Fn(&Vector) -> [Point; 2], start: &Vector, [within, bound]: [f64; 2]) -> Certain {
+pub(crate) fn nearest(
+    supports: impl Fn(&Vector) -> [Point; 2],
+    start: &Vector,
+    [within, bound]: [f64; 2],
+) -> DistanceBounds {
     let corner = |n: &Vector| {
         let [on_first, on_second] = supports(n);
         DifferencePoint { w: on_second - on_first, on_first, on_second }
     };
     let first = start.try_normalize(0.0).unwrap_or_else(Vector::z);
     let mut simplex = vec![corner(&first)];
-    let mut best = Certain {
+    let mut best = DistanceBounds {
         proved: simplex[0].w.dot(&first),
         apart: simplex[0].w.norm(),
         on_first: simplex[0].on_first,

@@ -362,7 +362,7 @@ impl Interference {
         if self.envelope.include(&self.machine, &high) || grown {
             self.recompute_weights();
         }
-        let needs = self.groups.each_ref().map(|g| g.needs(&self.turns, [from, to], off, slack));
+        let needs = self.groups.each_ref().map(|g| g.budget_needed(&self.turns, [from, to], off, slack));
         let fits = [0, 1].map(|k| needs[k] < self.groups[k].budget);
         let others = fits[1] && self.neighbors_keep_clear(&low, &high, slack);
         for k in (0..2).filter(|&k| fits[k] && others) {

@@ -239,13 +239,13 @@ pub(crate) fn rests(
     let rest = bodies.map(|body| outside(body.boxes.triangles(), &invariant, &zone));
     let area = |t: &[[Point; 3]]| -> f64 { t.iter().map(|[a, b, c]| (b - a).cross(&(c - a)).norm()).sum() };
     let left_out = [0, 1].map(|k| 1.0 - area(&rest[k]) / area(bodies[k].boxes.triangles()).max(f64::MIN_POSITIVE));
-    let at_rest = AtRest { bodies, b_from_a, near, invariant: &invariant, zone: &zone };
+    let at_rest = BearingBodies { bodies, b_from_a, near, invariant: &invariant, zone: &zone };
     let idle = neighbor_shells::pairs(&at_rest, bodies.map(|body| &body.boxes));
     SkinRests { skins: rest.map(|triangles| Arc::new(TriangleTree::of_triangles(triangles))), left_out, idle }
 }
 
 /// Two bodies at rest, with the zone in which they bear on each other.
-struct AtRest<'a> {
+struct BearingBodies<'a> {
     bodies: [&'a MeshShape; 2],
     b_from_a: &'a Pose,
     near: f64,
@@ -253,7 +253,7 @@ struct AtRest<'a> {
     zone: &'a Zone,
 }
 
-impl neighbor_shells::Bodies for AtRest<'_> {
+impl neighbor_shells::Bodies for BearingBodies<'_> {
     fn in_zone(&self, triangles: &[[Point; 3]]) -> bool {
         triangles.iter().all(|t| self.zone.meets(&self.invariant.patch(t)))
             && outside(triangles, self.invariant, self.zone).is_empty()
@@ -325,8 +325,8 @@ fn is_inside(body: &MeshShape, p: &Point) -> bool {
     if body.faults.open.is_some() {
         return false;
     }
-    let one = body.boxes.leaving(p, &Vector::new(0.571_23, 0.703_41, 0.422_87));
-    let other = body.boxes.leaving(p, &Vector::new(-0.318_59, 0.214_73, -0.923_17));
+    let one = body.boxes.winding_crossings(p, &Vector::new(0.571_23, 0.703_41, 0.422_87));
+    let other = body.boxes.winding_crossings(p, &Vector::new(-0.318_59, 0.214_73, -0.923_17));
     if one == other { one > 0 } else { body.contains(p) }
 }
 

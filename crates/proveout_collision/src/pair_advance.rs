@@ -4,7 +4,7 @@ use proveout_geom::{Point, Pose};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::Interference;
-use crate::conservative_advancement::{AdvanceStep, outlook};
+use crate::conservative_advancement::{AdvanceStep, next_advance};
 use crate::distance::{Separation, Warm, gap, inside, penetration, skins};
 use crate::interference::FinerPiece;
 use crate::least_clearance::{BEYOND, FINE_MM, STRAIGHT_MM};
@@ -122,11 +122,11 @@ impl Interference {
             PairState::Near => 0.0,
             PairState::Contact => return 0.0,
         };
-        (level + SLACK_MM).max(self.watched(p))
+        (level + SLACK_MM).max(self.watch_distance(p))
     }
 
     /// Distance below which a pair may hold the smallest distance of all; neighbors are not asked for it.
-    fn watched(&self, p: &CheckedPair) -> f64 {
+    fn watch_distance(&self, p: &CheckedPair) -> f64 {
         if p.neighbors.is_some() {
             return 0.0;
         }
@@ -191,7 +191,7 @@ impl Interference {
         while self.pairs[i].state != PairState::Contact {
             let level = if self.pairs[i].state == PairState::Clear { self.pairs[i].clearance } else { 0.0 };
             let floor = level + SLACK_MM + step.slack;
-            let watched = self.watched(&self.pairs[i]) + step.slack;
+            let watched = self.watch_distance(&self.pairs[i]) + step.slack;
             if self.pairs[i].slides && self.pairs[i].state == PairState::Clear && mu * (1.0 - t) > LEAST_WAY_MM {
                 let ends = [1.0, 0.5 * (1.0 + t)];
                 match ends.into_iter().find(|&end| self.slides_clear(i, step, [t, end], floor.max(watched))) {
@@ -220,9 +220,9 @@ impl Interference {
                 Separation::At(d, p, q) => {
                     let middle = nalgebra::center(&p, &q);
                     // Not down to the threshold at once: the proved bound stays near the smallest distance measured.
-                    let watched = self.watched(&self.pairs[i]) + step.slack;
+                    let watched = self.watch_distance(&self.pairs[i]) + step.slack;
                     let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
-                    match outlook(t, d, mu, [floor, safe], TOLERANCE_MM) {
+                    match next_advance(t, d, mu, [floor, safe], TOLERANCE_MM) {
                         _ if !d.is_finite() => self.open(i, Severity::QueryFailed, step, t, 0.0, &middle, false),
                         AdvanceStep::Reached if found == NearPlace::Asked => return false,
                         AdvanceStep::Reached => {

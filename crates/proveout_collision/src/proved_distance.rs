@@ -32,7 +32,7 @@ impl ProvedDistance {
 
     /// Distance that is proved on all of a straight way of the joints, mm.
     pub(crate) fn along(&self, turns: &Turns, weights: &[f64; MAX_JOINTS], way: [&JointValues; 2]) -> f64 {
-        self.distance - dot(weights, &turns.away(&self.at, way))
+        self.distance - dot(weights, &turns.farthest_offsets(&self.at, way))
     }
 }
 
@@ -73,8 +73,8 @@ impl PairGroup {
     }
 
     /// What a way needs of the budget; the joints may leave it by `off` and points by `slack`.
-    pub(crate) fn needs(&self, turns: &Turns, way: [&JointValues; 2], off: &JointValues, slack: f64) -> f64 {
-        dot(&self.weights, &turns.away(&self.reference, way)) + slack + dot(&self.weights, &off.0)
+    pub(crate) fn budget_needed(&self, turns: &Turns, way: [&JointValues; 2], off: &JointValues, slack: f64) -> f64 {
+        dot(&self.weights, &turns.farthest_offsets(&self.reference, way)) + slack + dot(&self.weights, &off.0)
     }
 }
 
@@ -93,7 +93,7 @@ impl Turns {
     }
 
     /// Farthest that each joint is from a place on a straight way, mm and radian.
-    pub(crate) fn away(&self, place: &JointValues, [from, to]: [&JointValues; 2]) -> [f64; MAX_JOINTS] {
+    pub(crate) fn farthest_offsets(&self, place: &JointValues, [from, to]: [&JointValues; 2]) -> [f64; MAX_JOINTS] {
         std::array::from_fn(|j| {
             let (a, b) = (from[j] - place[j], to[j] - place[j]);
             let far = a.abs().max(b.abs());

@@ -375,7 +375,7 @@ fn bodies_skin(
             let (m, h) = skin.bounds(node);
             let outside = ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
             let of_box = outside.max(from_segment(&m, [&from[0], &to[0]]) - h.norm() - reach);
-            if of_box >= bound { of_box } else { of_box.max(skin.beside(node, amid, highest, (round, bound))) }
+            if of_box >= bound { of_box } else { of_box.max(skin.node_distance(node, amid, highest, (round, bound))) }
         };
         let of = |item: u32, bound: f64| {
             let corners = skin.corners(item);

@@ -113,7 +113,7 @@ impl TriangleTree {
 
     /// How often a half line from a point leaves the triangles less how often it enters them: the winding number of closed shells about
     /// the point, if the half line passes through no edge.
-    pub(crate) fn leaving(&self, from: &Point, along: &Vector) -> i32 {
+    pub(crate) fn winding_crossings(&self, from: &Point, along: &Vector) -> i32 {
         let mut sum = 0;
         let mut open = Vec::from_iter(self.root());
         while let Some(at) = open.pop() {
@@ -155,7 +155,7 @@ impl TriangleTree {
     /// Lower bound of the distance of a convex body from the triangles of a node, mm, below zero where none is proved, by planes across the way between their box
     /// and the middle of the body. `amid` gives the point amid the body that is nearest to a point, `support` the largest component of the body's points along a
     /// unit vector. The body reaches at least `round` about its middle: where no more than `wanted` can be proved by that, it is not asked for its support.
-    pub(crate) fn beside(
+    pub(crate) fn node_distance(
         &self,
         node: u32,
         amid: impl Fn(&Point) -> Point,

@@ -37,7 +37,7 @@ pub(crate) struct MachineFile {
     /// The surface that workpieces are clamped on.
     pub(crate) table: TableFile,
     /// The control.
-    pub(crate) control: ControlFile,
+    pub(crate) control: MachineControlFile,
     /// Mean densities of bodies that state no mass, for drive loads; without it such a body's mass is not known.
     pub(crate) body_density: Option<DensityFile>,
     /// Parts for collision checks and pictures.
@@ -216,7 +216,7 @@ pub(crate) enum KinematicsFile {
 /// What the control does and takes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct ControlFile {
+pub(crate) struct MachineControlFile {
     /// Control file that says what words of its programs mean: the name of a built-in one (fanuc-30i), or a path from the folder of
     /// this file.
     pub(crate) file: Option<String>,

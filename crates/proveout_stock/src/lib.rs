@@ -16,7 +16,7 @@
 //! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
 //!   [`Regrid`] as bound.
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
-//! * [`TriDexel::sweep_share`], [`TriDexel::sweep_told`], [`TriDexel::share_rows`] – one stock cut by several processes, bit for bit as by one.
+//! * [`TriDexel::sweep_share`], [`TriDexel::apply_shares`], [`TriDexel::share_rows`] – one stock cut by several processes, bit for bit as by one.
 //! * [`TriDexel::parts`], [`TriDexel::take_part`], [`TriDexel::put_back`], [`TriDexel::moments`] –
 //!   separate parts, their removal, their moments of inertia.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.

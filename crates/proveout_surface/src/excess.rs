@@ -126,7 +126,7 @@ pub fn uncut(on: &Uncut<'_>) -> UncutFound {
             let mut found = UncutFound::default();
             for t in k * AT_ONCE..count.min((k + 1) * AT_ONCE) {
                 each_sample(on.mesh, t, on.watchers, &mut |q, n, area, _| {
-                    on.ask(q, n, 1.0, area, &mut found);
+                    on.test_front(q, n, 1.0, area, &mut found);
                     on.ask_raw(q, n, 1.0, area, &mut found);
                 });
             }
@@ -144,7 +144,7 @@ pub fn uncut(on: &Uncut<'_>) -> UncutFound {
                 for i in 0..steps {
                     let q = a + (b - a) * ((i as f64 + 0.5) / steps as f64);
                     if edge.inward {
-                        on.ask(&q, &edge.outward, edge.stretch, 0.0, &mut found);
+                        on.test_front(&q, &edge.outward, edge.stretch, 0.0, &mut found);
                     } else {
                         on.ask_raw(&q, &edge.outward, edge.stretch, 0.0, &mut found);
                     }
@@ -169,12 +169,12 @@ impl Uncut<'_> {
     }
 
     /// Asks in front of a place of the design; `stretch` is the way along n for each millimeter of height.
-    fn ask(&self, q: &Point, n: &Vector, stretch: f64, area: f64, found: &mut UncutFound) {
+    fn test_front(&self, q: &Point, n: &Vector, stretch: f64, area: f64, found: &mut UncutFound) {
         let p = q + n * ((self.allowed + BEYOND) * stretch);
         if self.region.is_some_and(|r| !r.contains(&p)) || (self.known)(&p) {
             return;
         }
-        match self.told(&p, n) {
+        match self.occupancy(&p, n) {
             Occupancy::Free => {}
             // In a gap of the design that is no wider than twice the height, or next to another face,
             // nothing is too high.
@@ -191,7 +191,7 @@ impl Uncut<'_> {
                     at += n * step;
                     step *= LONGER;
                     let within = self.region.is_none_or(|r| r.contains(&at));
-                    if !within || !matches!(self.told(&at, n), Occupancy::Full) {
+                    if !within || !matches!(self.occupancy(&at, n), Occupancy::Full) {
                         break;
                     }
                     let height = self.height(&at);
@@ -215,7 +215,7 @@ impl Uncut<'_> {
                 at[k / 2] += if k % 2 == 0 { step } else { -step };
                 let height = self.height(&at);
                 let within = self.region.is_none_or(|r| r.contains(&at));
-                if height > best.depth && within && matches!(self.told(&at, n), Occupancy::Full) {
+                if height > best.depth && within && matches!(self.occupancy(&at, n), Occupancy::Full) {
                     best = LeftMaterial { point: at, depth: height, ..best };
                     higher = true;
                 }
@@ -243,7 +243,7 @@ impl Uncut<'_> {
     }
 
     /// What is known of a place over a face with the normal n.
-    fn told(&self, p: &Point, n: &Vector) -> Occupancy {
+    fn occupancy(&self, p: &Point, n: &Vector) -> Occupancy {
         if self.raw.is_some_and(|raw| !raw(p)) || !self.watchers.iter().any(|w| w.stock.bounds().contains(p)) {
             return Occupancy::Free;
         }

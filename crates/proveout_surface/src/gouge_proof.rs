@@ -184,7 +184,7 @@ pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
     let mut order: Vec<usize> = (0..found.len()).collect();
     order.sort_by(|&i, &j| found[j].0.depth.total_cmp(&found[i].0.depth).then(i.cmp(&j)));
     order.truncate(CLIMBED);
-    let deeper: Vec<Worst> = order.par_iter().map(|&i| search.climbed(found[i].1, found[i].0)).collect();
+    let deeper: Vec<Worst> = order.par_iter().map(|&i| search.climb_to_deepest(found[i].1, found[i].0)).collect();
     for (i, worst) in order.into_iter().zip(deeper) {
         found[i].0 = worst;
     }
@@ -232,7 +232,7 @@ impl GougeSearch<'_> {
         if self.is_shallow(&place.bounds, self.limit) {
             return Vec::new();
         }
-        self.settle(&mut place, self.limit);
+        self.drop_cleared(&mut place, self.limit);
         if place.items.is_empty() {
             return Vec::new();
         }
@@ -262,7 +262,7 @@ impl GougeSearch<'_> {
 
     /// Climbs from a gouge to the deepest point in its block or a neighboring one. Every step ends inside a
     /// swept piece, so the depth was really cut.
-    fn climbed(&self, place: &ProofBox, known: Worst) -> Worst {
+    fn climb_to_deepest(&self, place: &ProofBox, known: Worst) -> Worst {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds.expanded(self.on.block));
         let mut groups = place.items.clone();
         let mut near: Vec<(f64, SweepItem)> = Vec::new();
@@ -319,7 +319,7 @@ impl GougeSearch<'_> {
         out.boxes += 1;
         let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + DEEP[0]) + DEEP[1]).max(self.limit));
         let (center, half) = (place.bounds.center(), 0.5 * place.bounds.size().norm());
-        self.settle(&mut place, limit);
+        self.drop_cleared(&mut place, limit);
         if place.items.is_empty() {
             return;
         }
@@ -396,7 +396,7 @@ impl GougeSearch<'_> {
     }
 
     /// Leaves in a box what is near and is not moved out by `limit`.
-    fn settle(&self, place: &mut ProofBox, limit: f64) {
+    fn drop_cleared(&self, place: &mut ProofBox, limit: f64) {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds);
         place.items.retain(|i| sweeps.bounds(*i).intersects(&bounds));
         if place.items.is_empty() {
@@ -415,7 +415,7 @@ impl GougeSearch<'_> {
         asked.reverse();
         while let Some(item) = asked.pop() {
             let is_out = !sweeps.bounds(item).intersects(&bounds)
-                || self.is_beside(item, &bounds)
+                || self.is_separated(item, &bounds)
                 || self.moves_out(item, &bounds, &aspects, limit);
             if is_out {
                 continue;
@@ -481,7 +481,7 @@ impl GougeSearch<'_> {
 
     /// Whether a plane between a box and a cutter proves that the piece does not reach into the box. The boxes of
     /// long cutters that lean are much larger than the cutters.
-    fn is_beside(&self, item: SweepItem, bounds: &Aabb) -> bool {
+    fn is_separated(&self, item: SweepItem, bounds: &Aabb) -> bool {
         let toward = self.on.sweeps.toward(item, &bounds.center());
         toward.is_some_and(|n| corner(bounds, &n).coords.dot(&n) < self.on.sweeps.least(item, &n))
     }

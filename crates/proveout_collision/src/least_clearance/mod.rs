@@ -256,7 +256,7 @@ impl Interference {
         for (pair, ask, search) in &mut searches {
             // Every pair is proved to keep what is wanted of it, as the check has found.
             if search.proved() < pair.clearance {
-                search.lower_enough(pair.clearance);
+                search.limit_distance(pair.clearance);
                 let before = ask.effort;
                 search.refine(way, ask, coarse, left);
                 left = left.saturating_sub(ask.effort - before);
@@ -335,7 +335,7 @@ fn smallest_first(way: &PieceTree, searches: &mut [(&CheckedPair, PairAsk<'_>, L
                 ask.exact = least;
                 if measured(search) > least {
                     // Not the smallest of all: it is enough to know that.
-                    search.lower_enough(least);
+                    search.limit_distance(least);
                 }
             }
         }

@@ -207,8 +207,8 @@ impl LeastSearch {
                 self.open.push(next);
                 break;
             }
-            let Some(next) = self.by_pieces(way, next, wanted) else { continue };
-            let known = self.noted_of(next.stretch);
+            let Some(next) = self.split_by_pieces(way, next, wanted) else { continue };
+            let known = self.recorded_bound(next.stretch);
             let bound = if let Some(known) = known {
                 self.measure(way, ask, next.stretch, wanted).or(known)
             } else if self.is_place_first(way, ask, next.stretch, tolerance) {
@@ -235,7 +235,7 @@ impl LeastSearch {
         }
     }
 
-    fn noted_of(&self, stretch: MotionStretch) -> Option<StretchBound> {
+    fn recorded_bound(&self, stretch: MotionStretch) -> Option<StretchBound> {
         match stretch {
             MotionStretch::Node(n) => self.noted.bound(n),
             MotionStretch::Part(..) => None,
@@ -244,7 +244,7 @@ impl LeastSearch {
 
     /// Takes a stretch by what is known of its pieces: where that is enough of all of them they are done, and where it is known of most of them the stretch is
     /// parted without a look. Gives the stretch back where neither is so.
-    fn by_pieces(&mut self, way: &PieceTree, next: OpenStretch, wanted: f64) -> Option<OpenStretch> {
+    fn split_by_pieces(&mut self, way: &PieceTree, next: OpenStretch, wanted: f64) -> Option<OpenStretch> {
         let MotionStretch::Node(node) = next.stretch else { return Some(next) };
         let (known, least) = self.noted.below(node);
         let leaves = way.leaves_of(node);
@@ -302,7 +302,7 @@ impl LeastSearch {
     }
 
     /// Beyond this it is asked no longer how far, mm.
-    pub(crate) fn lower_enough(&mut self, enough: f64) {
+    pub(crate) fn limit_distance(&mut self, enough: f64) {
         self.enough = self.enough.min(enough);
     }
 

@@ -56,14 +56,14 @@ struct CellVerdict {
 }
 
 /// A call of [`Caps::settle`] with the instructions of this processor: a closure would be compiled without them.
-struct Settle<'b, 'a> {
+struct SettleOnLanes<'b, 'a> {
     caps: &'b mut Caps<'a>,
     packet: &'b Packet,
     list: Range<usize>,
     last: bool,
 }
 
-impl pulp::WithSimd for Settle<'_, '_> {
+impl pulp::WithSimd for SettleOnLanes<'_, '_> {
     type Output = CellVerdict;
 
     #[inline(always)]
@@ -128,7 +128,7 @@ impl<'a> Caps<'a> {
         }));
         let last = level >= self.levels;
         let start = self.lists.len();
-        let settled = pulp::Arch::new().dispatch(Settle { caps: self, packet: &packet, list, last });
+        let settled = pulp::Arch::new().dispatch(SettleOnLanes { caps: self, packet: &packet, list, last });
         let own = start..self.lists.len();
         let mut parts = Vec::new();
         for (lane, &index) in cells.iter().enumerate() {
@@ -177,7 +177,7 @@ impl<'a> Caps<'a> {
             if active == 0 {
                 continue;
             }
-            let said = packet.ask(simd, &spot, self.spots.anchor(index));
+            let said = packet.anchor_answer(simd, &spot, self.spots.anchor(index));
             active &= !said.apart;
             settled.blocked |= active & said.blocked;
             active &= !settled.blocked;
@@ -190,7 +190,7 @@ impl<'a> Caps<'a> {
             if active == 0 {
                 continue;
             }
-            let parts = if wanted != 0 && spot.size > self.finest { self.spots.opened(index) } else { None };
+            let parts = if wanted != 0 && spot.size > self.finest { self.spots.open_parts(index) } else { None };
             let Some((from, to)) = parts else {
                 // What is small enough or cannot be opened decides no more.
                 settled.open |= active;

@@ -132,7 +132,7 @@ impl<'a> Spots<'a> {
             roots: 0,
         };
         for (solid, of) in solids.iter().enumerate() {
-            let [spot] = spots.see(solid as u32, &[of.nodes[0].center], &[of.nodes[0].radius]);
+            let [spot] = spots.spots_of_balls(solid as u32, &[of.nodes[0].center], &[of.nodes[0].radius]);
             spots.keep(solid as u32, spot, SpotSource::Ball(0));
         }
         spots.roots = spots.spots.len() as u32;
@@ -146,7 +146,7 @@ impl<'a> Spots<'a> {
 
     /// The parts of a spot; none where there are too many already.
     #[inline(always)]
-    pub(super) fn opened(&mut self, index: u32) -> Option<(u32, u32)> {
+    pub(super) fn open_parts(&mut self, index: u32) -> Option<(u32, u32)> {
         let ObstacleSpot { parts, count, .. } = self.spots[index as usize];
         if parts != CLOSED {
             return Some((parts, parts + count));
@@ -168,7 +168,7 @@ impl<'a> Spots<'a> {
                     let two = [node.first, node.first + 1];
                     let ball = |i: usize| &of.nodes[two[i] as usize];
                     let centers = [ball(0).center, ball(1).center];
-                    let seen = self.see(solid, &centers, &[ball(0).radius, ball(1).radius]);
+                    let seen = self.spots_of_balls(solid, &centers, &[ball(0).radius, ball(1).radius]);
                     for (i, spot) in seen.into_iter().enumerate() {
                         self.keep(solid, spot, SpotSource::Ball(two[i]));
                     }
@@ -194,7 +194,7 @@ impl<'a> Spots<'a> {
         let amid = Point::from(0.5 * (a.coords + b.coords + c.coords - center.coords));
         let [by_a, by_b, by_c] = [a, b, c].map(|p| nalgebra::center(p, center));
         let centers = [by_a, by_b, by_c, amid];
-        let seen = self.see(solid, &centers, &[radius; 4]);
+        let seen = self.spots_of_balls(solid, &centers, &[radius; 4]);
         let [d, e, f] = [nalgebra::center(a, b), nalgebra::center(b, c), nalgebra::center(c, a)];
         let parts = [[*a, d, f], [d, *b, e], [f, e, *c], [d, e, f]];
         for (i, spot) in seen.into_iter().enumerate() {
@@ -209,7 +209,12 @@ impl<'a> Spots<'a> {
     /// instructions of it.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "the same step of several arrays at once")]
-    fn see<const N: usize>(&self, solid: u32, centers: &[Point; N], radius: &[f64; N]) -> [Option<ObstacleSpot>; N] {
+    fn spots_of_balls<const N: usize>(
+        &self,
+        solid: u32,
+        centers: &[Point; N],
+        radius: &[f64; N],
+    ) -> [Option<ObstacleSpot>; N] {
         let extent = self.extent(solid);
         // Loops and no closures: these would be called one by one, without the instructions of this processor.
         let (mut to, mut way) = ([[0.0; N]; 3], [[0.0; N]; 3]);
@@ -307,7 +312,7 @@ impl<'a> Spots<'a> {
         if r > radius
             && let Some([nearest, _]) = extent.outer(r - radius, r + radius)
         {
-            let (seen, nearest) = (seen(radius / r), of_cosine(nearest));
+            let (seen, nearest) = (turn_of_sine(radius / r), of_cosine(nearest));
             low = (nearest[0] < seen[0])
                 .then(|| [nearest[0] * seen[0] + nearest[1] * seen[1], nearest[1] * seen[0] - nearest[0] * seen[1]]);
         }
@@ -326,7 +331,7 @@ impl<'a> Spots<'a> {
 }
 
 /// The angle of a sine, up to a right angle.
-fn seen(sine: f64) -> Turn {
+fn turn_of_sine(sine: f64) -> Turn {
     [(1.0 - sine * sine).max(0.0).sqrt(), sine]
 }
 

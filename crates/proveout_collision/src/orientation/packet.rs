@@ -74,7 +74,7 @@ impl Packet {
 
     /// What the anchor of a spot says.
     #[inline(always)]
-    pub(super) fn ask<S: Simd>(&self, simd: S, spot: &ObstacleSpot, anchor: &Anchor) -> SpotAnswer {
+    pub(super) fn anchor_answer<S: Simd>(&self, simd: S, spot: &ObstacleSpot, anchor: &Anchor) -> SpotAnswer {
         let mut said = SpotAnswer { apart: 0, blocked: 0, met: 0 };
         for part in 0..LANES / S::F32_LANES {
             let rows = Rows::of(simd, self, part);

@@ -79,7 +79,7 @@ impl<'a> OrientationWalk<'a> {
         let mut search = CellSearch::new(&self.space.limbs, &self.space.solids);
         for root in 0..base.roots {
             search.lists.clear();
-            self.take_over(base, &mut search, &place, &mut map.nodes, (root, root), 0);
+            self.copy_decided(base, &mut search, &place, &mut map.nodes, (root, root), 0);
         }
         map.looked = search.looked;
         Ok(map)
@@ -103,7 +103,7 @@ impl<'a> OrientationWalk<'a> {
     }
 
     /// Copies the node `from` of the base to the node `to` of a map and decides what is open.
-    fn take_over(
+    fn copy_decided(
         &self,
         base: &Base,
         search: &mut CellSearch<'_>,
@@ -118,7 +118,7 @@ impl<'a> OrientationWalk<'a> {
                 let (start, count) = split(nodes, &cell, halving);
                 nodes[to].state = NodeState::Split { first: start as u32, halving };
                 for k in 0..count {
-                    self.take_over(base, search, place, nodes, (first as usize + k, start + k), level + 1);
+                    self.copy_decided(base, search, place, nodes, (first as usize + k, start + k), level + 1);
                 }
             }
             NodeState::Leaf(AxisState::Blocked) => nodes[to].state = NodeState::Leaf(AxisState::Blocked),

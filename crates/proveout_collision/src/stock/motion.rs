@@ -161,7 +161,7 @@ impl StockCheck {
             self.recompute_weights();
         }
         let way = std::array::from_fn(|j| (to[j] - from[j]).abs());
-        let away = self.turns.away(&self.reference, [&from, &to]);
+        let away = self.turns.farthest_offsets(&self.reference, [&from, &to]);
         let used = dot(&self.largest_weights, &away) + motion.slack + dot(&self.largest_weights, &motion.off.0);
         if used < self.budget {
             self.roamed = self.roamed.max(used);

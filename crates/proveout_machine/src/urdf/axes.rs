@@ -295,7 +295,7 @@ impl Axes {
     }
 
     /// Reports which axes a program would find reversed.
-    pub(super) fn tell_ways(&self, machine: &Machine, notes: &mut Vec<String>) {
+    pub(super) fn warn_reversed_axes(&self, machine: &Machine, notes: &mut Vec<String>) {
         let along = |a: &UrdfAxis| match a.letter {
             'X' | 'A' => a.direction.x,
             'Y' | 'B' => a.direction.y,

@@ -72,12 +72,12 @@ pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine
     // The axes alone first, so that errors about them name the URDF file.
     let machine = Machine::from_text(Path::new("machine.toml"), &whole(&write::Sections::default()))
         .map_err(|e| axes.no_machine(&source, &robot, &e))?;
-    axes.tell_ways(&machine, &mut notes);
+    axes.warn_reversed_axes(&machine, &mut notes);
     let bodies = bodies::bodies(&source, &robot, &tree, &axes, &mut notes)?;
     if bodies.text.is_empty() {
         notes.push("no link has a shape that is taken: nothing is checked against the machine until bodies are drawn (machines/README.md)".into());
     }
     let text = whole(&write::Sections { bodies: &bodies.text, has_model: bodies.model.is_some() });
-    robot.tell_what_is_left_out(&mut notes);
+    robot.note_left_out(&mut notes);
     Ok(ImportedMachine { text, notes, model: bodies.model })
 }

@@ -190,7 +190,7 @@ impl Robot {
     }
 
     /// Reports what is in the file and not in the machine.
-    pub(super) fn tell_what_is_left_out(&self, notes: &mut Vec<String>) {
+    pub(super) fn note_left_out(&self, notes: &mut Vec<String>) {
         if self.squared > 0 {
             notes.push(format!(
                 "angles whose digits are those of a right angle (1.5708, 3.14) are taken as right angles: {}",

@@ -100,7 +100,7 @@ impl DepthSearch<'_, '_> {
         self.visit(&root, &all, None);
     }
 
-    fn gives_up(&self) -> bool {
+    fn is_over_budget(&self) -> bool {
         self.store.work >= self.most
     }
 
@@ -152,8 +152,8 @@ impl DepthSearch<'_, '_> {
         if movers.is_empty() {
             return false;
         }
-        if self.gives_up() {
-            self.leave_open(cube, &movers);
+        if self.is_over_budget() {
+            self.mark_undecided(cube, &movers);
             return false;
         }
         let bounds = cube.bounds();
@@ -175,13 +175,13 @@ impl DepthSearch<'_, '_> {
                 return true;
             };
             self.store.set_tried(key);
-            self.look_at(&cube.center, cube, &movers, Some(&reaching));
+            self.test_place(&cube.center, cube, &movers, Some(&reaching));
             let is_asked = radius <= BY_PLANES[usize::from(reaching.len() > FEW_CUTS)];
             let mut left = movers;
             left.retain(|m| !(is_asked && self.is_cleared(*m, cube, &reaching)));
             (Some(reaching), left)
         } else {
-            self.look_at(&cube.center, cube, &movers, None);
+            self.test_place(&cube.center, cube, &movers, None);
             (None, movers)
         };
         if movers.is_empty() {
@@ -194,7 +194,7 @@ impl DepthSearch<'_, '_> {
         }
         if cube.edge <= SMALLEST.max(self.store.unknown_below) {
             if !self.store.raw.is_known() {
-                self.leave_open(cube, &movers);
+                self.mark_undecided(cube, &movers);
             }
             return false;
         }
@@ -208,7 +208,7 @@ impl DepthSearch<'_, '_> {
         empty
     }
 
-    fn leave_open(&mut self, cube: &Cube, movers: &[u32]) {
+    fn mark_undecided(&mut self, cube: &Cube, movers: &[u32]) {
         movers.iter().for_each(|m| self.doubtful[*m as usize] = true);
         self.open.get_or_insert((cube.center, cube.edge));
     }
@@ -257,7 +257,7 @@ impl DepthSearch<'_, '_> {
     }
 
     /// Material at a place of a cube, within a mover. `cuts` are those near the cube, where they are known.
-    fn look_at(&mut self, p: &Point, cube: &Cube, movers: &[u32], cuts: Option<&[u32]>) {
+    fn test_place(&mut self, p: &Point, cube: &Cube, movers: &[u32], cuts: Option<&[u32]>) {
         let all = self.movers;
         let depth = self.depth();
         let mut met = Vec::new();
@@ -278,17 +278,17 @@ impl DepthSearch<'_, '_> {
             return;
         }
         if self.store.is_gone(p) {
-            self.leave_open(cube, &met);
+            self.mark_undecided(cube, &met);
         } else if self.coarsest.is_some() {
             met.iter().for_each(|m| self.doubtful[*m as usize] = true);
         } else {
-            self.found = Some(self.climbed(p, &met, cube.edge));
+            self.found = Some(self.climb_to_deepest(p, &met, cube.edge));
             self.most = self.most.min(self.store.work + MOST_WORK_DEEPER);
         }
     }
 
     /// The deepest place that a climb from a place of material reaches, and its depth in one of some movers.
-    fn climbed(&mut self, from: &Point, movers: &[u32], edge: f64) -> (Point, f64) {
+    fn climb_to_deepest(&mut self, from: &Point, movers: &[u32], edge: f64) -> (Point, f64) {
         let all = self.movers;
         let mut best = (*from, 0.0);
         for &m in movers.iter().take(MOST_CLIMBED) {
@@ -301,7 +301,7 @@ impl DepthSearch<'_, '_> {
             let mut steps = 0;
             while step > LAST_STEP && steps < MOST_STEPS {
                 let mut next = here;
-                for way in self.ways_up(mover, &here.0, step) {
+                for way in self.climb_directions(mover, &here.0, step) {
                     let mut p = here.0 + way * step;
                     // Back through the faces that the step has passed.
                     for (d, n) in self.store.raw.faces(&p, step) {
@@ -330,7 +330,7 @@ impl DepthSearch<'_, '_> {
 
     /// Directions that a climb tries: 26 of a lattice, along each near face of the mover and the raw stock, and along the
     /// edges where two of them meet.
-    fn ways_up(&mut self, mover: &Mover<'_>, p: &Point, step: f64) -> Vec<Vector> {
+    fn climb_directions(&mut self, mover: &Mover<'_>, p: &Point, step: f64) -> Vec<Vector> {
         let lattice = (0..27).filter(|k| *k != 13);
         let of_lattice = |k: i32| Vector::new(f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1));
         let mut ways: Vec<Vector> = lattice.map(of_lattice).collect();
@@ -385,7 +385,7 @@ impl DepthSearch<'_, '_> {
         if found.is_none() && !corners.is_empty() {
             // The middle of what is left is where material is most likely.
             let middle = corners.iter().map(|p| p.coords).sum::<Vector>() / corners.len() as f64;
-            self.look_at(&middle.into(), cube, &[m], Some(cuts));
+            self.test_place(&middle.into(), cube, &[m], Some(cuts));
         }
         found.is_some()
     }

@@ -203,7 +203,7 @@ impl BetweenRays {
         }
         if let Some(last) = self.cuts.last_mut()
             && last.set == number
-            && goes_on(&last.motion, motion)
+            && continues_straight(&last.motion, motion)
         {
             last.motion.to = motion.to;
             last.moving = MovingBody::new(&last.motion);
@@ -242,7 +242,7 @@ impl BetweenRays {
             return BetweenFound::Clear;
         }
         let index = self.body(body);
-        if self.rests_in_its_cut(index, motion) {
+        if self.stays_in_last_cut(index, motion) {
             return BetweenFound::Clear;
         }
         let meridian = self.bodies[index as usize].1.clone();
@@ -278,7 +278,7 @@ impl BetweenRays {
         let mut place = Vec::new();
         let mut movers = Vec::new();
         for (k, (index, (_, motion))) in index.iter().zip(many).enumerate() {
-            let Some(index) = index.filter(|k| !self.rests_in_its_cut(*k, motion)) else { continue };
+            let Some(index) = index.filter(|k| !self.stays_in_last_cut(*k, motion)) else { continue };
             let parts = self.movers(&bodies[index as usize], motion, shrink);
             place.extend(parts.iter().map(|_| k));
             movers.extend(parts);
@@ -308,7 +308,7 @@ impl BetweenRays {
 
     /// Whether a cutter stays where one of the last cuts ended: all that it takes up is cut. A control that changes from feed to
     /// rapid rests for some cycles between both.
-    fn rests_in_its_cut(&self, body: u32, motion: &SweepMotion) -> bool {
+    fn stays_in_last_cut(&self, body: u32, motion: &SweepMotion) -> bool {
         let is_same =
             |a: &ToolPose, b: &ToolPose| (a.tip - b.tip).norm() <= STRAIGHT && (a.axis - b.axis).norm() <= STRAIGHT;
         let ends_there =
@@ -397,7 +397,7 @@ fn is_finite(motion: &SweepMotion) -> bool {
 }
 
 /// Whether a motion goes straight on from another, without turning.
-fn goes_on(first: &SweepMotion, then: &SweepMotion) -> bool {
+fn continues_straight(first: &SweepMotion, then: &SweepMotion) -> bool {
     let axes = [first.to.axis, then.from.axis, then.to.axis];
     let (way, more) = (first.to.tip - first.from.tip, then.to.tip - then.from.tip);
     let length = way.norm();

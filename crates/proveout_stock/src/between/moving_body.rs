@@ -121,7 +121,7 @@ impl MovingBody {
         m.from.interpolated(&m.to, t)
     }
 
-    fn see(&self, body: &Meridian, part: FunctionPart, p: &Point, t: f64) -> MotionSlope {
+    fn value_and_slope(&self, body: &Meridian, part: FunctionPart, p: &Point, t: f64) -> MotionSlope {
         let ToolPose { tip, axis } = self.pose(t);
         let q = p - tip;
         let z = q.dot(&axis);
@@ -140,7 +140,7 @@ impl MovingBody {
 
     /// Value and slope in the place at one time.
     pub(super) fn at(&self, body: &Meridian, part: FunctionPart, p: &Point, t: f64) -> (f64, Vector) {
-        let seen = self.see(body, part, p, t);
+        let seen = self.value_and_slope(body, part, p, t);
         (seen.value, seen.slope)
     }
 
@@ -190,7 +190,7 @@ impl MovingBody {
         let mut t = guess.clamp(begin, end);
         let mut out = LeastDistance { met: None, seen: f64::INFINITY, at: t, bound: f64::NEG_INFINITY, slope: None };
         for _ in 0..STEPS {
-            let here = self.see(body, part, p, t);
+            let here = self.value_and_slope(body, part, p, t);
             if here.value < out.seen {
                 (out.seen, out.at) = (here.value, t);
             }

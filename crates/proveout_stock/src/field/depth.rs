@@ -176,7 +176,7 @@ impl Depths {
                 self.taken += 1;
                 let open = |mark: EndMark| mark.id == INITIAL || mark.id < first;
                 for lap in laps {
-                    self.run.put(lap, open);
+                    self.run.add_lap(lap, open);
                     self.opening.add(grid, lap, open);
                 }
                 self.opening.sort();
@@ -200,7 +200,7 @@ impl Depths {
 
 impl RunLaps {
     /// Adds an interval; `open` says whether an end was there before the run.
-    fn put(&mut self, lap: &RayLap, open: impl Fn(EndMark) -> bool) {
+    fn add_lap(&mut self, lap: &RayLap, open: impl Fn(EndMark) -> bool) {
         let (mut new, mut ends) = ([lap.lo, lap.hi], lap.ends.map(|end| end.is_some_and(&open)));
         let all = self.0.entry(lap.ray).or_default();
         let first = all.partition_point(|(s, _)| s[1] < new[0] - JOIN);
@@ -291,7 +291,7 @@ impl Opening {
         let (tree, waiting) = self.samples.split_at(self.sorted);
         let mut best = (f64::INFINITY, None);
         nearest(tree, 0, x, &mut best);
-        look_at(waiting, x, &mut best);
+        compare_samples(waiting, x, &mut best);
         best.1
     }
 }
@@ -316,7 +316,7 @@ fn sort(samples: &mut [(Point, Vector)], axis: usize) {
 /// Square of the distance of the nearest sample so far, and the sample.
 type Best = (f64, Option<(Point, Vector)>);
 
-fn look_at(samples: &[(Point, Vector)], x: &Point, best: &mut Best) {
+fn compare_samples(samples: &[(Point, Vector)], x: &Point, best: &mut Best) {
     for sample in samples {
         let square = (x - sample.0).norm_squared();
         if square < best.0 {
@@ -327,12 +327,12 @@ fn look_at(samples: &[(Point, Vector)], x: &Point, best: &mut Best) {
 
 fn nearest(tree: &[(Point, Vector)], axis: usize, x: &Point, best: &mut Best) {
     if tree.len() <= LEAF {
-        return look_at(tree, x, best);
+        return compare_samples(tree, x, best);
     }
     let middle = tree.len() / 2;
     let (low, rest) = tree.split_at(middle);
     let (divider, high) = rest.split_at(1);
-    look_at(divider, x, best);
+    compare_samples(divider, x, best);
     let over = x[axis] - divider[0].0[axis];
     let (first, second) = if over < 0.0 { (low, high) } else { (high, low) };
     nearest(first, (axis + 1) % 3, x, best);

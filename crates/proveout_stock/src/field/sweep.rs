@@ -70,7 +70,7 @@ impl TriDexel {
                 let (bins, next) = self.bin(&batch, first);
                 let mut works = self.works(&batch, bins);
                 let laps = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
-                self.settle(works, reports);
+                self.put_back_tiles(works, reports);
                 self.measure(&chunk, laps, reports, depths);
                 first = next;
             }
@@ -234,7 +234,7 @@ impl TriDexel {
     }
 
     /// Puts tiles back, in rising order, and adds up what was met in them.
-    pub(crate) fn settle(&mut self, works: Vec<TileWork>, reports: &mut [SweepReport]) {
+    pub(crate) fn put_back_tiles(&mut self, works: Vec<TileWork>, reports: &mut [SweepReport]) {
         let cut = works.iter().any(TileWork::is_cut);
         let pass = self.passes + u32::from(cut);
         self.passes = pass;

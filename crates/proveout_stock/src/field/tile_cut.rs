@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     field::span::SLIVER,
-    field::tile_field::{Field, IntervalLayer, Partial, StripRest},
+    field::tile_field::{Field, IntervalLayer, StripRest, TileOverlap},
     kernels::lane_bits::ROW,
     kernels::lane_set::{LANES, LaneCut, LaneStrip, TAKEN, WIDE},
     kernels::lanes::{L, Mask, highest, load, lowest, put, store, width},
@@ -21,7 +21,7 @@ const COLUMNS: usize = 16;
 pub(crate) struct CutLayer<'a> {
     pub layer: &'a mut IntervalLayer,
     pub removes: bool,
-    pub sum: &'a mut Partial,
+    pub sum: &'a mut TileOverlap,
     /// Rays that have been counted: not zero.
     pub counted: &'a mut [f64; LANES],
     /// Upper parts of intervals that were cut in two.
@@ -62,7 +62,7 @@ impl WithSimd for CutLayer<'_> {
         let mut met_rows = 0_u8;
         for g in 0..LANES / width::<S>() {
             let lanes = &mut layer.lanes;
-            if !lanes.asks::<S>(g) {
+            if !lanes.requests_any::<S>(g) {
                 continue;
             }
             let state = load(simd, &lanes.state, g);
@@ -155,7 +155,7 @@ fn rows<S: Simd>(met: Mask<S>, g: usize) -> u8 {
 
 /// Adds the columns to what the item met.
 #[inline(always)]
-fn add(sums: &CutSums, met_rows: u8, sum: &mut Partial) {
+fn add(sums: &CutSums, met_rows: u8, sum: &mut TileOverlap) {
     let (mut count, mut length) = (0.0, 0.0);
     for c in 0..ROW {
         count += sums.count[c] + sums.count[c + ROW];
@@ -182,7 +182,7 @@ pub(crate) fn cut_lane(
     (k, r): (usize, usize),
     cut: &LaneCut,
     removes: bool,
-    sum: &mut Partial,
+    sum: &mut TileOverlap,
     counted: &mut [f64; LANES],
 ) -> bool {
     let layer = &mut field.layers_mut()[k];
@@ -237,7 +237,7 @@ mod tests {
                 .set(r, &LaneStrip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
         }
         for row in (0..ROW).filter(|row| number(round * ROW + row, 4.0) < 0.8) {
-            layer.lanes.ask_row(row);
+            layer.lanes.request_row(row);
             for r in row * ROW..(row + 1) * ROW {
                 let n = |salt: f64| number(round * LANES + r, salt);
                 let from = 2.5 * n(5.0) - 0.5;
@@ -258,7 +258,7 @@ mod tests {
         for round in 0..200 {
             let run = |wide: bool| {
                 let mut cut = layer(round);
-                let (mut sum, mut counted, mut torn, mut gone) = (Partial::new(0), [0.0; LANES], Vec::new(), 0);
+                let (mut sum, mut counted, mut torn, mut gone) = (TileOverlap::new(0), [0.0; LANES], Vec::new(), 0);
                 let call = CutLayer {
                     layer: &mut cut,
                     removes: true,
@@ -275,14 +275,14 @@ mod tests {
                 (cut, sum, torn, gone)
             };
             let ((cut, sum, torn, gone), other) = (run(true), run(false));
-            let text = |s: &(IntervalLayer, Partial, Vec<LaneStrip>, u64)| {
+            let text = |s: &(IntervalLayer, TileOverlap, Vec<LaneStrip>, u64)| {
                 format!("{:?} {:?} {:?} {}", s.1, s.2, s.0.row_lo, s.3)
             };
             let bits =
                 |l: &IntervalLayer| l.lanes.lo.iter().chain(&l.lanes.hi).map(|x| x.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(&cut), bits(&other.0));
             let before = layer(round);
-            let mut want = Partial::new(0);
+            let mut want = TileOverlap::new(0);
             for r in 0..LANES {
                 let (strip, left) = (before.lanes.strip(r), cut.lanes.strip(r));
                 let taken = before.lanes.state[r] == TAKEN;

@@ -210,7 +210,7 @@ impl Field {
 
 /// What one item met in one tile: small, since a pass makes many.
 #[derive(Clone, Debug)]
-pub(crate) struct Partial {
+pub(crate) struct TileOverlap {
     pub item: u32,
     pub rays: u32,
     pub length: f64,
@@ -226,7 +226,7 @@ pub(crate) struct Partial {
     pub rows: u8,
 }
 
-impl Partial {
+impl TileOverlap {
     pub(crate) fn new(item: u32) -> Self {
         let range = [f64::INFINITY, f64::NEG_INFINITY];
         Self { item, rays: 0, length: 0.0, longest: 0.0, middle: 0.0, range, ray: 0, columns: 0, rows: 0 }

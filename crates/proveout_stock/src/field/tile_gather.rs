@@ -41,7 +41,7 @@ impl Batch<'_> {
             let lanes = &mut field.layers_mut()[l].lanes;
             // Two steps may take intervals apart from each other.
             open |= lanes.rows != 0;
-            lanes.ask_lanes(which);
+            lanes.request_lanes(which);
         }
         for &(k, l, which) in near.iter() {
             let lanes = &mut field.layers_mut()[l].lanes;
@@ -60,7 +60,7 @@ impl Batch<'_> {
         let (mut layer, mut left) = (0, asked[0]);
         loop {
             let first = (layer, left);
-            gathered.clear_asked();
+            gathered.clear_requested();
             loop {
                 left = gathered.gather(&field.layers()[layer].lanes, left);
                 if left != 0 || layer + 1 == asked.len() {

@@ -8,7 +8,7 @@ use crate::{
     field::span::{EndMark, MaterialSpan, SLIVER},
     field::tile::Tile,
     field::tile_cut::{CutLayer, cut_lane},
-    field::tile_field::{Field, Partial, StripRest},
+    field::tile_field::{Field, StripRest, TileOverlap},
     field::watch::Watch,
     kernels::lane_ball::{BallOnLanes, BallOnRows},
     kernels::lane_bits::lanes_of,
@@ -31,7 +31,7 @@ pub(crate) struct TileWork {
     pub watch: Watch,
     /// Range of the bin in the list of entries.
     pub entries: std::ops::Range<usize>,
-    pub found: Vec<Partial>,
+    pub found: Vec<TileOverlap>,
     /// What measured items take up.
     pub laps: Vec<RayLap>,
     /// Range of removal along the rays, mm; lo > hi when none.
@@ -119,10 +119,10 @@ impl Batch<'_> {
             if scratch.near.is_empty() {
                 continue;
             }
-            let mut sum = Partial::new(item);
+            let mut sum = TileOverlap::new(item);
             let watched = ready.removes && (work.watch.undo.is_some() || self.moves.is_some());
             if watched {
-                work.watch.before(&scratch.field);
+                work.watch.before_item(&scratch.field);
             }
             self.item(ready, a, scratch, &mut sum, &mut work.lost);
             if sum.rays > 0 {
@@ -139,7 +139,7 @@ impl Batch<'_> {
                     let old = |strip: &LaneStrip, upper: bool| {
                         self.mark_of(a, tile.ray(usize::from(strip.ray)), strip, upper)
                     };
-                    work.watch.after(&scratch.field, a, [item, ready.id], self.moves.as_ref(), old);
+                    work.watch.after_item(&scratch.field, a, [item, ready.id], self.moves.as_ref(), old);
                 }
                 if ready.removes {
                     work.changed = [work.changed[0].min(sum.range[0]), work.changed[1].max(sum.range[1])];
@@ -148,7 +148,7 @@ impl Batch<'_> {
                 work.found.push(sum);
             }
         }
-        work.watch.rest();
+        work.watch.drop_buffers();
         if filled && scratch.field.changed {
             let mark = |strip: &LaneStrip, upper: bool, before: &[MaterialSpan]| self.mark_of(a, before, strip, upper);
             scratch.field.write(&mut work.tile, &mut scratch.before, mark);
@@ -206,10 +206,10 @@ impl Batch<'_> {
         }
     }
 
-    fn item(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch, sum: &mut Partial, lost: &mut LastEmptied) {
+    fn item(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch, sum: &mut TileOverlap, lost: &mut LastEmptied) {
         let open = self.on_near(ready, a, scratch);
         if open {
-            self.second_chance(ready, a, scratch);
+            self.retry_in_parts(ready, a, scratch);
         }
         let Scratch { field, torn, several, met, .. } = scratch;
         met.clear();
@@ -220,12 +220,12 @@ impl Batch<'_> {
                 continue;
             }
             if ready.measured {
-                note(&layer.lanes, several.iter().filter(|s| s.0.0 == l).map(|s| (s.0.1, &s.1)), met);
+                note_taken(&layer.lanes, several.iter().filter(|s| s.0.0 == l).map(|s| (s.0.1, &s.1)), met);
             }
             let mut gone = 0;
             let removes = ready.removes;
             self.arch.dispatch(CutLayer { layer, removes, sum, counted: &mut counted, torn, gone: &mut gone });
-            layer.lanes.hush();
+            layer.lanes.clear_requests();
             for strip in torn.drain(..) {
                 field.insert_above(l, &strip);
             }
@@ -252,7 +252,7 @@ impl Batch<'_> {
     }
 
     /// Lanes without proof again in parts of the motion, in which all bounds are smaller; what is still without proof is searched.
-    fn second_chance(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) {
+    fn retry_in_parts(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) {
         let mut places = std::mem::take(&mut scratch.places);
         places.clear();
         for (l, layer) in scratch.field.layers().iter().enumerate().filter(|l| l.1.lanes.rows != 0) {
@@ -353,7 +353,11 @@ impl Batch<'_> {
 }
 
 /// What is about to be taken of the lanes of a layer; `several` are the lanes of which more than one interval goes.
-fn note<'a>(lanes: &Lanes, several: impl Iterator<Item = (usize, &'a LaneCut)>, met: &mut Vec<(LaneStrip, [f64; 2])>) {
+fn note_taken<'a>(
+    lanes: &Lanes,
+    several: impl Iterator<Item = (usize, &'a LaneCut)>,
+    met: &mut Vec<(LaneStrip, [f64; 2])>,
+) {
     let mut take = |r: usize, cut: &LaneCut| {
         let strip = lanes.strip(r);
         // What is left as a sliver counts as gone: there the end of the material is reached.

@@ -37,12 +37,12 @@ impl Watch {
     }
 
     /// The tile is done with for now: what is only needed while items are at work goes.
-    pub(crate) fn rest(&mut self) {
+    pub(crate) fn drop_buffers(&mut self) {
         (self.before, self.old, self.new) = (Vec::new(), Vec::new(), Vec::new());
     }
 
     /// A removing item is about to change the tile.
-    pub(crate) fn before(&mut self, field: &Field) {
+    pub(crate) fn before_item(&mut self, field: &Field) {
         self.count = field.layers().len();
         for (k, layer) in field.layers().iter().enumerate() {
             match self.before.get_mut(k) {
@@ -53,7 +53,7 @@ impl Watch {
     }
 
     /// The item has changed the tile. `mark` gives what made an end (strip, upper or not) that stood there before.
-    pub(crate) fn after(
+    pub(crate) fn after_item(
         &mut self,
         field: &Field,
         a: usize,
@@ -81,14 +81,14 @@ impl Watch {
             if let Some(undo) = &mut self.undo {
                 let same = |i: usize, j: usize| key(old, i) == key(new, j);
                 let end = |i: usize| SpanEnd { s: key(old, i).0, mark: mark(&old[i / 2], i % 2 == 1) };
-                undo.note(r as u8, id, [2 * old.len(), 2 * new.len()], same, end);
+                undo.remember_change(r as u8, id, [2 * old.len(), 2 * new.len()], same, end);
             }
             if let Some((moves, first)) = moves.zip(old.first()) {
                 let (u, v) = (first.u, first.v);
-                taken(old, new, |lo, hi| {
+                removed_intervals(old, new, |lo, hi| {
                     if hi - lo > SHAVING {
-                        contact.add(moves.touch(item, in_space(a, [lo, u, v])));
-                        contact.add(moves.touch(item, in_space(a, [hi, u, v])));
+                        contact.add(moves.touch(item, to_space(a, [lo, u, v])));
+                        contact.add(moves.touch(item, to_space(a, [hi, u, v])));
                     }
                 });
             }
@@ -106,7 +106,7 @@ fn strips<'a>(layers: impl Iterator<Item = &'a Lanes>, r: usize, out: &mut Vec<L
 }
 
 /// Point of space of ray coordinates of set `a`.
-fn in_space(a: usize, [s, u, v]: V) -> V {
+fn to_space(a: usize, [s, u, v]: V) -> V {
     let mut x = [0.0; 3];
     (x[a], x[(a + 1) % 3], x[(a + 2) % 3]) = (s, u, v);
     x
@@ -119,7 +119,7 @@ fn key(strips: &[LaneStrip], k: usize) -> (f64, f64) {
 }
 
 /// What `old` had and `new` has not; `new` lies within `old`.
-fn taken(old: &[LaneStrip], new: &[LaneStrip], mut piece: impl FnMut(f64, f64)) {
+fn removed_intervals(old: &[LaneStrip], new: &[LaneStrip], mut piece: impl FnMut(f64, f64)) {
     let mut k = 0;
     for span in old {
         let mut from = span.lo;
@@ -169,7 +169,7 @@ mod tests {
         ];
         for (new, want) in cases {
             let mut pieces = Vec::new();
-            taken(&old, &strips(new), |lo, hi| pieces.push([lo, hi]));
+            removed_intervals(&old, &strips(new), |lo, hi| pieces.push([lo, hi]));
             assert_eq!(pieces, want);
         }
     }

@@ -91,7 +91,7 @@ impl WithSimd for BallOnLanes<'_> {
         let (across2, per_across2) = (zero.same(path.across2), zero.same(path.per_across2));
         let (per_across, lean) = (zero.same(path.per_across), zero.same(path.lean));
         for g in 0..LANES / width::<S>() {
-            if !lanes.asks::<S>(g) {
+            if !lanes.requests_any::<S>(g) {
                 continue;
             }
             let (u, v) = (u_start - load(simd, &lanes.u, g), v_start - load(simd, &lanes.v, g));

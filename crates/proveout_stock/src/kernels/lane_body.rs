@@ -19,7 +19,7 @@
 //! points on both sides of the minimum along the ray; or, most often, by the support of the body on its way in the direction of
 //! the normal across the ray (`lane_sample::clearance`), which says the same about all of the ray. The search begins inside of the
 //! body, where its axis is nearest to the ray, and leaves it on the parabola with the height, slope and curvature of the skin. The
-//! first sample (`lane_search::look`) settles most rays and gives the starts of the searches for both ends.
+//! first sample (`lane_search::first_sample`) settles most rays and gives the starts of the searches for both ends.
 //!
 //! An end is accepted before F is zero where the skin is smooth: the last step d along the ray leaves at most curvature d^2 / 2,
 //! and the parabola takes most of that away. Its half space is turned to be perpendicular to the velocity, as the normal of the
@@ -35,7 +35,7 @@ use pulp::{Simd, WithSimd};
 use crate::{
     field::span::SLIVER,
     kernels::lane_sample::{LaneMotion, LaneRays, sample},
-    kernels::lane_search::{LaneSearchResult, look, search},
+    kernels::lane_search::{LaneSearchResult, first_sample, search},
     kernels::lane_set::{LANES, Lanes, Maker, UNPROVEN, join},
     kernels::lanes::{L, dot, load, put, width},
     kernels::meridian::Meridian,
@@ -87,7 +87,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
     // A little more than the angle of the turn, whose pace is not even by less.
     let (way, angle) = (zero.same(vec3::norm(piece.travel)), zero.same(1.01 * piece.angle2.sqrt()));
     for g in 0..LANES / width::<S>() {
-        if !lanes.asks::<S>(g) {
+        if !lanes.requests_any::<S>(g) {
             continue;
         }
         let ray = LaneRays {
@@ -112,7 +112,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let s = height.fma(axis[0], middle[0]).max(ray.lo).min(ray.hi);
         let time = dot([s - motion.tip[0], ray.u - motion.tip[1], ray.v - motion.tip[2]], across);
         let time = time.max(zero).min(zero.same(1.0));
-        let look = look::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
+        let look = first_sample::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
         let none = !wanted & wanted;
         let mut above = LaneSearchResult {
             covered: look.covered,

@@ -87,7 +87,7 @@ pub(crate) struct FirstSample<S: Simd> {
 
 /// The first sample of a search for the upper end, which settles most rays: the body does not meet the material, or covers its end.
 #[inline(always)]
-pub(crate) fn look<S: Simd, const TURNS: bool>(
+pub(crate) fn first_sample<S: Simd, const TURNS: bool>(
     motion: &LaneMotion<S>,
     body: &Meridian,
     ray: &LaneRays<S>,

@@ -108,35 +108,35 @@ impl Lanes {
         self.lo = [f64::INFINITY; LANES];
         self.hi = [f64::NEG_INFINITY; LANES];
         self.n = 0;
-        self.hush();
+        self.clear_requests();
     }
 
     /// Empties all lanes of a set that is filled by [`Self::gather`].
-    pub(crate) fn clear_asked(&mut self) {
+    pub(crate) fn clear_requested(&mut self) {
         self.n = 0;
-        self.hush();
+        self.clear_requests();
     }
 
     /// Requests no lane.
-    pub(crate) fn hush(&mut self) {
+    pub(crate) fn clear_requests(&mut self) {
         self.state = [IDLE; LANES];
         self.rows = 0;
     }
 
-    fn ask(&mut self, k: usize) {
+    fn request(&mut self, k: usize) {
         self.state[k] = NOTHING;
         self.rows |= 1 << (k / ROW);
     }
 
     /// Asks for all lanes of a row.
     #[cfg(test)]
-    pub(crate) fn ask_row(&mut self, row: usize) {
-        self.ask_lanes(0xFF << (row * ROW));
+    pub(crate) fn request_row(&mut self, row: usize) {
+        self.request_lanes(0xFF << (row * ROW));
     }
 
     /// Asks for lanes, one bit each.
     #[inline]
-    pub(crate) fn ask_lanes(&mut self, which: u64) {
+    pub(crate) fn request_lanes(&mut self, which: u64) {
         let mut rows = rows_with(which);
         self.rows |= rows;
         while rows != 0 {
@@ -181,7 +181,7 @@ impl Lanes {
 
     /// Whether vector `g` has lanes that are asked for.
     #[inline(always)]
-    pub(crate) fn asks<S: Simd>(&self, g: usize) -> bool {
+    pub(crate) fn requests_any<S: Simd>(&self, g: usize) -> bool {
         let whole = width::<S>() / ROW;
         let rows = if whole > 1 { (1 << whole) - 1 } else { 1 };
         self.rows >> (g * width::<S>() / ROW) & rows != 0
@@ -192,7 +192,7 @@ impl Lanes {
         if self.n < LANES {
             self.n += 1;
             self.set(self.n - 1, strip);
-            self.ask(self.n - 1);
+            self.request(self.n - 1);
         }
     }
 

@@ -298,7 +298,7 @@ impl TurnSweep<'_> {
             _ => open.at,
         };
         let tau = t[0] + at.clamp(0.02 * h, 0.98 * h);
-        let looked = hull.as_mut().and_then(|hull| self.look(tau, hull, h, open.depth));
+        let looked = hull.as_mut().and_then(|hull| self.extend_hull(tau, hull, h, open.depth));
         let state = looked.unwrap_or_else(|| self.state(tau));
         if let (RayState::Meets { lo, hi }, None) = (state, looked) {
             match hull {
@@ -325,9 +325,9 @@ impl TurnSweep<'_> {
 
     /// Samples at the ends of the hull and moves them outward where the body reaches further; none
     /// if the body is apart from the hull or grazes the ray, and the whole ray must be searched.
-    fn look(&self, tau: f64, hull: &mut (SweepEdge, SweepEdge), h: f64, depth: f64) -> Option<RayState> {
-        let lo = self.look_at(tau, &hull.0, -1.0, h, depth)?;
-        let hi = self.look_at(tau, &hull.1, 1.0, h, depth)?;
+    fn extend_hull(&self, tau: f64, hull: &mut (SweepEdge, SweepEdge), h: f64, depth: f64) -> Option<RayState> {
+        let lo = self.extend_end(tau, &hull.0, -1.0, h, depth)?;
+        let hi = self.extend_end(tau, &hull.1, 1.0, h, depth)?;
         if lo.s < hull.0.s {
             hull.0 = lo;
         }
@@ -337,7 +337,7 @@ impl TurnSweep<'_> {
         Some(RayState::Meets { lo, hi })
     }
 
-    fn look_at(&self, tau: f64, end: &SweepEdge, sign: f64, h: f64, depth: f64) -> Option<SweepEdge> {
+    fn extend_end(&self, tau: f64, end: &SweepEdge, sign: f64, h: f64, depth: f64) -> Option<SweepEdge> {
         let limit = if sign > 0.0 { self.ray.hi } else { self.ray.lo };
         if (end.s - limit) * sign >= 0.0 {
             return Some(SweepEdge { tau, ..*end });

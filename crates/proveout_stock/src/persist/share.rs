@@ -26,7 +26,7 @@ use crate::{
     field::span::EndMark,
     field::sweep::{SweepReport, bodies_of, chunks},
     field::tile::Tile,
-    field::tile_field::Partial,
+    field::tile_field::TileOverlap,
     field::tile_work::TileWork,
     field::watch::Watch,
     persist::codec::{ByteFault, Decoder, Encoder, below},
@@ -185,7 +185,7 @@ impl TriDexel {
                     before = work.index;
                     write_work(out, work, *known);
                 }
-                self.settle(works, &mut reports[chunk.range.clone()]);
+                self.put_back_tiles(works, &mut reports[chunk.range.clone()]);
                 first = next;
             }
         }
@@ -196,7 +196,7 @@ impl TriDexel {
     ///
     /// # Errors
     /// [`StockFileError`] where the bytes are not those of a share of these items; the stock is then spoiled.
-    pub fn sweep_told(
+    pub fn apply_shares(
         &mut self,
         items: &[SweepItem<'_>],
         measures: &[Measure],
@@ -229,7 +229,7 @@ impl TriDexel {
                 works.sort_by_key(|work| work.index);
                 let laps = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
                 let reports = &mut reports[chunk.range.clone()];
-                self.settle(works, reports);
+                self.put_back_tiles(works, reports);
                 self.measure(&chunk, laps, reports, depths);
                 first += count;
             }
@@ -315,7 +315,7 @@ fn read_work(input: &mut Decoder<'_>, work: &mut TileWork, (items, room): (usize
     }
     let item = |input: &mut Decoder<'_>| Ok::<u32, ByteFault>(below(input, items as u64, "an invalid item")? as u32);
     for _ in 0..below(input, items as u64 + 1, "more items than there are")? {
-        let mut p = Partial::new(item(input)?);
+        let mut p = TileOverlap::new(item(input)?);
         p.rays = below(input, 65, "more rays than a tile has")? as u32;
         [p.ray, p.columns, p.rows] = input.three()?;
         if usize::from(p.ray) >= crate::field::grid::TILE_RAYS || p.columns == 0 || p.rows == 0 {
@@ -395,7 +395,7 @@ mod tests {
                 } else {
                     let mut replays: Vec<ShareReplay<'_>> = told.iter().map(|b| ShareReplay::new(b)).collect();
                     let again =
-                        merged.sweep_told(items, measures, &mut depths_merged, &mut replays).expect("the same items");
+                        merged.apply_shares(items, measures, &mut depths_merged, &mut replays).expect("the same items");
                     assert!(replays.iter().all(ShareReplay::is_done));
                     again
                 };
@@ -445,10 +445,10 @@ mod tests {
             }
             let (mut stock, mut depths) = (block(true), Depths::new(0.01));
             refused +=
-                usize::from(stock.sweep_told(&items, &measures, &mut depths, &mut [ShareReplay::new(&bad)]).is_err());
+                usize::from(stock.apply_shares(&items, &measures, &mut depths, &mut [ShareReplay::new(&bad)]).is_err());
         }
         assert!(refused > 150, "{refused}");
-        let none = block(true).sweep_told(&items, &measures, &mut Depths::new(0.01), &mut []);
+        let none = block(true).apply_shares(&items, &measures, &mut Depths::new(0.01), &mut []);
         assert!(none.is_err(), "no share at all");
     }
 }

@@ -141,7 +141,13 @@ impl TriDexel {
             self.lost[index].set(r, cut_by);
             if let Some(history) = &mut self.history {
                 let (was, is) = (ends(old.ray(r)), ends(left.ray(r)));
-                history.tiles[index].note(r as u8, id, [was.len(), is.len()], |i, j| was[i] == is[j], |i| was[i]);
+                history.tiles[index].remember_change(
+                    r as u8,
+                    id,
+                    [was.len(), is.len()],
+                    |i, j| was[i] == is[j],
+                    |i| was[i],
+                );
             }
         }
         self.tiles[index] = left;

@@ -46,7 +46,7 @@ use rayon::prelude::*;
 use super::valley::{Valley, sides};
 use crate::{
     DesignSurface,
-    topography::{PathContact, SweptPath, Touching},
+    topography::{ContactDirections, PathContact, SweptPath},
 };
 
 /// Least part of the normals' parting that is none of their rounding (16 bits a coordinate).
@@ -392,12 +392,13 @@ impl<D: DesignSurface + ?Sized> RidgeSearch<'_, D> {
             return None;
         }
         let along = along / kink;
-        let runs_along = |t: &Touching| t.way.try_normalize(NO_WAY).is_some_and(|w| w.dot(&along).abs() > ALONG);
+        let runs_along =
+            |t: &ContactDirections| t.way.try_normalize(NO_WAY).is_some_and(|w| w.dot(&along).abs() > ALONG);
         if !touching.iter().all(runs_along) || !self.counts(&top) {
             return None;
         }
         let nearest = self.design.nearest(&top, self.settings.reach)?;
-        let slope = |t: &Touching| (nearest.normal - t.normal).dot(&line.across);
+        let slope = |t: &ContactDirections| (nearest.normal - t.normal).dot(&line.across);
         if !(slope(&touching[0]) > 0.0 && slope(&touching[1]) < 0.0) {
             return None;
         }

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     DesignSurface,
-    topography::{PathContact, SweptPath, Touching},
+    topography::{ContactDirections, PathContact, SweptPath},
 };
 
 /// Steps by which the valley is looked for, each twice as long as the one before.
@@ -221,7 +221,7 @@ fn valley(
             side = -1;
         }
     }
-    let (_, contact, Touching { way, axis, .. }, normal, point) = best;
+    let (_, contact, ContactDirections { way, axis, .. }, normal, point) = best;
     let nearest = design.nearest(&point, reach)?;
     Some(Valley {
         height: nearest.distance,

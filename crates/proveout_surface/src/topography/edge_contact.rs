@@ -12,7 +12,7 @@
 //!
 //! (in the turning housing the fixed point q accelerates by K at most, and d is 1-Lipschitz). With `d_h` <= 0 the second term only helps for
 //! h <= h0, so that no contact below h0 exists while `d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0`. With h0 the lowest height known, this
-//! time is leapt over ([`ContactWalk::leap`]). Inside of a ring of inserts (nearer to the axis than the arc's center) the hull says nothing, and the
+//! time is leapt over ([`ContactWalk::clear_time`]). Inside of a ring of inserts (nearer to the axis than the arc's center) the hull says nothing, and the
 //! distance from the ring, which loses no more than the way that the point goes, is used instead.
 //!
 //! Where nothing can be leapt over, contacts are met one after the other. Let alpha be the angle from the tooth to the point where
@@ -120,7 +120,7 @@ impl Hull {
     }
 
     #[inline]
-    fn look(&self, q: &Vector) -> HullPoint {
+    fn hull_point(&self, q: &Vector) -> HullPoint {
         let rho = (q.x * q.x + q.y * q.y).sqrt();
         let (mut out, mut up) = (rho - self.edge.center_radius, q.z - self.edge.center_height);
         if self.edge.center_radius >= 0.0 {
@@ -197,7 +197,7 @@ impl PieceRun {
         let middle = self.piece_of(from);
         let mut walk = |k: usize, from: f64, forward: bool| {
             if self.floors[k] < best.height.min(cap) {
-                ContactWalk { ray, hull, index, piece: &self.pieces[k], forward, cap }.go(from, best);
+                ContactWalk { ray, hull, index, piece: &self.pieces[k], forward, cap }.walk(from, best);
             }
         };
         let [begin, end] = self.pieces[middle].time;
@@ -226,7 +226,7 @@ impl PieceRun {
         let Some(piece) = self.pieces.get(self.piece_of(neighbor.time)) else { return };
         let walk = ContactWalk { ray, hull, index: neighbor.edge, piece, forward: true, cap };
         if let Some(root) = walk.root(neighbor.time, neighbor.height) {
-            walk.lower(&root, best);
+            walk.take_if_lower(&root, best);
         }
     }
 }
@@ -259,7 +259,7 @@ struct ContactWalk<'a> {
 }
 
 impl ContactWalk<'_> {
-    fn go(&self, from: f64, best: &mut LowestContact) {
+    fn walk(&self, from: f64, best: &mut LowestContact) {
         let w = self.piece.azimuth_rate;
         if w == 0.0 || !w.is_finite() {
             return;
@@ -280,15 +280,15 @@ impl ContactWalk<'_> {
             let q = state.point(&(self.ray.point + self.ray.normal * height));
             let normal = state.direction(&self.ray.normal);
             let velocity = self.piece.rate(&state, &q);
-            let look = self.hull.look(&q);
-            let leap = self.leap(&q, &normal, &velocity, &look, direction, height);
+            let look = self.hull.hull_point(&q);
+            let leap = self.clear_time(&q, &normal, &velocity, &look, direction, height);
             if leap > SHORT_LEAP * turn {
                 time += direction * leap;
                 at_root = false;
                 continue;
             }
             let Some((guess, spread)) = self.next(&q, &state, height, time, direction, at_root) else {
-                time = self.turn_from(time, stop, direction, height, best);
+                time = self.search_revolution(time, stop, direction, height, best);
                 at_root = false;
                 continue;
             };
@@ -299,12 +299,12 @@ impl ContactWalk<'_> {
                 Some(root)
                     if (root.time - guess.0).abs() < 0.3 * turn && (root.time - time) * direction > -BEHIND * turn =>
                 {
-                    self.lower(&root, best);
+                    self.take_if_lower(&root, best);
                     time = root.time;
                     at_root = true;
                 }
                 _ => {
-                    time = self.turn_from(time, stop, direction, height, best);
+                    time = self.search_revolution(time, stop, direction, height, best);
                     at_root = false;
                 }
             }
@@ -313,7 +313,7 @@ impl ContactWalk<'_> {
 
     /// Searches a revolution in parts, less what can be leapt over from its end; returns the time after the
     /// revolution.
-    fn turn_from(&self, time: f64, stop: f64, direction: f64, height: f64, best: &mut LowestContact) -> f64 {
+    fn search_revolution(&self, time: f64, stop: f64, direction: f64, height: f64, best: &mut LowestContact) -> f64 {
         let turn = TAU / self.piece.azimuth_rate.abs();
         let behind = time + direction * turn;
         let mut until = if (stop - behind) * direction < 0.0 { stop } else { behind };
@@ -322,7 +322,7 @@ impl ContactWalk<'_> {
             let q = state.point(&(self.ray.point + self.ray.normal * height));
             let normal = state.direction(&self.ray.normal);
             let velocity = self.piece.rate(&state, &q);
-            let leap = self.leap(&q, &normal, &velocity, &self.hull.look(&q), -direction, height);
+            let leap = self.clear_time(&q, &normal, &velocity, &self.hull.hull_point(&q), -direction, height);
             if leap <= 0.02 * turn {
                 break;
             }
@@ -337,7 +337,7 @@ impl ContactWalk<'_> {
 
     /// Time over which no contact lies below the height of `q`, s; zero if that is not known.
     #[inline]
-    fn leap(
+    fn clear_time(
         &self,
         q: &Vector,
         normal: &Vector,
@@ -367,7 +367,7 @@ impl ContactWalk<'_> {
             }
         } else if look.distance > 0.0 {
             // Past the cutter; so must the design point be: its cutter came from within.
-            let design = self.hull.look(&(q - normal * height));
+            let design = self.hull.hull_point(&(q - normal * height));
             if design.distance > 0.0 && design.gradient.dot(normal) >= 0.0 {
                 leap = look.distance.min(design.distance) / (velocity.norm() + spin * q.norm()).max(NOT_ZERO);
             }
@@ -474,7 +474,7 @@ impl ContactWalk<'_> {
     }
 
     /// Takes a root if it is lower, on the edge and within the piece.
-    fn lower(&self, root: &EdgeCrossing, best: &mut LowestContact) {
+    fn take_if_lower(&self, root: &EdgeCrossing, best: &mut LowestContact) {
         let [begin, end] = self.piece.time;
         let rim = RIM * TAU / self.piece.azimuth_rate.abs();
         if root.on_edge && root.height < best.height && root.time >= begin - rim && root.time <= end + rim {
@@ -537,7 +537,7 @@ impl ContactWalk<'_> {
             let along = g.dot(&normal);
             if along > -0.02 {
                 // Deep in the cutter, or past it.
-                if self.hull.look(&q).distance > 0.0 {
+                if self.hull.hull_point(&q).distance > 0.0 {
                     return None;
                 }
                 h -= 0.5 * edge.radius;
@@ -589,14 +589,14 @@ impl ContactWalk<'_> {
 
     fn polish(&self, time: f64, height: f64, best: &mut LowestContact) {
         if let Some(root) = self.root(time, height) {
-            self.lower(&root, best);
+            self.take_if_lower(&root, best);
         }
     }
 
     /// The contacts between two times that are a small part of a revolution apart.
     fn between(&self, x: &Meeting, y: &Meeting, best: &mut LowestContact) {
         if x.plane * y.plane <= 0.0 {
-            return self.narrowed(x, y, best);
+            return self.contact_between(x, y, best);
         }
         if x.plane * x.rate < 0.0 && y.plane * y.rate > 0.0 {
             // Toward zero and away again: the nearest place by halving the rate.
@@ -604,8 +604,8 @@ impl ContactWalk<'_> {
             for _ in 0..40 {
                 let Some(m) = self.meeting(0.5 * (a + b), x.height) else { return };
                 if m.plane * x.plane <= 0.0 {
-                    self.narrowed(x, &m, best);
-                    return self.narrowed(&m, y, best);
+                    self.contact_between(x, &m, best);
+                    return self.contact_between(&m, y, best);
                 }
                 if m.rate * x.rate > 0.0 {
                     a = m.time
@@ -621,7 +621,7 @@ impl ContactWalk<'_> {
     }
 
     /// The contact between two times with different signs, by regula falsi with halving (Illinois) and Newton's method at the end.
-    fn narrowed(&self, x: &Meeting, y: &Meeting, best: &mut LowestContact) {
+    fn contact_between(&self, x: &Meeting, y: &Meeting, best: &mut LowestContact) {
         let (mut a, mut b, mut fa, mut fb) = (x.time, y.time, x.plane, y.plane);
         let (mut at, mut height, mut side) = (if fa.abs() < fb.abs() { a } else { b }, x.height, 0);
         for _ in 0..30 {

@@ -245,7 +245,7 @@ impl TouchSearch<'_> {
     }
 
     /// For how long no touch comes below the height, in one direction of time.
-    fn leap(&self, around: &TimeNeighborhood, direction: f64) -> f64 {
+    fn clear_time(&self, around: &TimeNeighborhood, direction: f64) -> f64 {
         let (s, free, depth) = match around {
             TimeNeighborhood::Touch => return 0.0,
             TimeNeighborhood::Clear(time) => return *time,
@@ -270,7 +270,7 @@ impl TouchSearch<'_> {
         let least = LEAST_STEP * piece.duration();
         let end = if direction > 0.0 { piece.time[1] } else { piece.time[0] };
         let mut time = from;
-        let (mut leap, mut start) = (self.leap(around, direction), self.start(around));
+        let (mut leap, mut start) = (self.clear_time(around, direction), self.start(around));
         loop {
             if (leap <= least || leap.is_nan())
                 && let Some(t) = touch(self.ray, piece, self.body, time, start)
@@ -286,7 +286,7 @@ impl TouchSearch<'_> {
             // The end of the piece itself is looked at.
             time = if (end - next) * direction > 0.0 { next } else { end };
             let around = self.at(time);
-            (leap, start) = (self.leap(&around, direction), self.start(&around));
+            (leap, start) = (self.clear_time(&around, direction), self.start(&around));
         }
     }
 }

@@ -201,7 +201,7 @@ impl<'a> HeightSearch<'a> {
             left_out: f64::INFINITY,
         };
         // Only what comes near the lattice at all.
-        let near = self.narrowed(&whole, &all, true);
+        let near = self.candidates_in(&whole, &all, true);
         let mut found = vec![LowestContact::NONE; columns * rows];
         let again: usize = found
             .par_chunks_mut(columns * BAND)
@@ -239,7 +239,7 @@ impl<'a> HeightSearch<'a> {
         out: &mut [LowestContact],
         first: usize,
     ) -> usize {
-        let candidates = self.narrowed(area, above, false);
+        let candidates = self.candidates_in(area, above, false);
         let (rows, columns) = (area.row[1] - area.row[0], area.column[1] - area.column[0]);
         if rows.max(columns) > BLOCK {
             let halves = if rows >= columns {
@@ -304,7 +304,7 @@ impl<'a> HeightSearch<'a> {
     }
 
     /// The candidates of a block among those of a larger one.
-    fn narrowed(&self, area: &LatticeRange, above: &Candidates, keep_all_low: bool) -> Candidates {
+    fn candidates_in(&self, area: &LatticeRange, above: &Candidates, keep_all_low: bool) -> Candidates {
         let patch = self.patch(area);
         let mut floors = Vec::with_capacity(above.kept.len());
         let mut estimate = self.max_height;

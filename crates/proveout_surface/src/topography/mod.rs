@@ -65,7 +65,7 @@ pub use edge::{Edge, TeethCorner};
 pub use height_search::{Cut, Settings, Topography, heights_by_edges, heights_by_envelope};
 pub use lattice::Lattice;
 pub use motion::CutterPiece;
-pub use path::{PathContact, PathPiece, StandingCutter, SweptPath, Touching};
+pub use path::{ContactDirections, PathContact, PathPiece, StandingCutter, SweptPath};
 pub use proveout_tool::RunOut;
 pub use teeth::{TeethError, check_chip, check_motion, edges_of, phase_zero};
 

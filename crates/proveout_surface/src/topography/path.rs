@@ -105,7 +105,7 @@ pub struct PathContact {
 
 /// What a contact looks like.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touching {
+pub struct ContactDirections {
     /// Outward unit normal of the material that is left: against that of the cutter.
     pub normal: Vector,
     /// Velocity of the cutter's point there over the piece, mm: way of the piece if it went on evenly.
@@ -208,7 +208,7 @@ impl SweptPath {
     }
 
     /// A pause of the motion.
-    fn stands(&self, number: u32) -> bool {
+    fn is_pause(&self, number: u32) -> bool {
         self.pieces
             .get(number as usize)
             .is_some_and(|p| (p.to.tip - p.from.tip).norm() + (p.to.axis - p.from.axis).norm() < JOINED)
@@ -233,7 +233,7 @@ impl SweptPath {
                 };
                 if falls {
                     best = found;
-                } else if own.is_some() && !self.stands(next) {
+                } else if own.is_some() && !self.is_pause(next) {
                     break;
                 }
                 (here, own) = (next, found);
@@ -243,7 +243,7 @@ impl SweptPath {
     }
 
     /// What the cutter does at a contact over a line.
-    pub fn touching(&self, contact: &PathContact, point: &Point, normal: &Vector) -> Option<Touching> {
+    pub fn touching(&self, contact: &PathContact, point: &Point, normal: &Vector) -> Option<ContactDirections> {
         let (known, bodies) = self.of(contact.piece)?;
         let moving = piece(contact.piece, &known.from, &known.to);
         let line = ray(point, normal);
@@ -253,7 +253,7 @@ impl SweptPath {
         let place = state.point(&(line.point + line.normal * touch.height));
         let rate = moving.rate(&state, &place);
         let way = -(state.frame[0] * rate.x + state.frame[1] * rate.y + state.frame[2] * rate.z);
-        Some(Touching { normal: -touch.normal, way, axis: state.frame[2] })
+        Some(ContactDirections { normal: -touch.normal, way, axis: state.frame[2] })
     }
 
     /// Numbers of the pieces whose cutter may come nearer to a point than `range`, mm.

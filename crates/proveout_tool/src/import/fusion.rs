@@ -116,7 +116,7 @@ pub(super) fn drafts(file: &Path, data: Vec<FusionTool>, call: &ImportCall) -> R
                 continue;
             }
         };
-        if !call.wants(number) {
+        if !call.selects(number) {
             continue;
         }
         let left_out = LEFT_OUT.iter().any(|word| kind.contains(word)) || kind == "circle segment taper";

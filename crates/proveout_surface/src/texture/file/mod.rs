@@ -171,7 +171,7 @@ pub fn is_texture(path: &Path) -> bool {
     }
     let mut begin = Vec::new();
     let read = open_regular_file(path).and_then(|f| f.take(64).read_to_end(&mut begin));
-    read.is_ok() && (begin.starts_with(b"PK\x03\x04") || sdf::is_one(&begin) || begin.starts_with(b"ISO 5436"))
+    read.is_ok() && (begin.starts_with(b"PK\x03\x04") || sdf::is_sdf(&begin) || begin.starts_with(b"ISO 5436"))
 }
 
 /// Reads the bytes of a file; the format is detected from them, not from the name.
@@ -181,7 +181,7 @@ pub fn is_texture(path: &Path) -> bool {
 pub fn read_measured_bytes(path: &Path, bytes: &[u8]) -> Result<MeasuredFile, TextureFileError> {
     let read = if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         x3p::read(bytes)
-    } else if sdf::is_one(bytes) {
+    } else if sdf::is_sdf(bytes) {
         sdf::read(bytes)
     } else if bytes.contains(&smd::END_OF_RECORD) {
         smd::read(bytes)

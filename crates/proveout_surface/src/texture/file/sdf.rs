@@ -32,7 +32,7 @@ const MM: f64 = 1e3;
 const WRITTEN: f64 = 1e-6;
 
 /// Whether the bytes begin as SDF does.
-pub(super) fn is_one(bytes: &[u8]) -> bool {
+pub(super) fn is_sdf(bytes: &[u8]) -> bool {
     [&b"aISO-"[..], b"bISO-", b"aNPL-"].iter().any(|magic| bytes.trim_ascii_start().starts_with(magic))
 }
 
@@ -97,7 +97,7 @@ fn text(bytes: &[u8]) -> Result<Measured, FileFault> {
             ended = true;
             break;
         }
-        if line.is_empty() || seen.is_empty() && is_one(line.as_bytes()) {
+        if line.is_empty() || seen.is_empty() && is_sdf(line.as_bytes()) {
             continue;
         }
         let Some((name, value)) = line.split_once('=') else {
