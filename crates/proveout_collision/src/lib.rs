@@ -72,6 +72,22 @@
 //! that a tilting platform carries are not, and are listed so. Penetration is a lower estimate from vertices and points on the
 //! generating curves, and is not estimated for neighbors. A pair that collides is looked at again each half
 //! millimeter of motion; a separation and new contact in between counts as one breach.
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `interference`, `parts` | pairs of a machine: which are checked |
+//! | `neighbors`, `neighbor_shells` | bodies that bear on each other |
+//! | `pair_advance`, `conservative_advancement` | one pair through a motion |
+//! | `proved_distance` | when the distance of a pair is needed again |
+//! | `distance`, `gjk`, `triangle`, `triangle_tree`, `box_tree`, `shape` | distance of two bodies |
+//! | `swept`, `ring` | bodies in motion: between two poses, at all turns at once |
+//! | `least_clearance` | least distance of each pair over a motion, with its proof |
+//! | `stock` | bodies against the material on the rays of the stock |
+//! | `orientation` | free tool axes at a contact, with proof |
+//! | `solid_pair`, `tool_clearance` | two solids; one tool pose among solids |
+//! | `report` | breaches, smallest distance, pairs that were not checked |
 
 mod box_tree;
 mod conservative_advancement;

@@ -36,6 +36,27 @@
 //! of the position of one joint; errors that depend on two joints, on load or on temperature are not
 //! described. Near a singular pose, angles are only as exact as the pose: with the tool axis known to
 //! 1e-16, the free joint is known to 1e-16 / sin(angle to the singular axis).
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `machine`, `joint`, `spindle`, `attachment` | the machine as data |
+//! | `platform`, `turn_shift`, `drive`, `errors`, `mass`, `pairs` | parts of it: legs, drives, errors, mass, rules |
+//! | `description`, `drive_file` | the machine file as written; the JSON Schema comes from it |
+//! | `machine_reader`, `reading`, `units`, `structure` | from the file to the data, with checks |
+//! | `joint_reader`, `platform_reader`, `errors_reader`, `pairs_reader` | one table of the file each |
+//! | `drive_reader`, `friction`, `backlash` | `[joint.drive]` |
+//! | `bodies`, `model` | bodies from primitives and from model files |
+//! | `kinematic_chain`, `solver`, `axis_pair`, `inverse`, `jacobian` | forward and inverse kinematics |
+//! | `poles` | singular poses along a path |
+//! | `actual` | kinematics with geometric errors |
+//! | `limits` | travel and rates of a state of motion |
+//! | `diagnose`, `key_lines` | remarks on a description, with their line |
+//! | `summary` | a machine in one line |
+//! | `program_zero`, `zero_at_home` | where programs and joints have their zero |
+//! | `table` | tables of joint values and poses (CSV) |
+//! | `linuxcnc_ini`, `urdf` | import from other programs |
 
 mod actual;
 mod attachment;

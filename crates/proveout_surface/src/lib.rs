@@ -22,6 +22,18 @@
 //! the cut part narrower than the cells, between all rays, is not seen. A design mesh counts as exact; its
 //! chord error is the caller's tolerance floor. The rays of a solid are compared with its mesh even where
 //! the points are compared with a closed form.
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `design`, `mesh`, `analytic`, `blade` | designs, and the distance of a point from them |
+//! | `deviation`, `areas`, `survey` | gouge and excess: of points, area by area, of a whole stock |
+//! | `gaps`, `thin_fins` | the same on the rays, and fins as thin as the error |
+//! | `gouge_proof`, `excess`, `worst_place`, `coverage` | between the rays |
+//! | `scallop` | ridges between passes |
+//! | `topography` | heights that a cutter leaves on a lattice |
+//! | `texture` | roughness: filters, parameters, files |
 
 mod analytic;
 mod areas;

@@ -21,6 +21,16 @@
 //!
 //! Known limits: a cutter is the body that its edges sweep; relief is not described, and all teeth have
 //! equal pitch. Arcs are convex; a concave fillet between shank and neck is given as short cones.
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `profile`, `outline` | generating curves, and their division into convex bodies |
+//! | `cutter`, `edges`, `thread`, `residual` | what cuts: shapes, teeth, threads, marks beyond those of the motion |
+//! | `assembly`, `builder`, `holder` | cutter, neck, shank and holder together; how far the tool projects |
+//! | `library`, `library_file`, `entry` | library files and their JSON Schema |
+//! | `draft`, `import` | tools from files of other programs |
 
 mod assembly;
 mod builder;
