@@ -57,7 +57,7 @@ impl Separation {
 }
 
 /// What was nearest at the last look: triangle or convex body of the first shape, and of the second.
-pub(crate) type Warm = Option<[u32; 2]>;
+pub(crate) type WarmStart = Option<[u32; 2]>;
 
 /// Distance of shape `a` from shape `b`: exact below the first limit, reported below the second
 /// (mm). The skins count, not the inside. `warm` only makes it quicker.
@@ -66,7 +66,7 @@ pub(crate) fn gap(
     b: &PartShape,
     b_from_a: &Pose,
     [exact, limit]: [f64; 2],
-    warm: &mut Warm,
+    warm: &mut WarmStart,
 ) -> Separation {
     match (a, b) {
         // What is proved of two meshes is far more than any limit that would have been asked for, at the same cost.
@@ -80,7 +80,7 @@ pub(crate) fn gap_with(
     (a, b): (&PartShape, &PartShape),
     b_from_a: &Pose,
     [exact, limit]: [f64; 2],
-    warm: &mut Warm,
+    warm: &mut WarmStart,
     effort: &mut Effort,
 ) -> Separation {
     match (a, b) {
@@ -147,7 +147,7 @@ fn bodies_mesh(
     mesh: &MeshShape,
     mesh_from_body: &Pose,
     (limit, effort): (f64, &mut Effort),
-    warm: &mut Warm,
+    warm: &mut WarmStart,
 ) -> Separation {
     let before = *warm;
     let first = before.map_or(0, |w| w[0] as usize).min(bodies.len().saturating_sub(1));
@@ -377,7 +377,7 @@ pub(crate) fn skins(
     b: &TriangleTree,
     b_from_a: &Pose,
     limits: [f64; 2],
-    warm: &mut Warm,
+    warm: &mut WarmStart,
 ) -> Separation {
     skins_with((a, b), b_from_a, limits, warm, &mut Effort::unlimited())
 }
@@ -387,7 +387,7 @@ pub(crate) fn skins_with(
     (a, b): (&TriangleTree, &TriangleTree),
     b_from_a: &Pose,
     limits: [f64; 2],
-    warm: &mut Warm,
+    warm: &mut WarmStart,
     effort: &mut Effort,
 ) -> Separation {
     let of = |i: u32, j: u32, bound: f64| {

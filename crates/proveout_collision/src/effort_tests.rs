@@ -7,7 +7,7 @@ use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh}
 use proveout_tool::Cutter;
 
 use crate::box_tree::Effort;
-use crate::distance::{PROVED_WITHIN_MM, Separation, Warm, gap_with};
+use crate::distance::{PROVED_WITHIN_MM, Separation, WarmStart, gap_with};
 use crate::shape::{MeshShape, PartShape, Revolved};
 use crate::swept::{BodyPlaces, least_distance_with};
 
@@ -180,7 +180,7 @@ fn what_is_proved_with_little_effort_is_true() {
         let (tool, wall, triangles) = shapes(&bodies, &mesh(&mut random, k / 2));
         let pose = pose(&mut random, &bodies, &triangles, k);
         let least = oracle(&bodies, &triangles, &pose.inverse()).max(0.0);
-        let mut warm: Warm = None;
+        let mut warm: WarmStart = None;
         for limit in [f64::INFINITY, 1.5 * least + 0.1, 0.9 * least] {
             for most in [0, 1, 3, 20, 60, 150, 400, u64::MAX] {
                 let about = format!("case {k}, limit {limit}, effort {most}");

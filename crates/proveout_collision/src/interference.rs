@@ -449,7 +449,7 @@ impl Interference {
                     self.effort.pairs_by_allowance += 1;
                     self.prove(i, left);
                 } else if !self.ring_keeps(i, &self.widened(i, &step, off)) {
-                    self.examine_closely(i, &step, off, finer);
+                    self.examine_in_quarters(i, &step, off, finer);
                 }
             }
         }

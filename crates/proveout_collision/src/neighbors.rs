@@ -80,7 +80,7 @@ pub(crate) struct SkinRests {
     /// Part of the skin of each that was left out, 0 to 1.
     pub(crate) left_out: [f64; 2],
     /// Parts of one that lie in the zone and bear nothing, each with all of the other.
-    pub(crate) idle: Vec<neighbor_shells::CheckedPair>,
+    pub(crate) idle: Vec<neighbor_shells::SkinPair>,
 }
 
 impl Neighbors {
@@ -88,7 +88,7 @@ impl Neighbors {
         let j = &machine.joints[joint];
         // Where two points are nearest, one of them moves against the other's body by its distance from the axis; either may be taken.
         let radius = |skin: &TriangleTree| farthest(skin, &j.point, &j.direction);
-        let of_pair = |[a, b]: &neighbor_shells::CheckedPair| radius(a).min(radius(b));
+        let of_pair = |[a, b]: &neighbor_shells::SkinPair| radius(a).min(radius(b));
         let widest = std::iter::once(&rests.skins).chain(&rests.idle).map(of_pair).fold(0.0, f64::max);
         let weight = if j.is_rotary() { widest } else { 1.0 };
         Self { joint, rests, proved: EMPTY, slack: 0.0, weight, turns: j.is_rotary() }

@@ -5,7 +5,7 @@ use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::Interference;
 use crate::conservative_advancement::{AdvanceStep, next_advance};
-use crate::distance::{Separation, Warm, gap, inside, penetration, skins};
+use crate::distance::{Separation, WarmStart, gap, inside, penetration, skins};
 use crate::interference::FinerPiece;
 use crate::least_clearance::{BEYOND, FINE_MM, STRAIGHT_MM};
 use crate::neighbors::Neighbors;
@@ -80,7 +80,7 @@ pub(crate) struct CheckedPair {
     pub(crate) state: PairState,
     pub(crate) reach: f64,
     /// What was nearest at the last query.
-    pub(crate) warm: Warm,
+    pub(crate) warm: WarmStart,
     /// Nothing is known yet: the inside test is due.
     pub(crate) fresh: bool,
     pub(crate) near: Option<usize>,
@@ -140,7 +140,7 @@ impl Interference {
 
     /// Checks one pair over one step, and over its quarters where the whole step does not show that
     /// they keep apart.
-    pub(crate) fn examine_closely(
+    pub(crate) fn examine_in_quarters(
         &mut self,
         i: usize,
         step: &JointStep,
@@ -194,7 +194,7 @@ impl Interference {
             let watched = self.watch_distance(&self.pairs[i]) + step.slack;
             if self.pairs[i].slides && self.pairs[i].state == PairState::Clear && mu * (1.0 - t) > LEAST_WAY_MM {
                 let ends = [1.0, 0.5 * (1.0 + t)];
-                match ends.into_iter().find(|&end| self.slides_clear(i, step, [t, end], floor.max(watched))) {
+                match ends.into_iter().find(|&end| self.is_clear_while_sliding(i, step, [t, end], floor.max(watched))) {
                     Some(end) if end >= 1.0 => return true,
                     Some(end) => {
                         t = end;
@@ -209,7 +209,7 @@ impl Interference {
                 Separation::Beyond(proved) | Separation::Between([proved, _], ..) => {
                     // A pair without triangles is infinitely far; what is kept stays a number that can be counted down.
                     let proved = proved.min(MOST_PROVED_MM);
-                    self.keep(i, proved, step, t);
+                    self.store_distance(i, proved, step, t);
                     self.pairs[i].reach = (2.0 * self.pairs[i].reach).min(LAST_REACH_MM);
                     self.leave_near(i, proved, step, t);
                     self.prove(i, proved - mu * (1.0 - t) - step.slack);
@@ -232,7 +232,7 @@ impl Interference {
                         }
                         ahead => {
                             self.pairs[i].least_found = self.pairs[i].least_found.min(d);
-                            self.keep(i, d, step, t);
+                            self.store_distance(i, d, step, t);
                             self.leave_near(i, d, step, t);
                             let AdvanceStep::Until(next) = ahead else {
                                 self.prove(i, d - mu * (1.0 - t) - step.slack);
@@ -252,7 +252,7 @@ impl Interference {
 
     /// Whether a part of the tool keeps away from a mesh on a part of a step, by the hull of both ends: for each triangle along its own normal (Tang, Kim
     /// and Manocha 2009), so that a tool that slides along a wall is asked about once, where its way would use up the distance many times.
-    fn slides_clear(&mut self, i: usize, step: &JointStep, part: [f64; 2], floor: f64) -> bool {
+    fn is_clear_while_sliding(&mut self, i: usize, step: &JointStep, part: [f64; 2], floor: f64) -> bool {
         let p = &self.pairs[i];
         let (a, b) = (&self.parts[p.a], &self.parts[p.b]);
         let (PartShape::Convex(_), PartShape::Mesh(_), None) = (&*a.shape, &*b.shape, &p.neighbors) else {
@@ -289,7 +289,7 @@ impl Interference {
             return false;
         }
         // Both ends are in the hull.
-        self.keep(i, found.min(MOST_PROVED_MM), step, part[1]);
+        self.store_distance(i, found.min(MOST_PROVED_MM), step, part[1]);
         self.prove(i, found - bent - step.slack);
         true
     }
@@ -366,14 +366,14 @@ impl Interference {
                     b.penetration_estimate = Some(deep);
                 }
             }
-            self.keep(i, CONTACT_REFRESH_MM, step, 1.0);
+            self.store_distance(i, CONTACT_REFRESH_MM, step, 1.0);
             return;
         }
         if let Some(b) = self.pairs[i].contact.take().and_then(|k| self.breaches.get_mut(k)) {
             b.end_time = Some(step.time(1.0));
         }
         self.pairs[i].state = if self.pairs[i].near.is_some() { PairState::Near } else { PairState::Clear };
-        self.keep(i, distance, step, 1.0);
+        self.store_distance(i, distance, step, 1.0);
         self.leave_near(i, distance, step, 1.0);
     }
 
@@ -391,7 +391,7 @@ impl Interference {
         }
     }
 
-    pub(crate) fn keep(&mut self, i: usize, distance: f64, step: &JointStep, t: f64) {
+    pub(crate) fn store_distance(&mut self, i: usize, distance: f64, step: &JointStep, t: f64) {
         self.pairs[i].kept = ProvedDistance { distance, at: step.joints(t) };
     }
 

@@ -23,7 +23,7 @@ use proveout_machine::{Attachment, JointValues, Machine};
 use proveout_tool::{Profile, Segment};
 
 use crate::Interference;
-use crate::distance::{Separation, Warm, gap};
+use crate::distance::{Separation, WarmStart, gap};
 use crate::pair_advance::{JointStep, MOST_PROVED_MM, PairState};
 use crate::parts::{CollisionPart, chain_to};
 use crate::proved_distance::{ProvedDistance, dot};
@@ -59,7 +59,7 @@ pub(crate) struct RingState {
     pub(crate) of: Ring,
     /// The turns do not count now.
     pub(crate) live: bool,
-    warm: Warm,
+    warm: WarmStart,
     /// Looks at the bodies themselves since the hulls were too near.
     since: u32,
 }
@@ -107,7 +107,7 @@ impl Interference {
                 ring.live = true;
             }
             p.weights = weights;
-            self.keep(i, proved, step, 0.0);
+            self.store_distance(i, proved, step, 0.0);
             self.prove(i, proved - dot(&weights, &step.motion) - step.slack);
             self.effort.misses += 1;
             return true;

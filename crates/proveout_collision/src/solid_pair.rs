@@ -2,7 +2,7 @@
 
 use proveout_geom::{Pose, TriMesh};
 
-use crate::distance::{Separation, Warm, skins};
+use crate::distance::{Separation, WarmStart, skins};
 use crate::parts::{MeshDemand, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::MeshShape;
@@ -25,7 +25,7 @@ use crate::shape::MeshShape;
 pub struct SolidPair {
     first: MeshShape,
     second: MeshShape,
-    warm: Warm,
+    warm: WarmStart,
 }
 
 impl SolidPair {

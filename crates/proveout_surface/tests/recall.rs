@@ -117,7 +117,7 @@ struct Part {
     free_sites: usize,
 }
 
-fn leaning(n: &mut Numbers, normal: &Vector, most: f64) -> Vector {
+fn with_tilt(n: &mut Numbers, normal: &Vector, most: f64) -> Vector {
     let turn = n.between(0.0, 2.0 * PI);
     let lean = n.between(0.0, most);
     let least = if normal.x.abs() < 0.6 { Vector::x() } else { Vector::y() };
@@ -130,7 +130,7 @@ fn design(n: &mut Numbers, kind: usize, posed: bool) -> Design {
     let mut up = Vector::z();
     let mut along = Vector::x();
     if posed {
-        up = leaning(n, &Vector::z(), 0.7);
+        up = with_tilt(n, &Vector::z(), 0.7);
         let turn = n.between(0.0, 2.0 * PI);
         let first = up.cross(&Vector::new(turn.cos(), turn.sin(), 0.3)).normalize();
         along = first;
@@ -215,7 +215,7 @@ fn part(n: &mut Numbers, index: usize) -> Part {
                 // One end is deeper than the other.
                 let other = depth * n.between(0.3, 1.0);
                 let center = [from + up * (radius - depth), to + over * (radius - other)];
-                let axis = [leaning(n, &up, 0.5), leaning(n, &over, 0.5)];
+                let axis = [with_tilt(n, &up, 0.5), with_tilt(n, &over, 0.5)];
                 let above = [center[0] + up * (depth + 1.0), center[1] + over * (other + 1.0)];
                 strokes.push(Stroke { center: [above[0], center[0]], axis: [axis[0]; 2], radius });
                 strokes.push(Stroke { center, axis, radius });

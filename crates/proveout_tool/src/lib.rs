@@ -27,7 +27,7 @@
 //! | file or folder | holds |
 //! |---|---|
 //! | `profile`, `outline` | generating curves, and their division into convex bodies |
-//! | `cutter`, `edges`, `thread`, `residual` | what cuts: shapes, teeth, threads, marks beyond those of the motion |
+//! | `cutter`, `edges`, `thread`, `residual` | what cuts: shapes, teeth, threads, residual marks |
 //! | `assembly`, `builder`, `holder` | cutter, neck, shank and holder together; how far the tool projects |
 //! | `library`, `library_file`, `entry` | library files and their JSON Schema |
 //! | `draft`, `import` | tools from files of other programs |

@@ -33,7 +33,7 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use crate::Interference;
 use crate::box_tree::Effort;
-use crate::distance::{Separation, Warm, gap_with};
+use crate::distance::{Separation, WarmStart, gap_with};
 use crate::pair_advance::CheckedPair;
 use crate::parts::{CollisionPart, chain_to};
 use crate::proved_distance::dot;
@@ -391,7 +391,7 @@ struct PairAsk<'a> {
     of_b: [bool; MAX_JOINTS],
     /// One of the two at all turns of its joint.
     ring: Option<RingAsk<'a>>,
-    warm: Warm,
+    warm: WarmStart,
     looks: u64,
     /// What they have cost.
     effort: u64,

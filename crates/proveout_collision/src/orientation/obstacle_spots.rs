@@ -133,7 +133,7 @@ impl<'a> Spots<'a> {
         };
         for (solid, of) in solids.iter().enumerate() {
             let [spot] = spots.spots_of_balls(solid as u32, &[of.nodes[0].center], &[of.nodes[0].radius]);
-            spots.keep(solid as u32, spot, SpotSource::Ball(0));
+            spots.store_spot(solid as u32, spot, SpotSource::Ball(0));
         }
         spots.roots = spots.spots.len() as u32;
         spots
@@ -170,7 +170,7 @@ impl<'a> Spots<'a> {
                     let centers = [ball(0).center, ball(1).center];
                     let seen = self.spots_of_balls(solid, &centers, &[ball(0).radius, ball(1).radius]);
                     for (i, spot) in seen.into_iter().enumerate() {
-                        self.keep(solid, spot, SpotSource::Ball(two[i]));
+                        self.store_spot(solid, spot, SpotSource::Ball(two[i]));
                     }
                 }
             }
@@ -199,7 +199,7 @@ impl<'a> Spots<'a> {
         let parts = [[*a, d, f], [d, *b, e], [f, e, *c], [d, e, f]];
         for (i, spot) in seen.into_iter().enumerate() {
             if spot.is_some() {
-                self.keep(solid, spot, SpotSource::Piece(self.pieces.len() as u32));
+                self.store_spot(solid, spot, SpotSource::Piece(self.pieces.len() as u32));
                 self.pieces.push(TrianglePiece { corners: parts[i], center: centers[i], radius });
             }
         }
@@ -267,7 +267,7 @@ impl<'a> Spots<'a> {
     }
 
     #[inline(always)]
-    fn keep(&mut self, solid: u32, spot: Option<ObstacleSpot>, what: SpotSource) {
+    fn store_spot(&mut self, solid: u32, spot: Option<ObstacleSpot>, what: SpotSource) {
         if let Some(spot) = spot {
             self.spots.push(spot);
             self.origins.push(Origin { solid, what, anchor: CLOSED });

@@ -249,7 +249,7 @@ impl StockCheck {
             let floor = level + SLACK_MM + slack;
             let limit = floor + (mu * (1.0 - t)).max(TOLERANCE_MM) + self.bodies[i].known.reach;
             let Some(found) = self.gap(i, step.stock, &step.joints(t), limit) else {
-                self.keep(i, limit, step, t);
+                self.store_distance(i, limit, step, t);
                 self.prove(i, limit - mu * (1.0 - t) - slack);
                 let reach = &mut self.bodies[i].known.reach;
                 *reach = (2.0 * *reach).min(LAST_REACH_MM);
@@ -263,7 +263,7 @@ impl StockCheck {
                 known.seen = known.seen.min(found.near.distance);
             }
             if found.lower > floor + TOLERANCE_MM {
-                self.keep(i, found.lower, step, t);
+                self.store_distance(i, found.lower, step, t);
                 self.leave_near(i, found.lower, step, t);
                 let advance = (found.lower - floor) / mu;
                 if mu <= 0.0 || t + advance >= 1.0 {
@@ -301,7 +301,7 @@ impl StockCheck {
                     b.penetration_estimate = Some(deep);
                 }
             }
-            self.keep(i, CONTACT_REFRESH_MM, step, 1.0);
+            self.store_distance(i, CONTACT_REFRESH_MM, step, 1.0);
             return;
         }
         let known = &mut self.bodies[i].known;
@@ -309,7 +309,7 @@ impl StockCheck {
             b.end_time = Some(step.time(1.0));
         }
         known.state = if known.near.is_some() { PairState::Near } else { PairState::Clear };
-        self.keep(i, distance, step, 1.0);
+        self.store_distance(i, distance, step, 1.0);
         self.leave_near(i, distance, step, 1.0);
     }
 
@@ -359,7 +359,7 @@ impl StockCheck {
         if proved > need {
             (known.all_turns, known.weights) = (true, weights);
             known.proved = known.proved.min(proved - mu - slack);
-            self.keep(i, proved, step, 0.0);
+            self.store_distance(i, proved, step, 0.0);
             return true;
         }
         if known.all_turns {
@@ -369,7 +369,7 @@ impl StockCheck {
         false
     }
 
-    fn keep(&mut self, i: usize, distance: f64, step: &StockStep<'_>, t: f64) {
+    fn store_distance(&mut self, i: usize, distance: f64, step: &StockStep<'_>, t: f64) {
         self.bodies[i].known.kept = ProvedDistance { distance, at: step.joints(t) };
     }
 

@@ -174,7 +174,7 @@ impl DepthSearch<'_, '_> {
                 self.store.set_empty(key);
                 return true;
             };
-            self.store.set_tried(key);
+            self.store.set_first_untried(key);
             self.test_place(&cube.center, cube, &movers, Some(&reaching));
             let is_asked = radius <= BY_PLANES[usize::from(reaching.len() > FEW_CUTS)];
             let mut left = movers;
@@ -216,7 +216,7 @@ impl DepthSearch<'_, '_> {
     /// Those of `near` that reach into a cube, the one that covers its center deepest first; none if one of them empties
     /// the cube.
     fn reaching(&mut self, cube: &Cube, near: Vec<u32>) -> Option<Vec<u32>> {
-        let (radius, tried) = (cube.radius(), cube.key().map_or(0, |k| self.store.tried(k)));
+        let (radius, tried) = (cube.radius(), cube.key().map_or(0, |k| self.store.first_untried(k)));
         let is_filtered = radius <= BY_PLANES[usize::from(near.len() > FEW_CUTS)];
         let mut reaching: Vec<(f64, u32)> = Vec::new();
         for k in near {

@@ -375,11 +375,11 @@ impl BetweenRays {
     }
 
     /// Number of the first cut that was not tried on a cube; the last one may have gone on since.
-    fn tried(&self, key: u64) -> usize {
+    fn first_untried(&self, key: u64) -> usize {
         self.cubes.get(&key).map_or(0, |n| *n as usize)
     }
 
-    fn set_tried(&mut self, key: Option<u64>) {
+    fn set_first_untried(&mut self, key: Option<u64>) {
         let tried = self.cuts.len().saturating_sub(1) as u32;
         if let Some(key) = key.filter(|k| self.cubes.len() < MOST_CUBES || self.cubes.contains_key(k)) {
             self.cubes.insert(key, tried);

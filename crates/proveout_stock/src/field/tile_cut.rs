@@ -171,7 +171,7 @@ fn add(sums: &CutSums, met_rows: u8, sum: &mut TileOverlap) {
     sum.rows |= met_rows;
     for (c, &longest) in sums.longest.iter().enumerate() {
         if longest > 0.0 && longest >= sum.longest {
-            sum.offer(longest, sums.middle[c], (sums.lap[c] as usize * COLUMNS + c) as u8);
+            sum.note_longest(longest, sums.middle[c], (sums.lap[c] as usize * COLUMNS + c) as u8);
         }
     }
 }
@@ -207,7 +207,7 @@ pub(crate) fn cut_lane(
             layer.measure_row(r / ROW);
         }
         (None, None) => {
-            field.close(k, r);
+            field.close_gap(k, r);
             return true;
         }
     }

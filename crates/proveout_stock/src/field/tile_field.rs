@@ -83,11 +83,11 @@ impl Field {
         self.places = BlockCenters::new(&self.columns, &self.row_v);
         let last = grid.n[u_axis].min(i0 + TILE) - 1;
         self.u = [self.columns[0], grid.center(u_axis, last)];
-        self.deepen();
+        self.add_layer();
         for r in 0..LANES {
             for (k, span) in tile.ray(r).iter().enumerate() {
                 if k == self.depth {
-                    self.deepen();
+                    self.add_layer();
                 }
                 let lanes = &mut self.layers[k].lanes;
                 (lanes.lo[r], lanes.hi[r]) = (span.lo, span.hi);
@@ -103,7 +103,7 @@ impl Field {
     }
 
     /// One layer more, empty.
-    fn deepen(&mut self) {
+    fn add_layer(&mut self) {
         if self.depth == self.layers.len() {
             self.layers.push(IntervalLayer::default());
         }
@@ -151,7 +151,7 @@ impl Field {
         let mut carried = *strip;
         for next in k + 1.. {
             if next == self.depth {
-                self.deepen();
+                self.add_layer();
             }
             let layer = &mut self.layers[next];
             let old = layer.lanes.strip(r);
@@ -166,7 +166,7 @@ impl Field {
     }
 
     /// Moves the intervals of a ray down into the gap where interval `k` was.
-    pub(crate) fn close(&mut self, k: usize, r: usize) {
+    pub(crate) fn close_gap(&mut self, k: usize, r: usize) {
         for k in k..self.depth {
             let above = self.layers[..self.depth].get(k + 1).map(|l| l.lanes.strip(r));
             let layer = &mut self.layers[k];
@@ -234,7 +234,7 @@ impl TileOverlap {
 
     /// Takes the overlap on a ray for the longest if it is; among equals the first ray counts.
     #[inline]
-    pub(crate) fn offer(&mut self, longest: f64, middle: f64, ray: u8) {
+    pub(crate) fn note_longest(&mut self, longest: f64, middle: f64, ray: u8) {
         if longest > self.longest || (longest == self.longest && ray < self.ray) {
             (self.longest, self.middle, self.ray) = (longest, middle, ray);
         }
@@ -243,7 +243,7 @@ impl TileOverlap {
     /// Adds the overlap `lo..hi` with a strip, of which `length` is gone.
     pub(crate) fn add(&mut self, strip: &LaneStrip, [lo, hi]: [f64; 2], length: f64) {
         self.length += length;
-        self.offer(hi - lo, 0.5 * (lo + hi), strip.ray);
+        self.note_longest(hi - lo, 0.5 * (lo + hi), strip.ray);
         self.range = [self.range[0].min(lo), self.range[1].max(hi)];
         self.columns |= 1 << (usize::from(strip.ray) % ROW);
         self.rows |= 1 << (usize::from(strip.ray) / ROW);

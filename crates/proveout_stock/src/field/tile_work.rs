@@ -46,25 +46,25 @@ impl TileWork {
 }
 
 /// Layer and lane.
-type Place = (usize, usize);
+type LanePlace = (usize, usize);
 /// A step that may touch a layer, and the lanes that it may, one bit each.
-pub(crate) type Near = (usize, usize, u64);
+pub(crate) type NearStep = (usize, usize, u64);
 
 /// Buffers of one thread.
 #[derive(Default)]
 pub(crate) struct Scratch {
     pub field: Field,
-    pub near: Vec<Near>,
+    pub near: Vec<NearStep>,
     /// Lanes of each layer that any step may meet.
     pub asked: Vec<u64>,
     pub gathered: Lanes,
     again: Lanes,
-    places: Vec<Place>,
+    places: Vec<LanePlace>,
     torn: Vec<LaneStrip>,
     before: Vec<MaterialSpan>,
     cuts: Vec<LaneCut>,
     /// Lanes of which more than one interval is taken.
-    several: Vec<(Place, LaneCut)>,
+    several: Vec<(LanePlace, LaneCut)>,
     /// What a measured item takes of which interval.
     met: Vec<(LaneStrip, [f64; 2])>,
 }
@@ -233,7 +233,7 @@ impl Batch<'_> {
                 let r = gone.trailing_zeros() as usize;
                 lost.set(r, ready.id);
                 if l + 1 < field.layers().len() {
-                    field.close(l, r);
+                    field.close_gap(l, r);
                 }
                 gone &= gone - 1;
             }

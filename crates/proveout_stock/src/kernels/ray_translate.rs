@@ -109,7 +109,7 @@ pub(crate) fn sweep_translation(piece: &MotionPiece, body: &Meridian, ray: &RayL
 }
 
 /// Height, time and sample of an end.
-type LaneSearchResult = (f64, f64, BodySample);
+type SampledEnd = (f64, f64, BodySample);
 
 fn find_end(
     piece: &MotionPiece,
@@ -117,7 +117,7 @@ fn find_end(
     ray: &RayLine,
     polygon: &mut Polygon,
     sign: f64,
-) -> Option<LaneSearchResult> {
+) -> Option<SampledEnd> {
     let mut last = None;
     for _ in 0..CUTS {
         if polygon.n == 0 {
@@ -151,7 +151,7 @@ fn polish(
     s: f64,
     sign: f64,
     first: BodySample,
-) -> Option<LaneSearchResult> {
+) -> Option<SampledEnd> {
     let start = s;
     let (mut s, mut sample) = (s, first);
     for _ in 0..8 {

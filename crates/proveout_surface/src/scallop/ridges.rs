@@ -199,7 +199,7 @@ struct RidgeSearch<'a, D: ?Sized> {
 }
 
 /// A height followed on one side of a ridge.
-type Followed = (f64, PathContact);
+type FollowedContact = (f64, PathContact);
 
 impl<D: DesignSurface + ?Sized> RidgeSearch<'_, D> {
     fn counts(&self, p: &Point) -> bool {
@@ -304,7 +304,7 @@ impl<D: DesignSurface + ?Sized> RidgeSearch<'_, D> {
     }
 
     /// The ridges between two places with their contacts.
-    fn split(&self, pair: &RidgePair, line: &Line, [a, b]: [Followed; 2], depth: usize, out: &mut TracedRidges) {
+    fn split(&self, pair: &RidgePair, line: &Line, [a, b]: [FollowedContact; 2], depth: usize, out: &mut TracedRidges) {
         let Some((s, p, q)) = self.meet(line, a, b) else { return };
         let place = line.at(s);
         let top = place + line.normal * p.height;
@@ -321,7 +321,7 @@ impl<D: DesignSurface + ?Sized> RidgeSearch<'_, D> {
     }
 
     /// Where the surfaces followed from two contacts meet between them.
-    fn meet(&self, line: &Line, a: Followed, b: Followed) -> Option<(f64, PathContact, PathContact)> {
+    fn meet(&self, line: &Line, a: FollowedContact, b: FollowedContact) -> Option<(f64, PathContact, PathContact)> {
         let both = |s: f64, near: [PathContact; 2]| {
             let point = line.at(s);
             let p = self.path.follow(&near[0], &point, &line.normal)?;

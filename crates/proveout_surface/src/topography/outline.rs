@@ -156,13 +156,13 @@ impl CutterOutline {
 }
 
 /// A signed distance and its gradient.
-type Toward = (f64, [f64; 2]);
+type NearestOnPart = (f64, [f64; 2]);
 
 impl OutlinePart {
     /// Signed distance and gradient where the part's wedge or strip holds the point; else on which side of the tangent at its
     /// nearer end the point lies, and this end.
     #[inline]
-    fn at(&self, r: f64, z: f64) -> (Option<Toward>, f64, [f64; 2]) {
+    fn at(&self, r: f64, z: f64) -> (Option<NearestOnPart>, f64, [f64; 2]) {
         match *self {
             Self::Line { from, along, length, normal } => {
                 let d = [r - from[0], z - from[1]];
