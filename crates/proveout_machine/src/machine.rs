@@ -247,7 +247,7 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
-    use proveout_geom::rad;
+    use proveout_geom::{Point, rad};
 
     use super::*;
     use crate::testing::u5;

@@ -8,6 +8,7 @@ use proveout_geom::{Document, InputError, Step, Vector};
 const UNIT_TOLERANCE: f64 = 1e-6;
 /// Shorter vectors have no direction.
 const SHORTEST: f64 = 1e-12;
+
 pub(crate) type Checked<T> = Result<T, InputError>;
 
 /// Notes on numbers: key of the same table, or `*` for all others, to a text.
