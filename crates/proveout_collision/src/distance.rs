@@ -7,22 +7,22 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::{SupportMap, Triangle};
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
-use crate::certain;
-use crate::shape::{MeshShape, Revolved, Shape, from_parry, pose_to_parry, to_parry};
+use crate::box_tree::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
+use crate::gjk;
+use crate::shape::{MeshShape, PartShape, Revolved, from_parry, pose_to_parry, to_parry};
 use crate::triangle;
 use crate::triangle_tree::TriangleTree;
 
 /// By how much less than the distance of a tool may be proved, mm, and as a part of it.
 pub(crate) const PROVED_WITHIN_MM: f64 = 1e-7;
-/// Rounds of nearest points in turn: a few are enough where GJK came near. Where the two points creep, the search of `certain.rs` goes on from them.
+/// Rounds of nearest points in turn: a few are enough where GJK came near. Where the two points creep, the search of `gjk.rs` goes on from them.
 const MOST_PROJECTIONS: usize = 12;
 /// Shorter products of edges and directions have no direction: zero alone.
 const NOT_ZERO: f64 = 1e-300;
 
 /// Answer to "how far apart, as far as nearer than a limit".
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Gap {
+pub(crate) enum Separation {
     /// At least as far as the limit asked for; the distance that is proved, mm.
     Beyond(f64),
     /// This far; the two nearest points, in the frame of the second shape.
@@ -33,7 +33,7 @@ pub(crate) enum Gap {
     Meeting(Point),
 }
 
-impl Gap {
+impl Separation {
     /// What both say together of two pairs of shapes: the distance of the nearer one.
     pub(crate) fn nearer(self, other: Self) -> Self {
         let most = |gap: &Self| match *gap {
@@ -57,49 +57,59 @@ impl Gap {
 }
 
 /// What was nearest at the last look: triangle or convex body of the first shape, and of the second.
-pub(crate) type Warm = Option<[u32; 2]>;
+pub(crate) type WarmStart = Option<[u32; 2]>;
 
 /// Distance of shape `a` from shape `b`: exact below the first limit, reported below the second
 /// (mm). The skins count, not the inside. `warm` only makes it quicker.
-pub(crate) fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, [exact, limit]: [f64; 2], warm: &mut Warm) -> Gap {
+pub(crate) fn gap(
+    a: &PartShape,
+    b: &PartShape,
+    b_from_a: &Pose,
+    [exact, limit]: [f64; 2],
+    warm: &mut WarmStart,
+) -> Separation {
     match (a, b) {
         // What is proved of two meshes is far more than any limit that would have been asked for, at the same cost.
-        (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, [exact, f64::INFINITY], warm),
+        (PartShape::Mesh(a), PartShape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, [exact, f64::INFINITY], warm),
         _ => gap_with((a, b), b_from_a, [exact, limit], warm, &mut Effort::unlimited()),
     }
 }
 
-/// The same with an end to what it may cost: then [`Gap::Beyond`] may be nearer than the limit, and what should be exact is [`Gap::Between`].
+/// The same with an end to what it may cost: then [`Separation::Beyond`] may be nearer than the limit, and what should be exact is [`Separation::Between`].
 pub(crate) fn gap_with(
-    (a, b): (&Shape, &Shape),
+    (a, b): (&PartShape, &PartShape),
     b_from_a: &Pose,
     [exact, limit]: [f64; 2],
-    warm: &mut Warm,
+    warm: &mut WarmStart,
     effort: &mut Effort,
-) -> Gap {
+) -> Separation {
     match (a, b) {
-        (Shape::Convex(bodies), Shape::Mesh(mesh)) => bodies_mesh(bodies, mesh, b_from_a, (limit, effort), warm),
-        (Shape::Mesh(a), Shape::Mesh(b)) => skins_with((&a.boxes, &b.boxes), b_from_a, [exact, limit], warm, effort),
-        (Shape::Mesh(mesh), Shape::Convex(bodies)) => {
+        (PartShape::Convex(bodies), PartShape::Mesh(mesh)) => {
+            bodies_mesh(bodies, mesh, b_from_a, (limit, effort), warm)
+        }
+        (PartShape::Mesh(a), PartShape::Mesh(b)) => {
+            skins_with((&a.boxes, &b.boxes), b_from_a, [exact, limit], warm, effort)
+        }
+        (PartShape::Mesh(mesh), PartShape::Convex(bodies)) => {
             turned(bodies_mesh(bodies, mesh, &b_from_a.inverse(), (limit, effort), warm), b_from_a)
         }
-        (Shape::Convex(x), Shape::Convex(y)) => convex_convex(x, y, b_from_a, limit),
+        (PartShape::Convex(x), PartShape::Convex(y)) => convex_convex(x, y, b_from_a, limit),
     }
 }
 
 /// The same answer with the shapes exchanged; points go from the frame of a to that of b.
-fn turned(gap: Gap, b_from_a: &Pose) -> Gap {
+fn turned(gap: Separation, b_from_a: &Pose) -> Separation {
     match gap {
-        Gap::Beyond(_) => gap,
-        Gap::At(d, p, q) => Gap::At(d, b_from_a.point(&q), b_from_a.point(&p)),
-        Gap::Between(d, p, q) => Gap::Between(d, b_from_a.point(&q), b_from_a.point(&p)),
-        Gap::Meeting(p) => Gap::Meeting(b_from_a.point(&p)),
+        Separation::Beyond(_) => gap,
+        Separation::At(d, p, q) => Separation::At(d, b_from_a.point(&q), b_from_a.point(&p)),
+        Separation::Between(d, p, q) => Separation::Between(d, b_from_a.point(&q), b_from_a.point(&p)),
+        Separation::Meeting(p) => Separation::Meeting(b_from_a.point(&p)),
     }
 }
 
-fn convex_convex(x: &[Revolved], y: &[Revolved], b_from_a: &Pose, limit: f64) -> Gap {
+fn convex_convex(x: &[Revolved], y: &[Revolved], b_from_a: &Pose, limit: f64) -> Separation {
     let pose = pose_to_parry(&b_from_a.inverse());
-    let mut best = Gap::Beyond(limit);
+    let mut best = Separation::Beyond(limit);
     let mut bound = limit;
     for p in x {
         for q in y {
@@ -115,12 +125,12 @@ fn convex_convex(x: &[Revolved], y: &[Revolved], b_from_a: &Pose, limit: f64) ->
                 let high = b_from_a.point(&support(p, &b_from_a.rotation.tr_mul(along)));
                 [high, support(q, &-along)]
             };
-            let found = certain::nearest(supports, &-start, [PROVED_WITHIN_MM, bound]);
+            let found = gjk::nearest(supports, &-start, [PROVED_WITHIN_MM, bound]);
             if found.meet || found.proved <= 0.0 {
-                return Gap::Meeting(q.middle());
+                return Separation::Meeting(q.middle());
             }
             if found.proved < bound {
-                (best, bound) = (Gap::At(found.proved, found.on_first, found.on_second), found.proved);
+                (best, bound) = (Separation::At(found.proved, found.on_first, found.on_second), found.proved);
             }
         }
     }
@@ -137,8 +147,8 @@ fn bodies_mesh(
     mesh: &MeshShape,
     mesh_from_body: &Pose,
     (limit, effort): (f64, &mut Effort),
-    warm: &mut Warm,
-) -> Gap {
+    warm: &mut WarmStart,
+) -> Separation {
     let before = *warm;
     let first = before.map_or(0, |w| w[0] as usize).min(bodies.len().saturating_sub(1));
     let order = std::iter::once(first).chain((0..bodies.len()).filter(|k| *k != first));
@@ -150,24 +160,24 @@ fn bodies_mesh(
         let start = before.filter(|w| w[0] as usize == k).map(|w| w[1]);
         let (found, triangle) = convex_mesh(&bodies[k], mesh, mesh_from_body, (bound, effort), start);
         match found {
-            Gap::Meeting(_) => {
+            Separation::Meeting(_) => {
                 *warm = Some([k as u32, triangle]);
                 return found;
             }
-            Gap::At(d, p, q) | Gap::Between([_, d], p, q) => {
-                if let Gap::Between([least, _], ..) = found {
+            Separation::At(d, p, q) | Separation::Between([_, d], p, q) => {
+                if let Separation::Between([least, _], ..) = found {
                     proved = proved.min(least);
                 }
                 (best, bound) = (Some((p, q)), d);
                 *warm = Some([k as u32, triangle]);
             }
-            Gap::Beyond(least) => proved = proved.min(least),
+            Separation::Beyond(least) => proved = proved.min(least),
         }
     }
     match best {
-        None => Gap::Beyond(proved),
-        Some((p, q)) if proved < bound => Gap::Between([proved, bound], p, q),
-        Some((p, q)) => Gap::At(bound, p, q),
+        None => Separation::Beyond(proved),
+        Some((p, q)) if proved < bound => Separation::Between([proved, bound], p, q),
+        Some((p, q)) => Separation::At(bound, p, q),
     }
 }
 
@@ -180,8 +190,8 @@ fn convex_mesh(
     mesh_from_body: &Pose,
     (limit, effort): (f64, &mut Effort),
     warm: Option<u32>,
-) -> (Gap, u32) {
-    let placed = Placed {
+) -> (Separation, u32) {
+    let placed = BodyInMesh {
         mesh_from_body: *mesh_from_body,
         body_from_mesh: mesh_from_body.inverse(),
         parry: pose_to_parry(mesh_from_body),
@@ -204,15 +214,15 @@ fn convex_mesh(
         let outside = ((middle - box_middle).abs() - box_half - half).map(|x| x.max(0.0)).norm();
         let from_axis = from_segment(&middle, [&spine, &high]) - half.norm() - radius;
         let of_box = from_axis.max(outside);
-        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.beside(node, amid, highest, (round, bound))) }
+        if of_box >= bound { of_box } else { of_box.max(mesh.boxes.node_distance(node, amid, highest, (round, bound))) }
     };
     let of = |item: u32, bound: f64| body_triangle(body, mesh.boxes.corners(item), &placed, item, bound);
     let start = warm.filter(|i| (*i as usize) < mesh.boxes.triangles().len()).map(|i| of(i, limit));
     match nearest_leaf(&*mesh.boxes, apart, (limit, effort), start, of) {
-        NearestLeaves::Beyond(proved) => (Gap::Beyond(proved), 0),
-        NearestLeaves::At(_, Touch { meeting: true, p, item, .. }) => (Gap::Meeting(p), item),
-        NearestLeaves::At(d, Touch { p, q, item, .. }) => (Gap::At(d, q, p), item),
-        NearestLeaves::Between(d, Touch { p, q, item, .. }) => (Gap::Between(d, q, p), item),
+        NearestLeaves::Beyond(proved) => (Separation::Beyond(proved), 0),
+        NearestLeaves::At(_, TriangleTouch { meeting: true, p, item, .. }) => (Separation::Meeting(p), item),
+        NearestLeaves::At(d, TriangleTouch { p, q, item, .. }) => (Separation::At(d, q, p), item),
+        NearestLeaves::Between(d, TriangleTouch { p, q, item, .. }) => (Separation::Between(d, q, p), item),
     }
 }
 
@@ -234,7 +244,7 @@ pub(crate) fn from_segment(p: &Point, segment: [&Point; 2]) -> f64 {
 }
 
 /// Two points near each other, on the triangle of this number and on the body.
-struct Touch {
+struct TriangleTouch {
     meeting: bool,
     p: Point,
     q: Point,
@@ -245,11 +255,17 @@ struct Touch {
 /// points is above the true one, near contact by up to a micrometer. So it is taken as a beginning only. What is given is the separation
 /// of two parallel planes with the triangle on one side and the body on the other: their distance, got from two supports, is proved. The
 /// direction is improved by nearest points in turn (alternating projections; each of them exact) until proof and points agree.
-fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32, bound: f64) -> (f64, Touch) {
+fn body_triangle(
+    body: &Revolved,
+    corners: &[Point; 3],
+    pose: &BodyInMesh,
+    item: u32,
+    bound: f64,
+) -> (f64, TriangleTouch) {
     let [a, b, c] = corners.map(|p| to_parry(&p));
     let triangle = Triangle::new(a, b, c);
     let mut simplex = VoronoiSimplex::new();
-    let touch = |meeting, p, q| Touch { meeting, p, q, item };
+    let touch = |meeting, p, q| TriangleTouch { meeting, p, q, item };
     if let Some((proved, p, q)) = ball_end(body, corners, &pose.mesh_from_body, bound) {
         return (proved, touch(false, p, q));
     }
@@ -298,7 +314,7 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
         let local = pose.mesh_from_body.rotation.tr_mul(&-along);
         [highest_corner(corners, along), pose.mesh_from_body.point(&support(body, &local))]
     };
-    let found = certain::nearest(supports, &(q - p), [PROVED_WITHIN_MM, bound]);
+    let found = gjk::nearest(supports, &(q - p), [PROVED_WITHIN_MM, bound]);
     if found.apart < apart {
         (p, q) = (found.on_first, found.on_second);
     }
@@ -338,7 +354,7 @@ fn parallel_planes(corners: &[Point; 3], axis: &Vector) -> impl Iterator<Item = 
 }
 
 /// Pose of a body in the frame of a mesh, the way back, and the same for the query library.
-struct Placed {
+struct BodyInMesh {
     mesh_from_body: Pose,
     body_from_mesh: Pose,
     parry: ParryPose,
@@ -356,18 +372,24 @@ fn highest(body: &Revolved, mesh_from_body: &Pose, along: &Vector) -> f64 {
 }
 
 /// Both trees at once, starting with the triangles that were nearest last time; limits as in [`gap`].
-pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limits: [f64; 2], warm: &mut Warm) -> Gap {
+pub(crate) fn skins(
+    a: &TriangleTree,
+    b: &TriangleTree,
+    b_from_a: &Pose,
+    limits: [f64; 2],
+    warm: &mut WarmStart,
+) -> Separation {
     skins_with((a, b), b_from_a, limits, warm, &mut Effort::unlimited())
 }
 
-/// The same with no more than some effort: then what is proved may be below the limit ([`Gap::Beyond`]), or below the first limit and not exact.
+/// The same with no more than some effort: then what is proved may be below the limit ([`Separation::Beyond`]), or below the first limit and not exact.
 pub(crate) fn skins_with(
     (a, b): (&TriangleTree, &TriangleTree),
     b_from_a: &Pose,
     limits: [f64; 2],
-    warm: &mut Warm,
+    warm: &mut WarmStart,
     effort: &mut Effort,
-) -> Gap {
+) -> Separation {
     let of = |i: u32, j: u32, bound: f64| {
         let moved = a.corners(i).map(|p| b_from_a.point(&p));
         let near = triangle::nearest_within(&moved, b.corners(j), bound);
@@ -376,22 +398,22 @@ pub(crate) fn skins_with(
     let known = |w: &[u32; 2]| (w[0] as usize) < a.triangles().len() && (w[1] as usize) < b.triangles().len();
     let start = warm.filter(known).map(|[i, j]| of(i, j, limits[1]));
     match near_leaves_grown((a, b), b_from_a, ([Vector::zeros(); 2], effort), limits, start, of) {
-        NearestLeaves::Beyond(proved) => Gap::Beyond(proved),
+        NearestLeaves::Beyond(proved) => Separation::Beyond(proved),
         NearestLeaves::Between(d, (p, q, items)) => {
             *warm = Some(items);
-            Gap::Between(d, p, q)
+            Separation::Between(d, p, q)
         }
         NearestLeaves::At(d, (p, q, items)) => {
             *warm = Some(items);
-            if d > 0.0 { Gap::At(d, p, q) } else { Gap::Meeting(q) }
+            if d > 0.0 { Separation::At(d, p, q) } else { Separation::Meeting(q) }
         }
     }
 }
 
 /// A point of one shape that lies inside of the other although the skins are apart, in the frame of `b`.
-pub(crate) fn inside(a: &Shape, b: &Shape, b_from_a: &Pose) -> Option<Point> {
+pub(crate) fn inside(a: &PartShape, b: &PartShape, b_from_a: &Pose) -> Option<Point> {
     match (a, b) {
-        (Shape::Convex(bodies), Shape::Mesh(mesh)) => {
+        (PartShape::Convex(bodies), PartShape::Mesh(mesh)) => {
             let a_from_b = b_from_a.inverse();
             let tool_inside = bodies.iter().map(|c| b_from_a.point(&c.middle())).find(|p| mesh.contains(p));
             tool_inside.or_else(|| {
@@ -399,13 +421,13 @@ pub(crate) fn inside(a: &Shape, b: &Shape, b_from_a: &Pose) -> Option<Point> {
                 shells.find(|p| bodies.iter().any(|c| c.signed_distance(&a_from_b.point(p)) < 0.0)).copied()
             })
         }
-        (Shape::Mesh(x), Shape::Mesh(y)) => {
+        (PartShape::Mesh(x), PartShape::Mesh(y)) => {
             let a_from_b = b_from_a.inverse();
             let x_inside = x.shells.iter().map(|p| b_from_a.point(p)).find(|p| y.contains(p));
             x_inside.or_else(|| y.shells.iter().find(|p| x.contains(&a_from_b.point(p))).copied())
         }
-        (Shape::Mesh(_), Shape::Convex(_)) => inside(b, a, &b_from_a.inverse()).map(|p| b_from_a.point(&p)),
-        (Shape::Convex(x), Shape::Convex(y)) => {
+        (PartShape::Mesh(_), PartShape::Convex(_)) => inside(b, a, &b_from_a.inverse()).map(|p| b_from_a.point(&p)),
+        (PartShape::Convex(x), PartShape::Convex(y)) => {
             let a_from_b = b_from_a.inverse();
             let first = x.iter().map(|c| b_from_a.point(&c.middle()));
             first.into_iter().find(|p| y.iter().any(|c| c.signed_distance(p) < 0.0)).or_else(|| {
@@ -425,20 +447,20 @@ const CURVE_MM: f64 = 0.2;
 
 /// How deep one shape reaches into the other, mm: the largest depth of points of each inside of the other. A lower
 /// estimate, since only vertices and points on the generating curves are tried.
-pub(crate) fn penetration(a: &Shape, b: &Shape, b_from_a: &Pose) -> f64 {
+pub(crate) fn penetration(a: &PartShape, b: &PartShape, b_from_a: &Pose) -> f64 {
     let a_from_b = b_from_a.inverse();
     let of_a = probes(a).map(|p| depth_in(b, &b_from_a.point(&p))).fold(0.0, f64::max);
     let of_b = probes(b).map(|p| depth_in(a, &a_from_b.point(&p))).fold(0.0, f64::max);
     of_a.max(of_b)
 }
 
-fn probes(shape: &Shape) -> Box<dyn Iterator<Item = Point> + '_> {
+fn probes(shape: &PartShape) -> Box<dyn Iterator<Item = Point> + '_> {
     match shape {
-        Shape::Mesh(m) => {
+        PartShape::Mesh(m) => {
             let stride = m.tree.vertices().len().div_ceil(MOST_VERTICES).max(1);
             Box::new(m.vertices().step_by(stride))
         }
-        Shape::Convex(bodies) => Box::new(bodies.iter().flat_map(|b| {
+        PartShape::Convex(bodies) => Box::new(bodies.iter().flat_map(|b| {
             b.profile().polyline(CURVE_MM).into_iter().flat_map(|[r, z]| {
                 (0..SECTORS).map(move |k| {
                     let (s, c) = proveout_geom::sin_cos(std::f64::consts::TAU * f64::from(k) / f64::from(SECTORS));
@@ -449,10 +471,10 @@ fn probes(shape: &Shape) -> Box<dyn Iterator<Item = Point> + '_> {
     }
 }
 
-fn depth_in(shape: &Shape, p: &Point) -> f64 {
+fn depth_in(shape: &PartShape, p: &Point) -> f64 {
     match shape {
-        Shape::Convex(bodies) => bodies.iter().map(|b| -b.signed_distance(p)).fold(0.0, f64::max),
-        Shape::Mesh(m) => {
+        PartShape::Convex(bodies) => bodies.iter().map(|b| -b.signed_distance(p)).fold(0.0, f64::max),
+        PartShape::Mesh(m) => {
             let q = to_parry(p);
             if !m.tree.local_aabb().contains_local_point(q) {
                 return 0.0;
@@ -470,42 +492,42 @@ mod tests {
 
     use super::*;
 
-    fn mesh(m: &proveout_geom::TriMesh) -> Shape {
-        Shape::Mesh(Box::new(MeshShape::new(m).expect("solid")))
+    fn mesh(m: &proveout_geom::TriMesh) -> PartShape {
+        PartShape::Mesh(Box::new(MeshShape::new(m).expect("solid")))
     }
 
-    fn convex(cutter: Cutter, length: f64) -> Shape {
-        Shape::Convex(cutter.bodies(length).expect("bodies").iter().map(Revolved::new).collect())
+    fn convex(cutter: Cutter, length: f64) -> PartShape {
+        PartShape::Convex(cutter.bodies(length).expect("bodies").iter().map(Revolved::new).collect())
     }
 
-    fn block() -> Shape {
+    fn block() -> PartShape {
         mesh(&box_mesh(&Aabb { min: Point::new(-50.0, -50.0, -20.0), max: Point::new(50.0, 50.0, 0.0) }))
     }
 
-    fn distance(g: Gap) -> f64 {
+    fn distance(g: Separation) -> f64 {
         match g {
-            Gap::At(d, p, q) => {
+            Separation::At(d, p, q) => {
                 assert!((0.0..1e-6 * (1.0 + d)).contains(&((p - q).norm() - d + 1e-12)), "{p} {q} {d}");
                 d
             }
-            Gap::Meeting(_) => 0.0,
-            Gap::Beyond(_) | Gap::Between(..) => f64::INFINITY,
+            Separation::Meeting(_) => 0.0,
+            Separation::Beyond(_) | Separation::Between(..) => f64::INFINITY,
         }
     }
 
     /// Of a tool the points are nearer to each other than what is proved by its uncertainty only.
-    fn gap_of(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64) -> Gap {
+    fn gap_of(a: &PartShape, b: &PartShape, b_from_a: &Pose, limit: f64) -> Separation {
         super::gap(a, b, b_from_a, [limit; 2], &mut None)
     }
 
     /// Without a warm start.
-    fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64) -> Gap {
+    fn gap(a: &PartShape, b: &PartShape, b_from_a: &Pose, limit: f64) -> Separation {
         super::gap(a, b, b_from_a, [limit; 2], &mut None)
     }
 
     /// A limit that is missed; what is proved lies between it and the distance.
-    fn is_beyond(g: Gap, limit: f64, exact: f64) -> bool {
-        matches!(g, Gap::Beyond(proved) | Gap::Between([proved, _], ..) if limit <= proved && proved <= exact + 1e-9)
+    fn is_beyond(g: Separation, limit: f64, exact: f64) -> bool {
+        matches!(g, Separation::Beyond(proved) | Separation::Between([proved, _], ..) if limit <= proved && proved <= exact + 1e-9)
     }
 
     /// Lowest point of a body of revolution tilted by `tilt` about y: the support in the direction of -z, in closed form.
@@ -561,7 +583,7 @@ mod tests {
         let table = block();
         for (name, cutter) in cutters {
             let bodies = cutter.bodies(25.0).expect("bodies");
-            let shape = Shape::Convex(bodies.iter().map(Revolved::new).collect());
+            let shape = PartShape::Convex(bodies.iter().map(Revolved::new).collect());
             for height in [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0] {
                 for k in 0..300 {
                     let turn = Pose::from_axis_angle(&Vector::new(0.6, 0.8, 0.0), 0.0051 * f64::from(k));
@@ -588,7 +610,7 @@ mod tests {
         let table = block();
         let ball = convex(Cutter::ball(10.0).expect("ball"), 30.0);
         let at = |z| Pose::from_translation(Vector::new(1.0, 2.0, z));
-        assert!(matches!(gap(&ball, &table, &at(-1.0), 5.0), Gap::Meeting(_)));
+        assert!(matches!(gap(&ball, &table, &at(-1.0), 5.0), Separation::Meeting(_)));
         assert!(inside(&ball, &table, &at(1.0)).is_none());
         assert!((penetration(&ball, &table, &at(-1.5)) - 1.5).abs() < 1e-9);
     }
@@ -609,7 +631,9 @@ mod tests {
             }
         }
         let inner = mesh(&cylinder_mesh(1.0, -11.0, -9.0, 12));
-        assert!(matches!(gap(&inner, &table, &Pose::identity(), 100.0), Gap::At(d, ..) if (d - 9.0).abs() < 1e-9));
+        assert!(
+            matches!(gap(&inner, &table, &Pose::identity(), 100.0), Separation::At(d, ..) if (d - 9.0).abs() < 1e-9)
+        );
         assert!(inside(&inner, &table, &Pose::identity()).is_some());
         assert!(inside(&table, &inner, &Pose::identity()).is_some());
         assert!(inside(&post, &table, &Pose::from_translation(Vector::z())).is_none());

@@ -6,10 +6,10 @@
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_tool::Cutter;
 
-use crate::boxes::Effort;
-use crate::distance::{Gap, PROVED_WITHIN_MM, Warm, gap_with};
-use crate::shape::{MeshShape, Revolved, Shape};
-use crate::swept::{Places, least_distance_with};
+use crate::box_tree::Effort;
+use crate::distance::{PROVED_WITHIN_MM, Separation, WarmStart, gap_with};
+use crate::shape::{MeshShape, PartShape, Revolved};
+use crate::swept::{BodyPlaces, least_distance_with};
 
 /// Narrowings of an interval to a third less: 30 mm come to 1e-6 mm, a distance with a minimum to far less.
 const NARROWINGS: usize = 42;
@@ -123,10 +123,10 @@ fn pose(random: &mut Random, bodies: &[Revolved], triangles: &[[Point; 3]], k: u
     pose
 }
 
-fn shapes(bodies: &[Revolved], mesh: &TriMesh) -> (Shape, Shape, Vec<[Point; 3]>) {
+fn shapes(bodies: &[Revolved], mesh: &TriMesh) -> (PartShape, PartShape, Vec<[Point; 3]>) {
     let tree = MeshShape::surface(mesh).expect("triangles");
     let triangles = tree.boxes.triangles().to_vec();
-    (Shape::Convex(bodies.to_vec()), Shape::Mesh(Box::new(tree)), triangles)
+    (PartShape::Convex(bodies.to_vec()), PartShape::Mesh(Box::new(tree)), triangles)
 }
 
 /// How often each answer came.
@@ -141,15 +141,15 @@ struct Seen {
 
 impl Seen {
     /// Compares an answer with the true distance; `ended` where the effort was used up.
-    fn hold(&mut self, found: &Gap, least: f64, limit: f64, ended: bool, about: &str) {
+    fn hold(&mut self, found: &Separation, least: f64, limit: f64, ended: bool, about: &str) {
         let most = least + ORACLE_MM;
         match *found {
-            Gap::Beyond(proved) => {
+            Separation::Beyond(proved) => {
                 assert!(proved <= most, "{about}: {proved} is proved, {least} is there");
                 assert!(ended || proved >= limit - PROVED_WITHIN_MM * (1.0 + limit), "{about}: {proved} of {limit}");
                 if proved < limit { self.short += 1 } else { self.beyond += 1 }
             }
-            Gap::Between([low, high], p, q) => {
+            Separation::Between([low, high], p, q) => {
                 assert!(ended && low <= high && high < limit, "{about}: {low} {high}");
                 assert!(
                     low <= most && least <= high + PROVED_WITHIN_MM * (1.0 + high),
@@ -158,12 +158,12 @@ impl Seen {
                 assert!((p - q).norm() >= low - 1e-9, "{about}: {p} {q}");
                 self.between += 1;
             }
-            Gap::At(d, ..) => {
+            Separation::At(d, ..) => {
                 let within = ORACLE_MM + PROVED_WITHIN_MM * (1.0 + d);
                 assert!((d - least).abs() <= within, "{about}: {d}, {least} is there");
                 self.at += 1;
             }
-            Gap::Meeting(_) => {
+            Separation::Meeting(_) => {
                 assert!(least <= 2.0 * ORACLE_MM, "{about}: they meet, {least} is there");
                 self.meeting += 1;
             }
@@ -180,7 +180,7 @@ fn what_is_proved_with_little_effort_is_true() {
         let (tool, wall, triangles) = shapes(&bodies, &mesh(&mut random, k / 2));
         let pose = pose(&mut random, &bodies, &triangles, k);
         let least = oracle(&bodies, &triangles, &pose.inverse()).max(0.0);
-        let mut warm: Warm = None;
+        let mut warm: WarmStart = None;
         for limit in [f64::INFINITY, 1.5 * least + 0.1, 0.9 * least] {
             for most in [0, 1, 3, 20, 60, 150, 400, u64::MAX] {
                 let about = format!("case {k}, limit {limit}, effort {most}");
@@ -212,11 +212,13 @@ fn what_is_proved_of_all_places_with_little_effort_is_true() {
         let first = pose(&mut random, &bodies, &triangles, k);
         let way = random.point(4.0).coords;
         let slid = |t: f64| Pose { translation: first.translation + way * t, ..first };
-        let mut shifted = Places::at(slid(0.5));
+        let mut shifted = BodyPlaces::at(slid(0.5));
         shifted.shift(way * 0.5);
         let nearest = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0].map(|t| oracle(&bodies, &triangles, &slid(t).inverse()));
         let least = nearest.into_iter().fold(f64::INFINITY, f64::min).max(0.0);
-        for places in [Places::between([slid(0.0), slid(1.0)]), Places::along([0.0, 0.5, 1.0].map(slid)), shifted] {
+        for places in
+            [BodyPlaces::between([slid(0.0), slid(1.0)]), BodyPlaces::along([0.0, 0.5, 1.0].map(slid)), shifted]
+        {
             for limit in [1e6, 1.5 * least + 0.1, 0.5 * least] {
                 let mut all = 0.0;
                 for most in [u64::MAX, 0, 3, 60, 400] {

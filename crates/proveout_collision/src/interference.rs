@@ -7,17 +7,20 @@ use proveout_geom::Point;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine, PairCare};
 use proveout_tool::Tool;
 
-use crate::advance::{Pair, State, Step};
-use crate::boxes::BoxTree;
-use crate::kept::{Group, Kept, Turns, dot};
-use crate::least::{KeptPiece, Proof};
-use crate::neighbors::{EMPTY, Neighbors, Rests, at_rest, is_left, is_round, rests};
+use crate::box_tree::BoxTree;
+use crate::least_clearance::{KeptPiece, Proof};
+use crate::neighbors::{EMPTY, Neighbors, SkinRests, at_rest, is_left, is_round, rests};
+use crate::pair_advance::{CheckedPair, JointStep, PairState};
 use crate::parts::{
-    Envelope, Fixture, Part, chain_to, fixture_part, machine_parts, motion_weights, relation, rule_of, tool_parts,
+    CollisionPart, Envelope, Fixture, chain_to, fixture_part, machine_parts, motion_weights, relation, rule_of,
+    tool_parts,
 };
-use crate::report::{Breach, Clearance, CollisionError, Effort, MeshFaults, Nearest, PairInfo, Severity, Unchecked};
+use crate::proved_distance::{PairGroup, ProvedDistance, Turns, dot};
+use crate::report::{
+    Breach, Clearance, CollisionError, Effort, LeastMeasured, MeshFaults, PairInfo, Severity, Unchecked,
+};
 use crate::ring::{Ring, RingState, ring_of, turning_joint};
-use crate::shape::Shape;
+use crate::shape::PartShape;
 
 /// Range of the first query of a pair beyond what is needed, mm; doubled when nothing is found.
 const FIRST_REACH_MM: f64 = 100.0;
@@ -47,31 +50,31 @@ pub struct FinerPiece {
 #[derive(Clone, Debug)]
 pub struct Interference {
     pub(crate) machine: Machine,
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<CollisionPart>,
     pub(crate) fixed_parts: usize,
     pub(crate) allowed: Vec<(String, String)>,
     pub(crate) clearance: f64,
     pub(crate) infos: Vec<PairInfo>,
     pub(crate) fixed_infos: usize,
-    pub(crate) pairs: Vec<Pair>,
+    pub(crate) pairs: Vec<CheckedPair>,
     pub(crate) envelope: Envelope,
     pub(crate) turns: Turns,
     pub(crate) last: Option<JointValues>,
     pub(crate) last_time: f64,
     pub(crate) largest_weights: [f64; MAX_JOINTS],
     /// The pairs that are nearest to what needs to be known of them, and the others.
-    pub(crate) groups: [Group; 2],
+    pub(crate) groups: [PairGroup; 2],
     /// What is proved at the end of the last piece, mm.
     pub(crate) now: f64,
     /// Parts at all turns of the joint that carries them, by their places among the parts.
-    pub(crate) rings: BTreeMap<usize, Option<(usize, Arc<Part>)>>,
+    pub(crate) rings: BTreeMap<usize, Option<(usize, Arc<CollisionPart>)>>,
     /// What is left of neighbors without what bears, by their places among the parts.
-    pub(crate) rests: BTreeMap<(usize, usize), Arc<Rests>>,
+    pub(crate) rests: BTreeMap<(usize, usize), Arc<SkinRests>>,
     /// Ranges of the joints in which all neighbors keep clear of each other, and the slack for which that holds, mm.
     pub(crate) proved_ranges: [[f64; 2]; MAX_JOINTS],
     pub(crate) proved_slack: f64,
     pub(crate) breaches: Vec<Breach>,
-    pub(crate) nearest: Option<Nearest>,
+    pub(crate) nearest: Option<LeastMeasured>,
     pub(crate) lower_bound: f64,
     pub(crate) effort: Effort,
     /// The motion, where the least clearances are asked for.
@@ -107,7 +110,7 @@ impl Interference {
             last: None,
             last_time: 0.0,
             largest_weights: [0.0; MAX_JOINTS],
-            groups: [Group::NONE; 2],
+            groups: [PairGroup::NONE; 2],
             now: f64::INFINITY,
             rings: BTreeMap::new(),
             rests: BTreeMap::new(),
@@ -192,14 +195,14 @@ impl Interference {
         });
         if unchecked.is_none() {
             let ring = if neighbors.is_none() { self.ring(a, b) } else { None };
-            self.pairs.push(Pair {
+            self.pairs.push(CheckedPair {
                 a,
                 b,
                 info: index,
                 weights: [0.0; MAX_JOINTS],
                 own_weights: [0.0; MAX_JOINTS],
-                kept: Kept::NONE,
-                state: State::Clear,
+                kept: ProvedDistance::NONE,
+                state: PairState::Clear,
                 reach: FIRST_REACH_MM,
                 warm: None,
                 // Skins of neighbors that never met outside of their bearing have nothing inside of the other there.
@@ -243,7 +246,7 @@ impl Interference {
         let (x, y) = (&self.parts[a], &self.parts[b]);
         let (up, down) = (chain_to(&self.machine, x.attached), chain_to(&self.machine, y.attached));
         let joint = *if up.len() > down.len() { up.last()? } else { down.last()? };
-        let (Shape::Mesh(m), Shape::Mesh(n)) = (&*x.shape, &*y.shape) else { return None };
+        let (PartShape::Mesh(m), PartShape::Mesh(n)) = (&*x.shape, &*y.shape) else { return None };
         let rests = match self.rests.get(&(a, b)) {
             Some(known) => known.clone(),
             None => {
@@ -259,15 +262,15 @@ impl Interference {
 
     /// Whether each body of which nothing is left bears by its role, or is round about the joint between them: then it is at every turn where it is at
     /// rest.
-    fn bears_all_over(&self, rests: &Rests, bodies: [&Part; 2]) -> bool {
+    fn bears_all_over(&self, rests: &SkinRests, bodies: [&CollisionPart; 2]) -> bool {
         let [up, down] = bodies.map(|p| chain_to(&self.machine, p.attached));
         let Some(joint) = (if up.len() > down.len() { up } else { down }).last().map(|&j| &self.machine.joints[j])
         else {
             return false;
         };
-        let round = |body: &Part| match &*body.shape {
-            Shape::Mesh(mesh) => joint.is_rotary() && joint.turn_shift.is_none() && is_round(mesh, joint),
-            Shape::Convex(_) => false,
+        let round = |body: &CollisionPart| match &*body.shape {
+            PartShape::Mesh(mesh) => joint.is_rotary() && joint.turn_shift.is_none() && is_round(mesh, joint),
+            PartShape::Convex(_) => false,
         };
         rests.skins.iter().zip(bodies).all(|(skin, body)| skin.root().is_some() || body.bears || round(body))
     }
@@ -283,7 +286,7 @@ impl Interference {
             let p = &mut self.pairs[i];
             // What was proved is carried along with the bounds that held until now.
             if let Some(last) = self.last.filter(|_| p.kept.is_known()) {
-                p.kept = Kept { distance: p.kept.along(&self.turns, &p.weights, [&last; 2]), at: last };
+                p.kept = ProvedDistance { distance: p.kept.along(&self.turns, &p.weights, [&last; 2]), at: last };
             }
             (p.own_weights, p.weights) = (weights, weights);
             if let Some(ring) = p.ring.as_ref().filter(|r| r.live) {
@@ -297,7 +300,7 @@ impl Interference {
             }
         }
         self.settle();
-        self.groups = [Group::NONE; 2];
+        self.groups = [PairGroup::NONE; 2];
     }
 
     /// Notes what was proved of all pairs together since they were last looked at one by one.
@@ -359,7 +362,7 @@ impl Interference {
         if self.envelope.include(&self.machine, &high) || grown {
             self.recompute_weights();
         }
-        let needs = self.groups.each_ref().map(|g| g.needs(&self.turns, [from, to], off, slack));
+        let needs = self.groups.each_ref().map(|g| g.budget_needed(&self.turns, [from, to], off, slack));
         let fits = [0, 1].map(|k| needs[k] < self.groups[k].budget);
         let others = fits[1] && self.neighbors_keep_clear(&low, &high, slack);
         for k in (0..2).filter(|&k| fits[k] && others) {
@@ -395,9 +398,9 @@ impl Interference {
         if dot(&self.largest_weights, &gap.0) > JOIN_MM {
             self.lower_bound = self.clearance().lower_bound;
             for p in &mut self.pairs {
-                (p.kept, p.fresh) = (Kept::NONE, p.neighbors.is_none());
+                (p.kept, p.fresh) = (ProvedDistance::NONE, p.neighbors.is_none());
             }
-            self.groups = [Group::NONE; 2];
+            self.groups = [PairGroup::NONE; 2];
         }
     }
 
@@ -418,7 +421,7 @@ impl Interference {
         let steps = (turn.fold(0.0, f64::max) / STEP_RAD).ceil().clamp(1.0, MOST_STEPS) as usize;
         for k in 0..steps {
             let at = |i: usize| i as f64 / steps as f64;
-            let step = Step {
+            let step = JointStep {
                 from: from.interpolated(*to, at(k)),
                 to: from.interpolated(*to, at(k + 1)),
                 time: [time[0] + (time[1] - time[0]) * at(k), time[0] + (time[1] - time[0]) * at(k + 1)],
@@ -432,7 +435,7 @@ impl Interference {
                     continue;
                 }
                 self.effort.pair_checks += 1;
-                if p.neighbors.is_some() && p.state == State::Clear {
+                if p.neighbors.is_some() && p.state == PairState::Clear {
                     if self.neighbors_clear(i, &step, off) {
                         self.effort.pairs_by_allowance += 1;
                     } else {
@@ -446,7 +449,7 @@ impl Interference {
                     self.effort.pairs_by_allowance += 1;
                     self.prove(i, left);
                 } else if !self.ring_keeps(i, &self.widened(i, &step, off)) {
-                    self.examine_closely(i, &step, off, finer);
+                    self.examine_in_quarters(i, &step, off, finer);
                 }
             }
         }
@@ -457,7 +460,7 @@ impl Interference {
         (self.proved_ranges, self.proved_slack) = ([[f64::NEG_INFINITY, f64::INFINITY]; MAX_JOINTS], f64::INFINITY);
         for p in &self.pairs {
             let Some(n) = &p.neighbors else { continue };
-            let proved = if p.state == State::Clear { n.proved } else { EMPTY };
+            let proved = if p.state == PairState::Clear { n.proved } else { EMPTY };
             let range = &mut self.proved_ranges[n.joint];
             *range = [range[0].max(proved[0]), range[1].min(proved[1])];
             self.proved_slack = self.proved_slack.min(n.slack);
@@ -468,7 +471,7 @@ impl Interference {
     /// nearest to their thresholds become a group of their own, so that the others need not be
     /// checked because of them.
     fn regroup(&mut self, at: &JointValues, all: bool) {
-        let here = |p: &Pair| p.kept.along(&self.turns, &p.weights, [at; 2]);
+        let here = |p: &CheckedPair| p.kept.along(&self.turns, &p.weights, [at; 2]);
         if all {
             let mut left: Vec<(f64, usize)> = Vec::with_capacity(self.pairs.len());
             let pairs = self.pairs.iter().enumerate().filter(|(_, p)| p.neighbors.is_none());
@@ -481,8 +484,8 @@ impl Interference {
             left[..nearest].iter().for_each(|(_, i)| tight[*i] = true);
             self.pairs.iter_mut().zip(tight).for_each(|(p, t)| p.tight = t);
         }
-        let here = |p: &Pair| p.kept.along(&self.turns, &p.weights, [at; 2]);
-        let mut groups = [Group::empty_at(*at); 2];
+        let here = |p: &CheckedPair| p.kept.along(&self.turns, &p.weights, [at; 2]);
+        let mut groups = [PairGroup::empty_at(*at); 2];
         for p in self.pairs.iter().filter(|p| p.neighbors.is_none() && (all || p.tight)) {
             groups[usize::from(!p.tight)].add(&p.weights, here(p), self.threshold(p));
         }
@@ -496,12 +499,12 @@ impl Interference {
     fn fail_all(&mut self, time: f64) {
         let joints = self.last.unwrap_or_default();
         for i in 0..self.pairs.len() {
-            if self.pairs[i].state != State::Contact {
+            if self.pairs[i].state != PairState::Contact {
                 self.push(i, Severity::QueryFailed, time, joints, 0.0, Point::origin(), false);
             }
-            (self.pairs[i].kept, self.pairs[i].fresh) = (Kept::NONE, self.pairs[i].neighbors.is_none());
+            (self.pairs[i].kept, self.pairs[i].fresh) = (ProvedDistance::NONE, self.pairs[i].neighbors.is_none());
         }
-        self.groups = [Group::NONE; 2];
+        self.groups = [PairGroup::NONE; 2];
         self.last = None;
         self.now = 0.0;
         self.lower_bound = 0.0;
@@ -587,7 +590,7 @@ impl Interference {
     /// Machine bodies and fixtures whose mesh lacks something, with what it lacks.
     pub fn mesh_faults(&self) -> impl Iterator<Item = (&Arc<str>, &MeshFaults)> {
         self.parts[..self.fixed_parts].iter().filter(|p| !p.excluded).filter_map(|p| match &*p.shape {
-            Shape::Mesh(m) if m.faults != MeshFaults::default() => Some((&p.name, &m.faults)),
+            PartShape::Mesh(m) if m.faults != MeshFaults::default() => Some((&p.name, &m.faults)),
             _ => None,
         })
     }

@@ -72,21 +72,37 @@
 //! that a tilting platform carries are not, and are listed so. Penetration is a lower estimate from vertices and points on the
 //! generating curves, and is not estimated for neighbors. A pair that collides is looked at again each half
 //! millimeter of motion; a separation and new contact in between counts as one breach.
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `interference`, `parts` | pairs of a machine: which are checked |
+//! | `neighbors`, `neighbor_shells` | bodies that bear on each other |
+//! | `pair_advance`, `conservative_advancement` | one pair through a motion |
+//! | `proved_distance` | when the distance of a pair is needed again |
+//! | `distance`, `gjk`, `triangle`, `triangle_tree`, `box_tree`, `shape` | distance of two bodies |
+//! | `swept`, `ring` | bodies in motion: between two poses, at all turns at once |
+//! | `least_clearance` | least distance of each pair over a motion, with its proof |
+//! | `stock` | bodies against the material on the rays of the stock |
+//! | `orientation` | free tool axes at a contact, with proof |
+//! | `solid_pair`, `tool_clearance` | two solids; one tool pose among solids |
+//! | `report` | breaches, smallest distance, pairs that were not checked |
 
-mod advance;
-mod approach;
-mod boxes;
-mod certain;
+mod box_tree;
+mod conservative_advancement;
 mod distance;
 #[cfg(test)]
 mod effort_tests;
+mod gjk;
 mod interference;
-mod kept;
-mod least;
+mod least_clearance;
 mod neighbor_shells;
 mod neighbors;
 mod orientation;
+mod pair_advance;
 mod parts;
+mod proved_distance;
 mod report;
 mod ring;
 mod shape;
@@ -97,9 +113,9 @@ mod tool_clearance;
 mod triangle;
 mod triangle_tree;
 
-pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
+pub use box_tree::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::{FinerPiece, Interference};
-pub use least::{PairClearance, ProvedSpan};
+pub use least_clearance::{PairClearance, ProvedSpan};
 pub use neighbors::ZONE_MM;
 pub use orientation::{
     AxisState, BallTurn, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings,
@@ -107,7 +123,7 @@ pub use orientation::{
 };
 pub use parts::{BEARING_ROLES, Fixture};
 pub use report::{
-    Breach, Clearance, CollisionError, Effort, MeshFaults, Nearest, PairInfo, PartKind, Severity, Unchecked,
+    Breach, Clearance, CollisionError, Effort, LeastMeasured, MeshFaults, PairInfo, PartKind, Severity, Unchecked,
 };
 pub use solid_pair::SolidPair;
 pub use stock::{JointMotion, StockBreach, StockCheck};

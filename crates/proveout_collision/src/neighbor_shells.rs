@@ -47,10 +47,10 @@ pub(crate) trait Bodies {
 }
 
 /// Two skins that are held apart whole, one of each body.
-pub(crate) type Pair = [Arc<TriangleTree>; 2];
+pub(crate) type SkinPair = [Arc<TriangleTree>; 2];
 
 /// Pairs of a part that bears nothing and all of the other body.
-pub(crate) fn pairs(of: &impl Bodies, bodies: [&Arc<TriangleTree>; 2]) -> Vec<Pair> {
+pub(crate) fn pairs(of: &impl Bodies, bodies: [&Arc<TriangleTree>; 2]) -> Vec<SkinPair> {
     let mut all = Vec::new();
     for k in 0..2 {
         let parts = connected(bodies[k].triangles());

@@ -30,7 +30,7 @@ use std::{f64::consts::TAU, sync::Arc};
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Joint, JointValues, Machine};
 
-use crate::boxes::{BoxTree, Effort, NearestLeaves, nearest_leaf};
+use crate::box_tree::{BoxTree, Effort, NearestLeaves, nearest_leaf};
 use crate::neighbor_shells;
 use crate::shape::MeshShape;
 use crate::triangle;
@@ -62,7 +62,7 @@ pub(crate) struct Neighbors {
     /// The joint between them.
     pub(crate) joint: usize,
     /// The rests of both, in their own frames.
-    pub(crate) rests: Arc<Rests>,
+    pub(crate) rests: Arc<SkinRests>,
     /// Range of the joint in which they keep the clearance, with `slack`; empty at first.
     pub(crate) proved: [f64; 2],
     /// For which the range was proved, mm.
@@ -75,20 +75,20 @@ pub(crate) struct Neighbors {
 
 /// What is left of two bodies.
 #[derive(Debug)]
-pub(crate) struct Rests {
+pub(crate) struct SkinRests {
     pub(crate) skins: [Arc<TriangleTree>; 2],
     /// Part of the skin of each that was left out, 0 to 1.
     pub(crate) left_out: [f64; 2],
     /// Parts of one that lie in the zone and bear nothing, each with all of the other.
-    pub(crate) idle: Vec<neighbor_shells::Pair>,
+    pub(crate) idle: Vec<neighbor_shells::SkinPair>,
 }
 
 impl Neighbors {
-    pub(crate) fn new(machine: &Machine, joint: usize, rests: Arc<Rests>) -> Self {
+    pub(crate) fn new(machine: &Machine, joint: usize, rests: Arc<SkinRests>) -> Self {
         let j = &machine.joints[joint];
         // Where two points are nearest, one of them moves against the other's body by its distance from the axis; either may be taken.
         let radius = |skin: &TriangleTree| farthest(skin, &j.point, &j.direction);
-        let of_pair = |[a, b]: &neighbor_shells::Pair| radius(a).min(radius(b));
+        let of_pair = |[a, b]: &neighbor_shells::SkinPair| radius(a).min(radius(b));
         let widest = std::iter::once(&rests.skins).chain(&rests.idle).map(of_pair).fold(0.0, f64::max);
         let weight = if j.is_rotary() { widest } else { 1.0 };
         Self { joint, rests, proved: EMPTY, slack: 0.0, weight, turns: j.is_rotary() }
@@ -225,7 +225,7 @@ pub(crate) fn rests(
     bodies: [&MeshShape; 2],
     b_from_a: &Pose,
     clearance: f64,
-) -> Rests {
+) -> SkinRests {
     let invariant = Invariant::of(machine, joint);
     let near = clearance + BEARING_MM;
     let mut zone = Zone::round(bodies, &invariant);
@@ -234,18 +234,18 @@ pub(crate) fn rests(
     if !zone.any {
         // They are apart and whole, like most pairs of a machine: the trees of the bodies are used
         // as they are.
-        return Rests { skins: bodies.map(|body| body.boxes.clone()), left_out: [0.0; 2], idle: Vec::new() };
+        return SkinRests { skins: bodies.map(|body| body.boxes.clone()), left_out: [0.0; 2], idle: Vec::new() };
     }
     let rest = bodies.map(|body| outside(body.boxes.triangles(), &invariant, &zone));
     let area = |t: &[[Point; 3]]| -> f64 { t.iter().map(|[a, b, c]| (b - a).cross(&(c - a)).norm()).sum() };
     let left_out = [0, 1].map(|k| 1.0 - area(&rest[k]) / area(bodies[k].boxes.triangles()).max(f64::MIN_POSITIVE));
-    let at_rest = AtRest { bodies, b_from_a, near, invariant: &invariant, zone: &zone };
+    let at_rest = BearingBodies { bodies, b_from_a, near, invariant: &invariant, zone: &zone };
     let idle = neighbor_shells::pairs(&at_rest, bodies.map(|body| &body.boxes));
-    Rests { skins: rest.map(|triangles| Arc::new(TriangleTree::of_triangles(triangles))), left_out, idle }
+    SkinRests { skins: rest.map(|triangles| Arc::new(TriangleTree::of_triangles(triangles))), left_out, idle }
 }
 
 /// Two bodies at rest, with the zone in which they bear on each other.
-struct AtRest<'a> {
+struct BearingBodies<'a> {
     bodies: [&'a MeshShape; 2],
     b_from_a: &'a Pose,
     near: f64,
@@ -253,7 +253,7 @@ struct AtRest<'a> {
     zone: &'a Zone,
 }
 
-impl neighbor_shells::Bodies for AtRest<'_> {
+impl neighbor_shells::Bodies for BearingBodies<'_> {
     fn in_zone(&self, triangles: &[[Point; 3]]) -> bool {
         triangles.iter().all(|t| self.zone.meets(&self.invariant.patch(t)))
             && outside(triangles, self.invariant, self.zone).is_empty()
@@ -325,8 +325,8 @@ fn is_inside(body: &MeshShape, p: &Point) -> bool {
     if body.faults.open.is_some() {
         return false;
     }
-    let one = body.boxes.leaving(p, &Vector::new(0.571_23, 0.703_41, 0.422_87));
-    let other = body.boxes.leaving(p, &Vector::new(-0.318_59, 0.214_73, -0.923_17));
+    let one = body.boxes.winding_crossings(p, &Vector::new(0.571_23, 0.703_41, 0.422_87));
+    let other = body.boxes.winding_crossings(p, &Vector::new(-0.318_59, 0.214_73, -0.923_17));
     if one == other { one > 0 } else { body.contains(p) }
 }
 
@@ -403,6 +403,6 @@ pub(crate) fn is_round(body: &MeshShape, joint: &Joint) -> bool {
 }
 
 /// Whether anything is left to check.
-pub(crate) fn is_left(rests: &Rests) -> bool {
+pub(crate) fn is_left(rests: &SkinRests) -> bool {
     rests.skins.iter().all(|s| s.root().is_some()) || !rests.idle.is_empty()
 }

@@ -7,7 +7,7 @@ use proveout_machine::{Attachment, JointValues, MAX_JOINTS, Machine, PairCare, P
 use proveout_tool::{Role, Tool};
 
 use crate::report::{CollisionError, PartKind, Unchecked};
-use crate::shape::{MeshShape, Revolved, Shape, ShapeFault};
+use crate::shape::{MeshShape, PartShape, Revolved, ShapeFault};
 
 /// Travel assumed for a linear joint at first where none is stated, mm to either side; it is widened when left.
 const TRAVEL_GUESS_MM: f64 = 500.0;
@@ -28,19 +28,19 @@ pub struct Fixture {
 
 /// One part that can hit another.
 #[derive(Clone, Debug)]
-pub(crate) struct Part {
+pub(crate) struct CollisionPart {
     pub(crate) name: Arc<str>,
     pub(crate) kind: PartKind,
     pub(crate) attached: Attachment,
     /// Pose in M with all joints at zero.
     pub(crate) zero_from_local: Pose,
-    pub(crate) shape: Arc<Shape>,
+    pub(crate) shape: Arc<PartShape>,
     pub(crate) excluded: bool,
     /// It bears by its role.
     pub(crate) bears: bool,
 }
 
-impl Part {
+impl CollisionPart {
     pub(crate) fn pose(&self, machine: &Machine, q: &JointValues) -> Pose {
         machine.attachment_pose(self.attached, q) * self.zero_from_local
     }
@@ -62,11 +62,11 @@ impl Part {
     }
 }
 
-pub(crate) fn machine_parts(machine: &Machine) -> Result<Vec<Part>, CollisionError> {
+pub(crate) fn machine_parts(machine: &Machine) -> Result<Vec<CollisionPart>, CollisionError> {
     let part = |b: &proveout_machine::MachineBody| {
-        let wanted = if b.check { Wanted::Surface } else { Wanted::Nothing };
-        let shape = Shape::Mesh(Box::new(mesh_shape("machine body", &b.name, &b.mesh, wanted)?));
-        Ok(Part {
+        let wanted = if b.check { MeshDemand::Surface } else { MeshDemand::Nothing };
+        let shape = PartShape::Mesh(Box::new(mesh_shape("machine body", &b.name, &b.mesh, wanted)?));
+        Ok(CollisionPart {
             name: b.name.as_str().into(),
             kind: PartKind::Machine,
             attached: b.attached_to,
@@ -84,13 +84,18 @@ pub(crate) fn table_of(machine: &Machine) -> Attachment {
     machine.work_chain.last().map_or(Attachment::Base, |&j| Attachment::Joint(j))
 }
 
-pub(crate) fn fixture_part(machine: &Machine, fixture: &Fixture) -> Result<Part, CollisionError> {
-    Ok(Part {
+pub(crate) fn fixture_part(machine: &Machine, fixture: &Fixture) -> Result<CollisionPart, CollisionError> {
+    Ok(CollisionPart {
         name: fixture.name.as_str().into(),
         kind: PartKind::Fixture,
         attached: if fixture.on_table { table_of(machine) } else { Attachment::Base },
         zero_from_local: Pose::identity(),
-        shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("fixture", &fixture.name, &fixture.mesh, Wanted::Surface)?))),
+        shape: Arc::new(PartShape::Mesh(Box::new(mesh_shape(
+            "fixture",
+            &fixture.name,
+            &fixture.mesh,
+            MeshDemand::Surface,
+        )?))),
         excluded: false,
         bears: false,
     })
@@ -98,7 +103,7 @@ pub(crate) fn fixture_part(machine: &Machine, fixture: &Fixture) -> Result<Part,
 
 /// What is asked of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Wanted {
+pub(crate) enum MeshDemand {
     /// It is only drawn.
     Nothing,
     /// Its surface; what is inside only where it has an inside.
@@ -111,16 +116,16 @@ pub(crate) fn mesh_shape(
     kind: &'static str,
     name: &str,
     mesh: &TriMesh,
-    wanted: Wanted,
+    wanted: MeshDemand,
 ) -> Result<MeshShape, CollisionError> {
     let made = match wanted {
-        Wanted::Nothing => {
+        MeshDemand::Nothing => {
             // A body that is only drawn may be anything; its place is taken by a block that nothing is checked against.
             let b = proveout_geom::Aabb { min: Point::origin(), max: Point::new(1.0, 1.0, 1.0) };
             MeshShape::new(&proveout_geom::box_mesh(&b))
         }
-        Wanted::Surface => MeshShape::surface(mesh),
-        Wanted::Solid => MeshShape::new(mesh),
+        MeshDemand::Surface => MeshShape::surface(mesh),
+        MeshDemand::Solid => MeshShape::new(mesh),
     };
     made.map_err(|fault| match fault {
         ShapeFault::Solid(fault) => CollisionError::NotSolid { kind, name: name.into(), fault },
@@ -129,7 +134,7 @@ pub(crate) fn mesh_shape(
 }
 
 /// One part for each role of the tool.
-pub(crate) fn tool_parts(machine: &Machine, tool: &Tool) -> Vec<Part> {
+pub(crate) fn tool_parts(machine: &Machine, tool: &Tool) -> Vec<CollisionPart> {
     let roles = [
         (Role::Cutting, PartKind::Cutter, "cutter"),
         (Role::Neck, PartKind::Neck, "neck"),
@@ -142,12 +147,12 @@ pub(crate) fn tool_parts(machine: &Machine, tool: &Tool) -> Vec<Part> {
         .filter_map(|(role, kind, word)| {
             let bodies: Vec<_> =
                 tool.bodies.iter().filter(|b| b.role == role).map(|b| Revolved::new(&b.profile)).collect();
-            (!bodies.is_empty()).then(|| Part {
+            (!bodies.is_empty()).then(|| CollisionPart {
                 name: format!("{word} of {}", tool.name).into(),
                 kind,
                 attached: machine.spindle.attached_to,
                 zero_from_local: machine.spindle.gauge_pose * spindle_from_tip,
-                shape: Arc::new(Shape::Convex(bodies)),
+                shape: Arc::new(PartShape::Convex(bodies)),
                 excluded: false,
                 bears: false,
             })
@@ -167,7 +172,7 @@ pub(crate) fn chain_to(machine: &Machine, attached: Attachment) -> &[usize] {
 }
 
 /// What the machine file wants of two parts on their own.
-pub(crate) fn rule_of<'m>(machine: &'m Machine, a: &Part, b: &Part) -> Option<&'m PairRule> {
+pub(crate) fn rule_of<'m>(machine: &'m Machine, a: &CollisionPart, b: &CollisionPart) -> Option<&'m PairRule> {
     let (one, other) = (a.rule_name()?, b.rule_name()?);
     machine.pairs.iter().find(|r| r.is_of(one, other))
 }
@@ -175,8 +180,8 @@ pub(crate) fn rule_of<'m>(machine: &'m Machine, a: &Part, b: &Part) -> Option<&'
 /// Whether a pair is checked, and if not, why. None for two parts of one tool, which are no pair at all.
 pub(crate) fn relation(
     machine: &Machine,
-    a: &Part,
-    b: &Part,
+    a: &CollisionPart,
+    b: &CollisionPart,
     allowed: &[(String, String)],
 ) -> Option<Option<Unchecked>> {
     if a.is_tool() && b.is_tool() {
@@ -249,7 +254,12 @@ impl Envelope {
 /// part is carried from the part to j: a rotary k keeps the distance from its axis, so the ball
 /// grows to one about the foot of its center on that axis; a linear k shifts the center anywhere in
 /// its range.
-pub(crate) fn motion_weights(machine: &Machine, a: &Part, b: &Part, range: &Envelope) -> [f64; MAX_JOINTS] {
+pub(crate) fn motion_weights(
+    machine: &Machine,
+    a: &CollisionPart,
+    b: &CollisionPart,
+    range: &Envelope,
+) -> [f64; MAX_JOINTS] {
     let (x, y) = (chain_to(machine, a.attached), chain_to(machine, b.attached));
     let shared = x.iter().zip(y).take_while(|(i, j)| i == j).count();
     let mut weights = [0.0; MAX_JOINTS];

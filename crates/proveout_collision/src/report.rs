@@ -70,7 +70,7 @@ pub struct Breach {
 
 /// Smallest distance that was measured.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Nearest {
+pub struct LeastMeasured {
     /// Distance, mm; zero for a collision.
     pub distance: f64,
     /// Index of the pair.
@@ -87,7 +87,7 @@ pub struct Nearest {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearance {
     /// Smallest distance measured; none when no pair was within the range of a query.
-    pub measured: Option<Nearest>,
+    pub measured: Option<LeastMeasured>,
     /// Proved lower bound, mm; infinite when there is no pair to check.
     pub lower_bound: f64,
 }

@@ -23,11 +23,11 @@ use proveout_machine::{Attachment, JointValues, Machine};
 use proveout_tool::{Profile, Segment};
 
 use crate::Interference;
-use crate::advance::{MOST_PROVED_MM, State, Step};
-use crate::distance::{Gap, Warm, gap};
-use crate::kept::{Kept, dot};
-use crate::parts::{Part, chain_to};
-use crate::shape::{Revolved, Shape};
+use crate::distance::{Separation, WarmStart, gap};
+use crate::pair_advance::{JointStep, MOST_PROVED_MM, PairState};
+use crate::parts::{CollisionPart, chain_to};
+use crate::proved_distance::{ProvedDistance, dot};
+use crate::shape::{PartShape, Revolved};
 
 /// Hulls of one body at most: each is one more question.
 const MOST_HULLS: usize = 8;
@@ -50,7 +50,7 @@ pub(crate) struct Ring {
     pub(crate) side: usize,
     pub(crate) joint: usize,
     /// The hulls, carried by the joint.
-    pub(crate) part: Arc<Part>,
+    pub(crate) part: Arc<CollisionPart>,
 }
 
 /// A pair in which one is taken at all turns of its joint, as long as that is far enough.
@@ -59,7 +59,7 @@ pub(crate) struct RingState {
     pub(crate) of: Ring,
     /// The turns do not count now.
     pub(crate) live: bool,
-    warm: Warm,
+    warm: WarmStart,
     /// Looks at the bodies themselves since the hulls were too near.
     since: u32,
 }
@@ -73,17 +73,17 @@ impl RingState {
 impl Interference {
     /// Whether the hulls of a pair keep away through a step. Where they do not, the pair is followed turn by turn from now on, and the hulls are
     /// tried again after some looks.
-    pub(crate) fn ring_keeps(&mut self, i: usize, step: &Step) -> bool {
+    pub(crate) fn ring_keeps(&mut self, i: usize, step: &JointStep) -> bool {
         let p = &mut self.pairs[i];
         let Some(ring) = &mut p.ring else { return false };
         let joint = ring.of.joint;
         if !ring.live {
             ring.since += 1;
-            if ring.since < LOOKS_BETWEEN || p.state != State::Clear || p.fresh {
+            if ring.since < LOOKS_BETWEEN || p.state != PairState::Clear || p.fresh {
                 return false;
             }
             ring.since = 0;
-        } else if p.state != State::Clear {
+        } else if p.state != PairState::Clear {
             self.turn_by_turn(i);
             return false;
         }
@@ -107,7 +107,7 @@ impl Interference {
                 ring.live = true;
             }
             p.weights = weights;
-            self.keep(i, proved, step, 0.0);
+            self.store_distance(i, proved, step, 0.0);
             self.prove(i, proved - dot(&weights, &step.motion) - step.slack);
             self.effort.misses += 1;
             return true;
@@ -120,7 +120,7 @@ impl Interference {
         let p = &mut self.pairs[i];
         let Some(ring) = p.ring.as_mut().filter(|r| r.live) else { return };
         (ring.live, ring.since) = (false, 0);
-        (p.weights, p.kept) = (p.own_weights, Kept::NONE);
+        (p.weights, p.kept) = (p.own_weights, ProvedDistance::NONE);
     }
 
     /// Distance of the hulls from the other body at some joints, that of the turning joint aside, as far as below a limit, mm.
@@ -131,16 +131,16 @@ impl Interference {
         let pair = if ring.of.side == 0 { [&*ring.of.part, second] } else { [first, &*ring.of.part] };
         let b_from_a = pair[1].pose(&self.machine, q).inverse() * pair[0].pose(&self.machine, q);
         match gap(&pair[0].shape, &pair[1].shape, &b_from_a, [limit; 2], &mut ring.warm) {
-            Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
-            Gap::At(d, ..) if d.is_finite() => d,
-            Gap::At(..) | Gap::Meeting(_) => 0.0,
+            Separation::Beyond(proved) | Separation::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
+            Separation::At(d, ..) if d.is_finite() => d,
+            Separation::At(..) | Separation::Meeting(_) => 0.0,
         }
     }
 }
 
 /// The joint whose turns a part may be taken at all at once.
-pub(crate) fn turning_joint(machine: &Machine, part: &Part) -> Option<usize> {
-    let Shape::Mesh(_) = &*part.shape else { return None };
+pub(crate) fn turning_joint(machine: &Machine, part: &CollisionPart) -> Option<usize> {
+    let PartShape::Mesh(_) = &*part.shape else { return None };
     let joint = *chain_to(machine, part.attached).last()?;
     let j = &machine.joints[joint];
     let wide = j.endless || j.travel.is_none_or(|[low, high]| high - low >= WIDE_RAD);
@@ -148,8 +148,8 @@ pub(crate) fn turning_joint(machine: &Machine, part: &Part) -> Option<usize> {
 }
 
 /// A part as the body that it reaches at all turns of a joint that carries it; none for one without extent.
-pub(crate) fn ring_of(machine: &Machine, part: &Part, joint: usize) -> Option<Part> {
-    let Shape::Mesh(mesh) = &*part.shape else { return None };
+pub(crate) fn ring_of(machine: &Machine, part: &CollisionPart, joint: usize) -> Option<CollisionPart> {
+    let PartShape::Mesh(mesh) = &*part.shape else { return None };
     let j = &machine.joints[joint];
     let zero_from_ring = along_z(&j.point, &j.direction);
     let ring_from_local = zero_from_ring.inverse() * part.zero_from_local;
@@ -161,12 +161,12 @@ pub(crate) fn ring_of(machine: &Machine, part: &Part, joint: usize) -> Option<Pa
     };
     let hulls = hulls(mesh.boxes.triangles().iter().map(corners).collect());
     let bodies: Option<Vec<Revolved>> = hulls.iter().map(|h| profile(h).map(|p| Revolved::new(&p))).collect();
-    Some(Part {
+    Some(CollisionPart {
         name: part.name.clone(),
         kind: part.kind,
         attached: Attachment::Joint(joint),
         zero_from_local: zero_from_ring,
-        shape: Arc::new(Shape::Convex(bodies?)),
+        shape: Arc::new(PartShape::Convex(bodies?)),
         excluded: part.excluded,
         bears: part.bears,
     })

@@ -257,14 +257,14 @@ pub(crate) fn pose_to_parry(a_from_b: &Pose) -> ParryPose {
 
 /// Shape of one part of the machine or the tool.
 #[derive(Clone, Debug)]
-pub(crate) enum Shape {
+pub(crate) enum PartShape {
     /// Bodies of revolution about the z axis of one frame.
     Convex(Vec<Revolved>),
     /// Mesh.
     Mesh(Box<MeshShape>),
 }
 
-impl Shape {
+impl PartShape {
     /// Ball round the shape: center and radius.
     pub(crate) fn ball(&self) -> (Point, f64) {
         match self {

@@ -2,8 +2,8 @@
 
 use proveout_geom::{Pose, TriMesh};
 
-use crate::distance::{Gap, Warm, skins};
-use crate::parts::{Wanted, mesh_shape};
+use crate::distance::{Separation, WarmStart, skins};
+use crate::parts::{MeshDemand, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::MeshShape;
 
@@ -25,7 +25,7 @@ use crate::shape::MeshShape;
 pub struct SolidPair {
     first: MeshShape,
     second: MeshShape,
-    warm: Warm,
+    warm: WarmStart,
 }
 
 impl SolidPair {
@@ -34,15 +34,17 @@ impl SolidPair {
     /// # Errors
     /// A mesh that does not bound a solid.
     pub fn new(first: &TriMesh, second: &TriMesh) -> Result<Self, CollisionError> {
-        let of = |name: &str, mesh: &TriMesh| mesh_shape("solid", name, mesh, Wanted::Solid);
+        let of = |name: &str, mesh: &TriMesh| mesh_shape("solid", name, mesh, MeshDemand::Solid);
         Ok(Self { first: of("first", first)?, second: of("second", second)?, warm: None })
     }
 
     /// Distance of the skins, mm; zero where they meet. A solid wholly inside of the other has the distance of its skin.
     pub fn distance(&mut self, second_from_first: &Pose) -> f64 {
         match skins(&self.first.boxes, &self.second.boxes, second_from_first, [f64::INFINITY; 2], &mut self.warm) {
-            Gap::Beyond(distance) | Gap::At(distance, ..) | Gap::Between([distance, _], ..) => distance,
-            Gap::Meeting(_) => 0.0,
+            Separation::Beyond(distance) | Separation::At(distance, ..) | Separation::Between([distance, _], ..) => {
+                distance
+            }
+            Separation::Meeting(_) => 0.0,
         }
     }
 }

@@ -33,10 +33,10 @@ use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use crate::boxes::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
-use crate::certain;
+use crate::box_tree::{BoxTree, Effort, NearestLeaves, near_leaves_grown, nearest_leaf};
 use crate::distance::{PROVED_WITHIN_MM, along_segment, from_segment, on_segment};
-use crate::shape::{Revolved, Shape, from_parry, to_parry};
+use crate::gjk;
+use crate::shape::{PartShape, Revolved, from_parry, to_parry};
 use crate::triangle;
 use crate::triangle_tree::TriangleTree;
 
@@ -63,7 +63,7 @@ const OFF_PARABOLA: f64 = 0.024_056_3;
 /// straight between (the hull of both) or along a parabola, and shifted by -1 to 1 of each of some
 /// vectors, mm.
 #[derive(Clone, Debug)]
-pub(crate) struct Places {
+pub(crate) struct BodyPlaces {
     pub(crate) poses: [Pose; 2],
     /// The control points in the middle of the parabolas.
     control: Option<Image>,
@@ -83,7 +83,7 @@ impl Image {
     }
 }
 
-impl Places {
+impl BodyPlaces {
     pub(crate) fn between(poses: [Pose; 2]) -> Self {
         Self { poses, control: None, shifts: Vec::new() }
     }
@@ -146,11 +146,11 @@ struct Triangle<'a> {
     /// As the places leave it; the first ones count.
     corners: [[Point; 3]; 3],
     images: usize,
-    places: Option<&'a Places>,
+    places: Option<&'a BodyPlaces>,
 }
 
 impl<'a> Triangle<'a> {
-    fn moved(corners: &[Point; 3], places: &'a Places) -> Self {
+    fn moved(corners: &[Point; 3], places: &'a BodyPlaces) -> Self {
         let [a, b, c] = corners.map(|p| places.images(&p));
         let corners = std::array::from_fn(|k| [a[k], b[k], c[k]]);
         Self { corners, images: if places.control.is_some() { 3 } else { 2 }, places: Some(places) }
@@ -176,12 +176,12 @@ impl SupportMap for Triangle<'_> {
 }
 
 /// A body of revolution in all its places.
-struct Body<'a> {
+struct PlacedBody<'a> {
     body: &'a Revolved,
-    places: &'a Places,
+    places: &'a BodyPlaces,
 }
 
-impl SupportMap for Body<'_> {
+impl SupportMap for PlacedBody<'_> {
     fn local_support_point(&self, direction: ParryVector) -> ParryVector {
         let along = from_parry(direction).coords;
         let of = |pose: &Pose| {
@@ -201,7 +201,7 @@ impl SupportMap for Body<'_> {
     }
 }
 
-impl Body<'_> {
+impl PlacedBody<'_> {
     /// Largest component along a direction, mm.
     fn highest(&self, along: &Vector) -> f64 {
         let of = |pose: &Pose| self.body.height(&pose.rotation.tr_mul(along)) + pose.translation.dot(along);
@@ -264,35 +264,40 @@ fn proved(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> f64 {
             from_parry(b.local_support_point(to_parry(&Point::from(-along)))),
         ]
     };
-    let found = certain::nearest(supports, &start, [PROVED_WITHIN_MM, limit]);
+    let found = gjk::nearest(supports, &start, [PROVED_WITHIN_MM, limit]);
     if found.meet { 0.0 } else { proved.max(found.proved) }
 }
 
 /// Lower bound of the distance of shape `a` in all its places from shape `b`, mm; exact but for rounding below `limit`, and at least the limit
 /// elsewhere. Of two meshes the skins count, not the inside; nothing is proved of a mesh against a convex body.
-pub(crate) fn least_distance(a: &Shape, b: &Shape, places: &Places, limit: f64) -> f64 {
+pub(crate) fn least_distance(a: &PartShape, b: &PartShape, places: &BodyPlaces, limit: f64) -> f64 {
     least_distance_with((a, b), places, limit, &mut Effort::unlimited())
 }
 
 /// The same, with what it has cost; of a tool and a mesh it ends with less proved where that is the most.
-pub(crate) fn least_distance_with((a, b): (&Shape, &Shape), places: &Places, limit: f64, effort: &mut Effort) -> f64 {
+pub(crate) fn least_distance_with(
+    (a, b): (&PartShape, &PartShape),
+    places: &BodyPlaces,
+    limit: f64,
+    effort: &mut Effort,
+) -> f64 {
     match (a, b) {
-        (Shape::Mesh(a), Shape::Mesh(b)) => least_of_skins(&a.boxes, &b.boxes, places, limit),
-        (Shape::Convex(bodies), Shape::Mesh(b)) => bodies_skin(bodies, &b.boxes, places, (limit, effort)),
-        (Shape::Convex(a), Shape::Convex(b)) => {
-            let still = Places::at(Pose::identity());
+        (PartShape::Mesh(a), PartShape::Mesh(b)) => least_of_skins(&a.boxes, &b.boxes, places, limit),
+        (PartShape::Convex(bodies), PartShape::Mesh(b)) => bodies_skin(bodies, &b.boxes, places, (limit, effort)),
+        (PartShape::Convex(a), PartShape::Convex(b)) => {
+            let still = BodyPlaces::at(Pose::identity());
             let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
             let of = |limit: f64, (a, b)| {
-                limit.min(proved(&Body { body: a, places }, &Body { body: b, places: &still }, limit))
+                limit.min(proved(&PlacedBody { body: a, places }, &PlacedBody { body: b, places: &still }, limit))
             };
             pairs.fold(limit, of)
         }
-        (Shape::Mesh(_), Shape::Convex(_)) => 0.0,
+        (PartShape::Mesh(_), PartShape::Convex(_)) => 0.0,
     }
 }
 
 /// The same of two skins.
-pub(crate) fn least_of_skins(a: &TriangleTree, b: &TriangleTree, places: &Places, limit: f64) -> f64 {
+pub(crate) fn least_of_skins(a: &TriangleTree, b: &TriangleTree, places: &BodyPlaces, limit: f64) -> f64 {
     let Some(whole) = a.root() else { return f64::INFINITY };
     let of = |i: u32, j: u32, bound: f64| {
         (proved(&Triangle::moved(a.corners(i), places), &Triangle::still(b.corners(j)), bound), ())
@@ -309,7 +314,7 @@ pub(crate) fn least_of_skins(a: &TriangleTree, b: &TriangleTree, places: &Places
 /// Proved distance of a still triangle from a body with a ball end on its way, where it is above the limit or the ball is
 /// what is nearest: the ball in all its places is the hull of two or three balls, and the planes across the way from the segment or triangle of their centers to
 /// the triangle prove a distance.
-fn ball_end(placed: &Body<'_>, corners: &[Point; 3], limit: f64) -> Option<f64> {
+fn ball_end(placed: &PlacedBody<'_>, corners: &[Point; 3], limit: f64) -> Option<f64> {
     let (center, radius) = placed.body.ball()?;
     if !placed.places.shifts.is_empty() {
         return None;
@@ -337,10 +342,15 @@ fn ball_end(placed: &Body<'_>, corners: &[Point; 3], limit: f64) -> Option<f64> 
     (proved >= limit || proved >= (far - radius) - within).then(|| proved.max(0.0))
 }
 
-fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, (limit, effort): (f64, &mut Effort)) -> f64 {
+fn bodies_skin(
+    bodies: &[Revolved],
+    skin: &TriangleTree,
+    places: &BodyPlaces,
+    (limit, effort): (f64, &mut Effort),
+) -> f64 {
     let mut least = f64::INFINITY;
     for body in bodies {
-        let placed = Body { body, places };
+        let placed = PlacedBody { body, places };
         let axes = [Vector::x(), Vector::y(), Vector::z()];
         let high = Vector::from(axes.map(|n| placed.highest(&n)));
         let low = Vector::from(axes.map(|n| -placed.highest(&-n)));
@@ -365,7 +375,7 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, (limit
             let (m, h) = skin.bounds(node);
             let outside = ((m - middle).abs() - half - h).map(|x| x.max(0.0)).norm();
             let of_box = outside.max(from_segment(&m, [&from[0], &to[0]]) - h.norm() - reach);
-            if of_box >= bound { of_box } else { of_box.max(skin.beside(node, amid, highest, (round, bound))) }
+            if of_box >= bound { of_box } else { of_box.max(skin.node_distance(node, amid, highest, (round, bound))) }
         };
         let of = |item: u32, bound: f64| {
             let corners = skin.corners(item);
@@ -402,8 +412,8 @@ mod tests {
     fn all_places_of_a_slide_are_one_distance() {
         let wall = box_mesh(&Aabb { min: Point::new(-0.1, -30.0, 0.0), max: Point::new(0.1, 30.0, 17.7) });
         let cutter = Cutter::ball(12.0).expect("ball").bodies(20.0).expect("bodies");
-        let ball = Shape::Convex(cutter.iter().map(Revolved::new).collect());
-        let mesh = Shape::Mesh(Box::new(crate::shape::MeshShape::new(&wall).expect("solid")));
+        let ball = PartShape::Convex(cutter.iter().map(Revolved::new).collect());
+        let mesh = PartShape::Mesh(Box::new(crate::shape::MeshShape::new(&wall).expect("solid")));
         for (tip, way, exact) in [
             ([1.0, 2.0, 17.8], [5.0, -15.0, 0.0], 0.1),
             ([9.1, 2.0, 4.0], [0.0, 25.0, 0.0], 3.0),
@@ -411,11 +421,11 @@ mod tests {
             ([9.1, 2.0, 4.0], [5.0, 0.0, 0.0], 0.0),
         ] {
             let pose = Pose::from_translation(Vector::from(tip));
-            let mut shifted = Places::at(pose);
+            let mut shifted = BodyPlaces::at(pose);
             shifted.shift(Vector::from(way));
             let [from, to] = [-1.0, 1.0].map(|k| Pose::from_translation(Vector::from(tip) + Vector::from(way) * k));
             for limit in [1e-3, 0.05, 0.0991, 0.1, 0.11, 0.2, 1.0, 100.0, 1e6] {
-                let places = [shifted.clone(), Places::between([from, to])];
+                let places = [shifted.clone(), BodyPlaces::between([from, to])];
                 for found in places.map(|p| least_distance(&ball, &mesh, &p, limit)) {
                     assert!(
                         found <= exact + 1e-12 && found >= exact.min(limit) - 1e-8,
@@ -467,7 +477,7 @@ mod tests {
             turns[..3].fill(true);
             let way = joint([turn[0], turn[1], turn[2], length]);
             let [chord, parabola] = bent(&weights, &turns, &[false; MAX_JOINTS], &way, 0.0);
-            let places = Places::along([0.0, 0.5, 1.0].map(pose));
+            let places = BodyPlaces::along([0.0, 0.5, 1.0].map(pose));
             let [from, to, control] = places.images(&p);
             for i in 0..=40 {
                 let t = f64::from(i) / 40.0;
@@ -489,11 +499,11 @@ mod tests {
     #[test]
     fn all_places_of_a_turn_are_one_distance() {
         let wall = box_mesh(&Aabb { min: Point::new(-4.0, -30.0, -30.0), max: Point::new(0.0, 30.0, 17.7) });
-        let mesh = Shape::Mesh(Box::new(crate::shape::MeshShape::new(&wall).expect("solid")));
+        let mesh = PartShape::Mesh(Box::new(crate::shape::MeshShape::new(&wall).expect("solid")));
         let cutters = [Cutter::ball(12.0), Cutter::flat(12.0), Cutter::bull_nose(12.0, 2.0)];
         for (k, cutter) in cutters.into_iter().enumerate() {
             let bodies = cutter.expect("cutter").bodies(30.0).expect("bodies");
-            let tool = Shape::Convex(bodies.iter().map(Revolved::new).collect());
+            let tool = PartShape::Convex(bodies.iter().map(Revolved::new).collect());
             for turn in [0.003, 0.02, 0.1, 0.3] {
                 // About an axis along y, 25 mm from the wall; the tool leans.
                 let pose = |t: f64| {
@@ -503,7 +513,7 @@ mod tests {
                         * Pose::from_axis_angle(&Vector::y(), 0.3)
                 };
                 let at = |t: f64| match crate::distance::gap(&tool, &mesh, &pose(t), [1e6; 2], &mut None) {
-                    crate::distance::Gap::At(d, ..) => d,
+                    crate::distance::Separation::At(d, ..) => d,
                     other => panic!("{other:?}"),
                 };
                 let least = (0..=200).map(|i| at(f64::from(i) / 200.0)).fold(f64::INFINITY, f64::min);
@@ -511,7 +521,7 @@ mod tests {
                 let motion = turn * 45.0 + 6.0;
                 let off = OFF_PARABOLA * turn * turn * motion;
                 for limit in [1e6, least + 1e-3, 0.5 * least] {
-                    let found = least_distance(&tool, &mesh, &Places::along([0.0, 0.5, 1.0].map(pose)), limit);
+                    let found = least_distance(&tool, &mesh, &BodyPlaces::along([0.0, 0.5, 1.0].map(pose)), limit);
                     let about = format!("cutter {k}, turn {turn}, limit {limit}: {found} of {least}");
                     assert!(found - off <= least + 1e-9, "{about}");
                     // The control point of a parabola is as far from it as half of its rise.

@@ -7,17 +7,17 @@ use std::sync::Arc;
 use proveout_geom::{Pose, ToolPose, TriMesh, Vector};
 use proveout_tool::{Role, Tool};
 
-use crate::distance::{Gap, gap};
-use crate::parts::{Wanted, mesh_shape};
+use crate::distance::{Separation, gap};
+use crate::parts::{MeshDemand, mesh_shape};
 use crate::report::CollisionError;
-use crate::shape::{Revolved, Shape};
+use crate::shape::{PartShape, Revolved};
 
 /// Sine of the angle to Z below which a tool stands upright.
 const UPRIGHT: f64 = 1e-12;
 
 /// Solids fixed in one frame, prepared once for any number of tools. A copy shares them.
 #[derive(Clone, Debug)]
-pub struct StandingSolids(Arc<[Shape]>);
+pub struct StandingSolids(Arc<[PartShape]>);
 
 impl StandingSolids {
     /// Named solids, mm.
@@ -26,9 +26,9 @@ impl StandingSolids {
     /// A mesh that does not bound a solid.
     pub fn new(solids: &[(String, TriMesh)]) -> Result<Self, CollisionError> {
         let solid = |(name, mesh): &(String, TriMesh)| {
-            Ok(Shape::Mesh(Box::new(mesh_shape("solid", name, mesh, Wanted::Solid)?)))
+            Ok(PartShape::Mesh(Box::new(mesh_shape("solid", name, mesh, MeshDemand::Solid)?)))
         };
-        Ok(Self(solids.iter().map(solid).collect::<Result<Vec<Shape>, _>>()?.into()))
+        Ok(Self(solids.iter().map(solid).collect::<Result<Vec<PartShape>, _>>()?.into()))
     }
 }
 
@@ -52,7 +52,7 @@ impl StandingSolids {
 /// ```
 #[derive(Clone, Debug)]
 pub struct ToolClearance {
-    tool: Shape,
+    tool: PartShape,
     solids: StandingSolids,
 }
 
@@ -68,7 +68,7 @@ impl ToolClearance {
     /// The same among solids that are prepared already.
     pub fn among(tool: &Tool, solids: &StandingSolids) -> Self {
         let bodies = tool.bodies.iter().filter(|b| b.role != Role::Cutting).map(|b| Revolved::new(&b.profile));
-        Self { tool: Shape::Convex(bodies.collect()), solids: solids.clone() }
+        Self { tool: PartShape::Convex(bodies.collect()), solids: solids.clone() }
     }
 
     /// Smallest distance of the tool from the solids where it is below `limit`, else `limit`, mm; zero where skins meet.
@@ -77,9 +77,9 @@ impl ToolClearance {
         let solid_from_tip = upright(pose);
         self.solids.0.iter().fold(limit, |least, solid| {
             match gap(&self.tool, solid, &solid_from_tip, [least; 2], &mut None) {
-                Gap::Beyond(_) | Gap::Between(..) => least,
-                Gap::At(distance, ..) => distance,
-                Gap::Meeting(_) => 0.0,
+                Separation::Beyond(_) | Separation::Between(..) => least,
+                Separation::At(distance, ..) => distance,
+                Separation::Meeting(_) => 0.0,
             }
         })
     }

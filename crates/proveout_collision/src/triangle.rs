@@ -22,13 +22,13 @@ const NO_AREA: f64 = 1e-14;
 
 /// Two points that are near each other, one on each body, and the square of their distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Nearest {
+pub(crate) struct NearestPoints {
     pub(crate) square: f64,
     pub(crate) on_first: Point,
     pub(crate) on_second: Point,
 }
 
-impl Nearest {
+impl NearestPoints {
     fn of(on_first: Point, on_second: Point) -> Self {
         Self { square: (on_first - on_second).norm_squared(), on_first, on_second }
     }
@@ -42,41 +42,42 @@ impl Nearest {
 
 /// Nearest points of two triangles; both the same point where they cross.
 #[cfg(test)]
-pub(crate) fn nearest(first: &[Point; 3], second: &[Point; 3]) -> Nearest {
+pub(crate) fn nearest(first: &[Point; 3], second: &[Point; 3]) -> NearestPoints {
     nearest_within(first, second, f64::INFINITY)
 }
 
 /// Nearest points of two triangles; both the same point where they cross. Where one lies wholly on one side of the other's plane, at
 /// least `bound` (mm) from it, that height is given as the distance, with any two points.
-pub(crate) fn nearest_within(first: &[Point; 3], second: &[Point; 3], bound: f64) -> Nearest {
-    let faces = [Face::of(first), Face::of(second)];
-    let over =
-        |face: &Option<Face<'_>>, other: &[Point; 3]| face.as_ref().map_or([0.0; 3], |f| other.map(|p| f.height(&p)));
+pub(crate) fn nearest_within(first: &[Point; 3], second: &[Point; 3], bound: f64) -> NearestPoints {
+    let faces = [TriangleFace::of(first), TriangleFace::of(second)];
+    let over = |face: &Option<TriangleFace<'_>>, other: &[Point; 3]| {
+        face.as_ref().map_or([0.0; 3], |f| other.map(|p| f.height(&p)))
+    };
     let heights = [over(&faces[0], second), over(&faces[1], first)];
     for h in &heights {
         let least = h.iter().fold(f64::INFINITY, |l, x| l.min(*x)).max(h.iter().fold(f64::INFINITY, |l, x| l.min(-x)));
         if least >= bound {
-            return Nearest { square: least * least, on_first: first[0], on_second: second[0] };
+            return NearestPoints { square: least * least, on_first: first[0], on_second: second[0] };
         }
     }
-    let mut best = Nearest::of(first[0], second[0]);
+    let mut best = NearestPoints::of(first[0], second[0]);
     if let Some(face) = &faces[1] {
         if let Some(x) = face.crossing(first, heights[1]) {
-            return Nearest { square: 0.0, on_first: x, on_second: x };
+            return NearestPoints { square: 0.0, on_first: x, on_second: x };
         }
         for (p, height) in first.iter().zip(heights[1]) {
             if let Some(foot) = face.foot(p, height) {
-                best.keep(Nearest::of(*p, foot));
+                best.keep(NearestPoints::of(*p, foot));
             }
         }
     }
     if let Some(face) = &faces[0] {
         if let Some(x) = face.crossing(second, heights[0]) {
-            return Nearest { square: 0.0, on_first: x, on_second: x };
+            return NearestPoints { square: 0.0, on_first: x, on_second: x };
         }
         for (p, height) in second.iter().zip(heights[0]) {
             if let Some(foot) = face.foot(p, height) {
-                best.keep(Nearest::of(foot, *p));
+                best.keep(NearestPoints::of(foot, *p));
             }
         }
     }
@@ -93,12 +94,12 @@ fn edges(t: &[Point; 3]) -> [(Point, Point); 3] {
 }
 
 /// The inside of a triangle.
-struct Face<'a> {
+struct TriangleFace<'a> {
     corners: &'a [Point; 3],
     normal: Vector,
 }
 
-impl<'a> Face<'a> {
+impl<'a> TriangleFace<'a> {
     /// None for a triangle that has no area to speak of: its edges say all there is.
     fn of(corners: &'a [Point; 3]) -> Option<Self> {
         let (u, v) = (corners[1] - corners[0], corners[2] - corners[0]);
@@ -134,7 +135,7 @@ impl<'a> Face<'a> {
 }
 
 /// Nearest points of two segments, either of which may be a point.
-pub(crate) fn segments(p: Point, q: Point, r: Point, s: Point) -> Nearest {
+pub(crate) fn segments(p: Point, q: Point, r: Point, s: Point) -> NearestPoints {
     let (u, v, w) = (q - p, s - r, p - r);
     let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(&v));
     let on = |a: Point, along: &Vector, square: f64, x: &Point| {
@@ -146,27 +147,27 @@ pub(crate) fn segments(p: Point, q: Point, r: Point, s: Point) -> Nearest {
         // Foot of the common perpendicular on the first line, brought into the segment; then the nearest of each to the other.
         let t = ((uv * v.dot(&w) - vv * u.dot(&w)) / determinant).clamp(0.0, 1.0);
         let y = on(r, &v, vv, &(p + u * t));
-        Nearest::of(on(p, &u, uu, &y), y)
+        NearestPoints::of(on(p, &u, uu, &y), y)
     } else {
         let y = on(r, &v, vv, &p);
-        Nearest::of(on(p, &u, uu, &y), y)
+        NearestPoints::of(on(p, &u, uu, &y), y)
     };
     if determinant <= ALMOST_PARALLEL * uu * vv {
-        best.keep(Nearest::of(p, on(r, &v, vv, &p)));
-        best.keep(Nearest::of(q, on(r, &v, vv, &q)));
-        best.keep(Nearest::of(on(p, &u, uu, &r), r));
-        best.keep(Nearest::of(on(p, &u, uu, &s), s));
+        best.keep(NearestPoints::of(p, on(r, &v, vv, &p)));
+        best.keep(NearestPoints::of(q, on(r, &v, vv, &q)));
+        best.keep(NearestPoints::of(on(p, &u, uu, &r), r));
+        best.keep(NearestPoints::of(on(p, &u, uu, &s), s));
     }
     best
 }
 
 /// Nearest points of a point and a triangle.
-pub(crate) fn point_triangle(p: Point, t: &[Point; 3]) -> Nearest {
-    let mut best = Nearest::of(p, t[0]);
-    if let Some(face) = Face::of(t)
+pub(crate) fn point_triangle(p: Point, t: &[Point; 3]) -> NearestPoints {
+    let mut best = NearestPoints::of(p, t[0]);
+    if let Some(face) = TriangleFace::of(t)
         && let Some(foot) = face.foot(&p, face.height(&p))
     {
-        return Nearest::of(p, foot);
+        return NearestPoints::of(p, foot);
     }
     for (a, b) in edges(t) {
         best.keep(segments(p, p, a, b));

@@ -15,7 +15,7 @@
 use nalgebra::Matrix3;
 use proveout_geom::{Point, TriMesh, Vector};
 
-use crate::boxes::{BoxTree, Branch};
+use crate::box_tree::{BoxTree, Branch};
 
 /// Part of the longest edge that must lie across the mean normal to give a direction.
 const ACROSS: f64 = 1e-9;
@@ -23,15 +23,15 @@ const ACROSS: f64 = 1e-9;
 /// Triangles in a tree of boxes.
 #[derive(Clone, Debug)]
 pub(crate) struct TriangleTree {
-    nodes: Vec<Node>,
+    nodes: Vec<TriangleNode>,
     /// One for each node.
-    leans: Vec<Lean>,
+    leans: Vec<WallBox>,
     /// Corners, in the order of the leaves.
     triangles: Vec<[Point; 3]>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct TriangleNode {
     middle: Point,
     half: Vector,
     /// First item of a leaf, or first of two nodes in a row.
@@ -42,14 +42,14 @@ struct Node {
 
 /// The box of a node along its wall.
 #[derive(Clone, Copy, Debug)]
-struct Lean {
+struct WallBox {
     middle: Point,
     /// Its directions: the last one across the wall, the first one along its longest way.
     axes: Matrix3<f64>,
     half: Vector,
 }
 
-impl Lean {
+impl WallBox {
     fn of(triangles: &[[Point; 3]]) -> Self {
         let across = |[a, b, c]: &[Point; 3]| (b - a).cross(&(c - a));
         let sum = triangles.iter().fold(Vector::zeros(), |sum, t| sum + across(t));
@@ -92,7 +92,7 @@ impl TriangleTree {
         let mut leans = Vec::with_capacity(2 * triangles.len());
         if !triangles.is_empty() {
             nodes.push(node_of(&triangles, 0));
-            leans.push(Lean::of(&triangles));
+            leans.push(WallBox::of(&triangles));
             let mut open = vec![(0, 0..triangles.len())];
             while let Some((at, range)) = open.pop() {
                 if range.len() <= LEAF {
@@ -102,7 +102,7 @@ impl TriangleTree {
                 let first = nodes.len();
                 for half in [range.start..middle, middle..range.end] {
                     nodes.push(node_of(&triangles[half.clone()], half.start));
-                    leans.push(Lean::of(&triangles[half.clone()]));
+                    leans.push(WallBox::of(&triangles[half.clone()]));
                     open.push((nodes.len() - 1, half));
                 }
                 (nodes[at].first, nodes[at].count) = (first as u32, 0);
@@ -113,7 +113,7 @@ impl TriangleTree {
 
     /// How often a half line from a point leaves the triangles less how often it enters them: the winding number of closed shells about
     /// the point, if the half line passes through no edge.
-    pub(crate) fn leaving(&self, from: &Point, along: &Vector) -> i32 {
+    pub(crate) fn winding_crossings(&self, from: &Point, along: &Vector) -> i32 {
         let mut sum = 0;
         let mut open = Vec::from_iter(self.root());
         while let Some(at) = open.pop() {
@@ -155,7 +155,7 @@ impl TriangleTree {
     /// Lower bound of the distance of a convex body from the triangles of a node, mm, below zero where none is proved, by planes across the way between their box
     /// and the middle of the body. `amid` gives the point amid the body that is nearest to a point, `support` the largest component of the body's points along a
     /// unit vector. The body reaches at least `round` about its middle: where no more than `wanted` can be proved by that, it is not asked for its support.
-    pub(crate) fn beside(
+    pub(crate) fn node_distance(
         &self,
         node: u32,
         amid: impl Fn(&Point) -> Point,
@@ -186,12 +186,12 @@ impl TriangleTree {
     }
 }
 
-fn node_of(triangles: &[[Point; 3]], first: usize) -> Node {
+fn node_of(triangles: &[[Point; 3]], first: usize) -> TriangleNode {
     let b = proveout_geom::Aabb::of_points(triangles.iter().flatten());
     // A middle is rounded: half an edge reaches both sides all the same.
     let middle = b.center();
     let half = (b.max - middle).sup(&(middle - b.min));
-    Node { middle, half, first: first as u32, count: triangles.len() as u32 }
+    TriangleNode { middle, half, first: first as u32, count: triangles.len() as u32 }
 }
 
 /// Parts triangles at the median of their middles along the longest side; gives the number in the first part.

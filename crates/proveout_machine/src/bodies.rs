@@ -8,10 +8,10 @@ use proveout_geom::{
 
 use crate::{
     Attachment, MachineBody,
-    assemble::{Checked, finite_vector},
     description::{AlongFile, BodyFile, BoxFile, CylinderFile, MachineFile, PrismFile},
     mass::{check_densities, read_mass},
     model::Model,
+    reading::{Checked, finite_vector},
 };
 
 /// Largest distance (mm) from the cylinder to the edges of its facets. The facets touch the cylinder from

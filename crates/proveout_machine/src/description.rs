@@ -6,15 +6,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::{
-    drive::DriveFile,
-    errors_reader::ErrorsFile,
-    mass::{DensityFile, MassFile},
-    platform_reader::PlatformFile,
-};
-
-/// Notes on numbers: key of the same table, or `*` for all others, to a text.
-pub(crate) type Notes = BTreeMap<String, String>;
+use crate::{drive_file::DriveFile, errors_reader::ErrorsFile, platform_reader::PlatformFile, reading::Notes};
 
 /// A machine tool: joints, spindle, table, control and bodies.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -45,7 +37,7 @@ pub(crate) struct MachineFile {
     /// The surface that workpieces are clamped on.
     pub(crate) table: TableFile,
     /// The control.
-    pub(crate) control: ControlFile,
+    pub(crate) control: MachineControlFile,
     /// Mean densities of bodies that state no mass, for drive loads; without it such a body's mass is not known.
     pub(crate) body_density: Option<DensityFile>,
     /// Parts for collision checks and pictures.
@@ -224,7 +216,7 @@ pub(crate) enum KinematicsFile {
 /// What the control does and takes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct ControlFile {
+pub(crate) struct MachineControlFile {
     /// Control file that says what words of its programs mean: the name of a built-in one (fanuc-30i), or a path from the folder of
     /// this file.
     pub(crate) file: Option<String>,
@@ -283,6 +275,40 @@ pub(crate) struct BodyFile {
     /// Convex outlines with a thickness.
     #[serde(default, rename = "prism")]
     pub(crate) prisms: Vec<PrismFile>,
+    /// Where numbers of this table come from.
+    #[serde(default)]
+    pub(crate) source: Notes,
+    /// Numbers of this table that were chosen, and why.
+    #[serde(default)]
+    pub(crate) chosen: Notes,
+}
+
+/// Mass of a body: what it weighs, or the density of its shape. Coordinates are those of the machine with all joints at
+/// zero.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MassFile {
+    /// Mass. Without center and inertia the mass is spread evenly over the shape, and the body counts as estimated.
+    pub(crate) mass_kg: Option<f64>,
+    /// Instead of the mass: mean density over the shape as drawn, hollows included (solid steel 7850, solid cast iron
+    /// 7200; ribbed castings a quarter to a half). The body counts as estimated.
+    pub(crate) density_kg_m3: Option<f64>,
+    /// Center of mass.
+    pub(crate) center_mm: Option<[f64; 3]>,
+    /// Inertia about the center, along the machine axes: xx, yy, zz, xy, yz, zx, where xy is minus the integral of x y.
+    pub(crate) inertia_kg_m2: Option<[f64; 6]>,
+}
+
+/// Mean densities of the bodies that state no mass of their own, over their shapes as drawn, hollows included. Such
+/// bodies count as estimated.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DensityFile {
+    /// Bodies of every role that is not named.
+    pub(crate) default_kg_m3: f64,
+    /// Bodies of a role, by its name.
+    #[serde(default)]
+    pub(crate) roles_kg_m3: BTreeMap<String, f64>,
     /// Where numbers of this table come from.
     #[serde(default)]
     pub(crate) source: Notes,

@@ -11,7 +11,7 @@ pub struct MissingLimit {
 
 /// How much a remark weighs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
+pub enum RemarkSeverity {
     /// So it is meant, perhaps.
     Note,
     /// Something is missing or looks wrong.
@@ -24,7 +24,7 @@ pub struct Diagnosis {
     /// Stable name of the kind (`machine-missing-limit`).
     pub code: &'static str,
     /// How much it weighs.
-    pub severity: Severity,
+    pub severity: RemarkSeverity,
     /// Line of the key in the machine file, of its table where the key is missing; 0 for a machine without a file.
     pub line: usize,
     /// Table or key that it is about, `joint.X.max_jerk_mm_s3`.
@@ -73,7 +73,7 @@ impl Machine {
 
     fn remark(
         &self,
-        severity: Severity,
+        severity: RemarkSeverity,
         code: &'static str,
         key: impl Into<String>,
         message: impl Into<String>,
@@ -101,7 +101,7 @@ impl Machine {
         let mut all = Vec::new();
         let mut missing = |table: &str, key: &str| {
             all.push(self.remark(
-                Severity::Warning,
+                RemarkSeverity::Warning,
                 "machine-missing-limit",
                 format!("{table}.{key}"),
                 format!("{key} of {table} is not stated: the gate that needs it stays unchecked"),
@@ -130,7 +130,7 @@ impl Machine {
     fn structure_remarks(&self, all: &mut Vec<Diagnosis>) {
         for node in &self.unused_nodes {
             all.push(self.remark(
-                Severity::Warning,
+                RemarkSeverity::Warning,
                 "machine-model-node-unused",
                 "model",
                 format!("node {node:?} of the model has a mesh and belongs to no body, thus to no joint"),
@@ -141,17 +141,17 @@ impl Machine {
         if linear < 3 {
             let message = format!("{linear} linear joints cannot move the tip in all directions");
             let remedy = "add the missing slides, if the machine has them";
-            all.push(self.remark(Severity::Warning, "machine-few-linear-joints", "joint", message, remedy));
+            all.push(self.remark(RemarkSeverity::Warning, "machine-few-linear-joints", "joint", message, remedy));
         } else if self.slide_volume() < FLAT_VOLUME {
             let names: Vec<&str> = self.linear_joints().iter().map(|&j| self.joints[j].name.as_str()).collect();
             let key = format!("joint.{}.direction", names.last().unwrap_or(&""));
             let message = format!("the slides {} lie in a plane at home: the tip cannot leave it", names.join(", "));
             let remedy = "correct a direction";
-            all.push(self.remark(Severity::Warning, "machine-flat-slides", key, message, remedy));
+            all.push(self.remark(RemarkSeverity::Warning, "machine-flat-slides", key, message, remedy));
         }
         for joint in self.joints.iter().filter(|j| j.held) {
             all.push(self.remark(
-                Severity::Note,
+                RemarkSeverity::Note,
                 "machine-held-joint",
                 format!("joint.{}", joint.name),
                 format!("joint {} is held and does not take part in inverse kinematics", joint.name),
@@ -166,7 +166,7 @@ impl Machine {
                 names.join(", ")
             );
             let remedy = "set held = true on those that the setup holds";
-            all.push(self.remark(Severity::Note, "machine-numerical-inverse", key, message, remedy));
+            all.push(self.remark(RemarkSeverity::Note, "machine-numerical-inverse", key, message, remedy));
         }
         for joint in self.joints.iter().filter(|j| !j.held) {
             let Some([low, high]) = joint.travel else { continue };
@@ -177,7 +177,7 @@ impl Machine {
                 let key = format!("joint.{}.travel_deg", joint.name);
                 let message = format!("{turns:.0} turns of travel");
                 let remedy = "write endless = true if the joint has no end stops";
-                all.push(self.remark(Severity::Note, "machine-implausible-value", key, message, remedy));
+                all.push(self.remark(RemarkSeverity::Note, "machine-implausible-value", key, message, remedy));
             }
         }
         for (j, joint) in self.joints.iter().enumerate().filter(|(_, j)| !j.held) {
@@ -189,7 +189,7 @@ impl Machine {
                     joint.name
                 );
                 let remedy = "attach a [[body]] to it or to a joint beyond it";
-                all.push(self.remark(Severity::Warning, "machine-joint-without-body", key, message, remedy));
+                all.push(self.remark(RemarkSeverity::Warning, "machine-joint-without-body", key, message, remedy));
             }
         }
         for (p, platform) in self.platforms.iter().enumerate() {
@@ -203,7 +203,7 @@ impl Machine {
             let message = "the kinematics that programs may switch on are not stated: every one is taken";
             let remedy = "list them, for example kinematics = [\"tcp\", \"tilted-plane\"], or [] for none";
             all.push(self.remark(
-                Severity::Note,
+                RemarkSeverity::Note,
                 "machine-kinematics-not-stated",
                 "control.kinematics",
                 message,
@@ -214,7 +214,13 @@ impl Machine {
             let key = if joint.is_rotary() { "home_deg" } else { "home_mm" };
             let message = format!("joint {} states no reference point: G28 and G30 of it are refused", joint.name);
             let path = format!("joint.{}.{key}", joint.name);
-            all.push(self.remark(Severity::Note, "machine-no-reference-point", path, message, format!("add {key}")));
+            all.push(self.remark(
+                RemarkSeverity::Note,
+                "machine-no-reference-point",
+                path,
+                message,
+                format!("add {key}"),
+            ));
         }
     }
 
@@ -262,13 +268,13 @@ impl Machine {
                     );
                     let key = format!("platform.{}.leg.{}.travel_mm", platform.name, leg.name);
                     let remedy = "programs that go there are refused at the leg; narrow the joints' travel to hide it";
-                    all.push(self.remark(Severity::Note, "machine-platform-corner", key, message, remedy));
+                    all.push(self.remark(RemarkSeverity::Note, "machine-platform-corner", key, message, remedy));
                 }
                 if platform.transmission(&q) < LEAST_TRANSMISSION {
                     let message = format!("platform {index} is near its singular pose at an end of the travel");
                     let key = format!("platform.{}", platform.name);
                     let remedy = "check radii and height, or narrow the travel";
-                    all.push(self.remark(Severity::Warning, "machine-platform-singular", key, message, remedy));
+                    all.push(self.remark(RemarkSeverity::Warning, "machine-platform-singular", key, message, remedy));
                 }
             }
         }
@@ -287,7 +293,7 @@ impl Machine {
         for joint in &self.joints {
             let mut doubt = |key: &str, message: String, remedy: &str| {
                 let key = format!("joint.{}.{key}", joint.name);
-                all.push(self.remark(Severity::Warning, "machine-implausible-value", key, message, remedy));
+                all.push(self.remark(RemarkSeverity::Warning, "machine-implausible-value", key, message, remedy));
             };
             let rotary = joint.is_rotary();
             if let Some([low, high]) = joint.travel {
@@ -336,7 +342,7 @@ impl Machine {
         for table in tables.into_iter().filter(|t| !noted(t)) {
             let message = format!("no number of {table} has a note on where it comes from");
             let remedy = "add a source or chosen table next to the numbers";
-            all.push(self.remark(Severity::Warning, "machine-no-source", table, message, remedy));
+            all.push(self.remark(RemarkSeverity::Warning, "machine-no-source", table, message, remedy));
         }
     }
 }

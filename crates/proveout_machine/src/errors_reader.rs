@@ -8,9 +8,8 @@ use serde::Deserialize;
 
 use crate::{
     ConstantErrors, ErrorOf, ErrorTable, GeometricErrors, Joint,
-    assemble::{Checked, finite_vector},
-    description::Notes,
     errors::COMPONENTS,
+    reading::{Checked, Notes, finite_vector},
     units::{MM_PER_UM, RAD_PER_URAD},
 };
 

@@ -4,9 +4,10 @@ use proveout_geom::{Document, Point, Step::Item, Step::Key, rad};
 
 use crate::{
     Attachment, Carries, Joint, JointKind,
-    assemble::{Checked, attachment, finite_vector, positive, unit},
+    attachment::attachment,
     description::{CarriesFile, JointFile, KindFile},
-    drive::read_drive,
+    drive_reader::read_drive,
+    reading::{Checked, finite_vector, positive, unit},
     units::MM2_PER_M2,
 };
 

@@ -36,44 +36,75 @@
 //! of the position of one joint; errors that depend on two joints, on load or on temperature are not
 //! described. Near a singular pose, angles are only as exact as the pose: with the tool axis known to
 //! 1e-16, the free joint is known to 1e-16 / sin(angle to the singular axis).
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `machine`, `joint`, `spindle`, `attachment` | the machine as data |
+//! | `platform`, `turn_shift`, `drive`, `errors`, `mass`, `pairs` | legs, drives, errors, masses, rules for pairs |
+//! | `description`, `drive_file` | the machine file as written; the JSON Schema comes from it |
+//! | `machine_reader`, `reading`, `units`, `structure` | from the file to the data, with checks |
+//! | `joint_reader`, `platform_reader`, `errors_reader`, `pairs_reader` | one table of the file each |
+//! | `drive_reader`, `friction`, `backlash` | `[joint.drive]` |
+//! | `bodies`, `model` | bodies from primitives and from model files |
+//! | `kinematic_chain`, `solver`, `axis_pair`, `inverse`, `jacobian` | forward and inverse kinematics |
+//! | `poles` | singular poses along a path |
+//! | `actual` | kinematics with geometric errors |
+//! | `limits` | travel and rates of a state of motion |
+//! | `diagnose`, `key_lines` | remarks on a description, with their line |
+//! | `summary` | a machine in one line |
+//! | `program_zero`, `zero_at_home` | where programs and joints have their zero |
+//! | `table` | tables of joint values and poses (CSV) |
+//! | `linuxcnc_ini`, `urdf` | import from other programs |
 
 mod actual;
-mod assemble;
+mod attachment;
 mod axis_pair;
+mod backlash;
 mod bodies;
-mod chain;
 mod description;
 mod diagnose;
 mod drive;
+mod drive_file;
+mod drive_reader;
 mod errors;
 mod errors_reader;
+mod friction;
 mod inverse;
 mod jacobian;
 mod joint;
 mod joint_reader;
+mod key_lines;
+mod kinematic_chain;
 mod limits;
 mod linuxcnc_ini;
 mod machine;
+mod machine_reader;
 mod mass;
 mod model;
-mod one_line;
 mod pairs;
-mod places;
+mod pairs_reader;
 mod platform;
 mod platform_reader;
 mod poles;
 mod program_zero;
+mod reading;
 mod solver;
+mod spindle;
 mod structure;
+mod summary;
 mod table;
 #[cfg(test)]
 mod testing;
+mod turn_shift;
 mod units;
 mod urdf;
 mod zero_at_home;
 
+pub use attachment::Attachment;
 pub use description::machine_schema;
-pub use diagnose::{Diagnosis, MissingLimit, Severity};
+pub use diagnose::{Diagnosis, MissingLimit, RemarkSeverity};
 pub use drive::{Drive, ElasticMode, Encoder, VelocityGain};
 pub use errors::{ConstantErrors, ErrorOf, ErrorTable, GeometricErrors};
 pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, TIP_TOLERANCE};
@@ -81,11 +112,11 @@ pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use limits::{LimitKind, LimitViolation, Limited, MotionState};
 pub use linuxcnc_ini::{ImportedMachine, import_linuxcnc_ini};
-pub use machine::{
-    Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust,
-};
+pub use machine::{Control, ControlKinematics, Machine, MachineBody, RapidMode, Trust};
 pub use mass::BodyMass;
 pub use pairs::{PairCare, PairRule, TOOL_PARTS};
-pub use platform::{Leg, Platform, PlatformError, TurnShift};
+pub use platform::{Leg, Platform, PlatformError};
+pub use spindle::{SpindleData, TableData};
 pub use table::{Direction, TableError, kinematics_csv};
+pub use turn_shift::TurnShift;
 pub use urdf::{UrdfOptions, import_urdf};

@@ -1,18 +1,9 @@
-use proveout_geom::{Point, Pose, ToolPose, TriMesh, Vector};
+use proveout_geom::{Pose, ToolPose, TriMesh, Vector};
 
 use crate::{
-    BodyMass, GeometricErrors, Joint, JointValues, MAX_JOINTS, PairRule, Platform, TurnShift, actual::ActualChain,
-    chain::Chain, places::Places, solver::Solver,
+    Attachment, BodyMass, GeometricErrors, Joint, JointValues, MAX_JOINTS, PairRule, Platform, SpindleData, TableData,
+    TurnShift, actual::ActualChain, key_lines::KeyLines, kinematic_chain::Chain, solver::Solver,
 };
-
-/// What carries a body or a chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Attachment {
-    /// The machine bed.
-    Base,
-    /// Index of a joint.
-    Joint(usize),
-}
 
 /// A part of the machine for collision checks and pictures.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,28 +71,6 @@ pub struct Control {
     pub tool_change_position: [Option<f64>; MAX_JOINTS],
 }
 
-/// The spindle.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpindleData {
-    /// What carries it.
-    pub attached_to: Attachment,
-    /// Gauge line in M with all joints at zero: origin on the line's plane and the axis, +z from the tool to the spindle.
-    pub gauge_pose: Pose,
-    /// Highest speed, 1/min.
-    pub max_speed_rpm: Option<f64>,
-}
-
-/// The surface that workpieces are clamped on.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TableData {
-    /// What carries it.
-    pub attached_to: Attachment,
-    /// Middle of the clamping surface in M with all joints at zero, thus in K, mm.
-    pub point: Point,
-    /// Unit vector out of the surface.
-    pub normal: Vector,
-}
-
 /// Where a number of a machine file comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trust {
@@ -166,7 +135,7 @@ pub struct Machine {
     pub(crate) solver: Solver,
     /// Compiled errors; `None` when there are none or all are zero.
     pub(crate) actual: Option<ActualChain>,
-    pub(crate) places: Places,
+    pub(crate) places: KeyLines,
 }
 
 impl Machine {
@@ -278,7 +247,7 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
-    use proveout_geom::rad;
+    use proveout_geom::{Point, rad};
 
     use super::*;
     use crate::testing::u5;

@@ -14,55 +14,17 @@
 //! Limits: shells of one body that overlap count twice where they overlap; a stated mass scales the result, so that
 //! only its distribution is then estimated.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Matrix3;
 use proveout_geom::{Document, InputError, Point, Step, Step::Item, Step::Key, TriMesh, Vector};
-use schemars::JsonSchema;
-use serde::Deserialize;
 
 use crate::{
-    assemble::{Checked, finite_vector, positive},
-    description::{MachineFile, Notes},
+    description::MachineFile,
+    reading::{Checked, finite_vector, positive},
     units::{KG_MM3_PER_KG_M3, MM2_PER_M2},
 };
 
 /// Part by which a moment of inertia may be above the sum of the two others: rounding of what a file states.
 const ROUNDING: f64 = 1e-9;
-
-/// Mass of a body: what it weighs, or the density of its shape. Coordinates are those of the machine with all joints at
-/// zero.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct MassFile {
-    /// Mass. Without center and inertia the mass is spread evenly over the shape, and the body counts as estimated.
-    pub(crate) mass_kg: Option<f64>,
-    /// Instead of the mass: mean density over the shape as drawn, hollows included (solid steel 7850, solid cast iron
-    /// 7200; ribbed castings a quarter to a half). The body counts as estimated.
-    pub(crate) density_kg_m3: Option<f64>,
-    /// Center of mass.
-    pub(crate) center_mm: Option<[f64; 3]>,
-    /// Inertia about the center, along the machine axes: xx, yy, zz, xy, yz, zx, where xy is minus the integral of x y.
-    pub(crate) inertia_kg_m2: Option<[f64; 6]>,
-}
-
-/// Mean densities of the bodies that state no mass of their own, over their shapes as drawn, hollows included. Such
-/// bodies count as estimated.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct DensityFile {
-    /// Bodies of every role that is not named.
-    pub(crate) default_kg_m3: f64,
-    /// Bodies of a role, by its name.
-    #[serde(default)]
-    pub(crate) roles_kg_m3: BTreeMap<String, f64>,
-    /// Where numbers of this table come from.
-    #[serde(default)]
-    pub(crate) source: Notes,
-    /// Numbers of this table that were chosen, and why.
-    #[serde(default)]
-    pub(crate) chosen: Notes,
-}
 
 /// Checks `[body_density]`: densities above zero, and roles that bodies have.
 pub(crate) fn check_densities(source: &Document<'_>, content: &MachineFile) -> Checked<()> {

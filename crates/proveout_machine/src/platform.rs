@@ -117,7 +117,7 @@ pub enum PlatformError {
 }
 
 /// Values that the formulas share.
-struct State {
+struct LegTerms {
     sin: f64,
     cos: f64,
     /// Reach of leg 1 and legs 2, 3 outward (mm, constant for the latter) and upward.
@@ -128,11 +128,11 @@ struct State {
 }
 
 impl Platform {
-    fn state(&self, q: &JointValues) -> State {
+    fn state(&self, q: &JointValues) -> LegTerms {
         let height = self.height + self.heave_sign * q[self.heave];
         let (sin, cos) = proveout_geom::sin_cos(self.tilt_sign * q[self.tilt]);
         let r = self.moving_radius;
-        State {
+        LegTerms {
             sin,
             cos,
             out_1: 1.5 * r * cos - 0.5 * r - self.fixed_radius,
@@ -268,23 +268,5 @@ impl Platform {
             .unwrap_or(phase);
         let height = up_2 + 0.5 * r * tilt.sin();
         Ok([self.heave_sign * (height - self.height), self.tilt_sign * tilt])
-    }
-}
-
-/// A shift that comes with the turn of a rotary joint: `-(1 - cos q)` times this vector, mm, in M with all joints at zero.
-/// The tilt joint of a [`Platform`] has one: half the moving radius along leg 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TurnShift(pub Vector);
-
-impl TurnShift {
-    /// The shift at a joint value (radian), mm.
-    pub fn at(&self, value: f64) -> Vector {
-        let half = (0.5 * value).sin();
-        self.0 * (-2.0 * half * half)
-    }
-
-    /// Its derivative by the joint value, mm/rad.
-    pub fn rate(&self, value: f64) -> Vector {
-        self.0 * -value.sin()
     }
 }

@@ -6,9 +6,9 @@ use serde::Deserialize;
 
 use crate::{
     Joint, Leg, Platform,
-    assemble::{Checked, positive, unit},
-    description::Notes,
-    drive::{DriveFile, read_drive},
+    drive_file::DriveFile,
+    drive_reader::read_drive,
+    reading::{Checked, Notes, positive, unit},
 };
 
 /// Sine of the angle by which the directions of a platform may miss a right angle: six digits in a file.

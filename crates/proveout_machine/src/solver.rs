@@ -6,7 +6,7 @@ use proveout_geom::{Point, Vector};
 use crate::{
     Joint, JointValues, MAX_JOINTS,
     axis_pair::{AxisAngles, AxisPair, solve_single},
-    chain::{Chain, Link},
+    kinematic_chain::{Chain, ChainLink},
 };
 
 /// What the inverse kinematics can compute ahead for a chain.
@@ -298,7 +298,7 @@ impl Solver {
     pub(crate) fn seen_from_outside(&self, chain: &Chain, held: &JointValues, v: &Vector) -> Vector {
         let first = self.rotary.first().copied();
         let before = chain.links.iter().take_while(|l| Some(l.joint) != first).filter(|l| l.rotary);
-        let before: Vec<&Link> = before.collect();
+        let before: Vec<&ChainLink> = before.collect();
         before.iter().rev().fold(*v, |v, link| link.pose(held[link.joint]).vector(&v))
     }
 
@@ -359,7 +359,7 @@ impl Solver {
 
 impl LinearBlock {
     fn new(chain: &Chain, linear: &[usize]) -> Option<Self> {
-        let is_free = |link: &Link| linear.contains(&link.joint);
+        let is_free = |link: &ChainLink| linear.contains(&link.joint);
         let first = chain.links.iter().position(is_free)?;
         let last = chain.links.iter().rposition(is_free)?;
         if linear.len() != 3 || chain.links[first..=last].iter().any(|l| l.rotary) {

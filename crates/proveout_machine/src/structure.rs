@@ -2,7 +2,9 @@
 
 use proveout_geom::{Document, Step::Item, Step::Key};
 
-use crate::{Attachment, Carries, Joint, assemble::Checked, axis_pair::PARALLEL_SINE, chain::Chain, solver::Solver};
+use crate::{
+    Attachment, Carries, Joint, axis_pair::PARALLEL_SINE, kinematic_chain::Chain, reading::Checked, solver::Solver,
+};
 
 /// The joints from the base to the one that carries the spindle or the table.
 pub(crate) fn chain_to(

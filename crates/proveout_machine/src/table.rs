@@ -115,7 +115,7 @@ pub fn kinematics_csv(
     let mut record = StringRecord::new();
     while input.read_record(&mut record)? {
         rows += 1;
-        let row = Row { record: &record, names: &needed, places: &places };
+        let row = TableRow { record: &record, names: &needed, places: &places };
         match direction {
             Direction::Forward => {
                 let mut q = machine.home();
@@ -124,7 +124,7 @@ pub fn kinematics_csv(
                         q[j] = if joint.is_rotary() { rad(value) } else { value };
                     }
                 }
-                let legs = Row { record: &record, names: &leg_columns, places: &leg_places };
+                let legs = TableRow { record: &record, names: &leg_columns, places: &leg_places };
                 for (p, platform) in machine.platforms.iter().enumerate().filter(|(p, _)| legs_given[*p]) {
                     if row.number(platform.heave)?.is_some() && row.number(platform.tilt)?.is_some() {
                         continue;
@@ -245,13 +245,13 @@ fn find_columns(
 }
 
 /// One row with the places of the columns that are needed.
-struct Row<'a> {
+struct TableRow<'a> {
     record: &'a StringRecord,
     names: &'a [String],
     places: &'a [Option<usize>],
 }
 
-impl Row<'_> {
+impl TableRow<'_> {
     fn fail(&self, column: usize, message: &str) -> TableError {
         let value = self.places[column].and_then(|i| self.record.get(i)).unwrap_or_default();
         TableError::Value {

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use proveout_geom::{Point, Pose, ToolPose, Vector, deg, rad};
-use proveout_machine::{Attachment, JointValues, Machine, Severity};
+use proveout_machine::{Attachment, JointValues, Machine, RemarkSeverity};
 
 fn library() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines");
@@ -24,8 +24,12 @@ fn every_machine_is_complete() {
     assert!(all.len() >= 2, "{all:?}");
     for folder in all {
         let machine = Machine::read(&folder).unwrap_or_else(|e| panic!("{e}"));
-        let warnings: Vec<String> =
-            machine.diagnose().iter().filter(|d| d.severity == Severity::Warning).map(ToString::to_string).collect();
+        let warnings: Vec<String> = machine
+            .diagnose()
+            .iter()
+            .filter(|d| d.severity == RemarkSeverity::Warning)
+            .map(ToString::to_string)
+            .collect();
         assert!(warnings.is_empty(), "{}: {warnings:#?}", folder.display());
         assert!(folder.join("README.md").is_file(), "{} has no README.md", folder.display());
         for body in &machine.bodies {

@@ -6,8 +6,8 @@
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{Patch, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, Band, DeviationSettings, Film, Films, FoundGap, GapEnd, GapSettings, Judged, Refine, Seed,
-    Side, Solid, Starts, Survey, Tally, Unseen, Watcher, refined, unseen,
+    Area, AreaPart, Areas, Band, DeviationSettings, FinCrossing, FoundGap, GapEnd, GapSettings, Judged, Refine, Seed,
+    Side, Solid, Starts, Survey, Tally, ThinFins, Unseen, Watcher, refined, unseen,
 };
 use rayon::prelude::*;
 
@@ -140,7 +140,7 @@ pub(crate) fn survey(
             design: design.as_ref().map(|d| d.surface.as_ref()),
             solid: solid.map(|(mesh, tree)| Solid { mesh, tree, gaps }),
             settings,
-            films: Films { thickest, above: sums.limits[1] },
+            fins: ThinFins { thickest, above: sums.limits[1] },
             window,
             finer,
         };
@@ -252,7 +252,7 @@ impl OfPart<'_> {
     fn take(&mut self, band: &Band, shown: &dyn Fn(&Point) -> bool, sums: &mut Sums) -> Vec<MapPoint> {
         let mut points = Vec::with_capacity(band.points.len());
         let none = Judged::Masked;
-        for (k, ((sample, judged), film)) in band.points.iter().zip(&band.judged).zip(&band.films).enumerate() {
+        for (k, ((sample, judged), film)) in band.points.iter().zip(&band.judged).zip(&band.fins).enumerate() {
             let margin = sums.limits[0];
             let thread =
                 -judged.deviation() > margin && is_thread(self.strokes, sample.made_by, [&sample.point; 2], margin);
@@ -313,12 +313,12 @@ impl OfPart<'_> {
     }
 
     /// A point of a film: half of its thickness, where its ray goes through. One in the sheet would count it as wide as a cell.
-    fn film_seed(&self, film: Film, band: &Band, point: usize, seed: &Seed) -> Seed {
+    fn film_seed(&self, film: FinCrossing, band: &Band, point: usize, seed: &Seed) -> Seed {
         let axis = usize::from(band.points[point].axis);
         // Both ends of an interval are neighbors.
         let other = band.points.get(point ^ 1).map_or(seed.point, |p| p.point);
         let half = 0.5 * (seed.point[axis] - other[axis]).abs();
-        let gap = (film == Film::Across).then_some((axis, half, self.ray_area(axis)));
+        let gap = (film == FinCrossing::Across).then_some((axis, half, self.ray_area(axis)));
         Seed { gap, cut_area: 0.0, ..*seed }
     }
 
@@ -332,7 +332,7 @@ impl OfPart<'_> {
         let axis = ray.axis;
         let worst = ray.point(gap.worst);
         let made_by = maker(band, found);
-        if found.film(band).is_some() {
+        if found.fin(band).is_some() {
             return; // its points have told it
         }
         let ends = gap.at.map(|at| ray.point(at));

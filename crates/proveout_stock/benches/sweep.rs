@@ -167,8 +167,8 @@ fn two_threads(cell: f64, name: &str, body: &Profile, moves: &[SweepMotion]) {
 /// What one thread can calculate: multiplications and additions on independent numbers that stay in registers, in the same
 /// vectors of four that the kernels are compiled for.
 fn arithmetic() -> f64 {
-    struct Work;
-    impl pulp::WithSimd for Work {
+    struct TileWork;
+    impl pulp::WithSimd for TileWork {
         type Output = f64;
 
         #[inline(always)]
@@ -193,7 +193,7 @@ fn arithmetic() -> f64 {
             16.0 * (ROUNDS * S::F64_LANES) as f64 / seconds
         }
     }
-    (0..3).map(|_| pulp::Arch::new().dispatch(Work)).fold(0.0, f64::max)
+    (0..3).map(|_| pulp::Arch::new().dispatch(TileWork)).fold(0.0, f64::max)
 }
 
 /// How much longer a program takes when its moves in air become twice as long.

@@ -16,7 +16,7 @@
 //! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
 //!   [`Regrid`] as bound.
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
-//! * [`TriDexel::sweep_share`], [`TriDexel::sweep_told`], [`TriDexel::share_rows`] – one stock cut by several processes, bit for bit as by one.
+//! * [`TriDexel::sweep_share`], [`TriDexel::apply_shares`], [`TriDexel::share_rows`] – one stock cut by several processes, bit for bit as by one.
 //! * [`TriDexel::parts`], [`TriDexel::take_part`], [`TriDexel::put_back`], [`TriDexel::moments`] –
 //!   separate parts, their removal, their moments of inertia.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
@@ -46,11 +46,11 @@
 //!
 //! | folder | holds |
 //! |---|---|
-//! | `field` | rays in tiles, cells, raw bodies, sweeps and what they take away |
+//! | `field` | rays in tiles, cells, raw bodies, sweeps and what they take away, depths and engagement |
 //! | `kernels` | how a moving body meets one ray, or several at once |
 //! | `between` | what lies between the rays: raw body and cuts themselves |
-//! | `looking` | surface, rows, sections, distances, parts, depths, engagement |
-//! | `keeping` | files, earlier moments, other poses and cells, patches |
+//! | `query` | surface, rows, sections, distances, parts |
+//! | `persist` | files, earlier moments, other poses and cells, patches |
 //!
 //! # How a motion meets a ray
 //!
@@ -103,32 +103,35 @@
 mod between;
 mod error;
 mod field;
-mod keeping;
 mod kernels;
-mod looking;
+mod persist;
+mod query;
+mod sweep_item;
 
 pub use between::{BetweenFound, BetweenRays};
 pub use error::StockError;
+pub use field::depth::{Depths, Measure};
 pub use field::dexel::{Interval, SurfacePoint, TriDexel};
-pub use field::raw::Cells;
+pub use field::engagement::Contact;
+pub use field::grid::{Cells, TileId};
 pub use field::raw_body::RawBody;
-pub use field::sweep::{Action, SweepItem, SweepMotion, SweepReport};
-pub use keeping::file::StockFileError;
-pub use keeping::history::HistoryError;
-pub use keeping::patch::{Patch, PatchError, PatchPlan, patched_intervals};
-pub use keeping::regrid::Regrid;
-pub use keeping::share::{ShareLog, ShareReplay};
-pub use keeping::sweep_log::{BeforeSweep, SweepLog, SweepReplay};
-pub use keeping::taken::TakenPart;
-pub use looking::bands::MeshBand;
-pub use looking::coherence::Coherence;
-pub use looking::contact::Contact;
-pub use looking::depth::{Depths, Measure};
-pub use looking::measure::{Nearest, Outline, Probe, Wall};
-pub use looking::moments::Moments;
-pub use looking::overlap::SolidOverlap;
-pub use looking::parts::StockPart;
-pub use looking::rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
-pub use looking::surface::{SurfaceMesh, TileId};
-pub use looking::tile_tree::{RaySegment, TileNode, TileTree};
-pub use looking::volume::Volume;
+pub use field::regrid_bound::Regrid;
+pub use field::sweep::SweepReport;
+pub use persist::file::StockFileError;
+pub use persist::history::HistoryError;
+pub use persist::patch::{Patch, PatchError, PatchPlan, patched_intervals};
+pub use persist::share::{ShareLog, ShareReplay};
+pub use persist::sweep_log::{BeforeSweep, SweepLog, SweepReplay};
+pub use persist::take_part::TakenPart;
+pub use query::bands::MeshBand;
+pub use query::coherence::Coherence;
+pub use query::moments::Moments;
+pub use query::overlap::SolidOverlap;
+pub use query::parts::StockPart;
+pub use query::probe::{NearestOnStock, Probe, StockWall};
+pub use query::rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
+pub use query::section::Outline;
+pub use query::surface::SurfaceMesh;
+pub use query::tile_tree::{RaySegment, TileNode, TileTree};
+pub use query::volume::Volume;
+pub use sweep_item::{Action, SweepItem, SweepMotion};

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use proveout_geom::{Point, Vector, revolved_mesh};
 use proveout_surface::topography::{
-    Corner, CutterPiece, Edge, Lattice, RunOut, Settings, Topography, heights_by_edges, heights_by_envelope,
+    CutterPiece, Edge, Lattice, RunOut, Settings, TeethCorner, Topography, heights_by_edges, heights_by_envelope,
 };
 use proveout_surface::{DesignMesh, DesignSurface};
 use proveout_tool::Cutter;
@@ -91,7 +91,7 @@ fn main() {
         return println!("no cutter");
     };
     let teeth = |radius: f64, corner_radius: f64| -> Vec<Edge> {
-        Corner { radius, corner_radius, corner: [0.0, FRAC_PI_2], helix: 0.5 }
+        TeethCorner { radius, corner_radius, corner: [0.0, FRAC_PI_2], helix: 0.5 }
             .edges(&[RunOut::default(), RunOut { radial: 0.005, axial: 0.001 }])
     };
     let rows = [

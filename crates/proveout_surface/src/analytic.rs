@@ -3,21 +3,21 @@
 
 use proveout_geom::{Point, Vector};
 
-use crate::{DesignSurface, Nearest};
+use crate::{DesignSurface, NearestOnDesign};
 
 /// Half space: material below the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
+pub struct HalfSpaceDesign {
     /// A point of the plane, mm.
     pub point: Point,
     /// Outward unit normal.
     pub normal: Vector,
 }
 
-impl DesignSurface for Plane {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+impl DesignSurface for HalfSpaceDesign {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let distance = (p - self.point).dot(&self.normal);
-        (distance.abs() <= range).then_some(Nearest { distance, normal: self.normal })
+        (distance.abs() <= range).then_some(NearestOnDesign { distance, normal: self.normal })
     }
 }
 
@@ -31,12 +31,12 @@ pub struct Sphere {
 }
 
 impl DesignSurface for Sphere {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let from_center = p - self.center;
         let r = from_center.norm();
         let distance = r - self.radius;
         let normal = if r > 0.0 { from_center / r } else { Vector::z() };
-        (distance.abs() <= range).then_some(Nearest { distance, normal })
+        (distance.abs() <= range).then_some(NearestOnDesign { distance, normal })
     }
 }
 
@@ -84,7 +84,7 @@ fn any_across(axis: &Vector) -> Vector {
 
 /// The solid with its two end faces.
 impl DesignSurface for ConeFrustum {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let (q, out) = self.cylindrical(p);
         let corners = [[0.0, 0.0], [self.base_radius, 0.0], [self.top_radius, self.height], [0.0, self.height]];
         let mut best: Option<(f64, [f64; 2], [f64; 2])> = None; // distance, foot, outward normal of the side
@@ -113,7 +113,7 @@ impl DesignSurface for ConeFrustum {
         let n =
             if !inside && distance > 0.0 { [(q[0] - foot[0]) / distance, (q[1] - foot[1]) / distance] } else { face };
         let normal = out * n[0] + self.axis * n[1];
-        Some(Nearest { distance: if inside { -distance } else { distance }, normal })
+        Some(NearestOnDesign { distance: if inside { -distance } else { distance }, normal })
     }
 }
 
@@ -129,7 +129,7 @@ pub struct ConeFlank {
 }
 
 impl DesignSurface for ConeFlank {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let f = &self.frustum;
         let (q, out) = f.cylindrical(p);
         let d = [f.top_radius - f.base_radius, f.height];
@@ -140,6 +140,6 @@ impl DesignSurface for ConeFlank {
         }
         let normal = [d[1] / length, -d[0] / length];
         let distance = (q[0] - f.base_radius) * normal[0] + q[1] * normal[1];
-        (distance.abs() <= range).then(|| Nearest { distance, normal: out * normal[0] + f.axis * normal[1] })
+        (distance.abs() <= range).then(|| NearestOnDesign { distance, normal: out * normal[0] + f.axis * normal[1] })
     }
 }

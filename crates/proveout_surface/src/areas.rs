@@ -98,7 +98,7 @@ pub struct Starts {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct AreaNode {
     depth: f64,
     point: Point,
     made_by: Option<u32>,
@@ -116,7 +116,7 @@ struct Node {
     raw: bool,
 }
 
-impl Default for Node {
+impl Default for AreaNode {
     fn default() -> Self {
         Self {
             depth: f64::NEG_INFINITY,
@@ -135,7 +135,7 @@ impl Default for Node {
     }
 }
 
-impl Node {
+impl AreaNode {
     fn take(&mut self, other: &Self) {
         // What is no foil counts before foil.
         let deeper = (!other.foil, other.depth) > (!self.foil, self.depth);
@@ -169,7 +169,7 @@ pub struct Areas {
     level: u32,
     most: usize,
     cells: HashMap<u64, u32>,
-    nodes: Vec<(u64, Node)>,
+    nodes: Vec<(u64, AreaNode)>,
     parent: Vec<u32>,
 }
 
@@ -204,10 +204,10 @@ impl Areas {
         let next = self.nodes.len() as u32;
         let index = *self.cells.entry(key).or_insert(next);
         if index == next {
-            self.nodes.push((key, Node::default()));
+            self.nodes.push((key, AreaNode::default()));
             self.parent.push(next);
         }
-        let mut one = Node {
+        let mut one = AreaNode {
             depth: seed.depth,
             point: seed.point,
             made_by: seed.made_by,
@@ -218,7 +218,7 @@ impl Areas {
             foil: seed.foil,
             any_maker: seed.made_by,
             raw: seed.made_by.is_none() && seed.cut_area > 0.0,
-            ..Node::default()
+            ..AreaNode::default()
         };
         if let Some((set, length, area)) = seed.gap {
             (one.volume[set], one.seen[set]) = (length * area, area);
@@ -270,7 +270,7 @@ impl Areas {
                 let next = self.nodes.len() as u32;
                 let index = *self.cells.entry(key).or_insert(next);
                 if index == next {
-                    self.nodes.push((key, Node::default()));
+                    self.nodes.push((key, AreaNode::default()));
                     self.parent.push(next);
                 }
                 self.nodes[index as usize].1.take(node);
@@ -337,14 +337,14 @@ impl Areas {
         let mut of_root: HashMap<u32, usize> = HashMap::new();
         let edge = f64::from(1_u32 << self.level);
         let (foil, parts) = (self.foil, self.parts.clone());
-        let mut sums: Vec<(Node, Extent, Starts)> = Vec::new();
+        let mut sums: Vec<(AreaNode, Extent, Starts)> = Vec::new();
         let mask = (1_u64 << BITS) - 1;
         for n in 0..self.nodes.len() {
             let root = self.root(n as u32);
             let next = sums.len();
             let index = *of_root.entry(root).or_insert(next);
             if index == next {
-                sums.push((Node::default(), Extent::default(), Starts::default()));
+                sums.push((AreaNode::default(), Extent::default(), Starts::default()));
             }
             let (key, node) = &self.nodes[n];
             sums[index].0.take(node);

@@ -6,21 +6,21 @@ use proveout_geom::{
 };
 use rayon::prelude::*;
 
-use crate::{DesignSurface, Nearest};
+use crate::{DesignSurface, NearestOnDesign};
 
 /// The solid with all of its faces.
 impl DesignSurface for Blade {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let found = Self::nearest(self, p)?;
-        (found.distance.abs() <= range).then_some(Nearest { distance: found.distance, normal: found.normal })
+        (found.distance.abs() <= range).then_some(NearestOnDesign { distance: found.distance, normal: found.normal })
     }
 }
 
 /// The blade with both of its ends.
 impl DesignSurface for BladeSolid {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let found = p.iter().all(|v| v.is_finite()).then(|| Self::nearest(self, p))?;
-        (found.distance.abs() <= range).then_some(Nearest { distance: found.distance, normal: found.normal })
+        (found.distance.abs() <= range).then_some(NearestOnDesign { distance: found.distance, normal: found.normal })
     }
 }
 

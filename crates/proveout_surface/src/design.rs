@@ -4,7 +4,7 @@ use proveout_geom::{Point, Vector};
 
 /// The point of a design surface nearest to a given one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest {
+pub struct NearestOnDesign {
     /// Signed distance, mm: positive outside of the design (material left), negative inside (gouge).
     pub distance: f64,
     /// Outward unit normal of the design there.
@@ -26,7 +26,7 @@ pub struct Nearest {
 pub trait DesignSurface: Sync {
     /// Nearest point of the design; none when it is further away than `range` (mm) or when the surface does not answer
     /// for this point (beyond the end of a flank, a coordinate that is not a number).
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest>;
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign>;
 
     /// Signed distance, mm, positive outside; none where [`Self::nearest`] gives none without limit of range.
     fn signed_distance(&self, p: &Point) -> Option<f64> {

@@ -121,10 +121,10 @@ impl Judged {
 #[derive(Debug, Default)]
 pub struct Tally {
     result: Deviation,
-    area: Sum,
-    first: Sum,
-    second: Sum,
-    gouged: Sum,
+    area: CarrySum,
+    first: CarrySum,
+    second: CarrySum,
+    gouged: CarrySum,
 }
 
 impl Tally {
@@ -256,12 +256,12 @@ pub fn judge(s: &SurfaceSample, design: &(impl DesignSurface + ?Sized), settings
 
 /// Sum with carry of lost low-order parts.
 #[derive(Debug, Default)]
-struct Sum {
+struct CarrySum {
     total: f64,
     carry: f64,
 }
 
-impl Sum {
+impl CarrySum {
     fn add(&mut self, x: f64) {
         let t = self.total + x;
         self.carry += if self.total.abs() >= x.abs() { (self.total - t) + x } else { (x - t) + self.total };

@@ -121,13 +121,13 @@ pub fn gaps(
     out: &mut Vec<Gap>,
 ) {
     for d in ray.design {
-        missing(ray, d, solid, settings, counts, out);
+        missing_gaps(ray, d, solid, settings, counts, out);
     }
-    left(ray, settings, out);
+    left_gaps(ray, settings, out);
 }
 
 /// Gaps within one interval of the design.
-fn missing(
+fn missing_gaps(
     ray: &OnRay<'_>,
     d: &RaySpan,
     solid: &(impl DesignSurface + ?Sized),
@@ -169,7 +169,7 @@ impl<D: DesignSurface + ?Sized> Judge<'_, D> {
     }
 
     /// Depth of an end on the cut part.
-    fn own(&self, at: f64, end: usize) -> f64 {
+    fn own_depth(&self, at: f64, end: usize) -> f64 {
         let known = self.ray.deviations.get(end).copied().filter(|d| d.is_finite());
         known.map_or_else(|| self.inside(at), |d| -d)
     }
@@ -259,7 +259,7 @@ impl<D: DesignSurface + ?Sized> Judge<'_, D> {
             (GapEnd::Design(n), GapEnd::Cut(k)) | (GapEnd::Cut(k), GapEnd::Design(n)) => {
                 let (face, end) = if matches!(low, GapEnd::Design(_)) { (lo, hi) } else { (hi, lo) };
                 let square = length * n[self.ray.place.axis].abs();
-                let own = self.own(end, k);
+                let own = self.own_depth(end, k);
                 if square <= limit && own <= limit {
                     return None;
                 }
@@ -274,7 +274,7 @@ impl<D: DesignSurface + ?Sized> Judge<'_, D> {
                 if depth > own { found(depth, worst, None) } else { found(own, end, None) }
             }
             (GapEnd::Cut(j), GapEnd::Cut(k)) => {
-                let (below, above) = (self.own(lo, j), self.own(hi, k));
+                let (below, above) = (self.own_depth(lo, j), self.own_depth(hi, k));
                 let own = if below >= above { (below, lo) } else { (above, hi) };
                 // No point of the gap lies deeper than its ends by more than half its length.
                 if own.0 + 0.5 * length <= limit {
@@ -288,7 +288,7 @@ impl<D: DesignSurface + ?Sized> Judge<'_, D> {
 }
 
 /// Material outside of the design that ends higher than allowed.
-fn left(ray: &OnRay<'_>, settings: &GapSettings, out: &mut Vec<Gap>) {
+fn left_gaps(ray: &OnRay<'_>, settings: &GapSettings, out: &mut Vec<Gap>) {
     for (k, m) in ray.material.iter().enumerate() {
         let deviation = |end: usize| ray.deviations.get(2 * k + end).copied().filter(|d| *d > settings.left);
         if deviation(0).is_none() && deviation(1).is_none() {

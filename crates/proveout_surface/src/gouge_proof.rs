@@ -37,8 +37,8 @@ use rayon::prelude::*;
 
 use crate::{
     DesignMesh, DesignSurface,
-    refined::Worst,
     topography::{SweepItem, SweptBodies},
+    worst_place::Worst,
 };
 
 /// Largest number of faces of a box for which pieces are checked against it; with more it is halved first.
@@ -117,19 +117,19 @@ pub struct Overcuts {
 }
 
 /// A triangle made ready.
-struct Face {
+struct ReadyTriangle {
     corners: [Point; 3],
     normal: Vector,
 }
 
 /// A box with what is near.
-struct Place {
+struct ProofBox {
     bounds: Aabb,
     faces: Vec<u32>,
     items: Vec<SweepItem>,
 }
 
-impl Place {
+impl ProofBox {
     fn copy(&self) -> Self {
         Self { bounds: self.bounds, faces: self.faces.clone(), items: self.items.clone() }
     }
@@ -154,24 +154,24 @@ pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
         return out;
     }
     let count = on.mesh.triangles.len();
-    let faces: Vec<Face> = (0..count)
-        .map(|t| Face {
+    let faces: Vec<ReadyTriangle> = (0..count)
+        .map(|t| ReadyTriangle {
             corners: on.mesh.corners(t),
             normal: on.mesh.area_normal(t).try_normalize(0.0).unwrap_or_default(),
         })
         .collect();
-    let search = Search { on, faces: &faces, limit: on.allowed + on.grain };
-    let whole = Place { bounds: on.bounds, faces: (0..count as u32).collect(), items: vec![root] };
+    let search = GougeSearch { on, faces: &faces, limit: on.allowed + on.grain };
+    let whole = ProofBox { bounds: on.bounds, faces: (0..count as u32).collect(), items: vec![root] };
     let blocks = search.blocks(whole, PARALLEL);
     out.boxes = blocks.len();
-    let mut found: Vec<(Worst, &Place)> = Vec::new();
+    let mut found: Vec<(Worst, &ProofBox)> = Vec::new();
     for some in blocks.chunks(AT_ONCE) {
         if out.boxes > on.most_boxes {
             out.undecided += some.len();
             out.at = out.at.or(some.first().map(|b| b.bounds.center()));
             continue;
         }
-        let of_blocks: Vec<OfBlock> = some.par_iter().map(|b| search.block(b)).collect();
+        let of_blocks: Vec<BlockResult> = some.par_iter().map(|b| search.block(b)).collect();
         for (block, place) in of_blocks.into_iter().zip(some) {
             out.boxes += block.boxes;
             if let Some(best) = block.best {
@@ -184,7 +184,7 @@ pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
     let mut order: Vec<usize> = (0..found.len()).collect();
     order.sort_by(|&i, &j| found[j].0.depth.total_cmp(&found[i].0.depth).then(i.cmp(&j)));
     order.truncate(CLIMBED);
-    let deeper: Vec<Worst> = order.par_iter().map(|&i| search.climbed(found[i].1, found[i].0)).collect();
+    let deeper: Vec<Worst> = order.par_iter().map(|&i| search.climb_to_deepest(found[i].1, found[i].0)).collect();
     for (i, worst) in order.into_iter().zip(deeper) {
         found[i].0 = worst;
     }
@@ -194,15 +194,15 @@ pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
 
 /// What one block gives.
 #[derive(Default)]
-struct OfBlock {
+struct BlockResult {
     best: Option<Worst>,
     open: Option<Point>,
     boxes: usize,
 }
 
-struct Search<'a> {
+struct GougeSearch<'a> {
     on: &'a Overcut<'a>,
-    faces: &'a [Face],
+    faces: &'a [ReadyTriangle],
     /// What is deeper counts, mm.
     limit: f64,
 }
@@ -226,20 +226,20 @@ fn corner(bounds: &Aabb, n: &Vector) -> Point {
     Point::new(at(0), at(1), at(2))
 }
 
-impl Search<'_> {
+impl GougeSearch<'_> {
     /// The blocks in which some piece is not moved out, in order.
-    fn blocks(&self, mut place: Place, parallel: u32) -> Vec<Place> {
+    fn blocks(&self, mut place: ProofBox, parallel: u32) -> Vec<ProofBox> {
         if self.is_shallow(&place.bounds, self.limit) {
             return Vec::new();
         }
-        self.settle(&mut place, self.limit);
+        self.drop_cleared(&mut place, self.limit);
         if place.items.is_empty() {
             return Vec::new();
         }
         if place.bounds.size().max() <= self.on.block {
             return vec![place];
         }
-        let of_half = |bounds: Aabb| Place { bounds, ..place.copy() };
+        let of_half = |bounds: Aabb| ProofBox { bounds, ..place.copy() };
         let [low, high] = halves(&place.bounds).map(of_half);
         drop(place);
         let (mut blocks, more) = if parallel > 0 {
@@ -252,8 +252,8 @@ impl Search<'_> {
     }
 
     /// The worst place of a block.
-    fn block(&self, place: &Place) -> OfBlock {
-        let mut out = OfBlock::default();
+    fn block(&self, place: &ProofBox) -> BlockResult {
+        let mut out = BlockResult::default();
         if !(self.on.known)(&place.bounds.center()) {
             self.search(place.copy(), &mut out);
         }
@@ -262,7 +262,7 @@ impl Search<'_> {
 
     /// Climbs from a gouge to the deepest point in its block or a neighboring one. Every step ends inside a
     /// swept piece, so the depth was really cut.
-    fn climbed(&self, place: &Place, known: Worst) -> Worst {
+    fn climb_to_deepest(&self, place: &ProofBox, known: Worst) -> Worst {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds.expanded(self.on.block));
         let mut groups = place.items.clone();
         let mut near: Vec<(f64, SweepItem)> = Vec::new();
@@ -315,11 +315,11 @@ impl Search<'_> {
         best
     }
 
-    fn search(&self, mut place: Place, out: &mut OfBlock) {
+    fn search(&self, mut place: ProofBox, out: &mut BlockResult) {
         out.boxes += 1;
         let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + DEEP[0]) + DEEP[1]).max(self.limit));
         let (center, half) = (place.bounds.center(), 0.5 * place.bounds.size().norm());
-        self.settle(&mut place, limit);
+        self.drop_cleared(&mut place, limit);
         if place.items.is_empty() {
             return;
         }
@@ -369,8 +369,8 @@ impl Search<'_> {
             return;
         }
         let [low, high] = halves(&place.bounds);
-        self.search(Place { bounds: low, ..place.copy() }, out);
-        self.search(Place { bounds: high, ..place }, out);
+        self.search(ProofBox { bounds: low, ..place.copy() }, out);
+        self.search(ProofBox { bounds: high, ..place }, out);
     }
 
     /// A place in a piece that is deeper than allowed.
@@ -396,7 +396,7 @@ impl Search<'_> {
     }
 
     /// Leaves in a box what is near and is not moved out by `limit`.
-    fn settle(&self, place: &mut Place, limit: f64) {
+    fn drop_cleared(&self, place: &mut ProofBox, limit: f64) {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds);
         place.items.retain(|i| sweeps.bounds(*i).intersects(&bounds));
         if place.items.is_empty() {
@@ -417,7 +417,7 @@ impl Search<'_> {
         while let Some(item) = asked.pop() {
             let is_out = !sweeps.bounds(item).intersects(&bounds)
                 || self.moves_out(item, &bounds, &aspects, &highest, limit)
-                || self.is_beside(item, &bounds);
+                || self.is_separated(item, &bounds);
             if is_out {
                 continue;
             }
@@ -482,7 +482,7 @@ impl Search<'_> {
 
     /// Whether a plane between a box and a cutter proves that the piece does not reach into the box. The boxes of
     /// long cutters that lean are much larger than the cutters.
-    fn is_beside(&self, item: SweepItem, bounds: &Aabb) -> bool {
+    fn is_separated(&self, item: SweepItem, bounds: &Aabb) -> bool {
         let toward = self.on.sweeps.toward(item, &bounds.center());
         toward.is_some_and(|n| corner(bounds, &n).coords.dot(&n) < self.on.sweeps.least(item, &n))
     }
@@ -565,7 +565,7 @@ fn least_shift(asked: &[(Vector, f64)]) -> Option<Vector> {
 }
 
 /// Whether a triangle may reach into a box: their boxes meet, and its plane cuts the box.
-fn touches(face: &Face, bounds: &Aabb) -> bool {
+fn touches(face: &ReadyTriangle, bounds: &Aabb) -> bool {
     let [a, b, c] = &face.corners;
     let outside = |k: usize| {
         let (low, high) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));

@@ -8,7 +8,7 @@ use parry3d_f64::shape::{TriMesh as ParryMesh, TriMeshFlags, TrianglePointLocati
 use proveout_geom::{Aabb, MeshError, Point, TriMesh, Vector};
 use thiserror::Error;
 
-use crate::{DesignSurface, Nearest};
+use crate::{DesignSurface, NearestOnDesign};
 
 /// Why a mesh cannot be a design.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -186,7 +186,7 @@ impl DesignMesh {
 }
 
 impl DesignSurface for DesignMesh {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         /// Part by which the search reaches farther than asked: it keeps what is strictly nearer than its bound.
         const BEYOND: f64 = 1e-12;
         if !p.iter().all(|v| v.is_finite()) {
@@ -199,12 +199,12 @@ impl DesignSurface for DesignMesh {
         }
         let is_inside = self.shells.iter().map(|s| s.turns(p)).sum::<i32>() > 0;
         let length = nearest.distance.abs();
-        Some(Nearest { distance: if is_inside { -length } else { length }, ..nearest })
+        Some(NearestOnDesign { distance: if is_inside { -length } else { length }, ..nearest })
     }
 }
 
 /// The nearest place of one shell or several that keep apart.
-fn nearest_of(mesh: &ParryMesh, p: &Point, bound: f64) -> Option<Nearest> {
+fn nearest_of(mesh: &ParryMesh, p: &Point, bound: f64) -> Option<NearestOnDesign> {
     let q = to_parry(p);
     let (projection, (triangle, location)) =
         mesh.project_local_point_and_get_location_with_max_dist(q, false, bound)?;
@@ -222,7 +222,7 @@ fn nearest_of(mesh: &ParryMesh, p: &Point, bound: f64) -> Option<Nearest> {
         _ => Some(mesh.triangle(triangle).scaled_normal()),
     }?;
     let normal = from_parry(normal).try_normalize(0.0)?;
-    Some(Nearest { distance: if away.dot(&normal) < 0.0 { -length } else { length }, normal })
+    Some(NearestOnDesign { distance: if away.dot(&normal) < 0.0 { -length } else { length }, normal })
 }
 
 fn to_parry(p: &Point) -> ParryVector {

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use crate::{
     DesignMesh, DesignSurface,
     deviation::{DeviationSettings, Judged, SurfaceSample, judge},
-    films::{Film, Films},
     gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps},
+    thin_fins::{FinCrossing, ThinFins},
 };
 
 /// Rays of a band, about: some ten megabytes.
@@ -27,8 +27,8 @@ pub struct Survey<'a> {
     pub solid: Option<Solid<'a>>,
     /// How points count.
     pub settings: DeviationSettings,
-    /// What of the material above the design is no more than a film.
-    pub films: Films,
+    /// What of the material above the design is no more than a fin.
+    pub fins: ThinFins,
     /// Only gaps in this box count; none: in the whole stock.
     pub window: Option<Aabb>,
     /// Gaps in these boxes do not count: finer rays take their place.
@@ -66,8 +66,8 @@ pub struct FoundGap {
 }
 
 impl FoundGap {
-    /// How its ray meets a film, where all of its ends that count lie on one; `band` is the one that it was found in.
-    pub fn film(&self, band: &Band) -> Option<Film> {
+    /// How its ray meets a fin, where all of its ends that count lie on one; `band` is the one that it was found in.
+    pub fn fin(&self, band: &Band) -> Option<FinCrossing> {
         if self.gap.side == Side::Missing {
             return None;
         }
@@ -79,9 +79,9 @@ impl FoundGap {
             GapEnd::Cut(k) if counts(*k) => Some(*k),
             _ => None,
         });
-        let mut films = cut.map(|k| band.films.get(self.first_point + k).copied().flatten());
-        let first = films.next()??;
-        films.all(|f| f.is_some()).then_some(first)
+        let mut fins = cut.map(|k| band.fins.get(self.first_point + k).copied().flatten());
+        let first = fins.next()??;
+        fins.all(|f| f.is_some()).then_some(first)
     }
 }
 
@@ -92,8 +92,8 @@ pub struct Band {
     pub points: Vec<SurfaceSample>,
     /// What each gives.
     pub judged: Vec<Judged>,
-    /// Whether it lies on a film too high above the design.
-    pub films: Vec<Option<Film>>,
+    /// Whether it lies on a fin too high above the design.
+    pub fins: Vec<Option<FinCrossing>>,
     /// The gaps of its rays.
     pub gaps: Vec<FoundGap>,
 }
@@ -123,7 +123,7 @@ impl Survey<'_> {
                     let before = band.points.len();
                     band.points.extend(part.points);
                     band.judged.extend(part.judged);
-                    band.films.extend(part.films);
+                    band.fins.extend(part.fins);
                     band.gaps
                         .extend(part.gaps.into_iter().map(|g| FoundGap { first_point: g.first_point + before, ..g }));
                 }
@@ -153,7 +153,7 @@ impl Survey<'_> {
             }
             deviations.clear();
             deviations.extend(band.judged[first_point..].iter().map(Judged::deviation));
-            self.films.of_ray(self.stock, &ray, &material, &deviations, &mut band.films);
+            self.fins.of_ray(self.stock, &ray, &material, &deviations, &mut band.fins);
             let (Some(solid), Some(design)) = (&self.solid, design) else { continue };
             let allowed = self.allowed(&ray);
             if allowed.is_empty() {

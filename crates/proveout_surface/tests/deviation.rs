@@ -6,8 +6,8 @@ use std::f64::consts::{PI, TAU};
 use proptest::prelude::*;
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_surface::{
-    ConeFlank, ConeFrustum, DesignError, DesignMesh, DesignSurface, DeviationSettings, Plane, Sphere, SurfaceSample,
-    measure,
+    ConeFlank, ConeFrustum, DesignError, DesignMesh, DesignSurface, DeviationSettings, HalfSpaceDesign, Sphere,
+    SurfaceSample, measure,
 };
 
 fn cube() -> Aabb {
@@ -181,7 +181,7 @@ fn plane_samples(n: Vector, cell: f64, offset: f64) -> Vec<SurfaceSample> {
 #[test]
 fn weights_give_the_area_of_a_slanted_disk() {
     let n = Vector::new(1.0, 2.0, 3.0).normalize();
-    let design = Plane { point: Point::origin(), normal: n };
+    let design = HalfSpaceDesign { point: Point::origin(), normal: n };
     let cell = 0.1;
     let samples = plane_samples(n, cell, 0.0);
     let d = measure(&samples, &design, &DeviationSettings { cells: [cell; 3], ..settings() });
@@ -193,7 +193,7 @@ fn weights_give_the_area_of_a_slanted_disk() {
 #[test]
 fn offsets_are_gouge_or_excess() {
     let n = Vector::new(-2.0, 1.0, 2.0) / 3.0;
-    let design = Plane { point: Point::origin(), normal: n };
+    let design = HalfSpaceDesign { point: Point::origin(), normal: n };
     for offset in [-0.25, 0.25] {
         let samples = plane_samples(n, 0.5, offset);
         let d = measure(&samples, &design, &DeviationSettings { cells: [0.5; 3], tolerance_floor: 0.01, ..settings() });
@@ -210,7 +210,7 @@ fn offsets_are_gouge_or_excess() {
 #[test]
 fn range_region_and_raw_skin_are_left_out_and_counted() {
     let n = Vector::z();
-    let design = Plane { point: Point::origin(), normal: n };
+    let design = HalfSpaceDesign { point: Point::origin(), normal: n };
     let at = |x: f64, z: f64, made_by| SurfaceSample { point: Point::new(x, 0.0, z), normal: None, axis: 2, made_by };
     let samples = [
         at(0.0, 0.1, Some(1)),
@@ -283,7 +283,7 @@ fn a_slot_cut_into_stock_is_measured_exactly() {
     let motion = SweepMotion { from: at(-10.0), to: at(50.0) };
     stock.sweep(&[SweepItem { id: 3, body: &cutter, action: Action::Remove, motion }]);
     let samples: Vec<SurfaceSample> = stock.surface_points().map(SurfaceSample::from).collect();
-    let floor = Plane { point: Point::new(0.0, 0.0, 12.0), normal: Vector::z() };
+    let floor = HalfSpaceDesign { point: Point::new(0.0, 0.0, 12.0), normal: Vector::z() };
     // The walls of the slot stand on its floor: they are kept out by the region.
     let region = Aabb { min: Point::new(0.0, 10.5, 11.0), max: Point::new(40.0, 19.5, 13.0) };
     let settings =

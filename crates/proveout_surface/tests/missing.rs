@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use proveout_geom::{Aabb, Point, Pose, ToolPose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, DesignMesh, DesignSurface, DeviationSettings, Films, FoundGap, GapEnd, GapSettings, Judged,
-    Seed, Side, Solid, Survey, Unseen, Watcher, unseen,
+    Area, AreaPart, Areas, DesignMesh, DesignSurface, DeviationSettings, FoundGap, GapEnd, GapSettings, Judged, Seed,
+    Side, Solid, Survey, ThinFins, Unseen, Watcher, unseen,
 };
 
 const GIB: u64 = 1 << 30;
@@ -79,7 +79,7 @@ fn hold(stock: &TriDexel, design: &TriMesh, limit: f64) -> Found {
         design: Some(&tree),
         solid: Some(solid),
         settings,
-        films: Films::default(),
+        fins: ThinFins::default(),
         window: None,
         finer: &[],
     };

@@ -18,8 +18,8 @@ use std::f64::consts::PI;
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, DesignSurface, DeviationSettings, Films, Judged, Nearest, Refine, Seed, Side, Starts,
-    Survey, Worst, refined,
+    Area, AreaPart, Areas, DesignSurface, DeviationSettings, Judged, NearestOnDesign, Refine, Seed, Side, Starts,
+    Survey, ThinFins, Worst, refined,
     topography::{PathPiece, SweptPath},
 };
 use proveout_tool::{Cutter, Profile};
@@ -83,9 +83,9 @@ impl Design {
 }
 
 impl DesignSurface for Design {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let (distance, normal) = self.measure(p);
-        (distance.abs() <= range).then_some(Nearest { distance, normal })
+        (distance.abs() <= range).then_some(NearestOnDesign { distance, normal })
     }
 }
 
@@ -117,7 +117,7 @@ struct Part {
     free_sites: usize,
 }
 
-fn leaning(n: &mut Numbers, normal: &Vector, most: f64) -> Vector {
+fn with_tilt(n: &mut Numbers, normal: &Vector, most: f64) -> Vector {
     let turn = n.between(0.0, 2.0 * PI);
     let lean = n.between(0.0, most);
     let least = if normal.x.abs() < 0.6 { Vector::x() } else { Vector::y() };
@@ -130,7 +130,7 @@ fn design(n: &mut Numbers, kind: usize, posed: bool) -> Design {
     let mut up = Vector::z();
     let mut along = Vector::x();
     if posed {
-        up = leaning(n, &Vector::z(), 0.7);
+        up = with_tilt(n, &Vector::z(), 0.7);
         let turn = n.between(0.0, 2.0 * PI);
         let first = up.cross(&Vector::new(turn.cos(), turn.sin(), 0.3)).normalize();
         along = first;
@@ -215,7 +215,7 @@ fn part(n: &mut Numbers, index: usize) -> Part {
                 // One end is deeper than the other.
                 let other = depth * n.between(0.3, 1.0);
                 let center = [from + up * (radius - depth), to + over * (radius - other)];
-                let axis = [leaning(n, &up, 0.5), leaning(n, &over, 0.5)];
+                let axis = [with_tilt(n, &up, 0.5), with_tilt(n, &over, 0.5)];
                 let above = [center[0] + up * (depth + 1.0), center[1] + over * (other + 1.0)];
                 strokes.push(Stroke { center: [above[0], center[0]], axis: [axis[0]; 2], radius });
                 strokes.push(Stroke { center, axis, radius });
@@ -373,7 +373,7 @@ fn look(part: &Part) -> Vec<Seen> {
         design: Some(&design),
         solid: None,
         settings,
-        films: Films::default(),
+        fins: ThinFins::default(),
         window: None,
         finer: &[],
     };
@@ -489,18 +489,18 @@ fn faults_from_half_a_cell_on_are_found_and_none_is_invented() {
 struct Slab;
 
 impl DesignSurface for Slab {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         // Faces by their outward normals and distances (Quilez' box, with the nearest face inside).
         let off = [p.x.abs() - 5.0, p.y.abs() - 5.0, p.z];
         let signs = [p.x.signum(), p.y.signum(), 1.0];
         let out = Vector::from(off.map(|v| v.max(0.0)));
         let found = if out.norm() > 0.0 {
-            Nearest { distance: out.norm(), normal: out.component_mul(&Vector::from(signs)).normalize() }
+            NearestOnDesign { distance: out.norm(), normal: out.component_mul(&Vector::from(signs)).normalize() }
         } else {
             let k = (0..3).max_by(|&a, &b| off[a].total_cmp(&off[b])).expect("three faces");
             let mut normal = Vector::zeros();
             normal[k] = signs[k];
-            Nearest { distance: off[k], normal }
+            NearestOnDesign { distance: off[k], normal }
         };
         (found.distance.abs() <= range).then_some(found)
     }

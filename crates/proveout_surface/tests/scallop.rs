@@ -30,7 +30,8 @@ fn strip_widths_of_a_bull_nose_cutter_have_the_printed_figures() {
         else {
             panic!("thirteen columns")
         };
-        let contact = CutterContact::leaning(&profile, inclination.to_radians(), azimuth.to_radians()).expect("leans");
+        let contact =
+            CutterContact::with_tilt(&profile, inclination.to_radians(), azimuth.to_radians()).expect("leans");
         let own = contact.section_width(0.1).expect("a section");
         let moving = contact.swept_width(0.1).expect("a shadow");
         let values = [
@@ -80,7 +81,7 @@ fn two_contacts_of_a_ball_leave_the_ridge_of_the_closed_form_however_it_leans() 
         for step in [0.05, 0.7, 2.0] {
             let exact = ball_scallop(3.0, step, curvature).expect("a ridge");
             for (inclination, azimuth) in [(0.0, 0.0), (0.3, 0.0), (0.3, 1.2), (1.2, -2.0)] {
-                let contact = CutterContact::leaning(&profile, inclination, azimuth).expect("leans");
+                let contact = CutterContact::with_tilt(&profile, inclination, azimuth).expect("leans");
                 let found = scallop_between(&contact, &contact, step, curvature).expect("a ridge");
                 assert!((found - exact).abs() < 1e-12, "{curvature} {step} {inclination}: {found} {exact}");
             }
@@ -97,13 +98,13 @@ fn leaning_flat_and_bull_nose_cutters_leave_ellipses_and_their_parallel_curves()
     for degrees in [2.0, 10.0, 30.0_f64] {
         let lean = degrees.to_radians();
         for step in [0.3, 1.0, 4.0_f64] {
-            let contact = CutterContact::leaning(&flat, lean, 0.0).expect("leans");
+            let contact = CutterContact::with_tilt(&flat, lean, 0.0).expect("leans");
             let low = 5.0 * lean.sin();
             let exact = low * (1.0 - (1.0 - (0.1 * step).powi(2)).sqrt());
             let found = scallop_between(&contact, &contact, step, 0.0).expect("a ridge");
             assert!((found - exact).abs() < 1e-11, "flat {degrees} {step}: {found} {exact}");
 
-            let contact = CutterContact::leaning(&bull, lean, 0.0).expect("leans");
+            let contact = CutterContact::with_tilt(&bull, lean, 0.0).expect("leans");
             let found = scallop_between(&contact, &contact, step, 0.0).expect("a ridge");
             // Parametric: the ellipse of the centers at t, grown by the corner along its normal.
             let (a, b) = (3.0, 3.0 * lean.sin());
@@ -121,7 +122,7 @@ fn leaning_flat_and_bull_nose_cutters_leave_ellipses_and_their_parallel_curves()
         }
     }
     // Upright, both leave the plane bare between passes that overlap.
-    let upright = CutterContact::leaning(&flat, 0.0, 0.0).expect("stands");
+    let upright = CutterContact::with_tilt(&flat, 0.0, 0.0).expect("stands");
     assert!(scallop_between(&upright, &upright, 4.0, 0.0).is_none_or(|h| h.abs() < 1e-9));
     assert!((upright.swept_width(0.1).expect("a shadow")[0] - 5.0).abs() < 1e-12);
 }
@@ -132,7 +133,8 @@ fn leaning_flat_and_bull_nose_cutters_leave_ellipses_and_their_parallel_curves()
 fn trends_over_inclination_and_tilt() {
     let profile = body(Cutter::bull_nose(10.0, 3.0).expect("a bull-nose"));
     let width = |inclination: f64, azimuth: f64| {
-        let contact = CutterContact::leaning(&profile, inclination.to_radians(), azimuth.to_radians()).expect("leans");
+        let contact =
+            CutterContact::with_tilt(&profile, inclination.to_radians(), azimuth.to_radians()).expect("leans");
         let (section, swept) = (contact.section_width(0.1).expect("wide"), contact.swept_width(0.1).expect("wide"));
         [section[0] + section[1], swept[0] + swept[1], section[0] - section[1]]
     };

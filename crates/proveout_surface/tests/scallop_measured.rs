@@ -7,7 +7,7 @@
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_surface::{
-    DesignSurface, Nearest,
+    DesignSurface, NearestOnDesign,
     scallop::{RidgeSettings, Ridges, ball_scallop, by_pass, by_patch, heights, histogram, ridges},
     topography::{PathPiece, SweptPath},
 };
@@ -44,7 +44,7 @@ impl Design {
 }
 
 impl DesignSurface for Design {
-    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+    fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
         let d = p - self.origin;
         let (distance, normal) = if self.curvature == 0.0 {
             (d.dot(&self.up), self.up)
@@ -55,7 +55,7 @@ impl DesignSurface for Design {
             let sign = self.curvature.signum();
             (sign * out.norm() - 1.0 / self.curvature, out.normalize() * sign)
         };
-        (distance.abs() <= range).then_some(Nearest { distance, normal })
+        (distance.abs() <= range).then_some(NearestOnDesign { distance, normal })
     }
 }
 

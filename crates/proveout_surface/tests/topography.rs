@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use proveout_geom::{Point, Vector};
 use proveout_surface::topography::{
-    Corner, CutterPiece, Edge, Lattice, RunOut, Settings, heights_by_edges, heights_by_envelope,
+    CutterPiece, Edge, Lattice, RunOut, Settings, TeethCorner, heights_by_edges, heights_by_envelope,
 };
 use proveout_tool::Cutter;
 
@@ -165,7 +165,7 @@ fn edges_leave_what_a_dense_search_finds() {
         let run_out: Vec<RunOut> = (0..2 + case % 3)
             .map(|_| RunOut { radial: n.between(-0.01, 0.01), axial: n.between(-0.004, 0.004) })
             .collect();
-        let edges = Corner { radius, corner_radius: corner, corner: [0.0, FRAC_PI_2], helix: 0.0 }.edges(&run_out);
+        let edges = TeethCorner { radius, corner_radius: corner, corner: [0.0, FRAC_PI_2], helix: 0.0 }.edges(&run_out);
         let points: Vec<Point> =
             (0..3).map(|_| Point::new(n.between(-0.5, 0.5), n.between(-0.3, 0.3), n.between(-0.002, 0.002))).collect();
         let normals = vec![Vector::new(n.between(-0.1, 0.1), n.between(-0.1, 0.1), 1.0).normalize(); points.len()];
@@ -208,7 +208,7 @@ fn a_contact_with_helix_lies_on_the_edge() {
         let pieces = path(&mut n, radius, corner, -1.0);
         let helix = n.between(-0.6, 0.6);
         let run_out = [RunOut { radial: 0.004, axial: -0.002 }, RunOut { radial: -0.003, axial: 0.001 }];
-        let edges = Corner { radius, corner_radius: corner, corner: [0.0, FRAC_PI_2], helix }.edges(&run_out);
+        let edges = TeethCorner { radius, corner_radius: corner, corner: [0.0, FRAC_PI_2], helix }.edges(&run_out);
         let point = Point::new(n.between(-0.3, 0.3), n.between(-0.2, 0.2), 0.0);
         let lattice = Lattice::new(1, vec![point], vec![Vector::z()]).expect("a point");
         let found = heights_by_edges(&lattice, &edges, &pieces, &Settings { max_height: 0.3 });
@@ -266,8 +266,8 @@ fn a_ball_along_straight_passes_leaves_its_closed_form() {
 fn the_same_bytes_at_any_number_of_threads_and_nothing_where_nothing_cuts() {
     let mut n = Numbers(3);
     let pieces = path(&mut n, 3.0, 3.0, -1.0);
-    let edges =
-        Corner { radius: 3.0, corner_radius: 3.0, corner: [0.0, FRAC_PI_2], helix: 0.3 }.edges(&[RunOut::default(); 2]);
+    let edges = TeethCorner { radius: 3.0, corner_radius: 3.0, corner: [0.0, FRAC_PI_2], helix: 0.3 }
+        .edges(&[RunOut::default(); 2]);
     let lattice = Lattice::plane(Point::new(-0.4, -0.4, 0.0), Vector::x(), Vector::y(), [0.008, 0.008], 101, 101)
         .expect("a lattice");
     let settings = Settings { max_height: 0.3 };

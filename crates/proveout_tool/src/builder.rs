@@ -1,20 +1,9 @@
 //! From dimensions to an assembly of convex bodies.
 
 use crate::cutter::{LARGEST_MM, length, refuse, within};
-use crate::outline::Outline;
+use crate::outline::ToolOutline;
 use crate::profile::JOIN_MM;
-use crate::{Body, Cutter, Role, ShapeError, Tool};
-
-/// One section of a holder: a cylinder or a cone, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HolderSection {
-    /// Diameter at its end nearer to the tip.
-    pub diameter: f64,
-    /// Diameter at its end nearer to the spindle.
-    pub top_diameter: f64,
-    /// Length along the axis.
-    pub length: f64,
-}
+use crate::{Body, Cutter, HolderSection, Role, ShapeError, Tool};
 
 /// Builds a [`Tool`] from dimensions (mm).
 ///
@@ -212,7 +201,7 @@ impl ToolBuilder {
             return refuse("transition_length_mm", transition, limit);
         }
         let foot = if transition > 0.0 { at_neck } else { r };
-        let shank = Outline::start(z).line([foot, z]).line([r, z + transition]).extended(nose);
+        let shank = ToolOutline::start(z).line([foot, z]).line([r, z + transition]).extended(nose);
         self.add(Role::Shank, &shank)?;
         self.finish(nose)
     }
@@ -232,7 +221,7 @@ impl ToolBuilder {
     }
 
     fn finish(mut self, nose: f64) -> Result<Tool, ShapeError> {
-        let mut outline = Outline::start(nose);
+        let mut outline = ToolOutline::start(nose);
         let mut z = nose;
         for section in std::mem::take(&mut self.holder) {
             outline = outline.line([0.5 * section.diameter, z]);
@@ -244,13 +233,13 @@ impl ToolBuilder {
         Ok(self.tool)
     }
 
-    fn add(&mut self, role: Role, outline: &Outline) -> Result<(), ShapeError> {
+    fn add(&mut self, role: Role, outline: &ToolOutline) -> Result<(), ShapeError> {
         self.tool.bodies.extend(outline.convex_bodies()?.into_iter().map(|profile| Body { role, profile }));
         Ok(())
     }
 }
 
 /// The curve, or a new one at height `z` when it is still empty.
-fn joined(outline: Outline, z: f64) -> Outline {
-    if outline.end()[0] > 0.0 { outline } else { Outline::start(z) }
+fn joined(outline: ToolOutline, z: f64) -> ToolOutline {
+    if outline.end()[0] > 0.0 { outline } else { ToolOutline::start(z) }
 }

@@ -3,7 +3,7 @@
 use proveout_geom::sin_cos;
 use thiserror::Error;
 
-use crate::outline::Outline;
+use crate::outline::ToolOutline;
 use crate::profile::JOIN_MM;
 use crate::{Profile, ProfileError, Segment};
 
@@ -78,7 +78,7 @@ pub struct Apt {
 /// The cutting end of a tool: its outline from the tip upward.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cutter {
-    outline: Outline,
+    outline: ToolOutline,
     /// The outline goes on as a cylinder above its end.
     continues: bool,
 }
@@ -101,7 +101,7 @@ impl Cutter {
     /// A diameter that is not above zero.
     pub fn ball(diameter: f64) -> Result<Self, ShapeError> {
         let r = 0.5 * length("diameter_mm", diameter)?;
-        Ok(Self::continuing(Outline::start(0.0).arc([0.0, r], [r, r])))
+        Ok(Self::continuing(ToolOutline::start(0.0).arc([0.0, r], [r, r])))
     }
 
     /// Flat end mill with a sharp corner.
@@ -110,7 +110,7 @@ impl Cutter {
     /// A diameter that is not above zero.
     pub fn flat(diameter: f64) -> Result<Self, ShapeError> {
         let r = 0.5 * length("diameter_mm", diameter)?;
-        Ok(Self::continuing(Outline::start(0.0).line([r, 0.0])))
+        Ok(Self::continuing(ToolOutline::start(0.0).line([r, 0.0])))
     }
 
     /// End mill with a corner radius below half of its diameter.
@@ -127,7 +127,7 @@ impl Cutter {
             );
         }
         let center = [r - corner_radius, corner_radius];
-        let outline = Outline::start(0.0).line([center[0], 0.0]).arc(center, [r, corner_radius]);
+        let outline = ToolOutline::start(0.0).line([center[0], 0.0]).arc(center, [r, corner_radius]);
         Ok(Self::continuing(outline))
     }
 
@@ -148,7 +148,7 @@ impl Cutter {
             );
         }
         let top = [largest, tangent[1] + (largest - tangent[0]) * c / s];
-        Ok(Self::continuing(Outline::start(0.0).arc([0.0, tip], tangent).line(top)))
+        Ok(Self::continuing(ToolOutline::start(0.0).arc([0.0, tip], tangent).line(top)))
     }
 
     /// Barrel: a ball of `tip_radius`, then a tangent arc of `side_radius` that is widest (`diameter`) at its equator
@@ -180,7 +180,7 @@ impl Cutter {
         if r_top <= 0.0 {
             return refuse("flute_length_mm", top, "is above the height at which the barrel reaches the axis");
         }
-        let outline = Outline::start(0.0).arc([0.0, tip], tangent).arc([-back, equator], [r_top, top]);
+        let outline = ToolOutline::start(0.0).arc([0.0, tip], tangent).arc([-back, equator], [r_top, top]);
         Ok(Self { outline, continues: false })
     }
 
@@ -210,7 +210,7 @@ impl Cutter {
         let back = side - widest;
         let equator = tip + ((side - tip).powi(2) - back * back).sqrt();
         let tangent = [tip * back / (side - tip), tip + tip * (tip - equator) / (side - tip)];
-        Ok(Self::continuing(Outline::start(0.0).arc([0.0, tip], tangent).arc([-back, equator], [widest, equator])))
+        Ok(Self::continuing(ToolOutline::start(0.0).arc([0.0, tip], tangent).arc([-back, equator], [widest, equator])))
     }
 
     /// Drum wheel: a disk of `diameter` and height `flute_length` with a rim of `side_radius`, widest at mid-height, that runs
@@ -251,7 +251,7 @@ impl Cutter {
         let scale = side / (side - corner_radius);
         let low = [(center_r + back) * scale - back, half - (half - corner_radius) * scale];
         let high = [low[0], height - low[1]];
-        let outline = Outline::start(0.0)
+        let outline = ToolOutline::start(0.0)
             .line([center_r, 0.0])
             .arc([center_r, corner_radius], low)
             .arc([-back, half], high)
@@ -281,7 +281,7 @@ impl Cutter {
         let center = [center_r, big - ((big - corner_radius).powi(2) - center_r * center_r).sqrt()];
         let scale = big / (big - corner_radius);
         let tangent = [center[0] * scale, big + (center[1] - big) * scale];
-        let outline = Outline::start(0.0).arc([0.0, big], tangent).arc(center, [r, center[1]]);
+        let outline = ToolOutline::start(0.0).arc([0.0, big], tangent).arc(center, [r, center[1]]);
         Ok(Self::continuing(outline))
     }
 
@@ -311,7 +311,7 @@ impl Cutter {
         let (s, c) = sin_cos(proveout_geom::rad(point_angle_deg));
         // Cotangent of the half angle; exactly 1 at 90 degrees.
         let slope = (1.0 + c) / s;
-        let outline = Outline::start(0.0).line([tip, 0.0]).line([r, (r - tip) * slope]);
+        let outline = ToolOutline::start(0.0).line([tip, 0.0]).line([r, (r - tip) * slope]);
         Ok(Self::continuing(outline))
     }
 
@@ -362,7 +362,7 @@ impl Cutter {
         let (lower_s, lower_c) = sin_cos(proveout_geom::rad(a.lower_angle_deg));
         let (upper_s, upper_c) = sin_cos(proveout_geom::rad(a.upper_angle_deg));
         let corner = [r, r * lower_s / lower_c];
-        let mut outline = Outline::start(0.0);
+        let mut outline = ToolOutline::start(0.0);
         let mut side = corner;
         if a.corner_radius > 0.0 {
             let center = [a.center_radius, a.center_height];
@@ -398,7 +398,7 @@ impl Cutter {
     /// A curve that does not begin at the tip or on the axis, falls, or crosses the axis.
     pub fn profile(segments: &[Segment]) -> Result<Self, ShapeError> {
         let Some(first) = segments.first() else { return Err(ProfileError::NotFinite.into()) };
-        let mut outline = Outline::start(first.from()[1]);
+        let mut outline = ToolOutline::start(first.from()[1]);
         if first.from()[0].abs() > JOIN_MM {
             return Err(ProfileError::OffAxis { r_mm: first.from()[0] }.into());
         }
@@ -415,7 +415,7 @@ impl Cutter {
         Self::from_outline(outline, false)
     }
 
-    fn from_outline(outline: Outline, continues: bool) -> Result<Self, ShapeError> {
+    fn from_outline(outline: ToolOutline, continues: bool) -> Result<Self, ShapeError> {
         if let Some(segment) = outline.first_falling() {
             return Err(ProfileError::Degenerate { segment, reason: "z falls along it" }.into());
         }
@@ -423,7 +423,7 @@ impl Cutter {
         Ok(Self { outline, continues })
     }
 
-    fn continuing(outline: Outline) -> Self {
+    fn continuing(outline: ToolOutline) -> Self {
         Self { outline, continues: true }
     }
 
@@ -436,7 +436,7 @@ impl Cutter {
     ///
     /// # Errors
     /// `flute_length_mm` above the end of a curve that does not continue, or not above zero.
-    pub(crate) fn divided(&self, flute_length: f64) -> Result<(Outline, Outline), ShapeError> {
+    pub(crate) fn divided(&self, flute_length: f64) -> Result<(ToolOutline, ToolOutline), ShapeError> {
         length("flute_length_mm", flute_length)?;
         if !self.continues && flute_length > self.height() + JOIN_MM {
             let limit = format!("must be at most {} mm, the height of the cutter", self.height());

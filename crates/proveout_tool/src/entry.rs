@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-use crate::builder::{HolderSection, ToolBuilder};
 use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
 use crate::edges::edges_of;
-use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
+use crate::library_file::{CutterKind, Hand, LibraryFile, ToolEntry};
 use crate::profile::ON_CIRCLE_MM;
 use crate::residual::residual_of;
+use crate::{HolderSection, ToolBuilder};
 use crate::{ProfileError, Segment, Thread, Tool};
 
 /// Fastest spindle that is believed, 1/min.
@@ -68,21 +68,21 @@ fn required<'a>(keys: &[&'a str]) -> Vec<&'a str> {
 }
 
 /// The shape keys that each kind needs, but for an optional one; it may have no others.
-const KINDS: [(Kind, &str, &[&str]); 14] = [
-    (Kind::Ball, "ball", &["diameter_mm"]),
-    (Kind::Flat, "flat", &["diameter_mm"]),
-    (Kind::BullNose, "bull_nose", &["diameter_mm", "corner_radius_mm"]),
-    (Kind::TaperBall, "taper_ball", &["tip_diameter_mm", "half_angle_deg", "diameter_mm"]),
-    (Kind::Barrel, "barrel", &["diameter_mm", "tip_radius_mm", "side_radius_mm"]),
-    (Kind::Oval, "oval", &["diameter_mm", "tip_radius_mm", "side_radius_mm"]),
-    (Kind::DrumWheel, "drum_wheel", &["diameter_mm", "side_radius_mm", "corner_radius_mm"]),
-    (Kind::Lens, "lens", &["diameter_mm", "lens_radius_mm", "corner_radius_mm"]),
-    (Kind::Drill, "drill", &["diameter_mm", "point_angle_deg"]),
-    (Kind::Chamfer, "chamfer", &["diameter_mm", "point_angle_deg", "tip_diameter_mm"]),
-    (Kind::FaceMill, "face_mill", &["diameter_mm", "corner_radius_mm", "entering_angle_deg"]),
-    (Kind::Tap, "tap", &["diameter_mm", "pitch_mm"]),
+const KINDS: [(CutterKind, &str, &[&str]); 14] = [
+    (CutterKind::Ball, "ball", &["diameter_mm"]),
+    (CutterKind::Flat, "flat", &["diameter_mm"]),
+    (CutterKind::BullNose, "bull_nose", &["diameter_mm", "corner_radius_mm"]),
+    (CutterKind::TaperBall, "taper_ball", &["tip_diameter_mm", "half_angle_deg", "diameter_mm"]),
+    (CutterKind::Barrel, "barrel", &["diameter_mm", "tip_radius_mm", "side_radius_mm"]),
+    (CutterKind::Oval, "oval", &["diameter_mm", "tip_radius_mm", "side_radius_mm"]),
+    (CutterKind::DrumWheel, "drum_wheel", &["diameter_mm", "side_radius_mm", "corner_radius_mm"]),
+    (CutterKind::Lens, "lens", &["diameter_mm", "lens_radius_mm", "corner_radius_mm"]),
+    (CutterKind::Drill, "drill", &["diameter_mm", "point_angle_deg"]),
+    (CutterKind::Chamfer, "chamfer", &["diameter_mm", "point_angle_deg", "tip_diameter_mm"]),
+    (CutterKind::FaceMill, "face_mill", &["diameter_mm", "corner_radius_mm", "entering_angle_deg"]),
+    (CutterKind::Tap, "tap", &["diameter_mm", "pitch_mm"]),
     (
-        Kind::Apt,
+        CutterKind::Apt,
         "apt",
         &[
             "diameter_mm",
@@ -94,7 +94,7 @@ const KINDS: [(Kind, &str, &[&str]); 14] = [
             "cutter_height_mm",
         ],
     ),
-    (Kind::Profile, "profile", &["segments"]),
+    (CutterKind::Profile, "profile", &["segments"]),
 ];
 
 /// Words of the kinds.
@@ -153,24 +153,24 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
     }
     let get = |key: &str| shape_value(e, key).unwrap_or(f64::NAN);
     let diameter = get("diameter_mm");
-    let fixed_height = matches!(e.kind, Kind::Apt | Kind::Profile);
+    let fixed_height = matches!(e.kind, CutterKind::Apt | CutterKind::Profile);
     if e.flute_length_mm.is_none() && !fixed_height {
         return refuse("flute_length_mm", f64::NAN, format!("is missing: kind \"{word}\" needs it"));
     }
     let flute = e.flute_length_mm.unwrap_or(f64::NAN);
     let cutter = match e.kind {
-        Kind::Ball => Cutter::ball(diameter),
-        Kind::Flat | Kind::Tap => Cutter::flat(diameter),
-        Kind::BullNose => Cutter::bull_nose(diameter, get("corner_radius_mm")),
-        Kind::TaperBall => Cutter::taper_ball(get("tip_diameter_mm"), get("half_angle_deg"), diameter),
-        Kind::Barrel => Cutter::barrel(diameter, get("tip_radius_mm"), get("side_radius_mm"), flute),
-        Kind::Oval => Cutter::oval(diameter, get("tip_radius_mm"), get("side_radius_mm")),
-        Kind::DrumWheel => Cutter::drum_wheel(diameter, get("side_radius_mm"), get("corner_radius_mm"), flute),
-        Kind::Lens => Cutter::lens(diameter, get("lens_radius_mm"), get("corner_radius_mm")),
-        Kind::Drill => Cutter::drill(diameter, get("point_angle_deg")),
-        Kind::Chamfer => Cutter::chamfer(diameter, get("point_angle_deg"), get("tip_diameter_mm")),
-        Kind::FaceMill => Cutter::face_mill(diameter, get("corner_radius_mm"), get("entering_angle_deg"), flute),
-        Kind::Apt => Cutter::apt(&Apt {
+        CutterKind::Ball => Cutter::ball(diameter),
+        CutterKind::Flat | CutterKind::Tap => Cutter::flat(diameter),
+        CutterKind::BullNose => Cutter::bull_nose(diameter, get("corner_radius_mm")),
+        CutterKind::TaperBall => Cutter::taper_ball(get("tip_diameter_mm"), get("half_angle_deg"), diameter),
+        CutterKind::Barrel => Cutter::barrel(diameter, get("tip_radius_mm"), get("side_radius_mm"), flute),
+        CutterKind::Oval => Cutter::oval(diameter, get("tip_radius_mm"), get("side_radius_mm")),
+        CutterKind::DrumWheel => Cutter::drum_wheel(diameter, get("side_radius_mm"), get("corner_radius_mm"), flute),
+        CutterKind::Lens => Cutter::lens(diameter, get("lens_radius_mm"), get("corner_radius_mm")),
+        CutterKind::Drill => Cutter::drill(diameter, get("point_angle_deg")),
+        CutterKind::Chamfer => Cutter::chamfer(diameter, get("point_angle_deg"), get("tip_diameter_mm")),
+        CutterKind::FaceMill => Cutter::face_mill(diameter, get("corner_radius_mm"), get("entering_angle_deg"), flute),
+        CutterKind::Apt => Cutter::apt(&Apt {
             diameter,
             corner_radius: get("corner_radius_mm"),
             center_radius: get("corner_center_radius_mm"),
@@ -179,7 +179,7 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
             upper_angle_deg: get("upper_angle_deg"),
             height: get("cutter_height_mm"),
         }),
-        Kind::Profile => Cutter::profile(&segments_of(e)?),
+        CutterKind::Profile => Cutter::profile(&segments_of(e)?),
     }?;
     let flute = e.flute_length_mm.unwrap_or_else(|| cutter.height());
     let mut builder = ToolBuilder::new(e.number, e.name.clone(), cutter, flute, e.gauge_length_mm)
@@ -208,7 +208,7 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         }
         builder = builder.flutes(flutes);
     }
-    let is_tap = e.kind == Kind::Tap;
+    let is_tap = e.kind == CutterKind::Tap;
     let thread = e.pitch_mm.filter(|_| is_tap).map(|pitch| Thread::new(diameter, pitch)).transpose()?;
     if let Some(yes) = e.center_cutting.or(is_tap.then_some(false)) {
         builder = builder.center_cutting(yes);

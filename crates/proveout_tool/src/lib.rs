@@ -21,14 +21,24 @@
 //!
 //! Known limits: a cutter is the body that its edges sweep; relief is not described, and all teeth have
 //! equal pitch. Arcs are convex; a concave fillet between shank and neck is given as short cones.
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `profile`, `outline` | generating curves, and their division into convex bodies |
+//! | `cutter`, `edges`, `thread`, `residual` | what cuts: shapes, teeth, threads, residual marks |
+//! | `assembly`, `builder`, `holder` | cutter, neck, shank and holder together; how far the tool projects |
+//! | `library`, `library_file`, `entry` | library files and their JSON Schema |
+//! | `draft`, `import` | tools from files of other programs |
 
 mod assembly;
 mod builder;
-mod clamping;
 mod cutter;
 mod draft;
 mod edges;
 mod entry;
+mod holder;
 mod import;
 mod library;
 mod library_file;
@@ -38,16 +48,17 @@ mod residual;
 mod thread;
 
 pub use assembly::{Body, Role, Tool, ToolId};
-pub use builder::{HolderSection, ToolBuilder};
+pub use builder::ToolBuilder;
 pub use cutter::{Apt, Cutter, ShapeError};
 pub use draft::{PlainHolder, ToolDraft, library_text, plain_number, quoted};
 pub use edges::{CuttingEdges, RakeAbout, RoundInsert, RunOut};
 pub use entry::library_schema;
+pub use holder::HolderSection;
 pub use import::words::{
     center_cutting_of as tool_center_cutting_of_words, flutes_of as tool_teeth_of_words, kind_of as tool_kind_of_words,
 };
 pub use import::{ImportCall, Imported, LengthUnit, import_tools};
 pub use library::{ToolLibrary, ToolNotes};
-pub use profile::{Nearest, Profile, ProfileError, Segment};
+pub use profile::{Profile, ProfileError, Segment, SkinPoint};
 pub use residual::Residual;
 pub use thread::{Thread, ThreadSize, coarse_pitch, thread_of};

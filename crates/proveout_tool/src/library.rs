@@ -7,7 +7,7 @@ use proveout_geom::{Document, InputError, Step, Step::Item, Step::Key, in_millim
 
 use crate::cutter::ShapeError;
 use crate::entry::tool_of;
-use crate::library_file::{Kind, LengthIs, LibraryFile};
+use crate::library_file::{CutterKind, LengthIs, LibraryFile};
 use crate::{Tool, ToolId};
 
 /// Tables of a tool that contain its keys, in addition to its own table.
@@ -110,7 +110,7 @@ impl ToolLibrary {
                     return Err(refused(key, limit, "correct the dimension"));
                 }
                 Err(ShapeError::Profile(e)) => {
-                    let key = if entry.kind == Kind::Profile { "segments" } else { "kind" };
+                    let key = if entry.kind == CutterKind::Profile { "segments" } else { "kind" };
                     return Err(refused(key, format!("gives no cutter: {e}"), "correct the curve"));
                 }
             }

@@ -36,7 +36,7 @@ pub(crate) enum Unit {
 /// Shape of the cutter.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Kind {
+pub(crate) enum CutterKind {
     /// Ball end mill.
     Ball,
     /// Flat end mill with a sharp corner.
@@ -99,7 +99,7 @@ pub(crate) struct ToolEntry {
     #[serde(default)]
     pub(crate) description: String,
     /// Shape of the cutter.
-    pub(crate) kind: Kind,
+    pub(crate) kind: CutterKind,
     /// Cutting diameter (D).
     pub(crate) diameter_mm: Option<f64>,
     /// Corner radius (R).

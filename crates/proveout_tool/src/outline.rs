@@ -10,19 +10,19 @@ use crate::{Profile, ProfileError, Segment};
 ///  z ^        to
 ///    |     |
 ///    |     |          a joint that turns to the right (outward again) is
-///    |    /           where [`Outline::convex_bodies`] divides the part
+///    |    /           where [`ToolOutline::convex_bodies`] divides the part
 ///    |   |
 ///    |___|
 ///    +-------> r
 ///  start
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Outline {
+pub(crate) struct ToolOutline {
     segments: Vec<Segment>,
     end: [f64; 2],
 }
 
-impl Outline {
+impl ToolOutline {
     /// A curve that begins on the axis at height `z` (mm).
     pub(crate) fn start(z: f64) -> Self {
         Self { segments: Vec::new(), end: [0.0, z] }
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn a_stepped_part_is_divided_at_its_steps() {
         // Neck of radius 2, cone to 3, collar of 5, then 3 again.
-        let part = Outline::start(0.0)
+        let part = ToolOutline::start(0.0)
             .line([2.0, 0.0])
             .line([2.0, 5.0])
             .line([3.0, 6.0])
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn cutting_keeps_the_volume() {
-        let ball = Outline::start(0.0).arc([0.0, 4.0], [4.0, 4.0]).extended(20.0);
+        let ball = ToolOutline::start(0.0).arc([0.0, 4.0], [4.0, 4.0]).extended(20.0);
         for z in [0.5, 3.9, 4.0, 7.0, 19.999] {
             let (below, above) = ball.split_at(z);
             let volume: f64 =

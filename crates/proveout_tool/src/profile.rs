@@ -84,7 +84,7 @@ impl Segment {
 
 /// A point of the skin in the half plane (r, z).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest {
+pub struct SkinPoint {
     /// The point `[r, z]`, mm.
     pub point: [f64; 2],
     /// Outward unit normal of its segment, `[r, z]`; at a corner that of the first of the two segments.
@@ -279,8 +279,8 @@ impl Profile {
     }
 
     /// The point of the skin nearest to `[r, z]` (r >= 0), mm, with normal and curvature there; exact for lines and arcs.
-    pub fn nearest(&self, p: [f64; 2]) -> Nearest {
-        let mut best = Nearest { point: self.segments[0].from(), normal: [0.0, -1.0], curvature: 0.0, segment: 0 };
+    pub fn nearest(&self, p: [f64; 2]) -> SkinPoint {
+        let mut best = SkinPoint { point: self.segments[0].from(), normal: [0.0, -1.0], curvature: 0.0, segment: 0 };
         let mut least = f64::INFINITY;
         for (segment, s) in self.segments.iter().enumerate() {
             let point = s.nearest(p);
@@ -292,7 +292,7 @@ impl Profile {
                     Segment::Line { .. } => 0.0,
                     Segment::Arc { radius, .. } => 1.0 / radius,
                 };
-                best = Nearest { point, normal: [t[1], -t[0]], curvature, segment };
+                best = SkinPoint { point, normal: [t[1], -t[0]], curvature, segment };
             }
         }
         best

@@ -18,12 +18,12 @@
 use std::ops::Range;
 
 use super::extent::Extent;
-use super::grid::{Cell, Grid};
+use super::grid::{AxisCell, AxisGrid};
 use super::map::{AxisState, MapNode, NodeState};
+use super::obstacle_solids::ObstacleSolid;
+use super::obstacle_spots::{Spots, turn};
 use super::packet::{Cells, LANES, Packet};
-use super::solids::Solid;
-use super::space::{Place, split};
-use super::spots::{Spots, turn};
+use super::space::{PivotedContact, split};
 
 /// Triangles are quartered down to this share of the angle of a finest cell.
 const PIECE_SHARE: f64 = 0.5;
@@ -50,31 +50,36 @@ pub(crate) struct Caps<'a> {
 }
 
 /// What is known of the cells of a packet; the others are free.
-struct Settled {
+struct CellVerdict {
     blocked: Cells,
     open: Cells,
 }
 
 /// A call of [`Caps::settle`] with the instructions of this processor: a closure would be compiled without them.
-struct Settle<'b, 'a> {
+struct SettleOnLanes<'b, 'a> {
     caps: &'b mut Caps<'a>,
     packet: &'b Packet,
     list: Range<usize>,
     last: bool,
 }
 
-impl pulp::WithSimd for Settle<'_, '_> {
-    type Output = Settled;
+impl pulp::WithSimd for SettleOnLanes<'_, '_> {
+    type Output = CellVerdict;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, simd: S) -> Settled {
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> CellVerdict {
         self.caps.settle(simd, self.packet, self.list, self.last)
     }
 }
 
 impl<'a> Caps<'a> {
     /// A cutter's ball at a contact; `extents` are those for solids that are cut and for others.
-    pub(crate) fn new(extents: &'a [Extent; 2], solids: &'a [Solid], place: &Place, grid: &Grid) -> Self {
+    pub(crate) fn new(
+        extents: &'a [Extent; 2],
+        solids: &'a [ObstacleSolid],
+        place: &PivotedContact,
+        grid: &AxisGrid,
+    ) -> Self {
         let limit = grid.step * (grid.starts.len() - 1) as f64 + ROUNDING;
         Self {
             spots: Spots::new(extents, solids, place, limit),
@@ -92,7 +97,7 @@ impl<'a> Caps<'a> {
     }
 
     /// Decides the root cells of a map and what is below them.
-    pub(crate) fn fill(&mut self, place: &Place, nodes: &mut Vec<MapNode>) {
+    pub(crate) fn fill(&mut self, place: &PivotedContact, nodes: &mut Vec<MapNode>) {
         self.lists.clear();
         self.lists.extend(0..self.spots.roots);
         let mut roots: Vec<usize> = (0..nodes.len()).collect();
@@ -107,16 +112,23 @@ impl<'a> Caps<'a> {
     }
 
     /// Decides up to sixteen cells; `list` holds all spots that may forbid an axis of one.
-    fn refine(&mut self, place: &Place, nodes: &mut Vec<MapNode>, cells: &[usize], list: Range<usize>, level: u32) {
+    fn refine(
+        &mut self,
+        place: &PivotedContact,
+        nodes: &mut Vec<MapNode>,
+        cells: &[usize],
+        list: Range<usize>,
+        level: u32,
+    ) {
         let packet = Packet::new(cells.iter().map(|&i| {
-            let cell: Cell = nodes[i].cell;
+            let cell: AxisCell = nodes[i].cell;
             let spread = cell.spread(&place.frame);
             let angle = 2.0 * (0.5 * spread.chord).min(1.0).asin();
             (spread.axis, turn(angle + ROUNDING + ROUNDING / angle))
         }));
         let last = level >= self.levels;
         let start = self.lists.len();
-        let settled = pulp::Arch::new().dispatch(Settle { caps: self, packet: &packet, list, last });
+        let settled = pulp::Arch::new().dispatch(SettleOnLanes { caps: self, packet: &packet, list, last });
         let own = start..self.lists.len();
         let mut parts = Vec::new();
         for (lane, &index) in cells.iter().enumerate() {
@@ -144,11 +156,11 @@ impl<'a> Caps<'a> {
     /// Compares the spots of a list with the cells of a packet. Spots that may forbid an axis of a
     /// cell that stays open are appended to the lists.
     #[inline(always)]
-    fn settle<S: pulp::Simd>(&mut self, simd: S, packet: &Packet, list: Range<usize>, last: bool) -> Settled {
+    fn settle<S: pulp::Simd>(&mut self, simd: S, packet: &Packet, list: Range<usize>, last: bool) -> CellVerdict {
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
         stack.extend_from_slice(&self.lists[list]);
-        let mut settled = Settled { blocked: 0, open: 0 };
+        let mut settled = CellVerdict { blocked: 0, open: 0 };
         let middle = [packet.middle.x as f32, packet.middle.y as f32, packet.middle.z as f32];
         let mut left = DEEP_LOOKS;
         let end = self.looked + MOST_LOOKS;
@@ -165,7 +177,7 @@ impl<'a> Caps<'a> {
             if active == 0 {
                 continue;
             }
-            let said = packet.ask(simd, &spot, self.spots.anchor(index));
+            let said = packet.anchor_answer(simd, &spot, self.spots.anchor(index));
             active &= !said.apart;
             settled.blocked |= active & said.blocked;
             active &= !settled.blocked;
@@ -178,7 +190,7 @@ impl<'a> Caps<'a> {
             if active == 0 {
                 continue;
             }
-            let parts = if wanted != 0 && spot.size > self.finest { self.spots.opened(index) } else { None };
+            let parts = if wanted != 0 && spot.size > self.finest { self.spots.open_parts(index) } else { None };
             let Some((from, to)) = parts else {
                 // What is small enough or cannot be opened decides no more.
                 settled.open |= active;

@@ -21,7 +21,7 @@
 
 use std::f64::consts::PI;
 
-use super::limb::Limb;
+use super::tool_part::ToolPart;
 
 /// A bin holds the distances whose first bits are the same: sign, exponent and nine bits of the fraction. There are 512 to an octave, each a
 /// fifth to a tenth of a percent wide, and no logarithm is asked for.
@@ -59,7 +59,7 @@ pub(crate) struct Extent {
 
 impl Extent {
     /// The parts that turn with the axis; `kind` picks the distance that they must keep.
-    pub(crate) fn new(limbs: &[Limb], kind: usize, ball: f64) -> Self {
+    pub(crate) fn new(limbs: &[ToolPart], kind: usize, ball: f64) -> Self {
         let far = limbs.iter().map(|l| l.reach + l.needs[kind]).fold(0.0, f64::max) * (1.0 + LARGER);
         let near = (INSIDE * ball).max(LEAST_MM);
         let first = bin(near);
@@ -129,13 +129,13 @@ fn cosines(a: Angles) -> Cosines {
     if a[0] > a[1] { [-2.0, 2.0] } else { a.map(f64::cos) }
 }
 
-fn distance(limb: &Limb, r: f64, angle: f64) -> f64 {
+fn distance(limb: &ToolPart, r: f64, angle: f64) -> f64 {
     let (s, c) = angle.sin_cos();
     limb.height([r * s, r * c]).distance
 }
 
 /// Angles outside of which no place of the bin is nearer to the part than `need`.
-fn may_be_near(limb: &Limb, need: f64, middle: f64, half: f64) -> Angles {
+fn may_be_near(limb: &ToolPart, need: f64, middle: f64, half: f64) -> Angles {
     if middle - half > limb.reach + need {
         return NONE;
     }
@@ -166,7 +166,7 @@ fn may_be_near(limb: &Limb, need: f64, middle: f64, half: f64) -> Angles {
 }
 
 /// Stretches of angles at which every place of the bin is nearer to the part than `need`.
-fn is_near(limb: &Limb, need: f64, middle: f64, half: f64, within: Angles) -> Vec<Angles> {
+fn is_near(limb: &ToolPart, need: f64, middle: f64, half: f64, within: Angles) -> Vec<Angles> {
     let mut found: Vec<Angles> = Vec::new();
     if within[0] > within[1] {
         return found;
@@ -239,8 +239,8 @@ mod tests {
             let tool = builder.build().expect("tool");
             let end = CutterEnd::of(&tool).expect("ball");
             for need in [-0.02, 0.0, 0.5, 3.0] {
-                let mut limbs = vec![Limb::body(&end.rest, end.height, [need; 2])];
-                limbs.extend(tool.bodies.iter().skip(1).map(|b| Limb::body(&b.profile, end.height, [need; 2])));
+                let mut limbs = vec![ToolPart::body(&end.rest, end.height, [need; 2])];
+                limbs.extend(tool.bodies.iter().skip(1).map(|b| ToolPart::body(&b.profile, end.height, [need; 2])));
                 let extent = Extent::new(&limbs, 0, end.round);
                 let (mut near, mut reported, mut possible, mut places) = (0, 0, 0, 0);
                 for n in 0..20_000 {

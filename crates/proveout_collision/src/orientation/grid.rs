@@ -15,14 +15,14 @@ const ROUNDING: f64 = 1e-12;
 
 /// A cell: tilts and yaws, radian; lower ends belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cell {
+pub(crate) struct AxisCell {
     pub(crate) tilt: [f64; 2],
     pub(crate) yaw: [f64; 2],
 }
 
 /// The rings of a hemisphere up to a tilt.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Grid {
+pub(crate) struct AxisGrid {
     /// Height of a ring, radian.
     pub(crate) step: f64,
     /// Index of the first cell of each ring; one more at the end.
@@ -31,7 +31,7 @@ pub(crate) struct Grid {
     pub(crate) levels: u32,
 }
 
-impl Grid {
+impl AxisGrid {
     /// Rings of at most `largest` up to `limit`, halved until they are at most `finest`, radian.
     pub(crate) fn new(limit: f64, largest: f64, finest: f64) -> Self {
         let rings = (limit / largest - WHOLE).ceil().max(1.0);
@@ -48,12 +48,12 @@ impl Grid {
     }
 
     /// The cells before any is halved, ring by ring from the pole.
-    pub(crate) fn roots(&self) -> impl Iterator<Item = Cell> + '_ {
+    pub(crate) fn roots(&self) -> impl Iterator<Item = AxisCell> + '_ {
         self.starts.windows(2).enumerate().flat_map(move |(ring, ends)| {
             let sectors = ends[1] - ends[0];
             (0..sectors).map(move |k| {
                 let yaw = |k: usize| if k == sectors { PI } else { TAU * k as f64 / sectors as f64 - PI };
-                Cell { tilt: [self.step * ring as f64, self.step * (ring + 1) as f64], yaw: [yaw(k), yaw(k + 1)] }
+                AxisCell { tilt: [self.step * ring as f64, self.step * (ring + 1) as f64], yaw: [yaw(k), yaw(k + 1)] }
             })
         })
     }
@@ -77,7 +77,7 @@ pub(crate) enum Halving {
     Both,
 }
 
-impl Cell {
+impl AxisCell {
     pub(crate) fn middle(&self) -> [f64; 2] {
         [0.5 * (self.tilt[0] + self.tilt[1]), 0.5 * (self.yaw[0] + self.yaw[1])]
     }
@@ -123,7 +123,7 @@ impl Cell {
     }
 
     /// Center and motion inside of the cell.
-    pub(crate) fn spread(&self, frame: &LocalFrame) -> Spread {
+    pub(crate) fn spread(&self, frame: &LocalFrame) -> CellSpread {
         let [t, y] = self.middle();
         let pair = |a: f64| -> [f64; 2] {
             let (s, c) = sin_cos(a);
@@ -140,7 +140,7 @@ impl Cell {
             lean_chord = lean_chord.max((frame.direction(turned(tk), yk) - lean).norm());
         }
         let halves = 0.5 * (self.tilt[1] - self.tilt[0] + self.yaw[1] - self.yaw[0]);
-        Spread { axis, lean, chord: chord + ROUNDING, lean_chord: lean_chord + ROUNDING, turn: halves + ROUNDING }
+        CellSpread { axis, lean, chord: chord + ROUNDING, lean_chord: lean_chord + ROUNDING, turn: halves + ROUNDING }
     }
 
     /// The direction of the cell that is nearest to one of polar angle and yaw `at`: its tilt and yaw.
@@ -164,7 +164,7 @@ impl Cell {
 
 /// The pose at the center of a cell and how far others of the cell are from it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spread {
+pub(crate) struct CellSpread {
     /// V.
     pub(crate) axis: Vector,
     /// e, the derivative of V by the tilt.
@@ -201,9 +201,9 @@ mod tests {
     #[test]
     fn every_axis_lies_in_one_cell_and_solid_angles_sum_to_the_cap() {
         for (limit, largest, finest) in [(90.0, 16.0, 0.5), (90.0, 4.0, 2.0), (35.0, 40.0, 1.0), (1.0, 16.0, 2.0)] {
-            let grid = Grid::new(f64::to_radians(limit), f64::to_radians(largest), f64::to_radians(finest));
-            let cells: Vec<Cell> = grid.roots().collect();
-            let sum: f64 = cells.iter().map(Cell::solid_angle).sum();
+            let grid = AxisGrid::new(f64::to_radians(limit), f64::to_radians(largest), f64::to_radians(finest));
+            let cells: Vec<AxisCell> = grid.roots().collect();
+            let sum: f64 = cells.iter().map(AxisCell::solid_angle).sum();
             assert!((sum - TAU * (1.0 - f64::to_radians(limit).cos())).abs() < 1e-12);
             let height = grid.step / f64::from(1 << grid.levels);
             assert!(
@@ -223,7 +223,7 @@ mod tests {
                 for _ in 0..grid.levels {
                     let halving = cell.halving(false);
                     let (parts, count) = cell.parts(halving);
-                    let area: f64 = parts[..count].iter().map(Cell::solid_angle).sum();
+                    let area: f64 = parts[..count].iter().map(AxisCell::solid_angle).sum();
                     assert!((area - cell.solid_angle()).abs() < 1e-14);
                     cell = parts[cell.part_of(halving, [tilt, yaw])];
                     let holds =
@@ -237,7 +237,7 @@ mod tests {
 
     #[test]
     fn no_axis_of_a_cell_is_farther_from_its_center_than_the_spread_says() {
-        let grid = Grid::new(FRAC_PI_2, 0.4, 0.01);
+        let grid = AxisGrid::new(FRAC_PI_2, 0.4, 0.01);
         let frame = frame();
         let mut state = 9;
         for root in grid.roots() {
@@ -274,7 +274,7 @@ mod tests {
         let mut state = 21;
         for n in 0..400 {
             let t0 = 1.3 * random(&mut state) * f64::from(u8::from(n % 6 > 0));
-            let cell = Cell { tilt: [t0, t0 + 0.25], yaw: [2.0, 2.0 + 1.14 * random(&mut state)] };
+            let cell = AxisCell { tilt: [t0, t0 + 0.25], yaw: [2.0, 2.0 + 1.14 * random(&mut state)] };
             let at = [FRAC_PI_2 * random(&mut state), TAU * random(&mut state) - PI];
             let direction = |[t, y]: [f64; 2]| frame.direction([t.sin(), t.cos()], [y.sin(), y.cos()]);
             let found = (direction(cell.nearest(at)) - direction(at)).norm();

@@ -3,7 +3,7 @@
 use proveout_geom::Vector;
 
 use super::contact::LocalFrame;
-use super::grid::{Cell, Grid, Halving};
+use super::grid::{AxisCell, AxisGrid, Halving};
 use super::space::unit;
 
 /// Added to distances on the sphere, so that rounding leaves no cell out, radian.
@@ -75,7 +75,7 @@ pub struct OrientationCell {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MapNode {
-    pub(crate) cell: Cell,
+    pub(crate) cell: AxisCell,
     pub(crate) state: NodeState,
 }
 
@@ -89,7 +89,7 @@ pub(crate) enum NodeState {
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrientationMap {
     pub(crate) frame: LocalFrame,
-    pub(crate) grid: Grid,
+    pub(crate) grid: AxisGrid,
     /// The root cells, then all others.
     pub(crate) nodes: Vec<MapNode>,
     pub(crate) circle_at_pole: bool,
@@ -98,7 +98,7 @@ pub struct OrientationMap {
 }
 
 impl OrientationMap {
-    pub(crate) fn new(frame: LocalFrame, grid: &Grid, circle_at_pole: bool) -> Self {
+    pub(crate) fn new(frame: LocalFrame, grid: &AxisGrid, circle_at_pole: bool) -> Self {
         let node = |cell| MapNode { cell, state: NodeState::Leaf(AxisState::Unknown) };
         let nodes = grid.roots().map(node).collect();
         Self { frame, grid: grid.clone(), nodes, circle_at_pole, refusal: None, looked: 0 }

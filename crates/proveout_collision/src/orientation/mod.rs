@@ -86,26 +86,26 @@
 //! little. Nothing is stated between contacts. Faceted designs are taken as they are: give a gouge
 //! allowance above the error of their chords.
 
+mod ball_turn;
 mod caps;
 mod contact;
 mod curvature;
 mod cutter_end;
 mod extent;
 mod grid;
-mod limb;
 mod map;
+mod obstacle_solids;
+mod obstacle_spots;
 mod packet;
 mod search;
-mod solids;
 mod space;
-mod spots;
-mod turn;
+mod tool_part;
 mod walk;
 
+pub use ball_turn::BallTurn;
 pub use contact::{OrientationError, SurfaceContact};
 pub use map::{AxisState, OrientationCell, OrientationMap, Refusal};
 pub use space::{Obstacle, OrientationSettings, OrientationSpace};
-pub use turn::BallTurn;
 pub use walk::OrientationWalk;
 
 /// Balls are larger by this part, and by as much in mm, so that rounding leaves no corner out.

@@ -1,4 +1,4 @@
-//! Sixteen cells of axes at once against a spot (`spots.rs`): the same operation for each, in the vector instructions that the processor has (`pulp`
+//! Sixteen cells of axes at once against a spot (`obstacle_spots.rs`): the same operation for each, in the vector instructions that the processor has (`pulp`
 //! chooses at run time). Nothing is rounded across cells or fused: the same bits everywhere.
 //!
 //! Angles are compared by their cosines, in single precision. A unit vector has three numbers off by half a unit of the last place each, which is
@@ -8,7 +8,7 @@
 use proveout_geom::Vector;
 use pulp::Simd;
 
-use super::spots::{Anchor, Spot, Turn};
+use super::obstacle_spots::{Anchor, ObstacleSpot, Turn};
 
 /// Cells of a packet.
 pub(super) const LANES: usize = 16;
@@ -34,7 +34,7 @@ pub(super) struct Packet {
 }
 
 /// What a spot says of the cells of a packet that it may forbid an axis of.
-pub(super) struct Said {
+pub(super) struct SpotAnswer {
     /// It forbids none.
     pub(super) apart: Cells,
     /// It forbids all.
@@ -63,7 +63,7 @@ impl Packet {
 
     /// Cells of which a spot may forbid an axis, by what it forbids at most.
     #[inline(always)]
-    pub(super) fn reached<S: Simd>(&self, simd: S, spot: &Spot) -> Cells {
+    pub(super) fn reached<S: Simd>(&self, simd: S, spot: &ObstacleSpot) -> Cells {
         let mut apart = 0;
         for part in 0..LANES / S::F32_LANES {
             let rows = Rows::of(simd, self, part);
@@ -74,8 +74,8 @@ impl Packet {
 
     /// What the anchor of a spot says.
     #[inline(always)]
-    pub(super) fn ask<S: Simd>(&self, simd: S, spot: &Spot, anchor: &Anchor) -> Said {
-        let mut said = Said { apart: 0, blocked: 0, met: 0 };
+    pub(super) fn anchor_answer<S: Simd>(&self, simd: S, spot: &ObstacleSpot, anchor: &Anchor) -> SpotAnswer {
+        let mut said = SpotAnswer { apart: 0, blocked: 0, met: 0 };
         for part in 0..LANES / S::F32_LANES {
             let rows = Rows::of(simd, self, part);
             if let Some(low) = anchor.low {

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use proveout_geom::{Point, Vector};
 
-use super::limb::Limb;
-use super::solids::{Solid, closest};
+use super::obstacle_solids::{ObstacleSolid, closest};
+use super::tool_part::ToolPart;
 
 /// Added to every bound of a motion, mm: far above the rounding of coordinates of a meter, far below every tolerance.
 const ROUNDING_MM: f64 = 1e-9;
@@ -65,23 +65,23 @@ pub(crate) struct CellPose {
 
 /// How far places are from the centers of the motions: from O, from Q and from the ray below Q.
 #[derive(Clone, Copy)]
-struct Levers {
+struct MomentArms {
     center: f64,
     pivot: f64,
     ray: f64,
 }
 
 impl CellPose {
-    fn levers(&self, p: &Point) -> Levers {
+    fn levers(&self, p: &Point) -> MomentArms {
         let from = p - self.pivot;
         let up = from.dot(&self.normal);
         let pivot = from.norm();
         let ray = if up > 0.0 { pivot } else { (pivot * pivot - up * up).max(0.0).sqrt() };
-        Levers { center: (p - self.center).norm(), pivot, ray }
+        MomentArms { center: (p - self.center).norm(), pivot, ray }
     }
 
     /// How much the distance of a place from a part may change: formulas (1), (2) and (3).
-    fn motion(&self, limb: &Limb, at: Levers) -> f64 {
+    fn motion(&self, limb: &ToolPart, at: MomentArms) -> f64 {
         // Seen from the part no more moves than the place, seen from the place no more than the farthest point of the part.
         let far = at.pivot.min(limb.reach + self.offset);
         let inside = if limb.is_disk() {
@@ -103,7 +103,7 @@ impl CellPose {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Near {
+enum BallNearness {
     Apart,
     Blocked,
     /// Not decided: the largest of the motions, and the least distance above what is asked for, mm.
@@ -113,7 +113,7 @@ enum Near {
     },
 }
 
-impl Near {
+impl BallNearness {
     fn depth(self) -> f64 {
         match self {
             Self::Apart => f64::INFINITY,
@@ -124,19 +124,19 @@ impl Near {
 }
 
 /// The parts and solids, and lists of candidates that one search after another uses.
-pub(crate) struct Search<'a> {
-    pub(crate) limbs: &'a [Limb],
-    pub(crate) solids: &'a [Solid],
+pub(crate) struct CellSearch<'a> {
+    pub(crate) limbs: &'a [ToolPart],
+    pub(crate) solids: &'a [ObstacleSolid],
     /// Candidates of the cells that are being checked, in consecutive lists.
     pub(crate) lists: Vec<Candidate>,
-    stack: Vec<(Candidate, Near)>,
+    stack: Vec<(Candidate, BallNearness)>,
     pieces: Vec<[Point; 3]>,
     /// Balls and triangles looked at.
     pub(crate) looked: u64,
 }
 
-impl<'a> Search<'a> {
-    pub(crate) fn new(limbs: &'a [Limb], solids: &'a [Solid]) -> Self {
+impl<'a> CellSearch<'a> {
+    pub(crate) fn new(limbs: &'a [ToolPart], solids: &'a [ObstacleSolid]) -> Self {
         let lists = (0..solids.len() as u32).map(|solid| Candidate { solid, node: 0 }).collect();
         Self { limbs, solids, lists, stack: Vec::new(), pieces: Vec::new(), looked: 0 }
     }
@@ -156,7 +156,7 @@ impl<'a> Search<'a> {
             let near = self.ball(pose, candidate);
             stack.push((candidate, near));
             while let Some((candidate, mut near)) = stack.pop() {
-                if let Near::Open { motion, depth } = near {
+                if let BallNearness::Open { motion, depth } = near {
                     let solid = &self.solids[candidate.solid as usize];
                     let node = &solid.nodes[candidate.node as usize];
                     let small = !last && node.radius < OPEN_SHARE * motion;
@@ -171,14 +171,14 @@ impl<'a> Search<'a> {
                     if node.leaf && !small {
                         near = self.triangle(pose, solid, node.first, last);
                     }
-                    if matches!(near, Near::Open { .. }) {
+                    if matches!(near, BallNearness::Open { .. }) {
                         if depth < deepest.0 {
                             deepest = (depth, self.lists.len());
                         }
                         self.lists.push(candidate);
                     }
                 }
-                if matches!(near, Near::Blocked) {
+                if matches!(near, BallNearness::Blocked) {
                     blocked = true;
                     break 'list;
                 }
@@ -205,14 +205,15 @@ impl<'a> Search<'a> {
         Verdict::Open
     }
 
-    fn ball(&mut self, pose: &CellPose, candidate: Candidate) -> Near {
+    fn ball(&mut self, pose: &CellPose, candidate: Candidate) -> BallNearness {
         self.looked += 1;
         let solid = &self.solids[candidate.solid as usize];
         let node = &solid.nodes[candidate.node as usize];
         let kind = usize::from(!solid.cut);
         let (place, _) = pose.half_plane(&node.center);
         let at = pose.levers(&node.center);
-        let wide = Levers { center: at.center + node.radius, pivot: at.pivot + node.radius, ray: at.ray + node.radius };
+        let wide =
+            MomentArms { center: at.center + node.radius, pivot: at.pivot + node.radius, ray: at.ray + node.radius };
         let (mut largest, mut depth) = (0.0_f64, f64::INFINITY);
         for limb in self.limbs {
             let need = limb.needs[kind];
@@ -231,36 +232,36 @@ impl<'a> Search<'a> {
             }
             (largest, depth) = (largest.max(motion), depth.min(distance - need));
             if distance < need && self.is_deep(pose, limb, need, &node.anchor) {
-                return Near::Blocked;
+                return BallNearness::Blocked;
             }
         }
-        if depth < f64::INFINITY { Near::Open { motion: largest, depth } } else { Near::Apart }
+        if depth < f64::INFINITY { BallNearness::Open { motion: largest, depth } } else { BallNearness::Apart }
     }
 
     /// A point of a skin that is nearer than is asked for in all poses.
-    fn is_deep(&self, pose: &CellPose, limb: &Limb, need: f64, p: &Point) -> bool {
+    fn is_deep(&self, pose: &CellPose, limb: &ToolPart, need: f64, p: &Point) -> bool {
         let (place, _) = pose.half_plane(p);
         limb.height(place).distance + pose.motion(limb, pose.levers(p)) < need
     }
 
-    fn triangle(&mut self, pose: &CellPose, solid: &Solid, triangle: u32, last: bool) -> Near {
+    fn triangle(&mut self, pose: &CellPose, solid: &ObstacleSolid, triangle: u32, last: bool) -> BallNearness {
         let corners = solid.triangles[triangle as usize];
         let kind = usize::from(!solid.cut);
-        let mut open = Near::Apart;
+        let mut open = BallNearness::Apart;
         for limb in self.limbs {
             let need = limb.needs[kind];
             match plane(pose, limb, need, &corners) {
-                Near::Apart => {}
-                Near::Blocked => return Near::Blocked,
-                Near::Open { motion, depth } => {
+                BallNearness::Apart => {}
+                BallNearness::Blocked => return BallNearness::Blocked,
+                BallNearness::Open { motion, depth } => {
                     if last && limb.is_disk() {
                         match in_pieces(&mut self.pieces, pose, limb, need, corners) {
-                            Near::Apart => continue,
-                            Near::Blocked => return Near::Blocked,
-                            Near::Open { .. } => {}
+                            BallNearness::Apart => continue,
+                            BallNearness::Blocked => return BallNearness::Blocked,
+                            BallNearness::Open { .. } => {}
                         }
                     }
-                    open = Near::Open { motion, depth };
+                    open = BallNearness::Open { motion, depth };
                 }
             }
         }
@@ -269,13 +270,16 @@ impl<'a> Search<'a> {
 }
 
 /// Looks for a plane that supports the part and has the triangle far enough above it.
-fn plane(pose: &CellPose, limb: &Limb, need: f64, corners: &[Point; 3]) -> Near {
+fn plane(pose: &CellPose, limb: &ToolPart, need: f64, corners: &[Point; 3]) -> BallNearness {
     // Distances are convex: the largest over a triangle is that of a corner.
-    let mut wide = Levers { center: 0.0, pivot: 0.0, ray: 0.0 };
+    let mut wide = MomentArms { center: 0.0, pivot: 0.0, ray: 0.0 };
     for p in corners {
         let at = pose.levers(p);
-        wide =
-            Levers { center: wide.center.max(at.center), pivot: wide.pivot.max(at.pivot), ray: wide.ray.max(at.ray) };
+        wide = MomentArms {
+            center: wide.center.max(at.center),
+            pivot: wide.pivot.max(at.pivot),
+            ray: wide.ray.max(at.ray),
+        };
     }
     let motion = pose.motion(limb, wide);
     let wanted = need + motion;
@@ -286,19 +290,19 @@ fn plane(pose: &CellPose, limb: &Limb, need: f64, corners: &[Point; 3]) -> Near 
         let (place, radial) = pose.half_plane(&x);
         let height = limb.height(place);
         if height.distance < need && height.distance + pose.motion(limb, pose.levers(&x)) < need {
-            return Near::Blocked;
+            return BallNearness::Blocked;
         }
         let outward = radial.try_normalize(SHORTEST).unwrap_or_else(|| across(&pose.axis));
         let normal = outward * height.normal[0] + pose.axis * height.normal[1];
         let lowest = corners.iter().map(|p| normal.dot(&(p - x))).fold(f64::INFINITY, f64::min);
         if height.distance + lowest > wanted {
-            return Near::Apart;
+            return BallNearness::Apart;
         }
         // Projections go along nearly parallel faces with short steps: planes of the face and of edges along the side end that.
         let next = if step == 1 {
             let (least, nearest) = face_and_edges(pose, limb, corners);
             if least > wanted {
-                return Near::Apart;
+                return BallNearness::Apart;
             }
             closest(corners, &nearest)
         } else {
@@ -312,12 +316,12 @@ fn plane(pose: &CellPose, limb: &Limb, need: f64, corners: &[Point; 3]) -> Near 
         }
         x = next;
     }
-    Near::Open { motion, depth: 0.0 }
+    BallNearness::Open { motion, depth: 0.0 }
 }
 
 /// The best of the planes along the face of a triangle and along an edge and the axis: least height of a corner over the part, and
 /// the point of the part that the plane touches.
-fn face_and_edges(pose: &CellPose, limb: &Limb, corners: &[Point; 3]) -> (f64, Point) {
+fn face_and_edges(pose: &CellPose, limb: &ToolPart, corners: &[Point; 3]) -> (f64, Point) {
     let [a, b, c] = corners;
     let edges = [b - a, c - b, a - c];
     let directions =
@@ -340,16 +344,22 @@ fn face_and_edges(pose: &CellPose, limb: &Limb, corners: &[Point; 3]) -> (f64, P
 }
 
 /// The quarters of a triangle, and theirs, as far as needed: the bound (2) is small only near the contact.
-fn in_pieces(pieces: &mut Vec<[Point; 3]>, pose: &CellPose, limb: &Limb, need: f64, corners: [Point; 3]) -> Near {
+fn in_pieces(
+    pieces: &mut Vec<[Point; 3]>,
+    pose: &CellPose,
+    limb: &ToolPart,
+    need: f64,
+    corners: [Point; 3],
+) -> BallNearness {
     pieces.clear();
     pieces.push(corners);
     let mut looked = 0;
     while let Some(piece) = pieces.pop() {
         looked += 1;
         match plane(pose, limb, need, &piece) {
-            Near::Apart => {}
-            Near::Blocked => return Near::Blocked,
-            open @ Near::Open { .. } => {
+            BallNearness::Apart => {}
+            BallNearness::Blocked => return BallNearness::Blocked,
+            open @ BallNearness::Open { .. } => {
                 let [a, b, c] = piece;
                 let edge = (b - a).norm().max((c - b).norm()).max((a - c).norm());
                 if edge < LEAST_PIECE_MM || looked > MOST_PIECES {
@@ -360,7 +370,7 @@ fn in_pieces(pieces: &mut Vec<[Point; 3]>, pose: &CellPose, limb: &Limb, need: f
             }
         }
     }
-    Near::Apart
+    BallNearness::Apart
 }
 
 /// Any direction across an axis.

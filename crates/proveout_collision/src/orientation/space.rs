@@ -12,11 +12,11 @@ use super::contact::{LocalFrame, OrientationError, SurfaceContact};
 use super::curvature::{judge, least_difference};
 use super::cutter_end::CutterEnd;
 use super::extent::Extent;
-use super::grid::{Cell, Grid};
-use super::limb::Limb;
+use super::grid::{AxisCell, AxisGrid};
 use super::map::{AxisState, MapNode, NodeState, OrientationMap, Refusal};
-use super::search::{CellPose, Search, Verdict};
-use super::solids::Solid;
+use super::obstacle_solids::ObstacleSolid;
+use super::search::{CellPose, CellSearch, Verdict};
+use super::tool_part::ToolPart;
 use super::walk::OrientationWalk;
 
 /// Cells are at least this high, radian: 0.02 degrees, a fifth of what a rotary axis of a machine holds under load.
@@ -110,10 +110,10 @@ impl OrientationSettings {
 /// ```
 #[derive(Clone, Debug)]
 pub struct OrientationSpace {
-    pub(crate) limbs: Vec<Limb>,
-    pub(crate) solids: Vec<Solid>,
+    pub(crate) limbs: Vec<ToolPart>,
+    pub(crate) solids: Vec<ObstacleSolid>,
     pub(crate) end: CutterEnd,
-    pub(crate) grid: Grid,
+    pub(crate) grid: AxisGrid,
     /// Of a ball end: from solids that are cut and from all others.
     pub(crate) extents: Option<[Extent; 2]>,
     settings: OrientationSettings,
@@ -121,7 +121,7 @@ pub struct OrientationSpace {
 
 /// A contact with the center of the corner circle over it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct PivotedContact {
     pub(crate) frame: LocalFrame,
     /// Q.
     pub(crate) pivot: Point,
@@ -140,14 +140,15 @@ impl OrientationSpace {
         let (clear, cutter) = ([settings.clearance; 2], [-settings.gouge, settings.clearance]);
         let mut limbs = Vec::new();
         if end.circle > 0.0 {
-            limbs.push(Limb::disk(end.circle, end.round, cutter));
+            limbs.push(ToolPart::disk(end.circle, end.round, cutter));
         }
-        limbs.push(Limb::body(&end.rest, end.height, cutter));
-        limbs.extend(tool.cutting().skip(1).map(|b| Limb::body(&b.profile, end.height, cutter)));
+        limbs.push(ToolPart::body(&end.rest, end.height, cutter));
+        limbs.extend(tool.cutting().skip(1).map(|b| ToolPart::body(&b.profile, end.height, cutter)));
         let rest = tool.bodies.iter().filter(|b| b.role != Role::Cutting);
-        limbs.extend(rest.map(|b| Limb::body(&b.profile, end.height, clear)));
-        let grid = Grid::new(settings.tilt_limit.min(end.largest_tilt), settings.largest_cell, settings.finest_cell);
-        let solids = solids.iter().map(|s| Solid::new(s.name, s.mesh, s.cut)).collect::<Result<_, _>>()?;
+        limbs.extend(rest.map(|b| ToolPart::body(&b.profile, end.height, clear)));
+        let grid =
+            AxisGrid::new(settings.tilt_limit.min(end.largest_tilt), settings.largest_cell, settings.finest_cell);
+        let solids = solids.iter().map(|s| ObstacleSolid::new(s.name, s.mesh, s.cut)).collect::<Result<_, _>>()?;
         let extents = (end.circle <= 0.0).then(|| [0, 1].map(|kind| Extent::new(&limbs, kind, end.round)));
         Ok(Self { limbs, solids, end, grid, extents, settings: *settings })
     }
@@ -171,7 +172,7 @@ impl OrientationSpace {
     }
 
     /// The region at a place; `outside` as in [`Self::refusal`].
-    pub(crate) fn map_at(&self, place: &Place, outside: Option<(Point, f64)>) -> OrientationMap {
+    pub(crate) fn map_at(&self, place: &PivotedContact, outside: Option<(Point, f64)>) -> OrientationMap {
         let mut map = OrientationMap::new(place.frame, &self.grid, self.end.circle > 0.0);
         map.refusal = self.refusal(place, outside);
         if map.refusal.is_some() {
@@ -184,7 +185,7 @@ impl OrientationSpace {
             map.looked = caps.looked();
             return map;
         }
-        let mut search = Search::new(&self.limbs, &self.solids);
+        let mut search = CellSearch::new(&self.limbs, &self.solids);
         let roots = 0..search.lists.len();
         for index in 0..map.nodes.len() {
             self.refine(&mut search, place, &mut map.nodes, index, roots.clone(), 0);
@@ -226,15 +227,15 @@ impl OrientationSpace {
         Ok(ToolPose { tip: center - axis * self.end.height, axis })
     }
 
-    pub(crate) fn place(&self, contact: &SurfaceContact) -> Result<Place, OrientationError> {
+    pub(crate) fn place(&self, contact: &SurfaceContact) -> Result<PivotedContact, OrientationError> {
         let frame = LocalFrame::new(contact)?;
         let pivot = frame.point + frame.normal * self.end.round;
         let inside = self.end.round.max(0.05 * self.end.circle);
-        Ok(Place { frame, pivot, witness: frame.point + frame.normal * inside })
+        Ok(PivotedContact { frame, pivot, witness: frame.point + frame.normal * inside })
     }
 
     /// Why no axis at all is free. `outside` is the distance within which the witness is known to be outside of every solid.
-    pub(crate) fn refusal(&self, place: &Place, outside: Option<(Point, f64)>) -> Option<Refusal> {
+    pub(crate) fn refusal(&self, place: &PivotedContact, outside: Option<(Point, f64)>) -> Option<Refusal> {
         let known = outside.is_some_and(|(p, far)| (place.witness - p).norm() < far);
         if !known && self.solids.iter().any(|s| s.contains(&place.witness)) {
             return Some(Refusal::Inside);
@@ -248,7 +249,7 @@ impl OrientationSpace {
             return Some(Refusal::Curvature);
         }
         let settings = &self.settings;
-        let wanted = |s: &Solid| if s.cut { round - settings.gouge } else { round + settings.clearance };
+        let wanted = |s: &ObstacleSolid| if s.cut { round - settings.gouge } else { round + settings.clearance };
         let deep = self.solids.iter().any(|s| s.skin_distance(&place.pivot, wanted(s)) < wanted(s));
         deep.then_some(Refusal::Cutter)
     }
@@ -268,7 +269,7 @@ impl OrientationSpace {
         Ok(frame.curvature.map(|form| least_difference(self.end.circle, self.end.round, form, sin_cos(tilt).0, yaw)))
     }
 
-    pub(crate) fn cell_pose(&self, place: &Place, cell: &Cell, drift: [f64; 2]) -> CellPose {
+    pub(crate) fn cell_pose(&self, place: &PivotedContact, cell: &AxisCell, drift: [f64; 2]) -> CellPose {
         let spread = cell.spread(&place.frame);
         let circle = self.end.circle;
         CellPose {
@@ -287,8 +288,8 @@ impl OrientationSpace {
     /// Decides a cell of a map, with what is below it; `list` holds the candidates of the search that are not apart from it.
     pub(crate) fn refine(
         &self,
-        search: &mut Search<'_>,
-        place: &Place,
+        search: &mut CellSearch<'_>,
+        place: &PivotedContact,
         nodes: &mut Vec<MapNode>,
         index: usize,
         list: Range<usize>,
@@ -332,7 +333,7 @@ impl OrientationSpace {
 }
 
 /// Appends the parts of a cell to the nodes: returns the first one and how many.
-pub(crate) fn split(nodes: &mut Vec<MapNode>, cell: &Cell, halving: super::grid::Halving) -> (usize, usize) {
+pub(crate) fn split(nodes: &mut Vec<MapNode>, cell: &AxisCell, halving: super::grid::Halving) -> (usize, usize) {
     let (parts, count) = cell.parts(halving);
     let first = nodes.len();
     nodes.extend(parts[..count].iter().map(|&cell| MapNode { cell, state: NodeState::Leaf(AxisState::Unknown) }));

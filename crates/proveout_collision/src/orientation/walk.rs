@@ -3,11 +3,11 @@
 use proveout_geom::Point;
 
 use super::contact::{OrientationError, SurfaceContact};
-use super::grid::Cell;
+use super::grid::AxisCell;
 use super::map::{AxisState, MapNode, NodeState, OrientationMap, Refusal};
-use super::search::{Candidate, Search, Verdict};
-use super::solids::Solid;
-use super::space::{OrientationSpace, Place, split};
+use super::obstacle_solids::ObstacleSolid;
+use super::search::{Candidate, CellSearch, Verdict};
+use super::space::{OrientationSpace, PivotedContact, split};
 
 /// A neighborhood reaches as far as so many steps like the last one. Farther, and fewer cells are decided for all of it; nearer, and
 /// its cost is shared by fewer contacts.
@@ -19,7 +19,7 @@ const STOP_SHARE: f64 = 3.0;
 #[derive(Clone, Debug)]
 pub struct OrientationWalk<'a> {
     space: &'a OrientationSpace,
-    last: Option<Place>,
+    last: Option<PivotedContact>,
     base: Option<Base>,
     /// Of a ball end: a place outside of all solids, and how far no skin is nearer to it, mm.
     outside: Option<(Point, f64)>,
@@ -30,7 +30,7 @@ pub struct OrientationWalk<'a> {
 /// Cells that are decided for all contacts near one, and lists of what is near to the others.
 #[derive(Clone, Debug)]
 struct Base {
-    place: Place,
+    place: PivotedContact,
     /// Shift of Q, mm, and |R' - R|, for which it holds.
     drift: [f64; 2],
     /// The witness is outside of all solids, and no skin is nearer to it than this, mm.
@@ -76,10 +76,10 @@ impl<'a> OrientationWalk<'a> {
             map.block_all();
             return Ok(map);
         }
-        let mut search = Search::new(&self.space.limbs, &self.space.solids);
+        let mut search = CellSearch::new(&self.space.limbs, &self.space.solids);
         for root in 0..base.roots {
             search.lists.clear();
-            self.take_over(base, &mut search, &place, &mut map.nodes, (root, root), 0);
+            self.copy_decided(base, &mut search, &place, &mut map.nodes, (root, root), 0);
         }
         map.looked = search.looked;
         Ok(map)
@@ -93,7 +93,7 @@ impl<'a> OrientationWalk<'a> {
         let map = self.space.map_at(&place, self.outside);
         if !known {
             let reach = 2.0 * self.space.end.round;
-            let clear = |s: &Solid| s.skin_distance(&place.witness, reach);
+            let clear = |s: &ObstacleSolid| s.skin_distance(&place.witness, reach);
             self.outside = (map.refusal != Some(Refusal::Inside))
                 .then(|| (place.witness, self.space.solids.iter().map(clear).fold(reach, f64::min)));
         }
@@ -103,11 +103,11 @@ impl<'a> OrientationWalk<'a> {
     }
 
     /// Copies the node `from` of the base to the node `to` of a map and decides what is open.
-    fn take_over(
+    fn copy_decided(
         &self,
         base: &Base,
-        search: &mut Search<'_>,
-        place: &Place,
+        search: &mut CellSearch<'_>,
+        place: &PivotedContact,
         nodes: &mut Vec<MapNode>,
         (from, to): (usize, usize),
         level: u32,
@@ -118,7 +118,7 @@ impl<'a> OrientationWalk<'a> {
                 let (start, count) = split(nodes, &cell, halving);
                 nodes[to].state = NodeState::Split { first: start as u32, halving };
                 for k in 0..count {
-                    self.take_over(base, search, place, nodes, (first as usize + k, start + k), level + 1);
+                    self.copy_decided(base, search, place, nodes, (first as usize + k, start + k), level + 1);
                 }
             }
             NodeState::Leaf(AxisState::Blocked) => nodes[to].state = NodeState::Leaf(AxisState::Blocked),
@@ -136,7 +136,7 @@ impl<'a> OrientationWalk<'a> {
     }
 
     /// What can be decided for all contacts that are not farther than a drift.
-    fn survey(&self, place: &Place, drift: [f64; 2]) -> Option<Base> {
+    fn survey(&self, place: &PivotedContact, drift: [f64; 2]) -> Option<Base> {
         let space = self.space;
         if !drift.iter().all(|d| d.is_finite()) || drift == [0.0; 2] {
             return None;
@@ -150,7 +150,7 @@ impl<'a> OrientationWalk<'a> {
         let roots = nodes.len();
         let open = vec![None; roots];
         let mut base = Base { place: *place, drift, outside: (place.witness, clear), nodes, open, roots };
-        let mut search = Search::new(&space.limbs, &space.solids);
+        let mut search = CellSearch::new(&space.limbs, &space.solids);
         let all = 0..search.lists.len();
         let stop = STOP_SHARE * (drift[0] / reach + drift[1]);
         for root in 0..roots {
@@ -162,12 +162,12 @@ impl<'a> OrientationWalk<'a> {
     fn prove(
         &self,
         base: &mut Base,
-        search: &mut Search<'_>,
+        search: &mut CellSearch<'_>,
         index: usize,
         list: std::ops::Range<usize>,
         (level, stop): (u32, f64),
     ) {
-        let cell: Cell = base.nodes[index].cell;
+        let cell: AxisCell = base.nodes[index].cell;
         let start = search.lists.len();
         let pose = self.space.cell_pose(&base.place, &cell, base.drift);
         match search.settle(&pose, list, false) {
@@ -192,11 +192,11 @@ impl<'a> OrientationWalk<'a> {
 }
 
 /// Shift of Q and |R' - R| between two contacts.
-fn drift(a: &Place, b: &Place) -> [f64; 2] {
+fn drift(a: &PivotedContact, b: &PivotedContact) -> [f64; 2] {
     [(b.pivot - a.pivot).norm(), a.frame.turn_to(&b.frame)]
 }
 
-fn holds(base: &Base, place: &Place) -> bool {
+fn holds(base: &Base, place: &PivotedContact) -> bool {
     let d = drift(&base.place, place);
     d[0] <= base.drift[0] && d[1] <= base.drift[1]
 }

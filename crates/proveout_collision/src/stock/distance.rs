@@ -4,7 +4,7 @@ use proveout_geom::{Aabb, Point, Pose, Vector};
 use proveout_stock::{RaySegment, TileNode, TileTree, TriDexel};
 
 use super::segment::segment_triangle;
-use crate::boxes::{BoxTree, Branch};
+use crate::box_tree::{BoxTree, Branch};
 use crate::shape::{MeshShape, from_parry, to_parry};
 use crate::triangle_tree::TriangleTree;
 
@@ -64,7 +64,7 @@ pub(crate) fn nearest(body: &TriangleTree, work_from_body: &Pose, rays: &Rays<'_
         let (middle, half) = (work_from_body.point(&middle), turn * half);
         Aabb { min: middle - half, max: middle + half }
     };
-    let mut search = Search { rays, best: limit, found: None };
+    let mut search = RaySearch { rays, best: limit, found: None };
     let mut open: Vec<(f64, u32, Aabb, TileNode)> = Vec::with_capacity(64);
     let root = boxed(whole);
     for tile in rays.tree.roots() {
@@ -118,13 +118,13 @@ fn apart(a: &Aabb, b: &Aabb) -> f64 {
     square.sqrt()
 }
 
-struct Search<'a> {
+struct RaySearch<'a> {
     rays: &'a Rays<'a>,
     best: f64,
     found: Option<NearRay>,
 }
 
-impl Search<'_> {
+impl RaySearch<'_> {
     fn leaf(&mut self, triangle: &[Point; 3], work_from_body: &Pose, tile: TileNode) {
         let rays = *self.rays;
         let corners = triangle.map(|p| work_from_body.point(&p));

@@ -63,14 +63,14 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_stock::{TileTree, TriDexel};
 
 use crate::Interference;
-use crate::kept::Turns;
-use crate::parts::{Envelope, Part, Wanted, mesh_shape, relation, table_of};
+use crate::parts::{CollisionPart, Envelope, MeshDemand, mesh_shape, relation, table_of};
+use crate::proved_distance::Turns;
 use crate::report::{CollisionError, PartKind, Severity, Unchecked};
 use crate::ring::{ring_of, turning_joint};
-use crate::shape::{MeshShape, Shape, to_parry};
+use crate::shape::{MeshShape, PartShape, to_parry};
 use crate::triangle_tree::TriangleTree;
 use distance::HalfSpace;
-use motion::Follow;
+use motion::FollowedBody;
 
 /// How far a flush body may project above the table's face, mm.
 const PROUD_MM: f64 = 0.1;
@@ -122,10 +122,10 @@ pub struct JointMotion {
 pub struct StockCheck {
     machine: Machine,
     table_from_work: Pose,
-    bodies: Vec<Follow>,
+    bodies: Vec<FollowedBody>,
     fixed_to_stock: Vec<Arc<str>>,
     /// The box of the raw stock, on the table.
-    raw: Part,
+    raw: CollisionPart,
     raw_box: Aabb,
     tree: TileTree,
     /// The layer on the table that counts for nothing against a flush body ends here.
@@ -137,7 +137,7 @@ pub struct StockCheck {
     envelope: Envelope,
     turns: Turns,
     /// The box of the raw stock at all turns of the joint that carries it.
-    ring: Option<(usize, Arc<Part>)>,
+    ring: Option<(usize, Arc<CollisionPart>)>,
     last: Option<JointValues>,
     last_time: f64,
     largest_weights: [f64; MAX_JOINTS],
@@ -165,12 +165,17 @@ impl StockCheck {
     ) -> Result<Self, CollisionError> {
         let machine = world.machine.clone();
         let raw_box = stock.bounds();
-        let raw = Part {
+        let raw = CollisionPart {
             name: "stock".into(),
             kind: PartKind::Stock,
             attached: table_of(&machine),
             zero_from_local: *table_from_work,
-            shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("stock", "box", &box_mesh(&raw_box), Wanted::Solid)?))),
+            shape: Arc::new(PartShape::Mesh(Box::new(mesh_shape(
+                "stock",
+                "box",
+                &box_mesh(&raw_box),
+                MeshDemand::Solid,
+            )?))),
             excluded: false,
             bears: false,
         };
@@ -212,7 +217,7 @@ impl StockCheck {
                 Some(Some(Unchecked::Rigid)) => check.fixed_to_stock.push(part.name.clone()),
                 // The machine file keeps it out, and the gate says so.
                 Some(Some(Unchecked::Excluded | Unchecked::PairExcluded)) | None => {}
-                Some(_) => check.bodies.extend(Follow::new(part.clone())),
+                Some(_) => check.bodies.extend(FollowedBody::new(part.clone())),
             }
         }
         check.find_flush(stock);

@@ -6,12 +6,12 @@ use proveout_stock::TriDexel;
 
 use super::distance::{NearRay, Rays, material_inside, nearest, penetration};
 use super::{JointMotion, StockBreach, StockCheck};
-use crate::advance::{MOST_PROVED_MM, State};
-use crate::distance::{Gap, gap};
-use crate::kept::{Kept, Turns, dot};
-use crate::parts::{Part, motion_weights};
+use crate::distance::{Separation, gap};
+use crate::pair_advance::{MOST_PROVED_MM, PairState};
+use crate::parts::{CollisionPart, motion_weights};
+use crate::proved_distance::{ProvedDistance, Turns, dot};
 use crate::report::Severity;
-use crate::shape::{MeshShape, Shape};
+use crate::shape::{MeshShape, PartShape};
 use crate::triangle_tree::TriangleTree;
 
 /// Slack for the distance of the box of the raw stock, which is iterated, mm.
@@ -33,16 +33,16 @@ const JOIN_MM: f64 = 1e-3;
 
 /// What is known of a body by now.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+struct BodyProgress {
     /// Most by which body and stock move against each other for a unit of each joint; where the stock is taken at all turns, they do not count.
     weights: [f64; MAX_JOINTS],
     /// The same of the stock at its actual turn.
     own_weights: [f64; MAX_JOINTS],
-    kept: Kept,
+    kept: ProvedDistance,
     /// The stock is taken at all turns of its joint now, and looks since that was too near.
     all_turns: bool,
     since: u32,
-    state: State,
+    state: PairState,
     reach: f64,
     /// Nothing is known yet: whether material lies inside is to be asked.
     fresh: bool,
@@ -56,26 +56,26 @@ struct Known {
 
 /// A body that is followed.
 #[derive(Clone, Debug)]
-pub(super) struct Follow {
-    pub(super) part: Part,
+pub(super) struct FollowedBody {
+    pub(super) part: CollisionPart,
     /// The layer of material on the table's face counts for nothing against what of it is no higher than the face.
     pub(super) flush: bool,
     /// The part of such a body above the face: all material counts against it.
     pub(super) raised: Option<TriangleTree>,
-    known: Known,
+    known: BodyProgress,
 }
 
-impl Follow {
+impl FollowedBody {
     /// None for a body that is no mesh: parts of the tool are swept through the stock instead.
-    pub(super) fn new(part: Part) -> Option<Self> {
-        let Shape::Mesh(_) = &*part.shape else { return None };
-        let known = Known {
+    pub(super) fn new(part: CollisionPart) -> Option<Self> {
+        let PartShape::Mesh(_) = &*part.shape else { return None };
+        let known = BodyProgress {
             weights: [0.0; MAX_JOINTS],
             own_weights: [0.0; MAX_JOINTS],
-            kept: Kept::NONE,
+            kept: ProvedDistance::NONE,
             all_turns: false,
             since: LOOKS_BETWEEN,
-            state: State::Clear,
+            state: PairState::Clear,
             reach: FIRST_REACH_MM,
             fresh: true,
             near: None,
@@ -88,8 +88,8 @@ impl Follow {
 
     pub(super) fn mesh(&self) -> Option<&MeshShape> {
         match &*self.part.shape {
-            Shape::Mesh(mesh) => Some(mesh),
-            Shape::Convex(_) => None,
+            PartShape::Mesh(mesh) => Some(mesh),
+            PartShape::Convex(_) => None,
         }
     }
 
@@ -117,7 +117,7 @@ pub(super) struct StockGap {
 }
 
 /// A motion under examination.
-struct Step<'a> {
+struct StockStep<'a> {
     stock: &'a TriDexel,
     motion: &'a JointMotion,
     /// Absolute motion of each joint.
@@ -126,7 +126,7 @@ struct Step<'a> {
     exact: bool,
 }
 
-impl Step<'_> {
+impl StockStep<'_> {
     fn joints(&self, t: f64) -> JointValues {
         self.motion.joints[0].interpolated(self.motion.joints[1], t)
     }
@@ -161,11 +161,11 @@ impl StockCheck {
             self.recompute_weights();
         }
         let way = std::array::from_fn(|j| (to[j] - from[j]).abs());
-        let away = self.turns.away(&self.reference, [&from, &to]);
+        let away = self.turns.farthest_offsets(&self.reference, [&from, &to]);
         let used = dot(&self.largest_weights, &away) + motion.slack + dot(&self.largest_weights, &motion.off.0);
         if used < self.budget {
             self.roamed = self.roamed.max(used);
-        } else if !self.examine(&Step { stock, motion, way, exact }) {
+        } else if !self.examine(&StockStep { stock, motion, way, exact }) {
             return false;
         }
         (self.last, self.last_time) = (Some(to), motion.time[1]);
@@ -174,9 +174,9 @@ impl StockCheck {
     }
 
     /// All bodies through one motion; false, and nothing noted, where the stock is too old for it.
-    fn examine(&mut self, step: &Step<'_>) -> bool {
+    fn examine(&mut self, step: &StockStep<'_>) -> bool {
         self.settle();
-        let mut before: Vec<(usize, Known)> = Vec::new();
+        let mut before: Vec<(usize, BodyProgress)> = Vec::new();
         let [from, to] = &step.motion.joints;
         for i in 0..self.bodies.len() {
             let known = self.bodies[i].known;
@@ -213,21 +213,21 @@ impl StockCheck {
 
     /// By how much a body may be nearer than the straight motion of the joints says, mm: with weights w (how far it moves against the stock
     /// for a unit of each joint) joints that are off by e bring it nearer by at most `sum w_j e_j`.
-    fn slack(&self, i: usize, step: &Step<'_>) -> f64 {
+    fn slack(&self, i: usize, step: &StockStep<'_>) -> f64 {
         step.motion.slack + dot(&self.bodies[i].known.weights, &step.motion.off.0)
     }
 
     /// Distance above which nothing needs to be known of a body, mm.
     fn threshold(&self, i: usize) -> f64 {
         match self.bodies[i].known.state {
-            State::Clear => self.clearance + SLACK_MM,
-            State::Near => SLACK_MM,
-            State::Contact => 0.0,
+            PairState::Clear => self.clearance + SLACK_MM,
+            PairState::Near => SLACK_MM,
+            PairState::Contact => 0.0,
         }
     }
 
     /// Conservative advancement (after Mirtich 1996) of one body; false where it would come too near to a stock that is too old.
-    fn follow_body(&mut self, i: usize, step: &Step<'_>) -> bool {
+    fn follow_body(&mut self, i: usize, step: &StockStep<'_>) -> bool {
         if self.bodies[i].known.fresh {
             if let Some(point) = self.inside(i, step, 0.0) {
                 if !step.exact {
@@ -244,12 +244,12 @@ impl StockCheck {
         let mu = dot(&self.bodies[i].known.weights, &step.way);
         let slack = self.slack(i, step);
         let mut t = 0.0;
-        while self.bodies[i].known.state != State::Contact {
-            let level = if self.bodies[i].known.state == State::Clear { self.clearance } else { 0.0 };
+        while self.bodies[i].known.state != PairState::Contact {
+            let level = if self.bodies[i].known.state == PairState::Clear { self.clearance } else { 0.0 };
             let floor = level + SLACK_MM + slack;
             let limit = floor + (mu * (1.0 - t)).max(TOLERANCE_MM) + self.bodies[i].known.reach;
             let Some(found) = self.gap(i, step.stock, &step.joints(t), limit) else {
-                self.keep(i, limit, step, t);
+                self.store_distance(i, limit, step, t);
                 self.prove(i, limit - mu * (1.0 - t) - slack);
                 let reach = &mut self.bodies[i].known.reach;
                 *reach = (2.0 * *reach).min(LAST_REACH_MM);
@@ -263,7 +263,7 @@ impl StockCheck {
                 known.seen = known.seen.min(found.near.distance);
             }
             if found.lower > floor + TOLERANCE_MM {
-                self.keep(i, found.lower, step, t);
+                self.store_distance(i, found.lower, step, t);
                 self.leave_near(i, found.lower, step, t);
                 let advance = (found.lower - floor) / mu;
                 if mu <= 0.0 || t + advance >= 1.0 {
@@ -286,7 +286,7 @@ impl StockCheck {
     }
 
     /// A body in the stock at the end of a motion: how deep, or apart again.
-    fn follow_contact(&mut self, i: usize, step: &Step<'_>) {
+    fn follow_contact(&mut self, i: usize, step: &StockStep<'_>) {
         let touching = SLACK_MM + self.slack(i, step) + TOLERANCE_MM;
         let limit = touching + self.clearance + self.bodies[i].known.reach;
         let q = step.joints(1.0);
@@ -301,25 +301,25 @@ impl StockCheck {
                     b.penetration_estimate = Some(deep);
                 }
             }
-            self.keep(i, CONTACT_REFRESH_MM, step, 1.0);
+            self.store_distance(i, CONTACT_REFRESH_MM, step, 1.0);
             return;
         }
         let known = &mut self.bodies[i].known;
         if let Some(b) = known.contact.take().and_then(|k| self.breaches.get_mut(k)) {
             b.end_time = Some(step.time(1.0));
         }
-        known.state = if known.near.is_some() { State::Near } else { State::Clear };
-        self.keep(i, distance, step, 1.0);
+        known.state = if known.near.is_some() { PairState::Near } else { PairState::Clear };
+        self.store_distance(i, distance, step, 1.0);
         self.leave_near(i, distance, step, 1.0);
     }
 
-    fn leave_near(&mut self, i: usize, distance: f64, step: &Step<'_>, t: f64) {
+    fn leave_near(&mut self, i: usize, distance: f64, step: &StockStep<'_>, t: f64) {
         let apart = distance > self.clearance + SLACK_MM + self.slack(i, step) + 2.0 * TOLERANCE_MM;
         let known = &mut self.bodies[i].known;
         let Some(b) = known.near.and_then(|k| self.breaches.get_mut(k)) else { return };
         if apart {
             b.end_time = Some(step.time(t));
-            (known.near, known.state) = (None, State::Clear);
+            (known.near, known.state) = (None, PairState::Clear);
         } else if step.exact {
             b.least_distance = b.least_distance.min(distance);
         }
@@ -327,12 +327,12 @@ impl StockCheck {
 
     /// Whether the stock at all its turns keeps away from a body through a motion. Where it does not, it is followed turn by turn from now on, and
     /// all turns are tried again after some looks.
-    fn all_turns_keep(&mut self, i: usize, step: &Step<'_>) -> bool {
+    fn all_turns_keep(&mut self, i: usize, step: &StockStep<'_>) -> bool {
         let Some((joint, ring)) = self.ring.clone() else { return false };
         let known = &mut self.bodies[i].known;
         if !known.all_turns {
             known.since += 1;
-            if known.since < LOOKS_BETWEEN || known.state != State::Clear {
+            if known.since < LOOKS_BETWEEN || known.state != PairState::Clear {
                 return false;
             }
             known.since = 0;
@@ -345,13 +345,13 @@ impl StockCheck {
         let q = &step.motion.joints[0];
         let body = &self.bodies[i];
         let ring_from_body = ring.pose(&self.machine, q).inverse() * body.part.pose(&self.machine, q);
-        let proved = if body.known.state != State::Clear || body.flush {
+        let proved = if body.known.state != PairState::Clear || body.flush {
             0.0
         } else {
             match gap(&body.part.shape, &ring.shape, &ring_from_body, [need + LAST_REACH_MM; 2], &mut None) {
-                Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
-                Gap::At(d, ..) if d.is_finite() => d,
-                Gap::At(..) | Gap::Meeting(_) => 0.0,
+                Separation::Beyond(proved) | Separation::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
+                Separation::At(d, ..) if d.is_finite() => d,
+                Separation::At(..) | Separation::Meeting(_) => 0.0,
             }
         };
         self.queries += 1;
@@ -359,18 +359,18 @@ impl StockCheck {
         if proved > need {
             (known.all_turns, known.weights) = (true, weights);
             known.proved = known.proved.min(proved - mu - slack);
-            self.keep(i, proved, step, 0.0);
+            self.store_distance(i, proved, step, 0.0);
             return true;
         }
         if known.all_turns {
-            (known.all_turns, known.weights, known.kept) = (false, known.own_weights, Kept::NONE);
+            (known.all_turns, known.weights, known.kept) = (false, known.own_weights, ProvedDistance::NONE);
             self.largest_weights[joint] = self.largest_weights[joint].max(known.weights[joint]);
         }
         false
     }
 
-    fn keep(&mut self, i: usize, distance: f64, step: &Step<'_>, t: f64) {
-        self.bodies[i].known.kept = Kept { distance, at: step.joints(t) };
+    fn store_distance(&mut self, i: usize, distance: f64, step: &StockStep<'_>, t: f64) {
+        self.bodies[i].known.kept = ProvedDistance { distance, at: step.joints(t) };
     }
 
     /// Notes a distance below which a body has not come.
@@ -379,7 +379,7 @@ impl StockCheck {
         known.proved = known.proved.min(distance.max(0.0));
     }
 
-    fn open(&mut self, i: usize, severity: Severity, step: &Step<'_>, t: f64, found: StockGap, inside: bool) {
+    fn open(&mut self, i: usize, severity: Severity, step: &StockStep<'_>, t: f64, found: StockGap, inside: bool) {
         let breach = StockBreach {
             body: self.bodies[i].part.name.clone(),
             kind: self.bodies[i].part.kind,
@@ -405,10 +405,10 @@ impl StockCheck {
         }
         known.proved = known.proved.min(breach.distance);
         if near {
-            (known.near, known.state) = (Some(index), State::Near);
+            (known.near, known.state) = (Some(index), PairState::Near);
         } else {
             (known.proved, known.seen) = (0.0, 0.0);
-            (known.contact, known.state) = (Some(index), State::Contact);
+            (known.contact, known.state) = (Some(index), PairState::Contact);
         }
         self.breaches.push(breach);
     }
@@ -417,7 +417,7 @@ impl StockCheck {
     fn fail_all(&mut self, time: f64) {
         for i in 0..self.bodies.len() {
             let body = &self.bodies[i];
-            if body.known.state != State::Contact {
+            if body.known.state != PairState::Contact {
                 let breach = StockBreach {
                     body: body.part.name.clone(),
                     kind: body.part.kind,
@@ -434,7 +434,7 @@ impl StockCheck {
                 };
                 self.push(i, breach);
             }
-            (self.bodies[i].known.kept, self.bodies[i].known.fresh) = (Kept::NONE, true);
+            (self.bodies[i].known.kept, self.bodies[i].known.fresh) = (ProvedDistance::NONE, true);
         }
         self.budget = f64::NEG_INFINITY;
         self.last = None;
@@ -450,7 +450,7 @@ impl StockCheck {
         if dot(&self.largest_weights, &way.0) > JOIN_MM {
             self.settle();
             for body in &mut self.bodies {
-                (body.known.kept, body.known.fresh) = (Kept::NONE, true);
+                (body.known.kept, body.known.fresh) = (ProvedDistance::NONE, true);
             }
             self.budget = f64::NEG_INFINITY;
         }
@@ -464,7 +464,8 @@ impl StockCheck {
             let known = &mut body.known;
             // What was proved is carried along with the bounds that held until now.
             if let Some(last) = self.last.filter(|_| known.kept.is_known()) {
-                known.kept = Kept { distance: known.kept.along(&self.turns, &known.weights, [&last; 2]), at: last };
+                known.kept =
+                    ProvedDistance { distance: known.kept.along(&self.turns, &known.weights, [&last; 2]), at: last };
             }
             (known.own_weights, known.weights) = (weights, weights);
             if let Some((joint, _)) = self.ring.as_ref().filter(|_| known.all_turns) {
@@ -519,13 +520,13 @@ impl StockCheck {
             return Some(0.0);
         }
         match gap(&body.part.shape, &self.raw.shape, work_from_body, [limit; 2], &mut None) {
-            Gap::Beyond(_) | Gap::Between(..) => None,
-            Gap::At(d, ..) if d.is_finite() => Some((d - SLACK_MM).max(0.0)),
-            Gap::At(..) | Gap::Meeting(_) => Some(0.0),
+            Separation::Beyond(_) | Separation::Between(..) => None,
+            Separation::At(d, ..) if d.is_finite() => Some((d - SLACK_MM).max(0.0)),
+            Separation::At(..) | Separation::Meeting(_) => Some(0.0),
         }
     }
 
-    fn inside(&self, i: usize, step: &Step<'_>, t: f64) -> Option<Point> {
+    fn inside(&self, i: usize, step: &StockStep<'_>, t: f64) -> Option<Point> {
         let mesh = self.bodies[i].mesh()?;
         let body_from_work = self.work_from_body(i, &step.joints(t)).inverse();
         material_inside(mesh, &body_from_work, &self.rays(i, step.stock))

@@ -6,10 +6,10 @@ use proveout_geom::{InputError, MAX_LENGTH_MM, Point, Vector};
 
 use super::{
     UrdfOptions,
-    ends::Ends,
-    read::{Joint, Kind, Robot},
-    source::{Source, listed, reach, shown},
-    tree::Tree,
+    link_tree::LinkTree,
+    named_links::NamedLinks,
+    read::{Robot, UrdfJoint, UrdfJointKind},
+    source::{UrdfSource, listed, reach, shown},
 };
 use crate::{Carries, MAX_JOINTS, Machine};
 
@@ -19,7 +19,7 @@ const LETTERS: &str = "XYZABCUVW";
 const SAME_DIRECTION: f64 = 1e-9;
 
 /// An axis of the machine.
-pub(super) struct Axis {
+pub(super) struct UrdfAxis {
     pub(super) letter: char,
     /// Index of the joint in the file.
     pub(super) joint: usize,
@@ -36,7 +36,7 @@ pub(super) struct Axis {
     pub(super) reversed: bool,
 }
 
-impl Axis {
+impl UrdfAxis {
     pub(super) fn rotary(&self) -> bool {
         "ABC".contains(self.letter)
     }
@@ -49,7 +49,7 @@ impl Axis {
 
 /// All axes, by letter.
 pub(super) struct Axes {
-    pub(super) all: Vec<Axis>,
+    pub(super) all: Vec<UrdfAxis>,
     /// Axis that carries each link; none for the base.
     pub(super) carrier: Vec<Option<char>>,
     /// Letter of the last axis before the tool link, and before the table link.
@@ -83,7 +83,7 @@ fn letter_of(name: &str) -> Option<char> {
 }
 
 /// Letters that the caller gives to joints.
-fn named<'o>(source: &Source<'_>, robot: &Robot, text: &'o str) -> Result<BTreeMap<&'o str, char>, InputError> {
+fn named<'o>(source: &UrdfSource<'_>, robot: &Robot, text: &'o str) -> Result<BTreeMap<&'o str, char>, InputError> {
     let mut all = BTreeMap::new();
     for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
         let letter = part.rsplit_once('=').and_then(|(name, letter)| {
@@ -99,7 +99,7 @@ fn named<'o>(source: &Source<'_>, robot: &Robot, text: &'o str) -> Result<BTreeM
         };
         if robot.joints.iter().all(|j| j.name != name) {
             let message = format!("--axis-names {}: the file has no such joint", shown(name));
-            let moving = robot.joints.iter().filter(|j| j.kind != Kind::Fixed).map(|j| j.name.as_str());
+            let moving = robot.joints.iter().filter(|j| j.kind != UrdfJointKind::Fixed).map(|j| j.name.as_str());
             return Err(source.whole(message, format!("joints that move: {}", listed(moving))));
         }
         if all.insert(name, letter).is_some() {
@@ -111,18 +111,18 @@ fn named<'o>(source: &Source<'_>, robot: &Robot, text: &'o str) -> Result<BTreeM
 
 /// Finds the axes and describes them.
 pub(super) fn axes(
-    source: &Source<'_>,
+    source: &UrdfSource<'_>,
     robot: &Robot,
-    tree: &Tree,
-    ends: &Ends,
+    tree: &LinkTree,
+    ends: &NamedLinks,
     options: &UrdfOptions,
 ) -> Result<Axes, InputError> {
     let (to_tool, to_table) = (tree.way_to(ends.tool), tree.way_to(ends.table));
     let common = to_tool.iter().zip(&to_table).take_while(|(a, b)| a == b).count();
-    let side = |way: &[usize]| Tree::moving(robot, way.get(common..).unwrap_or_default());
+    let side = |way: &[usize]| LinkTree::moving(robot, way.get(common..).unwrap_or_default());
     let sides = [(side(&to_tool), Carries::Tool), (side(&to_table), Carries::Workpiece)];
     let mut notes = Vec::new();
-    let still = Tree::moving(robot, to_tool.get(..common).unwrap_or_default());
+    let still = LinkTree::moving(robot, to_tool.get(..common).unwrap_or_default());
     if !still.is_empty() {
         let names = listed(still.iter().map(|&j| robot.joints[j].name.as_str()));
         notes.push(format!("joints that carry both tool and table are held at zero: {names}"));
@@ -145,7 +145,7 @@ pub(super) fn axes(
                 let message = format!("joint {} is {far:.0} mm from the root", shown(&joint.name));
                 return Err(source.at(&joint.place, message, format!("the limit is {MAX_LENGTH_MM} mm")));
             }
-            all.push(Axis {
+            all.push(UrdfAxis {
                 letter,
                 joint: j,
                 carries: *carries,
@@ -172,7 +172,7 @@ pub(super) fn axes(
     for &link in &tree.order {
         let Some(j) = tree.carrier[link] else { continue };
         carrier[link] = letters.get(&j).copied().or(carrier[tree.parent[j]]);
-        if robot.joints[j].kind != Kind::Fixed && !letters.contains_key(&j) && !still.contains(&j) {
+        if robot.joints[j].kind != UrdfJointKind::Fixed && !letters.contains_key(&j) && !still.contains(&j) {
             loose.push(robot.joints[j].name.as_str());
         }
     }
@@ -184,7 +184,7 @@ pub(super) fn axes(
 
 /// Letter of each joint between table and tool.
 fn letters(
-    source: &Source<'_>,
+    source: &UrdfSource<'_>,
     robot: &Robot,
     sides: &[(Vec<usize>, Carries); 2],
     options: &UrdfOptions,
@@ -201,7 +201,7 @@ fn letters(
         return Err(source.whole(message, format!("joints that do: {}", names())));
     }
     // Report first what is not a machine tool: axis letters would not help it.
-    let slides = chain.iter().filter(|&&j| robot.joints[j].kind == Kind::Prismatic).count();
+    let slides = chain.iter().filter(|&&j| robot.joints[j].kind == UrdfJointKind::Prismatic).count();
     if slides < 3 || chain.len() > MAX_JOINTS {
         let message = format!(
             "between table and tool {slides} joints slide and {} turn ({}); a machine of the twin has three slides X, Y, Z and at most {MAX_JOINTS} \
@@ -248,8 +248,8 @@ fn letters(
     }
 }
 
-fn check_kind(source: &Source<'_>, joint: &Joint, letter: char) -> Result<(), InputError> {
-    let turns = joint.kind != Kind::Prismatic;
+fn check_kind(source: &UrdfSource<'_>, joint: &UrdfJoint, letter: char) -> Result<(), InputError> {
+    let turns = joint.kind != UrdfJointKind::Prismatic;
     if turns == "ABC".contains(letter) {
         return Ok(());
     }
@@ -260,7 +260,7 @@ fn check_kind(source: &Source<'_>, joint: &Joint, letter: char) -> Result<(), In
 
 /// Letters that the control counts against the file.
 fn reversed(
-    source: &Source<'_>,
+    source: &UrdfSource<'_>,
     letters: &BTreeMap<usize, char>,
     options: &UrdfOptions,
 ) -> Result<BTreeSet<char>, InputError> {
@@ -279,7 +279,7 @@ fn reversed(
 
 impl Axes {
     /// The error for a machine that its axes make invalid: it names the joint in the URDF file.
-    pub(super) fn no_machine(&self, source: &Source<'_>, robot: &Robot, error: &InputError) -> InputError {
+    pub(super) fn no_machine(&self, source: &UrdfSource<'_>, robot: &Robot, error: &InputError) -> InputError {
         let letter = error.key.strip_prefix("joint.").and_then(|rest| rest.chars().next());
         let joint = self.all.iter().find(|a| Some(a.letter) == letter).map(|a| &robot.joints[a.joint]);
         let remedy = match error.code {
@@ -295,13 +295,13 @@ impl Axes {
     }
 
     /// Reports which axes a program would find reversed.
-    pub(super) fn tell_ways(&self, machine: &Machine, notes: &mut Vec<String>) {
-        let along = |a: &Axis| match a.letter {
+    pub(super) fn warn_reversed_axes(&self, machine: &Machine, notes: &mut Vec<String>) {
+        let along = |a: &UrdfAxis| match a.letter {
             'X' | 'A' => a.direction.x,
             'Y' | 'B' => a.direction.y,
             _ => a.direction.z,
         };
-        let moved: Vec<&Axis> = self.all.iter().filter(|a| !a.held()).collect();
+        let moved: Vec<&UrdfAxis> = self.all.iter().filter(|a| !a.held()).collect();
         let against: Vec<String> = moved.iter().filter(|a| along(a) < -0.5).map(|a| a.letter.to_string()).collect();
         if !against.is_empty() {
             // Those that count with their letter: what is reversed without need is not, and the others are.

@@ -8,10 +8,10 @@ use proveout_geom::{Aabb, InputError, MAX_LENGTH_MM, Point, Pose, TriMesh, Vecto
 use super::{
     axes::Axes,
     glb,
+    link_tree::LinkTree,
     meshes::Meshes,
-    read::{Form, Inertia, Link, Robot, Shape},
-    source::{Source, reach, shown},
-    tree::Tree,
+    read::{Inertia, Robot, UrdfGeometry, UrdfLink, UrdfShape},
+    source::{UrdfSource, reach, shown},
     write::{number, place, quoted},
 };
 use crate::{TOOL_PARTS, mass::is_inertia};
@@ -37,7 +37,7 @@ pub(super) struct Bodies {
 
 /// What a link becomes.
 #[derive(Default)]
-struct Body {
+struct LinkBody {
     boxes: String,
     cylinders: String,
     mesh: TriMesh,
@@ -45,9 +45,9 @@ struct Body {
 
 /// Bodies of all links that have a shape.
 pub(super) fn bodies(
-    source: &Source<'_>,
+    source: &UrdfSource<'_>,
     robot: &Robot,
-    tree: &Tree,
+    tree: &LinkTree,
     axes: &Axes,
     notes: &mut Vec<String>,
 ) -> Result<Bodies, InputError> {
@@ -57,10 +57,10 @@ pub(super) fn bodies(
     let mut spheres = 0;
     for &l in &tree.order {
         let (link, machine_from_link) = (&robot.links[l], &tree.poses[l]);
-        let mut body = Body::default();
+        let mut body = LinkBody::default();
         for shape in &link.shapes {
             body.take(source, link, shape, &(*machine_from_link * shape.link_from_shape), &mut meshes, notes)?;
-            spheres += usize::from(matches!(shape.form, Form::Sphere(_)));
+            spheres += usize::from(matches!(shape.form, UrdfGeometry::Sphere(_)));
         }
         let has_mesh = !body.mesh.triangles.is_empty();
         if body.boxes.is_empty() && body.cylinders.is_empty() && !has_mesh {
@@ -104,7 +104,7 @@ pub(super) fn bodies(
 }
 
 /// Line of the mass; none where the file states none that a body can have.
-fn mass(link: &Link, inertia: &Inertia, machine_from_link: &Pose, notes: &mut Vec<String>) -> String {
+fn mass(link: &UrdfLink, inertia: &Inertia, machine_from_link: &Pose, notes: &mut Vec<String>) -> String {
     let center = *machine_from_link * inertia.link_from_center;
     let tensor = inertia.tensor.map(|t| center.rotation * t * center.rotation.transpose());
     let largest = tensor.map_or(0.0, |t: Matrix3<f64>| t.amax());
@@ -156,12 +156,12 @@ fn ball(radius: f64) -> TriMesh {
     revolved_mesh(&profile, SECTORS)
 }
 
-impl Body {
+impl LinkBody {
     fn take(
         &mut self,
-        source: &Source<'_>,
-        link: &Link,
-        shape: &Shape,
+        source: &UrdfSource<'_>,
+        link: &UrdfLink,
+        shape: &UrdfShape,
         machine_from_shape: &Pose,
         meshes: &mut Meshes,
         notes: &mut Vec<String>,
@@ -175,7 +175,7 @@ impl Body {
             Err(source.at(&shape.place, message, format!("the limit is {MAX_LENGTH_MM} mm: write meters")))
         };
         let mesh = match &shape.form {
-            Form::Box(size) => {
+            UrdfGeometry::Box(size) => {
                 let half = size * 0.5;
                 if let Some(axes) = quarter_turn(machine_from_shape) {
                     let mut corner = Vector::zeros();
@@ -195,7 +195,7 @@ impl Body {
                 }
                 box_mesh(&Aabb { min: Point::from(-half), max: Point::from(half) })
             }
-            Form::Cylinder { radius, length } => {
+            UrdfGeometry::Cylinder { radius, length } => {
                 let end = |z: f64| machine_from_shape.point(&Point::new(0.0, 0.0, z));
                 let ends = [end(-0.5 * length), end(0.5 * length)];
                 in_reach(&ends)?;
@@ -208,14 +208,14 @@ impl Body {
                 );
                 return Ok(());
             }
-            Form::Sphere(radius) => ball(*radius),
-            Form::Mesh { file, scale } => {
+            UrdfGeometry::Sphere(radius) => ball(*radius),
+            UrdfGeometry::Mesh { file, scale } => {
                 let Some(mesh) = meshes.read(source, &shape.place, &link.name, (file.as_str(), scale), notes)? else {
                     return Ok(());
                 };
                 mesh
             }
-            Form::Other(kind) => {
+            UrdfGeometry::Other(kind) => {
                 notes.push(format!("<{kind}> of link {} is not imported", shown(&link.name)));
                 return Ok(());
             }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use proveout_geom::{InputError, MAX_LENGTH_MM, TriMesh, Vector, read_mesh};
 
-use super::source::{Place, Source, reach, shown};
+use super::source::{Place, UrdfSource, reach, shown};
 
 /// Most triangles of all meshes together; a verdict needs no finer machine.
 const MAX_TRIANGLES: usize = 3_000_000;
@@ -37,7 +37,7 @@ impl Meshes {
     /// Triangles of a file in mm, its own axes; none where its kind is not read, which `notes` learns.
     pub(super) fn read(
         &mut self,
-        source: &Source<'_>,
+        source: &UrdfSource<'_>,
         place: &Place,
         link: &str,
         (file, scale): (&str, &Vector),

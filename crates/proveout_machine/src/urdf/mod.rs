@@ -20,12 +20,12 @@
 
 mod axes;
 mod bodies;
-mod ends;
 mod glb;
+mod link_tree;
 mod meshes;
+mod named_links;
 mod read;
 mod source;
-mod tree;
 mod write;
 mod xml;
 
@@ -33,7 +33,7 @@ use std::path::Path;
 
 use proveout_geom::{InputError, read_input};
 
-use self::{source::Source, tree::Tree};
+use self::{link_tree::LinkTree, source::UrdfSource};
 use crate::{ImportedMachine, Machine};
 
 /// What a URDF file does not say about a machine, in the words of the caller; `None` where the caller says
@@ -61,10 +61,10 @@ pub struct UrdfOptions {
 /// missing, a mesh that is not there.
 pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine, InputError> {
     let text = read_input(file)?;
-    let source = Source { file, text: &text };
+    let source = UrdfSource { file, text: &text };
     let robot = read::robot(&source)?;
-    let tree = Tree::new(&source, &robot)?;
-    let ends = ends::ends(&source, &robot, &tree, options)?;
+    let tree = LinkTree::new(&source, &robot)?;
+    let ends = named_links::ends(&source, &robot, &tree, options)?;
     let axes = axes::axes(&source, &robot, &tree, &ends, options)?;
     let mut notes = axes.notes.clone();
     let kinematics = write::kinematics(&source, &robot, &tree, &ends, &axes, &mut notes)?;
@@ -72,7 +72,7 @@ pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine
     // The axes alone first, so that errors about them name the URDF file.
     let machine = Machine::from_text(Path::new("machine.toml"), &whole(&write::Sections::default()))
         .map_err(|e| axes.no_machine(&source, &robot, &e))?;
-    axes.tell_ways(&machine, &mut notes);
+    axes.warn_reversed_axes(&machine, &mut notes);
     let bodies = bodies::bodies(&source, &robot, &tree, &axes, &mut notes)?;
     if bodies.text.is_empty() {
         notes.push(
@@ -82,6 +82,6 @@ pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine
         );
     }
     let text = whole(&write::Sections { bodies: &bodies.text, has_model: bodies.model.is_some() });
-    robot.tell_what_is_left_out(&mut notes);
+    robot.note_left_out(&mut notes);
     Ok(ImportedMachine { text, notes, model: bodies.model })
 }

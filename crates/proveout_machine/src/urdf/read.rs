@@ -7,7 +7,7 @@ use proveout_geom::{InputError, Pose, Vector};
 use roxmltree::Node;
 
 use super::{
-    source::{METER_MM, Place, Source, place, shown},
+    source::{METER_MM, Place, UrdfSource, place, shown},
     xml,
 };
 
@@ -19,29 +19,29 @@ const LEAST_MM: f64 = 1e-6;
 /// A description of a robot.
 pub(super) struct Robot {
     pub(super) name: String,
-    pub(super) links: Vec<Link>,
-    pub(super) joints: Vec<Joint>,
+    pub(super) links: Vec<UrdfLink>,
+    pub(super) joints: Vec<UrdfJoint>,
     /// Angles that were taken for right ones.
     squared: usize,
     /// Elements that are not read, how often.
     left_out: BTreeMap<String, usize>,
 }
 
-pub(super) struct Link {
+pub(super) struct UrdfLink {
     pub(super) name: String,
     pub(super) place: Place,
-    pub(super) shapes: Vec<Shape>,
+    pub(super) shapes: Vec<UrdfShape>,
     pub(super) inertia: Option<Inertia>,
 }
 
 /// A shape of a link.
-pub(super) struct Shape {
+pub(super) struct UrdfShape {
     pub(super) link_from_shape: Pose,
-    pub(super) form: Form,
+    pub(super) form: UrdfGeometry,
     pub(super) place: Place,
 }
 
-pub(super) enum Form {
+pub(super) enum UrdfGeometry {
     /// Edges along x, y, z; the middle is the origin.
     Box(Vector),
     /// About z, the middle is the origin.
@@ -64,17 +64,17 @@ pub(super) struct Inertia {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum UrdfJointKind {
     Fixed,
     Prismatic,
     Revolute,
     Continuous,
 }
 
-pub(super) struct Joint {
+pub(super) struct UrdfJoint {
     pub(super) name: String,
     pub(super) place: Place,
-    pub(super) kind: Kind,
+    pub(super) kind: UrdfJointKind,
     pub(super) parent: String,
     pub(super) child: String,
     /// Pose of the child in the parent with the joint at zero.
@@ -90,7 +90,7 @@ pub(super) struct Joint {
 }
 
 /// Reads the text.
-pub(super) fn robot(source: &Source<'_>) -> Result<Robot, InputError> {
+pub(super) fn robot(source: &UrdfSource<'_>) -> Result<Robot, InputError> {
     let document = xml::document(source)?;
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
@@ -129,7 +129,7 @@ fn short(name: &str) -> String {
 }
 
 fn unique<'n>(
-    source: &Source<'_>,
+    source: &UrdfSource<'_>,
     what: &str,
     names: impl Iterator<Item = (&'n str, &'n Place)>,
 ) -> Result<(), InputError> {
@@ -144,7 +144,7 @@ fn unique<'n>(
 }
 
 /// Elements below one; macros are refused.
-fn elements<'a, 'i>(source: &Source<'_>, node: Node<'a, 'i>) -> Result<Vec<Node<'a, 'i>>, InputError> {
+fn elements<'a, 'i>(source: &UrdfSource<'_>, node: Node<'a, 'i>) -> Result<Vec<Node<'a, 'i>>, InputError> {
     let all: Vec<Node<'a, 'i>> = node.children().filter(Node::is_element).collect();
     let is_macro = |n: &&Node<'a, 'i>| n.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
     match all.iter().find(is_macro) {
@@ -157,7 +157,7 @@ fn elements<'a, 'i>(source: &Source<'_>, node: Node<'a, 'i>) -> Result<Vec<Node<
 }
 
 /// The one element of a name below another.
-fn only<'a, 'i>(source: &Source<'_>, all: &[Node<'a, 'i>], name: &str) -> Result<Option<Node<'a, 'i>>, InputError> {
+fn only<'a, 'i>(source: &UrdfSource<'_>, all: &[Node<'a, 'i>], name: &str) -> Result<Option<Node<'a, 'i>>, InputError> {
     let mut found = all.iter().filter(|n| n.tag_name().name() == name);
     let first = found.next().copied();
     match found.next() {
@@ -167,11 +167,11 @@ fn only<'a, 'i>(source: &Source<'_>, all: &[Node<'a, 'i>], name: &str) -> Result
 }
 
 /// Name of a link or joint.
-fn name_of(source: &Source<'_>, node: Node<'_, '_>) -> Result<String, InputError> {
+fn name_of(source: &UrdfSource<'_>, node: Node<'_, '_>) -> Result<String, InputError> {
     named(source, node, "name")
 }
 
-fn named(source: &Source<'_>, node: Node<'_, '_>, key: &str) -> Result<String, InputError> {
+fn named(source: &UrdfSource<'_>, node: Node<'_, '_>, key: &str) -> Result<String, InputError> {
     let tag = node.tag_name().name();
     match node.attribute(key).map(str::trim) {
         Some(name) if !name.is_empty() && !name.chars().any(char::is_control) => Ok(name.to_owned()),
@@ -190,7 +190,7 @@ impl Robot {
     }
 
     /// Reports what is in the file and not in the machine.
-    pub(super) fn tell_what_is_left_out(&self, notes: &mut Vec<String>) {
+    pub(super) fn note_left_out(&self, notes: &mut Vec<String>) {
         if self.squared > 0 {
             notes.push(format!(
                 "angles whose digits are those of a right angle (1.5708, 3.14) are taken as right angles: {}",
@@ -205,22 +205,22 @@ impl Robot {
     }
 
     /// Pose of `<origin>`; none is the identity.
-    fn origin(&mut self, source: &Source<'_>, all: &[Node<'_, '_>]) -> Result<Pose, InputError> {
+    fn origin(&mut self, source: &UrdfSource<'_>, all: &[Node<'_, '_>]) -> Result<Pose, InputError> {
         let Some(node) = only(source, all, "origin")? else { return Ok(Pose::identity()) };
         let place = source.lengths::<3>(node, "xyz")?.unwrap_or_default();
         let [roll, pitch, yaw] = source.angles(node, &mut self.squared)?.unwrap_or_default();
         Ok(Pose::from_rpy(Vector::from(place), roll, pitch, yaw))
     }
 
-    fn joint(&mut self, source: &Source<'_>, node: Node<'_, '_>) -> Result<Joint, InputError> {
+    fn joint(&mut self, source: &UrdfSource<'_>, node: Node<'_, '_>) -> Result<UrdfJoint, InputError> {
         let name = name_of(source, node)?;
         let all = elements(source, node)?;
         let fault = |message: String, remedy: &str| Err(source.at(&place(node), message, remedy));
         let kind = match node.attribute("type").unwrap_or_default() {
-            "fixed" => Kind::Fixed,
-            "prismatic" => Kind::Prismatic,
-            "revolute" => Kind::Revolute,
-            "continuous" => Kind::Continuous,
+            "fixed" => UrdfJointKind::Fixed,
+            "prismatic" => UrdfJointKind::Prismatic,
+            "revolute" => UrdfJointKind::Revolute,
+            "continuous" => UrdfJointKind::Continuous,
             other => {
                 let message = format!("joint {} is of type {}", shown(&name), shown(other));
                 return fault(message, "a machine has fixed, prismatic, revolute and continuous joints");
@@ -248,7 +248,7 @@ impl Robot {
             let given = Vector::from(given);
             match (given / given.amax()).try_normalize(SHORTEST).filter(|v| v.iter().all(|x| x.is_finite())) {
                 Some(v) => axis = v,
-                None if kind == Kind::Fixed => {}
+                None if kind == UrdfJointKind::Fixed => {}
                 None => {
                     let message = format!("the axis of joint {} has no direction", shown(&name));
                     return Err(source.at(&place(n), message, "write a vector that is not zero"));
@@ -270,11 +270,11 @@ impl Robot {
                 self.leave_out(n.tag_name().name());
             }
         }
-        if limit.is_some_and(|n| n.has_attribute("effort")) && kind != Kind::Fixed {
+        if limit.is_some_and(|n| n.has_attribute("effort")) && kind != UrdfJointKind::Fixed {
             self.leave_out("effort");
         }
-        let scale = if kind == Kind::Prismatic { METER_MM } else { 1.0 };
-        Ok(Joint {
+        let scale = if kind == UrdfJointKind::Prismatic { METER_MM } else { 1.0 };
+        Ok(UrdfJoint {
             place: place(node),
             limit_place: limit.map_or_else(|| place(node), place),
             // Many files give zero for a velocity that is not known.
@@ -290,13 +290,13 @@ impl Robot {
     }
 
     /// Ends of travel, mm or radian. If only one end is given, the other is zero, as the format defines.
-    fn travel(source: &Source<'_>, n: Node<'_, '_>, kind: Kind) -> Result<Option<[f64; 2]>, InputError> {
-        let [lower, upper] = if kind == Kind::Prismatic {
+    fn travel(source: &UrdfSource<'_>, n: Node<'_, '_>, kind: UrdfJointKind) -> Result<Option<[f64; 2]>, InputError> {
+        let [lower, upper] = if kind == UrdfJointKind::Prismatic {
             [source.lengths::<1>(n, "lower")?, source.lengths::<1>(n, "upper")?]
         } else {
             [source.numbers::<1>(n, "lower")?, source.numbers::<1>(n, "upper")?]
         };
-        if (lower.is_none() && upper.is_none()) || matches!(kind, Kind::Fixed | Kind::Continuous) {
+        if (lower.is_none() && upper.is_none()) || matches!(kind, UrdfJointKind::Fixed | UrdfJointKind::Continuous) {
             return Ok(None);
         }
         let [[low], [high]] = [lower, upper].map(Option::unwrap_or_default);
@@ -312,7 +312,7 @@ impl Robot {
         Ok(Some([low, high]))
     }
 
-    fn link(&mut self, source: &Source<'_>, node: Node<'_, '_>) -> Result<Link, InputError> {
+    fn link(&mut self, source: &UrdfSource<'_>, node: Node<'_, '_>) -> Result<UrdfLink, InputError> {
         let name = name_of(source, node)?;
         let all = elements(source, node)?;
         // What is checked for collisions, and only where nothing is, what is drawn.
@@ -324,7 +324,7 @@ impl Robot {
             let link_from_shape = self.origin(source, &below)?;
             let Some(geometry) = only(source, &below, "geometry")? else { continue };
             for form in elements(source, geometry)? {
-                shapes.push(Shape { link_from_shape, form: Self::form(source, form)?, place: place(form) });
+                shapes.push(UrdfShape { link_from_shape, form: Self::form(source, form)?, place: place(form) });
             }
         }
         let mut inertia = None;
@@ -336,10 +336,10 @@ impl Robot {
                 self.leave_out(n.tag_name().name());
             }
         }
-        Ok(Link { name, place: place(node), shapes, inertia })
+        Ok(UrdfLink { name, place: place(node), shapes, inertia })
     }
 
-    fn inertia(&mut self, source: &Source<'_>, node: Node<'_, '_>) -> Result<Option<Inertia>, InputError> {
+    fn inertia(&mut self, source: &UrdfSource<'_>, node: Node<'_, '_>) -> Result<Option<Inertia>, InputError> {
         let all = elements(source, node)?;
         let link_from_center = self.origin(source, &all)?;
         let mass = match only(source, &all, "mass")? {
@@ -357,33 +357,35 @@ impl Robot {
         Ok(mass.map(|[mass_kg]| Inertia { mass_kg, link_from_center, tensor }))
     }
 
-    fn form(source: &Source<'_>, node: Node<'_, '_>) -> Result<Form, InputError> {
+    fn form(source: &UrdfSource<'_>, node: Node<'_, '_>) -> Result<UrdfGeometry, InputError> {
         let tag = node.tag_name().name();
         let missing =
             |key: &str| source.at(&place(node), format!("<{tag}> has no {key}"), format!("add {key} = \"...\""));
         let length = |key: &str| source.lengths::<1>(node, key)?.map(|[v]| v).ok_or_else(|| missing(key));
         let form = match tag {
-            "box" => Form::Box(Vector::from(source.lengths::<3>(node, "size")?.ok_or_else(|| missing("size"))?)),
-            "cylinder" => Form::Cylinder { radius: length("radius")?, length: length("length")? },
-            "sphere" => Form::Sphere(length("radius")?),
+            "box" => {
+                UrdfGeometry::Box(Vector::from(source.lengths::<3>(node, "size")?.ok_or_else(|| missing("size"))?))
+            }
+            "cylinder" => UrdfGeometry::Cylinder { radius: length("radius")?, length: length("length")? },
+            "sphere" => UrdfGeometry::Sphere(length("radius")?),
             "mesh" => {
                 let file = node.attribute("filename").map(str::trim).filter(|f| !f.is_empty());
                 let scale = source.numbers::<3>(node, "scale")?.unwrap_or([1.0; 3]);
                 if scale.contains(&0.0) {
                     return Err(source.at(&place(node), "the scale of a mesh is zero", "write 1 1 1, or leave it out"));
                 }
-                Form::Mesh {
+                UrdfGeometry::Mesh {
                     file: file.ok_or_else(|| missing("filename"))?.to_owned(),
                     scale: Vector::from(scale) * METER_MM,
                 }
             }
-            other => Form::Other(short(other)),
+            other => UrdfGeometry::Other(short(other)),
         };
         let least = match &form {
-            Form::Box(size) => size.min(),
-            Form::Cylinder { radius, length } => radius.min(*length),
-            Form::Sphere(radius) => *radius,
-            Form::Mesh { .. } | Form::Other(_) => 1.0,
+            UrdfGeometry::Box(size) => size.min(),
+            UrdfGeometry::Cylinder { radius, length } => radius.min(*length),
+            UrdfGeometry::Sphere(radius) => *radius,
+            UrdfGeometry::Mesh { .. } | UrdfGeometry::Other(_) => 1.0,
         };
         if least < LEAST_MM {
             let message = format!("<{tag}> measures {least} mm");

@@ -20,7 +20,7 @@ const ROUNDING: f64 = 1e-12;
 /// An angle that was less off its right angle is not worth a note, radian: rounding in the last digits of a double.
 const WORTH_A_NOTE: f64 = 1e-9;
 
-pub(super) struct Source<'a> {
+pub(super) struct UrdfSource<'a> {
     pub(super) file: &'a Path,
     pub(super) text: &'a str,
 }
@@ -71,7 +71,7 @@ fn right_angle(text: &str, value: f64) -> Option<f64> {
     (decimals >= 2 && (rounded || cut)).then_some(exact)
 }
 
-impl Source<'_> {
+impl UrdfSource<'_> {
     pub(super) fn at(&self, place: &Place, message: impl Into<String>, remedy: impl Into<String>) -> InputError {
         InputError::file(self.file, message, remedy).with_span(self.text, place)
     }

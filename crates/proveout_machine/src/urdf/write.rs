@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use proveout_geom::{InputError, Point, Vector, deg, range_of};
 
 use super::{
-    axes::{Axes, Axis},
-    ends::Ends,
-    read::{Kind, Robot},
-    source::{Source, listed, shown},
-    tree::Tree,
+    axes::{Axes, UrdfAxis},
+    link_tree::LinkTree,
+    named_links::NamedLinks,
+    read::{Robot, UrdfJointKind},
+    source::{UrdfSource, listed, shown},
 };
 use crate::Carries;
 
@@ -64,7 +64,7 @@ fn on(letter: Option<char>) -> String {
 }
 
 /// The whole file.
-pub(super) fn machine(source: &Source<'_>, robot: &Robot, kinematics: &str, sections: &Sections<'_>) -> String {
+pub(super) fn machine(source: &UrdfSource<'_>, robot: &Robot, kinematics: &str, sections: &Sections<'_>) -> String {
     let file = source.file.file_name().unwrap_or_default().to_string_lossy();
     let file: String = file.chars().filter(|c| !c.is_control()).collect();
     let model = if sections.has_model { "model = \"model.glb\"\n" } else { "" };
@@ -80,10 +80,10 @@ pub(super) fn machine(source: &Source<'_>, robot: &Robot, kinematics: &str, sect
 
 /// Joints, spindle, table and control.
 pub(super) fn kinematics(
-    source: &Source<'_>,
+    source: &UrdfSource<'_>,
     robot: &Robot,
-    tree: &Tree,
-    ends: &Ends,
+    tree: &LinkTree,
+    ends: &NamedLinks,
     axes: &Axes,
     notes: &mut Vec<String>,
 ) -> Result<String, InputError> {
@@ -93,7 +93,7 @@ pub(super) fn kinematics(
     for axis in &axes.all {
         let joint = &robot.joints[axis.joint];
         write_joint(&mut w, source, robot, axis, &normal)?;
-        if joint.travel.is_none() && joint.kind != Kind::Continuous {
+        if joint.travel.is_none() && joint.kind != UrdfJointKind::Continuous {
             no_travel.push(joint.name.as_str());
         }
         if joint.velocity.is_none() {
@@ -157,7 +157,7 @@ pub(super) fn kinematics(
 }
 
 /// Position of a joint when the program begins.
-fn home(axis: &Axis, normal: &Vector) -> f64 {
+fn home(axis: &UrdfAxis, normal: &Vector) -> f64 {
     let Some([low, high]) = axis.travel else { return 0.0 };
     let off = axis.direction.dot(normal);
     if axis.rotary() || axis.held() || off.abs() < OFF_THE_TABLE {
@@ -168,9 +168,9 @@ fn home(axis: &Axis, normal: &Vector) -> f64 {
 
 fn write_joint(
     w: &mut String,
-    source: &Source<'_>,
+    source: &UrdfSource<'_>,
     robot: &Robot,
-    axis: &Axis,
+    axis: &UrdfAxis,
     normal: &Vector,
 ) -> Result<(), InputError> {
     let joint = &robot.joints[axis.joint];
@@ -202,7 +202,7 @@ fn write_joint(
             format!("the limit of joint {} gives {key} = {value:e}: {least} to {most} is taken", shown(&joint.name));
         Err(source.at(&joint.limit_place, message, "correct it, or leave it out where it is not known"))
     };
-    if joint.kind == Kind::Continuous {
+    if joint.kind == UrdfJointKind::Continuous {
         w.push_str("endless = true\n");
     } else if let Some([low, high]) = axis.travel {
         let key = format!("travel_{unit_of}");

@@ -3,7 +3,7 @@
 use proveout_geom::InputError;
 use roxmltree::{Document, Error, ParsingOptions};
 
-use super::source::Source;
+use super::source::UrdfSource;
 
 /// Most elements, texts and comments of a file: thousands of links.
 const MAX_NODES: u32 = 500_000;
@@ -13,7 +13,7 @@ const MAX_ATTRIBUTES: usize = 200;
 const MAX_NAMESPACES: usize = 100;
 
 /// Parses the text.
-pub(super) fn document<'t>(source: &Source<'t>) -> Result<Document<'t>, InputError> {
+pub(super) fn document<'t>(source: &UrdfSource<'t>) -> Result<Document<'t>, InputError> {
     let text = source.text;
     if text.trim().is_empty() {
         return Err(source.whole("the file is empty", "name a URDF file"));
@@ -37,7 +37,7 @@ pub(super) fn document<'t>(source: &Source<'t>) -> Result<Document<'t>, InputErr
 }
 
 /// What the reader of XML refuses, in words of this file.
-fn refused(source: &Source<'_>, error: &Error) -> InputError {
+fn refused(source: &UrdfSource<'_>, error: &Error) -> InputError {
     let text = source.text;
     let end = text.trim_end().len();
     let at = |offset: usize, message: &str, remedy: &str| source.at(&(offset..offset), message, remedy);

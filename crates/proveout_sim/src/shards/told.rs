@@ -150,8 +150,8 @@ fn taken(
     for patch in cutting.patches.iter_mut() {
         let near = patch.near(items);
         if !near.is_empty() {
-            patch.stock_mut().sweep_told(&near, &[], &mut Depths::default(), &mut told)?;
+            patch.stock_mut().apply_shares(&near, &[], &mut Depths::default(), &mut told)?;
         }
     }
-    cutting.stock.sweep_told(items, measures, cutting.depths, &mut told)
+    cutting.stock.apply_shares(items, measures, cutting.depths, &mut told)
 }

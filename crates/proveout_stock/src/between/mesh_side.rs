@@ -5,7 +5,7 @@
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
-use crate::keeping::regrid::to_triangle;
+use crate::query::mesh_error::to_triangle;
 
 /// Triangles near a place that are looked at for half spaces.
 const MOST_NEAR: usize = 48;
@@ -22,7 +22,7 @@ const LINES: [[f64; 3]; 4] = [
 const EDGE: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct FaceNode {
     bounds: Aabb,
     /// Range of triangles of a leaf; else the second child, the first is the next node.
     first: u32,
@@ -32,7 +32,7 @@ struct Node {
 /// See the text of the file.
 #[derive(Clone, Debug)]
 pub(super) struct MeshSide {
-    nodes: Vec<Node>,
+    nodes: Vec<FaceNode>,
     triangles: Vec<[Point; 3]>,
 }
 
@@ -52,7 +52,7 @@ impl MeshSide {
             all
         });
         let at = self.nodes.len();
-        self.nodes.push(Node { bounds, first: first as u32, count: triangles.len() as u32 });
+        self.nodes.push(FaceNode { bounds, first: first as u32, count: triangles.len() as u32 });
         if triangles.len() <= LEAF {
             return;
         }
@@ -64,7 +64,7 @@ impl MeshSide {
         let (low, high) = triangles.split_at_mut(middle);
         self.build(low, first);
         let second = self.nodes.len() as u32;
-        self.nodes[at] = Node { bounds, first: second, count: 0 };
+        self.nodes[at] = FaceNode { bounds, first: second, count: 0 };
         self.build(high, first + middle);
     }
 

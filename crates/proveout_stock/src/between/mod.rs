@@ -20,7 +20,7 @@
 //!     else       eight cubes of half the edge
 //! ```
 //!
-//! F is the function of a convex body (`moving`): its value is never more than the distance from the skin, and inside it is the depth. A
+//! F is the function of a convex body (`moving_body`): its value is never more than the distance from the skin, and inside it is the depth. A
 //! cube that is empty stays so, since material only goes away: it is remembered over the whole run, and eight empty cubes are an empty
 //! one. So open space is proved once, in large cubes.
 //!
@@ -47,21 +47,21 @@
 //! Results depend on the cuts and their order alone, not on threads, nor on the cells.
 
 mod cut_tree;
+mod depth_search;
 mod mesh_side;
-mod moving;
+mod moving_body;
 mod raw;
-mod search;
 
 use std::collections::HashMap;
 
 use proveout_geom::{Aabb, Point, ToolPose};
 use proveout_tool::Profile;
 
-use crate::{RawBody, SweepMotion, TriDexel, field::raw_body::Known, kernels::meridian::Meridian};
+use crate::{RawBody, SweepMotion, TriDexel, field::raw_body::KnownForm, kernels::meridian::Meridian};
 use cut_tree::CutTree;
-use moving::{Moving, Part};
+use depth_search::{DepthSearch, Mover};
+use moving_body::{FunctionPart, MovingBody};
 use raw::{Raw, RayCells};
-use search::{Mover, Search};
 
 /// Half the thickness of material that counts for nothing, mm.
 const FILM: f64 = 0.001;
@@ -84,9 +84,9 @@ const LAST_CUTS: usize = 4;
 const STRAIGHT: f64 = 1e-9;
 
 #[derive(Clone, Debug)]
-struct Cut {
+struct PastCut {
     set: u32,
-    moving: Moving,
+    moving: MovingBody,
     motion: SweepMotion,
     bounds: Aabb,
     /// What its bodies are less than convex on their way, mm.
@@ -124,7 +124,7 @@ pub struct BetweenRays {
     bodies: Vec<(Profile, Meridian)>,
     /// Bodies that cut together.
     sets: Vec<Vec<u32>>,
-    cuts: Vec<Cut>,
+    cuts: Vec<PastCut>,
     tree: CutTree,
     /// Largest radius of a body that cuts, mm.
     widest: f64,
@@ -141,9 +141,9 @@ impl BetweenRays {
     pub fn new(raw: &RawBody, stock: &TriDexel) -> Self {
         let [x, y, z] = stock.cells_mm();
         let (raw, unknown_below) = match raw.known() {
-            Some(Known::Block(b)) => (Raw::Block(b), 0.0),
-            Some(Known::Bar(bar)) => (Raw::Bar(bar.clone()), 0.0),
-            Some(Known::Mesh(mesh)) => (Raw::mesh(mesh), 0.0),
+            Some(KnownForm::Block(b)) => (Raw::Block(b), 0.0),
+            Some(KnownForm::Bar(bar)) => (Raw::Bar(bar.clone()), 0.0),
+            Some(KnownForm::Mesh(mesh)) => (Raw::mesh(mesh), 0.0),
             None => (Raw::Rays(RayCells::new(stock)), 0.25 * x.min(y).min(z)),
         };
         Self {
@@ -179,7 +179,7 @@ impl BetweenRays {
         let set: Vec<u32> = bodies.map(|p| self.body(p)).collect();
         let of = |b: &u32| &self.bodies[*b as usize].1;
         let reach = set.iter().map(|b| of(b).reach).fold(0.0, f64::max);
-        let whole = Moving::new(motion);
+        let whole = MovingBody::new(motion);
         let bounds = set.iter().fold(Aabb::empty(), |all, b| all.union(&whole.bounds(of(b))));
         if set.is_empty() || !bounds.intersects(&self.bounds) {
             return;
@@ -189,13 +189,13 @@ impl BetweenRays {
             self.sets.push(set.clone());
             self.sets.len() - 1
         });
-        for part in Moving::parts(motion, reach) {
+        for part in MovingBody::parts(motion, reach) {
             self.cut_part(number as u32, &set, &part, reach);
         }
     }
 
     fn cut_part(&mut self, number: u32, set: &[u32], motion: &SweepMotion, reach: f64) {
-        let moving = Moving::new(motion);
+        let moving = MovingBody::new(motion);
         let of = |b: &u32| &self.bodies[*b as usize].1;
         let bounds = set.iter().fold(Aabb::empty(), |all, b| all.union(&moving.bounds(of(b))));
         if !bounds.intersects(&self.bounds) {
@@ -203,10 +203,10 @@ impl BetweenRays {
         }
         if let Some(last) = self.cuts.last_mut()
             && last.set == number
-            && goes_on(&last.motion, motion)
+            && continues_straight(&last.motion, motion)
         {
             last.motion.to = motion.to;
-            last.moving = Moving::new(&last.motion);
+            last.moving = MovingBody::new(&last.motion);
             last.bounds = last.bounds.union(&bounds);
             let grown = last.bounds;
             self.tree.grow_last(&grown);
@@ -218,7 +218,7 @@ impl BetweenRays {
         }
         self.tree.push(&bounds);
         let bend = moving.bend(reach);
-        self.cuts.push(Cut { set: number, moving, motion: *motion, bounds, bend });
+        self.cuts.push(PastCut { set: number, moving, motion: *motion, bounds, bend });
     }
 
     /// A part has come off within this box and was taken away.
@@ -242,7 +242,7 @@ impl BetweenRays {
             return BetweenFound::Clear;
         }
         let index = self.body(body);
-        if self.rests_in_its_cut(index, motion) {
+        if self.stays_in_last_cut(index, motion) {
             return BetweenFound::Clear;
         }
         let meridian = self.bodies[index as usize].1.clone();
@@ -251,7 +251,7 @@ impl BetweenRays {
             return BetweenFound::Clear;
         }
         let most = self.work + MOST_WORK;
-        let mut search = Search {
+        let mut search = DepthSearch {
             store: self,
             movers: &movers,
             shrink,
@@ -278,7 +278,7 @@ impl BetweenRays {
         let mut place = Vec::new();
         let mut movers = Vec::new();
         for (k, (index, (_, motion))) in index.iter().zip(many).enumerate() {
-            let Some(index) = index.filter(|k| !self.rests_in_its_cut(*k, motion)) else { continue };
+            let Some(index) = index.filter(|k| !self.stays_in_last_cut(*k, motion)) else { continue };
             let parts = self.movers(&bodies[index as usize], motion, shrink);
             place.extend(parts.iter().map(|_| k));
             movers.extend(parts);
@@ -289,7 +289,7 @@ impl BetweenRays {
         }
         let most = self.work + MOST_WORK_OF_MANY;
         let doubtful = vec![false; movers.len()];
-        let mut search = Search {
+        let mut search = DepthSearch {
             store: self,
             movers: &movers,
             shrink,
@@ -308,22 +308,22 @@ impl BetweenRays {
 
     /// Whether a cutter stays where one of the last cuts ended: all that it takes up is cut. A control that changes from feed to
     /// rapid rests for some cycles between both.
-    fn rests_in_its_cut(&self, body: u32, motion: &SweepMotion) -> bool {
+    fn stays_in_last_cut(&self, body: u32, motion: &SweepMotion) -> bool {
         let is_same =
             |a: &ToolPose, b: &ToolPose| (a.tip - b.tip).norm() <= STRAIGHT && (a.axis - b.axis).norm() <= STRAIGHT;
         let ends_there =
-            |cut: &Cut| is_same(&cut.motion.to, &motion.from) && self.sets[cut.set as usize].contains(&body);
+            |cut: &PastCut| is_same(&cut.motion.to, &motion.from) && self.sets[cut.set as usize].contains(&body);
         is_same(&motion.from, &motion.to) && self.cuts.iter().rev().take(LAST_CUTS).any(ends_there)
     }
 
     /// The parts of a motion of a body that reach the raw stock.
     fn movers<'b>(&self, body: &'b Meridian, motion: &SweepMotion, shrink: f64) -> Vec<Mover<'b>> {
-        let is_near = |moving: &Moving| moving.bounds(body).expanded(-shrink).intersects(&self.bounds);
-        if !is_near(&Moving::new(motion)) {
+        let is_near = |moving: &MovingBody| moving.bounds(body).expanded(-shrink).intersects(&self.bounds);
+        if !is_near(&MovingBody::new(motion)) {
             return Vec::new();
         }
-        let parts = Moving::parts(motion, body.reach).into_iter().map(|part| {
-            let moving = Moving::new(&part);
+        let parts = MovingBody::parts(motion, body.reach).into_iter().map(|part| {
+            let moving = MovingBody::new(&part);
             Mover { body, moving, bounds: moving.bounds(body).expanded(-shrink) }
         });
         parts.filter(|part| part.bounds.intersects(&self.bounds)).collect()
@@ -355,7 +355,7 @@ impl BetweenRays {
             !cut.bounds.contains(p)
                 || self.sets[cut.set as usize].iter().all(|b| {
                     let body = &self.bodies[*b as usize].1;
-                    cut.moving.least(body, Part::Whole, p, FILM).bound > FILM
+                    cut.moving.least(body, FunctionPart::Whole, p, FILM).bound > FILM
                 })
         })
     }
@@ -375,11 +375,11 @@ impl BetweenRays {
     }
 
     /// Number of the first cut that was not tried on a cube; the last one may have gone on since.
-    fn tried(&self, key: u64) -> usize {
+    fn first_untried(&self, key: u64) -> usize {
         self.cubes.get(&key).map_or(0, |n| *n as usize)
     }
 
-    fn set_tried(&mut self, key: Option<u64>) {
+    fn set_first_untried(&mut self, key: Option<u64>) {
         let tried = self.cuts.len().saturating_sub(1) as u32;
         if let Some(key) = key.filter(|k| self.cubes.len() < MOST_CUBES || self.cubes.contains_key(k)) {
             self.cubes.insert(key, tried);
@@ -388,7 +388,7 @@ impl BetweenRays {
 
     /// Memory in use, bytes.
     pub fn memory_bytes(&self) -> u64 {
-        (self.cuts.capacity() * size_of::<Cut>() + self.cubes.capacity() * 16) as u64 + self.tree.memory_bytes()
+        (self.cuts.capacity() * size_of::<PastCut>() + self.cubes.capacity() * 16) as u64 + self.tree.memory_bytes()
     }
 }
 
@@ -397,7 +397,7 @@ fn is_finite(motion: &SweepMotion) -> bool {
 }
 
 /// Whether a motion goes straight on from another, without turning.
-fn goes_on(first: &SweepMotion, then: &SweepMotion) -> bool {
+fn continues_straight(first: &SweepMotion, then: &SweepMotion) -> bool {
     let axes = [first.to.axis, then.from.axis, then.to.axis];
     let (way, more) = (first.to.tip - first.from.tip, then.to.tip - then.from.tip);
     let length = way.norm();

@@ -3,7 +3,7 @@
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
 use super::mesh_side::MeshSide;
-use crate::{TileTree, TriDexel, field::raw::Bar};
+use crate::{TileTree, TriDexel, field::raw_stock::Bar};
 
 /// Cells along the longest side of the grid that represents a stock of which only the rays are
 /// known.

@@ -1,14 +1,12 @@
 use proveout_geom::{Aabb, Point, Vector};
 
 use crate::{
-    field::grid::{Grid, TILE, TILE_RAYS},
-    field::lost::Lost,
-    field::raw::Cells,
-    field::span::Span,
+    field::grid::{Cells, RayGrid, TILE, TILE_RAYS, TileId},
+    field::last_emptied::LastEmptied,
+    field::regrid_bound::Regrid,
+    field::span::MaterialSpan,
     field::tile::Tile,
-    keeping::history::History,
-    keeping::regrid::Regrid,
-    looking::surface::TileId,
+    field::undo::History,
 };
 
 /// In-process stock: three orthogonal sets of rays with exact interval ends. Frame: that of the constructor's arguments.
@@ -17,7 +15,7 @@ use crate::{
 /// interval end remembers the motion that made it and the normal there.
 #[derive(Clone, Debug)]
 pub struct TriDexel {
-    pub(crate) grid: Grid,
+    pub(crate) grid: RayGrid,
     pub(crate) tiles: Vec<Tile>,
     pub(crate) initial_volume: f64,
     pub(crate) sweep_bound: f64,
@@ -29,7 +27,7 @@ pub struct TriDexel {
     pub(crate) cut_in: Vec<u32>,
     pub(crate) history: Option<History>,
     /// Who took whole intervals, one for each tile.
-    pub(crate) lost: Vec<Lost>,
+    pub(crate) lost: Vec<LastEmptied>,
     pub(crate) watch_engagement: bool,
     /// Rows of tiles without material, where [`TriDexel::pass_over_empty_rows`] has asked for them; else empty.
     pub(crate) empty_rows: Vec<bool>,
@@ -125,7 +123,7 @@ impl TriDexel {
     pub fn memory_bytes(&self) -> u64 {
         let tiles = (self.tiles.capacity() * size_of::<Tile>()) as u64;
         let rays = self.tiles.iter().map(Tile::heap_bytes).sum::<u64>();
-        let lost = self.lost.iter().map(|l| l.heap_bytes() + size_of::<Lost>() as u64).sum::<u64>();
+        let lost = self.lost.iter().map(|l| l.heap_bytes() + size_of::<LastEmptied>() as u64).sum::<u64>();
         tiles
             + rays
             + lost
@@ -134,7 +132,7 @@ impl TriDexel {
             + self.history_bytes()
     }
 
-    pub(crate) fn spans(&self, a: usize, i: usize, j: usize) -> &[Span] {
+    pub(crate) fn spans(&self, a: usize, i: usize, j: usize) -> &[MaterialSpan] {
         let (tile, ray) = self.grid.ray_place(a, i, j);
         self.tiles[tile].ray(ray)
     }
@@ -145,7 +143,7 @@ impl TriDexel {
         if axis > 2 || i >= self.grid.n[(axis + 1) % 3] || j >= self.grid.n[(axis + 2) % 3] {
             return Vec::new();
         }
-        let interval = |s: &Span| Interval {
+        let interval = |s: &MaterialSpan| Interval {
             lo: s.lo,
             hi: s.hi,
             lo_made_by: s.lo_mark.made_by(),
@@ -176,7 +174,7 @@ impl TriDexel {
                 let v = self.grid.center((a + 2) % 3, j0 + r / TILE);
                 tile.ray(r).iter().flat_map(move |s| {
                     [(s.lo, s.lo_mark), (s.hi, s.hi_mark)].map(|(h, mark)| SurfacePoint {
-                        point: Grid::point(a, h, u, v),
+                        point: RayGrid::point(a, h, u, v),
                         normal: Some(mark.normal()),
                         made_by: mark.made_by(),
                         axis: a as u8,

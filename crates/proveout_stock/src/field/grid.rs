@@ -11,10 +11,33 @@ pub(crate) const BLOCK: usize = 32;
 /// Part of a cell by which a length of whole cells may round above them.
 const WHOLE_CELLS: f64 = 1e-7;
 
+/// Edges of a cell along x, y and z, mm; a single number means a cube.
+///
+/// Rays of set `a` are as far apart as the edges of the two other axes: a stock that is finished from above along x may
+/// have long cells in x and short ones in y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cells(pub [f64; 3]);
+
+impl From<f64> for Cells {
+    fn from(cell_mm: f64) -> Self {
+        Self([cell_mm; 3])
+    }
+}
+
+impl From<[f64; 3]> for Cells {
+    fn from(cells_mm: [f64; 3]) -> Self {
+        Self(cells_mm)
+    }
+}
+
+/// A block of 32 x 32 x 32 cells of the stock, x fastest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TileId(pub u32);
+
 /// Cells from the lower corner of the stock's box, with an edge of their own along each axis. Rays of set `a` run along axis
 /// `a` through the cell centers of the other two axes, taken in cyclic order: u = a + 1, v = a + 2 (modulo 3).
 #[derive(Clone, Debug)]
-pub(crate) struct Grid {
+pub(crate) struct RayGrid {
     pub bounds: Aabb,
     /// Edges of a cell along x, y, z, mm.
     pub cells: [f64; 3],
@@ -30,7 +53,7 @@ pub(crate) struct Grid {
     pub blocks: [usize; 3],
 }
 
-impl Grid {
+impl RayGrid {
     pub(crate) fn new(bounds: &Aabb, cells: [f64; 3]) -> Result<Self, StockError> {
         if let Some(&cell_mm) = cells.iter().find(|c| !(c.is_finite() && **c > 0.0)) {
             return Err(StockError::Cell { cell_mm });

@@ -13,8 +13,8 @@ use proveout_geom::{Point, TriMesh};
 
 use crate::{
     StockError,
-    field::grid::Grid,
-    field::span::{INITIAL, Mark, SLIVER, Span},
+    field::grid::RayGrid,
+    field::span::{EndMark, INITIAL, MaterialSpan, SLIVER},
 };
 
 /// Step of the lattice for the inside test, mm: 2^-20, a nanometer. Exact for bodies up to 10 m.
@@ -35,7 +35,7 @@ struct Crossing {
     s: f64,
     /// +1: the ray leaves the body, -1: enters.
     leaves: i32,
-    mark: Mark,
+    mark: EndMark,
 }
 
 fn snap(x: f64) -> i64 {
@@ -54,9 +54,9 @@ fn side(a: [i64; 2], b: [i64; 2], p: [i64; 2]) -> i64 {
 }
 
 /// A closed mesh as the rays of one set see it.
-pub(crate) struct Seen<'a> {
+pub(crate) struct MeshOnRays<'a> {
     mesh: &'a TriMesh,
-    grid: &'a Grid,
+    grid: &'a RayGrid,
     a: usize,
     shells: Shells,
     /// Corners in the plane of the rays, on the lattice.
@@ -66,8 +66,8 @@ pub(crate) struct Seen<'a> {
     vs: Vec<i64>,
 }
 
-impl<'a> Seen<'a> {
-    pub(crate) fn new(mesh: &'a TriMesh, grid: &'a Grid, a: usize, shells: Shells) -> Self {
+impl<'a> MeshOnRays<'a> {
+    pub(crate) fn new(mesh: &'a TriMesh, grid: &'a RayGrid, a: usize, shells: Shells) -> Self {
         let (u, v) = ((a + 1) % 3, (a + 2) % 3);
         Self {
             mesh,
@@ -94,7 +94,7 @@ impl<'a> Seen<'a> {
         &self,
         triangles: impl Iterator<Item = usize>,
         rows: Range<usize>,
-    ) -> Result<Vec<Vec<Span>>, StockError> {
+    ) -> Result<Vec<Vec<MaterialSpan>>, StockError> {
         let (a, grid) = (self.a, self.grid);
         let (u, v) = ((a + 1) % 3, (a + 2) % 3);
         let nu = grid.n[u];
@@ -111,7 +111,7 @@ impl<'a> Seen<'a> {
             let (columns, lines) = (self.range(t, 0), self.range(t, 1));
             let turn = area.signum() as i64;
             let normal = self.mesh.area_normal(t);
-            let mark = Mark::new(INITIAL, normal.into());
+            let mark = EndMark::new(INITIAL, normal.into());
             let corner = self.mesh.corners(t);
             for j in lines.start.max(rows.start)..lines.end.min(rows.end) {
                 for i in columns.clone() {
@@ -130,7 +130,7 @@ impl<'a> Seen<'a> {
             rays.push(match self.shells {
                 Shells::Union => union_of(&list),
                 Shells::Apart => spans_of(&list).map_err(|s| StockError::SelfCrossing {
-                    point: Grid::point(a, s, place[0], place[1]),
+                    point: RayGrid::point(a, s, place[0], place[1]),
                     axis: ['x', 'y', 'z'][a],
                 })?,
             });
@@ -142,11 +142,11 @@ impl<'a> Seen<'a> {
 /// Material on each ray of set `a`, u fastest.
 pub(crate) fn mesh_intervals(
     mesh: &TriMesh,
-    grid: &Grid,
+    grid: &RayGrid,
     a: usize,
     shells: Shells,
-) -> Result<Vec<Vec<Span>>, StockError> {
-    Seen::new(mesh, grid, a, shells).intervals(0..mesh.triangles.len(), 0..grid.n[(a + 2) % 3])
+) -> Result<Vec<Vec<MaterialSpan>>, StockError> {
+    MeshOnRays::new(mesh, grid, a, shells).intervals(0..mesh.triangles.len(), 0..grid.n[(a + 2) % 3])
 }
 
 /// Where the plane of a triangle meets the ray, kept within the triangle's height.
@@ -160,8 +160,8 @@ fn height(corner: &[Point; 3], normal: &[f64; 3], a: usize, at: [f64; 2]) -> f64
 }
 
 /// Material where more shells were entered than left.
-fn union_of(list: &[Crossing]) -> Vec<Span> {
-    let mut spans: Vec<Span> = Vec::new();
+fn union_of(list: &[Crossing]) -> Vec<MaterialSpan> {
+    let mut spans: Vec<MaterialSpan> = Vec::new();
     let mut depth = 0;
     let mut entry: Option<&Crossing> = None;
     for c in list {
@@ -176,7 +176,7 @@ fn union_of(list: &[Crossing]) -> Vec<Span> {
             match spans.last_mut() {
                 Some(last) if from.s - last.hi <= SLIVER => (last.hi, last.hi_mark) = (c.s, c.mark),
                 _ if c.s - from.s > SLIVER => {
-                    spans.push(Span { lo: from.s, hi: c.s, lo_mark: from.mark, hi_mark: c.mark });
+                    spans.push(MaterialSpan { lo: from.s, hi: c.s, lo_mark: from.mark, hi_mark: c.mark });
                 }
                 _ => {}
             }
@@ -186,8 +186,8 @@ fn union_of(list: &[Crossing]) -> Vec<Span> {
 }
 
 /// Pairs entries with exits; the error is the height where they do not alternate.
-fn spans_of(list: &[Crossing]) -> Result<Vec<Span>, f64> {
-    let mut spans: Vec<Span> = Vec::new();
+fn spans_of(list: &[Crossing]) -> Result<Vec<MaterialSpan>, f64> {
+    let mut spans: Vec<MaterialSpan> = Vec::new();
     let mut open: Vec<&Crossing> = Vec::new();
     let mut early: Vec<&Crossing> = Vec::new(); // exits that rounding put before their entries
     for c in list {
@@ -214,7 +214,7 @@ fn spans_of(list: &[Crossing]) -> Result<Vec<Span>, f64> {
                             (last.hi, last.hi_mark) = (hi.max(last.hi), c.mark)
                         }
                         _ if hi - entry.s > SLIVER => {
-                            spans.push(Span { lo: entry.s, hi, lo_mark: entry.mark, hi_mark: c.mark });
+                            spans.push(MaterialSpan { lo: entry.s, hi, lo_mark: entry.mark, hi_mark: c.mark });
                         }
                         _ => {}
                     }

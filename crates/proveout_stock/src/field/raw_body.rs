@@ -5,12 +5,11 @@ use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
 use crate::{
     StockError,
     field::dexel::TriDexel,
-    field::grid::Grid,
+    field::grid::{Cells, RayGrid},
     field::mesh_rays::Shells,
-    field::raw::{Bar, Cells, mended},
-    field::span::{INITIAL, Mark, SLIVER, Span},
-    keeping::patch::PatchPlan,
-    keeping::regrid::Regrid,
+    field::raw_stock::{Bar, mended},
+    field::regrid_bound::Regrid,
+    field::span::{EndMark, INITIAL, MaterialSpan, SLIVER},
 };
 
 /// Cells along each side of the grid on which intervals are counted; odd, so that its rays do not meet what a drawing puts on halves.
@@ -18,19 +17,19 @@ const SAMPLED: f64 = 47.0;
 
 /// A body that fills rays with material, any number of times: once for the stock, once for each of its patches.
 #[derive(Clone, Debug)]
-pub struct RawBody(Form);
+pub struct RawBody(RawForm);
 
 #[derive(Clone, Debug)]
-enum Form {
+enum RawForm {
     Block(Aabb),
     Bar(Bar),
     Mesh(TriMesh, Shells),
-    Earlier(Box<Earlier>),
+    Earlier(Box<EarlierStock>),
 }
 
 /// What an earlier run left, in its own frame.
 #[derive(Clone, Debug)]
-struct Earlier {
+struct EarlierStock {
     stock: TriDexel,
     new_from_old: Pose,
     /// Its surface in the new frame with the bound of that; none where a turn by right angles takes the rays over.
@@ -41,7 +40,7 @@ struct Earlier {
 
 /// The form of a raw stock, where it is known between the rays.
 #[derive(Debug)]
-pub(crate) enum Known<'r> {
+pub(crate) enum KnownForm<'r> {
     Block(Aabb),
     Bar(&'r Bar),
     Mesh(&'r TriMesh),
@@ -49,18 +48,18 @@ pub(crate) enum Known<'r> {
 
 impl RawBody {
     /// Its form; none of what an earlier run left.
-    pub(crate) fn known(&self) -> Option<Known<'_>> {
+    pub(crate) fn known(&self) -> Option<KnownForm<'_>> {
         match &self.0 {
-            Form::Block(b) => Some(Known::Block(*b)),
-            Form::Bar(bar) => Some(Known::Bar(bar)),
-            Form::Mesh(mesh, _) => Some(Known::Mesh(mesh)),
-            Form::Earlier(_) => None,
+            RawForm::Block(b) => Some(KnownForm::Block(*b)),
+            RawForm::Bar(bar) => Some(KnownForm::Bar(bar)),
+            RawForm::Mesh(mesh, _) => Some(KnownForm::Mesh(mesh)),
+            RawForm::Earlier(_) => None,
         }
     }
 
     /// A block.
     pub fn block(bounds: &Aabb) -> Self {
-        Self(Form::Block(*bounds))
+        Self(RawForm::Block(*bounds))
     }
 
     /// A bar, see [`TriDexel::from_cylinder`].
@@ -68,7 +67,7 @@ impl RawBody {
     /// # Errors
     /// [`StockError::Degenerate`] for a radius or length that is not positive.
     pub fn cylinder(base: &Point, axis: &Vector, radius: f64, length: f64) -> Result<Self, StockError> {
-        Ok(Self(Form::Bar(Bar::new(base, axis, radius, length)?)))
+        Ok(Self(RawForm::Bar(Bar::new(base, axis, radius, length)?)))
     }
 
     /// The inside of a closed mesh, see [`TriDexel::from_mesh`].
@@ -78,7 +77,7 @@ impl RawBody {
     pub fn mesh(mesh: TriMesh) -> Result<Self, StockError> {
         mesh.check_solid()?;
         mesh.check_uncrossed()?;
-        Ok(Self(Form::Mesh(mesh, Shells::Apart)))
+        Ok(Self(RawForm::Mesh(mesh, Shells::Apart)))
     }
 
     /// The inside of a closed mesh whose faults are mended, see [`TriDexel::from_mesh_repaired`].
@@ -86,7 +85,7 @@ impl RawBody {
     /// # Errors
     /// [`StockError::Mesh`] for what cannot be mended.
     pub fn repaired_mesh(mesh: &TriMesh) -> Result<Self, StockError> {
-        Ok(Self(Form::Mesh(mended(mesh)?, Shells::Union)))
+        Ok(Self(RawForm::Mesh(mended(mesh)?, Shells::Union)))
     }
 
     /// What an earlier run left, brought from its frame into the new one, see [`TriDexel::regridded`]. `patches` are those of the
@@ -96,7 +95,12 @@ impl RawBody {
     /// [`StockError::Degenerate`] when nothing is left, or the pose is not finite.
     pub fn earlier(stock: TriDexel, patches: Vec<TriDexel>, new_from_old: &Pose) -> Result<Self, StockError> {
         stock.check_left(new_from_old)?;
-        Ok(Self(Form::Earlier(Box::new(Earlier { stock, new_from_old: *new_from_old, surface: None, fine: patches }))))
+        Ok(Self(RawForm::Earlier(Box::new(EarlierStock {
+            stock,
+            new_from_old: *new_from_old,
+            surface: None,
+            fine: patches,
+        }))))
     }
 
     /// Makes ready for a stock of these cells, with patches or without, and gives the box of the stock.
@@ -109,10 +113,10 @@ impl RawBody {
             return Err(StockError::Cell { cell_mm });
         }
         Ok(match &mut self.0 {
-            Form::Block(b) => *b,
-            Form::Bar(bar) => bar.bounds,
-            Form::Mesh(mesh, _) => mesh.aabb(),
-            Form::Earlier(e) => {
+            RawForm::Block(b) => *b,
+            RawForm::Bar(bar) => bar.bounds,
+            RawForm::Mesh(mesh, _) => mesh.aabb(),
+            RawForm::Earlier(e) => {
                 let turn = e.stock.exact_turn(&e.new_from_old, cells);
                 if turn.is_none() || with_patches {
                     e.surface = Some(e.stock.moved_mesh(&e.new_from_old)?);
@@ -130,10 +134,10 @@ impl RawBody {
     /// earlier stock.
     pub fn intervals_per_ray(&self) -> f64 {
         let bounds = match &self.0 {
-            Form::Block(_) => return 1.0,
-            Form::Earlier(e) => return e.stock.intervals_per_ray(),
-            Form::Bar(bar) => bar.bounds,
-            Form::Mesh(mesh, _) => mesh.aabb(),
+            RawForm::Block(_) => return 1.0,
+            RawForm::Earlier(e) => return e.stock.intervals_per_ray(),
+            RawForm::Bar(bar) => bar.bounds,
+            RawForm::Mesh(mesh, _) => mesh.aabb(),
         };
         let few = self.stock(Cells((bounds.size() / SAMPLED).into()), u64::MAX);
         few.map_or(1.0, |few| few.intervals_per_ray())
@@ -142,11 +146,11 @@ impl RawBody {
     /// Volume of the shape itself, mm³; none of a mesh that was mended, whose shells may cross. That of an earlier stock is that of its rays.
     pub fn own_volume(&self) -> Option<f64> {
         match &self.0 {
-            Form::Block(b) => Some(b.size().product()),
-            Form::Bar(bar) => Some(bar.volume()),
-            Form::Mesh(mesh, Shells::Apart) => Some(mesh.volume()),
-            Form::Mesh(_, Shells::Union) => None,
-            Form::Earlier(e) => Some(e.stock.exact_volume()),
+            RawForm::Block(b) => Some(b.size().product()),
+            RawForm::Bar(bar) => Some(bar.volume()),
+            RawForm::Mesh(mesh, Shells::Apart) => Some(mesh.volume()),
+            RawForm::Mesh(_, Shells::Union) => None,
+            RawForm::Earlier(e) => Some(e.stock.exact_volume()),
         }
     }
 
@@ -157,10 +161,10 @@ impl RawBody {
     pub fn stock(&self, cells: impl Into<Cells>, limit_bytes: u64) -> Result<TriDexel, StockError> {
         let cells = cells.into();
         match &self.0 {
-            Form::Block(b) => TriDexel::from_box(b, cells, limit_bytes),
-            Form::Bar(bar) => Ok(TriDexel::bar_on(TriDexel::plan(&bar.bounds, cells, limit_bytes)?, bar)),
-            Form::Mesh(mesh, shells) => TriDexel::from_shells(mesh, cells, *shells, limit_bytes),
-            Form::Earlier(e) => match (&e.surface, e.stock.exact_turn(&e.new_from_old, cells)) {
+            RawForm::Block(b) => TriDexel::from_box(b, cells, limit_bytes),
+            RawForm::Bar(bar) => Ok(TriDexel::bar_on(TriDexel::plan(&bar.bounds, cells, limit_bytes)?, bar)),
+            RawForm::Mesh(mesh, shells) => TriDexel::from_shells(mesh, cells, *shells, limit_bytes),
+            RawForm::Earlier(e) => match (&e.surface, e.stock.exact_turn(&e.new_from_old, cells)) {
                 (Some((mesh, off)), None) => {
                     let mut new = TriDexel::from_shells(mesh, cells, Shells::Union, limit_bytes)?;
                     (new.regrid, new.sweep_bound) = (Some(*off), e.stock.sweep_bound);
@@ -171,24 +175,24 @@ impl RawBody {
         }
     }
 
-    /// The part of it on the grid of a patch.
+    /// The part of it on the grid of a patch, which lies in `bounds`.
     ///
     /// # Errors
     /// As the constructors of [`TriDexel`].
-    pub(crate) fn within(&self, plan: &PatchPlan, limit_bytes: u64) -> Result<TriDexel, StockError> {
-        let grid = TriDexel::plan(plan.grid_bounds(), Cells(plan.cells_mm()), limit_bytes)?;
+    pub(crate) fn within(&self, bounds: &Aabb, cells: Cells, limit_bytes: u64) -> Result<TriDexel, StockError> {
+        let grid = TriDexel::plan(bounds, cells, limit_bytes)?;
         Ok(match &self.0 {
-            Form::Block(b) => TriDexel::block_on(grid, b),
-            Form::Bar(bar) => TriDexel::bar_on(grid, bar),
-            Form::Mesh(mesh, shells) => TriDexel::shells_on(grid, mesh, *shells)?,
-            Form::Earlier(e) => return e.within(grid, limit_bytes),
+            RawForm::Block(b) => TriDexel::block_on(grid, b),
+            RawForm::Bar(bar) => TriDexel::bar_on(grid, bar),
+            RawForm::Mesh(mesh, shells) => TriDexel::shells_on(grid, mesh, *shells)?,
+            RawForm::Earlier(e) => return e.within(grid, limit_bytes),
         }
         .kept_to_box())
     }
 }
 
-impl Earlier {
-    fn within(&self, grid: Grid, limit_bytes: u64) -> Result<TriDexel, StockError> {
+impl EarlierStock {
+    fn within(&self, grid: RayGrid, limit_bytes: u64) -> Result<TriDexel, StockError> {
         let cells = Cells(grid.cells);
         for source in self.fine.iter().chain([&self.stock]) {
             if let Some(turn) = source.exact_turn(&self.new_from_old, cells) {
@@ -225,7 +229,7 @@ impl TriDexel {
             let face = |sign: f64| {
                 let mut n = [0.0; 3];
                 n[a] = sign;
-                Mark::new(INITIAL, n)
+                EndMark::new(INITIAL, n)
             };
             tile.rewrite(&mut before, |_, spans, out| {
                 for s in spans {
@@ -248,7 +252,7 @@ impl TriDexel {
     }
 
     /// The rays of a grid that are rays of this one; none where it has others, or does not reach over the grid.
-    fn part_on(&self, grid: &Grid) -> Option<Self> {
+    fn part_on(&self, grid: &RayGrid) -> Option<Self> {
         let mut first = [0; 3];
         for (k, first) in first.iter_mut().enumerate() {
             let cells = (grid.bounds.min[k] - self.grid.bounds.min[k]) / grid.cells[k];
@@ -259,7 +263,7 @@ impl TriDexel {
             }
             *first = cells.round() as usize;
         }
-        let mut part = Self::filled(grid.clone(), |a, i, j| -> Vec<Span> {
+        let mut part = Self::filled(grid.clone(), |a, i, j| -> Vec<MaterialSpan> {
             let (u, v) = (i + first[(a + 1) % 3], j + first[(a + 2) % 3]);
             if u < self.grid.n[(a + 1) % 3] && v < self.grid.n[(a + 2) % 3] {
                 self.spans(a, u, v).to_vec()

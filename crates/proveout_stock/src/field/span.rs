@@ -10,37 +10,37 @@ pub(crate) const SLIVER: f64 = 2e-7;
 
 /// Interval of material on a ray, with the mark of what made each end: 32 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Span {
+pub(crate) struct MaterialSpan {
     /// Lower end, mm.
     pub lo: f64,
     /// Upper end, mm.
     pub hi: f64,
-    pub lo_mark: Mark,
-    pub hi_mark: Mark,
+    pub lo_mark: EndMark,
+    pub hi_mark: EndMark,
 }
 
 /// One end of an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct End {
+pub(crate) struct SpanEnd {
     /// Height on the ray, mm.
     pub s: f64,
-    pub mark: Mark,
+    pub mark: EndMark,
 }
 
-impl Span {
+impl MaterialSpan {
     /// Lower and upper end.
-    pub(crate) fn ends(&self) -> [End; 2] {
-        [End { s: self.lo, mark: self.lo_mark }, End { s: self.hi, mark: self.hi_mark }]
+    pub(crate) fn ends(&self) -> [SpanEnd; 2] {
+        [SpanEnd { s: self.lo, mark: self.lo_mark }, SpanEnd { s: self.hi, mark: self.hi_mark }]
     }
 
-    pub(crate) fn from_ends(lo: End, hi: End) -> Self {
+    pub(crate) fn from_ends(lo: SpanEnd, hi: SpanEnd) -> Self {
         Self { lo: lo.s, hi: hi.s, lo_mark: lo.mark, hi_mark: hi.mark }
     }
 }
 
 /// What made an end: the id of a sweep item and the outward normal of the material there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Mark {
+pub(crate) struct EndMark {
     pub id: u32,
     normal: u32,
 }
@@ -48,7 +48,7 @@ pub(crate) struct Mark {
 /// Largest value of one octahedral coordinate.
 const FULL: f64 = 32767.0;
 
-impl Mark {
+impl EndMark {
     /// Of an end that nothing is known of.
     pub(crate) const NONE: Self = Self { id: INITIAL, normal: 0 };
 
@@ -100,16 +100,16 @@ mod tests {
         for k in 0..5000 {
             let f = f64::from(k);
             let n = Vector::new((f * 0.37).sin(), (f * 0.91).cos(), (f * 0.17).sin()).normalize();
-            let back = Mark::new(1, n.into()).normal();
+            let back = EndMark::new(1, n.into()).normal();
             assert!(n.cross(&back).norm() < 7e-5 && n.dot(&back) > 0.0);
         }
         for n in [Vector::x(), -Vector::x(), Vector::y(), -Vector::y(), Vector::z(), -Vector::z()] {
-            assert_eq!(Mark::new(1, n.into()).normal(), n);
+            assert_eq!(EndMark::new(1, n.into()).normal(), n);
         }
     }
 
     #[test]
     fn a_span_stays_small() {
-        assert_eq!(size_of::<Span>(), 32);
+        assert_eq!(size_of::<MaterialSpan>(), 32);
     }
 }

@@ -1,67 +1,20 @@
 //! Batches of motions against the stock.
 
-use proveout_geom::{Aabb, Point, ToolPose};
+use proveout_geom::{Aabb, Point};
 use proveout_tool::Profile;
 use rayon::prelude::*;
 
 use crate::{
+    field::batch::{Batch, Split},
+    field::depth::{Depths, Measure, RayLap},
     field::dexel::TriDexel,
-    field::grid::{Grid, TILE},
-    field::step::{Batch, Split},
-    field::tile_work::{Scratch, Work},
+    field::engagement::{Contact, PassMotions},
+    field::grid::{RayGrid, TILE},
+    field::tile_work::{Scratch, TileWork},
+    field::watch::Watch,
     kernels::meridian::Meridian,
-    looking::contact::{Contact, Moves},
-    looking::depth::{Depths, Lap, Measure},
-    looking::watch::Watch,
+    sweep_item::SweepItem,
 };
-
-/// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of the stock.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SweepMotion {
-    /// Start.
-    pub from: ToolPose,
-    /// End.
-    pub to: ToolPose,
-}
-
-/// What a motion does to the stock.
-///
-/// ```
-/// use proveout_geom::{Aabb, Point, ToolPose, Vector};
-/// use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
-/// use proveout_tool::Cutter;
-///
-/// let block = Aabb { min: Point::new(0.0, 0.0, -10.0), max: Point::new(40.0, 20.0, 0.0) };
-/// let mut stock = TriDexel::from_box(&block, 0.5, 1 << 30)?;
-/// let tool = Cutter::flat(8.0)?.bodies(20.0)?.remove(0);
-/// let at = |x: f64| ToolPose { tip: Point::new(x, 10.0, -2.0), axis: Vector::z() };
-/// let motion = SweepMotion { from: at(-10.0), to: at(50.0) };
-/// let reports = stock.sweep(&[SweepItem { id: 1, body: &tool, action: Action::Probe, motion }]);
-/// // A rapid through 8 x 2 x 40 mm of material, which stays.
-/// assert!((reports[0].volume_mm3 - 640.0).abs() < 1.0);
-/// assert_eq!(stock.volume(), stock.initial_volume());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
-    /// Takes away the material that the body meets.
-    Remove,
-    /// Leaves the stock as it is and reports what the body would overlap with.
-    Probe,
-}
-
-/// One body on one motion.
-#[derive(Clone, Copy, Debug)]
-pub struct SweepItem<'a> {
-    /// Remembered by every interval end that this motion makes; `u32::MAX` is taken for the initial surface.
-    pub id: u32,
-    /// The convex body, z from the programmed tip, mm.
-    pub body: &'a Profile,
-    /// Remove or probe.
-    pub action: Action,
-    /// The motion.
-    pub motion: SweepMotion,
-}
 
 /// What one motion met in the stock as it stood at that moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -110,14 +63,14 @@ impl TriDexel {
         let (index, bodies) = bodies_of(items);
         for chunk in chunks(items, measures) {
             let mut batch = self.batch(chunk.items, chunk.measures, &index[chunk.range.clone()], &bodies);
-            batch.moves = self.watch_engagement.then(|| Moves::new(chunk.items, &index[chunk.range.clone()]));
+            batch.moves = self.watch_engagement.then(|| PassMotions::new(chunk.items, &index[chunk.range.clone()]));
             let reports = &mut reports[chunk.range.clone()];
             let mut first = 0;
             while first < batch.ready.len() {
                 let (bins, next) = self.bin(&batch, first);
                 let mut works = self.works(&batch, bins);
                 let laps = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
-                self.settle(works, reports);
+                self.put_back_tiles(works, reports);
                 self.measure(&chunk, laps, reports, depths);
                 first = next;
             }
@@ -154,7 +107,7 @@ impl TriDexel {
     pub(crate) fn measure(
         &self,
         chunk: &ItemChunk<'_, '_>,
-        mut laps: Vec<Lap>,
+        mut laps: Vec<RayLap>,
         reports: &mut [SweepReport],
         depths: &mut Depths,
     ) {
@@ -256,12 +209,12 @@ impl TriDexel {
     }
 
     /// Carries out what the bins hold, on tiles that are taken out of the stock.
-    pub(crate) fn works(&mut self, batch: &Batch<'_>, bins: Bins) -> Vec<Work> {
+    pub(crate) fn works(&mut self, batch: &Batch<'_>, bins: Bins) -> Vec<TileWork> {
         let mut undo = self.history.as_mut();
-        let mut works: Vec<Work> = bins
+        let mut works: Vec<TileWork> = bins
             .tiles
             .into_iter()
-            .map(|(index, entries)| Work {
+            .map(|(index, entries)| TileWork {
                 index,
                 tile: std::mem::take(&mut self.tiles[index]),
                 lost: std::mem::take(&mut self.lost[index]),
@@ -281,8 +234,8 @@ impl TriDexel {
     }
 
     /// Puts tiles back, in rising order, and adds up what was met in them.
-    pub(crate) fn settle(&mut self, works: Vec<Work>, reports: &mut [SweepReport]) {
-        let cut = works.iter().any(Work::is_cut);
+    pub(crate) fn put_back_tiles(&mut self, works: Vec<TileWork>, reports: &mut [SweepReport]) {
+        let cut = works.iter().any(TileWork::is_cut);
         let pass = self.passes + u32::from(cut);
         self.passes = pass;
         for work in works {
@@ -297,13 +250,13 @@ impl TriDexel {
                 if p.longest > report.overlap_mm {
                     let ray = usize::from(p.ray);
                     report.overlap_mm = p.longest;
-                    report.first_point = Some(Grid::point(a, p.middle, u(ray % TILE), v(ray / TILE)));
+                    report.first_point = Some(RayGrid::point(a, p.middle, u(ray % TILE), v(ray / TILE)));
                 }
                 let ends =
                     |bits: u8| [bits.trailing_zeros() as usize, 7_u32.saturating_sub(bits.leading_zeros()) as usize];
                 let (columns, rows) = (ends(p.columns), ends(p.rows));
-                let low = Grid::point(a, p.range[0], u(columns[0]), v(rows[0]));
-                let high = Grid::point(a, p.range[1], u(columns[1]), v(rows[1]));
+                let low = RayGrid::point(a, p.range[0], u(columns[0]), v(rows[0]));
+                let high = RayGrid::point(a, p.range[1], u(columns[1]), v(rows[1]));
                 let region = Aabb { min: low, max: high };
                 report.region = Some(report.region.map_or(region, |r| r.union(&region)));
             }

@@ -1,13 +1,13 @@
 //! Rays of one tile in one arena.
 
-use crate::{field::grid::TILE_RAYS, field::span::Span};
+use crate::{field::grid::TILE_RAYS, field::span::MaterialSpan};
 
 /// The intervals of [`TILE_RAYS`] rays, one after the other in a single list.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tile {
     /// Ray `r` has the spans `start[r]..start[r + 1]`.
     start: [u32; TILE_RAYS + 1],
-    spans: Vec<Span>,
+    spans: Vec<MaterialSpan>,
     /// Lowest and highest end of any span; empty tile: lo > hi.
     pub lo: f64,
     pub hi: f64,
@@ -21,7 +21,7 @@ impl Default for Tile {
 
 impl Tile {
     /// Takes the spans of all rays, in rising order each: `add(ray, list)` appends those of a ray.
-    pub(crate) fn from_rays(mut add: impl FnMut(usize, &mut Vec<Span>)) -> Self {
+    pub(crate) fn from_rays(mut add: impl FnMut(usize, &mut Vec<MaterialSpan>)) -> Self {
         let mut tile = Self { spans: Vec::with_capacity(TILE_RAYS), ..Self::default() };
         for r in 0..TILE_RAYS {
             add(r, &mut tile.spans);
@@ -34,7 +34,11 @@ impl Tile {
 
     /// Rewrites all rays: `add(ray, before, list)` appends the spans of a ray, given those that it
     /// had. `buffer` holds them until all are known.
-    pub(crate) fn rewrite(&mut self, buffer: &mut Vec<Span>, mut add: impl FnMut(usize, &[Span], &mut Vec<Span>)) {
+    pub(crate) fn rewrite(
+        &mut self,
+        buffer: &mut Vec<MaterialSpan>,
+        mut add: impl FnMut(usize, &[MaterialSpan], &mut Vec<MaterialSpan>),
+    ) {
         buffer.clear();
         let mut first = 0;
         for r in 0..TILE_RAYS {
@@ -56,7 +60,7 @@ impl Tile {
     }
 
     /// Takes the spans of all rays, and keeps room for so many.
-    pub(crate) fn with_room(room: usize, rays: Vec<Vec<Span>>) -> Self {
+    pub(crate) fn with_room(room: usize, rays: Vec<Vec<MaterialSpan>>) -> Self {
         let mut tile = Self { spans: Vec::with_capacity(room), ..Self::default() };
         for (r, spans) in rays.into_iter().take(TILE_RAYS).enumerate() {
             tile.spans.extend(spans);
@@ -75,7 +79,7 @@ impl Tile {
         self.spans.is_empty()
     }
 
-    pub(crate) fn ray(&self, r: usize) -> &[Span] {
+    pub(crate) fn ray(&self, r: usize) -> &[MaterialSpan] {
         &self.spans[self.start[r] as usize..self.start[r + 1] as usize]
     }
 
@@ -104,6 +108,6 @@ impl Tile {
 
     /// Memory on the heap, bytes.
     pub(crate) fn heap_bytes(&self) -> u64 {
-        (self.spans.capacity() * size_of::<Span>()) as u64
+        (self.spans.capacity() * size_of::<MaterialSpan>()) as u64
     }
 }

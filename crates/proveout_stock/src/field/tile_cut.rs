@@ -8,8 +8,9 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     field::span::SLIVER,
-    field::tile_field::{Field, Layer, Left, Partial},
-    kernels::lane_set::{Cut, LANES, ROW, Strip, TAKEN, WIDE},
+    field::tile_field::{Field, IntervalLayer, StripRest, TileOverlap},
+    kernels::lane_bits::ROW,
+    kernels::lane_set::{LANES, LaneCut, LaneStrip, TAKEN, WIDE},
     kernels::lanes::{L, Mask, highest, load, lowest, put, store, width},
 };
 
@@ -18,18 +19,18 @@ const COLUMNS: usize = 16;
 
 /// Takes what the lanes of a layer say.
 pub(crate) struct CutLayer<'a> {
-    pub layer: &'a mut Layer,
+    pub layer: &'a mut IntervalLayer,
     pub removes: bool,
-    pub sum: &'a mut Partial,
+    pub sum: &'a mut TileOverlap,
     /// Rays that have been counted: not zero.
     pub counted: &'a mut [f64; LANES],
     /// Upper parts of intervals that were cut in two.
-    pub torn: &'a mut Vec<Strip>,
+    pub torn: &'a mut Vec<LaneStrip>,
     /// Rays whose interval is gone, one bit each.
     pub gone: &'a mut u64,
 }
 
-struct Sums {
+struct CutSums {
     length: [f64; COLUMNS],
     longest: [f64; COLUMNS],
     middle: [f64; COLUMNS],
@@ -49,7 +50,7 @@ impl WithSimd for CutLayer<'_> {
         let zero = L::splat(simd, 0.0);
         let (one, taken, sliver) = (zero.same(1.0), zero.same(TAKEN), zero.same(SLIVER));
         let (none_lo, none_hi) = (zero.same(f64::INFINITY), zero.same(f64::NEG_INFINITY));
-        let mut sums = Sums {
+        let mut sums = CutSums {
             length: [0.0; COLUMNS],
             longest: [0.0; COLUMNS],
             middle: [0.0; COLUMNS],
@@ -61,7 +62,7 @@ impl WithSimd for CutLayer<'_> {
         let mut met_rows = 0_u8;
         for g in 0..LANES / width::<S>() {
             let lanes = &mut layer.lanes;
-            if !lanes.asks::<S>(g) {
+            if !lanes.requests_any::<S>(g) {
                 continue;
             }
             let state = load(simd, &lanes.state, g);
@@ -102,7 +103,7 @@ impl WithSimd for CutLayer<'_> {
                 for (i, _) in which.iter().enumerate().take(width::<S>()).filter(|w| *w.1 > 0.0) {
                     let k = g * width::<S>() + i;
                     let lower = lanes.strip(k);
-                    torn.push(Strip { lo: lanes.to[k], lo_by: lanes.to_by[k], lo_tau: lanes.to_tau[k], ..lower });
+                    torn.push(LaneStrip { lo: lanes.to[k], lo_by: lanes.to_by[k], lo_tau: lanes.to_tau[k], ..lower });
                 }
             }
             let upper = above & !below;
@@ -154,7 +155,7 @@ fn rows<S: Simd>(met: Mask<S>, g: usize) -> u8 {
 
 /// Adds the columns to what the item met.
 #[inline(always)]
-fn add(sums: &Sums, met_rows: u8, sum: &mut Partial) {
+fn add(sums: &CutSums, met_rows: u8, sum: &mut TileOverlap) {
     let (mut count, mut length) = (0.0, 0.0);
     for c in 0..ROW {
         count += sums.count[c] + sums.count[c + ROW];
@@ -170,7 +171,7 @@ fn add(sums: &Sums, met_rows: u8, sum: &mut Partial) {
     sum.rows |= met_rows;
     for (c, &longest) in sums.longest.iter().enumerate() {
         if longest > 0.0 && longest >= sum.longest {
-            sum.offer(longest, sums.middle[c], (sums.lap[c] as usize * COLUMNS + c) as u8);
+            sum.note_longest(longest, sums.middle[c], (sums.lap[c] as usize * COLUMNS + c) as u8);
         }
     }
 }
@@ -179,14 +180,14 @@ fn add(sums: &Sums, met_rows: u8, sum: &mut Partial) {
 pub(crate) fn cut_lane(
     field: &mut Field,
     (k, r): (usize, usize),
-    cut: &Cut,
+    cut: &LaneCut,
     removes: bool,
-    sum: &mut Partial,
+    sum: &mut TileOverlap,
     counted: &mut [f64; LANES],
 ) -> bool {
     let layer = &mut field.layers_mut()[k];
     let strip = layer.lanes.strip(r);
-    let Some(left) = Left::of(&strip, cut) else { return false };
+    let Some(left) = StripRest::of(&strip, cut) else { return false };
     sum.rays += u32::from(counted[r] == 0.0);
     counted[r] = 1.0;
     sum.add(&strip, left.met, left.gone);
@@ -206,7 +207,7 @@ pub(crate) fn cut_lane(
             layer.measure_row(r / ROW);
         }
         (None, None) => {
-            field.close(k, r);
+            field.close_gap(k, r);
             return true;
         }
     }
@@ -225,20 +226,23 @@ mod tests {
     }
 
     /// A layer with gaps, and what is to be taken: nothing, a part below, above or within, or all.
-    fn layer(round: usize) -> Layer {
-        let mut layer = Layer::default();
+    fn layer(round: usize) -> IntervalLayer {
+        let mut layer = IntervalLayer::default();
         for r in 0..LANES {
             let n = |salt: f64| number(round * LANES + r, salt);
             let (lo, hi) = if n(1.0) < 0.2 { (f64::INFINITY, f64::NEG_INFINITY) } else { (n(2.0), 1.0 + n(3.0)) };
             let (u, v) = ((r % ROW) as f64, (r / ROW) as f64);
-            layer.lanes.set(r, &Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
+            layer
+                .lanes
+                .set(r, &LaneStrip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
         }
         for row in (0..ROW).filter(|row| number(round * ROW + row, 4.0) < 0.8) {
-            layer.lanes.ask_row(row);
+            layer.lanes.request_row(row);
             for r in row * ROW..(row + 1) * ROW {
                 let n = |salt: f64| number(round * LANES + r, salt);
                 let from = 2.5 * n(5.0) - 0.5;
-                let cut = Cut { from, to: from + n(6.0), from_by: 3.0, to_by: 4.0, from_tau: n(7.0), to_tau: n(8.0) };
+                let cut =
+                    LaneCut { from, to: from + n(6.0), from_by: 3.0, to_by: 4.0, from_tau: n(7.0), to_tau: n(8.0) };
                 layer.lanes.answer(r, (n(9.0) < 0.7).then_some(&cut));
             }
         }
@@ -254,7 +258,7 @@ mod tests {
         for round in 0..200 {
             let run = |wide: bool| {
                 let mut cut = layer(round);
-                let (mut sum, mut counted, mut torn, mut gone) = (Partial::new(0), [0.0; LANES], Vec::new(), 0);
+                let (mut sum, mut counted, mut torn, mut gone) = (TileOverlap::new(0), [0.0; LANES], Vec::new(), 0);
                 let call = CutLayer {
                     layer: &mut cut,
                     removes: true,
@@ -271,15 +275,18 @@ mod tests {
                 (cut, sum, torn, gone)
             };
             let ((cut, sum, torn, gone), other) = (run(true), run(false));
-            let text = |s: &(Layer, Partial, Vec<Strip>, u64)| format!("{:?} {:?} {:?} {}", s.1, s.2, s.0.row_lo, s.3);
-            let bits = |l: &Layer| l.lanes.lo.iter().chain(&l.lanes.hi).map(|x| x.to_bits()).collect::<Vec<_>>();
+            let text = |s: &(IntervalLayer, TileOverlap, Vec<LaneStrip>, u64)| {
+                format!("{:?} {:?} {:?} {}", s.1, s.2, s.0.row_lo, s.3)
+            };
+            let bits =
+                |l: &IntervalLayer| l.lanes.lo.iter().chain(&l.lanes.hi).map(|x| x.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(&cut), bits(&other.0));
             let before = layer(round);
-            let mut want = Partial::new(0);
+            let mut want = TileOverlap::new(0);
             for r in 0..LANES {
                 let (strip, left) = (before.lanes.strip(r), cut.lanes.strip(r));
                 let taken = before.lanes.state[r] == TAKEN;
-                let Some(one) = taken.then(|| Left::of(&strip, &before.lanes.cut(r))).flatten() else {
+                let Some(one) = taken.then(|| StripRest::of(&strip, &before.lanes.cut(r))).flatten() else {
                     assert_eq!((left.lo.to_bits(), left.hi.to_bits()), (strip.lo.to_bits(), strip.hi.to_bits()));
                     continue;
                 };

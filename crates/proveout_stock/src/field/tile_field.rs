@@ -10,16 +10,17 @@
 //! Which interval is where follows from the material alone, so results do not depend on how a program is cut into batches.
 
 use crate::{
-    field::grid::{Grid, TILE},
-    field::span::{Mark, SLIVER, Span},
+    field::grid::{RayGrid, TILE},
+    field::span::{EndMark, MaterialSpan, SLIVER},
     field::tile::Tile,
-    kernels::lane_blocks::{Places, measure_pair},
-    kernels::lane_set::{BLOCKS, Cut, LANES, Lanes, OLD, ROW, Strip, WIDE},
+    kernels::lane_bits::ROW,
+    kernels::lane_blocks::{BlockCenters, measure_pair},
+    kernels::lane_set::{BLOCKS, LANES, LaneCut, LaneStrip, Lanes, OLD, WIDE},
 };
 
 /// One interval of each ray.
 #[derive(Debug, Default)]
-pub(crate) struct Layer {
+pub(crate) struct IntervalLayer {
     pub lanes: Lanes,
     /// Range of each row, mm; lo > hi: empty.
     pub row_lo: [f64; WIDE],
@@ -34,13 +35,13 @@ pub(crate) struct Layer {
 #[derive(Debug, Default)]
 pub(crate) struct Field {
     /// Those in use, and others that wait to be.
-    layers: Vec<Layer>,
+    layers: Vec<IntervalLayer>,
     depth: usize,
     columns: [f64; ROW],
     /// Ray centers along v of the rows, and the range along u.
     pub row_v: [f64; WIDE],
     pub u: [f64; 2],
-    pub places: Places,
+    pub places: BlockCenters,
     /// Range of all, mm.
     pub lo: f64,
     pub hi: f64,
@@ -48,7 +49,7 @@ pub(crate) struct Field {
     pub changed: bool,
 }
 
-impl Layer {
+impl IntervalLayer {
     /// Recomputes the range of a row.
     pub(crate) fn measure_row(&mut self, row: usize) {
         let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -73,20 +74,20 @@ impl Layer {
 
 impl Field {
     /// Spreads a tile out.
-    pub(crate) fn fill(&mut self, grid: &Grid, index: usize, tile: &Tile) {
+    pub(crate) fn fill(&mut self, grid: &RayGrid, index: usize, tile: &Tile) {
         let (a, [i0, j0]) = grid.tile_place(index);
         let (u_axis, v_axis) = ((a + 1) % 3, (a + 2) % 3);
         (self.depth, self.changed) = (0, false);
         self.columns = std::array::from_fn(|i| grid.center(u_axis, i0 + i));
         self.row_v = std::array::from_fn(|j| grid.center(v_axis, j0 + j));
-        self.places = Places::new(&self.columns, &self.row_v);
+        self.places = BlockCenters::new(&self.columns, &self.row_v);
         let last = grid.n[u_axis].min(i0 + TILE) - 1;
         self.u = [self.columns[0], grid.center(u_axis, last)];
-        self.deepen();
+        self.add_layer();
         for r in 0..LANES {
             for (k, span) in tile.ray(r).iter().enumerate() {
                 if k == self.depth {
-                    self.deepen();
+                    self.add_layer();
                 }
                 let lanes = &mut self.layers[k].lanes;
                 (lanes.lo[r], lanes.hi[r]) = (span.lo, span.hi);
@@ -102,11 +103,11 @@ impl Field {
     }
 
     /// One layer more, empty.
-    fn deepen(&mut self) {
+    fn add_layer(&mut self) {
         if self.depth == self.layers.len() {
-            self.layers.push(Layer::default());
+            self.layers.push(IntervalLayer::default());
         }
-        let Layer { lanes, row_lo, row_hi, block_lo, block_hi, unmeasured } = &mut self.layers[self.depth];
+        let IntervalLayer { lanes, row_lo, row_hi, block_lo, block_hi, unmeasured } = &mut self.layers[self.depth];
         lanes.clear();
         (*block_lo, *block_hi) = ([f64::INFINITY; BLOCKS], [f64::NEG_INFINITY; BLOCKS]);
         *unmeasured = 0;
@@ -117,11 +118,11 @@ impl Field {
         self.depth += 1;
     }
 
-    pub(crate) fn layers(&self) -> &[Layer] {
+    pub(crate) fn layers(&self) -> &[IntervalLayer] {
         &self.layers[..self.depth]
     }
 
-    pub(crate) fn layers_mut(&mut self) -> &mut [Layer] {
+    pub(crate) fn layers_mut(&mut self) -> &mut [IntervalLayer] {
         &mut self.layers[..self.depth]
     }
 
@@ -145,12 +146,12 @@ impl Field {
     }
 
     /// Puts an interval above interval `k` of its ray; those further up move up.
-    pub(crate) fn insert_above(&mut self, k: usize, strip: &Strip) {
+    pub(crate) fn insert_above(&mut self, k: usize, strip: &LaneStrip) {
         let r = usize::from(strip.ray);
         let mut carried = *strip;
         for next in k + 1.. {
             if next == self.depth {
-                self.deepen();
+                self.add_layer();
             }
             let layer = &mut self.layers[next];
             let old = layer.lanes.strip(r);
@@ -165,7 +166,7 @@ impl Field {
     }
 
     /// Moves the intervals of a ray down into the gap where interval `k` was.
-    pub(crate) fn close(&mut self, k: usize, r: usize) {
+    pub(crate) fn close_gap(&mut self, k: usize, r: usize) {
         for k in k..self.depth {
             let above = self.layers[..self.depth].get(k + 1).map(|l| l.lanes.strip(r));
             let layer = &mut self.layers[k];
@@ -191,8 +192,8 @@ impl Field {
     pub(crate) fn write(
         &self,
         tile: &mut Tile,
-        before: &mut Vec<Span>,
-        mut mark: impl FnMut(&Strip, bool, &[Span]) -> Mark,
+        before: &mut Vec<MaterialSpan>,
+        mut mark: impl FnMut(&LaneStrip, bool, &[MaterialSpan]) -> EndMark,
     ) {
         tile.rewrite(before, |r, before, spans| {
             for layer in self.layers() {
@@ -201,7 +202,7 @@ impl Field {
                 }
                 let strip = layer.lanes.strip(r);
                 let (lo_mark, hi_mark) = (mark(&strip, false, before), mark(&strip, true, before));
-                spans.push(Span { lo: strip.lo, hi: strip.hi, lo_mark, hi_mark });
+                spans.push(MaterialSpan { lo: strip.lo, hi: strip.hi, lo_mark, hi_mark });
             }
         });
     }
@@ -209,7 +210,7 @@ impl Field {
 
 /// What one item met in one tile: small, since a pass makes many.
 #[derive(Clone, Debug)]
-pub(crate) struct Partial {
+pub(crate) struct TileOverlap {
     pub item: u32,
     pub rays: u32,
     pub length: f64,
@@ -225,7 +226,7 @@ pub(crate) struct Partial {
     pub rows: u8,
 }
 
-impl Partial {
+impl TileOverlap {
     pub(crate) fn new(item: u32) -> Self {
         let range = [f64::INFINITY, f64::NEG_INFINITY];
         Self { item, rays: 0, length: 0.0, longest: 0.0, middle: 0.0, range, ray: 0, columns: 0, rows: 0 }
@@ -233,16 +234,16 @@ impl Partial {
 
     /// Takes the overlap on a ray for the longest if it is; among equals the first ray counts.
     #[inline]
-    pub(crate) fn offer(&mut self, longest: f64, middle: f64, ray: u8) {
+    pub(crate) fn note_longest(&mut self, longest: f64, middle: f64, ray: u8) {
         if longest > self.longest || (longest == self.longest && ray < self.ray) {
             (self.longest, self.middle, self.ray) = (longest, middle, ray);
         }
     }
 
     /// Adds the overlap `lo..hi` with a strip, of which `length` is gone.
-    pub(crate) fn add(&mut self, strip: &Strip, [lo, hi]: [f64; 2], length: f64) {
+    pub(crate) fn add(&mut self, strip: &LaneStrip, [lo, hi]: [f64; 2], length: f64) {
         self.length += length;
-        self.offer(hi - lo, 0.5 * (lo + hi), strip.ray);
+        self.note_longest(hi - lo, 0.5 * (lo + hi), strip.ray);
         self.range = [self.range[0].min(lo), self.range[1].max(hi)];
         self.columns |= 1 << (usize::from(strip.ray) % ROW);
         self.rows |= 1 << (usize::from(strip.ray) / ROW);
@@ -250,15 +251,15 @@ impl Partial {
 }
 
 /// What is left of a strip when `from..to` goes: below, above, and the length that is gone; none when nothing is met.
-pub(crate) struct Left {
+pub(crate) struct StripRest {
     pub met: [f64; 2],
     pub gone: f64,
-    pub below: Option<Strip>,
-    pub above: Option<Strip>,
+    pub below: Option<LaneStrip>,
+    pub above: Option<LaneStrip>,
 }
 
-impl Left {
-    pub(crate) fn of(strip: &Strip, cut: &Cut) -> Option<Self> {
+impl StripRest {
+    pub(crate) fn of(strip: &LaneStrip, cut: &LaneCut) -> Option<Self> {
         let (from, to) = (cut.from.max(strip.lo), cut.to.min(strip.hi));
         if to - from <= SLIVER {
             return None;
@@ -266,11 +267,11 @@ impl Left {
         let mut gone = strip.hi - strip.lo;
         let below = (from - strip.lo > SLIVER).then(|| {
             gone -= from - strip.lo;
-            Strip { hi: from, hi_by: cut.from_by, hi_tau: cut.from_tau, ..*strip }
+            LaneStrip { hi: from, hi_by: cut.from_by, hi_tau: cut.from_tau, ..*strip }
         });
         let above = (strip.hi - to > SLIVER).then(|| {
             gone -= strip.hi - to;
-            Strip { lo: to, lo_by: cut.to_by, lo_tau: cut.to_tau, ..*strip }
+            LaneStrip { lo: to, lo_by: cut.to_by, lo_tau: cut.to_tau, ..*strip }
         });
         Some(Self { met: [from, to], gone, below, above })
     }

@@ -1,16 +1,16 @@
 //! The kernels on the lanes that the steps of an item may meet: where these are, or side by side.
 
 use crate::{
-    field::step::{Batch, Ready},
+    field::batch::{Batch, ReadyItem},
     field::tile_work::Scratch,
-    kernels::lane_bits::rows_with,
+    kernels::lane_bits::{ROW, rows_with},
     kernels::lane_search::STEPS,
-    kernels::lane_set::{Maker, ROW},
+    kernels::lane_set::Maker,
 };
 
 impl Batch<'_> {
     /// The steps on all lanes that they may meet; true when some may be left without proof.
-    pub(crate) fn on_near(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
+    pub(crate) fn on_near(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) -> bool {
         if self.gathers(a, scratch) { self.gathered(ready, a, scratch) } else { self.in_place(ready, a, scratch) }
     }
 
@@ -34,14 +34,14 @@ impl Batch<'_> {
     }
 
     /// The steps on the lanes that they may meet, where these are; true when some may be left without proof.
-    fn in_place(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
+    fn in_place(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) -> bool {
         let Scratch { field, near, .. } = scratch;
         let mut open = false;
         for &(_, l, which) in near.iter() {
             let lanes = &mut field.layers_mut()[l].lanes;
             // Two steps may take intervals apart from each other.
             open |= lanes.rows != 0;
-            lanes.ask_lanes(which);
+            lanes.request_lanes(which);
         }
         for &(k, l, which) in near.iter() {
             let lanes = &mut field.layers_mut()[l].lanes;
@@ -53,14 +53,14 @@ impl Batch<'_> {
     }
 
     /// The same, the lanes of all layers side by side.
-    fn gathered(&self, ready: &Ready, a: usize, scratch: &mut Scratch) -> bool {
+    fn gathered(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) -> bool {
         let Scratch { field, near, asked, gathered, .. } = scratch;
         let mut open = false;
         // Layers and lanes that wait for their turn.
         let (mut layer, mut left) = (0, asked[0]);
         loop {
             let first = (layer, left);
-            gathered.clear_asked();
+            gathered.clear_requested();
             loop {
                 left = gathered.gather(&field.layers()[layer].lanes, left);
                 if left != 0 || layer + 1 == asked.len() {

@@ -1,43 +1,44 @@
 //! One item on one tile: bounds that clear blocks and rows of rays, then the kernels, then the subtraction.
 
 use crate::{
-    field::grid::{Grid, TILE},
-    field::lost::Lost,
-    field::span::{Mark, SLIVER, Span},
-    field::step::{Batch, Ready, Step},
+    field::batch::{Batch, ReadyItem},
+    field::depth::RayLap,
+    field::grid::{RayGrid, TILE},
+    field::last_emptied::LastEmptied,
+    field::span::{EndMark, MaterialSpan, SLIVER},
     field::tile::Tile,
     field::tile_cut::{CutLayer, cut_lane},
-    field::tile_field::{Field, Left, Partial},
+    field::tile_field::{Field, StripRest, TileOverlap},
+    field::watch::Watch,
     kernels::lane_ball::{BallOnLanes, BallOnRows},
     kernels::lane_bits::lanes_of,
     kernels::lane_blocks::{BodyOnBlocks, rays_of},
     kernels::lane_body::BodyOnLanes,
     kernels::lane_search::MORE_STEPS,
-    kernels::lane_set::{Cut, LANES, Lanes, Maker, Strip, TAKEN, UNPROVEN},
-    kernels::ray::Ray,
+    kernels::lane_set::{LANES, LaneCut, LaneStrip, Lanes, Maker, TAKEN, UNPROVEN},
+    kernels::ray::RayLine,
     kernels::ray_ball::sweep_ball,
     kernels::ray_translate::sweep_translation,
     kernels::ray_turn::sweep_turning,
-    looking::depth::Lap,
-    looking::watch::Watch,
+    kernels::sweep_step::SweepStep,
 };
 
 /// A tile on loan to a thread.
-pub(crate) struct Work {
+pub(crate) struct TileWork {
     pub index: usize,
     pub tile: Tile,
-    pub lost: Lost,
+    pub lost: LastEmptied,
     pub watch: Watch,
     /// Range of the bin in the list of entries.
     pub entries: std::ops::Range<usize>,
-    pub found: Vec<Partial>,
+    pub found: Vec<TileOverlap>,
     /// What measured items take up.
-    pub laps: Vec<Lap>,
+    pub laps: Vec<RayLap>,
     /// Range of removal along the rays, mm; lo > hi when none.
     pub changed: [f64; 2],
 }
 
-impl Work {
+impl TileWork {
     /// True where something was taken away.
     pub(crate) fn is_cut(&self) -> bool {
         self.changed[0] < self.changed[1]
@@ -45,27 +46,27 @@ impl Work {
 }
 
 /// Layer and lane.
-type Place = (usize, usize);
+type LanePlace = (usize, usize);
 /// A step that may touch a layer, and the lanes that it may, one bit each.
-pub(crate) type Near = (usize, usize, u64);
+pub(crate) type NearStep = (usize, usize, u64);
 
 /// Buffers of one thread.
 #[derive(Default)]
 pub(crate) struct Scratch {
     pub field: Field,
-    pub near: Vec<Near>,
+    pub near: Vec<NearStep>,
     /// Lanes of each layer that any step may meet.
     pub asked: Vec<u64>,
     pub gathered: Lanes,
     again: Lanes,
-    places: Vec<Place>,
-    torn: Vec<Strip>,
-    before: Vec<Span>,
-    cuts: Vec<Cut>,
+    places: Vec<LanePlace>,
+    torn: Vec<LaneStrip>,
+    before: Vec<MaterialSpan>,
+    cuts: Vec<LaneCut>,
     /// Lanes of which more than one interval is taken.
-    several: Vec<(Place, Cut)>,
+    several: Vec<(LanePlace, LaneCut)>,
     /// What a measured item takes of which interval.
-    met: Vec<(Strip, [f64; 2])>,
+    met: Vec<(LaneStrip, [f64; 2])>,
 }
 
 /// Parts of a turning motion for lanes that were not proven in one.
@@ -73,7 +74,7 @@ const PARTS: usize = 4;
 
 impl Batch<'_> {
     /// Works through the items of a tile in their order.
-    pub(crate) fn on_tile(&self, grid: &Grid, work: &mut Work, items: &[u32], scratch: &mut Scratch) {
+    pub(crate) fn on_tile(&self, grid: &RayGrid, work: &mut TileWork, items: &[u32], scratch: &mut Scratch) {
         let (a, [i0, j0]) = grid.tile_place(work.index);
         let side = |axis: usize, first: usize| {
             let last = grid.n[axis].min(first + TILE) - 1;
@@ -118,10 +119,10 @@ impl Batch<'_> {
             if scratch.near.is_empty() {
                 continue;
             }
-            let mut sum = Partial::new(item);
+            let mut sum = TileOverlap::new(item);
             let watched = ready.removes && (work.watch.undo.is_some() || self.moves.is_some());
             if watched {
-                work.watch.before(&scratch.field);
+                work.watch.before_item(&scratch.field);
             }
             self.item(ready, a, scratch, &mut sum, &mut work.lost);
             if sum.rays > 0 {
@@ -131,13 +132,14 @@ impl Batch<'_> {
                         |reached: bool, upper: bool| reached.then(|| self.mark_of(a, work.tile.ray(r), &strip, upper));
                     let ends = [old(lo == strip.lo, false), old(hi == strip.hi, true)];
                     let ray = (a as u8, (i0 + r % TILE) as u32, (j0 + r / TILE) as u32);
-                    work.laps.push(Lap { item, ray, lo, hi, ends });
+                    work.laps.push(RayLap { item, ray, lo, hi, ends });
                 }
                 if watched {
                     let tile = &work.tile;
-                    let old =
-                        |strip: &Strip, upper: bool| self.mark_of(a, tile.ray(usize::from(strip.ray)), strip, upper);
-                    work.watch.after(&scratch.field, a, [item, ready.id], self.moves.as_ref(), old);
+                    let old = |strip: &LaneStrip, upper: bool| {
+                        self.mark_of(a, tile.ray(usize::from(strip.ray)), strip, upper)
+                    };
+                    work.watch.after_item(&scratch.field, a, [item, ready.id], self.moves.as_ref(), old);
                 }
                 if ready.removes {
                     work.changed = [work.changed[0].min(sum.range[0]), work.changed[1].max(sum.range[1])];
@@ -146,15 +148,15 @@ impl Batch<'_> {
                 work.found.push(sum);
             }
         }
-        work.watch.rest();
+        work.watch.drop_buffers();
         if filled && scratch.field.changed {
-            let mark = |strip: &Strip, upper: bool, before: &[Span]| self.mark_of(a, before, strip, upper);
+            let mark = |strip: &LaneStrip, upper: bool, before: &[MaterialSpan]| self.mark_of(a, before, strip, upper);
             scratch.field.write(&mut work.tile, &mut scratch.before, mark);
         }
     }
 
     /// What made the lower or upper end of an interval: a step of this batch, or what its ray had `before` it.
-    fn mark_of(&self, a: usize, before: &[Span], strip: &Strip, upper: bool) -> Mark {
+    fn mark_of(&self, a: usize, before: &[MaterialSpan], strip: &LaneStrip, upper: bool) -> EndMark {
         let (s, by, tau, sign) = if upper {
             (strip.hi, strip.hi_by, strip.hi_tau, -1.0)
         } else {
@@ -163,11 +165,11 @@ impl Batch<'_> {
         if by >= 0.0 {
             return self.mark(a, by, [s, strip.u, strip.v], tau, sign);
         }
-        before.iter().map(|span| span.ends()[usize::from(upper)]).find(|e| e.s == s).map_or(Mark::NONE, |e| e.mark)
+        before.iter().map(|span| span.ends()[usize::from(upper)]).find(|e| e.s == s).map_or(EndMark::NONE, |e| e.mark)
     }
 
     /// Lanes of a layer that a step may meet, one bit each.
-    fn near(&self, step: &Step, ready: &Ready, field: &mut Field, l: usize) -> u64 {
+    fn near(&self, step: &SweepStep, ready: &ReadyItem, field: &mut Field, l: usize) -> u64 {
         match &step.ball {
             Some(path) => {
                 let layer = &field.layers()[l];
@@ -184,7 +186,14 @@ impl Batch<'_> {
     }
 
     /// A step for all lanes that are asked for; true when some may be left without proof.
-    pub(crate) fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, steps: usize, lanes: &mut Lanes) -> bool {
+    pub(crate) fn on_lanes(
+        &self,
+        step: &SweepStep,
+        ready: &ReadyItem,
+        maker: Maker,
+        steps: usize,
+        lanes: &mut Lanes,
+    ) -> bool {
         match &step.ball {
             Some(path) => {
                 self.arch.dispatch(BallOnLanes { path, maker, lanes });
@@ -197,10 +206,10 @@ impl Batch<'_> {
         }
     }
 
-    fn item(&self, ready: &Ready, a: usize, scratch: &mut Scratch, sum: &mut Partial, lost: &mut Lost) {
+    fn item(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch, sum: &mut TileOverlap, lost: &mut LastEmptied) {
         let open = self.on_near(ready, a, scratch);
         if open {
-            self.second_chance(ready, a, scratch);
+            self.retry_in_parts(ready, a, scratch);
         }
         let Scratch { field, torn, several, met, .. } = scratch;
         met.clear();
@@ -211,12 +220,12 @@ impl Batch<'_> {
                 continue;
             }
             if ready.measured {
-                note(&layer.lanes, several.iter().filter(|s| s.0.0 == l).map(|s| (s.0.1, &s.1)), met);
+                note_taken(&layer.lanes, several.iter().filter(|s| s.0.0 == l).map(|s| (s.0.1, &s.1)), met);
             }
             let mut gone = 0;
             let removes = ready.removes;
             self.arch.dispatch(CutLayer { layer, removes, sum, counted: &mut counted, torn, gone: &mut gone });
-            layer.lanes.hush();
+            layer.lanes.clear_requests();
             for strip in torn.drain(..) {
                 field.insert_above(l, &strip);
             }
@@ -224,7 +233,7 @@ impl Batch<'_> {
                 let r = gone.trailing_zeros() as usize;
                 lost.set(r, ready.id);
                 if l + 1 < field.layers().len() {
-                    field.close(l, r);
+                    field.close_gap(l, r);
                 }
                 gone &= gone - 1;
             }
@@ -243,7 +252,7 @@ impl Batch<'_> {
     }
 
     /// Lanes without proof again in parts of the motion, in which all bounds are smaller; what is still without proof is searched.
-    fn second_chance(&self, ready: &Ready, a: usize, scratch: &mut Scratch) {
+    fn retry_in_parts(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) {
         let mut places = std::mem::take(&mut scratch.places);
         places.clear();
         for (l, layer) in scratch.field.layers().iter().enumerate().filter(|l| l.1.lanes.rows != 0) {
@@ -268,7 +277,8 @@ impl Batch<'_> {
                 for part in 0..PARTS {
                     let step = step.part(part, PARTS);
                     let maker = Maker::part(k, part, PARTS);
-                    let before: Vec<(f64, Cut)> = (0..chunk.len()).map(|i| (again.state[i], again.cut(i))).collect();
+                    let before: Vec<(f64, LaneCut)> =
+                        (0..chunk.len()).map(|i| (again.state[i], again.cut(i))).collect();
                     if self.on_lanes(&step, ready, maker, MORE_STEPS, again) {
                         let left = (0..chunk.len()).filter(|&i| before[i].0 != UNPROVEN);
                         for i in left {
@@ -301,12 +311,20 @@ impl Batch<'_> {
 
     /// The search for one lane in one part of a motion, added to what the lane had `before`; without proof it stays where the
     /// intervals are apart.
-    fn search_part(&self, step: &Step, ready: &Ready, maker: Maker, i: usize, before: &(f64, Cut), lanes: &mut Lanes) {
+    fn search_part(
+        &self,
+        step: &SweepStep,
+        ready: &ReadyItem,
+        maker: Maker,
+        i: usize,
+        before: &(f64, LaneCut),
+        lanes: &mut Lanes,
+    ) {
         let strip = lanes.strip(i);
-        let ray = Ray { u: strip.u, v: strip.v, lo: strip.lo, hi: strip.hi };
+        let ray = RayLine { u: strip.u, v: strip.v, lo: strip.lo, hi: strip.hi };
         let mut taken = Vec::new();
         sweep_turning(&step.piece, &self.bodies[ready.body], &ray, &mut taken);
-        let mut cuts: Vec<Cut> = taken.iter().map(|t| maker.cut(t)).collect();
+        let mut cuts: Vec<LaneCut> = taken.iter().map(|t| maker.cut(t)).collect();
         cuts.extend((before.0 == TAKEN).then_some(before.1));
         merge(&mut cuts);
         if cuts.len() < 2 {
@@ -315,8 +333,8 @@ impl Batch<'_> {
     }
 
     /// What the steps take of one strip, by the searches that always end; rising and disjoint.
-    fn search(&self, ready: &Ready, a: usize, near: &[usize], strip: &Strip, cuts: &mut Vec<Cut>) {
-        let ray = Ray { u: strip.u, v: strip.v, lo: strip.lo, hi: strip.hi };
+    fn search(&self, ready: &ReadyItem, a: usize, near: &[usize], strip: &LaneStrip, cuts: &mut Vec<LaneCut>) {
+        let ray = RayLine { u: strip.u, v: strip.v, lo: strip.lo, hi: strip.hi };
         let body = &self.bodies[ready.body];
         cuts.clear();
         let mut taken = Vec::new();
@@ -335,11 +353,15 @@ impl Batch<'_> {
 }
 
 /// What is about to be taken of the lanes of a layer; `several` are the lanes of which more than one interval goes.
-fn note<'a>(lanes: &Lanes, several: impl Iterator<Item = (usize, &'a Cut)>, met: &mut Vec<(Strip, [f64; 2])>) {
-    let mut take = |r: usize, cut: &Cut| {
+fn note_taken<'a>(
+    lanes: &Lanes,
+    several: impl Iterator<Item = (usize, &'a LaneCut)>,
+    met: &mut Vec<(LaneStrip, [f64; 2])>,
+) {
+    let mut take = |r: usize, cut: &LaneCut| {
         let strip = lanes.strip(r);
         // What is left as a sliver counts as gone: there the end of the material is reached.
-        met.extend(Left::of(&strip, cut).map(|left| {
+        met.extend(StripRest::of(&strip, cut).map(|left| {
             let lo = if left.below.is_none() { strip.lo } else { left.met[0] };
             let hi = if left.above.is_none() { strip.hi } else { left.met[1] };
             (strip, [lo, hi])
@@ -352,7 +374,7 @@ fn note<'a>(lanes: &Lanes, several: impl Iterator<Item = (usize, &'a Cut)>, met:
 }
 
 /// Sorts intervals and joins those that meet.
-fn merge(cuts: &mut Vec<Cut>) {
+fn merge(cuts: &mut Vec<LaneCut>) {
     cuts.sort_by(|x, y| x.from.total_cmp(&y.from));
     cuts.dedup_by(|next, kept| {
         let meets = next.from <= kept.to + SLIVER;

@@ -7,8 +7,8 @@ use crate::{
     SweepMotion,
     kernels::lane_ball::BallPath,
     kernels::meridian::Meridian,
-    kernels::motion::{Piece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
-    kernels::ray::{Ray, Taken},
+    kernels::motion::{MotionPiece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
+    kernels::ray::{RayLine, TakenInterval},
     kernels::ray_ball::sweep_ball,
     kernels::ray_translate::sweep_translation,
     kernels::ray_turn::sweep_turning,
@@ -37,20 +37,21 @@ fn bull() -> Profile {
     .expect("convex")
 }
 
-fn case(k: u32, turn: f64) -> (SweepMotion, Ray) {
+fn case(k: u32, turn: f64) -> (SweepMotion, RayLine) {
     let n = |salt: f64| number(k, salt);
     let axis = Vector::new(n(1.0), n(2.0), 1.0).normalize();
     let to = (axis + Vector::new(n(3.0), n(4.0), n(5.0)) * turn).normalize();
     let tip = Point::new(n(6.0), n(7.0), n(8.0));
     let travel = Vector::new(n(9.0), n(10.0), n(11.0)) * 4.0;
     let motion = SweepMotion { from: ToolPose { tip, axis }, to: ToolPose { tip: tip + travel, axis: to } };
-    (motion, Ray { u: 4.0 * n(12.0), v: 4.0 * n(13.0), lo: -30.0, hi: 30.0 })
+    (motion, RayLine { u: 4.0 * n(12.0), v: 4.0 * n(13.0), lo: -30.0, hi: 30.0 })
 }
 
 /// Two ends at most as far apart as the bound, longer where the ray grazes.
-fn agree(a: &[Taken], b: &[Taken], bound: f64, what: &str) {
-    let hull =
-        |t: &[Taken]| t.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), t| (t.lo.s.min(lo), t.hi.s.max(hi)));
+fn agree(a: &[TakenInterval], b: &[TakenInterval], bound: f64, what: &str) {
+    let hull = |t: &[TakenInterval]| {
+        t.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), t| (t.lo.s.min(lo), t.hi.s.max(hi)))
+    };
     let (a_hull, b_hull) = (hull(a), hull(b));
     if a.is_empty() || b.is_empty() {
         let other = if a.is_empty() { b_hull } else { a_hull };
@@ -74,7 +75,7 @@ fn the_closed_form_of_the_ball_agrees_with_both_searches() {
     for k in 0..3000 {
         let turn = if k % 2 == 0 { 0.0 } else { 0.02 };
         let (motion, ray) = case(k, turn);
-        let closed: Vec<Taken> = ball_pieces(&motion, z)
+        let closed: Vec<TakenInterval> = ball_pieces(&motion, z)
             .iter()
             .filter_map(|p| sweep_ball(&BallPath::new(&permuted(p, 0), z, radius), &ray))
             .collect();
@@ -104,9 +105,10 @@ fn translation_is_the_limit_of_a_small_turn() {
     let mut met = 0;
     for k in 0..3000 {
         let (motion, ray) = case(k, 0.0);
-        let straight: Vec<Piece> = pieces(&motion, whole.radius);
+        let straight: Vec<MotionPiece> = pieces(&motion, whole.radius);
         assert_eq!(straight.len(), 1);
-        let exact: Vec<Taken> = sweep_translation(&permuted(&straight[0], 0), &whole, &ray).into_iter().collect();
+        let exact: Vec<TakenInterval> =
+            sweep_translation(&permuted(&straight[0], 0), &whole, &ray).into_iter().collect();
         let mut general = Vec::new();
         sweep_turning(&permuted(&straight[0], 0), &whole, &ray, &mut general);
         agree(&exact, &general, SEARCH_ERROR + TURN_ERROR, "no turn");

@@ -4,9 +4,10 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     field::span::SLIVER,
-    kernels::lane_set::{LANES, Lanes, Maker, ROW, UNPROVEN, WIDE, join},
+    kernels::lane_bits::ROW,
+    kernels::lane_set::{LANES, Lanes, Maker, UNPROVEN, WIDE, join},
     kernels::lanes::{L, load, width},
-    kernels::motion::Piece,
+    kernels::motion::MotionPiece,
     kernels::vec3::{V, dot, sub},
 };
 
@@ -32,7 +33,7 @@ pub(crate) struct BallPath {
 
 impl BallPath {
     /// The ball with its center at height `center_z` on the tool axis.
-    pub(crate) fn new(piece: &Piece, center_z: f64, radius: f64) -> Self {
+    pub(crate) fn new(piece: &MotionPiece, center_z: f64, radius: f64) -> Self {
         let (start, end) = (piece.on_axis(center_z, 0.0), piece.on_axis(center_z, 1.0));
         let way = sub(end, start);
         let mut across2 = way[1] * way[1] + way[2] * way[2];
@@ -90,7 +91,7 @@ impl WithSimd for BallOnLanes<'_> {
         let (across2, per_across2) = (zero.same(path.across2), zero.same(path.per_across2));
         let (per_across, lean) = (zero.same(path.per_across), zero.same(path.lean));
         for g in 0..LANES / width::<S>() {
-            if !lanes.asks::<S>(g) {
+            if !lanes.requests_any::<S>(g) {
                 continue;
             }
             let (u, v) = (u_start - load(simd, &lanes.u, g), v_start - load(simd, &lanes.v, g));

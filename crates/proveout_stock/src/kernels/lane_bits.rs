@@ -1,6 +1,7 @@
 //! Lanes and rows of a set as bits of a number.
 
-use crate::kernels::lane_set::ROW;
+/// Lanes of a row: rays of a tile with the same v.
+pub(crate) const ROW: usize = crate::field::grid::TILE;
 
 /// Bits of one row.
 #[inline]

@@ -3,22 +3,23 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    field::step::Step,
-    kernels::lane_sample::{Motion, Ray, clearance, sample},
-    kernels::lane_set::{BLOCKS, Lanes, ROW},
+    kernels::lane_bits::ROW,
+    kernels::lane_sample::{LaneMotion, LaneRays, clearance, sample},
+    kernels::lane_set::{BLOCKS, Lanes},
     kernels::lanes::{L, along, cross, dot, load, store, width},
     kernels::meridian::Meridian,
+    kernels::sweep_step::SweepStep,
 };
 
 /// Where the blocks of a tile lie: centers, and half of what lies between the rays of a block along u and v, mm.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Places {
+pub(crate) struct BlockCenters {
     pub u: [f64; BLOCKS],
     pub v: [f64; BLOCKS],
     pub half: [f64; 2],
 }
 
-impl Places {
+impl BlockCenters {
     /// Of the columns and rows of a tile.
     pub(crate) fn new(u: &[f64; ROW], v: &[f64]) -> Self {
         let middle = |x: &[f64], k: usize| 0.5 * (x[2 * k] + x[2 * k + 1]);
@@ -53,9 +54,9 @@ pub(crate) fn rays_of(blocks: u16) -> u64 {
 /// along the normal, the bend of the way, and what the turn of the normal makes at the far end of
 /// the block.
 pub(crate) struct BodyOnBlocks<'a> {
-    pub step: &'a Step,
+    pub step: &'a SweepStep,
     pub body: &'a Meridian,
-    pub places: &'a Places,
+    pub places: &'a BlockCenters,
     /// Material of each block, mm; lo > hi: none.
     pub lo: &'a [f64; BLOCKS],
     pub hi: &'a [f64; BLOCKS],
@@ -74,7 +75,7 @@ impl WithSimd for BodyOnBlocks<'_> {
 fn blocks<S: Simd, const TURNS: bool>(simd: S, call: BodyOnBlocks<'_>) -> u16 {
     let BodyOnBlocks { step, body, places, lo, hi } = call;
     let piece = &step.piece;
-    let motion = Motion::new(simd, piece, body);
+    let motion = LaneMotion::new(simd, piece, body);
     let zero = L::splat(simd, 0.0);
     let half = zero.same(0.5);
     let (tip, axis) = (L::splat3(simd, piece.tip_at(0.5)), L::splat3(simd, piece.axis_at(0.5)));
@@ -88,7 +89,7 @@ fn blocks<S: Simd, const TURNS: bool>(simd: S, call: BodyOnBlocks<'_>) -> u16 {
         if !held.any() {
             continue;
         }
-        let ray = Ray { u: load(simd, &places.u, g), v: load(simd, &places.v, g), lo, hi };
+        let ray = LaneRays { u: load(simd, &places.u, g), v: load(simd, &places.v, g), lo, hi };
         let x = [half * (lo + hi) - tip[0], ray.u - tip[1], ray.v - tip[2]];
         let z = dot(x, axis).max(zero.same(body.rest_z)).min(zero.same(body.z[1]));
         let s = along(tip, axis, z)[0].max(lo).min(hi);

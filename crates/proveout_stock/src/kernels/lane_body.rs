@@ -19,7 +19,7 @@
 //! points on both sides of the minimum along the ray; or, most often, by the support of the body on its way in the direction of
 //! the normal across the ray (`lane_sample::clearance`), which says the same about all of the ray. The search begins inside of the
 //! body, where its axis is nearest to the ray, and leaves it on the parabola with the height, slope and curvature of the skin. The
-//! first sample (`lane_search::look`) settles most rays and gives the starts of the searches for both ends.
+//! first sample (`lane_search::first_sample`) settles most rays and gives the starts of the searches for both ends.
 //!
 //! An end is accepted before F is zero where the skin is smooth: the last step d along the ray leaves at most curvature d^2 / 2,
 //! and the parabola takes most of that away. Its half space is turned to be perpendicular to the velocity, as the normal of the
@@ -34,12 +34,12 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     field::span::SLIVER,
-    kernels::lane_sample::{Motion, Ray, sample},
-    kernels::lane_search::{Found, look, search},
+    kernels::lane_sample::{LaneMotion, LaneRays, sample},
+    kernels::lane_search::{LaneSearchResult, first_sample, search},
     kernels::lane_set::{LANES, Lanes, Maker, UNPROVEN, join},
     kernels::lanes::{L, dot, load, put, width},
     kernels::meridian::Meridian,
-    kernels::motion::{Piece, TURN_ERROR},
+    kernels::motion::{MotionPiece, TURN_ERROR},
     kernels::vec3,
 };
 
@@ -48,7 +48,7 @@ const NO_WAY: f64 = 1e-12;
 
 /// A body on one piece of motion, for all lanes that are asked for. True when some may be left without proof.
 pub(crate) struct BodyOnLanes<'a> {
-    pub piece: &'a Piece,
+    pub piece: &'a MotionPiece,
     /// Range of the moving body along the rays, mm.
     pub range: [f64; 2],
     pub body: &'a Meridian,
@@ -70,7 +70,7 @@ impl WithSimd for BodyOnLanes<'_> {
 #[inline(always)]
 fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
     let BodyOnLanes { piece, range: [low, high], body, maker, steps, lanes } = call;
-    let motion = Motion::new(simd, piece, body);
+    let motion = LaneMotion::new(simd, piece, body);
     let mut all_proven = true;
     // Where in time a point is nearest: its place along the part of the way that is across the axis.
     let sideways = vec3::along(piece.travel, piece.axis, -vec3::dot(piece.travel, piece.axis));
@@ -87,10 +87,10 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
     // A little more than the angle of the turn, whose pace is not even by less.
     let (way, angle) = (zero.same(vec3::norm(piece.travel)), zero.same(1.01 * piece.angle2.sqrt()));
     for g in 0..LANES / width::<S>() {
-        if !lanes.asks::<S>(g) {
+        if !lanes.requests_any::<S>(g) {
             continue;
         }
-        let ray = Ray {
+        let ray = LaneRays {
             u: load(simd, &lanes.u, g),
             v: load(simd, &lanes.v, g),
             // Bounds of a turning half space grow with the length of the ray.
@@ -112,9 +112,9 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let s = height.fma(axis[0], middle[0]).max(ray.lo).min(ray.hi);
         let time = dot([s - motion.tip[0], ray.u - motion.tip[1], ray.v - motion.tip[2]], across);
         let time = time.max(zero).min(zero.same(1.0));
-        let look = look::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
+        let look = first_sample::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
         let none = !wanted & wanted;
-        let mut above = Found {
+        let mut above = LaneSearchResult {
             covered: look.covered,
             end: none,
             miss: look.miss,

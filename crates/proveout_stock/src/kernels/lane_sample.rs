@@ -4,8 +4,8 @@ use pulp::Simd;
 
 use crate::{
     kernels::lanes::{L, L3, along, cross, dot, scale},
-    kernels::meridian::{AT_CENTER, Meridian, Piece as Part, Quarter},
-    kernels::motion::{ON_AXIS, Piece},
+    kernels::meridian::{AT_CENTER, Meridian, MeridianPiece, Quarter},
+    kernels::motion::{MotionPiece, ON_AXIS},
     kernels::vec3,
 };
 
@@ -14,7 +14,7 @@ const STANDS: f64 = 1e-12;
 
 /// The piece of motion in all lanes.
 #[derive(Clone, Copy)]
-pub(crate) struct Motion<S: Simd> {
+pub(crate) struct LaneMotion<S: Simd> {
     pub tip: L3<S>,
     pub travel: L3<S>,
     pub axis: L3<S>,
@@ -25,9 +25,9 @@ pub(crate) struct Motion<S: Simd> {
     pub third: L<S>,
 }
 
-impl<S: Simd> Motion<S> {
+impl<S: Simd> LaneMotion<S> {
     #[inline(always)]
-    pub(crate) fn new(simd: S, piece: &Piece, body: &Meridian) -> Self {
+    pub(crate) fn new(simd: S, piece: &MotionPiece, body: &Meridian) -> Self {
         let angle = piece.angle2.sqrt();
         let third = piece.angle2 * (angle * body.reach + 3.0 * vec3::norm(piece.travel)) / 6.0;
         Self {
@@ -44,7 +44,7 @@ impl<S: Simd> Motion<S> {
 
 /// F and its derivatives.
 #[derive(Clone, Copy)]
-pub(crate) struct Sample<S: Simd> {
+pub(crate) struct LaneSample<S: Simd> {
     pub f: L<S>,
     pub fs: L<S>,
     pub ft: L<S>,
@@ -71,7 +71,7 @@ pub(crate) struct Sample<S: Simd> {
 /// the tubes, of those at both ends of the motion and that.
 #[inline(always)]
 pub(crate) fn clearance<S: Simd, const TURNS: bool>(
-    motion: &Motion<S>,
+    motion: &LaneMotion<S>,
     body: &Meridian,
     n: L3<S>,
     y: L3<S>,
@@ -104,7 +104,7 @@ pub(crate) fn clearance<S: Simd, const TURNS: bool>(
     least
 }
 
-impl<S: Simd> Sample<S> {
+impl<S: Simd> LaneSample<S> {
     /// The normal turned to be perpendicular to the ray: the half space then says the same about all of the ray. Where the
     /// normal runs along the ray, it stays.
     #[inline(always)]
@@ -117,15 +117,15 @@ impl<S: Simd> Sample<S> {
     }
 }
 
-/// The body's function at a height of the ray and a time; see `Piece::sample` for the first derivatives.
+/// The body's function at a height of the ray and a time; see `MotionPiece::sample` for the first derivatives.
 #[inline(always)]
 pub(crate) fn sample<S: Simd, const TURNS: bool>(
-    motion: &Motion<S>,
+    motion: &LaneMotion<S>,
     body: &Meridian,
-    ray: &Ray<S>,
+    ray: &LaneRays<S>,
     s: L<S>,
     tau: L<S>,
-) -> Sample<S> {
+) -> LaneSample<S> {
     let (zero, one) = (s.same(0.0), s.same(1.0));
     let axis = if TURNS {
         let x = tau * (one - tau) * motion.angle2;
@@ -139,20 +139,20 @@ pub(crate) fn sample<S: Simd, const TURNS: bool>(
     let p = [z.fma_from(axis[0], y[0]), z.fma_from(axis[1], y[1]), z.fma_from(axis[2], y[2])];
     let r = dot(p, p).sqrt();
     let per_r = r.gt(s.same(ON_AXIS)).select(one / r, zero);
-    let Value { f, fr, fz, km } = function(body, r, z);
+    let MeridianValue { f, fr, fz, km } = function(body, r, z);
     let kr = fr * per_r;
     let normal = along(scale(p, kr), axis, fz);
     let mut ft = -dot(normal, motion.travel);
     if TURNS {
         ft = dot(p, motion.turn).fma(kr.fma_from(z, fz), ft);
     }
-    Sample { f, fs: normal[0], ft, normal, y, p, per_r, axis, z, fr, fz, km, kr }
+    LaneSample { f, fs: normal[0], ft, normal, y, p, per_r, axis, z, fr, fz, km, kr }
 }
 
-impl<S: Simd> Sample<S> {
+impl<S: Simd> LaneSample<S> {
     /// The velocity of the body at the point, by the chord of its turn.
     #[inline(always)]
-    pub(crate) fn velocity<const TURNS: bool>(&self, motion: &Motion<S>) -> L3<S> {
+    pub(crate) fn velocity<const TURNS: bool>(&self, motion: &LaneMotion<S>) -> L3<S> {
         let v = motion.travel;
         if !TURNS {
             return v;
@@ -163,7 +163,7 @@ impl<S: Simd> Sample<S> {
 
     /// The normal turned to be perpendicular to the velocity, as that of the swept surface is; it stays where the body hardly moves.
     #[inline(always)]
-    pub(crate) fn normal_across_way<const TURNS: bool>(&self, motion: &Motion<S>) -> L3<S> {
+    pub(crate) fn normal_across_way<const TURNS: bool>(&self, motion: &LaneMotion<S>) -> L3<S> {
         let v = self.velocity::<TURNS>(motion);
         let square = dot(v, v);
         let moves = square.gt(square.same(STANDS));
@@ -190,7 +190,7 @@ impl<S: Simd> Sample<S> {
     /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
     /// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
     #[inline(always)]
-    pub(crate) fn curvature<const TURNS: bool>(&self, motion: &Motion<S>) -> [L<S>; 3] {
+    pub(crate) fn curvature<const TURNS: bool>(&self, motion: &LaneMotion<S>) -> [L<S>; 3] {
         let (p, w) = (self.p, self.axis);
         let velocity = self.velocity::<TURNS>(motion);
         // The sign of the velocity: the body moves, the point is fixed.
@@ -208,9 +208,9 @@ impl<S: Simd> Sample<S> {
 
 /// Value, gradient (d/dr, d/dz) and curvature along the meridian of the body's function; see `meridian`.
 #[inline(always)]
-fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
+fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> MeridianValue<S> {
     let zero = r.same(0.0);
-    let mut best = Value { f: r.same(f64::NEG_INFINITY), fr: zero, fz: r.same(1.0), km: zero };
+    let mut best = MeridianValue { f: r.same(f64::NEG_INFINITY), fr: zero, fz: r.same(1.0), km: zero };
     if let Some(quarter) = &body.quarter {
         best = quarter_of(quarter, r, z);
         if !z.gt(r.same(quarter.alone_below)).any() {
@@ -219,11 +219,11 @@ fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
     }
     for part in &body.others {
         match *part {
-            Part::Line { nr, nz, c } => {
+            MeridianPiece::Line { nr, nz, c } => {
                 let (fr, fz) = (r.same(nr), r.same(nz));
-                best = best.or(Value { f: fr.fma(r, fz.fma(z, r.same(-c))), fr, fz, km: zero });
+                best = best.or(MeridianValue { f: fr.fma(r, fz.fma(z, r.same(-c))), fr, fz, km: zero });
             }
-            Part::Arc { center, radius, first, last } => {
+            MeridianPiece::Arc { center, radius, first, last } => {
                 let (x, y) = (r - r.same(center[0]), z - r.same(center[1]));
                 let (f0, f1) = (r.same(first[0]), r.same(first[1]));
                 let (l0, l1) = (r.same(last[0]), r.same(last[1]));
@@ -233,7 +233,7 @@ fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
                 let per_length = r.same(1.0) / length;
                 let (a, b) = (f0.fma(x, f1 * y), l0.fma(x, l1 * y));
                 let low = a.gt(b);
-                best = best.or(Value {
+                best = best.or(MeridianValue {
                     f: sector.select(length, low.select(a, b)) - r.same(radius),
                     fr: sector.select(x * per_length, low.select(f0, l0)),
                     fz: sector.select(y * per_length, low.select(f1, l1)),
@@ -247,7 +247,7 @@ fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
 
 /// The same of a quarter of a circle, from straight down to straight out.
 #[inline(always)]
-fn quarter_of<S: Simd>(quarter: &Quarter, r: L<S>, z: L<S>) -> Value<S> {
+fn quarter_of<S: Simd>(quarter: &Quarter, r: L<S>, z: L<S>) -> MeridianValue<S> {
     let (zero, one) = (r.same(0.0), r.same(1.0));
     let (x, y) = (r - r.same(quarter.center[0]), z - r.same(quarter.center[1]));
     let square = x.fma(x, y * y);
@@ -255,7 +255,7 @@ fn quarter_of<S: Simd>(quarter: &Quarter, r: L<S>, z: L<S>) -> Value<S> {
     let length = square.sqrt();
     let per_length = one / length;
     let low = (-y).gt(x);
-    Value {
+    MeridianValue {
         f: sector.select(length, low.select(-y, x)) - r.same(quarter.radius),
         fr: sector.select(x * per_length, low.select(zero, one)),
         fz: sector.select(y * per_length, low.select(-one, zero)),
@@ -265,14 +265,14 @@ fn quarter_of<S: Simd>(quarter: &Quarter, r: L<S>, z: L<S>) -> Value<S> {
 
 /// Value, gradient (d/dr, d/dz) and curvature along the meridian.
 #[derive(Clone, Copy)]
-struct Value<S: Simd> {
+struct MeridianValue<S: Simd> {
     f: L<S>,
     fr: L<S>,
     fz: L<S>,
     km: L<S>,
 }
 
-impl<S: Simd> Value<S> {
+impl<S: Simd> MeridianValue<S> {
     /// The larger one; this one when they are equal.
     #[inline(always)]
     fn or(self, other: Self) -> Self {
@@ -288,7 +288,7 @@ impl<S: Simd> Value<S> {
 
 /// Rays with the material that is of interest.
 #[derive(Clone, Copy)]
-pub(crate) struct Ray<S: Simd> {
+pub(crate) struct LaneRays<S: Simd> {
     pub u: L<S>,
     pub v: L<S>,
     pub lo: L<S>,

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use crate::{
-    kernels::lane_sample::{Motion, Ray, Sample, clearance, sample},
+    kernels::lane_sample::{LaneMotion, LaneRays, LaneSample, clearance, sample},
     kernels::lanes::{L, L3, Mask, cross, dot},
     kernels::meridian::Meridian,
     kernels::motion::{SEARCH_ERROR, TURN_ERROR},
@@ -35,7 +35,7 @@ const LEAST_ALONG_RAY: f64 = 1e-4;
 
 /// What a search found, one condition each; none of them: no proof.
 #[derive(Clone, Copy)]
-pub(crate) struct Found<S: Simd> {
+pub(crate) struct LaneSearchResult<S: Simd> {
     /// The body covers the end of the material at some time.
     pub covered: Mask<S>,
     /// An end inside of the material.
@@ -51,7 +51,7 @@ pub(crate) struct Found<S: Simd> {
 
 /// A sample outside of the body.
 #[derive(Clone, Copy)]
-struct Side<S: Simd> {
+struct OuterSample<S: Simd> {
     s: L<S>,
     f: L<S>,
     fs: L<S>,
@@ -59,7 +59,7 @@ struct Side<S: Simd> {
     slope: L<S>,
 }
 
-impl<S: Simd> Side<S> {
+impl<S: Simd> OuterSample<S> {
     #[inline(always)]
     fn set(&mut self, at: Mask<S>, new: Self) {
         self.s = at.select(new.s, self.s);
@@ -72,7 +72,7 @@ impl<S: Simd> Side<S> {
 
 /// Result of the first sample of a ray.
 #[derive(Clone, Copy)]
-pub(crate) struct Look<S: Simd> {
+pub(crate) struct FirstSample<S: Simd> {
     pub covered: Mask<S>,
     pub miss: Mask<S>,
     /// The body covers the lower end of the material at the time of the sample.
@@ -87,13 +87,13 @@ pub(crate) struct Look<S: Simd> {
 
 /// The first sample of a search for the upper end, which settles most rays: the body does not meet the material, or covers its end.
 #[inline(always)]
-pub(crate) fn look<S: Simd, const TURNS: bool>(
-    motion: &Motion<S>,
+pub(crate) fn first_sample<S: Simd, const TURNS: bool>(
+    motion: &LaneMotion<S>,
     body: &Meridian,
-    ray: &Ray<S>,
+    ray: &LaneRays<S>,
     (s, tau): (L<S>, L<S>),
     wanted: Mask<S>,
-) -> Look<S> {
+) -> FirstSample<S> {
     let (zero, one) = (s.same(0.0), s.same(1.0));
     let allowed = if TURNS { s.same(SEARCH_ERROR + TURN_ERROR) } else { s.same(SEARCH_ERROR) };
     let q = sample::<S, TURNS>(motion, body, ray, s, tau);
@@ -120,7 +120,7 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
     }
     let covered = wanted & inside & s.ge(ray.hi);
     let low = wanted & inside & s.le(ray.lo);
-    let mut look = Look { covered, miss, low, s, tau, f: q.f, y: q.y };
+    let mut look = FirstSample { covered, miss, low, s, tau, f: q.f, y: q.y };
     let open = wanted & !miss;
     if open.any() {
         let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
@@ -146,7 +146,7 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
 
 /// How much deeper than at the sample the body may be at another time, and how fast that grows along the ray: (1).
 #[inline(always)]
-fn bound<S: Simd, const TURNS: bool>(motion: &Motion<S>, q: &Sample<S>, tau: L<S>) -> [L<S>; 2] {
+fn bound<S: Simd, const TURNS: bool>(motion: &LaneMotion<S>, q: &LaneSample<S>, tau: L<S>) -> [L<S>; 2] {
     let (zero, one) = (tau.same(0.0), tau.same(1.0));
     let (left, right) = (tau, one - tau);
     if !TURNS {
@@ -167,24 +167,24 @@ fn bound<S: Simd, const TURNS: bool>(motion: &Motion<S>, q: &Sample<S>, tau: L<S
 /// Upper (`sign` 1) or lower (-1) end of the interval, from a start (height, time).
 #[inline(always)]
 pub(crate) fn search<S: Simd, const TURNS: bool>(
-    motion: &Motion<S>,
+    motion: &LaneMotion<S>,
     body: &Meridian,
-    ray: &Ray<S>,
+    ray: &LaneRays<S>,
     sign: f64,
     start: (L<S>, L<S>),
     wanted: Mask<S>,
     steps: usize,
-) -> Found<S> {
+) -> LaneSearchResult<S> {
     let (mut s, mut tau) = start;
     let (zero, one) = (s.same(0.0), s.same(1.0));
     let outward = s.same(sign);
     let limit = if sign > 0.0 { ray.hi } else { ray.lo };
     let allowed = if TURNS { s.same(SEARCH_ERROR + TURN_ERROR) } else { s.same(SEARCH_ERROR) };
     let none = !wanted & wanted;
-    let mut found = Found { covered: none, end: none, miss: none, s, tau, other: s, other_tau: tau };
+    let mut found = LaneSearchResult { covered: none, end: none, miss: none, s, tau, other: s, other_tau: tau };
     let mut active = wanted;
     // Samples outside of the body between which F has its minimum along the ray.
-    let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero, slope: zero };
+    let mut rising = OuterSample { s: zero, f: zero, fs: zero, deficit: zero, slope: zero };
     let mut sinking = rising;
     // Times at which F falls and grows at this height, with F_tau there; 0: none yet.
     let (mut falls, mut falls_at) = (zero, zero);
@@ -238,7 +238,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
                 slope = better.select(zero, slope);
             }
             if sign > 0.0 && (outside & !miss).any() {
-                let here = Side { s, f: q.f, fs: q.fs, deficit, slope };
+                let here = OuterSample { s, f: q.f, fs: q.fs, deficit, slope };
                 // At a time far from the best one a sample proves nothing, and leads astray.
                 let telling = outside & q.f.gt(deficit);
                 rising.set(telling & up, here);

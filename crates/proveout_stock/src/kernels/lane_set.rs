@@ -4,16 +4,13 @@ use pulp::Simd;
 
 use crate::{
     field::span::SLIVER,
-    kernels::lane_bits::{row_of, rows_of, rows_with},
+    kernels::lane_bits::{ROW, row_of, rows_of, rows_with},
     kernels::lanes::{L, Mask, load, put, width},
-    kernels::ray::Taken,
+    kernels::ray::TakenInterval,
 };
 
 /// Lanes of one set: the rays of a tile.
 pub(crate) const LANES: usize = crate::field::grid::TILE_RAYS;
-/// Lanes of a row: rays of a tile with the same v.
-pub(crate) const ROW: usize = crate::field::grid::TILE;
-
 /// Blocks of a set: two by two rays of a tile.
 pub(crate) const BLOCKS: usize = LANES / 4;
 
@@ -63,7 +60,7 @@ pub(crate) struct Lanes {
 
 /// Material of one lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Strip {
+pub(crate) struct LaneStrip {
     pub ray: u8,
     pub u: f64,
     pub v: f64,
@@ -111,35 +108,35 @@ impl Lanes {
         self.lo = [f64::INFINITY; LANES];
         self.hi = [f64::NEG_INFINITY; LANES];
         self.n = 0;
-        self.hush();
+        self.clear_requests();
     }
 
     /// Empties all lanes of a set that is filled by [`Self::gather`].
-    pub(crate) fn clear_asked(&mut self) {
+    pub(crate) fn clear_requested(&mut self) {
         self.n = 0;
-        self.hush();
+        self.clear_requests();
     }
 
     /// Requests no lane.
-    pub(crate) fn hush(&mut self) {
+    pub(crate) fn clear_requests(&mut self) {
         self.state = [IDLE; LANES];
         self.rows = 0;
     }
 
-    fn ask(&mut self, k: usize) {
+    fn request(&mut self, k: usize) {
         self.state[k] = NOTHING;
         self.rows |= 1 << (k / ROW);
     }
 
     /// Asks for all lanes of a row.
     #[cfg(test)]
-    pub(crate) fn ask_row(&mut self, row: usize) {
-        self.ask_lanes(0xFF << (row * ROW));
+    pub(crate) fn request_row(&mut self, row: usize) {
+        self.request_lanes(0xFF << (row * ROW));
     }
 
     /// Asks for lanes, one bit each.
     #[inline]
-    pub(crate) fn ask_lanes(&mut self, which: u64) {
+    pub(crate) fn request_lanes(&mut self, which: u64) {
         let mut rows = rows_with(which);
         self.rows |= rows;
         while rows != 0 {
@@ -184,30 +181,30 @@ impl Lanes {
 
     /// Whether vector `g` has lanes that are asked for.
     #[inline(always)]
-    pub(crate) fn asks<S: Simd>(&self, g: usize) -> bool {
+    pub(crate) fn requests_any<S: Simd>(&self, g: usize) -> bool {
         let whole = width::<S>() / ROW;
         let rows = if whole > 1 { (1 << whole) - 1 } else { 1 };
         self.rows >> (g * width::<S>() / ROW) & rows != 0
     }
 
     /// Adds a lane and asks for it; nothing happens when all are in use.
-    pub(crate) fn push(&mut self, strip: &Strip) {
+    pub(crate) fn push(&mut self, strip: &LaneStrip) {
         if self.n < LANES {
             self.n += 1;
             self.set(self.n - 1, strip);
-            self.ask(self.n - 1);
+            self.request(self.n - 1);
         }
     }
 
-    pub(crate) fn set(&mut self, k: usize, s: &Strip) {
+    pub(crate) fn set(&mut self, k: usize, s: &LaneStrip) {
         (self.u[k], self.v[k], self.ray[k]) = (s.u, s.v, s.ray);
         (self.lo[k], self.hi[k]) = (s.lo, s.hi);
         (self.lo_by[k], self.hi_by[k]) = (s.lo_by, s.hi_by);
         (self.lo_tau[k], self.hi_tau[k]) = (s.lo_tau, s.hi_tau);
     }
 
-    pub(crate) fn strip(&self, k: usize) -> Strip {
-        Strip {
+    pub(crate) fn strip(&self, k: usize) -> LaneStrip {
+        LaneStrip {
             ray: self.ray[k],
             u: self.u[k],
             v: self.v[k],
@@ -229,7 +226,7 @@ impl Lanes {
     }
 
     /// The answer for a lane.
-    pub(crate) fn answer(&mut self, k: usize, cut: Option<&Cut>) {
+    pub(crate) fn answer(&mut self, k: usize, cut: Option<&LaneCut>) {
         self.state[k] = NOTHING;
         if let Some(c) = cut {
             self.state[k] = TAKEN;
@@ -240,8 +237,8 @@ impl Lanes {
     }
 
     /// What is taken of a lane.
-    pub(crate) fn cut(&self, k: usize) -> Cut {
-        Cut {
+    pub(crate) fn cut(&self, k: usize) -> LaneCut {
+        LaneCut {
             from: self.from[k],
             to: self.to[k],
             from_by: self.from_by[k],
@@ -254,7 +251,7 @@ impl Lanes {
 
 /// An interval that an item takes up on a ray.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cut {
+pub(crate) struct LaneCut {
     pub from: f64,
     pub to: f64,
     pub from_by: f64,
@@ -284,9 +281,9 @@ impl Maker {
 
 impl Maker {
     /// An interval that one of the searches found.
-    pub(crate) fn cut(&self, taken: &Taken) -> Cut {
+    pub(crate) fn cut(&self, taken: &TakenInterval) -> LaneCut {
         let tau = |t: f64| self.first + self.part * t;
-        Cut {
+        LaneCut {
             from: taken.lo.s,
             to: taken.hi.s,
             from_by: self.by,
@@ -336,10 +333,10 @@ pub(crate) fn join<S: Simd>(
 mod tests {
     use super::*;
 
-    fn strip(r: usize, layer: f64) -> Strip {
+    fn strip(r: usize, layer: f64) -> LaneStrip {
         let (u, v) = ((r % ROW) as f64, (r / ROW) as f64);
         let (lo, hi) = (100.0 * layer + r as f64, 100.0 * layer + r as f64 + 0.5);
-        Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 }
+        LaneStrip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 }
     }
 
     /// Lanes of two layers, more than find room: each comes back with its own answer, and no other is touched.
@@ -359,7 +356,7 @@ mod tests {
             for k in 0..gathered.len() {
                 assert_eq!(gathered.state[k], NOTHING);
                 let (from, by) = (gathered.lo[k], k as f64);
-                let cut = Cut { from, to: gathered.hi[k], from_by: by, to_by: by, from_tau: 0.25, to_tau: 0.75 };
+                let cut = LaneCut { from, to: gathered.hi[k], from_by: by, to_by: by, from_tau: 0.25, to_tau: 0.75 };
                 gathered.answer(k, (k % 3 != 1).then_some(&cut));
             }
             let mut k = 0;

@@ -7,15 +7,15 @@ use pulp::{Arch, WithSimd};
 
 use crate::{
     Action, SweepItem, SweepMotion,
-    field::step::{Batch, Split},
+    field::batch::{Batch, Split},
     kernels::lane_ball::{BallOnLanes, BallOnRows, BallPath},
-    kernels::lane_bits::{lanes_of, rows_with},
-    kernels::lane_blocks::{BodyOnBlocks, Places, measure_pair, rays_of},
+    kernels::lane_bits::{ROW, lanes_of, rows_with},
+    kernels::lane_blocks::{BlockCenters, BodyOnBlocks, measure_pair, rays_of},
     kernels::lane_body::BodyOnLanes,
-    kernels::lane_set::{BLOCKS, LANES, Lanes, Maker, OLD, ROW, Strip, TAKEN, UNPROVEN, WIDE},
+    kernels::lane_set::{BLOCKS, LANES, LaneStrip, Lanes, Maker, OLD, TAKEN, UNPROVEN, WIDE},
     kernels::meridian::Meridian,
-    kernels::motion::{Piece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
-    kernels::ray::{Ray, Taken},
+    kernels::motion::{MotionPiece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
+    kernels::ray::{RayLine, TakenInterval},
     kernels::ray_ball::sweep_ball,
     kernels::ray_translate::sweep_translation,
     kernels::ray_turn::sweep_turning,
@@ -76,7 +76,7 @@ fn rays(k: u32, a: usize) -> Lanes {
             (-2.0 * n(12.0).abs(), 5.0 * n(13.0))
         };
         let (lo, hi) = if a == 2 { (-20.0, 0.0) } else { (6.0 * n(14.0), 20.0) };
-        lanes.push(&Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
+        lanes.push(&LaneStrip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
     }
     lanes
 }
@@ -110,7 +110,7 @@ fn compare(profile: &Profile, turn: f64, rounds: u32) -> Count {
         let a = (k % 3) as usize;
         let start = rays(k, a);
         for whole in pieces(&motion(k, turn), body.radius) {
-            let piece: Piece = permuted(&whole, a);
+            let piece: MotionPiece = permuted(&whole, a);
             let lanes = both(&start, |lanes, wide| {
                 let range = [-100.0, 100.0];
                 let call = BodyOnLanes { piece: &piece, range, body: &body, maker: Maker::whole(0), steps: 9, lanes };
@@ -121,8 +121,8 @@ fn compare(profile: &Profile, turn: f64, rounds: u32) -> Count {
                 };
             });
             for r in 0..lanes.len() {
-                let ray = Ray { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
-                let mut taken: Vec<Taken> = Vec::new();
+                let ray = RayLine { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
+                let mut taken: Vec<TakenInterval> = Vec::new();
                 if piece.turns() {
                     sweep_turning(&piece, &body, &ray, &mut taken);
                 } else {
@@ -192,7 +192,7 @@ fn the_ball_on_lanes_is_the_closed_form() {
                 if wide { Arch::new().dispatch(call) } else { call.with_simd(pulp::Scalar::new()) }
             });
             for r in 0..lanes.len() {
-                let ray = Ray { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
+                let ray = RayLine { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
                 let one = sweep_ball(&path, &ray);
                 assert_eq!(one.is_some(), lanes.state[r] == TAKEN);
                 if let Some(t) = one {
@@ -208,7 +208,7 @@ fn the_ball_on_lanes_is_the_closed_form() {
 }
 
 /// Rays of a tile, their blocks and rows: material that varies from ray to ray, and rays without any.
-fn tile(k: u32) -> (Lanes, Places, [[f64; BLOCKS]; 2], [[f64; WIDE]; 2]) {
+fn tile(k: u32) -> (Lanes, BlockCenters, [[f64; BLOCKS]; 2], [[f64; WIDE]; 2]) {
     let (u0, v0) = (5.0 * number(k, 21.0), 5.0 * number(k, 22.0));
     let columns: [f64; ROW] = std::array::from_fn(|i| u0 + 0.1 * i as f64);
     let rows: [f64; ROW] = std::array::from_fn(|j| v0 + 0.15 * j as f64);
@@ -223,7 +223,7 @@ fn tile(k: u32) -> (Lanes, Places, [[f64; BLOCKS]; 2], [[f64; WIDE]; 2]) {
             (lo, hi) = (f64::INFINITY, f64::NEG_INFINITY);
         }
         let (u, v) = (columns[i], rows[j]);
-        lanes.push(&Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
+        lanes.push(&LaneStrip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
         of_rows[0][j] = of_rows[0][j].min(lo);
         of_rows[1][j] = of_rows[1][j].max(hi);
     }
@@ -233,7 +233,7 @@ fn tile(k: u32) -> (Lanes, Places, [[f64; BLOCKS]; 2], [[f64; WIDE]; 2]) {
         let b = (0..BLOCKS).find(|b| rays_of(1 << b) >> r & 1 == 1).expect("each ray lies in a block");
         assert!(!lanes.holds(r) || blocks[0][b] <= lanes.lo[r] && blocks[1][b] >= lanes.hi[r]);
     }
-    (lanes, Places::new(&columns, &rows), blocks, of_rows)
+    (lanes, BlockCenters::new(&columns, &rows), blocks, of_rows)
 }
 
 #[test]
@@ -289,8 +289,8 @@ fn blocks_and_rows_that_are_cleared_are_not_met() {
                 met += found.count_ones();
                 for r in (0..LANES).filter(|&r| found >> r & 1 == 0 && lanes.holds(r)) {
                     cleared += 1;
-                    let ray = Ray { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
-                    let mut taken: Vec<Taken> = Vec::new();
+                    let ray = RayLine { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
+                    let mut taken: Vec<TakenInterval> = Vec::new();
                     match &step.ball {
                         Some(path) => taken.extend(sweep_ball(path, &ray)),
                         None => sweep_turning(&step.piece, &body, &ray, &mut taken),

@@ -34,14 +34,14 @@ const WITHIN: f64 = 1e-9;
 const JUMP: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Piece {
+pub(crate) enum MeridianPiece {
     /// Normal and support.
     Line { nr: f64, nz: f64, c: f64 },
     /// Arc with its first and last normal.
     Arc { center: [f64; 2], radius: f64, first: [f64; 2], last: [f64; 2] },
 }
 
-impl Piece {
+impl MeridianPiece {
     fn of(s: &Segment) -> Self {
         match *s {
             Segment::Line { from, to } => {
@@ -85,13 +85,13 @@ impl Piece {
 }
 
 /// Leaves out the lines that continue an arc: its tangents at its ends are the same.
-fn needed(pieces: Vec<Piece>) -> Vec<Piece> {
-    let arcs: Vec<Piece> = pieces.iter().filter(|p| matches!(p, Piece::Arc { .. })).copied().collect();
+fn needed(pieces: Vec<MeridianPiece>) -> Vec<MeridianPiece> {
+    let arcs: Vec<MeridianPiece> = pieces.iter().filter(|p| matches!(p, MeridianPiece::Arc { .. })).copied().collect();
     let mut kept = pieces;
     kept.retain(|piece| {
-        let Piece::Line { nr, nz, c } = *piece else { return true };
+        let MeridianPiece::Line { nr, nz, c } = *piece else { return true };
         !arcs.iter().any(|arc| {
-            let Piece::Arc { center, radius, first, last } = *arc else { return false };
+            let MeridianPiece::Arc { center, radius, first, last } = *arc else { return false };
             [first, last].iter().any(|n| {
                 let support = n[0] * center[0] + n[1] * center[1] + radius;
                 (n[0] - nr).hypot(n[1] - nz) < SAME_NORMAL && (support - c).abs() < SAME_SUPPORT
@@ -150,9 +150,9 @@ pub(crate) struct Quarter {
 
 impl Quarter {
     /// The first such arc, and the other pieces.
-    fn of(pieces: &[Piece]) -> (Option<Self>, Vec<Piece>) {
-        let arc = |p: &Piece| match *p {
-            Piece::Arc { center, radius, first, last } if first == [0.0, -1.0] && last == [1.0, 0.0] => {
+    fn of(pieces: &[MeridianPiece]) -> (Option<Self>, Vec<MeridianPiece>) {
+        let arc = |p: &MeridianPiece| match *p {
+            MeridianPiece::Arc { center, radius, first, last } if first == [0.0, -1.0] && last == [1.0, 0.0] => {
                 Some((center, radius))
             }
             _ => None,
@@ -166,7 +166,7 @@ impl Quarter {
         // from itself.
         let deepest = -center[0] - radius;
         let alone_below = others.iter().fold(f64::INFINITY, |below, p| match *p {
-            Piece::Line { nr: 0.0, nz: 1.0, c } => below.min(c + deepest),
+            MeridianPiece::Line { nr: 0.0, nz: 1.0, c } => below.min(c + deepest),
             _ => f64::NEG_INFINITY,
         });
         (Some(Self { center, radius, alone_below }), others)
@@ -176,10 +176,10 @@ impl Quarter {
 /// The convex function of a body, and the ball that makes up its lower end if there is one.
 #[derive(Clone, Debug)]
 pub(crate) struct Meridian {
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<MeridianPiece>,
     /// A quarter of a circle among them, and the others.
     pub quarter: Option<Quarter>,
-    pub others: Vec<Piece>,
+    pub others: Vec<MeridianPiece>,
     /// Circles about the axis, (r, z, radius, reach): the support function of the body is at most the largest of `r sin + z cos +
     /// radius`. Reach: how far from the tip a point is that turning moves off the chord of its way, mm.
     pub tubes: Vec<[f64; 4]>,
@@ -207,9 +207,9 @@ const EDGE: f64 = 0.1;
 fn smooth(segments: &[Segment]) -> ([f64; 2], f64) {
     let normals: Vec<[[f64; 2]; 2]> = segments
         .iter()
-        .map(|s| match Piece::of(s) {
-            Piece::Line { nr, nz, .. } => [[nr, nz]; 2],
-            Piece::Arc { first, last, .. } => [first, last],
+        .map(|s| match MeridianPiece::of(s) {
+            MeridianPiece::Line { nr, nz, .. } => [[nr, nz]; 2],
+            MeridianPiece::Arc { first, last, .. } => [first, last],
         })
         .collect();
     let jumps = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) > JUMP;
@@ -246,7 +246,7 @@ impl Meridian {
     /// The whole body as one function.
     pub(crate) fn whole(profile: &Profile) -> Self {
         let (smooth, bend) = smooth(profile.segments());
-        let pieces = needed(profile.segments().iter().map(Piece::of).collect());
+        let pieces = needed(profile.segments().iter().map(MeridianPiece::of).collect());
         let (quarter, others) = Quarter::of(&pieces);
         Self {
             smooth,
@@ -269,13 +269,13 @@ impl Meridian {
         let whole = Self::whole(profile);
         let Some(Segment::Arc { center, radius, to, .. }) = profile.segments().first() else { return whole };
         // The whole ball must lie in the body: its support may not pass that of any other piece.
-        let mut pieces: Vec<Piece> = profile.segments()[1..].iter().map(Piece::of).collect();
+        let mut pieces: Vec<MeridianPiece> = profile.segments()[1..].iter().map(MeridianPiece::of).collect();
         let inside = pieces.iter().all(|p| p.eval(0.0, center[1]).0 <= -radius + WITHIN + TOUCH);
         if center[0].abs() > WITHIN || !inside {
             return whole;
         }
         let has_rest = !pieces.is_empty();
-        pieces.push(Piece::Line { nr: 0.0, nz: -1.0, c: -to[1] });
+        pieces.push(MeridianPiece::Line { nr: 0.0, nz: -1.0, c: -to[1] });
         let tubes = tubes(&profile.segments()[1..]);
         // The plane that closes the rest below makes an edge.
         let smooth = [whole.smooth[0].max(to[1] + EDGE), whole.smooth[1]];

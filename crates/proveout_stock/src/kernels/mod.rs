@@ -18,4 +18,5 @@ pub(crate) mod ray;
 pub(crate) mod ray_ball;
 pub(crate) mod ray_translate;
 pub(crate) mod ray_turn;
+pub(crate) mod sweep_step;
 pub(crate) mod vec3;

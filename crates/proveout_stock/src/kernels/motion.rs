@@ -3,9 +3,9 @@
 use proveout_geom::{Aabb, Point, ToolPose};
 
 use crate::{
-    field::sweep::SweepMotion,
     kernels::meridian::Meridian,
     kernels::vec3::{V, add, along, dot, norm, scale, sub},
+    sweep_item::SweepMotion,
 };
 
 /// Bound of the part of the error that turning adds, mm.
@@ -27,7 +27,7 @@ const LEVEL: f64 = 1e-9;
 
 /// Straight tip, axis on a short great circle; tau runs from 0 to 1. Components in the order (ray, u, v).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct MotionPiece {
     pub tip: V,
     /// Tip at the end less tip at the start, mm.
     pub travel: V,
@@ -40,7 +40,7 @@ pub(crate) struct Piece {
 
 /// Value and derivatives of the body's function at a point of a ray and a time.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
+pub(crate) struct BodySample {
     pub f: f64,
     /// Derivative along the ray.
     pub fs: f64,
@@ -50,7 +50,7 @@ pub(crate) struct Sample {
     pub normal: V,
 }
 
-impl Piece {
+impl MotionPiece {
     pub(crate) fn turns(&self) -> bool {
         self.angle2 > 0.0
     }
@@ -104,7 +104,7 @@ impl Piece {
     /// With y = x - tip, z = y . w, p = y - z w, r = |p|: the gradient is `F_r p / r + F_z w`, and for a fixed point
     /// dz/dtau = -travel . w + p . w', dr/dtau = -(p/r) . travel - z (p/r) . w'.
     #[inline]
-    pub(crate) fn sample(&self, body: &Meridian, x: V, tau: f64) -> Sample {
+    pub(crate) fn sample(&self, body: &Meridian, x: V, tau: f64) -> BodySample {
         let w = self.axis_at(tau);
         let y = sub(x, self.tip_at(tau));
         let z = dot(y, w);
@@ -117,7 +117,7 @@ impl Piece {
         if self.angle2 > 0.0 {
             ft += dot(p, self.turn) * (fz - radial * z);
         }
-        Sample { f, fs: normal[0], ft, normal }
+        BodySample { f, fs: normal[0], ft, normal }
     }
 
     /// Largest lag of a point at the distance `reach` from the tip relative to the uniform turn,
@@ -136,7 +136,7 @@ impl Piece {
 
 /// Splits a motion into pieces of small turn. A motion that only translates stays whole; one that turns also stays short
 /// against the body, so that a piece meets few tiles.
-pub(crate) fn pieces(motion: &SweepMotion, radius: f64) -> Vec<Piece> {
+pub(crate) fn pieces(motion: &SweepMotion, radius: f64) -> Vec<MotionPiece> {
     let angle = motion.from.angle_to(&motion.to);
     if angle <= NO_TURN {
         return split(motion, 1.0);
@@ -147,12 +147,12 @@ pub(crate) fn pieces(motion: &SweepMotion, radius: f64) -> Vec<Piece> {
 
 /// Splits a motion for a ball whose center lies at height `z` on the axis: only the path of the center counts, which leaves
 /// its chord by angle^2 z / 8.
-pub(crate) fn ball_pieces(motion: &SweepMotion, z: f64) -> Vec<Piece> {
+pub(crate) fn ball_pieces(motion: &SweepMotion, z: f64) -> Vec<MotionPiece> {
     let angle = motion.from.angle_to(&motion.to);
     split(motion, (angle * (z.abs() / (8.0 * TURN_ERROR)).sqrt()).max(angle / BALL_TURN))
 }
 
-fn split(motion: &SweepMotion, least: f64) -> Vec<Piece> {
+fn split(motion: &SweepMotion, least: f64) -> Vec<MotionPiece> {
     let finite = |p: &ToolPose| p.tip.iter().chain(p.axis.iter()).all(|v| v.is_finite());
     if !(finite(&motion.from) && finite(&motion.to)) {
         return Vec::new();
@@ -173,11 +173,11 @@ fn split(motion: &SweepMotion, least: f64) -> Vec<Piece> {
         .collect()
 }
 
-fn piece(from: &ToolPose, to: &ToolPose) -> Piece {
+fn piece(from: &ToolPose, to: &ToolPose) -> MotionPiece {
     let angle = from.angle_to(to);
     // Opposite axes have no great circle between them; the axis then stays.
     let turns = angle > NO_TURN && angle < 1.0;
-    Piece {
+    MotionPiece {
         tip: from.tip.coords.into(),
         travel: (to.tip - from.tip).into(),
         axis: from.axis.into(),
@@ -187,9 +187,9 @@ fn piece(from: &ToolPose, to: &ToolPose) -> Piece {
 }
 
 /// The piece in coordinates (ray, u, v) of set `a`.
-pub(crate) fn permuted(p: &Piece, a: usize) -> Piece {
+pub(crate) fn permuted(p: &MotionPiece, a: usize) -> MotionPiece {
     let turn = |v: V| [v[a], v[(a + 1) % 3], v[(a + 2) % 3]];
-    Piece { tip: turn(p.tip), travel: turn(p.travel), axis: turn(p.axis), turn: turn(p.turn), angle2: p.angle2 }
+    MotionPiece { tip: turn(p.tip), travel: turn(p.travel), axis: turn(p.axis), turn: turn(p.turn), angle2: p.angle2 }
 }
 
 /// Whether a body stays beyond one side of a box on all of its way: the first look at a motion, most of them in air.
@@ -217,7 +217,7 @@ pub(crate) fn stays_outside(motion: &SweepMotion, body: &Meridian, bounds: &Aabb
 ///         | \__/ |
 ///     a - |      |
 /// ```
-pub(crate) fn swept_box(p: &Piece, body: &Meridian, bounds: &Aabb) -> Aabb {
+pub(crate) fn swept_box(p: &MotionPiece, body: &Meridian, bounds: &Aabb) -> Aabb {
     let ends = [0.0, 1.0].map(|tau| {
         let axis = p.axis_at(tau);
         // A disc of radius R about the axis w reaches R sqrt(1 - w_i^2) along axis i.
@@ -266,7 +266,7 @@ pub(crate) fn swept_box(p: &Piece, body: &Meridian, bounds: &Aabb) -> Aabb {
 }
 
 /// Box round the ball of a body on one piece of its way, mm.
-pub(crate) fn ball_box(p: &Piece, body: &Meridian) -> Aabb {
+pub(crate) fn ball_box(p: &MotionPiece, body: &Meridian) -> Aabb {
     let mut all = Aabb::empty();
     if let Some([z, radius]) = body.ball {
         for tau in [0.0, 1.0] {

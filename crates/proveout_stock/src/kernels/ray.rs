@@ -2,7 +2,7 @@
 
 use crate::{
     kernels::meridian::Meridian,
-    kernels::motion::{Piece, Sample},
+    kernels::motion::{BodySample, MotionPiece},
     kernels::vec3::{V, add, norm, scale},
 };
 
@@ -12,14 +12,14 @@ pub(crate) const REACHED: f64 = 0.5 * crate::kernels::meridian::TOUCH;
 
 /// The line of a ray and the part of it that holds material; everything outside of `lo..=hi` is of no interest.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ray {
+pub(crate) struct RayLine {
     pub u: f64,
     pub v: f64,
     pub lo: f64,
     pub hi: f64,
 }
 
-impl Ray {
+impl RayLine {
     #[inline]
     pub(crate) fn at(&self, s: f64) -> V {
         [s, self.u, self.v]
@@ -28,7 +28,7 @@ impl Ray {
 
 /// One end of the interval that a moving body takes up on a ray.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct End {
+pub(crate) struct TakenEnd {
     pub s: f64,
     /// When the body is there: time of the piece.
     pub tau: f64,
@@ -36,9 +36,9 @@ pub(crate) struct End {
 
 /// Interval that a moving body takes up on a ray.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Taken {
-    pub lo: End,
-    pub hi: End,
+pub(crate) struct TakenInterval {
+    pub lo: TakenEnd,
+    pub hi: TakenEnd,
 }
 
 /// A step in space that separates the two faces at an edge of a body, mm.
@@ -52,12 +52,12 @@ const SHORTEST: f64 = 1e-3;
 /// of the body, such as the rim of a flat end mill, makes the surface, the sample is that of one of the two faces; the swept
 /// surface has the normal between both that is perpendicular to the velocity. `way`: bound of the motion of the body, mm.
 pub(crate) fn swept_normal(
-    piece: &Piece,
+    piece: &MotionPiece,
     body: &Meridian,
-    ray: &Ray,
+    ray: &RayLine,
     (s, tau): (f64, f64),
     sign: f64,
-    sample: &Sample,
+    sample: &BodySample,
     way: f64,
 ) -> V {
     let mut n = sample.normal;

@@ -19,14 +19,14 @@
 use crate::{
     field::span::SLIVER,
     kernels::lane_ball::{ALONG_RAY, BallPath},
-    kernels::ray::{End, Ray, Taken},
+    kernels::ray::{RayLine, TakenEnd, TakenInterval},
     kernels::vec3::dot,
 };
 
 /// Interval that a ball takes up on its way.
 ///
 /// A turning axis moves the center on an arc; the splitting of the motion bounds its distance from the chord.
-pub(crate) fn sweep_ball(path: &BallPath, ray: &Ray) -> Option<Taken> {
+pub(crate) fn sweep_ball(path: &BallPath, ray: &RayLine) -> Option<TakenInterval> {
     let (start, [de, du, dv], radius) = (path.start, path.way, path.radius);
     let (u, v) = (start[1] - ray.u, start[2] - ray.v);
     let dp2 = du * du + dv * dv;
@@ -63,5 +63,5 @@ pub(crate) fn sweep_ball(path: &BallPath, ray: &Ray) -> Option<Taken> {
     if hi.min(ray.hi) - lo.max(ray.lo) <= SLIVER {
         return None;
     }
-    Some(Taken { lo: End { s: lo, tau: bottom + nearest }, hi: End { s: hi, tau: top + nearest } })
+    Some(TakenInterval { lo: TakenEnd { s: lo, tau: bottom + nearest }, hi: TakenEnd { s: hi, tau: top + nearest } })
 }

@@ -21,8 +21,8 @@
 use crate::{
     field::span::SLIVER,
     kernels::meridian::Meridian,
-    kernels::motion::{Piece, SEARCH_ERROR, Sample},
-    kernels::ray::{End, REACHED, Ray, Taken},
+    kernels::motion::{BodySample, MotionPiece, SEARCH_ERROR},
+    kernels::ray::{REACHED, RayLine, TakenEnd, TakenInterval},
 };
 
 /// Corners that the polygon may have; each cut adds at most one.
@@ -47,7 +47,7 @@ impl Polygon {
 
     /// Keeps the part where f + ft (t - t0) + fs (s - s0) <= 0.
     #[inline]
-    fn cut(&mut self, t0: f64, s0: f64, sample: &Sample) {
+    fn cut(&mut self, t0: f64, s0: f64, sample: &BodySample) {
         let g = |(t, s): (f64, f64)| sample.f + sample.ft * (t - t0) + sample.fs * (s - s0);
         let old = self.corners;
         let n = self.n;
@@ -92,7 +92,7 @@ impl Polygon {
 }
 
 /// Interval that a body takes up on a ray while it translates; its ends outside of the ray's range may be cut off there.
-pub(crate) fn sweep_translation(piece: &Piece, body: &Meridian, ray: &Ray) -> Option<Taken> {
+pub(crate) fn sweep_translation(piece: &MotionPiece, body: &Meridian, ray: &RayLine) -> Option<TakenInterval> {
     let mut polygon = Polygon::new(ray.lo, ray.hi);
     // One sample in the middle proves most misses: facing the axis of the body, or as near as the material comes.
     let s = piece.facing(body, ray.at(0.5 * (ray.lo + ray.hi))).clamp(ray.lo, ray.hi);
@@ -105,13 +105,19 @@ pub(crate) fn sweep_translation(piece: &Piece, body: &Meridian, ray: &Ray) -> Op
     if hi - lo <= SLIVER {
         return None;
     }
-    Some(Taken { lo: End { s: lo, tau: lo_time }, hi: End { s: hi, tau: hi_time } })
+    Some(TakenInterval { lo: TakenEnd { s: lo, tau: lo_time }, hi: TakenEnd { s: hi, tau: hi_time } })
 }
 
 /// Height, time and sample of an end.
-type Found = (f64, f64, Sample);
+type SampledEnd = (f64, f64, BodySample);
 
-fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, sign: f64) -> Option<Found> {
+fn find_end(
+    piece: &MotionPiece,
+    body: &Meridian,
+    ray: &RayLine,
+    polygon: &mut Polygon,
+    sign: f64,
+) -> Option<SampledEnd> {
     let mut last = None;
     for _ in 0..CUTS {
         if polygon.n == 0 {
@@ -137,7 +143,15 @@ fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, si
 
 /// Newton's method along the ray at fixed time; none when it moves the end by more than [`SEARCH_ERROR`]. The depth in the
 /// swept body changes along the ray by no more than the way, so no deeper point is lost.
-fn polish(piece: &Piece, body: &Meridian, ray: &Ray, t: f64, s: f64, sign: f64, first: Sample) -> Option<Found> {
+fn polish(
+    piece: &MotionPiece,
+    body: &Meridian,
+    ray: &RayLine,
+    t: f64,
+    s: f64,
+    sign: f64,
+    first: BodySample,
+) -> Option<SampledEnd> {
     let start = s;
     let (mut s, mut sample) = (s, first);
     for _ in 0..8 {

@@ -37,8 +37,8 @@
 use crate::{
     field::span::SLIVER,
     kernels::meridian::Meridian,
-    kernels::motion::{Piece, SEARCH_ERROR, Sample, TURN_ERROR},
-    kernels::ray::{End, REACHED, Ray, Taken},
+    kernels::motion::{BodySample, MotionPiece, SEARCH_ERROR, TURN_ERROR},
+    kernels::ray::{REACHED, RayLine, TakenEnd, TakenInterval},
     kernels::vec3::{V, add, cross, dot, norm, scale, sub},
 };
 
@@ -47,24 +47,24 @@ const RISES: f64 = 1e-3;
 
 /// An end of the interval at one time, or a point outside of it with the half plane there.
 #[derive(Clone, Copy, Debug)]
-struct Edge {
+struct SweepEdge {
     s: f64,
     tau: f64,
-    sample: Sample,
+    sample: BodySample,
 }
 
 /// The ray at one time.
 #[derive(Clone, Copy, Debug)]
-enum State {
+enum RayState {
     /// The ends of the interval; after a mere look at the ends of the hull, what was found there.
-    Meets { lo: Edge, hi: Edge },
+    Meets { lo: SweepEdge, hi: SweepEdge },
     /// A half plane that is parallel to the ray and shuts the body off it.
-    Misses(Bound),
+    Misses(HalfPlaneBound),
 }
 
 /// Half plane at an end of the hull: what (1) needs.
 #[derive(Clone, Copy, Debug)]
-struct Bound {
+struct HalfPlaneBound {
     value: f64,
     ft: f64,
     /// Growth outward along the ray; infinite for a half plane that covers the whole ray.
@@ -76,7 +76,7 @@ struct Bound {
     ds: f64,
 }
 
-impl Bound {
+impl HalfPlaneBound {
     /// Right side of (1) at a time.
     fn at(&self, dtau: f64) -> f64 {
         self.value + self.ft * dtau + 0.5 * self.second * dtau * dtau
@@ -98,9 +98,9 @@ const STEPS: usize = 60;
 const DEPTH: u32 = 100;
 
 pub(crate) struct TurnSweep<'a> {
-    piece: &'a Piece,
+    piece: &'a MotionPiece,
     body: &'a Meridian,
-    ray: &'a Ray,
+    ray: &'a RayLine,
     angle: f64,
     /// D of (1).
     third: f64,
@@ -111,7 +111,7 @@ pub(crate) struct TurnSweep<'a> {
 }
 
 /// Adds to `taken` the intervals that the body takes up on the ray on its way, in no order; they may overlap.
-pub(crate) fn sweep_turning(piece: &Piece, body: &Meridian, ray: &Ray, taken: &mut Vec<Taken>) {
+pub(crate) fn sweep_turning(piece: &MotionPiece, body: &Meridian, ray: &RayLine, taken: &mut Vec<TakenInterval>) {
     let reach = body.reach;
     let angle = piece.angle2.sqrt();
     let sweep = TurnSweep {
@@ -139,13 +139,13 @@ pub(crate) fn sweep_turning(piece: &Piece, body: &Meridian, ray: &Ray, taken: &m
 }
 
 impl TurnSweep<'_> {
-    fn sample(&self, tau: f64, s: f64) -> Sample {
+    fn sample(&self, tau: f64, s: f64) -> BodySample {
         self.piece.sample(self.body, self.ray.at(s), tau)
     }
 
     /// Half space with a normal, known to have a value at the height `s`, as (1) needs it there. All terms are linear in
     /// the normal, so a mean of two samples may be given.
-    fn bound_at(&self, tau: f64, s: f64, normal: V, value: f64) -> Bound {
+    fn bound_at(&self, tau: f64, s: f64, normal: V, value: f64) -> HalfPlaneBound {
         let axis = self.piece.axis_at(tau);
         let omega = cross(axis, self.piece.turn);
         let y = sub(self.ray.at(s), self.piece.tip_at(tau));
@@ -154,19 +154,19 @@ impl TurnSweep<'_> {
         let second = dot(omega, normal) * dot(omega, y)
             - self.piece.angle2 * dot(normal, y)
             - 2.0 * dot(carried, self.piece.travel);
-        Bound { value, ft, outward: f64::INFINITY, second, cross: carried[0].abs(), ds: 0.0 }
+        HalfPlaneBound { value, ft, outward: f64::INFINITY, second, cross: carried[0].abs(), ds: 0.0 }
     }
 
     /// Newton's method from outside (`sign` 1: downward from above) to the edge; the last sample outside when the body
     /// is not met.
-    fn newton(&self, tau: f64, start: f64, sign: f64) -> Result<Edge, (f64, Sample)> {
+    fn newton(&self, tau: f64, start: f64, sign: f64) -> Result<SweepEdge, (f64, BodySample)> {
         let end = if sign > 0.0 { self.ray.lo } else { self.ray.hi };
         let mut s = start;
         let mut outside = None;
         for _ in 0..STEPS {
             let sample = self.sample(tau, s);
             if sample.f <= REACHED {
-                return Ok(Edge { s, tau, sample });
+                return Ok(SweepEdge { s, tau, sample });
             }
             if sample.fs * sign <= 0.0 {
                 return Err(outside.unwrap_or((s, sample)));
@@ -181,19 +181,19 @@ impl TurnSweep<'_> {
     }
 
     /// The interval at one time, or the proof that there is none.
-    fn state(&self, tau: f64) -> State {
+    fn state(&self, tau: f64) -> RayState {
         match self.newton(tau, self.ray.hi, 1.0) {
             Ok(hi) => {
                 // Rounding at a grazing ray may hide the other edge; the one that was found is then all there is.
                 let lo = self.newton(tau, self.ray.lo, -1.0).unwrap_or(hi);
-                State::Meets { lo, hi }
+                RayState::Meets { lo, hi }
             }
             Err(above) => self.gap(tau, above),
         }
     }
 
     /// Minimum of F along the ray from samples on both sides of it (cutting planes in one dimension).
-    fn gap(&self, tau: f64, above: (f64, Sample)) -> State {
+    fn gap(&self, tau: f64, above: (f64, BodySample)) -> RayState {
         let (mut sr, mut right) = above;
         if right.fs <= 0.0 {
             return self.misses(tau, sr, right.f, right.normal);
@@ -213,10 +213,10 @@ impl TurnSweep<'_> {
             }
             let sample = self.sample(tau, s);
             if sample.f <= REACHED {
-                let point = Edge { s, tau, sample };
+                let point = SweepEdge { s, tau, sample };
                 let lo = self.newton(tau, sl, -1.0).unwrap_or(point);
                 let hi = self.newton(tau, sr, 1.0).unwrap_or(point);
-                return State::Meets { lo, hi };
+                return RayState::Meets { lo, hi };
             }
             if sample.fs > 0.0 {
                 (sr, right) = (s, sample);
@@ -227,24 +227,27 @@ impl TurnSweep<'_> {
         self.misses(tau, sr, 0.0, right.normal)
     }
 
-    fn misses(&self, tau: f64, s: f64, gap: f64, normal: V) -> State {
+    fn misses(&self, tau: f64, s: f64, gap: f64, normal: V) -> RayState {
         // The body may come in anywhere within its own length from where it is nearest now.
-        State::Misses(Bound { ds: self.chord + self.way + gap.max(0.0), ..self.bound_at(tau, s, normal, gap.max(0.0)) })
+        RayState::Misses(HalfPlaneBound {
+            ds: self.chord + self.way + gap.max(0.0),
+            ..self.bound_at(tau, s, normal, gap.max(0.0))
+        })
     }
 
-    fn push(&self, taken: &mut Vec<Taken>, hull: Option<(Edge, Edge)>) {
+    fn push(&self, taken: &mut Vec<TakenInterval>, hull: Option<(SweepEdge, SweepEdge)>) {
         if let Some((lo, hi)) = hull
             && hi.s - lo.s > SLIVER
         {
-            taken.push(Taken { lo: End { s: lo.s, tau: lo.tau }, hi: End { s: hi.s, tau: hi.tau } });
+            taken.push(TakenInterval { lo: TakenEnd { s: lo.s, tau: lo.tau }, hi: TakenEnd { s: hi.s, tau: hi.tau } });
         }
     }
 
     /// Finds the intervals of a time range from the states at its ends.
-    fn cover(&self, t: [f64; 2], states: [State; 2], depth: u32, taken: &mut Vec<Taken>) {
+    fn cover(&self, t: [f64; 2], states: [RayState; 2], depth: u32, taken: &mut Vec<TakenInterval>) {
         let still = depth == 0 || self.way * (t[1] - t[0]) <= TURN_ERROR;
         let mut hull = match states {
-            [State::Meets { lo: lo0, hi: hi0 }, State::Meets { lo: lo1, hi: hi1 }] => {
+            [RayState::Meets { lo: lo0, hi: hi0 }, RayState::Meets { lo: lo1, hi: hi1 }] => {
                 if lo0.s.max(lo1.s) > hi0.s.min(hi1.s) + SLIVER && !still {
                     let middle = 0.5 * (t[0] + t[1]);
                     let state = self.state(middle);
@@ -254,7 +257,7 @@ impl TurnSweep<'_> {
                 }
                 Some((if lo0.s < lo1.s { lo0 } else { lo1 }, if hi0.s > hi1.s { hi0 } else { hi1 }))
             }
-            [State::Meets { lo, hi }, _] | [_, State::Meets { lo, hi }] => Some((lo, hi)),
+            [RayState::Meets { lo, hi }, _] | [_, RayState::Meets { lo, hi }] => Some((lo, hi)),
             _ => None,
         };
         self.extend(t, states, &mut hull, depth, taken);
@@ -265,10 +268,10 @@ impl TurnSweep<'_> {
     fn extend(
         &self,
         t: [f64; 2],
-        states: [State; 2],
-        hull: &mut Option<(Edge, Edge)>,
+        states: [RayState; 2],
+        hull: &mut Option<(SweepEdge, SweepEdge)>,
         depth: u32,
-        taken: &mut Vec<Taken>,
+        taken: &mut Vec<TakenInterval>,
     ) {
         let h = t[1] - t[0];
         if depth == 0 || self.way * h <= TURN_ERROR {
@@ -290,14 +293,14 @@ impl TurnSweep<'_> {
         // third time the middle, which ends the splitting whatever the shape.
         let at = match states {
             _ if depth.is_multiple_of(3) => 0.5 * h,
-            [State::Misses(gap), State::Meets { .. }] if gap.ft < 0.0 => (gap.value + TURN_ERROR) / -gap.ft,
-            [State::Meets { .. }, State::Misses(gap)] if gap.ft > 0.0 => h - (gap.value + TURN_ERROR) / gap.ft,
+            [RayState::Misses(gap), RayState::Meets { .. }] if gap.ft < 0.0 => (gap.value + TURN_ERROR) / -gap.ft,
+            [RayState::Meets { .. }, RayState::Misses(gap)] if gap.ft > 0.0 => h - (gap.value + TURN_ERROR) / gap.ft,
             _ => open.at,
         };
         let tau = t[0] + at.clamp(0.02 * h, 0.98 * h);
-        let looked = hull.as_mut().and_then(|hull| self.look(tau, hull, h, open.depth));
+        let looked = hull.as_mut().and_then(|hull| self.extend_hull(tau, hull, h, open.depth));
         let state = looked.unwrap_or_else(|| self.state(tau));
-        if let (State::Meets { lo, hi }, None) = (state, looked) {
+        if let (RayState::Meets { lo, hi }, None) = (state, looked) {
             match hull {
                 None => *hull = Some((lo, hi)),
                 Some((low, high)) if lo.s <= high.s + SLIVER && hi.s >= low.s - SLIVER => {
@@ -322,27 +325,27 @@ impl TurnSweep<'_> {
 
     /// Samples at the ends of the hull and moves them outward where the body reaches further; none
     /// if the body is apart from the hull or grazes the ray, and the whole ray must be searched.
-    fn look(&self, tau: f64, hull: &mut (Edge, Edge), h: f64, depth: f64) -> Option<State> {
-        let lo = self.look_at(tau, &hull.0, -1.0, h, depth)?;
-        let hi = self.look_at(tau, &hull.1, 1.0, h, depth)?;
+    fn extend_hull(&self, tau: f64, hull: &mut (SweepEdge, SweepEdge), h: f64, depth: f64) -> Option<RayState> {
+        let lo = self.extend_end(tau, &hull.0, -1.0, h, depth)?;
+        let hi = self.extend_end(tau, &hull.1, 1.0, h, depth)?;
         if lo.s < hull.0.s {
             hull.0 = lo;
         }
         if hi.s > hull.1.s {
             hull.1 = hi;
         }
-        Some(State::Meets { lo, hi })
+        Some(RayState::Meets { lo, hi })
     }
 
-    fn look_at(&self, tau: f64, end: &Edge, sign: f64, h: f64, depth: f64) -> Option<Edge> {
+    fn extend_end(&self, tau: f64, end: &SweepEdge, sign: f64, h: f64, depth: f64) -> Option<SweepEdge> {
         let limit = if sign > 0.0 { self.ray.hi } else { self.ray.lo };
         if (end.s - limit) * sign >= 0.0 {
-            return Some(Edge { tau, ..*end });
+            return Some(SweepEdge { tau, ..*end });
         }
         let sample = self.sample(tau, end.s);
         if sample.f > REACHED {
             let falls = sample.fs * sign < (self.angle * h).max(RISES);
-            return if falls { None } else { Some(Edge { s: end.s, tau, sample }) };
+            return if falls { None } else { Some(SweepEdge { s: end.s, tau, sample }) };
         }
         let guess = end.s + sign * (1.5 * depth / end.sample.fs.abs().max(0.05) + SLIVER);
         let start = if (guess - limit) * sign < 0.0 { guess } else { limit };
@@ -353,39 +356,42 @@ impl TurnSweep<'_> {
     }
 
     /// What a state says about F at the height `s` and further outward (`sign` 1: up; 0: everywhere).
-    fn bound(&self, state: &State, s: f64, sign: f64) -> Bound {
+    fn bound(&self, state: &RayState, s: f64, sign: f64) -> HalfPlaneBound {
         match state {
-            State::Misses(bound) => *bound,
-            State::Meets { lo, hi } => {
+            RayState::Misses(bound) => *bound,
+            RayState::Meets { lo, hi } => {
                 let edge = if sign > 0.0 { hi } else { lo };
                 let value = edge.sample.f.max(0.0) + edge.sample.fs * (s - edge.s);
-                Bound { outward: edge.sample.fs * sign, ..self.bound_at(edge.tau, s, edge.sample.normal, value) }
+                HalfPlaneBound {
+                    outward: edge.sample.fs * sign,
+                    ..self.bound_at(edge.tau, s, edge.sample.normal, value)
+                }
             }
         }
     }
 
     /// None when two bounds at the ends of a time range of length `h` prove that nothing is missed; else where to look.
-    fn open_at(&self, h: f64, [a, b]: [Bound; 2]) -> Option<Open> {
+    fn open_at(&self, h: f64, [a, b]: [HalfPlaneBound; 2]) -> Option<DoubtfulTime> {
         // Further outward (1) must not fall.
         let turned = 0.5 * self.piece.angle2 * h * h;
         if a.outward < a.cross * h + turned || b.outward < b.cross * h + turned {
-            return Some(Open { at: 0.5 * h, depth: SEARCH_ERROR });
+            return Some(DoubtfulTime { at: 0.5 * h, depth: SEARCH_ERROR });
         }
         // Lines a(x) = value + ft x and b(x) = value - ft (h - x), x from 0 to h.
         let b0 = b.value - b.ft * h;
         let x = if a.ft < b.ft { ((b0 - a.value) / (a.ft - b.ft)).clamp(0.0, h) } else { 0.5 * h };
-        let least = |bound: &Bound, dtau: f64| bound.least(dtau, self.piece.angle2, self.third);
+        let least = |bound: &HalfPlaneBound, dtau: f64| bound.least(dtau, self.piece.angle2, self.third);
         let (left, right) = (least(&a, x), least(&b, x - h));
         // One bound alone may cover all of the range.
         let alone = least(&a, h).max(least(&b, -h));
         let proven = left.min(right).max(alone);
-        (proven < -(SEARCH_ERROR + TURN_ERROR)).then_some(Open { at: x, depth: -proven })
+        (proven < -(SEARCH_ERROR + TURN_ERROR)).then_some(DoubtfulTime { at: x, depth: -proven })
     }
 }
 
 /// Where in a time range something may be missed, and how deep at most, mm.
 #[derive(Clone, Copy)]
-struct Open {
+struct DoubtfulTime {
     at: f64,
     depth: f64,
 }

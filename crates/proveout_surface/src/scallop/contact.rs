@@ -70,7 +70,7 @@ impl<'a> CutterContact<'a> {
     }
 
     /// The same with lead and tilt: inclination of the axis to the normal, and azimuth of the lean from the feed toward the left, radian.
-    pub fn leaning(profile: &'a Profile, inclination: f64, azimuth: f64) -> Option<Self> {
+    pub fn with_tilt(profile: &'a Profile, inclination: f64, azimuth: f64) -> Option<Self> {
         let (sine, cosine) = inclination.sin_cos();
         let axis = Vector::new(sine * azimuth.cos(), sine * azimuth.sin(), cosine);
         Self::new(profile, axis, Vector::z(), Vector::x())

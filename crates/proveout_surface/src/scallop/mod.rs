@@ -17,4 +17,4 @@ pub use closed::{ball_scallop, ball_step};
 pub use contact::{CutterContact, scallop_between};
 pub use ridges::{Ridge, RidgeSettings, Ridges, ridges};
 pub use summary::{Heights, Histogram, PassHeights, PatchHeights, by_pass, by_patch, heights, histogram};
-pub use valley::Side;
+pub use valley::Valley;

@@ -43,10 +43,10 @@ use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{RayEnd, RayPlace, TriDexel};
 use rayon::prelude::*;
 
-use super::valley::{Side, sides};
+use super::valley::{Valley, sides};
 use crate::{
     DesignSurface,
-    topography::{PathContact, SweptPath, Touching},
+    topography::{ContactDirections, PathContact, SweptPath},
 };
 
 /// Least part of the normals' parting that is none of their rounding (16 bits a coordinate).
@@ -108,7 +108,7 @@ pub struct Ridge {
     /// Number of the pieces on both sides, the earlier one first.
     pub pieces: [u32; 2],
     /// The valleys on both sides, as the pieces; none where the pass has none within reach.
-    pub sides: Option<[Side; 2]>,
+    pub sides: Option<[Valley; 2]>,
     /// Distance of the valleys along the design, mm.
     pub spacing: Option<f64>,
     /// Curvature of the design across the ridge, from the normals at the valleys, 1/mm; positive where it is convex.
@@ -136,7 +136,7 @@ pub struct Ridges {
 
 /// Two points of the surface with a ridge between.
 #[derive(Clone, Copy, Debug)]
-struct Pair {
+struct RidgePair {
     at: [Point; 2],
     made_by: [u32; 2],
     /// Along u or v.
@@ -154,18 +154,18 @@ pub fn ridges(
     design: &(impl DesignSurface + ?Sized),
     settings: &RidgeSettings<'_>,
 ) -> Ridges {
-    let search = Search { stock, path, cutters, design, settings, bound: stock.sweep_bound_mm() + ROUNDING };
+    let search = RidgeSearch { stock, path, cutters, design, settings, bound: stock.sweep_bound_mm() + ROUNDING };
     let mut pairs = Vec::new();
     for axis in 0..3 {
         let places: Vec<(usize, usize)> =
             (0..stock.rows(axis)).flat_map(|row| (0..stock.tiles_in_row(axis)).map(move |t| (row, t))).collect();
-        let found: Vec<Vec<Pair>> =
+        let found: Vec<Vec<RidgePair>> =
             places.into_par_iter().with_min_len(4).map(|(row, tile)| search.pairs(axis, row, tile)).collect();
         pairs.extend(found.into_iter().flatten());
     }
     let stride = pairs.len().div_ceil(settings.most.max(1)).max(1);
-    let taken: Vec<Pair> = pairs.into_iter().step_by(stride).collect();
-    let found: Vec<Found> = taken.par_iter().map(|pair| search.between(pair)).collect();
+    let taken: Vec<RidgePair> = pairs.into_iter().step_by(stride).collect();
+    let found: Vec<TracedRidges> = taken.par_iter().map(|pair| search.between(pair)).collect();
     let mut out = Ridges::default();
     let narrowest = 2.0 * stock.cell_mm();
     for f in found {
@@ -183,13 +183,13 @@ pub fn ridges(
 }
 
 #[derive(Default)]
-struct Found {
+struct TracedRidges {
     ridges: Vec<Ridge>,
     not_followed: bool,
     check: f64,
 }
 
-struct Search<'a, D: ?Sized> {
+struct RidgeSearch<'a, D: ?Sized> {
     stock: &'a TriDexel,
     path: &'a SweptPath,
     cutters: &'a [Vec<proveout_tool::Profile>],
@@ -199,9 +199,9 @@ struct Search<'a, D: ?Sized> {
 }
 
 /// A height followed on one side of a ridge.
-type Followed = (f64, PathContact);
+type FollowedContact = (f64, PathContact);
 
-impl<D: DesignSurface + ?Sized> Search<'_, D> {
+impl<D: DesignSurface + ?Sized> RidgeSearch<'_, D> {
     fn counts(&self, p: &Point) -> bool {
         let s = self.settings;
         s.region.is_none_or(|b| b.contains(p))
@@ -210,7 +210,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
     }
 
     /// Pairs whose first point lies on the rays of a tile.
-    fn pairs(&self, axis: usize, row: usize, tile: usize) -> Vec<Pair> {
+    fn pairs(&self, axis: usize, row: usize, tile: usize) -> Vec<RidgePair> {
         let mut out = Vec::new();
         let cells = self.stock.cells_mm();
         let cell = [cells[(axis + 1) % 3], cells[(axis + 2) % 3]];
@@ -241,7 +241,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
         (upper, a): (bool, &RayEnd),
         beside: &[(bool, RayEnd)],
         cell: [f64; 2],
-    ) -> Option<Pair> {
+    ) -> Option<RidgePair> {
         let axis = rays[0].axis;
         let p = a.made_by?;
         if a.normal[axis].abs() < STEEP {
@@ -274,12 +274,12 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
         if (0..3).any(|k| n[k].abs() > n[axis].abs() || k < axis && n[k].abs() == n[axis].abs()) {
             return None;
         }
-        Some(Pair { at, made_by: [p, q], direction, normal: n, foot: middle - n * nearest.distance, cell })
+        Some(RidgePair { at, made_by: [p, q], direction, normal: n, foot: middle - n * nearest.distance, cell })
     }
 
     /// The ridges between the two points of a pair.
-    fn between(&self, pair: &Pair) -> Found {
-        let mut out = Found::default();
+    fn between(&self, pair: &RidgePair) -> TracedRidges {
+        let mut out = TracedRidges::default();
         let chord = pair.at[1] - pair.at[0];
         let Some(across) = (chord - pair.normal * chord.dot(&pair.normal)).try_normalize(NO_CHORD) else { return out };
         let line = Line { origin: pair.foot, across, normal: pair.normal };
@@ -304,7 +304,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
     }
 
     /// The ridges between two places with their contacts.
-    fn split(&self, pair: &Pair, line: &Line, [a, b]: [Followed; 2], depth: usize, out: &mut Found) {
+    fn split(&self, pair: &RidgePair, line: &Line, [a, b]: [FollowedContact; 2], depth: usize, out: &mut TracedRidges) {
         let Some((s, p, q)) = self.meet(line, a, b) else { return };
         let place = line.at(s);
         let top = place + line.normal * p.height;
@@ -321,7 +321,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
     }
 
     /// Where the surfaces followed from two contacts meet between them.
-    fn meet(&self, line: &Line, a: Followed, b: Followed) -> Option<(f64, PathContact, PathContact)> {
+    fn meet(&self, line: &Line, a: FollowedContact, b: FollowedContact) -> Option<(f64, PathContact, PathContact)> {
         let both = |s: f64, near: [PathContact; 2]| {
             let point = line.at(s);
             let p = self.path.follow(&near[0], &point, &line.normal)?;
@@ -379,7 +379,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
     }
 
     /// The ridge where two contacts meet, if it lies between passes.
-    fn ridge(&self, pair: &Pair, line: &Line, s: f64, contacts: [PathContact; 2]) -> Option<Ridge> {
+    fn ridge(&self, pair: &RidgePair, line: &Line, s: f64, contacts: [PathContact; 2]) -> Option<Ridge> {
         let place = line.at(s);
         let touching = [
             self.path.touching(&contacts[0], &place, &line.normal)?,
@@ -392,12 +392,13 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
             return None;
         }
         let along = along / kink;
-        let runs_along = |t: &Touching| t.way.try_normalize(NO_WAY).is_some_and(|w| w.dot(&along).abs() > ALONG);
+        let runs_along =
+            |t: &ContactDirections| t.way.try_normalize(NO_WAY).is_some_and(|w| w.dot(&along).abs() > ALONG);
         if !touching.iter().all(runs_along) || !self.counts(&top) {
             return None;
         }
         let nearest = self.design.nearest(&top, self.settings.reach)?;
-        let slope = |t: &Touching| (nearest.normal - t.normal).dot(&line.across);
+        let slope = |t: &ContactDirections| (nearest.normal - t.normal).dot(&line.across);
         if !(slope(&touching[0]) > 0.0 && slope(&touching[1]) < 0.0) {
             return None;
         }
@@ -427,7 +428,7 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
         Some(ridge)
     }
 
-    fn axis_of(&self, pair: &Pair) -> usize {
+    fn axis_of(&self, pair: &RidgePair) -> usize {
         let n = pair.normal;
         (0..3).fold(0, |best, k| if n[k].abs() > n[best].abs() { k } else { best })
     }

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     DesignSurface,
-    topography::{PathContact, SweptPath, Touching},
+    topography::{ContactDirections, PathContact, SweptPath},
 };
 
 /// Steps by which the valley is looked for, each twice as long as the one before.
@@ -34,7 +34,7 @@ const NO_WAY: f64 = 1e-12;
 
 /// A valley next to a ridge, where its pass touches the design or comes nearest to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Side {
+pub struct Valley {
     /// Height above the design, mm; negative in a gouge.
     pub height: f64,
     /// The place on the design.
@@ -66,7 +66,7 @@ pub(super) fn sides(
     let Some(across) = ridge.normal.cross(&ridge.along).try_normalize(SHORTEST) else { return };
     let line = Line { origin: ridge.point, across, normal: ridge.normal };
     let look = |base: f64| {
-        let circle = Circle::through(design, &line, base, reach)?;
+        let circle = SectionCircle::through(design, &line, base, reach)?;
         let first = valley(path, design, &line, &circle, contacts[0], reach)?;
         let second = valley(path, design, &line, &circle, contacts[1], reach)?;
         Some((circle.curvature, first, second))
@@ -91,7 +91,7 @@ pub(super) fn sides(
 }
 
 /// The section of the design across a ridge.
-struct Circle {
+struct SectionCircle {
     middle: Point,
     /// Outward at the middle.
     normal: Vector,
@@ -101,7 +101,7 @@ struct Circle {
     plane: [Vector; 2],
 }
 
-impl Circle {
+impl SectionCircle {
     /// Through the feet of three places of a line, `base` mm apart.
     fn through(design: &(impl DesignSurface + ?Sized), line: &Line, base: f64, reach: f64) -> Option<Self> {
         let foot = |s: f64| {
@@ -140,18 +140,18 @@ impl Circle {
 }
 
 /// Whether a pass lies on the design with a flat of its cutter: then neither its contact nor its distance from the next pass is one place.
-fn on_flat(cutters: &[Vec<Profile>], side: &Side) -> bool {
+fn on_flat(cutters: &[Vec<Profile>], side: &Valley) -> bool {
     let bodies = cutters.get(side.cutter as usize).map_or(&[][..], Vec::as_slice);
     let mut contacts = bodies.iter().filter_map(|b| CutterContact::new(b, side.axis, side.normal, side.feed));
     contacts.any(|contact| contact.rests_on_flat())
 }
 
 /// Height of the ridge by the formulas of two contacts.
-fn geometric(cutters: &[Vec<Profile>], sides: [&Side; 2], chord: f64, curvature: f64) -> Option<f64> {
+fn geometric(cutters: &[Vec<Profile>], sides: [&Valley; 2], chord: f64, curvature: f64) -> Option<f64> {
     // Seen along the feed, or against it, so that the second contact lies to the left; what is swept is the same.
     let left = sides[0].normal.cross(&sides[0].feed);
     let sense = if left.dot(&(sides[1].foot - sides[0].foot)) >= 0.0 { 1.0 } else { -1.0 };
-    let contacts = |side: &Side| -> Vec<CutterContact<'_>> {
+    let contacts = |side: &Valley| -> Vec<CutterContact<'_>> {
         let bodies = cutters.get(side.cutter as usize).map_or(&[][..], Vec::as_slice);
         bodies.iter().filter_map(|b| CutterContact::new(b, side.axis, side.normal, side.feed * sense)).collect()
     };
@@ -166,10 +166,10 @@ fn valley(
     path: &SweptPath,
     design: &(impl DesignSurface + ?Sized),
     line: &Line,
-    circle: &Circle,
+    circle: &SectionCircle,
     from: PathContact,
     reach: f64,
-) -> Option<Side> {
+) -> Option<Valley> {
     // Slope of the pass against the design at a place, as difference of their normals, with what is there.
     let look = |s: f64, near: &PathContact| {
         let place = line.at(s);
@@ -221,9 +221,9 @@ fn valley(
             side = -1;
         }
     }
-    let (_, contact, Touching { way, axis, .. }, normal, point) = best;
+    let (_, contact, ContactDirections { way, axis, .. }, normal, point) = best;
     let nearest = design.nearest(&point, reach)?;
-    Some(Side {
+    Some(Valley {
         height: nearest.distance,
         foot: point - normal * nearest.distance,
         normal,

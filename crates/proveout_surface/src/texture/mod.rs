@@ -36,8 +36,8 @@ pub mod file;
 mod gaussian;
 mod height_map;
 mod profile;
-mod profile_parameters;
 pub mod report;
+mod roughness_parameters;
 mod spacing;
 
 pub use areal::{ArealEvaluation, ArealParameters, ArealSetting};
@@ -46,8 +46,8 @@ pub use classes::{SettingClass, Standard};
 pub use gaussian::{gaussian_mean, gaussian_mean_of_map};
 pub use height_map::{HeightMap, TextureError};
 pub use profile::{Profile, ProfileEvaluation, ProfileSetting};
-pub use profile_parameters::ProfileParameters;
 pub use report::{ArealReport, ArealValues, Asked, Form, ProfileReport, ProfileValues, TextureReport, Unchecked};
+pub use roughness_parameters::ProfileParameters;
 
 /// Micrometers in a millimeter.
 const UM_PER_MM: f64 = 1e3;

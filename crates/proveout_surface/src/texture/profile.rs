@@ -101,7 +101,7 @@ impl Profile {
                 class: class.name(),
             });
         }
-        self.evaluate_with(class, standard, Ends::Data)
+        self.evaluate_with(class, standard, ProfileEnds::Data)
     }
 
     /// Whether there is one cut-off of data beyond each end of the evaluation length.
@@ -122,16 +122,16 @@ impl Profile {
         &self,
         class: SettingClass,
         standard: Standard,
-        ends: Ends,
+        ends: ProfileEnds,
     ) -> Result<ProfileEvaluation, TextureError> {
         let (steps, end_steps) = (self.steps(class), self.end_steps(class));
         let (fits, wanted_mm, what) = match ends {
-            Ends::Data => (
+            ProfileEnds::Data => (
                 self.carries_ends(class),
                 Self::length_for(class),
                 "evaluation length and one cut-off on either side for the ends of the filter",
             ),
-            Ends::Regression => (self.heights.len() > steps, class.evaluation_length(), "evaluation length"),
+            ProfileEnds::Regression => (self.heights.len() > steps, class.evaluation_length(), "evaluation length"),
         };
         if !fits {
             return Err(TextureError::TooShort { length_mm: self.length(), wanted_mm, class: class.name(), what });
@@ -191,7 +191,7 @@ impl Profile {
 
 /// What is needed beyond the ends of the evaluation length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ends {
+pub(super) enum ProfileEnds {
     /// One cut-off of data.
     Data,
     /// Nothing need be there: the weights that lie on data are divided by their sum (ISO 16610-28, regression of order zero).

@@ -26,7 +26,7 @@
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_tool::{Profile, Segment};
 
-use super::{PathPiece, outline::Outline};
+use super::{PathPiece, outline::CutterOutline};
 
 /// Largest distance of a part of a turning piece from its chord, mm. Below a third of the grain of a gouge search, no
 /// block stays undecided.
@@ -71,22 +71,22 @@ struct Move {
 
 /// A convex body of a cutter.
 #[derive(Clone, Debug)]
-struct Body {
-    outline: Outline,
+struct ConvexBody {
+    outline: CutterOutline,
     /// Largest distance from the tip, mm.
     reach: f64,
     /// Height of the pivot above the tip, mm.
     pivot: f64,
 }
 
-impl Body {
+impl ConvexBody {
     fn new(profile: &Profile) -> Self {
         let arc = profile.segments().iter().find_map(|s| match s {
             Segment::Arc { center, .. } => Some(center[1]),
             Segment::Line { .. } => None,
         });
         let reach = profile.max_radius().hypot(profile.z_max().abs().max(profile.z_min().abs()));
-        Self { outline: Outline::new(profile), reach, pivot: arc.unwrap_or(0.0) }
+        Self { outline: CutterOutline::new(profile), reach, pivot: arc.unwrap_or(0.0) }
     }
 
     /// How far the body reaches from its pivot along a direction; `across` and `along` are sine and cosine of its angle
@@ -137,7 +137,7 @@ fn angle_between(a: &Vector, b: &Vector) -> f64 {
 
 /// Moves that follow each other.
 #[derive(Clone, Copy, Debug)]
-struct Group {
+struct MoveGroup {
     /// The body, where all have the same.
     body: Option<u32>,
     axis: Vector,
@@ -166,7 +166,7 @@ impl SweepItem {
 
 /// How near a point comes to a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InSweep {
+pub struct MoveDistance {
     /// Signed distance at the best time, mm; negative inside.
     pub distance: f64,
     /// Outward unit normal of the cutter there.
@@ -176,10 +176,10 @@ pub struct InSweep {
 /// The swept pieces of a run, ready for both questions.
 #[derive(Debug)]
 pub struct SweptBodies {
-    bodies: Vec<Body>,
+    bodies: Vec<ConvexBody>,
     moves: Vec<Move>,
     /// Groups of moves, groups of these, and so on up to one.
-    levels: Vec<Vec<Group>>,
+    levels: Vec<Vec<MoveGroup>>,
 }
 
 impl SweptBodies {
@@ -194,7 +194,7 @@ impl SweptBodies {
         let mut of_cutter = Vec::new();
         for profiles in cutters {
             of_cutter.push(bodies.len() as u32..(bodies.len() + profiles.len()) as u32);
-            bodies.extend(profiles.iter().map(Body::new));
+            bodies.extend(profiles.iter().map(ConvexBody::new));
         }
         let mut out = Self { bodies, moves: Vec::new(), levels: Vec::new() };
         for (number, piece) in pieces.iter().enumerate() {
@@ -241,7 +241,7 @@ impl SweptBodies {
     }
 
     fn group(&mut self) {
-        let mut level: Vec<Group> = self
+        let mut level: Vec<MoveGroup> = self
             .moves
             .chunks(GROUP)
             .map(|of| {
@@ -250,7 +250,7 @@ impl SweptBodies {
                 let axes = of.iter().flat_map(|m| [&m.from.axis, &m.to.axis]);
                 let pivot = |m: &Move, pose: &ToolPose| pose.tip + pose.axis * self.bodies[m.body as usize].pivot;
                 let pivots: Vec<Point> = of.iter().flat_map(|m| [pivot(m, &m.from), pivot(m, &m.to)]).collect();
-                Group {
+                MoveGroup {
                     body: of.iter().all(|m| m.body == of[0].body).then_some(of[0].body),
                     axis,
                     lean: Lean::new(axes.map(|a| angle_between(a, &axis)).fold(0.0, f64::max)),
@@ -267,7 +267,7 @@ impl SweptBodies {
                 .map(|of| {
                     let first = of[0];
                     let body = first.body.filter(|_| of.iter().all(|g| g.body == first.body));
-                    Group {
+                    MoveGroup {
                         body,
                         axis: first.axis,
                         lean: Lean::new(
@@ -378,7 +378,7 @@ impl SweptBodies {
     }
 
     /// The signed distance of a point to a move; none for a group.
-    pub fn distance(&self, item: SweepItem, p: &Point) -> Option<InSweep> {
+    pub fn distance(&self, item: SweepItem, p: &Point) -> Option<MoveDistance> {
         let part = self.moves.get(item.index as usize).filter(|_| item.level == 0)?;
         Some(self.nearest(part, p, [f64::NEG_INFINITY, f64::INFINITY]))
     }
@@ -390,7 +390,7 @@ impl SweptBodies {
     }
 
     /// The same, but stops early once the point is known to be farther than `far`; the result is then some value above it.
-    pub fn distance_within(&self, item: SweepItem, p: &Point, far: f64) -> Option<InSweep> {
+    pub fn distance_within(&self, item: SweepItem, p: &Point, far: f64) -> Option<MoveDistance> {
         let part = self.moves.get(item.index as usize).filter(|_| item.level == 0)?;
         Some(self.nearest(part, p, [f64::NEG_INFINITY, far]))
     }
@@ -401,7 +401,7 @@ impl SweptBodies {
     /// it rises, or above the point where a falling and a rising tangent meet. A turn by the angle a over the way s bends
     /// the path of the point in the tool frame by at most `(|q| a + 2 s) a / 2`, with q from the tip to the point. Time is
     /// then searched in parts that bend by at most [`BEND`].
-    fn nearest(&self, part: &Move, p: &Point, [enough, far]: [f64; 2]) -> InSweep {
+    fn nearest(&self, part: &Move, p: &Point, [enough, far]: [f64; 2]) -> MoveDistance {
         let outline = &self.bodies[part.body as usize].outline;
         let turn = part.to.axis - part.from.axis;
         let turns = turn.norm() > SAME_AXIS;
@@ -424,7 +424,7 @@ impl SweptBodies {
             let radial = if r > ON_AXIS { out / r } else { Vector::zeros() };
             let along = q.dot(&turning) - way.dot(&axis);
             let aside = -radial.dot(&way) - z * radial.dot(&turning);
-            let seen = InSweep { distance, normal: radial * gradient[0] + axis * gradient[1] };
+            let seen = MoveDistance { distance, normal: radial * gradient[0] + axis * gradient[1] };
             (seen, gradient[0] * aside + gradient[1] * along)
         };
         let mut from = at(0.0);
@@ -434,7 +434,7 @@ impl SweptBodies {
         // No point moves faster in the frame of the tool.
         let most = way + reach * angle;
         // What is known to be farther than this is not searched.
-        let far = |best: &InSweep| far.min(best.distance);
+        let far = |best: &MoveDistance| far.min(best.distance);
         let parts = (0.5 * (reach * angle + 2.0 * way) * angle / BEND).sqrt().ceil().clamp(1.0, MOST_PARTS);
         for k in 0..parts as usize {
             if best.distance <= enough || k == 0 && from.0.distance - most > far(&best) {

@@ -42,7 +42,7 @@ pub struct Edge {
 
 /// What holds for all teeth of a cutter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
+pub struct TeethCorner {
     /// Largest radius of the cutter, mm.
     pub radius: f64,
     /// Radius of the rounded corner, mm; that of the cutter for a ball.
@@ -53,7 +53,7 @@ pub struct Corner {
     pub helix: f64,
 }
 
-impl Corner {
+impl TeethCorner {
     /// Teeth at equal pitch, tooth `k` at azimuth `2 pi k / z`, with their run-out.
     pub fn edges(&self, run_out: &[RunOut]) -> Vec<Edge> {
         let teeth = run_out.len() as f64;

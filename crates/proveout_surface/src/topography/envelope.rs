@@ -2,16 +2,16 @@
 
 use proveout_geom::Vector;
 
-use super::{AT_CENTER, LARGEST, MOST_RADIUS, NOT_ZERO, motion::Piece, outline::Body};
+use super::{AT_CENTER, LARGEST, MOST_RADIUS, NOT_ZERO, motion::SweptPiece, outline::CutterBody};
 
 /// A line through a design point along its normal; heights are counted along it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ray {
+pub(crate) struct NormalLine {
     pub point: Vector,
     pub normal: Vector,
 }
 
-impl Ray {
+impl NormalLine {
     pub(crate) fn is_finite(&self) -> bool {
         self.point.iter().chain(self.normal.iter()).all(|v| v.abs() < LARGEST)
     }
@@ -19,7 +19,7 @@ impl Ray {
 
 /// The height at which a cutter in one position meets a ray first, coming from inside of the design.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Touch {
+pub(crate) struct CutterTouch {
     /// mm.
     pub height: f64,
     /// Its derivative with time, mm/s.
@@ -45,7 +45,13 @@ const CLOSING: f64 = 1e-12;
 ///
 /// The distance to a convex body is a convex function of the height. From outside and below, Newton's method comes to its first
 /// zero without passing it; a start inside is thrown out below in one step (the tangent lies under the function).
-pub(crate) fn touch(ray: &Ray, piece: &Piece, body: &Body, time: f64, start: f64) -> Option<Touch> {
+pub(crate) fn touch(
+    ray: &NormalLine,
+    piece: &SweptPiece,
+    body: &CutterBody,
+    time: f64,
+    start: f64,
+) -> Option<CutterTouch> {
     let state = piece.state(time);
     let base = state.point(&ray.point);
     let direction = state.direction(&ray.normal);
@@ -70,15 +76,15 @@ pub(crate) fn touch(ray: &Ray, piece: &Piece, body: &Body, time: f64, start: f64
         if step.abs() <= CLOSE * (1.0 + height.abs()) {
             let rate = -gradient.dot(&piece.rate(&state, &q)) / along;
             let normal = state.frame[0] * gradient.x + state.frame[1] * gradient.y + state.frame[2] * gradient.z;
-            return Some(Touch { height, rate, normal, reach: q.norm() });
+            return Some(CutterTouch { height, rate, normal, reach: q.norm() });
         }
     }
     None
 }
 
-impl Touch {
+impl CutterTouch {
     /// Tangent of the angle between the cutter's normal and a ray.
-    pub(crate) fn slope(&self, ray: &Ray) -> f64 {
+    pub(crate) fn slope(&self, ray: &NormalLine) -> f64 {
         let along = self.normal.dot(&ray.normal);
         (1.0 - along * along).max(0.0).sqrt() / -along
     }
@@ -88,7 +94,7 @@ impl Touch {
 const CERTAIN: f64 = 1e-9;
 
 /// Values of one place on a ray at one time.
-struct Sample {
+struct RaySample {
     distance: f64,
     /// Distance from the tip.
     reach: f64,
@@ -97,14 +103,14 @@ struct Sample {
     by_time: f64,
 }
 
-fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Sample {
+fn sample(ray: &NormalLine, piece: &SweptPiece, body: &CutterBody, time: f64, height: f64) -> RaySample {
     let state = piece.state(time);
     let q = state.point(&(ray.point + ray.normal * height));
     let r = (q.x * q.x + q.y * q.y).sqrt();
     let (distance, [gr, gz]) = body.distance(r, q.z);
     let over = if r > AT_CENTER { gr / r } else { 0.0 };
     let gradient = Vector::new(over * q.x, over * q.y, gz);
-    Sample {
+    RaySample {
         distance,
         reach: q.norm(),
         by_height: gradient.dot(&state.direction(&ray.normal)),
@@ -116,10 +122,16 @@ fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Samp
 ///
 /// A convex body that moves straight makes the height a convex function of time, and [`descend`] finds its lowest place. Where the
 /// piece turns, or the body leaves the ray within the piece, there may be several: the whole piece is then gone through by leaps. With d(h, t) the
-/// distance of the body from the place at height h, bounded from below by its tangent plane less K (t - t0)^2 / 2 (K as in `contact`), no touch
+/// distance of the body from the place at height h, bounded from below by its tangent plane less K (t - t0)^2 / 2 (K as in `edge_contact`), no touch
 /// lies below h0 while `d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0`, provided that d falls with h. So that leaps have a length at the lowest
 /// place too, h0 is taken [`CERTAIN`] lower: a touch that is lower by less may be left out.
-pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), below: f64) -> Option<(f64, f64)> {
+pub(crate) fn lowest(
+    ray: &NormalLine,
+    piece: &SweptPiece,
+    body: &CutterBody,
+    near: (f64, f64),
+    below: f64,
+) -> Option<(f64, f64)> {
     let [begin, end] = piece.time;
     let mut near = near;
     if !(begin..=end).contains(&near.0) {
@@ -149,7 +161,7 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), be
 
 /// A low place of a piece whose height has several, from a touch of it: the lowest of some touches over the piece, and from there golden
 /// sections. What it misses is found by the leaps of [`lowest`].
-fn valley(ray: &Ray, piece: &Piece, body: &Body, found: (f64, f64)) -> (f64, f64) {
+fn valley(ray: &NormalLine, piece: &SweptPiece, body: &CutterBody, found: (f64, f64)) -> (f64, f64) {
     const TOUCHES: usize = 16;
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let [begin, end] = piece.time;
@@ -179,64 +191,65 @@ fn valley(ray: &Ray, piece: &Piece, body: &Body, found: (f64, f64)) -> (f64, f64
 }
 
 /// A touch of the piece below a height, searched to both sides of a time by leaps.
-fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, level: f64) -> Option<(f64, f64)> {
-    let search = Leaps { ray, piece, body, height: level - CERTAIN, spin: piece.spin.norm(), speed: piece.speed() };
+fn lower_touch(ray: &NormalLine, piece: &SweptPiece, body: &CutterBody, from: f64, level: f64) -> Option<(f64, f64)> {
+    let search =
+        TouchSearch { ray, piece, body, height: level - CERTAIN, spin: piece.spin.norm(), speed: piece.speed() };
     let here = search.at(from);
     search.toward(from, &here, 1.0).or_else(|| search.toward(from, &here, -1.0))
 }
 
 /// A search for touches below a height.
-struct Leaps<'a> {
-    ray: &'a Ray,
-    piece: &'a Piece,
-    body: &'a Body,
+struct TouchSearch<'a> {
+    ray: &'a NormalLine,
+    piece: &'a SweptPiece,
+    body: &'a CutterBody,
     height: f64,
     spin: f64,
     speed: f64,
 }
 
 /// What one time says about those around it: no touch lies below the height while its tangent plane is above it.
-enum Around {
+enum TimeNeighborhood {
     /// The distance at a place whose depth under the height is given, and what the tangent there leaves at the height.
-    Tangent { below: Sample, free: f64, depth: f64 },
+    Tangent { below: RaySample, free: f64, depth: f64 },
     /// For so long nothing comes near.
     Clear(f64),
     /// A touch may be right here.
     Touch,
 }
 
-impl Leaps<'_> {
-    fn at(&self, time: f64) -> Around {
+impl TouchSearch<'_> {
+    fn at(&self, time: f64) -> TimeNeighborhood {
         let Self { ray, piece, body, height, .. } = *self;
         let s = sample(ray, piece, body, time, height);
         if s.distance <= 0.0 {
-            return Around::Touch;
+            return TimeNeighborhood::Touch;
         }
         if s.by_height < 0.0 {
-            return Around::Tangent { free: s.distance, below: s, depth: 0.0 };
+            return TimeNeighborhood::Tangent { free: s.distance, below: s, depth: 0.0 };
         }
         // Past the body: that lies between the height and the design, or was never on this side of the design.
         let floor = height.min(0.0);
         let design = sample(ray, piece, body, time, floor);
         if design.by_height >= 0.0 {
             let free = s.distance.min(design.distance);
-            return Around::Clear(free / (self.speed + self.spin * s.reach).max(NOT_ZERO));
+            return TimeNeighborhood::Clear(free / (self.speed + self.spin * s.reach).max(NOT_ZERO));
         }
         let (below, depth, free) = falling(ray, piece, body, time, (floor, design), (height, s));
-        Around::Tangent { below, free, depth }
+        TimeNeighborhood::Tangent { below, free, depth }
     }
 
     /// Where Newton's method on the height begins: inside of the body, or where the distance still falls.
-    fn start(&self, around: &Around) -> f64 {
-        if let Around::Tangent { depth, .. } = around { self.height - depth } else { self.height }
+    fn start(&self, around: &TimeNeighborhood) -> f64 {
+        if let TimeNeighborhood::Tangent { depth, .. } = around { self.height - depth } else { self.height }
     }
 
     /// For how long no touch comes below the height, in one direction of time.
-    fn leap(&self, around: &Around, direction: f64) -> f64 {
+    fn clear_time(&self, around: &TimeNeighborhood, direction: f64) -> f64 {
         let (s, free, depth) = match around {
-            Around::Touch => return 0.0,
-            Around::Clear(time) => return *time,
-            Around::Tangent { below, free, depth } => (below, *free, *depth),
+            TimeNeighborhood::Touch => return 0.0,
+            TimeNeighborhood::Clear(time) => return *time,
+            TimeNeighborhood::Tangent { below, free, depth } => (below, *free, *depth),
         };
         let bend = self.spin * (self.spin * (s.reach + depth + self.piece.travel()) + 2.0 * self.speed);
         let rate = s.by_time * direction;
@@ -252,12 +265,12 @@ impl Leaps<'_> {
     }
 
     /// The first touch from a time on; `around` is what that time says.
-    fn toward(&self, from: f64, around: &Around, direction: f64) -> Option<(f64, f64)> {
+    fn toward(&self, from: f64, around: &TimeNeighborhood, direction: f64) -> Option<(f64, f64)> {
         let piece = self.piece;
         let least = LEAST_STEP * piece.duration();
         let end = if direction > 0.0 { piece.time[1] } else { piece.time[0] };
         let mut time = from;
-        let (mut leap, mut start) = (self.leap(around, direction), self.start(around));
+        let (mut leap, mut start) = (self.clear_time(around, direction), self.start(around));
         loop {
             if (leap <= least || leap.is_nan())
                 && let Some(t) = touch(self.ray, piece, self.body, time, start)
@@ -273,7 +286,7 @@ impl Leaps<'_> {
             // The end of the piece itself is looked at.
             time = if (end - next) * direction > 0.0 { next } else { end };
             let around = self.at(time);
-            (leap, start) = (self.leap(&around, direction), self.start(&around));
+            (leap, start) = (self.clear_time(&around, direction), self.start(&around));
         }
     }
 }
@@ -288,13 +301,13 @@ impl Leaps<'_> {
 ///    +------------------ h
 /// ```
 fn falling(
-    ray: &Ray,
-    piece: &Piece,
-    body: &Body,
+    ray: &NormalLine,
+    piece: &SweptPiece,
+    body: &CutterBody,
     time: f64,
-    low: (f64, Sample),
-    high: (f64, Sample),
-) -> (Sample, f64, f64) {
+    low: (f64, RaySample),
+    high: (f64, RaySample),
+) -> (RaySample, f64, f64) {
     let level = high.0;
     let (mut low, mut high) = (low, high);
     let mut free = low.1.distance + low.1.by_height * (level - low.0);
@@ -324,7 +337,12 @@ fn falling(
 /// Height and time are improved together, one evaluation a step: the height by Newton's method, the time by the secant of its rate, kept between
 /// the last times with a falling and with a rising height. What does not settle, as where the body leaves the ray within the piece, goes
 /// to [`lowest_slowly`].
-pub(crate) fn descend(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -> (Option<(f64, f64)>, bool) {
+pub(crate) fn descend(
+    ray: &NormalLine,
+    piece: &SweptPiece,
+    body: &CutterBody,
+    near: (f64, f64),
+) -> (Option<(f64, f64)>, bool) {
     let [begin, end] = piece.time;
     let (mut low, mut high) = (begin, end);
     let mut time = if near.0.is_nan() { 0.5 * (begin + end) } else { near.0.clamp(begin, end) };
@@ -386,7 +404,7 @@ pub(crate) fn descend(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -
 }
 
 /// The same by halving between touches that are each found to the end.
-fn lowest_slowly(ray: &Ray, piece: &Piece, body: &Body, start: f64) -> Option<(f64, f64)> {
+fn lowest_slowly(ray: &NormalLine, piece: &SweptPiece, body: &CutterBody, start: f64) -> Option<(f64, f64)> {
     let [mut a, mut b] = piece.time;
     let (ta, tb) = (touch(ray, piece, body, a, start), touch(ray, piece, body, b, start));
     let (first, last) = match (ta, tb) {

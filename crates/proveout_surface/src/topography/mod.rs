@@ -14,8 +14,8 @@
 //! ```
 //!
 //! and the lowest height over all pieces, teeth and revolutions is kept. Which pieces can matter is found for blocks of the lattice
-//! (`block`): the tangent plane of the cutter at its lowest touch with the middle of the block bounds the piece from below over the
-//! whole block, so that far pieces and passes are left out with proof. Times at which nothing can be lower are leapt over (`contact`). The idea of
+//! (`height_search`): the tangent plane of the cutter at its lowest touch with the middle of the block bounds the piece from below over the
+//! whole block, so that far pieces and passes are left out with proof. Times at which nothing can be lower are leapt over (`edge_contact`). The idea of
 //! inverting the contact of a tooth for plane face milling is that of Duong and Nguyen (2026); here for any motion in five axes.
 //!
 //! A contact counts where the cutter comes from outside of the design: one that lies wholly below the design point (the other side of a
@@ -47,11 +47,11 @@
 //! tooth within a sixteenth of a revolution whose distance from the tooth turns more than once between
 //! them.
 
-mod block;
-mod contact;
 mod depth_in_sweep;
 mod edge;
+mod edge_contact;
 mod envelope;
+mod height_search;
 mod lattice;
 mod motion;
 mod outline;
@@ -60,12 +60,12 @@ mod teeth;
 #[cfg(test)]
 mod tests;
 
-pub use block::{Cut, Settings, Topography, heights_by_edges, heights_by_envelope};
-pub use depth_in_sweep::{InSweep, SweepItem, SweptBodies};
-pub use edge::{Corner, Edge};
+pub use depth_in_sweep::{MoveDistance, SweepItem, SweptBodies};
+pub use edge::{Edge, TeethCorner};
+pub use height_search::{Cut, Settings, Topography, heights_by_edges, heights_by_envelope};
 pub use lattice::Lattice;
 pub use motion::CutterPiece;
-pub use path::{PathContact, PathPiece, StandingCutter, SweptPath, Touching};
+pub use path::{ContactDirections, PathContact, PathPiece, StandingCutter, SweptPath};
 pub use proveout_tool::RunOut;
 pub use teeth::{TeethError, check_chip, check_motion, edges_of, phase_zero};
 

@@ -50,7 +50,7 @@ impl CutterPiece {
 
 /// Position and rates of a piece at a time.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct State {
+pub(crate) struct CutterState {
     /// Tip.
     pub tip: Vector,
     /// Housing.
@@ -61,7 +61,7 @@ pub(crate) struct State {
 
 /// A piece made ready for evaluation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct SweptPiece {
     pub time: [f64; 2],
     tip: Vector,
     /// mm/s.
@@ -114,7 +114,7 @@ fn sin_cos_of_small(x: f64) -> (f64, f64) {
     (sin, cos)
 }
 
-impl Piece {
+impl SweptPiece {
     pub(crate) fn new(p: &CutterPiece) -> Self {
         let duration = (p.time[1] - p.time[0]).max(SHORTEST_S);
         let velocity = (p.tip[1] - p.tip[0]) / duration;
@@ -189,15 +189,15 @@ impl Piece {
     }
 
     #[inline]
-    pub(crate) fn state(&self, time: f64) -> State {
+    pub(crate) fn state(&self, time: f64) -> CutterState {
         let t = time - self.time[0];
         let frame = self.turn.as_ref().map_or(self.frame, |turn| turn.frame(t));
-        State { tip: self.tip + self.velocity * t, frame, azimuth: self.azimuth + self.azimuth_rate * t }
+        CutterState { tip: self.tip + self.velocity * t, frame, azimuth: self.azimuth + self.azimuth_rate * t }
     }
 
     /// Rate of a point fixed in W, in the coordinates of the housing: - v - spin x q.
     #[inline]
-    pub(crate) fn rate(&self, state: &State, q: &Vector) -> Vector {
+    pub(crate) fn rate(&self, state: &CutterState, q: &Vector) -> Vector {
         match self.velocity_in_housing {
             Some(v) => -v,
             None => {
@@ -212,7 +212,7 @@ impl Piece {
     }
 }
 
-impl State {
+impl CutterState {
     /// A point of W in the coordinates of the housing.
     #[inline]
     pub(crate) fn point(&self, p: &Vector) -> Vector {

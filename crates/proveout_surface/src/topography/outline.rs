@@ -11,9 +11,9 @@ const AT_CORNER: f64 = 1e-12;
 
 /// What bounds a cutter from outside.
 #[derive(Clone, Debug)]
-pub(crate) enum Body {
+pub(crate) enum CutterBody {
     /// The nominal cutter.
-    Outline(Outline),
+    Outline(CutterOutline),
     /// A convex body that holds the circles of all edges: everything within `radius` of the disc and cylinder above
     /// (r <= center radius, z >= center height).
     Corner { center_radius: f64, center_height: f64, radius: f64 },
@@ -21,7 +21,7 @@ pub(crate) enum Body {
     Barrel { center_radius: f64, center_height: f64, radius: f64 },
 }
 
-impl Body {
+impl CutterBody {
     /// The body that holds all edges; none without edges.
     pub(crate) fn of_edges(edges: &[Edge]) -> Option<Self> {
         let first = edges.first()?;
@@ -62,14 +62,14 @@ impl Body {
 
 /// A generating curve made ready: each part with the wedge or strip of the half plane that is nearest to it.
 #[derive(Clone, Debug)]
-pub(crate) struct Outline {
-    parts: Vec<Part>,
+pub(crate) struct CutterOutline {
+    parts: Vec<OutlinePart>,
     /// Smallest radius of curvature of a rounded part below the widest place, mm; infinity without one.
     pub smallest_radius: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Part {
+enum OutlinePart {
     Line { from: [f64; 2], along: [f64; 2], length: f64, normal: [f64; 2] },
     Arc { center: [f64; 2], radius: f64, first: [f64; 2], last: [f64; 2], from: [f64; 2], to: [f64; 2] },
 }
@@ -78,7 +78,7 @@ fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-impl Outline {
+impl CutterOutline {
     pub(crate) fn new(profile: &Profile) -> Self {
         let mut smallest_radius = f64::INFINITY;
         let parts = profile
@@ -90,12 +90,12 @@ impl Outline {
                     let length = dx.hypot(dz).max(SHORTEST);
                     let along = [dx / length, dz / length];
                     // The curve runs counter-clockwise: the body lies to the left.
-                    Part::Line { from, along, length, normal: [along[1], -along[0]] }
+                    OutlinePart::Line { from, along, length, normal: [along[1], -along[0]] }
                 }
                 Segment::Arc { center, radius, from, to } => {
                     smallest_radius = smallest_radius.min(radius);
                     let ray = |p: [f64; 2]| [(p[0] - center[0]) / radius, (p[1] - center[1]) / radius];
-                    Part::Arc { center, radius, first: ray(from), last: ray(to), from, to }
+                    OutlinePart::Arc { center, radius, first: ray(from), last: ray(to), from, to }
                 }
             })
             .collect();
@@ -141,11 +141,11 @@ impl Outline {
     pub(crate) fn support(&self, across: f64, along: f64) -> f64 {
         let toward = |p: [f64; 2]| p[0] * across + p[1] * along;
         self.parts.iter().fold(f64::NEG_INFINITY, |most, part| match *part {
-            Part::Line { from, along: way, length, .. } => {
+            OutlinePart::Line { from, along: way, length, .. } => {
                 let to = [from[0] + length * way[0], from[1] + length * way[1]];
                 most.max(toward(from)).max(toward(to))
             }
-            Part::Arc { center, radius, first, last, from, to } => {
+            OutlinePart::Arc { center, radius, first, last, from, to } => {
                 let n = [across, along];
                 let within = cross(first, n) >= 0.0 && cross(n, last) >= 0.0;
                 let own = if within { toward(center) + radius } else { f64::NEG_INFINITY };
@@ -156,13 +156,13 @@ impl Outline {
 }
 
 /// A signed distance and its gradient.
-type Toward = (f64, [f64; 2]);
+type NearestOnPart = (f64, [f64; 2]);
 
-impl Part {
+impl OutlinePart {
     /// Signed distance and gradient where the part's wedge or strip holds the point; else on which side of the tangent at its
     /// nearer end the point lies, and this end.
     #[inline]
-    fn at(&self, r: f64, z: f64) -> (Option<Toward>, f64, [f64; 2]) {
+    fn at(&self, r: f64, z: f64) -> (Option<NearestOnPart>, f64, [f64; 2]) {
         match *self {
             Self::Line { from, along, length, normal } => {
                 let d = [r - from[0], z - from[1]];

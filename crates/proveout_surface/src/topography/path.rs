@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 use super::{
     CutterPiece, MOST_RADIUS, NOT_ZERO,
-    envelope::{Ray, descend, touch},
-    motion::Piece,
-    outline::{Body, Outline},
+    envelope::{NormalLine, descend, touch},
+    motion::SweptPiece,
+    outline::{CutterBody, CutterOutline},
 };
 
 /// Pieces that a contact is followed over.
@@ -35,15 +35,15 @@ const STANDS: f64 = 1e-12;
 /// A cutter at rest.
 #[derive(Debug)]
 pub struct StandingCutter {
-    piece: Piece,
-    body: Body,
+    piece: SweptPiece,
+    body: CutterBody,
 }
 
 impl StandingCutter {
     /// A cutter with its tip and its axis (unit vector from tip to holder).
     pub fn new(profile: &Profile, tip: Point, axis: Vector) -> Self {
         let pose = ToolPose { tip, axis };
-        Self { piece: piece(0, &pose, &pose), body: Body::Outline(Outline::new(profile)) }
+        Self { piece: piece(0, &pose, &pose), body: CutterBody::Outline(CutterOutline::new(profile)) }
     }
 
     /// The height along `normal` at which a line through `point` meets it first; none where it passes by.
@@ -52,12 +52,12 @@ impl StandingCutter {
     }
 }
 
-fn ray(point: &Point, normal: &Vector) -> Ray {
-    Ray { point: point.coords, normal: *normal }
+fn ray(point: &Point, normal: &Vector) -> NormalLine {
+    NormalLine { point: point.coords, normal: *normal }
 }
 
 /// A motion in the form in which it is searched; time runs from 0 to 1.
-fn piece(number: u32, from: &ToolPose, to: &ToolPose) -> Piece {
+fn piece(number: u32, from: &ToolPose, to: &ToolPose) -> SweptPiece {
     let z = from.axis;
     let least = if z.x.abs() <= z.y.abs() && z.x.abs() <= z.z.abs() {
         Vector::x()
@@ -70,7 +70,7 @@ fn piece(number: u32, from: &ToolPose, to: &ToolPose) -> Piece {
     let over = z.cross(&to.axis);
     let sine = over.norm();
     let turn = if sine < NO_TURN { Vector::zeros() } else { over * (sine.atan2(z.dot(&to.axis)) / sine) };
-    Piece::new(&CutterPiece {
+    SweptPiece::new(&CutterPiece {
         time: [0.0, 1.0],
         tip: [from.tip, to.tip],
         housing: [x, z.cross(&x), z],
@@ -105,7 +105,7 @@ pub struct PathContact {
 
 /// What a contact looks like.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touching {
+pub struct ContactDirections {
     /// Outward unit normal of the material that is left: against that of the cutter.
     pub normal: Vector,
     /// Velocity of the cutter's point there over the piece, mm: way of the piece if it went on evenly.
@@ -119,7 +119,7 @@ pub struct Touching {
 pub struct SweptPath {
     pieces: Vec<PathPiece>,
     /// The convex bodies of each cutter, with the distance of their farthest point from the tip.
-    cutters: Vec<(Vec<Body>, f64)>,
+    cutters: Vec<(Vec<CutterBody>, f64)>,
     /// Bounds of the tips of each group of pieces: middle, radius, and the farthest reach of a cutter.
     groups: Vec<(Vector, f64)>,
 }
@@ -128,11 +128,11 @@ impl SweptPath {
     /// A path; `cutters` holds the convex bodies of each cutter.
     pub fn new(pieces: Vec<PathPiece>, cutters: &[Vec<Profile>]) -> Self {
         let reach = |p: &Profile| p.max_radius().hypot(p.z_max().abs().max(p.z_min().abs()));
-        let cutters: Vec<(Vec<Body>, f64)> = cutters
+        let cutters: Vec<(Vec<CutterBody>, f64)> = cutters
             .iter()
             .map(|bodies| {
                 let far = bodies.iter().map(reach).fold(0.0, f64::max);
-                (bodies.iter().map(|p| Body::Outline(Outline::new(p))).collect(), far)
+                (bodies.iter().map(|p| CutterBody::Outline(CutterOutline::new(p))).collect(), far)
             })
             .collect();
         let group = |of: &[PathPiece]| {
@@ -151,7 +151,7 @@ impl SweptPath {
         &self.pieces
     }
 
-    fn of(&self, number: u32) -> Option<(&PathPiece, &[Body])> {
+    fn of(&self, number: u32) -> Option<(&PathPiece, &[CutterBody])> {
         let piece = self.pieces.get(number as usize)?;
         let (bodies, _) = self.cutters.get(piece.cutter? as usize)?;
         Some((piece, bodies))
@@ -208,7 +208,7 @@ impl SweptPath {
     }
 
     /// A pause of the motion.
-    fn stands(&self, number: u32) -> bool {
+    fn is_pause(&self, number: u32) -> bool {
         self.pieces
             .get(number as usize)
             .is_some_and(|p| (p.to.tip - p.from.tip).norm() + (p.to.axis - p.from.axis).norm() < JOINED)
@@ -233,7 +233,7 @@ impl SweptPath {
                 };
                 if falls {
                     best = found;
-                } else if own.is_some() && !self.stands(next) {
+                } else if own.is_some() && !self.is_pause(next) {
                     break;
                 }
                 (here, own) = (next, found);
@@ -243,7 +243,7 @@ impl SweptPath {
     }
 
     /// What the cutter does at a contact over a line.
-    pub fn touching(&self, contact: &PathContact, point: &Point, normal: &Vector) -> Option<Touching> {
+    pub fn touching(&self, contact: &PathContact, point: &Point, normal: &Vector) -> Option<ContactDirections> {
         let (known, bodies) = self.of(contact.piece)?;
         let moving = piece(contact.piece, &known.from, &known.to);
         let line = ray(point, normal);
@@ -253,7 +253,7 @@ impl SweptPath {
         let place = state.point(&(line.point + line.normal * touch.height));
         let rate = moving.rate(&state, &place);
         let way = -(state.frame[0] * rate.x + state.frame[1] * rate.y + state.frame[2] * rate.z);
-        Some(Touching { normal: -touch.normal, way, axis: state.frame[2] })
+        Some(ContactDirections { normal: -touch.normal, way, axis: state.frame[2] })
     }
 
     /// Numbers of the pieces whose cutter may come nearer to a point than `range`, mm.
@@ -291,7 +291,7 @@ impl SweptPath {
 /// The lowest touch of a part of a piece. Without a guess of the time, a straight part starts at the lowest
 /// of some touches: where the tip, or the middle of the smallest rounding, passes the line, and at
 /// quarters. What is not found is reported as not followed.
-fn over_part(line: &Ray, moving: &Piece, body: &Body, guess: (f64, f64)) -> Option<(f64, f64)> {
+fn over_part(line: &NormalLine, moving: &SweptPiece, body: &CutterBody, guess: (f64, f64)) -> Option<(f64, f64)> {
     if moving.turns() {
         return descend(line, moving, body, guess).0;
     }

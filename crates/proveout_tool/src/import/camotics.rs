@@ -15,7 +15,7 @@ const SAME_LENGTH: f64 = 1e-6;
 
 /// A tool as written in the file.
 #[derive(Debug, Deserialize)]
-pub(super) struct Entry {
+pub(super) struct CamoticsTool {
     units: Option<String>,
     shape: Option<String>,
     length: Option<f64>,
@@ -27,7 +27,7 @@ pub(super) struct Entry {
 
 pub(super) fn drafts(
     file: &Path,
-    tools: BTreeMap<String, Entry>,
+    tools: BTreeMap<String, CamoticsTool>,
     units: Option<&str>,
     call: &ImportCall,
 ) -> Result<Imported, InputError> {
@@ -38,14 +38,14 @@ pub(super) fn drafts(
             .trim()
             .parse()
             .map_err(|_no_number| refused("its key is not a number".into(), "number the tools"))?;
-        if !call.wants(n) {
+        if !call.selects(n) {
             continue;
         }
         let unit = match entry.units.as_deref().or(units) {
             Some(word) => LengthUnit::from_name(word)
                 .ok_or_else(|| refused(format!("units {word:?} are not known"), "write METRIC or IMPERIAL"))?
                 .mm(),
-            None => call.stated(file, "the file")?,
+            None => call.stated_unit(file, "the file")?,
         };
         let length = |what: &str, value: Option<f64>| match value {
             Some(v) if v > 0.0 && v.is_finite() => Ok(v * unit),

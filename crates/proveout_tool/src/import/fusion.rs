@@ -23,7 +23,7 @@ const SHORTEST_MM: f64 = 1e-9;
 
 /// A tool as written in the file; unused members are skipped.
 #[derive(Debug, Deserialize)]
-pub(super) struct Entry {
+pub(super) struct FusionTool {
     #[serde(rename = "type")]
     kind: Option<String>,
     unit: Option<String>,
@@ -94,7 +94,7 @@ struct Segment {
 const LEFT_OUT: [&str; 9] =
     ["turning", "laser", "waterjet", "plasma", "form mill", "radius mill", "corner rounding", "additive", "holder"];
 
-pub(super) fn drafts(file: &Path, data: Vec<Entry>, call: &ImportCall) -> Result<Imported, InputError> {
+pub(super) fn drafts(file: &Path, data: Vec<FusionTool>, call: &ImportCall) -> Result<Imported, InputError> {
     let mut imported = Imported { format: "Fusion 360 library", ..Imported::default() };
     for (at, entry) in data.into_iter().enumerate() {
         let words = entry.description.clone().unwrap_or_default();
@@ -116,7 +116,7 @@ pub(super) fn drafts(file: &Path, data: Vec<Entry>, call: &ImportCall) -> Result
                 continue;
             }
         };
-        if !call.wants(number) {
+        if !call.selects(number) {
             continue;
         }
         let left_out = LEFT_OUT.iter().any(|word| kind.contains(word)) || kind == "circle segment taper";
@@ -150,7 +150,7 @@ fn draft(
     file: &Path,
     number: u32,
     kind: &str,
-    entry: &Entry,
+    entry: &FusionTool,
     call: &ImportCall,
 ) -> Result<(ToolDraft, Vec<String>), String> {
     let unit = unit_of(entry.unit.as_deref(), call)?;

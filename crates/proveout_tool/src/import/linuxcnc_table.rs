@@ -12,7 +12,7 @@ use super::{ImportCall, Imported, words};
 use crate::draft::ToolDraft;
 
 pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Imported, InputError> {
-    let unit = call.stated(file, "a LinuxCNC tool table")?;
+    let unit = call.stated_unit(file, "a LinuxCNC tool table")?;
     let mut imported = Imported { format: "LinuxCNC tool table", ..Imported::default() };
     for (at, line) in text.lines().enumerate() {
         let (code, remark) = line.split_once(';').unwrap_or((line, ""));
@@ -42,7 +42,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
             }
         }
         let Some(mut draft) = draft else { return Err(refused("the line has no T with a whole number".into())) };
-        if !call.wants(draft.number) {
+        if !call.selects(draft.number) {
             continue;
         }
         if !other.is_empty() {

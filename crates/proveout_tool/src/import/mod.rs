@@ -80,12 +80,12 @@ pub struct ImportCall {
 }
 
 impl ImportCall {
-    pub(crate) fn wants(&self, number: u32) -> bool {
+    pub(crate) fn selects(&self, number: u32) -> bool {
         self.wanted.as_ref().is_none_or(|all| all.contains(&number))
     }
 
     /// The unit of a file whose format cannot state one.
-    pub(crate) fn stated(&self, file: &Path, what: &str) -> Result<f64, InputError> {
+    pub(crate) fn stated_unit(&self, file: &Path, what: &str) -> Result<f64, InputError> {
         self.unit.map(LengthUnit::mm).ok_or_else(|| {
             InputError::file(
                 file,
@@ -113,7 +113,7 @@ pub fn import_tools(file: &Path, call: &ImportCall) -> Result<Imported, InputErr
         }
         _ => {
             let text = read_input(file)?;
-            if !offsets_program::fits(&text) {
+            if !offsets_program::is_offsets_program(&text) {
                 let message = "the file is not a tool library of a known format".to_owned();
                 let known = "give a Fusion 360 library (.json), a LinuxCNC tool table (.tbl), offsets as a program (G10 L10), a CAMotics \
                              project, a table (.csv), or a library of this program (.toml)";
@@ -157,8 +157,8 @@ fn json(file: &Path, call: &ImportCall) -> Result<Imported, InputError> {
 
 #[derive(serde::Deserialize)]
 struct Either {
-    data: Option<Vec<fusion::Entry>>,
-    tools: Option<std::collections::BTreeMap<String, camotics::Entry>>,
+    data: Option<Vec<fusion::FusionTool>>,
+    tools: Option<std::collections::BTreeMap<String, camotics::CamoticsTool>>,
     units: Option<String>,
 }
 

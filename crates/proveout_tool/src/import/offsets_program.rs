@@ -13,7 +13,7 @@ use super::{INCH_MM, ImportCall, Imported, linuxcnc_table::described};
 use crate::draft::{ToolDraft, plain_number};
 
 /// The text sets tool offsets.
-pub(super) fn fits(text: &str) -> bool {
+pub(super) fn is_offsets_program(text: &str) -> bool {
     text.lines().any(|line| {
         let line = line.to_ascii_uppercase().replace(' ', "");
         line.contains("G10") && ["L10", "L11", "L12", "L13"].iter().any(|l| line.contains(l))
@@ -63,7 +63,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
             return Err(refused(format!("P{p} is not an offset number")));
         }
         let Some(unit) = unit else {
-            return Err(call.stated(file, "the text").err().unwrap_or_else(|| refused("no unit".into())));
+            return Err(call.stated_unit(file, "the text").err().unwrap_or_else(|| refused("no unit".into())));
         };
         let own = all.entry(p as u32).or_default();
         if own.set[kind] > 0 {
@@ -87,7 +87,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
         imported.notes.push("L12 is read as the diameter, as on a Haas; a Fanuc writes the radius there".into());
     }
     for (number, own) in all {
-        if !call.wants(number) {
+        if !call.selects(number) {
             continue;
         }
         let mut draft = ToolDraft::new(number, format!("offsets, {}:{}", file.display(), own.line));

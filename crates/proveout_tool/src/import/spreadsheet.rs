@@ -103,7 +103,7 @@ pub(super) fn read(file: &Path, text: &str, call: &ImportCall) -> Result<Importe
             Some((text, _)) => text.parse::<u32>().map(Some).map_err(|_no_number| refused(key, text, "a whole number")),
         };
         let Some(number) = whole("number")? else { return Err(refused("number", "", "a whole number")) };
-        if !call.wants(number) {
+        if !call.selects(number) {
             continue;
         }
         let text = |key: &str| cell(key).map(|(text, _)| text.to_owned());

@@ -53,13 +53,13 @@ pub struct TextureFileError {
 
 /// A fault within the bytes of a file: line (0 for none), message, remedy.
 #[derive(Debug, PartialEq)]
-pub(super) struct Fault {
+pub(super) struct FileFault {
     line: usize,
     message: String,
     help: &'static str,
 }
 
-impl Fault {
+impl FileFault {
     fn new(message: impl Into<String>, help: &'static str) -> Self {
         Self { line: 0, message: message.into(), help }
     }
@@ -130,15 +130,15 @@ impl<'a> From<&'a Profile> for Lattice<'a> {
 }
 
 /// A profile for one row, a map for more.
-fn measured(columns: usize, rows: usize, steps: [f64; 2], heights: Vec<f64>) -> Result<Measured, Fault> {
+fn measured(columns: usize, rows: usize, steps: [f64; 2], heights: Vec<f64>) -> Result<Measured, FileFault> {
     if let Some(k) = heights.iter().position(|z| z.abs() > FARTHEST) {
-        return Err(Fault::new(
+        return Err(FileFault::new(
             format!("height {} is {} mm; the limit is {FARTHEST} mm", k + 1, heights[k]),
             "look at the unit and the scale of the heights",
         ));
     }
     if let Some(step) = steps.into_iter().find(|s| *s > FARTHEST) {
-        return Err(Fault::new(
+        return Err(FileFault::new(
             format!("a step of {step} mm; the limit is {FARTHEST} mm"),
             "look at the unit and the scale of the axes",
         ));
@@ -148,14 +148,14 @@ fn measured(columns: usize, rows: usize, steps: [f64; 2], heights: Vec<f64>) -> 
     } else {
         HeightMap::new(columns, rows, steps[0], steps[1], heights).map(Measured::Map)
     };
-    built.map_err(|e| Fault::of_texture(&e))
+    built.map_err(|e| FileFault::of_texture(&e))
 }
 
 /// Number of heights, within the limit.
-fn count(columns: usize, rows: usize) -> Result<usize, Fault> {
+fn count(columns: usize, rows: usize) -> Result<usize, FileFault> {
     match columns.checked_mul(rows) {
         Some(n) if (2..=MOST_HEIGHTS).contains(&n) => Ok(n),
-        _ => Err(Fault::new(
+        _ => Err(FileFault::new(
             format!("{columns} x {rows} heights; 2 to {MOST_HEIGHTS} are read"),
             "cut out a part, or thin the points out",
         )),
@@ -171,7 +171,7 @@ pub fn is_texture(path: &Path) -> bool {
     }
     let mut begin = Vec::new();
     let read = open_regular_file(path).and_then(|f| f.take(64).read_to_end(&mut begin));
-    read.is_ok() && (begin.starts_with(b"PK\x03\x04") || sdf::is_one(&begin) || begin.starts_with(b"ISO 5436"))
+    read.is_ok() && (begin.starts_with(b"PK\x03\x04") || sdf::is_sdf(&begin) || begin.starts_with(b"ISO 5436"))
 }
 
 /// Reads the bytes of a file; the format is detected from them, not from the name.
@@ -181,13 +181,13 @@ pub fn is_texture(path: &Path) -> bool {
 pub fn read_measured_bytes(path: &Path, bytes: &[u8]) -> Result<MeasuredFile, TextureFileError> {
     let read = if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         x3p::read(bytes)
-    } else if sdf::is_one(bytes) {
+    } else if sdf::is_sdf(bytes) {
         sdf::read(bytes)
     } else if bytes.contains(&smd::END_OF_RECORD) {
         smd::read(bytes)
     } else {
         let begin: String = bytes.iter().take(16).map(|b| char::from(*b)).filter(|c| !c.is_control()).collect();
-        Err(Fault::new(
+        Err(FileFault::new(
             format!("no file of texture: {} bytes that begin with {begin:?}", bytes.len()),
             "SMD (ISO 5436-2), SDF (ISO 25178-71) and X3P (ISO 25178-72) are read; export one of them",
         ))
@@ -222,7 +222,7 @@ pub fn read_measured(path: &Path) -> Result<MeasuredFile, TextureFileError> {
     read_measured_bytes(path, &bytes)
 }
 
-fn write(path: &Path, bytes: Result<Vec<u8>, Fault>) -> Result<(), TextureFileError> {
+fn write(path: &Path, bytes: Result<Vec<u8>, FileFault>) -> Result<(), TextureFileError> {
     let fail = |message: String, help: &str| TextureFileError {
         path: path.to_path_buf(),
         line: 0,

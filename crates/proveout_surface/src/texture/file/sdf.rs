@@ -13,7 +13,7 @@
 //!
 //! Height in meters = number x z scale. A missing height is the smallest number of its type.
 
-use super::{Fault, HOLE_HELP, Lattice, Measured, MeasuredFile, TextureFileError, count, measured};
+use super::{FileFault, HOLE_HELP, Lattice, Measured, MeasuredFile, TextureFileError, count, measured};
 
 /// Text or binary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,11 +32,11 @@ const MM: f64 = 1e3;
 const WRITTEN: f64 = 1e-6;
 
 /// Whether the bytes begin as SDF does.
-pub(super) fn is_one(bytes: &[u8]) -> bool {
+pub(super) fn is_sdf(bytes: &[u8]) -> bool {
     [&b"aISO-"[..], b"bISO-", b"aNPL-"].iter().any(|magic| bytes.trim_ascii_start().starts_with(magic))
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, FileFault> {
     let measured = match bytes {
         [b'b', ..] => binary(bytes)?,
         _ => text(bytes)?,
@@ -56,37 +56,37 @@ struct Header {
 }
 
 impl Header {
-    fn hold(&self) -> Result<usize, Fault> {
+    fn hold(&self) -> Result<usize, FileFault> {
         if self.compression != 0 {
-            return Err(Fault::new(format!("compression {} is not read; 0 is", self.compression), ANEW));
+            return Err(FileFault::new(format!("compression {} is not read; 0 is", self.compression), ANEW));
         }
         if self.check != 0 {
-            return Err(Fault::new(format!("check type {} is not read; 0 is", self.check), ANEW));
+            return Err(FileFault::new(format!("check type {} is not read; 0 is", self.check), ANEW));
         }
         if !(self.z.is_finite() && self.z != 0.0) {
-            return Err(Fault::new(format!("a z scale of {} makes no heights", self.z), ANEW));
+            return Err(FileFault::new(format!("a z scale of {} makes no heights", self.z), ANEW));
         }
         let n = count(self.points, self.profiles)?;
         for (axis, scale, used) in [("x", self.x, self.points > 1), ("y", self.y, self.profiles > 1)] {
             if used && !(scale.is_finite() && scale > 0.0 && (scale * MM).is_normal()) {
-                return Err(Fault::new(
+                return Err(FileFault::new(
                     format!("a {axis} scale of {scale} m is not a spacing"),
                     "the scales of x and y are positive lengths in m",
                 ));
             }
         }
         if self.points < 2 {
-            return Err(Fault::new(format!("{} point a profile; 2 are needed", self.points), ANEW));
+            return Err(FileFault::new(format!("{} point a profile; 2 are needed", self.points), ANEW));
         }
         Ok(n)
     }
 
-    fn measured(&self, heights: Vec<f64>) -> Result<Measured, Fault> {
+    fn measured(&self, heights: Vec<f64>) -> Result<Measured, FileFault> {
         measured(self.points, self.profiles, [self.x * MM, self.y * MM], heights)
     }
 }
 
-fn text(bytes: &[u8]) -> Result<Measured, Fault> {
+fn text(bytes: &[u8]) -> Result<Measured, FileFault> {
     let text = String::from_utf8_lossy(bytes);
     let mut lines = text.lines().enumerate().map(|(k, l)| (k + 1, l.trim()));
     let mut header = Header::default();
@@ -97,11 +97,11 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
             ended = true;
             break;
         }
-        if line.is_empty() || seen.is_empty() && is_one(line.as_bytes()) {
+        if line.is_empty() || seen.is_empty() && is_sdf(line.as_bytes()) {
             continue;
         }
         let Some((name, value)) = line.split_once('=') else {
-            return Err(Fault::at(
+            return Err(FileFault::at(
                 k,
                 format!("{:?} is not a line of the header", shown(line)),
                 "write NAME = VALUE there",
@@ -110,7 +110,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
         let (name, value) = (name.trim().to_ascii_lowercase(), value.trim());
         let number = || {
             value.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
-                Fault::at(
+                FileFault::at(
                     k,
                     format!("{} of {name} is not a number", shown(value)),
                     "write a number with a decimal point",
@@ -122,7 +122,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
             if v.fract() == 0.0 && (0.0..=most).contains(&v) {
                 Ok(v)
             } else {
-                Err(Fault::at(k, format!("{name} = {} is not a whole number from 0 to {most}", shown(value)), ANEW))
+                Err(FileFault::at(k, format!("{name} = {} is not a whole number from 0 to {most}", shown(value)), ANEW))
             }
         };
         match name.as_str() {
@@ -137,16 +137,16 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
                 whole(7.0)?;
             }
             "manufacid" | "createdate" | "moddate" | "zresolution" => {}
-            _ => return Err(Fault::at(k, format!("unknown key {:?} in the header", shown(&name)), ANEW)),
+            _ => return Err(FileFault::at(k, format!("unknown key {:?} in the header", shown(&name)), ANEW)),
         }
         seen.push(name);
     }
     if !ended {
-        return Err(Fault::new("the header has no end: a line with * alone", ANEW));
+        return Err(FileFault::new("the header has no end: a line with * alone", ANEW));
     }
     for key in ["numpoints", "numprofiles", "xscale", "zscale"] {
         if !seen.iter().any(|s| s == key) {
-            return Err(Fault::new(format!("the header has no {key}"), ANEW));
+            return Err(FileFault::new(format!("the header has no {key}"), ANEW));
         }
     }
     let n = header.hold()?;
@@ -159,10 +159,14 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
         }
         for word in line.split_ascii_whitespace() {
             if heights.len() == n {
-                return Err(Fault::at(k, format!("more heights than {} x {}", header.points, header.profiles), ANEW));
+                return Err(FileFault::at(
+                    k,
+                    format!("more heights than {} x {}", header.points, header.profiles),
+                    ANEW,
+                ));
             }
             if word.eq_ignore_ascii_case("bad") {
-                return Err(Fault::at(
+                return Err(FileFault::at(
                     k,
                     format!("height {} is BAD: it was not measured", heights.len() + 1),
                     HOLE_HELP,
@@ -171,7 +175,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
             match word.parse::<f64>() {
                 Ok(z) if z.is_finite() => heights.push(z * header.z * MM),
                 _ => {
-                    return Err(Fault::at(
+                    return Err(FileFault::at(
                         k,
                         format!("height {} is {:?}: no number", heights.len() + 1, shown(word)),
                         "write a number with a decimal point, or BAD, there",
@@ -182,7 +186,7 @@ fn text(bytes: &[u8]) -> Result<Measured, Fault> {
     }
     if heights.len() != n {
         let after = if closed { "" } else { ", and no * after them" };
-        return Err(Fault::new(
+        return Err(FileFault::new(
             format!(
                 "{} heights for {} x {}{after}: the file is cut off",
                 heights.len(),
@@ -230,18 +234,18 @@ impl Bytes<'_> {
     }
 }
 
-fn binary(bytes: &[u8]) -> Result<Measured, Fault> {
+fn binary(bytes: &[u8]) -> Result<Measured, FileFault> {
     let mut rest = Bytes(bytes);
     let wide = match rest.take::<8>() {
         Some(magic) if &magic == b"bISO-1.0" => false,
         Some(magic) if &magic == b"bISO-2.0" => true,
         other => {
             let begin = String::from_utf8_lossy(other.as_ref().map_or(bytes, |m| m)).into_owned();
-            return Err(Fault::new(format!("version {begin:?} is not read; bISO-1.0 and bISO-2.0 are"), ANEW));
+            return Err(FileFault::new(format!("version {begin:?} is not read; bISO-1.0 and bISO-2.0 are"), ANEW));
         }
     };
     let Some((header, kind)) = rest.header(wide) else {
-        return Err(Fault::new(format!("{} bytes are shorter than the header", bytes.len()), ANEW));
+        return Err(FileFault::new(format!("{} bytes are shorter than the header", bytes.len()), ANEW));
     };
     let n = header.hold()?;
     type Number = (usize, fn(&[u8]) -> f64, f64);
@@ -258,10 +262,10 @@ fn binary(bytes: &[u8]) -> Result<Measured, Fault> {
         5 => (2, |b| f64::from(i16::from_le_bytes(fixed(b))), f64::from(i16::MIN)),
         6 => (4, |b| f64::from(i32::from_le_bytes(fixed(b))), f64::from(i32::MIN)),
         7 => (8, |b| f64::from_le_bytes(fixed(b)), f64::MIN),
-        other => return Err(Fault::new(format!("data type {other} is not of the standard; 0 to 7 are"), ANEW)),
+        other => return Err(FileFault::new(format!("data type {other} is not of the standard; 0 to 7 are"), ANEW)),
     };
     let Some(data) = rest.0.get(..n * size) else {
-        return Err(Fault::new(
+        return Err(FileFault::new(
             format!(
                 "{} bytes of heights for {} x {} of {size} bytes: the file is cut off",
                 rest.0.len(),
@@ -275,7 +279,7 @@ fn binary(bytes: &[u8]) -> Result<Measured, Fault> {
     for (k, b) in data.chunks_exact(size).enumerate() {
         let z = value(b);
         if z == missing || !z.is_finite() {
-            return Err(Fault::new(
+            return Err(FileFault::new(
                 format!(
                     "height {} (point {} of profile {}) is missing",
                     k + 1,
@@ -303,9 +307,9 @@ pub fn sdf_bytes<'a>(lattice: impl Into<Lattice<'a>>, form: SdfForm) -> Result<V
     })
 }
 
-pub(super) fn bytes(lattice: &Lattice<'_>, form: SdfForm) -> Result<Vec<u8>, Fault> {
+pub(super) fn bytes(lattice: &Lattice<'_>, form: SdfForm) -> Result<Vec<u8>, FileFault> {
     let (Ok(points), Ok(profiles)) = (u16::try_from(lattice.columns), u16::try_from(lattice.rows)) else {
-        return Err(Fault::new(
+        return Err(FileFault::new(
             format!("{} x {} points; SDF holds 65535 along a direction at most", lattice.columns, lattice.rows),
             "write X3P, or a smaller patch",
         ));

@@ -13,7 +13,7 @@
 //!
 //! Fields are parted by NUL or blanks. Printed software takes the sum modulo 65535 or 65536; either is taken for right.
 
-use super::{Fault, HOLE_HELP, MeasuredFile, count, measured, sdf::shown};
+use super::{FileFault, HOLE_HELP, MeasuredFile, count, measured, sdf::shown};
 
 /// ETX.
 pub(super) const END_OF_RECORD: u8 = 3;
@@ -26,7 +26,7 @@ const MM_PER_NM: f64 = 1e-6;
 /// Points of an axis that are believed at most.
 const MOST_POINTS: f64 = 1e9;
 
-struct Axis {
+struct SmdAxis {
     line: usize,
     kind: String,
     points: usize,
@@ -46,15 +46,15 @@ fn unit(name: &str) -> Option<f64> {
     }
 }
 
-fn number(line: usize, what: &str, text: &str) -> Result<f64, Fault> {
+fn number(line: usize, what: &str, text: &str) -> Result<f64, FileFault> {
     text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
-        Fault::at(line, format!("{what} is {:?}: no number", shown(text)), "write a number with a decimal point")
+        FileFault::at(line, format!("{what} is {:?}: no number", shown(text)), "write a number with a decimal point")
     })
 }
 
-fn axis(line: usize, fields: &[&str]) -> Result<Axis, Fault> {
+fn axis(line: usize, fields: &[&str]) -> Result<SmdAxis, FileFault> {
     let [name, kind, points, unit_name, scale, rest @ ..] = fields else {
-        return Err(Fault::at(
+        return Err(FileFault::at(
             line,
             format!("axis with {} fields; at least 5 are expected", fields.len()),
             "an axis is NAME TYPE POINTS UNIT SCALE DATATYPE, and for equal steps the step",
@@ -62,16 +62,20 @@ fn axis(line: usize, fields: &[&str]) -> Result<Axis, Fault> {
     };
     let points =
         points.parse::<f64>().ok().filter(|n| n.fract() == 0.0 && (2.0..=MOST_POINTS).contains(n)).ok_or_else(|| {
-            Fault::at(
+            FileFault::at(
                 line,
                 format!("{:?} points on axis {name}; a whole number from 2 is expected", shown(points)),
                 ANEW,
             )
         })? as usize;
     let unit = unit(unit_name).ok_or_else(|| {
-        Fault::at(line, format!("unit {:?} of axis {name} is not known", shown(unit_name)), "m, mm, um and nm are read")
+        FileFault::at(
+            line,
+            format!("unit {:?} of axis {name} is not known", shown(unit_name)),
+            "m, mm, um and nm are read",
+        )
     })?;
-    Ok(Axis {
+    Ok(SmdAxis {
         line,
         kind: (*kind).to_ascii_uppercase(),
         points,
@@ -81,11 +85,11 @@ fn axis(line: usize, fields: &[&str]) -> Result<Axis, Fault> {
     })
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, FileFault> {
     let ends: Vec<usize> =
         bytes.iter().enumerate().filter(|(_, b)| **b == END_OF_RECORD).map(|(k, _)| k).take(4).collect();
     let [first, second, third, ..] = ends[..] else {
-        return Err(Fault::new(format!("{} ends of record (ETX); 3 are expected", ends.len()), ANEW));
+        return Err(FileFault::new(format!("{} ends of record (ETX); 3 are expected", ends.len()), ANEW));
     };
     let (mut cx, mut cz) = (None, None);
     let header = latin(&bytes[..first]);
@@ -96,7 +100,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
             Some("CX") => cx = Some(axis(k + 1, &fields)?),
             Some("CZ") => cz = Some(axis(k + 1, &fields)?),
             Some("CY") => {
-                return Err(Fault::at(
+                return Err(FileFault::at(
                     k + 1,
                     "an axis CY makes an area; profiles are read",
                     "take SDF or X3P for areas",
@@ -106,27 +110,27 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
         }
     }
     let (Some(x), Some(z)) = (cx, cz) else {
-        return Err(Fault::new("the header does not have both axes CX and CZ", ANEW));
+        return Err(FileFault::new("the header does not have both axes CX and CZ", ANEW));
     };
     if x.kind != "I" {
-        return Err(Fault::at(
+        return Err(FileFault::at(
             x.line,
             format!("axis CX is of type {:?}; I, equal steps, is read", shown(&x.kind)),
             "write the profile at equal steps",
         ));
     }
     if z.kind != "A" {
-        return Err(Fault::at(
+        return Err(FileFault::at(
             z.line,
             format!("axis CZ is of type {:?}; A, absolute heights, is read", shown(&z.kind)),
             "write the heights as they are",
         ));
     }
     // Data type, then the step.
-    let step = x.rest.get(1).ok_or_else(|| Fault::at(x.line, "axis CX states no step", ANEW))?;
+    let step = x.rest.get(1).ok_or_else(|| FileFault::at(x.line, "axis CX states no step", ANEW))?;
     let step = number(x.line, "the step of CX", step)? * x.scale * x.unit;
     if !(step.is_normal() && step > 0.0) {
-        return Err(Fault::at(
+        return Err(FileFault::at(
             x.line,
             format!("a step of {step} mm is not a spacing"),
             "step times scale is a positive length",
@@ -134,10 +138,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
     }
     let factor = z.scale * z.unit;
     if !(factor.is_normal()) {
-        return Err(Fault::at(z.line, format!("a scale of {factor} mm makes no heights"), ANEW));
+        return Err(FileFault::at(z.line, format!("a scale of {factor} mm makes no heights"), ANEW));
     }
     if x.points != z.points {
-        return Err(Fault::at(z.line, format!("{} places and {} heights", x.points, z.points), ANEW));
+        return Err(FileFault::at(z.line, format!("{} places and {} heights", x.points, z.points), ANEW));
     }
     let n = count(x.points, 1)?;
     let mut heights = Vec::with_capacity(n);
@@ -147,13 +151,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
         let mut fields = line.split(|c: char| c == '\0' || c.is_whitespace()).filter(|f| !f.is_empty());
         let Some(field) = fields.next() else { continue };
         if fields.next().is_some() {
-            return Err(Fault::at(at, "two values on a line of heights; one is read", ANEW));
+            return Err(FileFault::at(at, "two values on a line of heights; one is read", ANEW));
         }
         if heights.len() == n {
-            return Err(Fault::at(at, format!("more heights than the {n} of the header"), ANEW));
+            return Err(FileFault::at(at, format!("more heights than the {n} of the header"), ANEW));
         }
         if ["bad", "nan", "inf", "-inf"].contains(&field.to_ascii_lowercase().as_str()) {
-            return Err(Fault::at(
+            return Err(FileFault::at(
                 at,
                 format!("height {} is {field}: it was not measured", heights.len() + 1),
                 HOLE_HELP,
@@ -162,7 +166,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
         heights.push(number(at, "a height", field)? * factor);
     }
     if heights.len() != n {
-        return Err(Fault::new(format!("{} heights, {n} in the header: the file is cut off", heights.len()), ANEW));
+        return Err(FileFault::new(format!("{} heights, {n} in the header: the file is cut off", heights.len()), ANEW));
     }
     Ok(MeasuredFile {
         measured: measured(n, 1, [step, 0.0], heights)?,

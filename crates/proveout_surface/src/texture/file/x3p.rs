@@ -13,9 +13,9 @@
 //! All lengths are m; height = offset + increment x number.
 
 use super::{
-    Fault, HOLE_HELP, Lattice, MeasuredFile, TextureFileError, count, md5, measured,
+    FileFault, HOLE_HELP, Lattice, MeasuredFile, TextureFileError, count, md5, measured,
     sdf::shown,
-    xml::{self, Element},
+    xml::{self, XmlElement},
     zip::{Archive, pack},
 };
 
@@ -27,9 +27,9 @@ const MM: f64 = 1e3;
 const MOST_XML: usize = 64 << 20;
 const DATA: &str = "bindata/data.bin";
 
-pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, FileFault> {
     let archive = Archive::open(bytes)?;
-    let xml = archive.read("main.xml", MOST_XML)?.ok_or_else(|| Fault::new("the archive has no main.xml", ANEW))?;
+    let xml = archive.read("main.xml", MOST_XML)?.ok_or_else(|| FileFault::new("the archive has no main.xml", ANEW))?;
     let mut remarks = Vec::new();
     match archive.read("md5checksum.hex", 4096)? {
         None => remarks.push("the file has no md5checksum.hex".to_owned()),
@@ -40,41 +40,40 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
     }
     let text = String::from_utf8_lossy(&xml);
     let root = xml::parse(&text)?;
-    let record = |name: &str| root.child(name).ok_or_else(|| Fault::new(format!("main.xml has no {name}"), ANEW));
+    let record = |name: &str| root.child(name).ok_or_else(|| FileFault::new(format!("main.xml has no {name}"), ANEW));
     let (axes, data) = (record("Record1")?, record("Record3")?);
     let kind = axes.text_of(&["FeatureType"]).unwrap_or_default();
     if !["PRF", "SUR"].contains(&kind) {
-        return Err(Fault::new(
+        return Err(FileFault::new(
             format!("a feature of type {:?} is not read; PRF and SUR are", shown(kind)),
             "write the file as a grid of heights",
         ));
     }
     let matrix = data.child("MatrixDimension").ok_or_else(|| {
-        Fault::new(
+        FileFault::new(
             "Record3 has no MatrixDimension: a list of points is not a grid",
             "write the file as a grid of heights",
         )
     })?;
     let size = |name: &str| {
         let told = matrix.text_of(&[name]).unwrap_or_default();
-        told.parse::<usize>()
-            .ok()
-            .filter(|n| *n > 0)
-            .ok_or_else(|| Fault::new(format!("{name} is {:?}; a whole number from 1 is expected", shown(told)), ANEW))
+        told.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| {
+            FileFault::new(format!("{name} is {:?}; a whole number from 1 is expected", shown(told)), ANEW)
+        })
     };
     let (columns, rows, layers) = (size("SizeX")?, size("SizeY")?, size("SizeZ")?);
     if layers != 1 {
-        return Err(Fault::new(format!("{layers} layers; one is read"), "write one layer"));
+        return Err(FileFault::new(format!("{layers} layers; one is read"), "write one layer"));
     }
     if columns < 2 {
-        return Err(Fault::new(format!("{columns} x {rows} heights; 2 along x are needed"), ANEW));
+        return Err(FileFault::new(format!("{columns} x {rows} heights; 2 along x are needed"), ANEW));
     }
     let n = count(columns, rows)?;
-    let axes = axes.child("Axes").ok_or_else(|| Fault::new("Record1 has no Axes", ANEW))?;
+    let axes = axes.child("Axes").ok_or_else(|| FileFault::new("Record1 has no Axes", ANEW))?;
     let steps = [step(axes, "CX", true)?, step(axes, "CY", rows > 1)?];
-    let z = axes.child("CZ").ok_or_else(|| Fault::new("the axis CZ is missing", ANEW))?;
+    let z = axes.child("CZ").ok_or_else(|| FileFault::new("the axis CZ is missing", ANEW))?;
     if z.text_of(&["AxisType"]) != Some("A") {
-        return Err(Fault::new(
+        return Err(FileFault::new(
             format!(
                 "axis CZ is of type {:?}; A, absolute heights, is read",
                 shown(z.text_of(&["AxisType"]).unwrap_or_default())
@@ -87,14 +86,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
         (Some(link), _) => linked(&archive, link, z.text_of(&["DataType"]).unwrap_or_default(), n)?,
         (None, Some(list)) => listed(list, n)?,
         (None, None) => {
-            return Err(Fault::new("Record3 has neither DataLink nor DataList: there are no heights", ANEW));
+            return Err(FileFault::new("Record3 has neither DataLink nor DataList: there are no heights", ANEW));
         }
     };
     let mut heights = Vec::with_capacity(n);
     for (k, value) in values.into_iter().enumerate() {
         let height = (offset + increment * value) * MM;
         if !height.is_finite() {
-            return Err(Fault::new(
+            return Err(FileFault::new(
                 format!("height {} (column {}, row {}) is missing", k + 1, k % columns + 1, k / columns + 1),
                 HOLE_HELP,
             ));
@@ -104,37 +103,37 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, Fault> {
     Ok(MeasuredFile { measured: measured(columns, rows, steps, heights)?, format: FORMAT, remarks })
 }
 
-fn compare(content: &[u8], told: &str, what: &str) -> Result<(), Fault> {
+fn compare(content: &[u8], told: &str, what: &str) -> Result<(), FileFault> {
     let is = md5::hex(content);
     if told.eq_ignore_ascii_case(&is) {
         return Ok(());
     }
-    Err(Fault::new(
+    Err(FileFault::new(
         format!("the checksum of {what} is {is} and not {:?}: the file was changed or damaged", shown(told)),
         "fetch the file again from where it was measured",
     ))
 }
 
-fn number(axis: &Element, name: &str, key: &str, default: f64) -> Result<f64, Fault> {
+fn number(axis: &XmlElement, name: &str, key: &str, default: f64) -> Result<f64, FileFault> {
     match axis.text_of(&[key]) {
         None | Some("") => Ok(default),
         Some(told) => told
             .parse::<f64>()
             .ok()
             .filter(|v| v.is_finite())
-            .ok_or_else(|| Fault::new(format!("{key} of axis {name} is {:?}: no number", shown(told)), ANEW)),
+            .ok_or_else(|| FileFault::new(format!("{key} of axis {name} is {:?}: no number", shown(told)), ANEW)),
     }
 }
 
 /// Spacing along an axis, mm.
-fn step(axes: &Element, name: &str, used: bool) -> Result<f64, Fault> {
+fn step(axes: &XmlElement, name: &str, used: bool) -> Result<f64, FileFault> {
     if !used {
         return Ok(0.0);
     }
-    let axis = axes.child(name).ok_or_else(|| Fault::new(format!("the axis {name} is missing"), ANEW))?;
+    let axis = axes.child(name).ok_or_else(|| FileFault::new(format!("the axis {name} is missing"), ANEW))?;
     let kind = axis.text_of(&["AxisType"]).unwrap_or_default();
     if kind != "I" {
-        return Err(Fault::new(
+        return Err(FileFault::new(
             format!("axis {name} is of type {:?}; I, equal steps, is read", shown(kind)),
             "write the heights at equal steps",
         ));
@@ -143,7 +142,7 @@ fn step(axes: &Element, name: &str, used: bool) -> Result<f64, Fault> {
     if step.is_normal() && step > 0.0 {
         Ok(step)
     } else {
-        Err(Fault::new(
+        Err(FileFault::new(
             format!("an increment of {step} mm along {name} is not a spacing"),
             "increments are positive lengths in m",
         ))
@@ -151,25 +150,25 @@ fn step(axes: &Element, name: &str, used: bool) -> Result<f64, Fault> {
 }
 
 /// Numbers in a file of the archive.
-fn linked(archive: &Archive<'_>, link: &Element, kind: &str, n: usize) -> Result<Vec<f64>, Fault> {
+fn linked(archive: &Archive<'_>, link: &XmlElement, kind: &str, n: usize) -> Result<Vec<f64>, FileFault> {
     let size = match kind {
         "I" => 2,
         "L" | "F" => 4,
         "D" => 8,
-        other => return Err(Fault::new(format!("data type {:?}; I, L, F and D are read", shown(other)), ANEW)),
+        other => return Err(FileFault::new(format!("data type {:?}; I, L, F and D are read", shown(other)), ANEW)),
     };
     let file = |key: &str, bytes: usize| {
         let Some(path) = link.text_of(&[key]).filter(|p| !p.is_empty()) else { return Ok(None) };
         let content = archive.read(path, bytes)?;
-        let content = content.ok_or_else(|| Fault::new(format!("the archive has no {:?}", shown(path)), ANEW))?;
+        let content = content.ok_or_else(|| FileFault::new(format!("the archive has no {:?}", shown(path)), ANEW))?;
         if content.len() == bytes {
             Ok(Some(content))
         } else {
-            Err(Fault::new(format!("{:?} has {} bytes instead of {bytes}", shown(path), content.len()), ANEW))
+            Err(FileFault::new(format!("{:?} has {} bytes instead of {bytes}", shown(path), content.len()), ANEW))
         }
     };
     let content =
-        file("PointDataLink", n * size)?.ok_or_else(|| Fault::new("DataLink names no PointDataLink", ANEW))?;
+        file("PointDataLink", n * size)?.ok_or_else(|| FileFault::new("DataLink names no PointDataLink", ANEW))?;
     if let Some(told) = link.text_of(&["MD5ChecksumPointData"]).filter(|t| !t.is_empty()) {
         compare(&content, told, "the heights")?;
     }
@@ -178,7 +177,7 @@ fn linked(archive: &Archive<'_>, link: &Element, kind: &str, n: usize) -> Result
             compare(&valid, told, "the measured points")?;
         }
         if let Some(k) = (0..n).find(|k| valid[k / 8] >> (k % 8) & 1 == 0) {
-            return Err(Fault::new(format!("height {} was not measured", k + 1), HOLE_HELP));
+            return Err(FileFault::new(format!("height {} was not measured", k + 1), HOLE_HELP));
         }
     }
     fn fixed<const N: usize>(b: &[u8]) -> [u8; N] {
@@ -194,20 +193,20 @@ fn linked(archive: &Archive<'_>, link: &Element, kind: &str, n: usize) -> Result
 }
 
 /// Numbers in the text: the last of those of a datum is the height.
-fn listed(list: &Element, n: usize) -> Result<Vec<f64>, Fault> {
-    let data: Vec<&Element> = list.children.iter().filter(|c| c.name == "Datum").collect();
+fn listed(list: &XmlElement, n: usize) -> Result<Vec<f64>, FileFault> {
+    let data: Vec<&XmlElement> = list.children.iter().filter(|c| c.name == "Datum").collect();
     if data.len() != n {
-        return Err(Fault::new(format!("{} Datum in place of {n}", data.len()), ANEW));
+        return Err(FileFault::new(format!("{} Datum in place of {n}", data.len()), ANEW));
     }
     data.iter()
         .enumerate()
         .map(|(k, datum)| {
             let told = datum.text.rsplit(';').next().unwrap_or_default().trim();
             if told.is_empty() {
-                return Err(Fault::new(format!("height {} was not measured", k + 1), HOLE_HELP));
+                return Err(FileFault::new(format!("height {} was not measured", k + 1), HOLE_HELP));
             }
             told.parse::<f64>()
-                .map_err(|_ignored| Fault::new(format!("height {} is {:?}: no number", k + 1, shown(told)), ANEW))
+                .map_err(|_ignored| FileFault::new(format!("height {} is {:?}: no number", k + 1, shown(told)), ANEW))
         })
         .collect()
 }
@@ -225,7 +224,7 @@ pub fn x3p_bytes<'a>(lattice: impl Into<Lattice<'a>>) -> Result<Vec<u8>, Texture
     })
 }
 
-pub(super) fn bytes(lattice: &Lattice<'_>) -> Result<Vec<u8>, Fault> {
+pub(super) fn bytes(lattice: &Lattice<'_>) -> Result<Vec<u8>, FileFault> {
     let data: Vec<u8> = lattice.heights.iter().flat_map(|z| (z / MM).to_le_bytes()).collect();
     let axis = |name: &str, kind: &str, increment: f64| {
         format!(

@@ -1,7 +1,7 @@
 //! As much of XML as X3P writes: elements, text, CDATA, remarks, the five entities and characters by number. Attributes and prefixes are
 //! passed over; document types are refused.
 
-use super::Fault;
+use super::FileFault;
 
 const HELP: &str = "write the file again from the measuring program";
 /// Elements within elements.
@@ -9,13 +9,13 @@ const DEEPEST: usize = 32;
 
 /// An element by its name without prefix.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Element {
+pub(super) struct XmlElement {
     pub(super) name: String,
     pub(super) text: String,
     pub(super) children: Vec<Self>,
 }
 
-impl Element {
+impl XmlElement {
     pub(super) fn child(&self, name: &str) -> Option<&Self> {
         self.children.iter().find(|c| c.name == name)
     }
@@ -27,10 +27,10 @@ impl Element {
 }
 
 /// The root element.
-pub(super) fn parse(text: &str) -> Result<Element, Fault> {
+pub(super) fn parse(text: &str) -> Result<XmlElement, FileFault> {
     let line = |rest: &str| text[..text.len() - rest.len()].matches('\n').count() + 1;
-    let wrong = |rest: &str, what: String| Fault::new(format!("main.xml, line {}: {what}", line(rest)), HELP);
-    let (mut rest, mut open, mut root) = (text, Vec::<Element>::new(), None);
+    let wrong = |rest: &str, what: String| FileFault::new(format!("main.xml, line {}: {what}", line(rest)), HELP);
+    let (mut rest, mut open, mut root) = (text, Vec::<XmlElement>::new(), None);
     while !rest.is_empty() {
         let here = rest;
         let skipped = |end: &str, what: &str| {
@@ -74,7 +74,7 @@ pub(super) fn parse(text: &str) -> Result<Element, Fault> {
                 return Err(wrong(here, format!("<{name}> after the end")));
             }
             rest = &tag[end + 1..];
-            let element = Element { name, ..Element::default() };
+            let element = XmlElement { name, ..XmlElement::default() };
             if !closed {
                 if open.len() == DEEPEST {
                     return Err(wrong(here, format!("more than {DEEPEST} elements within each other")));
@@ -98,9 +98,9 @@ pub(super) fn parse(text: &str) -> Result<Element, Fault> {
         }
     }
     match (root, open.pop()) {
-        (_, Some(element)) => Err(Fault::new(format!("main.xml: <{}> has no end", element.name), HELP)),
+        (_, Some(element)) => Err(FileFault::new(format!("main.xml: <{}> has no end", element.name), HELP)),
         (Some(root), None) => Ok(root),
-        (None, None) => Err(Fault::new("main.xml has no element", HELP)),
+        (None, None) => Err(FileFault::new("main.xml has no element", HELP)),
     }
 }
 

@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 
 use flate2::{Compression, Crc, read::DeflateDecoder, write::DeflateEncoder};
 
-use super::Fault;
+use super::FileFault;
 
 const ANEW: &str = "write the file again from the measuring program";
 const END: &[u8] = b"PK\x05\x06";
@@ -17,7 +17,7 @@ const MOST_ENTRIES: usize = 4096;
 
 /// One file in the archive.
 #[derive(Debug)]
-struct Entry {
+struct ZipEntry {
     name: String,
     method: u16,
     encrypted: bool,
@@ -31,7 +31,7 @@ struct Entry {
 #[derive(Debug)]
 pub(super) struct Archive<'a> {
     bytes: &'a [u8],
-    entries: Vec<Entry>,
+    entries: Vec<ZipEntry>,
 }
 
 fn u16_at(bytes: &[u8], at: usize) -> Option<usize> {
@@ -43,14 +43,17 @@ fn u32_at(bytes: &[u8], at: usize) -> Option<usize> {
 }
 
 impl<'a> Archive<'a> {
-    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, Fault> {
-        let damaged = || Fault::new("the archive has no readable directory: the file is cut off or damaged", ANEW);
+    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, FileFault> {
+        let damaged = || FileFault::new("the archive has no readable directory: the file is cut off or damaged", ANEW);
         // The end record is followed by a remark of 65535 bytes at most.
         let from = bytes.len().saturating_sub(22 + 65_535);
         let end = bytes[from..].windows(4).rposition(|w| w == END).map(|k| from + k).ok_or_else(damaged)?;
         let entries = u16_at(bytes, end + 10).ok_or_else(damaged)?;
         if entries > MOST_ENTRIES {
-            return Err(Fault::new(format!("{entries} files in the archive; {MOST_ENTRIES} are read at most"), ANEW));
+            return Err(FileFault::new(
+                format!("{entries} files in the archive; {MOST_ENTRIES} are read at most"),
+                ANEW,
+            ));
         }
         let mut at = u32_at(bytes, end + 16).ok_or_else(damaged)?;
         let mut list = Vec::with_capacity(entries);
@@ -62,7 +65,7 @@ impl<'a> Archive<'a> {
             let long = |offset: usize| u32_at(bytes, at + offset).ok_or_else(damaged);
             let name_length = short(28)?;
             let name = bytes.get(at + 46..at + 46 + name_length).ok_or_else(damaged)?;
-            list.push(Entry {
+            list.push(ZipEntry {
                 name: String::from_utf8_lossy(name).replace('\\', "/"),
                 method: short(10)? as u16,
                 encrypted: short(8)? & 1 == 1,
@@ -77,10 +80,10 @@ impl<'a> Archive<'a> {
     }
 
     /// The content of a file, at most `most` bytes; none where it is not in the archive.
-    pub(super) fn read(&self, name: &str, most: usize) -> Result<Option<Vec<u8>>, Fault> {
+    pub(super) fn read(&self, name: &str, most: usize) -> Result<Option<Vec<u8>>, FileFault> {
         let wanted = name.trim_start_matches("./");
         let Some(entry) = self.entries.iter().find(|e| e.name == wanted) else { return Ok(None) };
-        let damaged = |why: &str| Fault::new(format!("{wanted} in the archive: {why}"), ANEW);
+        let damaged = |why: &str| FileFault::new(format!("{wanted} in the archive: {why}"), ANEW);
         if entry.encrypted {
             return Err(damaged("it is encrypted"));
         }
@@ -126,13 +129,13 @@ fn crc(content: &[u8]) -> u32 {
 }
 
 /// An archive of these files, deflated; the date of each is the earliest that the format knows.
-pub(super) fn pack(files: &[(&str, &[u8])]) -> Result<Vec<u8>, Fault> {
-    let too_long = || Fault::new("the archive has more than 4 GiB", "write a smaller patch");
+pub(super) fn pack(files: &[(&str, &[u8])]) -> Result<Vec<u8>, FileFault> {
+    let too_long = || FileFault::new("the archive has more than 4 GiB", "write a smaller patch");
     let (mut out, mut directory) = (Vec::new(), Vec::new());
     for (name, content) in files {
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
         let packed = encoder.write_all(content).and_then(|()| encoder.finish());
-        let packed = packed.map_err(|e| Fault::new(format!("{name} cannot be packed: {e}"), "write SDF"))?;
+        let packed = packed.map_err(|e| FileFault::new(format!("{name} cannot be packed: {e}"), "write SDF"))?;
         let offset = u32::try_from(out.len()).map_err(|_ignored| too_long())?;
         let mut fields = Vec::new();
         for v in [20_u16, 0, 8, 0, 0x21] {

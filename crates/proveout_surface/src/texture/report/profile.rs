@@ -2,7 +2,7 @@ use serde::Serialize;
 
 use super::{Asked, DATA_BEYOND, Form, PITCH_SLACK, PROFILE_FILTER, REGRESSION, Unchecked, next_class};
 use crate::texture::{
-    DECIMALS, Profile, ProfileEvaluation, ProfileParameters, SettingClass, UM_PER_MM, profile::Ends, spacing,
+    DECIMALS, Profile, ProfileEvaluation, ProfileParameters, SettingClass, UM_PER_MM, profile::ProfileEnds, spacing,
 };
 
 /// Points closer than this share of the largest spacing of the class are not filtered: the work grows with the square of their number
@@ -274,11 +274,11 @@ fn evaluate(profile: &Profile, class: SettingClass, asked: &Asked) -> Result<Pro
             .rfind(|c| c.evaluation_length() <= profile.length() * (1.0 + DECIMALS) && *c < class)
             .map(SettingClass::name),
     };
-    let ends = if profile.carries_ends(class) { Ends::Data } else { Ends::Regression };
+    let ends = if profile.carries_ends(class) { ProfileEnds::Data } else { ProfileEnds::Regression };
     let mut found = profile.evaluate_with(class, asked.standard, ends).map_err(too_short)?;
     found.setting.ends = match ends {
-        Ends::Data => DATA_BEYOND,
-        Ends::Regression => REGRESSION,
+        ProfileEnds::Data => DATA_BEYOND,
+        ProfileEnds::Regression => REGRESSION,
     };
     Ok(found)
 }
