@@ -8,7 +8,7 @@ use std::{
 };
 
 use crate::{
-    Failure,
+    TaskError,
     checks::{architecture, book, findings, layers, test_command},
     cone_frustum, figures, files, machine_models,
     test_programs::{self, Selection},
@@ -17,13 +17,13 @@ use crate::{
 };
 
 /// One step.
-struct Step {
+struct CiStep {
     /// For `--only`.
     name: &'static str,
     /// Why it exists.
     why: &'static str,
     /// Does the work; gives a short account.
-    run: fn(&Context) -> Result<String, Failure>,
+    run: fn(&Context) -> Result<String, TaskError>,
 }
 
 struct Context {
@@ -32,33 +32,33 @@ struct Context {
     tests: Selection,
 }
 
-const STEPS: &[Step] = &[
-    Step { name: "format", why: "one layout, so that a diff shows only what changed", run: format },
-    Step {
+const STEPS: &[CiStep] = &[
+    CiStep { name: "format", why: "one layout, so that a diff shows only what changed", run: format },
+    CiStep {
         name: "layers",
         why: "a crate uses only crates before it: program, motion, geometry, judgement, record",
         run: layers,
     },
-    Step {
+    CiStep {
         name: "architecture",
         why: "the map in ARCHITECTURE.md names every crate and what it truly uses",
         run: architecture,
     },
-    Step { name: "findings", why: "a machinist can look up every code that a run can raise", run: findings },
-    Step { name: "book", why: "every page of docs/ is in its list, and no link is broken", run: book },
-    Step { name: "test-command", why: "one test command: in the README, in .ci/run, here", run: test_command },
-    Step { name: "clippy", why: "no warning in any target; each exception carries its reason", run: clippy },
-    Step { name: "quick-build", why: "the build without recordings that README offers first", run: quick_build },
-    Step { name: "docs", why: "public items are documented and their links work", run: docs },
-    Step {
+    CiStep { name: "findings", why: "a machinist can look up every code that a run can raise", run: findings },
+    CiStep { name: "book", why: "every page of docs/ is in its list, and no link is broken", run: book },
+    CiStep { name: "test-command", why: "one test command: in the README, in .ci/run, here", run: test_command },
+    CiStep { name: "clippy", why: "no warning in any target; each exception carries its reason", run: clippy },
+    CiStep { name: "quick-build", why: "the build without recordings that README offers first", run: quick_build },
+    CiStep { name: "docs", why: "public items are documented and their links work", run: docs },
+    CiStep {
         name: "generated",
         why: "generated programs and models match the code (schemas: a test of xtask, which has the types)",
         run: generated,
     },
-    Step { name: "tests", why: "laws, closed forms, reference data and whole prove-outs hold", run: tests },
-    Step { name: "figures", why: "a number on a page is the one that its run gives today", run: figures },
-    Step { name: "typos", why: "American spelling, and names without slips", run: typos },
-    Step {
+    CiStep { name: "tests", why: "laws, closed forms, reference data and whole prove-outs hold", run: tests },
+    CiStep { name: "figures", why: "a number on a page is the one that its run gives today", run: figures },
+    CiStep { name: "typos", why: "American spelling, and names without slips", run: typos },
+    CiStep {
         name: "deny",
         why: "allowed licenses, crates.io only, one version of the crates whose types we exchange",
         run: deny,
@@ -69,22 +69,22 @@ const STEPS: &[Step] = &[
 const NIGHTLY: &[&str] = &["figures"];
 
 /// Runs what must hold before a change lands, or the one step named, and stops at the first failure.
-pub(crate) fn run(root: &Path, only: Option<&str>) -> Result<(), Failure> {
-    let steps: Vec<&Step> =
+pub(crate) fn run(root: &Path, only: Option<&str>) -> Result<(), TaskError> {
+    let steps: Vec<&CiStep> =
         STEPS.iter().filter(|s| only.map_or(!NIGHTLY.contains(&s.name), |name| name == s.name)).collect();
     if steps.is_empty() {
         let names: Vec<&str> = STEPS.iter().map(|s| s.name).collect();
-        return Err(Failure(format!("no step {:?}; steps: {}", only.unwrap_or_default(), names.join(", "))));
+        return Err(TaskError(format!("no step {:?}; steps: {}", only.unwrap_or_default(), names.join(", "))));
     }
     run_steps(root, &steps, Selection::Usual)
 }
 
 /// Runs all steps with all tests, those that take long included.
-pub(crate) fn nightly(root: &Path) -> Result<(), Failure> {
+pub(crate) fn nightly(root: &Path) -> Result<(), TaskError> {
     run_steps(root, &STEPS.iter().collect::<Vec<_>>(), Selection::All)
 }
 
-fn run_steps(root: &Path, steps: &[&Step], tests: Selection) -> Result<(), Failure> {
+fn run_steps(root: &Path, steps: &[&CiStep], tests: Selection) -> Result<(), TaskError> {
     let context = Context { root: root.to_path_buf(), workspace: Workspace::read(root)?, tests };
     let start = Instant::now();
     let mut lines = Vec::new();
@@ -98,9 +98,9 @@ fn run_steps(root: &Path, steps: &[&Step], tests: Selection) -> Result<(), Failu
                 println!("=== {} passed in {time}: {account}", step.name);
                 lines.push(format!("  {:<13} {time:>9}  {account}", step.name));
             }
-            Err(Failure(reason)) => {
+            Err(TaskError(reason)) => {
                 println!("\n{}", lines.join("\n"));
-                return Err(Failure(format!("{reason}\nci FAILED at step {} after {time}", step.name)));
+                return Err(TaskError(format!("{reason}\nci FAILED at step {} after {time}", step.name)));
             }
         }
     }
@@ -113,7 +113,7 @@ fn seconds(time: Duration) -> String {
 }
 
 /// Runs a command with its output in view.
-fn call(context: &Context, program: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), Failure> {
+fn call(context: &Context, program: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), TaskError> {
     let shown = shown(program, arguments, environment);
     println!("{shown}");
     let status = Command::new(program)
@@ -121,8 +121,8 @@ fn call(context: &Context, program: &Path, arguments: &[&str], environment: &[(&
         .envs(environment.iter().copied())
         .current_dir(&context.root)
         .status()
-        .map_err(|e| Failure(format!("cannot start {}: {e}", program.display())))?;
-    if status.success() { Ok(()) } else { Err(Failure(format!("failed: {shown}"))) }
+        .map_err(|e| TaskError(format!("cannot start {}: {e}", program.display())))?;
+    if status.success() { Ok(()) } else { Err(TaskError(format!("failed: {shown}"))) }
 }
 
 fn shown(program: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> String {
@@ -131,37 +131,37 @@ fn shown(program: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> St
     [variables, vec![name.into_owned()], arguments.iter().map(|&a| a.to_owned()).collect()].concat().join(" ")
 }
 
-fn cargo_call(context: &Context, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), Failure> {
+fn cargo_call(context: &Context, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), TaskError> {
     call(context, Path::new(&cargo()), arguments, environment)
 }
 
-fn format(context: &Context) -> Result<String, Failure> {
+fn format(context: &Context) -> Result<String, TaskError> {
     cargo_call(context, &["fmt", "--all", "--check"], &[])
-        .map_err(|Failure(text)| Failure(format!("{text}\nremedy: cargo fmt --all")))?;
+        .map_err(|TaskError(text)| TaskError(format!("{text}\nremedy: cargo fmt --all")))?;
     Ok("all crates".into())
 }
 
-fn layers(context: &Context) -> Result<String, Failure> {
+fn layers(context: &Context) -> Result<String, TaskError> {
     layers::check(&context.workspace)
 }
 
-fn architecture(context: &Context) -> Result<String, Failure> {
+fn architecture(context: &Context) -> Result<String, TaskError> {
     architecture::check(&files::get(&context.root.join("ARCHITECTURE.md"))?, &context.workspace)
 }
 
-fn book(context: &Context) -> Result<String, Failure> {
+fn book(context: &Context) -> Result<String, TaskError> {
     book::check(&context.root)
 }
 
-fn findings(context: &Context) -> Result<String, Failure> {
+fn findings(context: &Context) -> Result<String, TaskError> {
     findings::check(&context.root)
 }
 
-fn test_command(context: &Context) -> Result<String, Failure> {
+fn test_command(context: &Context) -> Result<String, TaskError> {
     test_command::check(&context.root)
 }
 
-fn clippy(context: &Context) -> Result<String, Failure> {
+fn clippy(context: &Context) -> Result<String, TaskError> {
     cargo_call(
         context,
         &["clippy", "--workspace", "--all-targets", "--all-features", "--locked", "--", "-D", "warnings"],
@@ -170,13 +170,13 @@ fn clippy(context: &Context) -> Result<String, Failure> {
     Ok("all targets, all features, no warning".into())
 }
 
-fn quick_build(context: &Context) -> Result<String, Failure> {
+fn quick_build(context: &Context) -> Result<String, TaskError> {
     let quick = ["clippy", "--package", "proveout", "--no-default-features", "--locked", "--", "-D", "warnings"];
     cargo_call(context, &quick, &[])?;
     Ok("no warning".into())
 }
 
-fn docs(context: &Context) -> Result<String, Failure> {
+fn docs(context: &Context) -> Result<String, TaskError> {
     cargo_call(
         context,
         &["doc", "--workspace", "--no-deps", "--all-features", "--locked"],
@@ -185,14 +185,14 @@ fn docs(context: &Context) -> Result<String, Failure> {
     Ok("no warning".into())
 }
 
-fn generated(context: &Context) -> Result<String, Failure> {
+fn generated(context: &Context) -> Result<String, TaskError> {
     cone_frustum::run(&context.root, true)?;
     machine_models::run(&context.root, true)?;
     Ok("cone frustum programs, machine models".into())
 }
 
 /// Tests, with their output in view and their closing lines counted; those in texts of the documentation come last.
-fn tests(context: &Context) -> Result<String, Failure> {
+fn tests(context: &Context) -> Result<String, TaskError> {
     let (mut total, mut left_out) = (Total::default(), BTreeSet::new());
     let mut line = |line: &str| {
         println!("{line}");
@@ -205,15 +205,15 @@ fn tests(context: &Context) -> Result<String, Failure> {
         .current_dir(&context.root)
         .stderr(Stdio::inherit())
         .output()
-        .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
+        .map_err(|e| TaskError(format!("cannot start cargo: {e}")))?;
     String::from_utf8_lossy(&documented.stdout).lines().for_each(&mut line);
     if !documented.status.success() {
-        let before = result.err().map_or_else(String::new, |Failure(text)| text + "\n");
-        result = Err(Failure(format!("{before}failed: examples in the documentation")));
+        let before = result.err().map_or_else(String::new, |TaskError(text)| text + "\n");
+        result = Err(TaskError(format!("{before}failed: examples in the documentation")));
     }
     result
         .map(|slowest| format!("{}\n  {:<13} {:>9}  {slowest}", account(&total, &left_out), "", ""))
-        .map_err(|Failure(text)| Failure(format!("{total}\n{text}")))
+        .map_err(|TaskError(text)| TaskError(format!("{total}\n{text}")))
 }
 
 /// Start of the line with which a test reports that it passed without checking, for lack of data; not
@@ -263,17 +263,17 @@ impl std::fmt::Display for Total {
     }
 }
 
-fn figures(context: &Context) -> Result<String, Failure> {
-    figures::run(&context.root, &figures::Wanted { check: true, ..figures::Wanted::default() })
+fn figures(context: &Context) -> Result<String, TaskError> {
+    figures::run(&context.root, &figures::FigureRequest { check: true, ..figures::FigureRequest::default() })
 }
 
-fn typos(context: &Context) -> Result<String, Failure> {
+fn typos(context: &Context) -> Result<String, TaskError> {
     let program = tools::find(&TYPOS, &context.workspace.target)?;
     call(context, &program, &["--config", ".typos.toml"], &[])?;
     Ok("no misspelling".into())
 }
 
-fn deny(context: &Context) -> Result<String, Failure> {
+fn deny(context: &Context) -> Result<String, TaskError> {
     let program = tools::find(&DENY, &context.workspace.target)?;
     // cargo-deny reads the manifests of all crates for the target in deny.toml; cargo has them after this.
     cargo_call(context, &["fetch", "--locked", "--quiet", "--target", "x86_64-unknown-linux-gnu"], &[])?;
