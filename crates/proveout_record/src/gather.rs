@@ -139,7 +139,7 @@ struct Slab {
 
 /// A vertex of the mesh.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+struct MeshVertex {
     /// Vertex of the picture; `u32::MAX` for none.
     index: u32,
     place: [f32; 3],
@@ -158,7 +158,7 @@ struct Gather {
     /// Cells that may still grow, by their place along x.
     open: BTreeMap<i32, Slab>,
     /// The vertices of the band before and of this one.
-    known: Vec<Known>,
+    known: Vec<MeshVertex>,
     /// Number of the first of them in the mesh, and where this band begins among them.
     first: u32,
     band: usize,
@@ -203,7 +203,7 @@ impl Gather {
 
     fn vertex(&mut self, p: &Point, normal: &Vector, value: Option<f64>, piece: Option<u32>) {
         if !p.iter().all(|v| v.is_finite()) {
-            self.known.push(Known { index: u32::MAX, place: [0.0; 3], cell: (0, 0) });
+            self.known.push(MeshVertex { index: u32::MAX, place: [0.0; 3], cell: (0, 0) });
             return;
         }
         let place = single(&p.coords);
@@ -234,7 +234,7 @@ impl Gather {
                 (index, (key[0], number))
             }
         };
-        self.known.push(Known { index, place, cell });
+        self.known.push(MeshVertex { index, place, cell });
     }
 
     fn put(&mut self, position: [f32; 3], normal: [f32; 3], value: Option<f32>, piece: Option<u32>) {

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use minijinja::{Environment, context, value::Serde};
+use minijinja::{context, value::Serde};
 use proveout_sim::{
     job::JobVerdict,
     verdict::{Gate, State},
@@ -11,14 +11,14 @@ use serde::Serialize;
 
 use crate::{
     error::RecordError,
-    page_safety::{policy, without_steering},
+    page_safety::{fill, policy},
 };
 
 const TEMPLATE: &str = include_str!("../templates/job.html");
 
 /// A setup in words.
 #[derive(Serialize)]
-struct Row {
+struct SetupRow {
     name: String,
     /// Path of its page from that of the job, as part of an address; none where it was not run.
     report: Option<String>,
@@ -47,16 +47,12 @@ pub fn write_job(folder: &Path, verdict: &JobVerdict) -> Result<(), RecordError>
 }
 
 fn render(verdict: &JobVerdict) -> Result<String, RecordError> {
-    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
-    environment.add_template("job.html", TEMPLATE).map_err(fault)?;
-    let rows: Vec<Row> = verdict
+    let rows: Vec<SetupRow> = verdict
         .setups
         .iter()
         .map(|s| {
             let (class, word) = s.verdict.map_or(("unchecked", "not run"), words);
-            Row {
+            SetupRow {
                 name: s.name.clone(),
                 report: s.verdict.map(|_| format!("{}/report.html", address(&s.name))),
                 class,
@@ -76,11 +72,8 @@ fn render(verdict: &JobVerdict) -> Result<String, RecordError> {
         })
         .collect();
     let (class, word) = words(verdict.verdict);
-    let template = environment.get_template("job.html").map_err(fault)?;
-    let page = template
-        .render(context! { policy => policy(&[]), job => verdict.job.clone(), class, word, rows => Serde(rows) })
-        .map_err(fault)?;
-    Ok(without_steering(page))
+    let data = context! { policy => policy(&[]), job => verdict.job.clone(), class, word, rows => Serde(rows) };
+    fill("job.html", TEMPLATE, data)
 }
 
 fn words(state: State) -> (&'static str, &'static str) {

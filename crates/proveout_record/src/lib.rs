@@ -79,6 +79,7 @@ mod page_safety;
 mod part;
 mod picture;
 mod program;
+mod projection;
 mod qif;
 #[cfg(feature = "rerun")]
 mod recording;

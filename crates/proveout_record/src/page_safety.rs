@@ -1,8 +1,18 @@
-//! What keeps a page from doing more than to show: a content security policy, and text without characters that steer.
+//! Fills templates, and keeps a page from doing more than to show: a content security policy, and text without characters that steer.
 
+use minijinja::{Environment, Value};
 use proveout_sim::digest::sha256;
 
-use crate::encode::base64;
+use crate::{encode::base64, error::RecordError};
+
+/// A page from a template whose name ends in `.html`, which turns escaping on.
+///
+/// # Errors
+/// [`RecordError::Page`] when the template does not fit its data, which is a fault of this crate.
+pub(crate) fn fill(name: &str, template: &str, data: impl Into<Value>) -> Result<String, RecordError> {
+    let page = Environment::new().render_named_str(name, template, data);
+    page.map(without_steering).map_err(|e| RecordError::Page { message: format!("{e:#}") })
+}
 
 /// The policy of a page with these scripts, in the exact text of the page: nothing is loaded, and no other
 /// script runs.

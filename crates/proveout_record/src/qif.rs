@@ -51,14 +51,14 @@ fn uuid(text: &str) -> String {
 }
 
 /// What the scene says of a feature.
-pub(crate) struct Planned {
+pub(crate) struct PlannedFeature {
     from: [f64; 3],
     /// `+x`, `-x`, `+y`, `-y`, `+z` or `-z`.
     direction: String,
     thickness: bool,
 }
 
-impl From<&InspectFile> for Planned {
+impl From<&InspectFile> for PlannedFeature {
     fn from(file: &InspectFile) -> Self {
         Self {
             from: *file.from_mm.get_ref(),
@@ -82,7 +82,7 @@ struct One<'a> {
 }
 
 impl<'a> One<'a> {
-    fn of(measured: &'a Inspected, plan: &Planned, id: usize) -> Self {
+    fn of(measured: &'a Inspected, plan: &PlannedFeature, id: usize) -> Self {
         let axis = ["x", "y", "z"].iter().position(|a| plan.direction.ends_with(a)).unwrap_or(2);
         let mut nominal = plan.from;
         if !plan.thickness {
@@ -119,7 +119,7 @@ fn list(out: &mut String, tag: &str, parts: &[String]) {
 
 /// The document. `plan` are the features of the scene in the order of `features`; `None` where there is
 /// nothing to report.
-pub(crate) fn inspection_qif(features: &[Inspected], plan: &[Planned], run: &str) -> Option<String> {
+pub(crate) fn inspection_qif(features: &[Inspected], plan: &[PlannedFeature], run: &str) -> Option<String> {
     if features.is_empty() || features.len() != plan.len() {
         return None;
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use minijinja::{Environment, value::Serde};
+use minijinja::value::Serde;
 use proveout_sim::compare::{Compared, Comparison, GAUSS_SPHERE, Pictures, Role, Study, StudyCurve, VariationKind};
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use super::{
     Trace, part,
     rows::{self, judged},
 };
-use crate::page_safety::{policy, without_steering};
+use crate::page_safety::{fill, policy};
 use crate::{
     chart::{Chart, DotRow, Series, Style, dots},
     error::RecordError,
@@ -59,11 +59,7 @@ struct Plot {
 /// # Errors
 /// [`RecordError::Page`] when the template does not fit its data, which is a fault of this crate.
 pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, RecordError> {
-    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
     let (c, pictures) = (&compared.comparison, &compared.pictures);
-    let mut environment = Environment::new();
-    environment.add_template("compare.html", TEMPLATE).map_err(fault)?; // the ending turns escaping on
-    let template = environment.get_template("compare.html").map_err(fault)?;
     let order: Vec<String> = pictures.joints.iter().map(|j| j.name.clone()).collect();
     let view = pictures.part.as_ref().and_then(|p| part::view(p, &c.order, &c.baseline));
     let (rotary, linear): (Vec<usize>, Vec<usize>) =
@@ -118,7 +114,7 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
         "legend_low": view.as_ref().map(|v| v.low.as_str()),
         "legend_high": view.as_ref().map(|v| v.high.as_str()),
     });
-    template.render(Serde(&data)).map(without_steering).map_err(fault)
+    fill("compare.html", TEMPLATE, Serde(&data))
 }
 
 fn keys(c: &Comparison) -> Vec<Key> {

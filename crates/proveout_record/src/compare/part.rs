@@ -20,7 +20,7 @@ const AROUND: f64 = 0.2;
 const DIFFERENCE_FLOOR: f64 = 1e-4;
 
 /// A set of colors: its name and the position of each vertex on its map.
-struct Layer {
+struct ColorLayer {
     name: String,
     map: DeviationMap,
     ends: [&'static str; 2],
@@ -45,7 +45,7 @@ pub(crate) struct Flat {
 }
 
 /// The packed mesh as Base64 and the data of the viewer's script; none where nothing is judged.
-pub(crate) struct View {
+pub(crate) struct ColorMapView {
     pub(crate) mesh: String,
     pub(crate) data: String,
     /// Names of the layers.
@@ -61,7 +61,7 @@ pub(crate) struct View {
 }
 
 /// The view of the cut parts.
-pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Option<View> {
+pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Option<ColorMapView> {
     let judged = judged_box(part)?;
     let (mesh, normals, kept) = cropped(part, &grown(&judged));
     let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&i| values[i]).collect() };
@@ -85,7 +85,7 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
         let (picture, _) = Picture::new(&mesh, &normals, &pick(values)).reduced(VIEW_TRIANGLES);
         let shades =
             picture.values.iter().map(|v| if v.is_nan() { f64::NAN } else { map.position(f64::from(*v)) }).collect();
-        layers.push(Layer { name, map, ends, shades });
+        layers.push(ColorLayer { name, map, ends, shades });
         shape.get_or_insert(picture);
     }
     let (shape, first) = (shape?, layers.first()?);
@@ -115,7 +115,7 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
         })
         .collect();
     let [low, high] = legend(first.map, first.ends);
-    Some(View {
+    Some(ColorMapView {
         mesh: deflated(&pack_mesh(&shape, Shades::Positions(&first.shades), &[])),
         data: data.to_string().replace('<', "\\u003c"),
         first: 0,

@@ -17,19 +17,19 @@ use crate::{
 
 /// Class and word of a judgement.
 #[derive(Clone, Copy, Serialize)]
-pub(crate) struct Judged {
+pub(crate) struct GateWord {
     class: &'static str,
     word: &'static str,
 }
 
-pub(crate) fn judged(state: State) -> Judged {
+pub(crate) fn judged(state: State) -> GateWord {
     let (class, word) = match state {
         State::Pass => ("pass", "Pass"),
         State::Fail => ("fail", "Fail"),
         State::Unchecked => ("unchecked", "Unchecked"),
         State::NotAsked => ("not_asked", "Not asked"),
     };
-    Judged { class, word }
+    GateWord { class, word }
 }
 
 /// Programs with their place in the order of the scene, which gives their color.
@@ -47,7 +47,7 @@ pub(crate) struct ProgramRow {
     class: String,
     name: String,
     made: String,
-    verdict: Judged,
+    verdict: GateWord,
     errors: u64,
     total: String,
     cutting: String,
@@ -138,7 +138,7 @@ pub(crate) struct PublishedRow {
     published: String,
     value: String,
     band: String,
-    judged: Judged,
+    judged: GateWord,
     word: &'static str,
     /// That of the null program.
     null: String,
@@ -226,7 +226,7 @@ pub(crate) struct ExpectationRow {
     measured: String,
     value: String,
     bound: String,
-    judged: Judged,
+    judged: GateWord,
     reason: String,
 }
 

@@ -1,15 +1,15 @@
 //! Fills the page's template.
 
-use minijinja::{Environment, value::Serde};
+use minijinja::value::Serde;
 use proveout_sim::{
     finding::NEAR_MISS,
     verdict::{Partial, State, Verdict},
 };
 use serde::Serialize;
 
-use crate::page_safety::{policy, without_steering};
+use crate::page_safety::{fill, policy, without_steering};
 use crate::{
-    chart::{Bar, Strip, histogram, svg},
+    chart::{Bar, SignalStrip, histogram, svg},
     color::{DeviationMap, STEEL},
     contact::{ContactPicture, FIRST, SECOND},
     encode::{Shades, base64, deflated, pack_mesh},
@@ -19,7 +19,7 @@ use crate::{
     part::GLB_TRIANGLES,
     report::{
         data::{JointSignals, Page, PartView, ProcessSignals},
-        findings::{Told, groups, marks},
+        findings::{FindingData, groups, marks},
         format::{compact, count, duration, file_name, fixed, length, length_or_dash, volume},
         rows::{axes, deviation, drives, inspection, operations, symbol, time, tools},
         scale::Scales,
@@ -37,14 +37,14 @@ const TABLES: &str = include_str!("../../templates/tables.js");
 
 /// A name and what it is.
 #[derive(Serialize)]
-pub(crate) struct Entry {
+pub(crate) struct NamedValue {
     name: String,
     value: String,
     note: String,
 }
 
-pub(crate) fn entry(name: &str, value: impl Into<String>, note: impl Into<String>) -> Entry {
-    Entry { name: name.into(), value: value.into(), note: note.into() }
+pub(crate) fn entry(name: &str, value: impl Into<String>, note: impl Into<String>) -> NamedValue {
+    NamedValue { name: name.into(), value: value.into(), note: note.into() }
 }
 
 /// What a reader must know before the verdict: what was not the whole check, and what was not as the files say.
@@ -65,24 +65,20 @@ fn notices(v: &Verdict) -> Vec<String> {
 /// # Errors
 /// [`RecordError::Page`] when the template does not fit its data, which is a fault of this crate.
 pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
-    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
     let v = page.verdict;
-    let mut environment = Environment::new();
-    environment.add_template("report.html", TEMPLATE).map_err(fault)?; // the ending turns escaping on
     let end = v.time.total_s;
     let changes: Vec<f64> = page.process.tool_changes.iter().map(|c| c.0).collect();
     let order: Vec<&str> = page.joints.iter().map(|j| j.name.as_str()).collect();
     let has_mesh = !page.part.picture.triangles.is_empty();
     let mesh = if has_mesh { packed(page) } else { String::new() };
     let program = page.program;
-    let told = Told {
+    let told = FindingData {
         findings: &v.findings,
         explained: &program.explained,
         joints: &order,
         listings: &program.listings,
         contacts: page.contacts,
     };
-    let template = environment.get_template("report.html").map_err(fault)?;
     let mut data = serde_json::json!({
         "program": v.program,
         "scene": v.scene,
@@ -138,7 +134,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
     if let (Some(data), serde_json::Value::Object(rest)) = (data.as_object_mut(), rest) {
         data.extend(rest);
     }
-    template.render(Serde(&data)).map(without_steering).map_err(fault)
+    fill("report.html", TEMPLATE, Serde(&data))
 }
 
 #[derive(Serialize)]
@@ -151,7 +147,7 @@ struct AxesWords {
 
 /// Free tool axes: room over time, and pictures at some places.
 fn free_axes(axes: &ShownAxes, end: f64) -> AxesWords {
-    let strip = Strip {
+    let strip = SignalStrip {
         name: "Room of the tool axis, °".into(),
         signal: &axes.room,
         second: None,
@@ -257,7 +253,7 @@ fn verdict_words(v: &Verdict) -> VerdictWords {
     VerdictWords { class, word, meaning }
 }
 
-fn figures(v: &Verdict) -> Vec<Entry> {
+fn figures(v: &Verdict) -> Vec<NamedValue> {
     let mut out = vec![entry("Cycle time", duration(v.time.total_s), "")];
     let errors = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).count() as u64;
     let rest = v.findings.len() as u64 - errors;
@@ -419,8 +415,8 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
     let names = ["Position", "Velocity", "Acceleration", "Jerk"];
     let per = ["", "/s", "/s²", "/s³"];
     let both = |limit: Option<f64>| [limit.map(|l| -l), limit];
-    let mut strips: Vec<Strip<'_>> = (0..4)
-        .map(|k| Strip {
+    let mut strips: Vec<SignalStrip<'_>> = (0..4)
+        .map(|k| SignalStrip {
             name: format!("{}, {unit}{}", names[k], per[k]),
             signal: &joint.signals[k],
             second: None,
@@ -435,8 +431,14 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
     let mut what = "position, velocity, acceleration and jerk".to_owned();
     if joint.following.range().is_some() {
         let kind = if joint.force_unit == "N" { "force" } else { "torque" };
-        let strip =
-            |name: String, signal, limits, marks| Strip { name, signal, second: None, limits, marks, height: 62.0 };
+        let strip = |name: String, signal, limits, marks| SignalStrip {
+            name,
+            signal,
+            second: None,
+            limits,
+            marks,
+            height: 62.0,
+        };
         strips.extend([
             strip(format!("Following error, {unit}"), &joint.following, [None; 2], Vec::new()),
             strip(
@@ -454,7 +456,7 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
 }
 
 fn process_plot(process: &ProcessSignals, end: f64, changes: &[f64]) -> String {
-    let strip = |name: &str, signal, second, height| Strip {
+    let strip = |name: &str, signal, second, height| SignalStrip {
         name: name.into(),
         signal,
         second,

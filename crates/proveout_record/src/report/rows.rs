@@ -8,13 +8,13 @@ use crate::report::{
     data::{JointSignals, ProgramView},
     format::{compact, count, duration, fixed, length, length_or_dash, path, tool_name, volume},
     operations::Operation,
-    page::{Entry, entry},
+    page::{NamedValue, entry},
 };
 
 /// Kilojoules of a joule.
 const KJ_PER_J: f64 = 1e-3;
 
-pub(crate) fn deviation(v: &Verdict) -> Vec<Entry> {
+pub(crate) fn deviation(v: &Verdict) -> Vec<NamedValue> {
     let d = &v.deviation;
     let mut rows = vec![
         entry("Deepest gouge", length_or_dash(d.gouge_max_mm), ""),

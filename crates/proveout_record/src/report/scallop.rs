@@ -17,15 +17,15 @@ pub(crate) struct ScallopWords {
     figures: Vec<[String; 2]>,
     histogram: String,
     /// Bounds of regions, worst patches, passes.
-    regions: Vec<Row>,
-    patches: Vec<Row>,
-    passes: Vec<Row>,
+    regions: Vec<ScallopRow>,
+    patches: Vec<ScallopRow>,
+    passes: Vec<ScallopRow>,
     patch_note: String,
     pass_note: String,
 }
 
 #[derive(Serialize)]
-struct Row {
+struct ScallopRow {
     name: String,
     p95: String,
     mean: String,
@@ -38,9 +38,9 @@ fn micrometer(value: f64) -> String {
     format!("{} µm", fixed(value, 3))
 }
 
-fn row(name: String, heights: Option<&ScallopHeights>, more: String) -> Row {
+fn row(name: String, heights: Option<&ScallopHeights>, more: String) -> ScallopRow {
     let of = |f: fn(&ScallopHeights) -> f64| heights.map_or_else(|| "–".into(), |h| micrometer(f(h)));
-    Row {
+    ScallopRow {
         name,
         p95: of(|h| h.p95_um),
         mean: of(|h| h.mean_um),

@@ -4,7 +4,7 @@ use proveout_sim::verdict::TextureUsed;
 use serde::Serialize;
 
 use crate::{
-    chart::{Strip, svg},
+    chart::{SignalStrip, svg},
     color::height_color,
     encode::base64,
     report::{
@@ -124,7 +124,7 @@ pub(crate) struct ProfileFigure {
 pub(crate) fn profile_figures(all: &[ShownTexture]) -> Vec<ProfileFigure> {
     let figure = |t: &ShownTexture, p: &ShownProfile| {
         let name = format!("{}, {}", t.name, p.direction);
-        let strip = |name: &str, signal| Strip {
+        let strip = |name: &str, signal| SignalStrip {
             name: name.into(),
             signal,
             second: None,

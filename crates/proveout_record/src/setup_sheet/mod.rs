@@ -4,7 +4,7 @@ mod picture;
 
 use std::{fs, path::Path};
 
-use minijinja::{Environment, value::Serde};
+use minijinja::value::Serde;
 use proveout_controller::Event;
 use proveout_geom::{Aabb, Point, Pose, TriMesh};
 use proveout_sim::{
@@ -17,9 +17,8 @@ use proveout_tool::{Role, Tool};
 use serde::Serialize;
 
 use crate::{
-    encode::base64,
     error::RecordError,
-    page_safety::{policy, without_steering},
+    page_safety::{fill, policy},
     report::format::{duration, fixed, tool_name},
 };
 
@@ -169,7 +168,6 @@ impl Observer for SetupSheetObserver {
 
 impl SetupSheetObserver {
     fn render(&self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<String, RecordError> {
-        let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
         let file = &setup.scene.file;
         let entry = file.program.iter().find(|p| p.name == setup.program);
         let offsets = entry.and_then(|p| p.work_offsets.as_ref()).unwrap_or(&file.work_offsets);
@@ -193,8 +191,6 @@ impl SetupSheetObserver {
         let tilt = upright.z.clamp(-1.0, 1.0).acos().to_degrees();
         let turn = turned.y.atan2(turned.x).to_degrees();
         let (state, open) = verdict_of(v);
-        let mut environment = Environment::new();
-        environment.add_template("setup.html", TEMPLATE).map_err(fault)?;
         let data = serde_json::json!({
             "css": CSS,
             "policy": policy(&[]),
@@ -205,7 +201,6 @@ impl SetupSheetObserver {
             "description": file.description.trim(),
             "time": duration(v.time.total_s),
             "state": state.to_lowercase(),
-            "verdict": state,
             "open": open,
             "picture": self.picture,
             "mount": [place(&at), fixed(turn, 3), fixed(tilt, 3)],
@@ -221,8 +216,7 @@ impl SetupSheetObserver {
             "moments": self.moments,
             "left_out": self.left_out,
         });
-        let template = environment.get_template("setup.html").map_err(fault)?;
-        template.render(Serde(&data)).map(without_steering).map_err(fault)
+        fill("setup.html", TEMPLATE, Serde(&data))
     }
 }
 
@@ -286,9 +280,4 @@ fn tool_row(tool: &Tool, overhang: Option<f64>, chosen: &[&str]) -> ToolRow {
         holder: if tool.has_holder { "modeled" } else { "not modeled, not checked" },
         chosen: chosen.join(", "),
     }
-}
-
-/// A PNG in Base64.
-fn coded(png: &[u8]) -> String {
-    base64(png)
 }
