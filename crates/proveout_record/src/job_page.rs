@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::{
     error::RecordError,
-    page_safety::{fill, policy},
+    page_template::{fill, policy},
 };
 
 const TEMPLATE: &str = include_str!("../templates/job.html");

@@ -53,29 +53,27 @@
 //! [`Batch`]: proveout_sim::observer::Batch
 //! [`Outcome`]: proveout_sim::observer::Outcome
 
+mod all_observers;
 mod canvas;
 mod chart;
-mod classes;
 mod clearance;
 mod color;
 pub mod compare;
 mod contact;
-mod encode;
+mod deviation_classes;
 mod envelope;
 mod error;
 mod font;
 mod free_axes;
-mod gather;
 mod glb;
-mod height_picture;
 mod inspection;
 mod job_page;
 mod json;
 mod machine_picture;
-mod map_files;
 mod mesh_file;
-mod mode;
-mod page_safety;
+mod page_encoding;
+mod page_template;
+mod parquet_table;
 mod part;
 mod picture;
 mod program;
@@ -84,34 +82,36 @@ mod qif;
 #[cfg(feature = "rerun")]
 mod recording;
 mod report;
+mod rerun_mode;
+mod roughness_files;
+mod roughness_map;
+mod roughness_picture;
 mod section;
-mod set;
 mod setup_sheet;
 mod stock;
+mod surface_picture;
 mod sweep;
-mod table;
 mod tables;
-mod texture;
 mod units;
 
+pub use all_observers::observers;
 pub use clearance::ClearanceObserver;
 pub use color::{DeviationMap, Rgba};
 pub use error::RecordError;
 pub use free_axes::FreeAxesObserver;
-pub use height_picture::{height_map_png, write_height_map_png};
 pub use job_page::write_job;
 pub use json::{CheckCounts, JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
 pub use machine_picture::machine_png;
-pub use map_files::MapFilesObserver;
 pub use mesh_file::write_mesh;
-pub use mode::{RECORDING_FILE, RerunMode};
 pub use part::{GltfObserver, write_part_files};
 pub use program::ProgramObserver;
 #[cfg(feature = "rerun")]
 pub use recording::{RecordedEntity, RerunObserver, read_recording};
 pub use report::ReportObserver;
+pub use rerun_mode::{RECORDING_FILE, RerunMode};
+pub use roughness_files::MapFilesObserver;
+pub use roughness_picture::{height_map_png, write_height_map_png};
 pub use section::{write_section_csv, write_section_svg};
-pub use set::observers;
 pub use setup_sheet::SetupSheetObserver;
 pub use stock::{StockObserver, write_stock};
 pub use sweep::{Fastest, MergeError, Merged, merge_sweep};

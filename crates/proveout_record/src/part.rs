@@ -10,10 +10,10 @@ use proveout_sim::{
 use crate::{
     color::{DeviationMap, Rgba},
     error::RecordError,
-    gather::{ShownSurface, SurfacePicture},
     glb::write_glb_file,
     picture::Picture,
-    texture::{ShownTexture, range_of},
+    roughness_map::{ShownTexture, range_of},
+    surface_picture::{ShownSurface, SurfacePicture},
 };
 
 /// Most triangles of a glTF file: 2 million are 60 MB and still turn in a viewer.

@@ -22,8 +22,8 @@ use thiserror::Error;
 use crate::{
     chart::{Chart, Series, Style},
     error::RecordError,
-    page_safety::{fill, policy},
-    table::{Column, ColumnKind, Table},
+    page_template::{fill, policy},
+    parquet_table::{Column, ColumnKind, Table},
 };
 
 const TEMPLATE: &str = include_str!("../templates/sweep.html");

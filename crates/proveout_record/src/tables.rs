@@ -14,7 +14,7 @@ use proveout_tool::Tool;
 
 use crate::{
     error::RecordError,
-    table::{Column, Table},
+    parquet_table::{Column, Table},
     units::{JointUnit, PER_MINUTE, UM_PER_MM},
 };
 

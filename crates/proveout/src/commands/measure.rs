@@ -5,7 +5,7 @@ use proveout_sim::measure::{Answers, Questions, measure as ask};
 
 use super::{
     output_file::{check, put},
-    texture,
+    roughness,
 };
 use crate::{args::MeasureArgs, failure::Failure};
 
@@ -15,8 +15,8 @@ const UM_PER_MM: f64 = 1e3;
 /// Measures a stock or a texture: lines on standard output, and a file where one is asked for. False where a texture stays unchecked.
 pub(crate) fn measure(args: &MeasureArgs) -> Result<bool, Failure> {
     match (&args.profile, &args.file) {
-        (Some(profile), _) => texture::measure(args, profile, true),
-        (None, Some(file)) if texture::is_texture(file) => texture::measure(args, file, false),
+        (Some(profile), _) => roughness::measure(args, profile, true),
+        (None, Some(file)) if roughness::is_texture(file) => roughness::measure(args, file, false),
         (None, Some(file)) => measure_stock(args, file).map(|()| true),
         (None, None) => Err(Failure::new("no input given").with_help("name a run folder or a file")),
     }

@@ -10,7 +10,7 @@ use super::{
     Trace, part,
     rows::{self, judged},
 };
-use crate::page_safety::{fill, policy};
+use crate::page_template::{fill, policy};
 use crate::{
     chart::{Chart, DotRow, Series, Style, dots},
     error::RecordError,

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::{
     color::{DeviationMap, STEEL},
-    encode::{Shades, base64, deflated, pack_mesh},
+    page_encoding::{Shades, base64, deflated, pack_mesh},
     picture::Picture,
     units::UM_PER_MM,
 };

@@ -18,8 +18,6 @@ use rerun::{EntityPath, RecordingStreamBuilder};
 use crate::{
     color::{Rgba, STEEL},
     error::RecordError,
-    gather::{ShownSurface, SurfacePicture},
-    mode::{RECORDING_FILE, RerunMode},
     part::{MAP_SIDE, MOST_MAPS, colors_of, range_floor},
     picture::Picture,
     recording::{
@@ -28,15 +26,17 @@ use crate::{
         blueprint::{self, Layout},
         frames::{FrameCollector, RecordingFrame},
         schedule::{self, ScheduleViews},
+        signal_thinning::MotionThinner,
         sink::{APPLICATION, LogLevel, Sink, path},
         stock::StockTiles,
-        thin::MotionThinner,
         tool::tool_pictures,
         trace::{Trace, class_of},
         tracks::{Mover, Moving, Signal},
     },
     report::{format::tool_name, rows::symbol},
-    texture::{ShownTexture, range_of},
+    rerun_mode::{RECORDING_FILE, RerunMode},
+    roughness_map::{ShownTexture, range_of},
+    surface_picture::{ShownSurface, SurfacePicture},
     units::{JointUnit, PER_MINUTE},
 };
 

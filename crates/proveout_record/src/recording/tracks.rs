@@ -6,8 +6,8 @@ use proveout_machine::{Attachment, JointValues, Machine};
 use crate::{
     error::RecordError,
     recording::{
+        signal_thinning::SignalThinner,
         sink::{Sink, path},
-        thin::SignalThinner,
     },
 };
 

@@ -10,11 +10,11 @@ use crate::{
     report::{
         blocks::{Blocks, LineNumbers},
         findings::Explained,
+        gouge_excess_scale::Scales,
         operations::Operation,
         path::ToolPath,
-        scale::Scales,
     },
-    texture::ShownTexture,
+    roughness_map::ShownTexture,
 };
 
 /// Signals of one joint over the run, mm or degrees, seconds.

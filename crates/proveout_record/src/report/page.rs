@@ -7,24 +7,24 @@ use proveout_sim::{
 };
 use serde::Serialize;
 
-use crate::page_safety::{fill, policy, without_steering};
+use crate::page_template::{fill, policy, strip_control_chars};
 use crate::{
     chart::{Bar, SignalStrip, histogram, svg},
     color::{DeviationMap, STEEL},
     contact::{ContactPicture, FIRST, SECOND},
-    encode::{Shades, base64, deflated, pack_mesh},
     envelope::Envelope,
     error::RecordError,
     free_axes::ShownAxes,
+    page_encoding::{Shades, base64, deflated, pack_mesh},
     part::GLB_TRIANGLES,
     report::{
         data::{JointSignals, Page, PartView, ProcessSignals},
         findings::{FindingData, groups, marks},
         format::{compact, count, duration, file_name, fixed, length, length_or_dash, volume},
+        gouge_excess_scale::Scales,
+        roughness::{color_stops, color_table, map_data, map_figures, profile_figures, texture_rows, texture_words},
         rows::{axes, deviation, drives, inspection, operations, symbol, time, tools},
-        scale::Scales,
         scallop::scallop,
-        texture::{color_stops, color_table, map_data, map_figures, profile_figures, texture_rows, texture_words},
     },
 };
 
@@ -214,7 +214,7 @@ fn listing(page: &Page<'_>) -> String {
     let file = |(name, base): &(String, u32)| {
         let listing = program.listings.iter().find(|l| l.file == *name);
         let shown = listing.map_or(&[][..], |l| l.shown.as_slice());
-        let text: Vec<String> = shown.iter().map(|l| without_steering(l.1.clone())).collect();
+        let text: Vec<String> = shown.iter().map(|l| strip_control_chars(l.1.clone())).collect();
         // Numbers only where lines are missing.
         let whole = shown.iter().enumerate().all(|(k, l)| l.0 == k as u32 + 1);
         let numbers: Vec<u32> = if whole { Vec::new() } else { shown.iter().map(|l| l.0).collect() };

@@ -5,7 +5,7 @@ use proveout_geom::Point;
 use proveout_sim::observer::{Batch, Setup};
 
 use crate::{
-    encode::{Steps, of_65535},
+    page_encoding::{Steps, quantize_u16},
     report::blocks::{Blocks, LineNumbers},
 };
 
@@ -135,7 +135,7 @@ impl ToolPath {
         for k in 0..3 {
             let mut steps = Steps::default();
             for p in &self.points {
-                let place = of_65535(f64::from(p[k]), f64::from(low[k]), f64::from(size[k]));
+                let place = quantize_u16(f64::from(p[k]), f64::from(low[k]), f64::from(size[k]));
                 steps.put(i64::from(place), &mut out);
             }
         }

@@ -7,7 +7,7 @@ use proveout_sim::{
     verdict::{self, Axis, Gate, Inspected, MachineUsed, State, ToolUse, Verdict},
 };
 
-use super::scale::{Scale, Scales};
+use super::gouge_excess_scale::{Scale, Scales};
 use super::{
     blocks::LineNumbers,
     data::{JointSignals, Page, PartView, ProcessSignals, ProgramView},

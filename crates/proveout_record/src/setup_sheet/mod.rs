@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use crate::{
     error::RecordError,
-    page_safety::{fill, policy},
+    page_template::{fill, policy},
     report::format::{duration, fixed, tool_name},
 };
 

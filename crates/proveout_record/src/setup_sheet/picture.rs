@@ -8,8 +8,8 @@ use proveout_tool::Tool;
 use crate::{
     canvas::Canvas,
     contact::raster::{PictureBody, Raster},
-    encode::base64,
     error::RecordError,
+    page_encoding::base64,
     projection::Projection,
 };
 

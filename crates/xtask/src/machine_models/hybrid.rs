@@ -12,11 +12,11 @@ use crate::{
     TaskError,
     machine_models::{
         gantry::Gantry,
-        heads::{Spindle, spindle},
         numbers::KinematicNumbers,
         part::{MachinePart, Paint},
         singles::y_slide,
         solid::{SolidMesh, UnitAxis, V3, add, block, cylinder, prism, revolved, scaled, tongue},
+        spindle_heads::{Spindle, spindle},
     },
 };
 

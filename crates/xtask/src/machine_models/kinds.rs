@@ -5,10 +5,10 @@ use crate::{
     machine_models::{
         c_frame::CFrame,
         gantry::Gantry,
-        heads::{Fork, Spindle, fork, spindle},
         library::travels,
         numbers::KinematicNumbers,
         part::MachinePart,
+        spindle_heads::{Fork, Spindle, fork, spindle},
         work::{Trunnion, rotary_table},
     },
 };

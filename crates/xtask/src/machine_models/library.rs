@@ -5,11 +5,11 @@ use crate::{
     machine_models::{
         c_frame::CFrame,
         gantry::Gantry,
-        heads::{Fork, Spindle, fork, nutating, spindle},
         home_zero, hybrid, kinds,
         numbers::KinematicNumbers,
         part::MachinePart,
         singles,
+        spindle_heads::{Fork, Spindle, fork, nutating, spindle},
         work::{Trunnion, fixed_table, rotary_table},
     },
 };

@@ -7,7 +7,6 @@
 mod c_frame;
 mod gantry;
 mod glb;
-mod heads;
 mod home_zero;
 mod hybrid;
 mod kinds;
@@ -16,6 +15,7 @@ mod numbers;
 mod part;
 mod singles;
 mod solid;
+mod spindle_heads;
 #[cfg(test)]
 mod tests;
 mod work;

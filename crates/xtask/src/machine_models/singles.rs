@@ -5,12 +5,12 @@ use crate::{
     TaskError,
     machine_models::{
         gantry::Gantry,
-        heads::{Spindle, spindle},
         numbers::KinematicNumbers,
         part::{MachinePart, Paint},
         solid::{
             SolidMesh, UnitAxis, block, cylinder, prism, rail_pair, revolved, slotted_disc, slotted_plate, tongue,
         },
+        spindle_heads::{Spindle, spindle},
         work::Trunnion,
     },
 };

@@ -12,8 +12,8 @@ use proveout_sim::{
 };
 
 use crate::{
-    classes::Classes,
     color::DeviationMap,
+    deviation_classes::Classes,
     picture::{Cluster, LEAST_CELL_MM, LEAST_SQUARE, NO_AREA, NO_PIECE, Picture, single},
 };
 

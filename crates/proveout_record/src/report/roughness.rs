@@ -6,12 +6,12 @@ use serde::Serialize;
 use crate::{
     chart::{SignalStrip, svg},
     color::height_color,
-    encode::base64,
+    page_encoding::base64,
     report::{
         format::{count, fixed},
         rows::symbol,
     },
-    texture::{ShownProfile, ShownTexture},
+    roughness_map::{ShownProfile, ShownTexture},
     units::UM_PER_MM,
 };
 
