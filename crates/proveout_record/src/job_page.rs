@@ -7,7 +7,7 @@ use proveout_sim::{
     job::JobVerdict,
     verdict::{Gate, State},
 };
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::{
     error::RecordError,
@@ -15,22 +15,6 @@ use crate::{
 };
 
 const TEMPLATE: &str = include_str!("../templates/job.html");
-
-/// A setup in words.
-#[derive(Serialize)]
-struct SetupRow {
-    name: String,
-    /// Path of its page from that of the job, as part of an address; none where it was not run.
-    report: Option<String>,
-    class: &'static str,
-    word: &'static str,
-    stock: String,
-    why: String,
-    figures: String,
-    gates: Vec<[String; 4]>,
-    errors: Vec<String>,
-    more: u64,
-}
 
 /// Writes `job.json` and `job.html` into the folder of a job.
 ///
@@ -47,28 +31,28 @@ pub fn write_job(folder: &Path, verdict: &JobVerdict) -> Result<(), RecordError>
 }
 
 fn render(verdict: &JobVerdict) -> Result<String, RecordError> {
-    let rows: Vec<SetupRow> = verdict
+    let rows: Vec<Value> = verdict
         .setups
         .iter()
         .map(|s| {
             let (class, word) = s.verdict.map_or(("unchecked", "not run"), words);
-            SetupRow {
-                name: s.name.clone(),
-                report: s.verdict.map(|_| format!("{}/report.html", address(&s.name))),
-                class,
-                word,
-                stock: s.after.as_ref().map_or_else(|| "of its scene".into(), |a| format!("as {a} left it")),
-                why: s.not_run.clone().unwrap_or_default(),
-                figures: match (s.time_s, s.removed_mm3, s.stock_left_mm3) {
+            json!({
+                "name": s.name,
+                "report": s.verdict.map(|_| format!("{}/report.html", address(&s.name))),
+                "class": class,
+                "word": word,
+                "stock": s.after.as_ref().map_or_else(|| "of its scene".into(), |a| format!("as {a} left it")),
+                "why": s.not_run.clone().unwrap_or_default(),
+                "figures": match (s.time_s, s.removed_mm3, s.stock_left_mm3) {
                     (Some(time), Some(removed), Some(left)) => {
                         format!("{time:.1} s of machine time, {removed:.1} mm³ removed, {left:.1} mm³ left")
                     }
                     _ => String::new(),
                 },
-                gates: s.gates.iter().map(gate).collect(),
-                errors: s.first_errors.clone(),
-                more: s.errors.saturating_sub(s.first_errors.len() as u64),
-            }
+                "gates": s.gates.iter().map(gate).collect::<Vec<_>>(),
+                "errors": s.first_errors,
+                "more": s.errors.saturating_sub(s.first_errors.len() as u64),
+            })
         })
         .collect();
     let (class, word) = words(verdict.verdict);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use minijinja::value::Serde;
 use proveout_sim::compare::{Compared, Comparison, GAUSS_SPHERE, Pictures, Role, Study, StudyCurve, VariationKind};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::{
     Trace, part,
@@ -35,15 +36,6 @@ struct Key {
     name: String,
 }
 
-#[derive(Serialize)]
-struct Headline {
-    name: String,
-    class: String,
-    stretch: rows::GainWords,
-    cycle: rows::GainWords,
-    own_limits: Option<String>,
-}
-
 /// A plot with its heading.
 #[derive(Serialize)]
 struct Plot {
@@ -71,7 +63,7 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
             .flatten()
             .collect()
     };
-    let data = serde_json::json!({
+    let data = json!({
         "css": CSS,
         "more_css": MORE_CSS,
         "viewer": VIEWER,
@@ -122,14 +114,16 @@ fn keys(c: &Comparison) -> Vec<Key> {
     c.order.iter().enumerate().map(key).collect()
 }
 
-fn headlines(c: &Comparison) -> Vec<Headline> {
+fn headlines(c: &Comparison) -> Vec<Value> {
     let others = c.order.iter().enumerate().filter_map(|(i, name)| Some((i, name, c.gains.get(name)?)));
-    let headline = |(i, name, g): (usize, &String, &proveout_sim::compare::Gain)| Headline {
-        name: name.clone(),
-        class: Style::Program(i).class(),
-        stretch: rows::gain(&g.stretch_time),
-        cycle: rows::gain(&g.cycle_time),
-        own_limits: c.at_own_limits(name).map(|v| fixed(v, 2)),
+    let headline = |(i, name, g): (usize, &String, &proveout_sim::compare::Gain)| {
+        json!({
+            "name": name,
+            "class": Style::Program(i).class(),
+            "stretch": rows::gain(&g.stretch_time),
+            "cycle": rows::gain(&g.cycle_time),
+            "own_limits": c.at_own_limits(name).map(|v| fixed(v, 2)),
+        })
     };
     others.map(headline).collect()
 }

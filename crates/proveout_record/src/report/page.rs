@@ -6,6 +6,7 @@ use proveout_sim::{
     verdict::{Partial, State, Verdict},
 };
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::page_template::{fill, policy, strip_control_chars};
 use crate::{
@@ -79,7 +80,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         listings: &program.listings,
         contacts: page.contacts,
     };
-    let mut data = serde_json::json!({
+    let mut data = json!({
         "program": v.program,
         "scene": v.scene,
         "machine": page.machine,
@@ -115,7 +116,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
     });
-    let rest = serde_json::json!({
+    let rest = json!({
         "textures": texture_rows(&v.surface.textures),
         "texture_words": v.surface.textures.first().map(texture_words),
         "texture_maps": map_figures(page.textures),
@@ -131,22 +132,14 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "policy": policy(&[VIEWER, BENCH, TABLES, TEXTURE]),
         "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
     });
-    if let (Some(data), serde_json::Value::Object(rest)) = (data.as_object_mut(), rest) {
+    if let (Some(data), Value::Object(rest)) = (data.as_object_mut(), rest) {
         data.extend(rest);
     }
     fill("report.html", TEMPLATE, Serde(&data))
 }
 
-#[derive(Serialize)]
-struct AxesWords {
-    words: String,
-    plot: String,
-    figures: Vec<[String; 2]>,
-    unchecked: Vec<String>,
-}
-
 /// Free tool axes: room over time, and pictures at some places.
-fn free_axes(axes: &ShownAxes, end: f64) -> AxesWords {
+fn free_axes(axes: &ShownAxes, end: f64) -> Value {
     let strip = SignalStrip {
         name: "Room of the tool axis, °".into(),
         signal: &axes.room,
@@ -160,28 +153,12 @@ fn free_axes(axes: &ShownAxes, end: f64) -> AxesWords {
     } else {
         svg(&[strip], 960.0, end, &[], "Room of the tool axis over time")
     };
-    AxesWords { words: axes.words.clone(), plot, figures: axes.figures.clone(), unchecked: axes.unchecked.clone() }
+    json!({ "words": axes.words, "plot": plot, "figures": axes.figures, "unchecked": axes.unchecked })
 }
 
 /// What the script of the maps reads; nothing in it comes from a text of the user.
 fn texture_data(page: &Page<'_>) -> String {
-    serde_json::json!({ "maps": map_data(page.textures), "colors": color_table() }).to_string()
-}
-
-#[derive(Serialize)]
-struct VerdictWords {
-    class: &'static str,
-    word: &'static str,
-    meaning: String,
-}
-
-#[derive(Serialize)]
-struct ContactRow {
-    png: String,
-    bodies: [String; 2],
-    /// What is shown, and when it was.
-    what: &'static str,
-    words: String,
+    json!({ "maps": map_data(page.textures), "colors": color_table() }).to_string()
 }
 
 fn contact_colors() -> [String; 2] {
@@ -189,12 +166,14 @@ fn contact_colors() -> [String; 2] {
 }
 
 /// Pictures of contacts in the order in which the causes number them.
-fn contacts(page: &Page<'_>) -> Vec<ContactRow> {
-    let row = |p: &ContactPicture| ContactRow {
-        png: base64(&p.png),
-        bodies: p.bodies.clone(),
-        what: if p.code == NEAR_MISS.code { "First below the required clearance" } else { "First contact" },
-        words: p.time_s.map_or_else(String::new, |t| format!(" at {}", duration(t))),
+fn contacts(page: &Page<'_>) -> Vec<Value> {
+    let row = |p: &ContactPicture| {
+        json!({
+            "png": base64(&p.png),
+            "bodies": p.bodies,
+            "what": if p.code == NEAR_MISS.code { "First below the required clearance" } else { "First contact" },
+            "words": p.time_s.map_or_else(String::new, |t| format!(" at {}", duration(t))),
+        })
     };
     page.contacts.iter().map(row).collect()
 }
@@ -218,10 +197,10 @@ fn listing(page: &Page<'_>) -> String {
         // Numbers only where lines are missing.
         let whole = shown.iter().enumerate().all(|(k, l)| l.0 == k as u32 + 1);
         let numbers: Vec<u32> = if whole { Vec::new() } else { shown.iter().map(|l| l.0).collect() };
-        serde_json::json!({ "name": file_name(name), "base": base, "numbers": numbers, "text": text })
+        json!({ "name": file_name(name), "base": base, "numbers": numbers, "text": text })
     };
-    let all: Vec<serde_json::Value> = program.numbers.files.iter().map(file).collect();
-    deflated(serde_json::json!(all).to_string().as_bytes())
+    let all: Vec<Value> = program.numbers.files.iter().map(file).collect();
+    deflated(json!(all).to_string().as_bytes())
 }
 
 fn program_notes(page: &Page<'_>) -> Vec<String> {
@@ -240,7 +219,7 @@ fn program_notes(page: &Page<'_>) -> Vec<String> {
     notes
 }
 
-fn verdict_words(v: &Verdict) -> VerdictWords {
+fn verdict_words(v: &Verdict) -> Value {
     let not_asked = v.not_asked().join(", ");
     let (class, word, meaning) = match v.verdict {
         State::Pass if not_asked.is_empty() => ("pass", "Pass", "Every gate was checked and passed.".to_owned()),
@@ -250,7 +229,7 @@ fn verdict_words(v: &Verdict) -> VerdictWords {
             ("unchecked", "Unchecked", "No fault found, but not all was checked.".to_owned())
         }
     };
-    VerdictWords { class, word, meaning }
+    json!({ "class": class, "word": word, "meaning": meaning })
 }
 
 fn figures(v: &Verdict) -> Vec<NamedValue> {
@@ -295,15 +274,7 @@ fn tool_changes(changes: &[(f64, String)]) -> String {
     }
 }
 
-#[derive(Serialize)]
-struct GateRow {
-    question: String,
-    class: &'static str,
-    word: &'static str,
-    reason: String,
-}
-
-fn gates(v: &Verdict) -> Vec<GateRow> {
+fn gates(v: &Verdict) -> Vec<Value> {
     let question = |name: &str| match name {
         "program" => "Program runs to its end".to_owned(),
         "limits" => "Travel and drive limits kept".to_owned(),
@@ -322,7 +293,7 @@ fn gates(v: &Verdict) -> Vec<GateRow> {
             State::Unchecked => ("unchecked", "Unchecked"),
             State::NotAsked => ("not_asked", "Not asked"),
         };
-        GateRow { question: question(&g.name), class, word, reason: g.reason.clone() }
+        json!({ "question": question(&g.name), "class": class, "word": word, "reason": g.reason })
     };
     v.gates.iter().map(row).collect()
 }
@@ -330,7 +301,7 @@ fn gates(v: &Verdict) -> Vec<GateRow> {
 /// JSON for the script; `<` is written as an escape so that no value can end the script element.
 fn view_data(page: &Page<'_>) -> String {
     let map: Vec<u8> = (0..256).flat_map(|i| DeviationMap::at(f64::from(i) / 255.0).into_iter().take(3)).collect();
-    serde_json::json!({
+    json!({
         "values": page.part.scales.is_some(),
         "lines": !page.part.picture.pieces.is_empty(),
         "scales": page.part.scales.map(|s| [s.gouge, s.excess].map(|s| [s.shown, s.most_points, s.largest, s.tolerance])),
@@ -361,23 +332,11 @@ fn mesh_notes(part: &PartView) -> Vec<String> {
     notes
 }
 
-#[derive(Serialize)]
-struct MapWords {
-    stops: String,
-    low: String,
-    high: String,
-    /// Ends of the scales, mm, as fields hold them.
-    gouge: f64,
-    excess: f64,
-    histogram: String,
-    note: String,
-}
-
 fn css(c: [u8; 4]) -> String {
     format!("#{:02x}{:02x}{:02x}", c[0], c[1], c[2])
 }
 
-fn map_words(scales: Scales, part: &PartView) -> MapWords {
+fn map_words(scales: Scales, part: &PartView) -> Value {
     let stops: Vec<String> = (0..=16).map(|i| css(DeviationMap::at(f64::from(i) / 16.0))).collect();
     let [low, high] = [-scales.gouge.shown, scales.excess.shown].map(length);
     let n = part.shares.len().max(1) as f64;
@@ -393,15 +352,15 @@ fn map_words(scales: Scales, part: &PartView) -> MapWords {
     } else {
         String::new()
     };
-    MapWords {
-        stops: stops.join(", "),
-        histogram: histogram(&bars, [&low, "0", &high], "Distribution of the deviation"),
-        low,
-        high,
-        gouge: scales.gouge.shown,
-        excess: scales.excess.shown,
-        note: format!("Share of the measured surface points in each class; each side has a scale of its own.{outside}"),
-    }
+    json!({
+        "stops": stops.join(", "),
+        "histogram": histogram(&bars, [&low, "0", &high], "Distribution of the deviation"),
+        "low": low,
+        "high": high,
+        "gouge": scales.gouge.shown,
+        "excess": scales.excess.shown,
+        "note": format!("Share of the measured surface points in each class; each side has a scale of its own.{outside}"),
+    })
 }
 
 #[derive(Serialize)]
