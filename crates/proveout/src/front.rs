@@ -201,9 +201,9 @@ pub fn compare(
                 all.push(Box::new(observer));
                 traces.push((name.clone(), trace));
             }
-            waiting.push(Waiting { name: name.clone(), prepared, observers: all, place });
+            waiting.push(PendingRun { name: name.clone(), prepared, observers: all, place });
         }
-        let run = |one: Waiting| one.run(order.threads);
+        let run = |one: PendingRun| one.run(order.threads);
         let mut waiting = waiting.into_iter();
         let done = match [waiting.next(), waiting.next()] {
             [Some(first), Some(second)] if fit_together(&first.prepared, &second.prepared) => {
@@ -230,14 +230,14 @@ pub fn compare(
 }
 
 /// A program of a comparison that is ready to be run.
-struct Waiting {
+struct PendingRun {
     name: String,
     prepared: Prepared,
     observers: Vec<Box<dyn Observer>>,
     place: PathBuf,
 }
 
-impl Waiting {
+impl PendingRun {
     fn run(self, threads: usize) -> Result<(String, RunResult, SurfaceMap), CommandError> {
         let scene = self.prepared.scene.path.clone();
         let (result, surface) = run_with_surface(self.prepared, self.observers, &self.place)?;
@@ -294,7 +294,7 @@ pub fn plan(
 
 /// A program with new tool axes.
 #[derive(Clone, Debug)]
-pub struct Rescheduled {
+pub struct RescheduledProgram {
     /// Text, times and bounds.
     pub made: Remade,
     /// Name of the program that it was made from.
@@ -316,7 +316,7 @@ pub fn reschedule(
     options: &[(&str, &str)],
     word: &str,
     dialect: Dialect,
-) -> Result<Rescheduled, CommandError> {
+) -> Result<RescheduledProgram, CommandError> {
     let Some(&(_, known)) = MethodFile::NAMES.iter().find(|(name, _)| *name == method) else {
         let names: Vec<&str> = MethodFile::NAMES.iter().map(|(name, _)| *name).collect();
         return Err(Failure::new(format!("unknown method {method:?}"))
@@ -336,7 +336,7 @@ pub fn reschedule(
         return Err(Failure::new(message).with_help(help).into());
     }
     let made = work.remade(&scene, dialect)?;
-    Ok(Rescheduled {
+    Ok(RescheduledProgram {
         made,
         source: work.source.name.clone(),
         options: work.file.given(),

@@ -22,7 +22,7 @@ use crate::{
     arrays::{frozen, frozen_row, frozen_rows},
     errors::wrong,
     watcher::{CutSurface, KeptMap, Watcher},
-    work::{Shared, beside},
+    work::{WorkState, beside},
 };
 
 /// Most worker threads: above the number of processors they only take memory.
@@ -32,9 +32,9 @@ const MAX_THREADS: usize = 512;
 static PLACES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// A place that no other run of this process writes to as long as this lives.
-struct Claim(PathBuf);
+struct FolderClaim(PathBuf);
 
-impl Claim {
+impl FolderClaim {
     fn take(place: &Path) -> Result<Self, CommandError> {
         let place = absolute(place).unwrap_or_else(|_| place.to_owned());
         if !PLACES.lock().unwrap_or_else(PoisonError::into_inner).insert(place.clone()) {
@@ -45,7 +45,7 @@ impl Claim {
     }
 }
 
-impl Drop for Claim {
+impl Drop for FolderClaim {
     fn drop(&mut self) {
         PLACES.lock().unwrap_or_else(PoisonError::into_inner).remove(&self.0);
     }
@@ -92,14 +92,14 @@ fn map_of(py: Python<'_>, map: KeptMap) -> PyResult<Map> {
 }
 
 /// What a call of `run` or `compare` chooses, as words and numbers.
-struct Chosen {
+struct RunChoice {
     resolution_mm: Option<f64>,
     threads: usize,
     dynamics: Option<DynamicsFile>,
     rerun: bool,
 }
 
-impl Chosen {
+impl RunChoice {
     fn read(
         py: Python<'_>,
         resolution_mm: Option<f64>,
@@ -168,7 +168,7 @@ pub(crate) fn run<'py>(
     keep_surface: bool,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<(PathBuf, Option<CutPart>, Vec<Map>)> {
-    let chosen = Chosen::read(py, resolution_mm, threads, dynamics, rerun)?;
+    let chosen = RunChoice::read(py, resolution_mm, threads, dynamics, rerun)?;
     let plant = match plant {
         None => None,
         Some("newton-euler") => Some(PlantFile::NewtonEuler),
@@ -195,11 +195,11 @@ pub(crate) fn run<'py>(
         ..Choice::default()
     };
     let kept = keep_surface.then(|| Arc::new(Mutex::new(CutSurface::default())));
-    let place = beside(py, progress.as_ref(), |shared: &Arc<Shared>| {
+    let place = beside(py, progress.as_ref(), |shared: &Arc<WorkState>| {
         chosen.pool()?.install(|| {
             let prepared = Prepared::read(&scene, &choice)?;
             let place = out.unwrap_or_else(|| default_place(&prepared, preview, choice.stop_at.is_some()));
-            let _claim = Claim::take(&place)?;
+            let _claim = FolderClaim::take(&place)?;
             let watcher = Watcher::boxed(shared, &prepared, [0.0, 1.0], kept.clone());
             let (_, committed) = prove_out(prepared, &place, chosen.threads, &chosen.recorder(), vec![watcher])?;
             Ok(committed.place)
@@ -234,16 +234,16 @@ pub(crate) fn compare<'py>(
 ) -> PyResult<PathBuf> {
     /// Share of the varied motions in the progress.
     const MOTIONS: f64 = 0.2;
-    let chosen = Chosen::read(py, resolution_mm, threads, dynamics, rerun)?;
+    let chosen = RunChoice::read(py, resolution_mm, threads, dynamics, rerun)?;
     let choice = CompareChoice {
         baseline,
         resolution_mm: chosen.resolution_mm,
         dynamics: chosen.dynamics,
         ..CompareChoice::default()
     };
-    beside(py, progress.as_ref(), |shared: &Arc<Shared>| {
+    beside(py, progress.as_ref(), |shared: &Arc<WorkState>| {
         chosen.pool()?.install(|| {
-            let _claim = out.as_deref().map(Claim::take).transpose()?;
+            let _claim = out.as_deref().map(FolderClaim::take).transpose()?;
             let recorder = chosen.recorder();
             let order = CompareOrder {
                 scene: &scene,

@@ -11,7 +11,7 @@ use proveout_sim::{
     observer::{Batch, MeshPart, ObserverError, Outcome, Setup},
 };
 
-use crate::work::Shared;
+use crate::work::WorkState;
 
 /// Share of the progress that the program takes; the rest is for judgement and files.
 const PROGRAM_SHARE: f64 = 0.9;
@@ -48,7 +48,7 @@ pub(crate) struct KeptMap {
 
 /// The observer.
 pub(crate) struct Watcher {
-    shared: Arc<Shared>,
+    shared: Arc<WorkState>,
     kept: Option<Arc<Mutex<CutSurface>>>,
     main_file: String,
     /// What of the whole work this run is.
@@ -60,7 +60,7 @@ pub(crate) struct Watcher {
 impl Watcher {
     /// For a run that takes the work from one share to another; `kept` where its surface is wanted.
     pub(crate) fn boxed(
-        shared: &Arc<Shared>,
+        shared: &Arc<WorkState>,
         prepared: &Prepared,
         share: [f64; 2],
         kept: Option<Arc<Mutex<CutSurface>>>,

@@ -28,7 +28,7 @@ const TICK: Duration = Duration::from_millis(100);
 
 /// How far some work is, and whether it should end.
 #[derive(Debug, Default)]
-pub(crate) struct Shared {
+pub(crate) struct WorkState {
     ends: AtomicBool,
     told: Mutex<ProgressStep>,
 }
@@ -41,9 +41,9 @@ struct ProgressStep {
 }
 
 /// The work found that it should end; unwinds without the words of a panic.
-struct BrokenOff;
+struct CancelledWork;
 
-impl Shared {
+impl WorkState {
     /// Whether the caller wants no more.
     pub(crate) fn ends(&self) -> bool {
         self.ends.load(Ordering::Relaxed)
@@ -52,7 +52,7 @@ impl Shared {
     /// Breaks off the task at once, if it should end: for places that cannot return an error.
     pub(crate) fn leave_if_it_ends(&self) {
         if self.ends() {
-            resume_unwind(Box::new(BrokenOff));
+            resume_unwind(Box::new(CancelledWork));
         }
     }
 
@@ -95,9 +95,9 @@ impl CompletionFlag {
 pub(crate) fn beside<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&Arc<Shared>) -> Result<T, CommandError> + Send,
+    work: impl FnOnce(&Arc<WorkState>) -> Result<T, CommandError> + Send,
 ) -> PyResult<T> {
-    let (shared, done) = (Arc::new(Shared::default()), CompletionFlag::default());
+    let (shared, done) = (Arc::new(WorkState::default()), CompletionFlag::default());
     let mut broken = None;
     let result = thread::scope(|scope| {
         let handle = thread::Builder::new().name("proveout".to_owned()).spawn_scoped(scope, || {

@@ -22,7 +22,7 @@ const LEAST_TILT: f64 = 1e-9;
 
 /// The whole file.
 #[derive(Serialize)]
-struct File {
+struct FreeAxesFile {
     schema_version: u32,
     finest_cell_deg: f64,
     tilt_limit_deg: f64,
@@ -114,7 +114,7 @@ impl Observer for FreeAxesObserver {
     fn free_axes(&mut self, _setup: &Setup<'_>, axes: &FreeAxes) -> Result<(), ObserverError> {
         let Some(folder) = &self.folder else { return Ok(()) };
         let settings = &axes.settings;
-        let file = File {
+        let file = FreeAxesFile {
             schema_version: 1,
             finest_cell_deg: settings.finest_cell.to_degrees(),
             tilt_limit_deg: settings.tilt_limit.to_degrees(),

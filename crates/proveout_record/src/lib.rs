@@ -114,5 +114,5 @@ pub use roughness_picture::{height_map_png, write_height_map_png};
 pub use section::{write_section_csv, write_section_svg};
 pub use setup_sheet::SetupSheetObserver;
 pub use stock::{StockObserver, write_stock};
-pub use sweep::{Fastest, MergeError, Merged, merge_sweep};
+pub use sweep::{Fastest, MergeError, SweepSummary, merge_sweep};
 pub use tables::{TableObserver, write_surface_table};

@@ -80,9 +80,9 @@ pub(crate) fn pack_mesh(picture: &Picture, shades: Shades<'_>, lines: &[u32]) ->
             }
         }
     }
-    let mut steps = Steps::default();
+    let mut steps = DeltaWriter::default();
     lines.iter().for_each(|line| steps.put(i64::from(*line), &mut out));
-    let mut steps = Steps::default();
+    let mut steps = DeltaWriter::default();
     picture.triangles.iter().flatten().for_each(|i| steps.put(i64::from(*i), &mut out));
     out
 }
@@ -95,11 +95,11 @@ pub(crate) fn quantize_u16(value: f64, low: f64, size: f64) -> u16 {
 
 /// Writes whole numbers as their differences, small ones in one byte.
 #[derive(Default)]
-pub(crate) struct Steps {
+pub(crate) struct DeltaWriter {
     last: i64,
 }
 
-impl Steps {
+impl DeltaWriter {
     pub(crate) fn put(&mut self, value: i64, out: &mut Vec<u8>) {
         let step = value - self.last;
         self.last = value;

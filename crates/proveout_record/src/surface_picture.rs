@@ -34,7 +34,7 @@ pub(crate) struct SurfacePicture {
     classes: Classes,
     /// Meshes of the patches that are complete.
     patches: Picture,
-    now: Option<(Option<usize>, Gather)>,
+    now: Option<(Option<usize>, ClusterGather)>,
 }
 
 /// What it gives.
@@ -91,11 +91,11 @@ impl SurfacePicture {
             let gather = match part.patch.and_then(|k| shape.patches.get(k)) {
                 Some(p) => {
                     let each = (FOR_PATCHES * self.limit as f64) as usize / shape.patches.len().max(1);
-                    Gather::new(each, p.triangles, p.area_mm2, self.owned)
+                    ClusterGather::new(each, p.triangles, p.area_mm2, self.owned)
                 }
                 None => {
                     let left = self.limit.saturating_sub(self.patches.triangles.len());
-                    Gather::new(left, shape.triangles, shape.area_mm2, self.owned)
+                    ClusterGather::new(left, shape.triangles, shape.area_mm2, self.owned)
                 }
             };
             self.now = Some((part.patch, gather));
@@ -149,7 +149,7 @@ struct MeshVertex {
 
 /// One mesh.
 #[derive(Debug)]
-struct Gather {
+struct ClusterGather {
     limit: usize,
     owned: bool,
     /// Edge of the cells; none: every vertex stays.
@@ -164,7 +164,7 @@ struct Gather {
     band: usize,
 }
 
-impl Gather {
+impl ClusterGather {
     fn new(limit: usize, triangles: u64, area: f64, owned: bool) -> Self {
         let cell =
             (triangles > limit as u64).then(|| WIDER * (2.0 * area / limit.max(1) as f64).sqrt().max(LEAST_CELL_MM));

@@ -63,7 +63,7 @@ fn more(count: usize, told: usize) -> String {
 
 /// What was merged: `sweep.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Merged {
+pub struct SweepSummary {
     /// Name of the sweep.
     pub name: String,
     /// Program and version.
@@ -91,7 +91,7 @@ pub struct Fastest {
 ///
 /// # Errors
 /// [`MergeError`]: a result that is missing, of another plan or version, or damaged; nothing is merged by halves.
-pub fn merge_sweep(folder: &Path, plan: &Plan) -> Result<Merged, MergeError> {
+pub fn merge_sweep(folder: &Path, plan: &Plan) -> Result<SweepSummary, MergeError> {
     let seen = survey(folder, plan)?;
     let beside = |name: &str| folder.join(format!(".{name}.{}", std::process::id()));
     let written = write_all(folder, plan, &seen, &beside);
@@ -110,7 +110,7 @@ pub fn merge_sweep(folder: &Path, plan: &Plan) -> Result<Merged, MergeError> {
 
 /// What the first reading finds.
 struct JobSurvey {
-    merged: Merged,
+    merged: SweepSummary,
     figures: BTreeSet<String>,
     /// Keys all of whose values are numbers.
     numbers: Vec<bool>,
@@ -127,11 +127,11 @@ fn time(result: &JobResult) -> f64 {
 fn survey(folder: &Path, plan: &Plan) -> Result<JobSurvey, MergeError> {
     let (mut faults, mut first) = (0, Vec::new());
     let mut seen = JobSurvey {
-        merged: Merged {
+        merged: SweepSummary {
             name: plan.name.clone(),
             made_by: plan.made_by.clone(),
             jobs: plan.jobs.len(),
-            ..Merged::default()
+            ..SweepSummary::default()
         },
         figures: BTreeSet::new(),
         numbers: vec![true; plan.keys.len()],

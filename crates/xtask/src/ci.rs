@@ -11,7 +11,7 @@ use crate::{
     TaskError,
     checks::{architecture, book, findings, layers, test_command},
     cone_frustum, figures, files, machine_models,
-    test_programs::{self, Selection},
+    test_programs::{self, TestSelection},
     tools::{self, DENY, TYPOS},
     workspace::{Workspace, cargo},
 };
@@ -23,13 +23,13 @@ struct CiStep {
     /// Why it exists.
     why: &'static str,
     /// Does the work; gives a short account.
-    run: fn(&Context) -> Result<String, TaskError>,
+    run: fn(&CiContext) -> Result<String, TaskError>,
 }
 
-struct Context {
+struct CiContext {
     root: PathBuf,
     workspace: Workspace,
-    tests: Selection,
+    tests: TestSelection,
 }
 
 const STEPS: &[CiStep] = &[
@@ -76,16 +76,16 @@ pub(crate) fn run(root: &Path, only: Option<&str>) -> Result<(), TaskError> {
         let names: Vec<&str> = STEPS.iter().map(|s| s.name).collect();
         return Err(TaskError(format!("no step {:?}; steps: {}", only.unwrap_or_default(), names.join(", "))));
     }
-    run_steps(root, &steps, Selection::Usual)
+    run_steps(root, &steps, TestSelection::Usual)
 }
 
 /// Runs all steps with all tests, those that take long included.
 pub(crate) fn nightly(root: &Path) -> Result<(), TaskError> {
-    run_steps(root, &STEPS.iter().collect::<Vec<_>>(), Selection::All)
+    run_steps(root, &STEPS.iter().collect::<Vec<_>>(), TestSelection::All)
 }
 
-fn run_steps(root: &Path, steps: &[&CiStep], tests: Selection) -> Result<(), TaskError> {
-    let context = Context { root: root.to_path_buf(), workspace: Workspace::read(root)?, tests };
+fn run_steps(root: &Path, steps: &[&CiStep], tests: TestSelection) -> Result<(), TaskError> {
+    let context = CiContext { root: root.to_path_buf(), workspace: Workspace::read(root)?, tests };
     let start = Instant::now();
     let mut lines = Vec::new();
     for (index, step) in steps.iter().enumerate() {
@@ -113,7 +113,12 @@ fn seconds(time: Duration) -> String {
 }
 
 /// Runs a command with its output in view.
-fn call(context: &Context, program: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), TaskError> {
+fn call(
+    context: &CiContext,
+    program: &Path,
+    arguments: &[&str],
+    environment: &[(&str, &str)],
+) -> Result<(), TaskError> {
     let shown = shown(program, arguments, environment);
     println!("{shown}");
     let status = Command::new(program)
@@ -131,37 +136,37 @@ fn shown(program: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> St
     [variables, vec![name.into_owned()], arguments.iter().map(|&a| a.to_owned()).collect()].concat().join(" ")
 }
 
-fn cargo_call(context: &Context, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), TaskError> {
+fn cargo_call(context: &CiContext, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), TaskError> {
     call(context, Path::new(&cargo()), arguments, environment)
 }
 
-fn format(context: &Context) -> Result<String, TaskError> {
+fn format(context: &CiContext) -> Result<String, TaskError> {
     cargo_call(context, &["fmt", "--all", "--check"], &[])
         .map_err(|TaskError(text)| TaskError(format!("{text}\nremedy: cargo fmt --all")))?;
     Ok("all crates".into())
 }
 
-fn layers(context: &Context) -> Result<String, TaskError> {
+fn layers(context: &CiContext) -> Result<String, TaskError> {
     layers::check(&context.workspace)
 }
 
-fn architecture(context: &Context) -> Result<String, TaskError> {
+fn architecture(context: &CiContext) -> Result<String, TaskError> {
     architecture::check(&files::get(&context.root.join("ARCHITECTURE.md"))?, &context.workspace)
 }
 
-fn book(context: &Context) -> Result<String, TaskError> {
+fn book(context: &CiContext) -> Result<String, TaskError> {
     book::check(&context.root)
 }
 
-fn findings(context: &Context) -> Result<String, TaskError> {
+fn findings(context: &CiContext) -> Result<String, TaskError> {
     findings::check(&context.root)
 }
 
-fn test_command(context: &Context) -> Result<String, TaskError> {
+fn test_command(context: &CiContext) -> Result<String, TaskError> {
     test_command::check(&context.root)
 }
 
-fn clippy(context: &Context) -> Result<String, TaskError> {
+fn clippy(context: &CiContext) -> Result<String, TaskError> {
     cargo_call(
         context,
         &["clippy", "--workspace", "--all-targets", "--all-features", "--locked", "--", "-D", "warnings"],
@@ -170,13 +175,13 @@ fn clippy(context: &Context) -> Result<String, TaskError> {
     Ok("all targets, all features, no warning".into())
 }
 
-fn quick_build(context: &Context) -> Result<String, TaskError> {
+fn quick_build(context: &CiContext) -> Result<String, TaskError> {
     let quick = ["clippy", "--package", "proveout", "--no-default-features", "--locked", "--", "-D", "warnings"];
     cargo_call(context, &quick, &[])?;
     Ok("no warning".into())
 }
 
-fn docs(context: &Context) -> Result<String, TaskError> {
+fn docs(context: &CiContext) -> Result<String, TaskError> {
     cargo_call(
         context,
         &["doc", "--workspace", "--no-deps", "--all-features", "--locked"],
@@ -185,15 +190,15 @@ fn docs(context: &Context) -> Result<String, TaskError> {
     Ok("no warning".into())
 }
 
-fn generated(context: &Context) -> Result<String, TaskError> {
+fn generated(context: &CiContext) -> Result<String, TaskError> {
     cone_frustum::run(&context.root, true)?;
     machine_models::run(&context.root, true)?;
     Ok("cone frustum programs, machine models".into())
 }
 
 /// Tests, with their output in view and their closing lines counted; those in texts of the documentation come last.
-fn tests(context: &Context) -> Result<String, TaskError> {
-    let (mut total, mut left_out) = (Total::default(), BTreeSet::new());
+fn tests(context: &CiContext) -> Result<String, TaskError> {
+    let (mut total, mut left_out) = (TestTotal::default(), BTreeSet::new());
     let mut line = |line: &str| {
         println!("{line}");
         total.add(line);
@@ -221,7 +226,7 @@ fn tests(context: &Context) -> Result<String, TaskError> {
 const LEFT_OUT: &str = "LEFT OUT: ";
 
 /// The tests, and what passed without looking.
-fn account(total: &Total, left_out: &BTreeSet<String>) -> String {
+fn account(total: &TestTotal, left_out: &BTreeSet<String>) -> String {
     if left_out.is_empty() {
         return total.to_string();
     }
@@ -231,14 +236,14 @@ fn account(total: &Total, left_out: &BTreeSet<String>) -> String {
 
 /// Sum over the closing lines `test result: ok. 7 passed; 0 failed; 0 ignored; ...`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Total {
+struct TestTotal {
     suites: u64,
     passed: u64,
     failed: u64,
     ignored: u64,
 }
 
-impl Total {
+impl TestTotal {
     fn add(&mut self, line: &str) {
         let Some(counts) = line.strip_prefix("test result: ") else { return };
         self.suites += 1;
@@ -256,24 +261,24 @@ impl Total {
     }
 }
 
-impl std::fmt::Display for Total {
+impl std::fmt::Display for TestTotal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { suites, passed, failed, ignored } = self;
         write!(f, "{passed} tests passed, {failed} failed, {ignored} ignored in {suites} suites")
     }
 }
 
-fn figures(context: &Context) -> Result<String, TaskError> {
+fn figures(context: &CiContext) -> Result<String, TaskError> {
     figures::run(&context.root, &figures::FigureRequest { check: true, ..figures::FigureRequest::default() })
 }
 
-fn typos(context: &Context) -> Result<String, TaskError> {
+fn typos(context: &CiContext) -> Result<String, TaskError> {
     let program = tools::find(&TYPOS, &context.workspace.target)?;
     call(context, &program, &["--config", ".typos.toml"], &[])?;
     Ok("no misspelling".into())
 }
 
-fn deny(context: &Context) -> Result<String, TaskError> {
+fn deny(context: &CiContext) -> Result<String, TaskError> {
     let program = tools::find(&DENY, &context.workspace.target)?;
     // cargo-deny reads the manifests of all crates for the target in deny.toml; cargo has them after this.
     cargo_call(context, &["fetch", "--locked", "--quiet", "--target", "x86_64-unknown-linux-gnu"], &[])?;
@@ -303,17 +308,17 @@ mod tests {
 
     #[test]
     fn closing_lines_are_summed() {
-        let mut total = Total::default();
+        let mut total = TestTotal::default();
         total.add("running 7 tests");
         total.add("test result: ok. 7 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 2.28s");
         total.add("test result: FAILED. 2 passed; 3 failed; 0 ignored; 0 measured; 0 filtered out; finished in 1.00s");
-        assert_eq!(total, Total { suites: 2, passed: 9, failed: 3, ignored: 1 });
+        assert_eq!(total, TestTotal { suites: 2, passed: 9, failed: 3, ignored: 1 });
         assert_eq!(total.to_string(), "9 tests passed, 3 failed, 1 ignored in 2 suites");
     }
 
     #[test]
     fn tests_that_did_not_look_are_named_in_the_summary() {
-        let total = Total { suites: 1, passed: 2, failed: 0, ignored: 0 };
+        let total = TestTotal { suites: 1, passed: 2, failed: 0, ignored: 0 };
         assert!(!account(&total, &BTreeSet::new()).contains("LEFT OUT"));
         let told = account(&total, &["the axis cross: no data set".to_owned()].into());
         assert!(

@@ -105,7 +105,7 @@ fn run(words: &[&str]) -> Result<(), TaskError> {
             Ok(())
         }
         ["wheel", options @ ..] => {
-            println!("{}", wheel::run(&root, wheel::Options::read(options)?)?);
+            println!("{}", wheel::run(&root, wheel::WheelOptions::read(options)?)?);
             Ok(())
         }
         ["machine-models"] => machine_models::run(&root, false),

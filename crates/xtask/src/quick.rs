@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, path::Path, process::Command, time::Instant};
 
 use crate::{
     TaskError,
-    test_programs::{self, Selection},
+    test_programs::{self, TestSelection},
     workspace::{Member, Workspace, cargo},
 };
 
@@ -23,7 +23,7 @@ pub(crate) fn run(root: &Path, reference: &str) -> Result<(), TaskError> {
     println!("crates that differ from {reference}: {}", packages.join(", "));
     let selected: Vec<&str> = packages.iter().flat_map(|p| ["--package", *p]).collect();
     call(root, &[&["clippy", "--locked", "--all-targets"], selected.as_slice(), &["--", "-D", "warnings"]].concat())?;
-    let slowest = test_programs::run(root, &packages, Selection::Usual, &mut |line| println!("{line}"))?;
+    let slowest = test_programs::run(root, &packages, TestSelection::Usual, &mut |line| println!("{line}"))?;
     println!("{slowest}\nquick passed in {:.1} s", start.elapsed().as_secs_f64());
     Ok(())
 }

@@ -65,7 +65,7 @@ impl TestModule {
 
 /// Which tests run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Selection {
+pub(crate) enum TestSelection {
     /// Those that are not marked `#[ignore]`.
     Usual,
     /// Those marked `#[ignore]` as well.
@@ -80,7 +80,7 @@ pub(crate) enum Selection {
 pub(crate) fn run(
     root: &Path,
     packages: &[&str],
-    selection: Selection,
+    selection: TestSelection,
     line: &mut (dyn FnMut(&str) + Send),
 ) -> Result<String, TaskError> {
     let mut groups = Vec::new();
@@ -130,10 +130,10 @@ fn slowest(mut times: Vec<(Duration, String)>) -> String {
 }
 
 /// Output of a group, and whether its tests passed.
-fn called(group: &TestModule, selection: Selection) -> (String, bool) {
+fn called(group: &TestModule, selection: TestSelection) -> (String, bool) {
     let mut command = Command::new(&group.program.path);
     command.arg("--exact").args(&group.tests);
-    if selection == Selection::All {
+    if selection == TestSelection::All {
         command.arg("--include-ignored");
     }
     let output = command
@@ -251,10 +251,13 @@ mod tests {
             module: "none".into(),
             tests: vec!["none".into()],
         };
-        let (text, passed) = called(&group(folder.path().join("none"), folder.path().into()), Selection::Usual);
+        let (text, passed) = called(&group(folder.path().join("none"), folder.path().into()), TestSelection::Usual);
         assert!(!passed && text.contains("cannot start"), "{text}");
         let here = std::env::current_exe().expect("this program");
-        assert!(!called(&group(here, folder.path().join("none")), Selection::All).1, "a folder that does not exist");
+        assert!(
+            !called(&group(here, folder.path().join("none")), TestSelection::All).1,
+            "a folder that does not exist"
+        );
     }
 
     #[test]

@@ -31,7 +31,7 @@ const OLDEST: (u32, u32) = (3, 11);
 
 /// How the wheel is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Options {
+pub(crate) struct WheelOptions {
     /// Optimized in all crates: what is handed out.
     release: bool,
     /// With recordings for Rerun, which take most of the build.
@@ -40,7 +40,7 @@ pub(crate) struct Options {
     untested: bool,
 }
 
-impl Options {
+impl WheelOptions {
     /// From the words of the call.
     pub(crate) fn read(words: &[&str]) -> Result<Self, TaskError> {
         let mut options = Self::default();
@@ -66,7 +66,7 @@ impl Options {
 }
 
 /// Builds the wheel, tests it in an environment of its own, and returns a text with its place.
-pub(crate) fn run(root: &Path, options: Options) -> Result<String, TaskError> {
+pub(crate) fn run(root: &Path, options: WheelOptions) -> Result<String, TaskError> {
     let place = Workspace::read(root)?.target.join("wheel");
     let interpreter = interpreter()?;
     let required = files::get(&root.join(REQUIREMENTS))?;
@@ -194,10 +194,10 @@ mod tests {
 
     #[test]
     fn options_are_read_and_others_refused() {
-        let read = Options::read(&["--release", "--rerun"]).expect("known");
+        let read = WheelOptions::read(&["--release", "--rerun"]).expect("known");
         assert_eq!(read.words(), ["--release", "--features=rerun"]);
-        assert!(Options::read(&[]).expect("none").words().is_empty());
-        assert!(Options::read(&["--fast"]).expect_err("unknown").0.contains("--fast"));
+        assert!(WheelOptions::read(&[]).expect("none").words().is_empty());
+        assert!(WheelOptions::read(&["--fast"]).expect_err("unknown").0.contains("--fast"));
     }
 
     #[test]

@@ -28,14 +28,14 @@ enum InputKind {
 
 /// What was found of a path.
 #[derive(Default)]
-struct Checked {
+struct CheckReport {
     notes: Vec<String>,
-    programs: Vec<OfProgram>,
+    programs: Vec<ProgramReport>,
 }
 
 /// What was found of a program.
 #[derive(Default, Serialize)]
-struct OfProgram {
+struct ProgramReport {
     /// Its name in the scene; none of a program by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<String>,
@@ -46,7 +46,7 @@ struct OfProgram {
     causes: Vec<Cause>,
 }
 
-impl Checked {
+impl CheckReport {
     fn note(note: String) -> Self {
         Self { notes: vec![note], programs: Vec::new() }
     }
@@ -94,7 +94,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
             InputKind::Scene => check_scene(path),
             InputKind::Machine => check_machine(path).map_err(told),
             InputKind::Tools => ToolLibrary::read(path)
-                .map(|l| Checked::note(format!("{} tools", l.tools.len())))
+                .map(|l| CheckReport::note(format!("{} tools", l.tools.len())))
                 .map_err(|e| told(SimError::from(e))),
             InputKind::Control => check_control(path),
             InputKind::Program if ProgramText::open(path).is_ok_and(|text| looks_binary(&text)) => {
@@ -103,7 +103,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
             }
             InputKind::Program => reader::settings(&args.reader, None, path)
                 .and_then(|settings| check_program(&Survey::of_file(path, &settings, &mut |_, _| None)))
-                .map(|program| Checked { programs: vec![program], ..Checked::default() }),
+                .map(|program| CheckReport { programs: vec![program], ..CheckReport::default() }),
         };
         clean &= result.is_ok();
         if args.json {
@@ -231,20 +231,20 @@ fn top_keys(text: &str) -> BTreeSet<&str> {
     keys
 }
 
-fn check_control(path: &Path) -> Result<Checked, Failure> {
+fn check_control(path: &Path) -> Result<CheckReport, Failure> {
     let control = Control::find(&path.display().to_string(), None).map_err(|e| told(e.into()))?;
-    Ok(Checked::note(format!("control \"{}\" for programs in {}", control.name(), control.dialect().name())))
+    Ok(CheckReport::note(format!("control \"{}\" for programs in {}", control.name(), control.dialect().name())))
 }
 
-fn check_scene(path: &Path) -> Result<Checked, Failure> {
+fn check_scene(path: &Path) -> Result<CheckReport, Failure> {
     let scene = Scene::read(path).map_err(|e| told(e.into()))?;
-    let mut found = Checked::default();
+    let mut found = CheckReport::default();
     for program in &scene.file.program {
         if program.file.is_none() && program.reschedule.is_none() {
-            found.programs.push(OfProgram {
+            found.programs.push(ProgramReport {
                 name: Some(program.name.clone()),
                 notes: vec!["its text is not part of the scene; name the file with --nc".into()],
-                ..OfProgram::default()
+                ..ProgramReport::default()
             });
             let machine = scene.resolve(program.machine.as_ref().unwrap_or(&scene.file.machine));
             Machine::read(&machine).map_err(|e| told(e.into()))?;
@@ -255,7 +255,7 @@ fn check_scene(path: &Path) -> Result<Checked, Failure> {
         let prepared = Prepared::read(path, &choice).map_err(told)?;
         let mut own = check_program(&prepared.survey)?;
         own.notes.splice(0..0, prepared.control_note.iter().map(|note| format!("note: {note}")));
-        found.programs.push(OfProgram { name: Some(program.name.clone()), causes: preflight(&prepared), ..own });
+        found.programs.push(ProgramReport { name: Some(program.name.clone()), causes: preflight(&prepared), ..own });
     }
     Ok(found)
 }
@@ -271,22 +271,26 @@ pub(super) fn causes(all: &[Cause]) -> Vec<String> {
     lines
 }
 
-fn check_machine(path: &Path) -> Result<Checked, SimError> {
+fn check_machine(path: &Path) -> Result<CheckReport, SimError> {
     let machine = Machine::read(path)?;
     control_of(None, &machine)?;
     let all = machine.diagnose();
     let notes = all.iter().map(|d| format!("{}:{d}", machine.file().display())).collect();
-    Ok(Checked { notes, ..Checked::default() })
+    Ok(CheckReport { notes, ..CheckReport::default() })
 }
 
 /// What there is to say of a program without a fault: its commands, and what was taken for granted.
-fn check_program(survey: &Survey) -> Result<OfProgram, Failure> {
+fn check_program(survey: &Survey) -> Result<ProgramReport, Failure> {
     // What a control leaves out for a reason is its choice: a note here, unchecked in a run.
     let judged = survey.judged();
     if !judged.is_empty() {
         return Err(Failure::of_program(&judged, survey.more_faults));
     }
-    Ok(OfProgram { commands: Some(survey.commands), notes: survey.remarks(MAX_REMARKS), ..OfProgram::default() })
+    Ok(ProgramReport {
+        commands: Some(survey.commands),
+        notes: survey.remarks(MAX_REMARKS),
+        ..ProgramReport::default()
+    })
 }
 
 #[cfg(test)]

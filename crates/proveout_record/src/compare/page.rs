@@ -31,7 +31,7 @@ const SQUARE: [f64; 2] = [536.0, 569.2];
 const ASKED_FOR: f64 = 1e-3;
 
 #[derive(Serialize)]
-struct Key {
+struct LegendKey {
     class: String,
     name: String,
 }
@@ -41,7 +41,7 @@ struct Key {
 struct Plot {
     title: String,
     note: String,
-    keys: Vec<Key>,
+    keys: Vec<LegendKey>,
     charts: Vec<String>,
     figures: Vec<[String; 2]>,
 }
@@ -109,8 +109,8 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
     fill("compare.html", TEMPLATE, Serde(&data))
 }
 
-fn keys(c: &Comparison) -> Vec<Key> {
-    let key = |(i, name): (usize, &String)| Key { class: Style::Program(i).class(), name: name.clone() };
+fn keys(c: &Comparison) -> Vec<LegendKey> {
+    let key = |(i, name): (usize, &String)| LegendKey { class: Style::Program(i).class(), name: name.clone() };
     c.order.iter().enumerate().map(key).collect()
 }
 
@@ -335,7 +335,7 @@ fn study_plots(title: &str, program: usize, study: &Study, windows: &Windows<'_>
             ),
             None => String::new(),
         };
-        let keys = curves.iter().map(|c| Key { class: style(c.role).class(), name: c.name.clone() }).collect();
+        let keys = curves.iter().map(|c| LegendKey { class: style(c.role).class(), name: c.name.clone() }).collect();
         let figures = std::mem::take(&mut figures);
         out.push(Plot { title: title.to_owned(), note, keys, charts: vec![chart.svg()], figures });
     }

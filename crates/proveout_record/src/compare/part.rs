@@ -37,7 +37,7 @@ pub(crate) struct FlatMap {
 
 /// The side of a blade laid flat, one map a layer; data of the script as JSON.
 #[derive(Serialize)]
-pub(crate) struct Flat {
+pub(crate) struct FlatSide {
     pub(crate) maps: Vec<FlatMap>,
     pub(crate) data: String,
     /// Ends of arc length and height, mm.
@@ -57,7 +57,7 @@ pub(crate) struct ColorMapView {
     /// Colors of the map for the style of the legend.
     pub(crate) stops: String,
     /// The side laid flat, where the design is a blade.
-    pub(crate) flat: Option<Flat>,
+    pub(crate) flat: Option<FlatSide>,
 }
 
 /// The view of the cut parts.
@@ -139,7 +139,7 @@ fn legend(map: DeviationMap, ends: [&str; 2]) -> [String; 2] {
 const COLUMNS: f64 = 1000.0;
 
 /// Means over cells that are a little wider than the distance of neighboring points.
-fn flat_maps(part: &PartPicture, wanted: &[Wanted<'_>]) -> Option<Flat> {
+fn flat_maps(part: &PartPicture, wanted: &[Wanted<'_>]) -> Option<FlatSide> {
     let known: Vec<(usize, [f64; 2])> =
         part.unrolled.iter().copied().enumerate().filter(|(_, p)| p[0].is_finite() && p[1].is_finite()).collect();
     let bounds = |k: usize| {
@@ -178,7 +178,7 @@ fn flat_maps(part: &PartPicture, wanted: &[Wanted<'_>]) -> Option<Flat> {
         maps.push(FlatMap { name: name.clone(), low, high });
     }
     let mm = |v: f64| crate::report::format::fixed(v, 1);
-    Some(Flat { maps, data: serde_json::json!(coded).to_string(), ends: [mm(0.0), mm(width), mm(bottom), mm(top)] })
+    Some(FlatSide { maps, data: serde_json::json!(coded).to_string(), ends: [mm(0.0), mm(width), mm(bottom), mm(top)] })
 }
 
 fn micro(mm: f64) -> String {

@@ -31,7 +31,7 @@ use crate::{
         stock::StockTiles,
         tool::tool_pictures,
         trace::{Trace, class_of},
-        tracks::{Mover, Moving, Signal},
+        tracks::{MotionSource, MovedEntity, Signal},
     },
     report::{format::tool_name, rows::symbol},
     rerun_mode::{RECORDING_FILE, RerunMode},
@@ -101,7 +101,7 @@ struct OpenRecording {
     live: bool,
     units: Vec<JointUnit>,
     thinner: MotionThinner,
-    movers: Vec<Mover>,
+    movers: Vec<MovedEntity>,
     /// Set points of each joint with three derivatives.
     joints: Vec<[Signal; 4]>,
     /// Following error, force and power of the drives; none where they are not simulated.
@@ -243,11 +243,13 @@ impl OpenRecording {
             let picture = Picture::creased(part, CREASE).reduced(SURFACE_TRIANGLES).0;
             sink.mesh(path(["machine", "table", "work", "part"]), None, &picture, PART_COLOR, &[])?;
         }
-        let mut movers =
-            vec![Mover::new(&["machine", "table"], Moving::Table), Mover::new(&["machine", "tool"], Moving::Tool)];
+        let mut movers = vec![
+            MovedEntity::new(&["machine", "table"], MotionSource::Table),
+            MovedEntity::new(&["machine", "tool"], MotionSource::Tool),
+        ];
         for (j, unit) in units.iter().enumerate() {
             if machine.bodies.iter().any(|b| b.attached_to == Attachment::Joint(j)) {
-                movers.push(Mover::new(&["machine", &format!("axis_{}", unit.name)], Moving::Joint(j)));
+                movers.push(MovedEntity::new(&["machine", &format!("axis_{}", unit.name)], MotionSource::Joint(j)));
             }
         }
         let joints: Vec<[Signal; 4]> =

@@ -22,7 +22,7 @@ const MARKS: usize = 150;
 
 /// What a run knows about a finding in addition to the finding itself.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Explained {
+pub(crate) struct FindingContext {
     /// The tool in the spindle.
     pub(crate) tool: String,
     /// Where the limit comes from, and whether it is published or chosen.
@@ -111,7 +111,7 @@ pub(crate) struct FindingMark {
 pub(crate) struct FindingData<'a> {
     pub(crate) findings: &'a [Finding],
     /// As many as findings, or none.
-    pub(crate) explained: &'a [Explained],
+    pub(crate) explained: &'a [FindingContext],
     /// Order of the axes in a row.
     pub(crate) joints: &'a [&'a str],
     pub(crate) listings: &'a [Listing],

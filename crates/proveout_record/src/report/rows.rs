@@ -63,7 +63,7 @@ pub(crate) fn inspection(v: &Verdict) -> Vec<Value> {
 }
 
 #[derive(Serialize)]
-pub(crate) struct Share {
+pub(crate) struct TimeShare {
     class: &'static str,
     name: &'static str,
     value: String,
@@ -79,7 +79,7 @@ pub(crate) fn time(v: &Verdict) -> Value {
         ("change", "Tool change", t.tool_change_s),
     ];
     let whole = t.total_s.max(parts.iter().map(|p| p.2).sum());
-    let share = |(class, name, s): (&'static str, &'static str, f64)| Share {
+    let share = |(class, name, s): (&'static str, &'static str, f64)| TimeShare {
         class,
         name,
         value: duration(s),
@@ -167,7 +167,7 @@ pub(crate) fn tools(v: &Verdict, program: &ProgramView) -> Vec<ToolRow> {
 }
 
 #[derive(Serialize)]
-pub(crate) struct Use {
+pub(crate) struct LimitUse {
     value: String,
     percent: Option<String>,
     width: String,
@@ -182,8 +182,8 @@ fn in_order<'v>(v: &'v Verdict, joints: &[JointSignals]) -> Vec<(&'v String, &'v
 }
 
 /// A bar with the share of a limit.
-fn usage(value: String, part: Option<f64>, most: f64) -> Use {
-    Use {
+fn usage(value: String, part: Option<f64>, most: f64) -> LimitUse {
+    LimitUse {
         value,
         percent: part.map(|p| fixed(100.0 * p, 1)),
         width: fixed(part.map_or(0.0, |p| (100.0 * p).clamp(0.0, 100.0)), 0),

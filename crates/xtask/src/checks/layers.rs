@@ -36,7 +36,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
 pub(crate) const FREE: &[&str] = &["xtask", "proveout_tests"];
 
 /// An outside crate that only some crates may name.
-struct Reserved {
+struct ReservedCrate {
     name: &'static str,
     users: &'static [&'static str],
     /// Whether tests of other crates may name it: a library is a fine oracle, a viewer is not.
@@ -44,21 +44,21 @@ struct Reserved {
     why: &'static str,
 }
 
-const RESERVED: &[Reserved] = &[
-    Reserved {
+const RESERVED: &[ReservedCrate] = &[
+    ReservedCrate {
         name: "rerun",
         users: &["proveout_record"],
         in_tests: false,
         why: "it takes minutes to build; only the recording may wait for it",
     },
-    Reserved {
+    ReservedCrate {
         name: "parry3d-f64",
         users: &["proveout_collision", "proveout_surface", "xtask"],
         in_tests: true,
         why: "one place for each use of distance queries, and the checker of certificates, which shares no other code with them; stock and \
               kinematics carry their own geometry",
     },
-    Reserved {
+    ReservedCrate {
         name: "rapier3d-f64",
         users: &["proveout_controller", "proveout_sim"],
         in_tests: true,

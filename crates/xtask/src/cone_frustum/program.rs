@@ -17,7 +17,7 @@ pub(crate) const ANGLE_DECIMALS: usize = 5;
 
 /// What differs from machine to machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Target {
+pub(crate) struct ProgramTarget {
     /// Name of the program in the scene, and of its file.
     pub(crate) name: &'static str,
     /// Words for the head of the program.
@@ -32,9 +32,9 @@ pub(crate) struct Target {
 const HOME: [f64; 3] = [-365.0, 224.0, 610.0];
 
 /// The programs of the scene.
-pub(crate) const TARGETS: [Target; 2] = [
-    Target { name: "bc", description: "C table on a B trunnion", rotaries: Rotaries::Bc, home: HOME },
-    Target { name: "ac", description: "C table on an A trunnion", rotaries: Rotaries::Ac, home: HOME },
+pub(crate) const TARGETS: [ProgramTarget; 2] = [
+    ProgramTarget { name: "bc", description: "C table on a B trunnion", rotaries: Rotaries::Bc, home: HOME },
+    ProgramTarget { name: "ac", description: "C table on an A trunnion", rotaries: Rotaries::Ac, home: HOME },
 ];
 
 /// What the generator says about a pass.
@@ -89,7 +89,7 @@ fn xyz(location: &Location) -> String {
 }
 
 /// Writes the program for a machine.
-pub(crate) fn write(target: &Target) -> ConeProgram {
+pub(crate) fn write(target: &ProgramTarget) -> ConeProgram {
     let mut out = ProgramWriter { text: String::new(), number: 0 };
     let mut reports = Vec::new();
     head(&mut out, target);
@@ -105,7 +105,7 @@ pub(crate) fn write(target: &Target) -> ConeProgram {
     ConeProgram { text: out.text, passes: reports }
 }
 
-fn head(out: &mut ProgramWriter, target: &Target) {
+fn head(out: &mut ProgramWriter, target: &ProgramTarget) {
     let tilt = target.rotaries.tilt_letter();
     let [x, y, z] = target.home.map(|v| word(v, LENGTH_DECIMALS));
     out.block(&format!(";TILTED CONE FRUSTUM, FIVE-AXIS FLANK CUT, {}", target.description));

@@ -42,11 +42,11 @@ impl RelativePoses {
 
     /// Maps of the points of the first body whose images hold, in their hull, all the way of each: to its ends, and to where the tangents of its
     /// parabola meet.
-    fn images(&self) -> impl Iterator<Item = Image> {
-        let [from, to] = self.poses.each_ref().map(Image::of);
-        let corner = self.middle.as_ref().map(Image::of).map(|x| {
+    fn images(&self) -> impl Iterator<Item = AffineMap> {
+        let [from, to] = self.poses.each_ref().map(AffineMap::of);
+        let corner = self.middle.as_ref().map(AffineMap::of).map(|x| {
             let meet = |x: Vector, a: Vector, b: Vector| x * 2.0 - (a + b) * 0.5;
-            Image {
+            AffineMap {
                 turn: [0, 1, 2].map(|k| meet(x.turn[k], from.turn[k], to.turn[k])),
                 shift: meet(x.shift, from.shift, to.shift),
             }
@@ -58,13 +58,13 @@ impl RelativePoses {
 
 /// An affine map; where points go along parabolas it is no pose.
 #[derive(Clone, Copy, PartialEq)]
-struct Image {
+struct AffineMap {
     /// Where it takes the axes.
     turn: [Vector; 3],
     shift: Vector,
 }
 
-impl Image {
+impl AffineMap {
     fn of(pose: &Pose) -> Self {
         Self { turn: [0, 1, 2].map(|k| pose.rotation.column(k).into_owned()), shift: pose.translation }
     }
@@ -117,13 +117,13 @@ pub(super) trait PieceTree {
 /// A body in its places.
 pub(super) struct PlacedBody<'a> {
     form: &'a BodyPieces,
-    images: Vec<Image>,
+    images: Vec<AffineMap>,
     shifts: &'a [Vector],
 }
 
 impl<'a> PlacedBody<'a> {
     pub(super) fn new(form: &'a BodyPieces, places: &'a RelativePoses) -> Self {
-        let own = form.own.as_ref().map(Image::of);
+        let own = form.own.as_ref().map(AffineMap::of);
         let images = places.images().map(|x| own.map_or(x, |own| x.after(&own)));
         Self { form, images: images.collect(), shifts: &places.shifts }
     }
