@@ -25,6 +25,13 @@ pub(crate) struct SignalStrip<'a> {
     pub(crate) height: f64,
 }
 
+impl<'a> SignalStrip<'a> {
+    /// One signal without limits and marks.
+    pub(crate) fn new(name: impl Into<String>, signal: &'a Envelope, height: f64) -> Self {
+        Self { name: name.into(), signal, second: None, limits: [None; 2], marks: Vec::new(), height }
+    }
+}
+
 /// Strips above each other with a common time axis from 0 to `end` (s), and vertical lines at `changes` (s); `width` in
 /// units of which 11 are the height of a letter.
 ///

@@ -140,14 +140,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
 
 /// Free tool axes: room over time, and pictures at some places.
 fn free_axes(axes: &ShownAxes, end: f64) -> Value {
-    let strip = SignalStrip {
-        name: "Room of the tool axis, °".into(),
-        signal: &axes.room,
-        second: None,
-        limits: [None, None],
-        marks: Vec::new(),
-        height: 110.0,
-    };
+    let strip = SignalStrip::new("Room of the tool axis, °", &axes.room, 110.0);
     let plot = if axes.room.is_empty() {
         String::new()
     } else {
@@ -374,39 +367,27 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
     let names = ["Position", "Velocity", "Acceleration", "Jerk"];
     let per = ["", "/s", "/s²", "/s³"];
     let both = |limit: Option<f64>| [limit.map(|l| -l), limit];
-    let mut strips: Vec<SignalStrip<'_>> = (0..4)
+    let mut strips: Vec<SignalStrip<'_>> = (0..4_usize)
         .map(|k| SignalStrip {
-            name: format!("{}, {unit}{}", names[k], per[k]),
-            signal: &joint.signals[k],
-            second: None,
             limits: match k.checked_sub(1) {
                 None => joint.travel.map_or([None; 2], |t| t.map(Some)),
                 Some(k) => both(joint.limits[k]),
             },
-            marks: Vec::new(),
-            height: if k == 0 { 84.0 } else { 62.0 },
+            ..SignalStrip::new(
+                format!("{}, {unit}{}", names[k], per[k]),
+                &joint.signals[k],
+                if k == 0 { 84.0 } else { 62.0 },
+            )
         })
         .collect();
     let mut what = "position, velocity, acceleration and jerk".to_owned();
     if joint.following.range().is_some() {
         let kind = if joint.force_unit == "N" { "force" } else { "torque" };
-        let strip = |name: String, signal, limits, marks| SignalStrip {
-            name,
-            signal,
-            second: None,
-            limits,
-            marks,
-            height: 62.0,
-        };
+        let force = SignalStrip::new(format!("Drive {kind}, {}", joint.force_unit), &joint.force, 62.0);
         strips.extend([
-            strip(format!("Following error, {unit}"), &joint.following, [None; 2], Vec::new()),
-            strip(
-                format!("Drive {kind}, {}", joint.force_unit),
-                &joint.force,
-                both(joint.force_limit),
-                joint.saturated.marked(),
-            ),
-            strip("Drive power, W".to_owned(), &joint.power, [None; 2], Vec::new()),
+            SignalStrip::new(format!("Following error, {unit}"), &joint.following, 62.0),
+            SignalStrip { limits: both(joint.force_limit), marks: joint.saturated.marked(), ..force },
+            SignalStrip::new("Drive power, W", &joint.power, 62.0),
         ]);
         what = format!("position, velocity, acceleration, jerk, following error, drive {kind} and power");
     }
@@ -415,25 +396,13 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
 }
 
 fn process_plot(process: &ProcessSignals, end: f64, changes: &[f64]) -> String {
-    let strip = |name: &str, signal, second, height| SignalStrip {
-        name: name.into(),
-        signal,
-        second,
-        limits: [None; 2],
-        marks: Vec::new(),
-        height,
-    };
+    let feed = SignalStrip::new("Feed reached (blue) and programmed (orange), mm/min", &process.feed, 96.0);
     let mut strips = vec![
-        strip(
-            "Feed reached (blue) and programmed (orange), mm/min",
-            &process.feed,
-            Some(&process.feed_programmed),
-            96.0,
-        ),
-        strip("Removal rate, mm³/s", &process.removal, None, 70.0),
+        SignalStrip { second: Some(&process.feed_programmed), ..feed },
+        SignalStrip::new("Removal rate, mm³/s", &process.removal, 70.0),
     ];
     if !Envelope::is_empty(&process.clearance) {
-        strips.push(strip("Proved clearance, mm", &process.clearance, None, 60.0));
+        strips.push(SignalStrip::new("Proved clearance, mm", &process.clearance, 60.0));
     }
     svg(&strips, 1080.0, end, changes, "Feed and removal rate over time")
 }

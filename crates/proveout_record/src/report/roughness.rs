@@ -94,16 +94,8 @@ pub(crate) fn map_figures(all: &[ShownTexture]) -> Vec<Value> {
 pub(crate) fn profile_figures(all: &[ShownTexture]) -> Vec<Value> {
     let figure = |t: &ShownTexture, p: &ShownProfile| {
         let name = format!("{}, {}", t.name, p.direction);
-        let strip = |name: &str, signal| SignalStrip {
-            name: name.into(),
-            signal,
-            second: None,
-            limits: [None; 2],
-            marks: Vec::new(),
-            height: 70.0,
-        };
-        let mut strips = vec![strip("height above the design, unfiltered, µm", &p.heights)];
-        strips.extend(p.roughness.as_ref().map(|r| strip("roughness profile, µm", r)));
+        let mut strips = vec![SignalStrip::new("height above the design, unfiltered, µm", &p.heights, 70.0)];
+        strips.extend(p.roughness.as_ref().map(|r| SignalStrip::new("roughness profile, µm", r, 70.0)));
         let values =
             p.ra_rz_um.map_or_else(String::new, |[ra, rz]| format!(" Ra {}, Rz {}.", micrometer(ra), micrometer(rz)));
         let class = if p.class.is_empty() { String::new() } else { format!(" Class {}.", p.class) };
