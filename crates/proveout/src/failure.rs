@@ -12,13 +12,13 @@ const MAX_SHOWN: usize = 50;
 
 /// An error for people: place, message, line of text, remedy. Ends the program with exit code 2.
 #[derive(Debug, Default)]
-pub(crate) struct Failure(Box<Parts>);
+pub(crate) struct Failure(Box<FailureParts>);
 
 #[derive(Debug, Default)]
-struct Parts {
+struct FailureParts {
     kind: FaultKind,
     message: String,
-    place: Option<Place>,
+    place: Option<FilePlace>,
     source_line: Option<String>,
     /// Column of the fault in `source_line`, from 1, and its length.
     mark: Option<(usize, usize)>,
@@ -31,13 +31,13 @@ struct Parts {
 
 /// A place in a file: line and column from 1; zero where only the file, or only the line, is known.
 #[derive(Debug)]
-struct Place {
+struct FilePlace {
     file: String,
     line: usize,
     column: usize,
 }
 
-impl Display for Place {
+impl Display for FilePlace {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (self.line, self.column) {
             (0, _) => write!(f, "{}", self.file),
@@ -49,7 +49,7 @@ impl Display for Place {
 
 impl Failure {
     pub(crate) fn new(message: impl Display) -> Self {
-        Self(Box::new(Parts { message: message.to_string(), ..Parts::default() }))
+        Self(Box::new(FailureParts { message: message.to_string(), ..FailureParts::default() }))
     }
 
     pub(crate) fn with_help(mut self, help: impl Display) -> Self {
@@ -65,7 +65,7 @@ impl Failure {
     }
 
     pub(crate) fn at(mut self, file: impl Display, line: usize, column: usize, length: usize, text: &str) -> Self {
-        self.0.place = Some(Place { file: file.to_string(), line, column });
+        self.0.place = Some(FilePlace { file: file.to_string(), line, column });
         if !text.is_empty() && column > 0 {
             self.0.source_line = Some(text.replace('\t', " "));
             self.0.mark = Some((column, length.max(1)));
@@ -131,7 +131,7 @@ impl Failure {
 impl Failure {
     /// Faults of programs, and how many more there are.
     pub(crate) fn of_program(faults: &[Diagnostic], more: usize) -> Self {
-        let mut lines = Lines::default();
+        let mut lines = ProgramLines::default();
         let mut each = faults.iter().take(MAX_SHOWN).map(|d| {
             let text =
                 if d.source_line.is_empty() { lines.get(&d.file, d.line as usize) } else { d.source_line.clone() };
@@ -148,9 +148,9 @@ impl Failure {
 
 /// Lines of program files for display, each file read once.
 #[derive(Default)]
-struct Lines(BTreeMap<String, Option<ProgramText>>);
+struct ProgramLines(BTreeMap<String, Option<ProgramText>>);
 
-impl Lines {
+impl ProgramLines {
     /// Empty when the file cannot be read any more.
     fn get(&mut self, file: &str, line: usize) -> String {
         let text = self.0.entry(file.to_owned()).or_insert_with(|| ProgramText::open(file).ok());
@@ -180,7 +180,7 @@ fn plain(text: &str) -> String {
 
 impl Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Parts { message, place, source_line, mark, help, more, uncounted, .. } = &*self.0;
+        let FailureParts { message, place, source_line, mark, help, more, uncounted, .. } = &*self.0;
         writeln!(f, "error: {}", terminal::plain(message))?;
         if let Some(place) = place {
             writeln!(f, "  at {}", plain(&place.to_string()))?;
@@ -258,5 +258,5 @@ impl From<&SimError> for Failure {
 
 /// A line of a file for display; empty when it cannot be read any more.
 fn line_of(file: &Path, line: usize) -> String {
-    Lines::default().get(&file.display().to_string(), line)
+    ProgramLines::default().get(&file.display().to_string(), line)
 }

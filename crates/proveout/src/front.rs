@@ -45,9 +45,9 @@ pub enum FaultKind {
 
 /// An error for people; its text is what the command line prints.
 #[derive(Debug)]
-pub struct Fault(pub(crate) Failure);
+pub struct CommandError(pub(crate) Failure);
 
-impl Fault {
+impl CommandError {
     /// A call that is wrong.
     pub fn new(message: impl std::fmt::Display, remedy: &str) -> Self {
         Self(Failure::new(message).with_help(remedy))
@@ -74,26 +74,26 @@ impl Fault {
     }
 }
 
-impl std::fmt::Display for Fault {
+impl std::fmt::Display for CommandError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.0.fmt(f)
     }
 }
 
-impl From<SimError> for Fault {
+impl From<SimError> for CommandError {
     fn from(error: SimError) -> Self {
         Self(Failure::from(&error))
     }
 }
 
-impl From<Failure> for Fault {
+impl From<Failure> for CommandError {
     fn from(failure: Failure) -> Self {
         Self(failure)
     }
 }
 
-impl From<Fault> for Failure {
-    fn from(fault: Fault) -> Self {
+impl From<CommandError> for Failure {
+    fn from(fault: CommandError) -> Self {
         fault.0
     }
 }
@@ -119,7 +119,7 @@ pub fn prove_out(
     threads: usize,
     rerun: &RerunMode,
     mut watchers: Vec<Box<dyn Observer>>,
-) -> Result<(RunResult, Committed), Fault> {
+) -> Result<(RunResult, Committed), CommandError> {
     let folder = RunFolder::create(place).map_err(SimError::Folder)?;
     let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
     watchers.extend(observers(rerun).map_err(Failure::new)?);
@@ -168,12 +168,12 @@ pub struct CompareOrder<'a> {
 /// motions done and their total; `watchers` returns the observers of a run.
 ///
 /// # Errors
-/// [`Fault`] of the scene, of a run, or of a watcher that ends it: no folder is then left that was not there before.
+/// [`CommandError`] of the scene, of a run, or of a watcher that ends it: no folder is then left that was not there before.
 pub fn compare(
     order: &CompareOrder<'_>,
     told: &(dyn Fn(usize, usize) + Sync),
     watchers: &mut dyn FnMut(&Prepared) -> Vec<Box<dyn Observer>>,
-) -> Result<(Compared, Committed), Fault> {
+) -> Result<(Compared, Committed), CommandError> {
     let mut comparing = Comparing::read(order.scene, order.choice)?;
     let place =
         order.place.map_or_else(|| PathBuf::from("out").join(format!("{}-compare", comparing.scene())), Path::to_owned);
@@ -201,9 +201,9 @@ pub fn compare(
                 all.push(Box::new(observer));
                 traces.push((name.clone(), trace));
             }
-            waiting.push(Waiting { name: name.clone(), prepared, observers: all, place });
+            waiting.push(PendingRun { name: name.clone(), prepared, observers: all, place });
         }
-        let run = |one: Waiting| one.run(order.threads);
+        let run = |one: PendingRun| one.run(order.threads);
         let mut waiting = waiting.into_iter();
         let done = match [waiting.next(), waiting.next()] {
             [Some(first), Some(second)] if fit_together(&first.prepared, &second.prepared) => {
@@ -230,15 +230,15 @@ pub fn compare(
 }
 
 /// A program of a comparison that is ready to be run.
-struct Waiting {
+struct PendingRun {
     name: String,
     prepared: Prepared,
     observers: Vec<Box<dyn Observer>>,
     place: PathBuf,
 }
 
-impl Waiting {
-    fn run(self, threads: usize) -> Result<(String, RunResult, SurfaceMap), Fault> {
+impl PendingRun {
+    fn run(self, threads: usize) -> Result<(String, RunResult, SurfaceMap), CommandError> {
         let scene = self.prepared.scene.path.clone();
         let (result, surface) = run_with_surface(self.prepared, self.observers, &self.place)?;
         write_run_json(&self.place, &run_info(&result, &scene, threads, false)).map_err(run_json)?;
@@ -255,13 +255,13 @@ fn fit_together(first: &Prepared, second: &Prepared) -> bool {
 /// The text of a program for the blade of a scene, and what it asks of the machine; a helix comes without that report.
 ///
 /// # Errors
-/// [`Fault`] of scene, machine and tools, an unknown strategy, or what keeps the path from being planned.
+/// [`CommandError`] of scene, machine and tools, an unknown strategy, or what keeps the path from being planned.
 pub fn plan(
     scene: &Path,
     strategy: &str,
     program: Option<&str>,
     dialect: Dialect,
-) -> Result<(String, Option<PlanReport>), Fault> {
+) -> Result<(String, Option<PlanReport>), CommandError> {
     let scene = Scene::read(scene).map_err(SimError::from)?;
     let scene = match program {
         None => scene,
@@ -294,7 +294,7 @@ pub fn plan(
 
 /// A program with new tool axes.
 #[derive(Clone, Debug)]
-pub struct Rescheduled {
+pub struct RescheduledProgram {
     /// Text, times and bounds.
     pub made: Remade,
     /// Name of the program that it was made from.
@@ -308,7 +308,7 @@ pub struct Rescheduled {
 /// A program of a scene with new tool axes. `word` is what the call names its options by, for error texts.
 ///
 /// # Errors
-/// [`Fault`] of the call, of the scene, or of the method.
+/// [`CommandError`] of the call, of the scene, or of the method.
 pub fn reschedule(
     scene: &Path,
     program: &str,
@@ -316,7 +316,7 @@ pub fn reschedule(
     options: &[(&str, &str)],
     word: &str,
     dialect: Dialect,
-) -> Result<Rescheduled, Fault> {
+) -> Result<RescheduledProgram, CommandError> {
     let Some(&(_, known)) = MethodFile::NAMES.iter().find(|(name, _)| *name == method) else {
         let names: Vec<&str> = MethodFile::NAMES.iter().map(|(name, _)| *name).collect();
         return Err(Failure::new(format!("unknown method {method:?}"))
@@ -336,7 +336,7 @@ pub fn reschedule(
         return Err(Failure::new(message).with_help(help).into());
     }
     let made = work.remade(&scene, dialect)?;
-    Ok(Rescheduled {
+    Ok(RescheduledProgram {
         made,
         source: work.source.name.clone(),
         options: work.file.given(),
@@ -346,7 +346,7 @@ pub fn reschedule(
 
 /// How a program is read; what is left out is as the control says.
 #[derive(Clone, Debug, Default)]
-pub struct Reading {
+pub struct ReaderOptions {
     /// Machine whose control, axes and reference points count.
     pub machine: Option<PathBuf>,
     /// Tool library whose radii cutter compensation takes: the commands then move the tool center.
@@ -368,8 +368,8 @@ pub struct Reading {
 /// Hands every canonical command of a program to `each`, until the end or the first fault.
 ///
 /// # Errors
-/// [`Fault`] of the call or of the program.
-pub fn canonical(program: &Path, how: &Reading, each: &mut dyn FnMut(&Command)) -> Result<(), Fault> {
+/// [`CommandError`] of the call or of the program.
+pub fn canonical(program: &Path, how: &ReaderOptions, each: &mut dyn FnMut(&Command)) -> Result<(), CommandError> {
     let machine = how.machine.as_deref().map(Machine::read).transpose().map_err(SimError::from)?;
     let tools = how.tools.as_deref().map(ToolLibrary::read).transpose().map_err(SimError::from)?;
     let args = ReaderArgs {
@@ -395,7 +395,7 @@ pub fn canonical(program: &Path, how: &Reading, each: &mut dyn FnMut(&Command)) 
 /// A dialect by its name; that of the Siemens 840D where none is given.
 ///
 /// # Errors
-/// [`Fault`] with the names that there are.
-pub fn dialect(name: Option<&str>) -> Result<Dialect, Fault> {
+/// [`CommandError`] with the names that there are.
+pub fn dialect(name: Option<&str>) -> Result<Dialect, CommandError> {
     Ok(name.map_or(Ok(Dialect::Siemens840d), reader::dialect_of)?)
 }

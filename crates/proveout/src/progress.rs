@@ -37,7 +37,7 @@ impl Progress {
     }
 
     /// One of several programs, which are added in the order of their output.
-    pub(crate) fn beside(all: &Beside, name: &str, main_file: &Path) -> Self {
+    pub(crate) fn beside(all: &ParallelBars, name: &str, main_file: &Path) -> Self {
         let mut own = Self::of(all.bars.add(ProgressBar::new(0)), format!("{name}: "), main_file);
         let number = held(&all.turns).enter();
         own.turns = Some((Arc::clone(&all.turns), number));
@@ -93,12 +93,12 @@ fn held(turns: &Mutex<Turns>) -> MutexGuard<'_, Turns> {
 }
 
 /// Bars and lines of programs that run at the same time.
-pub(crate) struct Beside {
+pub(crate) struct ParallelBars {
     bars: MultiProgress,
     turns: Arc<Mutex<Turns>>,
 }
 
-impl Beside {
+impl ParallelBars {
     /// Of none yet.
     pub(crate) fn new() -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());

@@ -2,11 +2,11 @@
 
 use std::any::Any;
 
-use proveout::front::{Fault, FaultKind};
+use proveout::front::{CommandError, FaultKind};
 use pyo3::{prelude::*, types::PyDict};
 
 /// The exception of a fault, with its parts as attributes.
-pub(crate) fn raised(py: Python<'_>, fault: &Fault) -> PyErr {
+pub(crate) fn raised(py: Python<'_>, fault: &CommandError) -> PyErr {
     let class = match fault.kind() {
         FaultKind::Input => "InputError",
         FaultKind::Program => "ProgramError",
@@ -29,7 +29,7 @@ pub(crate) fn raised(py: Python<'_>, fault: &Fault) -> PyErr {
 
 /// The exception of a call that is wrong.
 pub(crate) fn wrong(py: Python<'_>, message: impl std::fmt::Display, remedy: &str) -> PyErr {
-    raised(py, &Fault::new(message, remedy))
+    raised(py, &CommandError::new(message, remedy))
 }
 
 /// The exception of a fault of this program.

@@ -26,10 +26,10 @@ type Found = (Py<PyArray3<f64>>, Py<PyArray1<u32>>, Py<PyArray2<bool>>, Py<PyArr
 type Followed = (Py<PyArray2<f64>>, Py<PyArray1<i32>>, Vec<String>);
 
 /// The kinematics of a machine.
-#[pyclass(frozen, module = "proveout._proveout")]
-pub(crate) struct Kinematics(Machine);
+#[pyclass(frozen, name = "Kinematics", module = "proveout._proveout")]
+pub(crate) struct PyKinematics(Machine);
 
-impl Kinematics {
+impl PyKinematics {
     fn columns(&self) -> Vec<String> {
         self.0.joints.iter().map(|j| format!("{}_{}", j.name, j.kind.unit())).collect()
     }
@@ -72,7 +72,7 @@ fn length(py: Python<'_>, tool_length_mm: f64) -> PyResult<f64> {
 }
 
 #[pymethods]
-impl Kinematics {
+impl PyKinematics {
     #[new]
     fn new(py: Python<'_>, machine: PathBuf) -> PyResult<Self> {
         let machine = py.detach(|| Machine::read(&machine));

@@ -36,9 +36,9 @@ mod _proveout {
 
     #[pymodule_export]
     use crate::{
-        kinematics::Kinematics,
+        kinematics::PyKinematics,
         programs::{plan, read_nc, reschedule},
-        runs::{Part, compare, run},
+        runs::{CutPart, compare, run},
         scenes::{scene_copy, scene_facts},
         tables::{Table, read_parquet},
     };

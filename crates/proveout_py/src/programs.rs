@@ -7,15 +7,15 @@ use arrow_array::{
     builder::{Float64Builder, StringBuilder, UInt32Builder},
 };
 use arrow_schema::{DataType, Field, Schema};
-use proveout::front::{self, Fault, Reading};
+use proveout::front::{self, CommandError, ReaderOptions};
 use proveout_nc::JsonWriter;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
 use crate::{tables::Table, work::beside};
 
-fn json_fault(error: impl std::fmt::Display) -> Fault {
-    Fault::new(format!("JSON cannot be written: {error}"), "")
+fn json_fault(error: impl std::fmt::Display) -> CommandError {
+    CommandError::new(format!("JSON cannot be written: {error}"), "")
 }
 
 /// A program for the blade of a scene, and as JSON what it asks of the machine (null for a helix).
@@ -122,7 +122,7 @@ impl Rows {
         self.json.append_value(line.to_string());
     }
 
-    fn finish(mut self) -> Result<RecordBatch, Fault> {
+    fn finish(mut self) -> Result<RecordBatch, CommandError> {
         let mut columns: Vec<(String, &str, ArrayRef)> = vec![("file".into(), "", Arc::new(self.file.finish()))];
         for (builder, name) in self.place.iter_mut().zip(["line", "column", "depth"]) {
             columns.push((name.into(), "1", Arc::new(builder.finish())));
@@ -168,7 +168,7 @@ pub(crate) fn read_nc(
     feed_mm_min: Option<f64>,
     subprograms: Vec<PathBuf>,
 ) -> PyResult<Table> {
-    let how = Reading { machine, tools, dialect, control, variables, offsets, feed_mm_min, subprograms };
+    let how = ReaderOptions { machine, tools, dialect, control, variables, offsets, feed_mm_min, subprograms };
     let batch = beside(py, None, |shared| {
         let (mut rows, mut writer) = (Rows::default(), JsonWriter::new());
         front::canonical(&program, &how, &mut |command| {

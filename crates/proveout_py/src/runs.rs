@@ -7,7 +7,7 @@ use std::{
 };
 
 use numpy::{PyArray1, PyArray2, PyArray3};
-use proveout::front::{CompareOrder, Fault, compare as compare_programs, default_place, prove_out};
+use proveout::front::{CommandError, CompareOrder, compare as compare_programs, default_place, prove_out};
 use proveout_record::RerunMode;
 use proveout_sim::{
     Choice, Prepared, Recorded,
@@ -21,8 +21,8 @@ use pyo3::prelude::*;
 use crate::{
     arrays::{frozen, frozen_row, frozen_rows},
     errors::wrong,
-    watcher::{Kept, KeptMap, Watcher},
-    work::{Shared, beside},
+    watcher::{CutSurface, KeptMap, Watcher},
+    work::{WorkState, beside},
 };
 
 /// Most worker threads: above the number of processors they only take memory.
@@ -32,28 +32,28 @@ const MAX_THREADS: usize = 512;
 static PLACES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// A place that no other run of this process writes to as long as this lives.
-struct Claim(PathBuf);
+struct FolderClaim(PathBuf);
 
-impl Claim {
-    fn take(place: &Path) -> Result<Self, Fault> {
+impl FolderClaim {
+    fn take(place: &Path) -> Result<Self, CommandError> {
         let place = absolute(place).unwrap_or_else(|_| place.to_owned());
         if !PLACES.lock().unwrap_or_else(PoisonError::into_inner).insert(place.clone()) {
             let message = format!("another run of this process writes to {}", place.display());
-            return Err(Fault::new(message, "give each run its own folder with `out`"));
+            return Err(CommandError::new(message, "give each run its own folder with `out`"));
         }
         Ok(Self(place))
     }
 }
 
-impl Drop for Claim {
+impl Drop for FolderClaim {
     fn drop(&mut self) {
         PLACES.lock().unwrap_or_else(PoisonError::into_inner).remove(&self.0);
     }
 }
 
 /// The surface of a cut part, workpiece frame.
-#[pyclass(frozen, module = "proveout._proveout")]
-pub(crate) struct Part {
+#[pyclass(frozen, name = "Part", module = "proveout._proveout")]
+pub(crate) struct CutPart {
     /// (n, 3), mm.
     #[pyo3(get)]
     vertices: Py<PyArray2<f64>>,
@@ -69,7 +69,7 @@ pub(crate) struct Part {
 }
 
 #[pymethods]
-impl Part {
+impl CutPart {
     /// Vertices and triangles.
     fn mesh(&self, py: Python<'_>) -> (Py<PyArray2<f64>>, Py<PyArray2<u32>>) {
         (self.vertices.clone_ref(py), self.triangles.clone_ref(py))
@@ -92,14 +92,14 @@ fn map_of(py: Python<'_>, map: KeptMap) -> PyResult<Map> {
 }
 
 /// What a call of `run` or `compare` chooses, as words and numbers.
-struct Chosen {
+struct RunChoice {
     resolution_mm: Option<f64>,
     threads: usize,
     dynamics: Option<DynamicsFile>,
     rerun: bool,
 }
 
-impl Chosen {
+impl RunChoice {
     fn read(
         py: Python<'_>,
         resolution_mm: Option<f64>,
@@ -133,9 +133,9 @@ impl Chosen {
         Ok(Self { resolution_mm, threads, dynamics, rerun })
     }
 
-    fn pool(&self) -> Result<rayon::ThreadPool, Fault> {
+    fn pool(&self) -> Result<rayon::ThreadPool, CommandError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
-        pool.map_err(|e| Fault::new(format!("{} threads cannot be started: {e}", self.threads), ""))
+        pool.map_err(|e| CommandError::new(format!("{} threads cannot be started: {e}", self.threads), ""))
     }
 
     fn recorder(&self) -> RerunMode {
@@ -167,8 +167,8 @@ pub(crate) fn run<'py>(
     rerun: bool,
     keep_surface: bool,
     progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<(PathBuf, Option<Part>, Vec<Map>)> {
-    let chosen = Chosen::read(py, resolution_mm, threads, dynamics, rerun)?;
+) -> PyResult<(PathBuf, Option<CutPart>, Vec<Map>)> {
+    let chosen = RunChoice::read(py, resolution_mm, threads, dynamics, rerun)?;
     let plant = match plant {
         None => None,
         Some("newton-euler") => Some(PlantFile::NewtonEuler),
@@ -194,12 +194,12 @@ pub(crate) fn run<'py>(
         set: set.iter().map(|s| s.parse()).collect::<Result<_, _>>().map_err(|e: String| wrong(py, e, ""))?,
         ..Choice::default()
     };
-    let kept = keep_surface.then(|| Arc::new(Mutex::new(Kept::default())));
-    let place = beside(py, progress.as_ref(), |shared: &Arc<Shared>| {
+    let kept = keep_surface.then(|| Arc::new(Mutex::new(CutSurface::default())));
+    let place = beside(py, progress.as_ref(), |shared: &Arc<WorkState>| {
         chosen.pool()?.install(|| {
             let prepared = Prepared::read(&scene, &choice)?;
             let place = out.unwrap_or_else(|| default_place(&prepared, preview, choice.stop_at.is_some()));
-            let _claim = Claim::take(&place)?;
+            let _claim = FolderClaim::take(&place)?;
             let watcher = Watcher::boxed(shared, &prepared, [0.0, 1.0], kept.clone());
             let (_, committed) = prove_out(prepared, &place, chosen.threads, &chosen.recorder(), vec![watcher])?;
             Ok(committed.place)
@@ -207,7 +207,7 @@ pub(crate) fn run<'py>(
     })?;
     let Some(kept) = kept else { return Ok((place, None, Vec::new())) };
     let kept = std::mem::take(&mut *kept.lock().unwrap_or_else(PoisonError::into_inner));
-    let part = Part {
+    let part = CutPart {
         vertices: frozen_rows(py, kept.vertices, 3)?,
         triangles: frozen_rows(py, kept.triangles, 3)?,
         normals: frozen_rows(py, kept.normals, 3)?,
@@ -234,16 +234,16 @@ pub(crate) fn compare<'py>(
 ) -> PyResult<PathBuf> {
     /// Share of the varied motions in the progress.
     const MOTIONS: f64 = 0.2;
-    let chosen = Chosen::read(py, resolution_mm, threads, dynamics, rerun)?;
+    let chosen = RunChoice::read(py, resolution_mm, threads, dynamics, rerun)?;
     let choice = CompareChoice {
         baseline,
         resolution_mm: chosen.resolution_mm,
         dynamics: chosen.dynamics,
         ..CompareChoice::default()
     };
-    beside(py, progress.as_ref(), |shared: &Arc<Shared>| {
+    beside(py, progress.as_ref(), |shared: &Arc<WorkState>| {
         chosen.pool()?.install(|| {
-            let _claim = out.as_deref().map(Claim::take).transpose()?;
+            let _claim = out.as_deref().map(FolderClaim::take).transpose()?;
             let recorder = chosen.recorder();
             let order = CompareOrder {
                 scene: &scene,

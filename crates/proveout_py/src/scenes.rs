@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout::front::Fault;
+use proveout::front::CommandError;
 use proveout_sim::{SimError, scene::Scene};
 use pyo3::{prelude::*, types::PyDict};
 use toml::{Table, Value};
@@ -37,22 +37,24 @@ pub(crate) fn scene_copy(
     values: Vec<(String, String)>,
     programs: Option<Vec<String>>,
 ) -> PyResult<()> {
-    let made = || -> Result<(), Fault> {
+    let made = || -> Result<(), CommandError> {
         let scene = Scene::read(&scene).map_err(SimError::from)?;
         let text = std::fs::read_to_string(&scene.path)
-            .map_err(|e| Fault::new(format!("{}: {e}", scene.path.display()), ""))?;
-        let mut file: Table = text.parse().map_err(|e| Fault::new(format!("{}: {e}", scene.path.display()), ""))?;
+            .map_err(|e| CommandError::new(format!("{}: {e}", scene.path.display()), ""))?;
+        let mut file: Table =
+            text.parse().map_err(|e| CommandError::new(format!("{}: {e}", scene.path.display()), ""))?;
         let folder = std::path::absolute(&scene.folder).unwrap_or_else(|_| scene.folder.clone());
         for (key, value) in &values {
-            let value: Table = value.parse().map_err(|e| Fault::new(format!("{key}: {e}"), "give a TOML value"))?;
+            let value: Table =
+                value.parse().map_err(|e| CommandError::new(format!("{key}: {e}"), "give a TOML value"))?;
             put(&mut file, key, value.get("value").cloned())?;
         }
         make_absolute(&mut file, &folder);
         if let Some(programs) = &programs {
             keep_programs(&mut file, programs)?;
         }
-        let text = toml::to_string(&file).map_err(|e| Fault::new(e, ""))?;
-        std::fs::write(&to, text).map_err(|e| Fault::new(format!("{} cannot be written: {e}", to.display()), ""))
+        let text = toml::to_string(&file).map_err(|e| CommandError::new(e, ""))?;
+        std::fs::write(&to, text).map_err(|e| CommandError::new(format!("{} cannot be written: {e}", to.display()), ""))
     };
     py.detach(made).map_err(|fault| raised(py, &fault))
 }
@@ -91,9 +93,10 @@ fn make_absolute(table: &mut Table, folder: &Path) {
 
 /// Puts a value under a key such as `control.joint_limits.A.max_velocity_deg_s` or `program.original.file`: a table of a list is meant
 /// by its `name`, or by its number from 0.
-fn put(table: &mut Table, key: &str, value: Option<Value>) -> Result<(), Fault> {
-    let wrong =
-        |message: String| Fault::new(format!("{key}: {message}"), "write a dotted key, such as control.dynamics");
+fn put(table: &mut Table, key: &str, value: Option<Value>) -> Result<(), CommandError> {
+    let wrong = |message: String| {
+        CommandError::new(format!("{key}: {message}"), "write a dotted key, such as control.dynamics")
+    };
     let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
     if first.is_empty() {
         return Err(wrong("a part of the key is empty".to_owned()));
@@ -123,13 +126,13 @@ fn put(table: &mut Table, key: &str, value: Option<Value>) -> Result<(), Fault> 
 }
 
 /// Leaves these programs alone in a scene, in their order, with what is said of them.
-fn keep_programs(file: &mut Table, programs: &[String]) -> Result<(), Fault> {
+fn keep_programs(file: &mut Table, programs: &[String]) -> Result<(), CommandError> {
     let Some(Value::Array(all)) = file.get_mut("program") else { return Ok(()) };
     let name = |v: &Value| v.get("name").and_then(Value::as_str).unwrap_or_default().to_owned();
     let known: Vec<String> = all.iter().map(&name).collect();
     if let Some(missing) = programs.iter().find(|p| !known.contains(p)) {
         let remedy = format!("programs of the scene: {}", known.join(", "));
-        return Err(Fault::new(format!("no program {missing:?} in the scene"), &remedy));
+        return Err(CommandError::new(format!("no program {missing:?} in the scene"), &remedy));
     }
     let texts: Vec<(String, Value)> = all.iter().map(|v| (name(v), v.clone())).collect();
     all.retain(|v| programs.contains(&name(v)));

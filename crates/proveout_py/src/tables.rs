@@ -6,7 +6,7 @@ use arrow_array::{Array, ArrayRef, RecordBatch, StructArray, cast::AsArray, type
 use arrow_schema::{ArrowError, DataType, Field};
 use numpy::IntoPyArray;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use proveout::front::Fault;
+use proveout::front::CommandError;
 use pyo3::{exceptions::PyKeyError, prelude::*, types::PyCapsule};
 use pyo3_arrow::{
     buffer::PyArrowBuffer,
@@ -142,6 +142,6 @@ pub(crate) fn read_parquet(py: Python<'_>, file: PathBuf) -> PyResult<Table> {
         let batch = batches.next().transpose().map_err(|e| e.to_string())?;
         Ok(Table(batch.unwrap_or_else(|| RecordBatch::new_empty(schema))))
     };
-    let wrong = |e| Fault::new(format!("{} cannot be read: {e}", file.display()), "run the scene again");
+    let wrong = |e| CommandError::new(format!("{} cannot be read: {e}", file.display()), "run the scene again");
     py.detach(read).map_err(|e| raised(py, &wrong(e)))
 }

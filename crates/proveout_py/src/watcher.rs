@@ -11,14 +11,14 @@ use proveout_sim::{
     observer::{Batch, MeshPart, ObserverError, Outcome, Setup},
 };
 
-use crate::work::Shared;
+use crate::work::WorkState;
 
 /// Share of the progress that the program takes; the rest is for judgement and files.
 const PROGRAM_SHARE: f64 = 0.9;
 
 /// The surface of a cut part, workpiece frame: patches first, then the stock. Flat rows, as arrays want them.
 #[derive(Debug, Default)]
-pub(crate) struct Kept {
+pub(crate) struct CutSurface {
     /// Vertices by three, mm.
     pub(crate) vertices: Vec<f64>,
     /// Outward unit normals by three.
@@ -48,8 +48,8 @@ pub(crate) struct KeptMap {
 
 /// The observer.
 pub(crate) struct Watcher {
-    shared: Arc<Shared>,
-    kept: Option<Arc<Mutex<Kept>>>,
+    shared: Arc<WorkState>,
+    kept: Option<Arc<Mutex<CutSurface>>>,
     main_file: String,
     /// What of the whole work this run is.
     share: [f64; 2],
@@ -60,10 +60,10 @@ pub(crate) struct Watcher {
 impl Watcher {
     /// For a run that takes the work from one share to another; `kept` where its surface is wanted.
     pub(crate) fn boxed(
-        shared: &Arc<Shared>,
+        shared: &Arc<WorkState>,
         prepared: &Prepared,
         share: [f64; 2],
-        kept: Option<Arc<Mutex<Kept>>>,
+        kept: Option<Arc<Mutex<CutSurface>>>,
     ) -> Box<dyn Observer> {
         let main_file = prepared.running_file().display().to_string();
         Box::new(Self { shared: Arc::clone(shared), kept, main_file, share, findings: 0, line: 0 })
@@ -81,7 +81,7 @@ impl Watcher {
         self.shared.tell(from + (to - from) * share, text);
     }
 
-    fn keep(&self, what: impl FnOnce(&mut Kept)) {
+    fn keep(&self, what: impl FnOnce(&mut CutSurface)) {
         if let Some(kept) = &self.kept {
             what(&mut kept.lock().unwrap_or_else(PoisonError::into_inner));
         }

@@ -18,7 +18,7 @@ use std::{
     time::Duration,
 };
 
-use proveout::front::Fault;
+use proveout::front::CommandError;
 use pyo3::prelude::*;
 
 use crate::errors::{internal, raised};
@@ -28,22 +28,22 @@ const TICK: Duration = Duration::from_millis(100);
 
 /// How far some work is, and whether it should end.
 #[derive(Debug, Default)]
-pub(crate) struct Shared {
+pub(crate) struct WorkState {
     ends: AtomicBool,
-    told: Mutex<Told>,
+    told: Mutex<ProgressStep>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Told {
+struct ProgressStep {
     /// From 0 to 1.
     share: f64,
     text: String,
 }
 
 /// The work found that it should end; unwinds without the words of a panic.
-struct BrokenOff;
+struct CancelledWork;
 
-impl Shared {
+impl WorkState {
     /// Whether the caller wants no more.
     pub(crate) fn ends(&self) -> bool {
         self.ends.load(Ordering::Relaxed)
@@ -52,17 +52,17 @@ impl Shared {
     /// Breaks off the task at once, if it should end: for places that cannot return an error.
     pub(crate) fn leave_if_it_ends(&self) {
         if self.ends() {
-            resume_unwind(Box::new(BrokenOff));
+            resume_unwind(Box::new(CancelledWork));
         }
     }
 
     /// The reported share never falls: two programs of a comparison run at the same time.
     pub(crate) fn tell(&self, share: f64, text: String) {
         let mut told = lock(&self.told);
-        *told = Told { share: told.share.max(share), text };
+        *told = ProgressStep { share: told.share.max(share), text };
     }
 
-    fn told(&self) -> Told {
+    fn told(&self) -> ProgressStep {
         lock(&self.told).clone()
     }
 }
@@ -73,9 +73,9 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Set when the work is done, however it ends.
 #[derive(Default)]
-struct Done(Mutex<bool>, Condvar);
+struct CompletionFlag(Mutex<bool>, Condvar);
 
-impl Done {
+impl CompletionFlag {
     fn set(&self) {
         *lock(&self.0) = true;
         self.1.notify_all();
@@ -95,9 +95,9 @@ impl Done {
 pub(crate) fn beside<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&Arc<Shared>) -> Result<T, Fault> + Send,
+    work: impl FnOnce(&Arc<WorkState>) -> Result<T, CommandError> + Send,
 ) -> PyResult<T> {
-    let (shared, done) = (Arc::new(Shared::default()), Done::default());
+    let (shared, done) = (Arc::new(WorkState::default()), CompletionFlag::default());
     let mut broken = None;
     let result = thread::scope(|scope| {
         let handle = thread::Builder::new().name("proveout".to_owned()).spawn_scoped(scope, || {
@@ -105,7 +105,7 @@ pub(crate) fn beside<T: Send>(
             done.set();
             result
         })?;
-        let mut last = Told::default();
+        let mut last = ProgressStep::default();
         while !py.detach(|| done.wait()) {
             if broken.is_some() {
                 continue;

@@ -12,7 +12,7 @@ use proveout_sim::{
 
 use crate::{
     error::RecordError,
-    table::{Column, Table},
+    parquet_table::{Column, Table},
     units::JointUnit,
 };
 

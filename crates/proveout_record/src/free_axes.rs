@@ -22,7 +22,7 @@ const LEAST_TILT: f64 = 1e-9;
 
 /// The whole file.
 #[derive(Serialize)]
-struct File {
+struct FreeAxesFile {
     schema_version: u32,
     finest_cell_deg: f64,
     tilt_limit_deg: f64,
@@ -30,11 +30,11 @@ struct File {
     gouge_mm: f64,
     touch_mm: f64,
     unchecked: Vec<String>,
-    places: Vec<Place>,
+    places: Vec<OrientationRow>,
 }
 
 #[derive(Serialize)]
-struct Place {
+struct OrientationRow {
     time_s: f64,
     file: Option<String>,
     line: Option<u32>,
@@ -54,7 +54,7 @@ struct Place {
     cells: Vec<(f64, f64, f64, f64, &'static str)>,
 }
 
-impl Place {
+impl OrientationRow {
     fn of(place: &FreePlace) -> Self {
         let map = &place.map;
         let [feed, _, normal] = map.frame();
@@ -114,7 +114,7 @@ impl Observer for FreeAxesObserver {
     fn free_axes(&mut self, _setup: &Setup<'_>, axes: &FreeAxes) -> Result<(), ObserverError> {
         let Some(folder) = &self.folder else { return Ok(()) };
         let settings = &axes.settings;
-        let file = File {
+        let file = FreeAxesFile {
             schema_version: 1,
             finest_cell_deg: settings.finest_cell.to_degrees(),
             tilt_limit_deg: settings.tilt_limit.to_degrees(),
@@ -122,7 +122,7 @@ impl Observer for FreeAxesObserver {
             gouge_mm: settings.gouge,
             touch_mm: axes.touch_mm,
             unchecked: axes.unchecked.clone(),
-            places: axes.places.iter().map(Place::of).collect(),
+            places: axes.places.iter().map(OrientationRow::of).collect(),
         };
         let path = folder.join("free_axes.json");
         // In one line: a map has hundreds of cells.

@@ -1,6 +1,10 @@
 //! Binary glTF 2.0: one mesh, written in a stable byte order.
 
-use std::io::{self, Write};
+use std::{
+    fs::File,
+    io::{self, BufWriter, Write},
+    path::Path,
+};
 
 use gltf_json::{
     Accessor, Asset, Buffer, Index, Material, Mesh, Node, Root, Scene,
@@ -15,7 +19,7 @@ use gltf_json::{
 use proveout_geom::write_glb_container;
 
 use crate::{
-    color::{Rgba, linear_from_srgb},
+    color::{Rgba, STEEL, linear_from_srgb},
     picture::Picture,
 };
 
@@ -23,13 +27,26 @@ use crate::{
 const METRE_FROM_MM: [f32; 3] = [1e-3; 3];
 const Y_UP_FROM_Z_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 
+/// Writes a file with a mesh of the color of steel where it has no colors.
+pub(crate) fn write_glb_file(
+    path: &Path,
+    name: &str,
+    note: &str,
+    picture: &Picture,
+    colors: &[Rgba],
+) -> io::Result<()> {
+    let mut out = BufWriter::new(File::create(path)?);
+    write_glb(&mut out, name, note, picture, colors, STEEL)?;
+    out.flush()
+}
+
 /// Writes a mesh as binary glTF. Vertices stay in mm and the frame of `picture`; the root node carries the scale to
 /// meter and the turn to Y up. `colors` (one a vertex) are turned from sRGB to linear light, as `COLOR_0` wants them;
 /// without them the material gets the color `plain`. `note` goes to the extras of the asset. A mesh without triangles gives a file whose only node has no mesh.
 ///
 /// # Errors
 /// What `out` returns, or a mesh above 4 GiB, which the format cannot hold.
-pub(crate) fn write_glb(
+fn write_glb(
     out: &mut impl Write,
     name: &str,
     note: &str,
@@ -89,7 +106,7 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colored: bool, plain
     let bounds = picture.positions.iter().fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], |[low, high], p| {
         [std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))]
     });
-    let mut parts = Parts { root, bin: 0 };
+    let mut parts = GlbChunks { root, bin: 0 };
     let vertices = picture.positions.len();
     let float = ComponentType::F32;
     let position = parts.vertices(12, vertices, float, Type::Vec3)?;
@@ -105,7 +122,7 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colored: bool, plain
         attributes.insert(Valid(Semantic::Colors(0)), color);
     }
     let indices = parts.indices(3 * picture.triangles.len())?;
-    let Parts { root, bin } = parts;
+    let GlbChunks { root, bin } = parts;
 
     let base = if colored { [1.0; 4] } else { lights()(&plain).map(|c| f32::from(c) / 255.0) };
     let material = root.push(Material {
@@ -146,13 +163,13 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colored: bool, plain
     Ok(bin)
 }
 
-struct Parts<'a> {
+struct GlbChunks<'a> {
     root: &'a mut Root,
     /// Length of the binary chunk so far.
     bin: usize,
 }
 
-impl Parts<'_> {
+impl GlbChunks<'_> {
     fn view(&mut self, length: usize, target: Target) -> io::Result<Index<View>> {
         let offset = self.bin;
         self.bin += length;

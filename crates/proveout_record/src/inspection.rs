@@ -9,7 +9,7 @@ use proveout_sim::{
 
 use crate::{
     error::RecordError,
-    qif::{Planned, inspection_qif},
+    qif::{PlannedFeature, inspection_qif},
 };
 
 /// One line a feature: name, nominal value, tolerance to both sides, measured value, deviation (mm), judgement. A feature whose probe met
@@ -53,7 +53,7 @@ pub(crate) fn write_inspection(folder: &Path, verdict: &Verdict, plan: &[Inspect
     let path = folder.join("inspection.csv");
     std::fs::write(&path, inspection_csv(&verdict.inspection)).map_err(RecordError::io(&path))?;
     let run = format!("scene {} program {}", verdict.scene, verdict.program);
-    let plan: Vec<Planned> = plan.iter().map(Planned::from).collect();
+    let plan: Vec<PlannedFeature> = plan.iter().map(PlannedFeature::from).collect();
     let Some(text) = inspection_qif(&verdict.inspection, &plan, &run) else { return Ok(()) };
     let path = folder.join("inspection.qif");
     std::fs::write(&path, text).map_err(RecordError::io(&path))

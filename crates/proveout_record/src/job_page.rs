@@ -2,35 +2,19 @@
 
 use std::{fs, path::Path};
 
-use minijinja::{Environment, context, value::Serde};
+use minijinja::{context, value::Serde};
 use proveout_sim::{
     job::JobVerdict,
     verdict::{Gate, State},
 };
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::{
     error::RecordError,
-    page_safety::{policy, without_steering},
+    page_template::{fill, policy},
 };
 
 const TEMPLATE: &str = include_str!("../templates/job.html");
-
-/// A setup in words.
-#[derive(Serialize)]
-struct Row {
-    name: String,
-    /// Path of its page from that of the job, as part of an address; none where it was not run.
-    report: Option<String>,
-    class: &'static str,
-    word: &'static str,
-    stock: String,
-    why: String,
-    figures: String,
-    gates: Vec<[String; 4]>,
-    errors: Vec<String>,
-    more: u64,
-}
 
 /// Writes `job.json` and `job.html` into the folder of a job.
 ///
@@ -47,40 +31,33 @@ pub fn write_job(folder: &Path, verdict: &JobVerdict) -> Result<(), RecordError>
 }
 
 fn render(verdict: &JobVerdict) -> Result<String, RecordError> {
-    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
-    environment.add_template("job.html", TEMPLATE).map_err(fault)?;
-    let rows: Vec<Row> = verdict
+    let rows: Vec<Value> = verdict
         .setups
         .iter()
         .map(|s| {
             let (class, word) = s.verdict.map_or(("unchecked", "not run"), words);
-            Row {
-                name: s.name.clone(),
-                report: s.verdict.map(|_| format!("{}/report.html", address(&s.name))),
-                class,
-                word,
-                stock: s.after.as_ref().map_or_else(|| "of its scene".into(), |a| format!("as {a} left it")),
-                why: s.not_run.clone().unwrap_or_default(),
-                figures: match (s.time_s, s.removed_mm3, s.stock_left_mm3) {
+            json!({
+                "name": s.name,
+                "report": s.verdict.map(|_| format!("{}/report.html", address(&s.name))),
+                "class": class,
+                "word": word,
+                "stock": s.after.as_ref().map_or_else(|| "of its scene".into(), |a| format!("as {a} left it")),
+                "why": s.not_run.clone().unwrap_or_default(),
+                "figures": match (s.time_s, s.removed_mm3, s.stock_left_mm3) {
                     (Some(time), Some(removed), Some(left)) => {
                         format!("{time:.1} s of machine time, {removed:.1} mm³ removed, {left:.1} mm³ left")
                     }
                     _ => String::new(),
                 },
-                gates: s.gates.iter().map(gate).collect(),
-                errors: s.first_errors.clone(),
-                more: s.errors.saturating_sub(s.first_errors.len() as u64),
-            }
+                "gates": s.gates.iter().map(gate).collect::<Vec<_>>(),
+                "errors": s.first_errors,
+                "more": s.errors.saturating_sub(s.first_errors.len() as u64),
+            })
         })
         .collect();
     let (class, word) = words(verdict.verdict);
-    let template = environment.get_template("job.html").map_err(fault)?;
-    let page = template
-        .render(context! { policy => policy(&[]), job => verdict.job.clone(), class, word, rows => Serde(rows) })
-        .map_err(fault)?;
-    Ok(without_steering(page))
+    let data = context! { policy => policy(&[]), job => verdict.job.clone(), class, word, rows => Serde(rows) };
+    fill("job.html", TEMPLATE, data)
 }
 
 fn words(state: State) -> (&'static str, &'static str) {

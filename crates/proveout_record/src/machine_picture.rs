@@ -20,7 +20,7 @@ use crate::{
     canvas::{Canvas, width_of},
     color::NEUTRAL_INK,
     error::RecordError,
-    picture::NO_AREA,
+    projection::Projection,
 };
 
 /// Points of the view, and of the whole picture.
@@ -34,12 +34,6 @@ const BACK: [f64; 3] = [0.62, -1.0, 0.62];
 /// Length of an arrow, and radius of an arc, as a share of the machine's diagonal.
 const ARROW: f64 = 0.11;
 const BACKGROUND: [u8; 3] = [250, 250, 250];
-/// Sine of the angle between up and the direction of the view below which X is to the right.
-const UPRIGHT: f64 = 1e-6;
-/// Least half of the width and height of the view, mm: a machine without bodies has one, too.
-const LEAST_HALF_MM: f64 = 1e-3;
-/// Twice the area of a triangle in the picture, points squared, below which it is not drawn.
-const LEAST_SHOWN: f64 = 1e-12;
 /// Shorter products of directions and ways (mm) have no direction.
 const SHORTEST: f64 = 1e-9;
 
@@ -49,41 +43,6 @@ const SHORTEST: f64 = 1e-9;
 /// [`RecordError::Picture`] where the machine has no bodies, or the encoder refuses.
 pub fn machine_png(machine: &Machine) -> Result<Vec<u8>, RecordError> {
     draw(machine)?.png()
-}
-
-/// Parallel projection of machine coordinates.
-struct View {
-    right: Vector,
-    up: Vector,
-    back: Vector,
-    focus: Point,
-    scale: f64,
-}
-
-impl View {
-    /// All of a box in the view.
-    fn of(room: &Aabb, up: &Vector) -> Self {
-        let back = Vector::from(BACK).normalize();
-        let right = up.cross(&back).try_normalize(UPRIGHT).unwrap_or_else(Vector::x);
-        let up = back.cross(&right);
-        let corners = (0..8).map(|k| {
-            let pick = |i: usize| if k >> i & 1 == 1 { room.max[i] } else { room.min[i] };
-            Vector::new(pick(0), pick(1), pick(2)) - room.center().coords
-        });
-        let mut half = [LEAST_HALF_MM; 2];
-        for c in corners {
-            half = [half[0].max(c.dot(&right).abs()), half[1].max(c.dot(&up).abs())];
-        }
-        let scale = (0.48 * VIEW[0] as f64 / half[0]).min(0.48 * VIEW[1] as f64 / half[1]);
-        Self { right, up, back, focus: room.center(), scale }
-    }
-
-    /// Points to the right and down in the view, mm towards the viewer.
-    fn place(&self, p: &Point) -> [f64; 3] {
-        let way = p - self.focus;
-        let (x, y) = (way.dot(&self.right) * self.scale, way.dot(&self.up) * self.scale);
-        [0.5 * VIEW[0] as f64 + x, 0.5 * VIEW[1] as f64 - y, way.dot(&self.back)]
-    }
 }
 
 fn draw(machine: &Machine) -> Result<Canvas, RecordError> {
@@ -107,7 +66,7 @@ fn draw(machine: &Machine) -> Result<Canvas, RecordError> {
         let message = format!("{} has no bodies to draw: give it [[body]] tables or a model", machine.name);
         return Err(RecordError::Picture { message });
     }
-    let view = View::of(&room, &machine.up.unwrap_or_else(Vector::z));
+    let view = Projection::fitting(&room, &Vector::from(BACK), &machine.up.unwrap_or_else(Vector::z), VIEW);
     let mut canvas = Canvas::new(SIZE[0], SIZE[1]);
     canvas.text([MARGIN, MARGIN], &cut(&machine.name, SIZE[0] - 2 * MARGIN));
     let at = [MARGIN, MARGIN + TITLE];
@@ -208,44 +167,19 @@ struct Pen<'a> {
     canvas: &'a mut Canvas,
     at: [usize; 2],
     depth: Vec<f64>,
-    view: &'a View,
+    view: &'a Projection,
 }
 
 impl Pen<'_> {
     fn triangle(&mut self, corners: [Point; 3], color: [u8; 3]) {
-        let [a, b, c] = corners.map(|p| self.view.place(&p));
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if !(area.abs() > LEAST_SHOWN && area.is_finite()) {
-            return;
-        }
-        let Some(normal) = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).try_normalize(NO_AREA) else {
-            return;
-        };
-        let light = (self.view.back + self.view.up * 0.45 - self.view.right * 0.3).normalize();
-        let shade = 0.4 + 0.6 * normal.dot(&light).abs();
-        let color = color.map(|v| (f64::from(v) * shade).round() as u8);
-        let range = |k: usize, most: usize| {
-            let (low, high) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
-            let (low, high) = ((low - 0.5).ceil().max(0.0), (high - 0.5).floor().min(most as f64 - 1.0));
-            if high < low { 0..0 } else { low as usize..high as usize + 1 }
-        };
-        for y in range(1, VIEW[1]) {
-            for x in range(0, VIEW[0]) {
-                let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
-                let edge =
-                    |u: [f64; 3], v: [f64; 3]| ((v[0] - u[0]) * (py - u[1]) - (v[1] - u[1]) * (px - u[0])) / area;
-                let (wa, wb, wc) = (edge(b, c), edge(c, a), edge(a, b));
-                if wa < 0.0 || wb < 0.0 || wc < 0.0 {
-                    continue;
-                }
-                let depth = wa * a[2] + wb * b[2] + wc * c[2];
-                let index = y * VIEW[0] + x;
-                if depth > self.depth[index] {
-                    self.depth[index] = depth;
-                    self.dot(x as f64, y as f64, color);
-                }
+        self.view.triangle(corners, |[x, y], depth, shade| {
+            let nearest = &mut self.depth[y * VIEW[0] + x];
+            if depth > *nearest {
+                *nearest = depth;
+                let color = color.map(|v| (f64::from(v) * shade).round() as u8);
+                self.canvas.dot((self.at[0] + x) as isize, (self.at[1] + y) as isize, color);
             }
-        }
+        });
     }
 
     fn dot(&mut self, x: f64, y: f64, color: [u8; 3]) {

@@ -1,14 +1,10 @@
 //! A mesh alone in a file, by the ending of its name.
 
-use std::{
-    fs::File,
-    io::{self, BufWriter, Write},
-    path::Path,
-};
+use std::{io, path::Path};
 
 use proveout_geom::{MeshFileError, TriMesh, write_stl};
 
-use crate::{color::STEEL, glb::write_glb, picture::Picture};
+use crate::{glb::write_glb_file, picture::Picture};
 
 /// Edges sharper than this stay sharp in the picture, radian.
 const CREASE: f64 = 0.5;
@@ -24,11 +20,7 @@ pub fn write_mesh(path: &Path, name: &str, note: &str, mesh: &TriMesh) -> io::Re
             MeshFileError::Open { source, .. } => source,
             other => io::Error::other(other),
         }),
-        Some("glb") => {
-            let mut out = BufWriter::new(File::create(path)?);
-            write_glb(&mut out, name, note, &Picture::creased(mesh, CREASE), &[], STEEL)?;
-            out.flush()
-        }
+        Some("glb") => write_glb_file(path, name, note, &Picture::creased(mesh, CREASE), &[]),
         _ => Err(io::Error::new(io::ErrorKind::InvalidInput, "its name ends neither in .stl nor in .glb")),
     }
 }

@@ -1,10 +1,6 @@
 //! The cut part as pictures: `part.glb`, `deviation.glb`, and what the report and the recording show of it.
 
-use std::{
-    fs::File,
-    io::{BufWriter, Write},
-    path::Path,
-};
+use std::path::Path;
 
 use proveout_sim::{
     Observer, SurfaceMap, SurfaceShape, SurfaceTexture,
@@ -12,12 +8,12 @@ use proveout_sim::{
 };
 
 use crate::{
-    color::{DeviationMap, Rgba, STEEL},
+    color::{DeviationMap, Rgba},
     error::RecordError,
-    gather::{ShownSurface, SurfacePicture},
-    glb::write_glb,
+    glb::write_glb_file,
     picture::Picture,
-    texture::{ShownTexture, range_of},
+    roughness_map::{ShownTexture, range_of},
+    surface_picture::{ShownSurface, SurfacePicture},
 };
 
 /// Most triangles of a glTF file: 2 million are 60 MB and still turn in a viewer.
@@ -71,11 +67,7 @@ fn write_shown(
     for (name, note, colors) in
         [("part", size.clone(), &[][..]), ("deviation", format!("{size}; {colored}"), colors.as_slice())]
     {
-        let path = folder.join(format!("{name}.glb"));
-        let mut out = BufWriter::new(File::create(&path).map_err(RecordError::io(&path))?);
-        write_glb(&mut out, name, &note, picture, colors, STEEL)
-            .and_then(|()| out.flush())
-            .map_err(RecordError::io(&path))?;
+        write_file(folder, name, &note, picture, colors)?;
     }
     Ok(())
 }
@@ -104,11 +96,12 @@ fn write_roughness(folder: &Path, textures: &[ShownTexture]) -> Result<(), Recor
         range[0],
         range[1]
     );
-    let path = folder.join("roughness.glb");
-    let mut out = BufWriter::new(File::create(&path).map_err(RecordError::io(&path))?);
-    write_glb(&mut out, "roughness", &note, &picture, &colors, STEEL)
-        .and_then(|()| out.flush())
-        .map_err(RecordError::io(&path))
+    write_file(folder, "roughness", &note, &picture, &colors)
+}
+
+fn write_file(folder: &Path, name: &str, note: &str, picture: &Picture, colors: &[Rgba]) -> Result<(), RecordError> {
+    let path = folder.join(format!("{name}.glb"));
+    write_glb_file(&path, name, note, picture, colors).map_err(RecordError::io(&path))
 }
 
 /// Writes the glTF files at the end of a run, from the bands of the surface.

@@ -51,14 +51,14 @@ fn uuid(text: &str) -> String {
 }
 
 /// What the scene says of a feature.
-pub(crate) struct Planned {
+pub(crate) struct PlannedFeature {
     from: [f64; 3],
     /// `+x`, `-x`, `+y`, `-y`, `+z` or `-z`.
     direction: String,
     thickness: bool,
 }
 
-impl From<&InspectFile> for Planned {
+impl From<&InspectFile> for PlannedFeature {
     fn from(file: &InspectFile) -> Self {
         Self {
             from: *file.from_mm.get_ref(),
@@ -69,7 +69,7 @@ impl From<&InspectFile> for Planned {
 }
 
 /// One feature with what the scene says of it.
-struct One<'a> {
+struct QifFeature<'a> {
     measured: &'a Inspected,
     thickness: bool,
     axis: usize,
@@ -81,8 +81,8 @@ struct One<'a> {
     id: usize,
 }
 
-impl<'a> One<'a> {
-    fn of(measured: &'a Inspected, plan: &Planned, id: usize) -> Self {
+impl<'a> QifFeature<'a> {
+    fn of(measured: &'a Inspected, plan: &PlannedFeature, id: usize) -> Self {
         let axis = ["x", "y", "z"].iter().position(|a| plan.direction.ends_with(a)).unwrap_or(2);
         let mut nominal = plan.from;
         if !plan.thickness {
@@ -119,13 +119,13 @@ fn list(out: &mut String, tag: &str, parts: &[String]) {
 
 /// The document. `plan` are the features of the scene in the order of `features`; `None` where there is
 /// nothing to report.
-pub(crate) fn inspection_qif(features: &[Inspected], plan: &[Planned], run: &str) -> Option<String> {
+pub(crate) fn inspection_qif(features: &[Inspected], plan: &[PlannedFeature], run: &str) -> Option<String> {
     if features.is_empty() || features.len() != plan.len() {
         return None;
     }
-    let all: Vec<One<'_>> =
-        features.iter().zip(plan).enumerate().map(|(i, (m, f))| One::of(m, f, 1 + i * IDS)).collect();
-    let points: Vec<&One<'_>> = all.iter().filter(|o| !o.thickness).collect();
+    let all: Vec<QifFeature<'_>> =
+        features.iter().zip(plan).enumerate().map(|(i, (m, f))| QifFeature::of(m, f, 1 + i * IDS)).collect();
+    let points: Vec<&QifFeature<'_>> = all.iter().filter(|o| !o.thickness).collect();
     let last = 1 + all.len() * IDS;
     let mut body = String::new();
     if !points.is_empty() {
@@ -207,7 +207,7 @@ pub(crate) fn inspection_qif(features: &[Inspected], plan: &[Planned], run: &str
         list(&mut results, "CharacteristicMeasurements", &values);
         results += "</MeasuredCharacteristics>\n";
     }
-    let whole = state(all.iter().all(One::passes));
+    let whole = state(all.iter().all(QifFeature::passes));
     let ids = [uuid(&format!("document {run}\n{body}{results}")), uuid(&format!("results {run}\n{body}{results}"))];
     Some(format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
@@ -225,7 +225,7 @@ pub(crate) fn inspection_qif(features: &[Inspected], plan: &[Planned], run: &str
     ))
 }
 
-fn characteristics(body: &mut String, all: &[One<'_>]) {
+fn characteristics(body: &mut String, all: &[QifFeature<'_>]) {
     *body += "<Characteristics>\n";
     let definitions: Vec<String> = all
         .iter()

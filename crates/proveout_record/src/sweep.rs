@@ -10,7 +10,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use minijinja::{Environment, context, value::Serde};
+use minijinja::{context, value::Serde};
 use proveout_sim::{
     sweep::{JobResult, JobState, Plan, Recheck, check_verdict, read_result},
     verdict::State,
@@ -22,8 +22,8 @@ use thiserror::Error;
 use crate::{
     chart::{Chart, Series, Style},
     error::RecordError,
-    page_safety::{policy, without_steering},
-    table::{Column, Kind, Table},
+    page_template::{fill, policy},
+    parquet_table::{Column, ColumnKind, Table},
 };
 
 const TEMPLATE: &str = include_str!("../templates/sweep.html");
@@ -63,7 +63,7 @@ fn more(count: usize, told: usize) -> String {
 
 /// What was merged: `sweep.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Merged {
+pub struct SweepSummary {
     /// Name of the sweep.
     pub name: String,
     /// Program and version.
@@ -91,7 +91,7 @@ pub struct Fastest {
 ///
 /// # Errors
 /// [`MergeError`]: a result that is missing, of another plan or version, or damaged; nothing is merged by halves.
-pub fn merge_sweep(folder: &Path, plan: &Plan) -> Result<Merged, MergeError> {
+pub fn merge_sweep(folder: &Path, plan: &Plan) -> Result<SweepSummary, MergeError> {
     let seen = survey(folder, plan)?;
     let beside = |name: &str| folder.join(format!(".{name}.{}", std::process::id()));
     let written = write_all(folder, plan, &seen, &beside);
@@ -109,8 +109,8 @@ pub fn merge_sweep(folder: &Path, plan: &Plan) -> Result<Merged, MergeError> {
 }
 
 /// What the first reading finds.
-struct Seen {
-    merged: Merged,
+struct JobSurvey {
+    merged: SweepSummary,
     figures: BTreeSet<String>,
     /// Keys all of whose values are numbers.
     numbers: Vec<bool>,
@@ -124,14 +124,14 @@ fn time(result: &JobResult) -> f64 {
     result.figures.get("time_s").copied().flatten().unwrap_or(f64::INFINITY)
 }
 
-fn survey(folder: &Path, plan: &Plan) -> Result<Seen, MergeError> {
+fn survey(folder: &Path, plan: &Plan) -> Result<JobSurvey, MergeError> {
     let (mut faults, mut first) = (0, Vec::new());
-    let mut seen = Seen {
-        merged: Merged {
+    let mut seen = JobSurvey {
+        merged: SweepSummary {
             name: plan.name.clone(),
             made_by: plan.made_by.clone(),
             jobs: plan.jobs.len(),
-            ..Merged::default()
+            ..SweepSummary::default()
         },
         figures: BTreeSet::new(),
         numbers: vec![true; plan.keys.len()],
@@ -209,7 +209,7 @@ fn shorten(best: &mut Vec<JobResult>) {
     best.truncate(SHOWN);
 }
 
-fn write_all(folder: &Path, plan: &Plan, seen: &Seen, beside: &dyn Fn(&str) -> PathBuf) -> Result<(), MergeError> {
+fn write_all(folder: &Path, plan: &Plan, seen: &JobSurvey, beside: &dyn Fn(&str) -> PathBuf) -> Result<(), MergeError> {
     let [table, csv, json, html] = FILES.map(beside);
     write_tables(folder, plan, seen, (&table, &csv))?;
     let text = serde_json::to_string_pretty(&seen.merged).map_err(|e| RecordError::Page { message: e.to_string() })?;
@@ -219,7 +219,7 @@ fn write_all(folder: &Path, plan: &Plan, seen: &Seen, beside: &dyn Fn(&str) -> P
 }
 
 /// Columns: job, values, state, why it was refused, digest, figures.
-fn columns(plan: &Plan, seen: &Seen) -> Vec<Column> {
+fn columns(plan: &Plan, seen: &JobSurvey) -> Vec<Column> {
     let keys = plan.keys.iter().zip(&seen.numbers);
     let mut all = vec![Column::index("job")];
     all.extend(keys.map(|(key, number)| if *number { Column::real(key, "") } else { Column::text(key) }));
@@ -228,7 +228,12 @@ fn columns(plan: &Plan, seen: &Seen) -> Vec<Column> {
     all
 }
 
-fn write_tables(folder: &Path, plan: &Plan, seen: &Seen, (parquet, csv): (&Path, &Path)) -> Result<(), MergeError> {
+fn write_tables(
+    folder: &Path,
+    plan: &Plan,
+    seen: &JobSurvey,
+    (parquet, csv): (&Path, &Path),
+) -> Result<(), MergeError> {
     let columns = columns(plan, seen);
     let notes = [("sweep", plan.name.clone()), ("made_by", plan.made_by.clone())];
     let mut table = Table::create(parquet, &columns, &notes)?;
@@ -270,7 +275,7 @@ fn write_tables(folder: &Path, plan: &Plan, seen: &Seen, (parquet, csv): (&Path,
     }
     lines.flush().map_err(RecordError::io(csv))?;
     table.finish()?;
-    debug_assert!(columns.iter().filter(|c| c.kind == Kind::Index).count() == 1);
+    debug_assert!(columns.iter().filter(|c| c.kind == ColumnKind::Index).count() == 1);
     Ok(())
 }
 
@@ -299,11 +304,7 @@ struct Figure {
     svg: String,
 }
 
-fn render(plan: &Plan, seen: &Seen) -> Result<String, RecordError> {
-    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
-    environment.add_template("sweep.html", TEMPLATE).map_err(fault)?;
+fn render(plan: &Plan, seen: &JobSurvey) -> Result<String, RecordError> {
     let figures: Vec<&str> = FIGURES
         .into_iter()
         .filter(|name| seen.best.iter().any(|r| r.figures.get(*name).is_some_and(Option::is_some)))
@@ -331,17 +332,14 @@ fn render(plan: &Plan, seen: &Seen) -> Result<String, RecordError> {
         .filter(|(_, number)| **number)
         .map(|(key, _)| Figure { name: key.clone(), svg: chart(key, &seen.points) })
         .collect();
-    let template = environment.get_template("sweep.html").map_err(fault)?;
-    let page = template
-        .render(context! {
+    let data = context! {
             policy => policy(&[TABLES]), tables_script => TABLES, name => plan.name.clone(), made_by => plan.made_by.clone(),
             merged => Serde(&seen.merged), keys => plan.keys.clone(), figures, rows => Serde(&rows), charts => Serde(&charts),
             gates => seen.gates.iter().map(|(g, n)| (g.clone(), *n)).collect::<Vec<_>>(),
             refusals => seen.refusals.iter().map(|(r, n)| (r.clone(), *n)).collect::<Vec<_>>(),
             part => seen.points.len() < plan.jobs.len(),
-        })
-        .map_err(fault)?;
-    Ok(without_steering(page))
+    };
+    fill("sweep.html", TEMPLATE, data)
 }
 
 /// Machine time over the values of a key.

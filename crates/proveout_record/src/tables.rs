@@ -14,7 +14,7 @@ use proveout_tool::Tool;
 
 use crate::{
     error::RecordError,
-    table::{Column, Table},
+    parquet_table::{Column, Table},
     units::{JointUnit, PER_MINUTE, UM_PER_MM},
 };
 
@@ -221,10 +221,10 @@ pub fn write_surface_table(path: &Path, surface: &SurfaceMap) -> Result<(), Reco
 /// Writes the three tables while the run goes on; memory does not grow with the length of the run.
 #[derive(Default)]
 pub struct TableObserver {
-    open: Option<Open>,
+    open: Option<OpenTables>,
 }
 
-struct Open {
+struct OpenTables {
     signals: Table,
     blocks: Table,
     surface: SurfaceTable,
@@ -244,7 +244,8 @@ impl Observer for TableObserver {
         let blocks = Table::create(&folder.join("blocks.parquet"), &block_columns(), &notes[..1])?;
         let names = setup.patches.iter().map(|p| p.name().into()).collect();
         let surface = SurfaceTable::create(&folder.join("surface.parquet"), names)?;
-        self.open = Some(Open { signals, blocks, surface, joints, work_from_table: setup.table_from_work.inverse() });
+        self.open =
+            Some(OpenTables { signals, blocks, surface, joints, work_from_table: setup.table_from_work.inverse() });
         Ok(())
     }
 

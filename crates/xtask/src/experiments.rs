@@ -8,7 +8,7 @@ use std::{
 
 use proveout_sim::compare::{Comparison, markdown};
 
-use crate::{Failure, files};
+use crate::{TaskError, files};
 
 const HEAD: &str = "\
 # Published experiments, repeated
@@ -40,7 +40,7 @@ const MADE: &str = "Made by proveout: `";
 const SHOWN: usize = 12;
 
 /// Writes sections of the page from folders of comparisons and keeps the others; with `--check` first, only compares.
-pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), Failure> {
+pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), TaskError> {
     let (check, folders) = match words {
         ["--check", folders @ ..] => (true, folders),
         folders => (false, folders),
@@ -53,7 +53,7 @@ pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), Failure> {
         let path = PathBuf::from(folder).join("compare.json");
         let text = files::get(&path)?;
         let comparison: Comparison = serde_json::from_str(&text)
-            .map_err(|e| Failure(format!("{}:{}:{}: {e}", path.display(), e.line(), e.column())))?;
+            .map_err(|e| TaskError(format!("{}:{}:{}: {e}", path.display(), e.line(), e.column())))?;
         let section = markdown(&comparison);
         let (head, rest) = section.split_once("\n\n").unwrap_or((&section, ""));
         let known = sections.iter_mut().find(|s| heading(s) == head);
@@ -103,24 +103,24 @@ fn heading(section: &str) -> &str {
 }
 
 /// Commands of the experiments, in the order of the registry.
-fn commands(root: &Path) -> Result<Vec<String>, Failure> {
+fn commands(root: &Path) -> Result<Vec<String>, TaskError> {
     let runs = registry(root)?;
     let experiment = |r: &&toml::Value| r.get("experiment").and_then(toml::Value::as_bool).unwrap_or(false);
     let command = |r: &toml::Value| r.get("command").and_then(toml::Value::as_str).map(str::to_owned);
     Ok(runs.iter().filter(experiment).filter_map(command).collect())
 }
 
-fn registry(root: &Path) -> Result<Vec<toml::Value>, Failure> {
+fn registry(root: &Path) -> Result<Vec<toml::Value>, TaskError> {
     let table: toml::Table = toml::from_str(&files::get(&root.join("docs/figures.toml"))?)
-        .map_err(|e| Failure(format!("docs/figures.toml: {e}")))?;
+        .map_err(|e| TaskError(format!("docs/figures.toml: {e}")))?;
     Ok(table.get("run").and_then(toml::Value::as_array).cloned().unwrap_or_default())
 }
 
 /// Commit that the page is written at, and whether other files have changed since.
-fn commit(root: &Path) -> Result<String, Failure> {
-    let git = |words: &[&str]| -> Result<String, Failure> {
+fn commit(root: &Path) -> Result<String, TaskError> {
+    let git = |words: &[&str]| -> Result<String, TaskError> {
         let output = Command::new("git").args(words).current_dir(root).output();
-        let output = output.map_err(|e| Failure(format!("cannot start git: {e}")))?;
+        let output = output.map_err(|e| TaskError(format!("cannot start git: {e}")))?;
         Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
     let changed = git(&["status", "--porcelain", "--", "crates", "machines", "scenes", "tools"])?;
@@ -135,7 +135,7 @@ const DRAWINGS: [(&str, &str); 2] = [
 ];
 
 /// Puts the drawings of a comparison next to the page, and shows them.
-fn drawn(root: &Path, folder: &str, check: bool) -> Result<String, Failure> {
+fn drawn(root: &Path, folder: &str, check: bool) -> Result<String, TaskError> {
     let name = Path::new(folder).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut shown = String::new();
     for (file, words) in DRAWINGS {
@@ -148,7 +148,7 @@ fn drawn(root: &Path, folder: &str, check: bool) -> Result<String, Failure> {
 }
 
 /// What a comparison was made by, and from what.
-fn origin(root: &Path, folder: &str, c: &Comparison) -> Result<String, Failure> {
+fn origin(root: &Path, folder: &str, c: &Comparison) -> Result<String, TaskError> {
     let name = Path::new(folder).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let runs = registry(root)?;
     let run = |key: &str| {

@@ -32,7 +32,7 @@ use std::{
 
 /// Why a command did not do its work, in words for people.
 #[derive(Debug)]
-struct Failure(String);
+struct TaskError(String);
 
 /// The folder of the workspace.
 fn workspace_root() -> PathBuf {
@@ -68,14 +68,14 @@ fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match run(&words.iter().map(String::as_str).collect::<Vec<_>>()) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(Failure(text)) => {
+        Err(TaskError(text)) => {
             eprintln!("xtask: {text}");
             ExitCode::FAILURE
         }
     }
 }
 
-fn run(words: &[&str]) -> Result<(), Failure> {
+fn run(words: &[&str]) -> Result<(), TaskError> {
     let root = workspace_root();
     match words {
         [] | ["--help" | "-h" | "help"] => {
@@ -96,7 +96,7 @@ fn run(words: &[&str]) -> Result<(), Failure> {
         ["schemas", options @ ..] => schemas(&root, options),
         ["experiments", words @ ..] if words.iter().any(|w| *w != "--check") => experiments(&root, words),
         ["figures", options @ ..] => {
-            println!("{}", figures::run(&root, &figures::Wanted::read(options)?)?);
+            println!("{}", figures::run(&root, &figures::FigureRequest::read(options)?)?);
             Ok(())
         }
         ["verify-clearance", folder, scene] => verify_clearance(&root, folder, scene),
@@ -105,34 +105,34 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             Ok(())
         }
         ["wheel", options @ ..] => {
-            println!("{}", wheel::run(&root, wheel::Options::read(options)?)?);
+            println!("{}", wheel::run(&root, wheel::WheelOptions::read(options)?)?);
             Ok(())
         }
         ["machine-models"] => machine_models::run(&root, false),
         ["machine-models", "--check"] => machine_models::run(&root, true),
         ["cone-frustum"] => cone_frustum::run(&root, false),
         ["cone-frustum", "--check"] => cone_frustum::run(&root, true),
-        _ => Err(Failure(format!("unknown command: {}\n\n{HELP}", words.join(" ")))),
+        _ => Err(TaskError(format!("unknown command: {}\n\n{HELP}", words.join(" ")))),
     }
 }
 
 /// The schemas come from types of the product; only the build with this feature waits for its crates.
 #[cfg(feature = "schemas")]
-fn schemas(root: &Path, options: &[&str]) -> Result<(), Failure> {
+fn schemas(root: &Path, options: &[&str]) -> Result<(), TaskError> {
     match options {
         [] => schemas::run(root, false),
         ["--check"] => schemas::run(root, true),
-        _ => Err(Failure(format!("unknown options: {}", options.join(" ")))),
+        _ => Err(TaskError(format!("unknown options: {}", options.join(" ")))),
     }
 }
 
 #[cfg(feature = "schemas")]
-fn experiments(root: &Path, folders: &[&str]) -> Result<(), Failure> {
+fn experiments(root: &Path, folders: &[&str]) -> Result<(), TaskError> {
     experiments::run(root, folders)
 }
 
 #[cfg(feature = "certificates")]
-fn write_jobs(root: &Path, out: &str) -> Result<(), Failure> {
+fn write_jobs(root: &Path, out: &str) -> Result<(), TaskError> {
     for scene in jobs::write(root, Path::new(out))? {
         println!("{}", scene.display());
     }
@@ -140,40 +140,40 @@ fn write_jobs(root: &Path, out: &str) -> Result<(), Failure> {
 }
 
 #[cfg(not(feature = "certificates"))]
-fn write_jobs(root: &Path, out: &str) -> Result<(), Failure> {
-    let out = std::path::absolute(out).map_err(|e| Failure(format!("{out}: {e}")))?;
+fn write_jobs(root: &Path, out: &str) -> Result<(), TaskError> {
+    let out = std::path::absolute(out).map_err(|e| TaskError(format!("{out}: {e}")))?;
     with_product(root, "certificates", "jobs", &[&out.display().to_string()])
 }
 
 #[cfg(feature = "certificates")]
-fn verify_clearance(_: &Path, folder: &str, scene: &str) -> Result<(), Failure> {
+fn verify_clearance(_: &Path, folder: &str, scene: &str) -> Result<(), TaskError> {
     println!("{}", verify_clearance::run(Path::new(folder), Path::new(scene))?);
     Ok(())
 }
 
 #[cfg(not(feature = "certificates"))]
-fn verify_clearance(root: &Path, folder: &str, scene: &str) -> Result<(), Failure> {
+fn verify_clearance(root: &Path, folder: &str, scene: &str) -> Result<(), TaskError> {
     with_product(root, "certificates", "verify-clearance", &[folder, scene])
 }
 
 #[cfg(not(feature = "schemas"))]
-fn schemas(root: &Path, options: &[&str]) -> Result<(), Failure> {
+fn schemas(root: &Path, options: &[&str]) -> Result<(), TaskError> {
     with_product(root, "schemas", "schemas", options)
 }
 
 #[cfg(not(feature = "schemas"))]
-fn experiments(root: &Path, folders: &[&str]) -> Result<(), Failure> {
+fn experiments(root: &Path, folders: &[&str]) -> Result<(), TaskError> {
     with_product(root, "schemas", "experiments", folders)
 }
 
 /// Starts the build that has the types of the product.
 #[cfg(not(all(feature = "schemas", feature = "certificates")))]
-fn with_product(root: &Path, feature: &str, command: &str, words: &[&str]) -> Result<(), Failure> {
+fn with_product(root: &Path, feature: &str, command: &str, words: &[&str]) -> Result<(), TaskError> {
     let status = std::process::Command::new(workspace::cargo())
         .args(["run", "--quiet", "--locked", "--package", "xtask", "--features", feature, "--", command])
         .args(words)
         .current_dir(root)
         .status()
-        .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
-    if status.success() { Ok(()) } else { Err(Failure(format!("{command}: not written"))) }
+        .map_err(|e| TaskError(format!("cannot start cargo: {e}")))?;
+    if status.success() { Ok(()) } else { Err(TaskError(format!("{command}: not written"))) }
 }

@@ -3,13 +3,13 @@
 use std::{collections::BTreeSet, path::Path, process::Command, time::Instant};
 
 use crate::{
-    Failure,
-    test_programs::{self, Selection},
+    TaskError,
+    test_programs::{self, TestSelection},
     workspace::{Member, Workspace, cargo},
 };
 
 /// Checks the crates with files that differ from `reference` (a commit), new files included.
-pub(crate) fn run(root: &Path, reference: &str) -> Result<(), Failure> {
+pub(crate) fn run(root: &Path, reference: &str) -> Result<(), TaskError> {
     let start = Instant::now();
     let mut paths = git(root, &["diff", "--name-only", reference])?;
     paths += &git(root, &["ls-files", "--others", "--exclude-standard"])?;
@@ -23,7 +23,7 @@ pub(crate) fn run(root: &Path, reference: &str) -> Result<(), Failure> {
     println!("crates that differ from {reference}: {}", packages.join(", "));
     let selected: Vec<&str> = packages.iter().flat_map(|p| ["--package", *p]).collect();
     call(root, &[&["clippy", "--locked", "--all-targets"], selected.as_slice(), &["--", "-D", "warnings"]].concat())?;
-    let slowest = test_programs::run(root, &packages, Selection::Usual, &mut |line| println!("{line}"))?;
+    let slowest = test_programs::run(root, &packages, TestSelection::Usual, &mut |line| println!("{line}"))?;
     println!("{slowest}\nquick passed in {:.1} s", start.elapsed().as_secs_f64());
     Ok(())
 }
@@ -34,26 +34,26 @@ fn touched<'a>(members: &'a [Member], root: &Path, paths: &str) -> BTreeSet<&'a 
     members.iter().filter(|m| paths.lines().any(|path| in_member(m, path))).map(|m| m.name.as_str()).collect()
 }
 
-fn git(root: &Path, words: &[&str]) -> Result<String, Failure> {
+fn git(root: &Path, words: &[&str]) -> Result<String, TaskError> {
     let output = Command::new("git")
         .args(words)
         .current_dir(root)
         .output()
-        .map_err(|e| Failure(format!("cannot start git: {e}")))?;
+        .map_err(|e| TaskError(format!("cannot start git: {e}")))?;
     if !output.status.success() {
-        return Err(Failure(String::from_utf8_lossy(&output.stderr).trim().to_owned()));
+        return Err(TaskError(String::from_utf8_lossy(&output.stderr).trim().to_owned()));
     }
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-fn call(root: &Path, words: &[&str]) -> Result<(), Failure> {
+fn call(root: &Path, words: &[&str]) -> Result<(), TaskError> {
     println!("cargo {}", words.join(" "));
     let status = Command::new(cargo())
         .args(words)
         .current_dir(root)
         .status()
-        .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
-    if status.success() { Ok(()) } else { Err(Failure(format!("failed: cargo {}", words.join(" ")))) }
+        .map_err(|e| TaskError(format!("cannot start cargo: {e}")))?;
+    if status.success() { Ok(()) } else { Err(TaskError(format!("failed: cargo {}", words.join(" ")))) }
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::{Failure, files};
+use crate::{TaskError, files};
 
 /// Writes `docs/schemas/*.schema.json`; with `check`, only compares.
-pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
+pub(crate) fn run(root: &Path, check: bool) -> Result<(), TaskError> {
     let schemas = [
         ("machine", bounded(&text(&proveout_machine::machine_schema())?, false)?),
         ("tools", bounded(&proveout_tool::library_schema(), true)?),
@@ -26,8 +26,8 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
 }
 
 /// A schema with the ranges of its quantities; with inches where a file may count in them.
-fn bounded(schema: &str, inches: bool) -> Result<String, Failure> {
-    let fail = |e: serde_json::Error| Failure(format!("a schema is not valid JSON: {e}"));
+fn bounded(schema: &str, inches: bool) -> Result<String, TaskError> {
+    let fail = |e: serde_json::Error| TaskError(format!("a schema is not valid JSON: {e}"));
     let mut value: serde_json::Value = serde_json::from_str(schema).map_err(fail)?;
     proveout_geom::add_ranges_to_schema(&mut value);
     if inches {
@@ -36,8 +36,9 @@ fn bounded(schema: &str, inches: bool) -> Result<String, Failure> {
     Ok(serde_json::to_string_pretty(&value).map_err(fail)? + "\n")
 }
 
-fn text(schema: &schemars::Schema) -> Result<String, Failure> {
-    let json = serde_json::to_string_pretty(schema).map_err(|e| Failure(format!("a schema is not valid JSON: {e}")))?;
+fn text(schema: &schemars::Schema) -> Result<String, TaskError> {
+    let json =
+        serde_json::to_string_pretty(schema).map_err(|e| TaskError(format!("a schema is not valid JSON: {e}")))?;
     Ok(json + "\n")
 }
 

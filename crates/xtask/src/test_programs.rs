@@ -16,7 +16,7 @@ use std::{
 
 use serde_json::Value;
 
-use crate::{Failure, workspace::cargo};
+use crate::{TaskError, workspace::cargo};
 
 /// Groups that take longest, as `program/module` or the begin of it, the longest first; the order of all
 /// others does not matter.
@@ -44,7 +44,7 @@ const SLOWEST: usize = 12;
 
 /// One test program.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Program {
+struct TestProgram {
     name: String,
     path: PathBuf,
     /// Where it is started: the folder of its crate, as by cargo.
@@ -53,13 +53,13 @@ struct Program {
 
 /// The tests of one module of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Group {
-    program: Program,
+struct TestModule {
+    program: TestProgram,
     module: String,
     tests: Vec<String>,
 }
 
-impl Group {
+impl TestModule {
     fn name(&self) -> String {
         format!("{}/{}", self.program.name, self.module)
     }
@@ -67,7 +67,7 @@ impl Group {
 
 /// Which tests run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Selection {
+pub(crate) enum TestSelection {
     /// Those that are not marked `#[ignore]`.
     Usual,
     /// Those marked `#[ignore]` as well.
@@ -82,9 +82,9 @@ pub(crate) enum Selection {
 pub(crate) fn run(
     root: &Path,
     packages: &[&str],
-    selection: Selection,
+    selection: TestSelection,
     line: &mut (dyn FnMut(&str) + Send),
-) -> Result<String, Failure> {
+) -> Result<String, TaskError> {
     let mut groups = Vec::new();
     for program in built(root, packages)? {
         groups.extend(groups_of(&program)?);
@@ -113,10 +113,10 @@ pub(crate) fn run(
         }
     });
     let (times, failed, _) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if failed.is_empty() { Ok(slowest(times)) } else { Err(Failure(format!("failed: {}", failed.join(", ")))) }
+    if failed.is_empty() { Ok(slowest(times)) } else { Err(TaskError(format!("failed: {}", failed.join(", ")))) }
 }
 
-fn next(waiting: &Mutex<VecDeque<Group>>) -> Option<Group> {
+fn next(waiting: &Mutex<VecDeque<TestModule>>) -> Option<TestModule> {
     waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
 }
 
@@ -132,10 +132,10 @@ fn slowest(mut times: Vec<(Duration, String)>) -> String {
 }
 
 /// Output of a group, and whether its tests passed.
-fn called(group: &Group, selection: Selection) -> (String, bool) {
+fn called(group: &TestModule, selection: TestSelection) -> (String, bool) {
     let mut command = Command::new(&group.program.path);
     command.arg("--exact").args(&group.tests);
-    if selection == Selection::All {
+    if selection == TestSelection::All {
         command.arg("--include-ignored");
     }
     let output = command
@@ -154,7 +154,7 @@ fn called(group: &Group, selection: Selection) -> (String, bool) {
 }
 
 /// Builds the test programs of some packages, or of all.
-fn built(root: &Path, packages: &[&str]) -> Result<Vec<Program>, Failure> {
+fn built(root: &Path, packages: &[&str]) -> Result<Vec<TestProgram>, TaskError> {
     let mut command = Command::new(cargo());
     command.args(["test", "--locked", "--no-run", "--message-format", "json-render-diagnostics"]);
     if packages.is_empty() {
@@ -165,21 +165,21 @@ fn built(root: &Path, packages: &[&str]) -> Result<Vec<Program>, Failure> {
         .current_dir(root)
         .stderr(Stdio::inherit())
         .output()
-        .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
+        .map_err(|e| TaskError(format!("cannot start cargo: {e}")))?;
     if !output.status.success() {
-        return Err(Failure("the tests could not be built".into()));
+        return Err(TaskError("the tests could not be built".into()));
     }
-    let programs: Vec<Program> = String::from_utf8_lossy(&output.stdout).lines().filter_map(program).collect();
-    if programs.is_empty() { Err(Failure("cargo names no test program".into())) } else { Ok(programs) }
+    let programs: Vec<TestProgram> = String::from_utf8_lossy(&output.stdout).lines().filter_map(program).collect();
+    if programs.is_empty() { Err(TaskError("cargo names no test program".into())) } else { Ok(programs) }
 }
 
 /// A test program, where a message of cargo names one.
-fn program(message: &str) -> Option<Program> {
+fn program(message: &str) -> Option<TestProgram> {
     let message: Value = serde_json::from_str(message).ok()?;
     if message["reason"] != "compiler-artifact" || message["profile"]["test"] != true {
         return None;
     }
-    Some(Program {
+    Some(TestProgram {
         name: message["target"]["name"].as_str()?.to_owned(),
         path: message["executable"].as_str()?.into(),
         folder: Path::new(message["manifest_path"].as_str()?).parent()?.to_owned(),
@@ -187,26 +187,26 @@ fn program(message: &str) -> Option<Program> {
 }
 
 /// Asks a program for its tests and groups them by module.
-fn groups_of(program: &Program) -> Result<Vec<Group>, Failure> {
+fn groups_of(program: &TestProgram) -> Result<Vec<TestModule>, TaskError> {
     let output = Command::new(&program.path)
         .args(["--list", "--format", "terse"])
         .current_dir(&program.folder)
         .output()
-        .map_err(|e| Failure(format!("cannot start {}: {e}", program.path.display())))?;
+        .map_err(|e| TaskError(format!("cannot start {}: {e}", program.path.display())))?;
     if !output.status.success() {
-        return Err(Failure(format!("{} does not list its tests", program.name)));
+        return Err(TaskError(format!("{} does not list its tests", program.name)));
     }
     Ok(grouped(program, &String::from_utf8_lossy(&output.stdout)))
 }
 
-fn grouped(program: &Program, list: &str) -> Vec<Group> {
+fn grouped(program: &TestProgram, list: &str) -> Vec<TestModule> {
     let mut modules: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for test in list.lines().filter_map(|l| l.strip_suffix(": test")) {
         modules.entry(module_of(test)).or_default().push(test.to_owned());
     }
     modules
         .into_iter()
-        .map(|(module, tests)| Group { program: program.clone(), module: module.to_owned(), tests })
+        .map(|(module, tests)| TestModule { program: program.clone(), module: module.to_owned(), tests })
         .collect()
 }
 
@@ -228,7 +228,7 @@ mod tests {
                    "profile":{{"test":{test}}},"executable":{executable}}}"#
             )
         };
-        let expected = Program { name: "law".into(), path: "/t/law-1".into(), folder: "/w/crates/a".into() };
+        let expected = TestProgram { name: "law".into(), path: "/t/law-1".into(), folder: "/w/crates/a".into() };
         assert_eq!(program(&message(true, r#""/t/law-1""#)), Some(expected));
         assert_eq!(program(&message(false, r#""/t/law-1""#)), None, "the product");
         assert_eq!(program(&message(true, "null")), None, "a library");
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn a_group_is_the_tests_of_a_module() {
-        let program = Program { name: "sim".into(), path: "sim".into(), folder: ".".into() };
+        let program = TestProgram { name: "sim".into(), path: "sim".into(), folder: ".".into() };
         let list = "keys::a: test\nkeys::deep::b: test\nkeys::deep::er::c: test\nother: test\nkeys::c: benchmark\n\n";
         let all: Vec<(String, usize)> = grouped(&program, list).iter().map(|g| (g.name(), g.tests.len())).collect();
         let expected = [("sim/keys", 1), ("sim/keys::deep", 2), ("sim/other", 1)];
@@ -248,15 +248,18 @@ mod tests {
     #[test]
     fn a_program_that_fails_or_is_missing_is_reported() {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let group = |path: PathBuf, folder: PathBuf| Group {
-            program: Program { name: "none".into(), path, folder },
+        let group = |path: PathBuf, folder: PathBuf| TestModule {
+            program: TestProgram { name: "none".into(), path, folder },
             module: "none".into(),
             tests: vec!["none".into()],
         };
-        let (text, passed) = called(&group(folder.path().join("none"), folder.path().into()), Selection::Usual);
+        let (text, passed) = called(&group(folder.path().join("none"), folder.path().into()), TestSelection::Usual);
         assert!(!passed && text.contains("cannot start"), "{text}");
         let here = std::env::current_exe().expect("this program");
-        assert!(!called(&group(here, folder.path().join("none")), Selection::All).1, "a folder that does not exist");
+        assert!(
+            !called(&group(here, folder.path().join("none")), TestSelection::All).1,
+            "a folder that does not exist"
+        );
     }
 
     #[test]

@@ -5,11 +5,11 @@ use std::{
     process::Command,
 };
 
-use crate::{Failure, workspace::cargo};
+use crate::{TaskError, workspace::cargo};
 
 /// A program of the package registry.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Tool {
+pub(crate) struct CargoTool {
     /// Package.
     pub(crate) package: &'static str,
     /// Executable.
@@ -19,13 +19,13 @@ pub(crate) struct Tool {
 }
 
 /// Spelling.
-pub(crate) const TYPOS: Tool = Tool { package: "typos-cli", program: "typos", version: "1.52.0" };
+pub(crate) const TYPOS: CargoTool = CargoTool { package: "typos-cli", program: "typos", version: "1.52.0" };
 /// Licenses, duplicate crates, sources, advisories.
-pub(crate) const DENY: Tool = Tool { package: "cargo-deny", program: "cargo-deny", version: "0.20.2" };
+pub(crate) const DENY: CargoTool = CargoTool { package: "cargo-deny", program: "cargo-deny", version: "0.20.2" };
 
 /// The program: from the path where its version is the pinned one, else from `target/ci-tools`, where it is installed
 /// when it is missing.
-pub(crate) fn find(tool: &Tool, target: &Path) -> Result<PathBuf, Failure> {
+pub(crate) fn find(tool: &CargoTool, target: &Path) -> Result<PathBuf, TaskError> {
     let on_path = PathBuf::from(tool.program);
     if has_version(&on_path, tool) {
         return Ok(on_path);
@@ -53,20 +53,20 @@ pub(crate) fn find(tool: &Tool, target: &Path) -> Result<PathBuf, Failure> {
         // Flags meant for this workspace are not meant for a foreign program.
         .env_remove("RUSTFLAGS")
         .status()
-        .map_err(|e| Failure(format!("cannot start cargo install: {e}")))?;
+        .map_err(|e| TaskError(format!("cannot start cargo install: {e}")))?;
     // Hundreds of MB that are not needed again; if they cannot be removed, the check does not fail.
     let _ = std::fs::remove_dir_all(&build);
     if status.success() && has_version(&program, tool) {
         return Ok(program);
     }
-    Err(Failure(format!(
+    Err(TaskError(format!(
         "{} {} is missing and could not be installed. Without network, install it beforehand and put it on the path:\n  \
          cargo install --locked --version {} {}",
         tool.program, tool.version, tool.version, tool.package
     )))
 }
 
-fn has_version(program: &Path, tool: &Tool) -> bool {
+fn has_version(program: &Path, tool: &CargoTool) -> bool {
     let Ok(output) = Command::new(program).arg("--version").output() else { return false };
     String::from_utf8_lossy(&output.stdout).split_whitespace().any(|word| word == tool.version)
 }

@@ -17,7 +17,7 @@ use std::{
 };
 
 use crate::{
-    Failure, files,
+    TaskError, files,
     workspace::{Workspace, cargo},
 };
 
@@ -32,7 +32,7 @@ const OLDEST: (u32, u32) = (3, 11);
 
 /// How the wheel is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Options {
+pub(crate) struct WheelOptions {
     /// Optimized in all crates: what is handed out.
     release: bool,
     /// With recordings for Rerun, which take most of the build.
@@ -41,9 +41,9 @@ pub(crate) struct Options {
     untested: bool,
 }
 
-impl Options {
+impl WheelOptions {
     /// From the words of the call.
-    pub(crate) fn read(words: &[&str]) -> Result<Self, Failure> {
+    pub(crate) fn read(words: &[&str]) -> Result<Self, TaskError> {
         let mut options = Self::default();
         for word in words {
             match *word {
@@ -51,7 +51,7 @@ impl Options {
                 "--rerun" => options.rerun = true,
                 "--no-test" => options.untested = true,
                 other => {
-                    return Err(Failure(format!(
+                    return Err(TaskError(format!(
                         "wheel: unknown option {other:?}; options: --release, --rerun, --no-test"
                     )));
                 }
@@ -67,7 +67,7 @@ impl Options {
 }
 
 /// Builds the wheel, tests it in an environment of its own, and returns a text with its place.
-pub(crate) fn run(root: &Path, options: Options) -> Result<String, Failure> {
+pub(crate) fn run(root: &Path, options: WheelOptions) -> Result<String, TaskError> {
     let place = Workspace::read(root)?.target.join("wheel");
     let interpreter = interpreter()?;
     let required = files::get(&root.join(REQUIREMENTS))?;
@@ -92,7 +92,7 @@ pub(crate) fn run(root: &Path, options: Options) -> Result<String, Failure> {
 }
 
 /// Installs the wheel where nothing of the sources is seen, and tests it there.
-fn test(root: &Path, place: &Path, interpreter: &Path, required: &str, wheel: &Path) -> Result<(), Failure> {
+fn test(root: &Path, place: &Path, interpreter: &Path, required: &str, wheel: &Path) -> Result<(), TaskError> {
     let clean = place.join("clean");
     // Nothing of an earlier wheel is left.
     fs::remove_dir_all(&clean).ok();
@@ -114,13 +114,13 @@ fn packages(required: &str) -> impl Iterator<Item = &str> {
     required.lines().map(|line| line.split('#').next().unwrap_or_default().trim()).filter(|line| !line.is_empty())
 }
 
-fn builder(required: &str) -> Result<String, Failure> {
+fn builder(required: &str) -> Result<String, TaskError> {
     let found = packages(required).find(|line| line.starts_with(BUILDER));
-    found.map(str::to_owned).ok_or_else(|| Failure(format!("{REQUIREMENTS} does not list {BUILDER}")))
+    found.map(str::to_owned).ok_or_else(|| TaskError(format!("{REQUIREMENTS} does not list {BUILDER}")))
 }
 
 /// An interpreter that is new enough.
-fn interpreter() -> Result<PathBuf, Failure> {
+fn interpreter() -> Result<PathBuf, TaskError> {
     let named = std::env::var_os("PROVEOUT_PYTHON").map(PathBuf::from);
     let candidates = named.into_iter().chain(INTERPRETERS.map(PathBuf::from));
     for candidate in candidates {
@@ -134,7 +134,7 @@ fn interpreter() -> Result<PathBuf, Failure> {
         }
     }
     let (major, minor) = OLDEST;
-    Err(Failure(format!("no Python {major}.{minor} or newer on the path; PROVEOUT_PYTHON may name one")))
+    Err(TaskError(format!("no Python {major}.{minor} or newer on the path; PROVEOUT_PYTHON may name one")))
 }
 
 /// The executable in `3 11 /usr/bin/python3`, where the version will do.
@@ -146,7 +146,7 @@ fn new_enough(text: &str) -> Option<PathBuf> {
 }
 
 /// An environment with these packages, made where it is not there.
-fn environment(interpreter: &Path, place: &Path, packages: &[&str]) -> Result<PathBuf, Failure> {
+fn environment(interpreter: &Path, place: &Path, packages: &[&str]) -> Result<PathBuf, TaskError> {
     if !script(place, "python").exists() {
         call(Command::new(interpreter).args(["-m", "venv"]).arg(place))?;
     }
@@ -166,18 +166,18 @@ fn script(place: &Path, name: &str) -> PathBuf {
     place.join(folder).join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
 }
 
-fn only_wheel(dist: &Path) -> Result<PathBuf, Failure> {
-    let entries = fs::read_dir(dist).map_err(|e| Failure(format!("{}: {e}", dist.display())))?;
+fn only_wheel(dist: &Path) -> Result<PathBuf, TaskError> {
+    let entries = fs::read_dir(dist).map_err(|e| TaskError(format!("{}: {e}", dist.display())))?;
     let wheels: Vec<PathBuf> =
         entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "whl")).collect();
     match wheels.as_slice() {
         [one] => Ok(one.clone()),
-        _ => Err(Failure(format!("{} contains {} wheels", dist.display(), wheels.len()))),
+        _ => Err(TaskError(format!("{} contains {} wheels", dist.display(), wheels.len()))),
     }
 }
 
 /// Runs a command with its output in view; packages of the user and of the sources are not seen by it.
-fn call(command: &mut Command) -> Result<(), Failure> {
+fn call(command: &mut Command) -> Result<(), TaskError> {
     command.env("PYTHONNOUSERSITE", "1").env_remove("PYTHONPATH").env_remove("PYTHONHOME");
     let shown: Vec<String> = std::iter::once(command.get_program())
         .chain(command.get_args())
@@ -185,8 +185,8 @@ fn call(command: &mut Command) -> Result<(), Failure> {
         .collect();
     let shown = shown.join(" ");
     println!("{shown}");
-    let status = command.status().map_err(|e| Failure(format!("cannot start {shown}: {e}")))?;
-    if status.success() { Ok(()) } else { Err(Failure(format!("failed: {shown}"))) }
+    let status = command.status().map_err(|e| TaskError(format!("cannot start {shown}: {e}")))?;
+    if status.success() { Ok(()) } else { Err(TaskError(format!("failed: {shown}"))) }
 }
 
 #[cfg(test)]
@@ -195,10 +195,10 @@ mod tests {
 
     #[test]
     fn options_are_read_and_others_refused() {
-        let read = Options::read(&["--release", "--rerun"]).expect("known");
+        let read = WheelOptions::read(&["--release", "--rerun"]).expect("known");
         assert_eq!(read.words(), ["--release", "--features=rerun"]);
-        assert!(Options::read(&[]).expect("none").words().is_empty());
-        assert!(Options::read(&["--fast"]).expect_err("unknown").0.contains("--fast"));
+        assert!(WheelOptions::read(&[]).expect("none").words().is_empty());
+        assert!(WheelOptions::read(&["--fast"]).expect_err("unknown").0.contains("--fast"));
     }
 
     #[test]

@@ -7,11 +7,11 @@ use std::{
 
 use serde_json::Value;
 
-use crate::Failure;
+use crate::TaskError;
 
 /// Section of a manifest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Kind {
+pub(crate) enum DependencyKind {
     /// `[dependencies]`, `[build-dependencies]`.
     Normal,
     /// `[dev-dependencies]`.
@@ -24,7 +24,7 @@ pub(crate) struct Dependency {
     /// Package name.
     pub(crate) name: String,
     /// Section.
-    pub(crate) kind: Kind,
+    pub(crate) kind: DependencyKind,
 }
 
 /// One member of the workspace.
@@ -49,30 +49,37 @@ pub(crate) struct Workspace {
 
 impl Workspace {
     /// Asks cargo. Reads manifests only: no network, no lock file, no build.
-    pub(crate) fn read(root: &Path) -> Result<Self, Failure> {
+    pub(crate) fn read(root: &Path) -> Result<Self, TaskError> {
         let output = Command::new(cargo())
             .args(["metadata", "--no-deps", "--format-version", "1", "--offline"])
             .current_dir(root)
             .output()
-            .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
+            .map_err(|e| TaskError(format!("cannot start cargo: {e}")))?;
         if !output.status.success() {
-            return Err(Failure(format!("cargo metadata failed: {}", String::from_utf8_lossy(&output.stderr).trim())));
+            return Err(TaskError(format!(
+                "cargo metadata failed: {}",
+                String::from_utf8_lossy(&output.stderr).trim()
+            )));
         }
         Self::parse(&output.stdout)
     }
 
     /// Reads the answer of `cargo metadata --no-deps`.
-    pub(crate) fn parse(json: &[u8]) -> Result<Self, Failure> {
-        let strange = |what: &str| Failure(format!("cargo metadata contains no {what}"));
+    pub(crate) fn parse(json: &[u8]) -> Result<Self, TaskError> {
+        let strange = |what: &str| TaskError(format!("cargo metadata contains no {what}"));
         let value: Value =
-            serde_json::from_slice(json).map_err(|e| Failure(format!("cargo metadata is not valid JSON: {e}")))?;
+            serde_json::from_slice(json).map_err(|e| TaskError(format!("cargo metadata is not valid JSON: {e}")))?;
         let text = |value: &Value, key: &str| value[key].as_str().map(str::to_owned).ok_or_else(|| strange(key));
         let list = |value: &Value, key: &str| value[key].as_array().cloned().ok_or_else(|| strange(key));
         let mut members = Vec::new();
         for package in list(&value, "packages")? {
             let mut dependencies = Vec::new();
             for dependency in list(&package, "dependencies")? {
-                let kind = if dependency["kind"].as_str() == Some("dev") { Kind::Dev } else { Kind::Normal };
+                let kind = if dependency["kind"].as_str() == Some("dev") {
+                    DependencyKind::Dev
+                } else {
+                    DependencyKind::Normal
+                };
                 dependencies.push(Dependency { name: text(&dependency, "name")?, kind });
             }
             dependencies.sort();
@@ -92,7 +99,7 @@ impl Workspace {
 
 impl Member {
     /// Members of the workspace that this one uses, without duplicates, sorted.
-    pub(crate) fn uses<'a>(&'a self, workspace: &'a Workspace, kinds: &[Kind]) -> Vec<&'a str> {
+    pub(crate) fn uses<'a>(&'a self, workspace: &'a Workspace, kinds: &[DependencyKind]) -> Vec<&'a str> {
         let mut names: Vec<&str> = self
             .dependencies
             .iter()

@@ -113,7 +113,7 @@ pub(crate) struct SweepRunArgs {
     pub(crate) job: Vec<JobRange>,
     /// Run only one share of the jobs: 3/8 is every eighth job, starting with the third
     #[arg(long, value_name = "I/N")]
-    pub(crate) part: Option<Part>,
+    pub(crate) part: Option<SweepShare>,
     /// Worker threads of a job (default: all processors); no result depends on their number
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
@@ -146,13 +146,13 @@ impl FromStr for JobRange {
 
 /// One part of several.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
+pub(crate) struct SweepShare {
     /// From 1.
     pub(crate) number: usize,
     pub(crate) of: usize,
 }
 
-impl FromStr for Part {
+impl FromStr for SweepShare {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {

@@ -18,7 +18,7 @@ use crate::failure::Failure;
 const MAX_TOML_BYTES: u64 = 16 << 20;
 
 /// What a path is.
-enum Kind {
+enum InputKind {
     Scene,
     Machine,
     Tools,
@@ -28,14 +28,14 @@ enum Kind {
 
 /// What was found of a path.
 #[derive(Default)]
-struct Checked {
+struct CheckReport {
     notes: Vec<String>,
-    programs: Vec<OfProgram>,
+    programs: Vec<ProgramReport>,
 }
 
 /// What was found of a program.
 #[derive(Default, Serialize)]
-struct OfProgram {
+struct ProgramReport {
     /// Its name in the scene; none of a program by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<String>,
@@ -46,7 +46,7 @@ struct OfProgram {
     causes: Vec<Cause>,
 }
 
-impl Checked {
+impl CheckReport {
     fn note(note: String) -> Self {
         Self { notes: vec![note], programs: Vec::new() }
     }
@@ -64,7 +64,7 @@ impl Checked {
     }
 }
 
-impl Kind {
+impl InputKind {
     fn word(&self) -> &'static str {
         match self {
             Self::Scene => "scene",
@@ -80,7 +80,7 @@ impl Kind {
 pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
     let mut clean = true;
     let kinds = args.paths.iter().map(|path| Ok((path, kind(path)?))).collect::<Result<Vec<_>, Failure>>()?;
-    if args.reader.stated() && !kinds.iter().any(|(_, kind)| matches!(kind, Kind::Program)) {
+    if args.reader.stated() && !kinds.iter().any(|(_, kind)| matches!(kind, InputKind::Program)) {
         return Err(Failure::new("options for reading NC programs are given, but no path is an NC program")
             .with_help("omit --control and the other reading options: scenes and machines state their own"));
     }
@@ -91,19 +91,19 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
     for (path, kind) in kinds {
         let word = kind.word();
         let result = match kind {
-            Kind::Scene => check_scene(path),
-            Kind::Machine => check_machine(path).map_err(told),
-            Kind::Tools => ToolLibrary::read(path)
-                .map(|l| Checked::note(format!("{} tools", l.tools.len())))
+            InputKind::Scene => check_scene(path),
+            InputKind::Machine => check_machine(path).map_err(told),
+            InputKind::Tools => ToolLibrary::read(path)
+                .map(|l| CheckReport::note(format!("{} tools", l.tools.len())))
                 .map_err(|e| told(SimError::from(e))),
-            Kind::Control => check_control(path),
-            Kind::Program if ProgramText::open(path).is_ok_and(|text| looks_binary(&text)) => {
+            InputKind::Control => check_control(path),
+            InputKind::Program if ProgramText::open(path).is_ok_and(|text| looks_binary(&text)) => {
                 Err(Failure::new(format!("{} is not plain text: it looks like a binary file", path.display()))
                     .with_help("name the text file of an NC program"))
             }
-            Kind::Program => reader::settings(&args.reader, None, path)
+            InputKind::Program => reader::settings(&args.reader, None, path)
                 .and_then(|settings| check_program(&Survey::of_file(path, &settings, &mut |_, _| None)))
-                .map(|program| Checked { programs: vec![program], ..Checked::default() }),
+                .map(|program| CheckReport { programs: vec![program], ..CheckReport::default() }),
         };
         clean &= result.is_ok();
         if args.json {
@@ -142,8 +142,8 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
 }
 
 /// A picture shows one machine, and is a PNG file that is not there yet.
-fn check_picture(file: &Path, force: bool, kinds: &[(&std::path::PathBuf, Kind)]) -> Result<(), Failure> {
-    if !matches!(kinds, [(_, Kind::Machine)]) {
+fn check_picture(file: &Path, force: bool, kinds: &[(&std::path::PathBuf, InputKind)]) -> Result<(), Failure> {
+    if !matches!(kinds, [(_, InputKind::Machine)]) {
         return Err(Failure::new("--picture draws one machine, but the paths are not a single machine")
             .with_help("name a single folder with machine.toml"));
     }
@@ -158,11 +158,11 @@ fn told(e: SimError) -> Failure {
     Failure::from(&e)
 }
 
-fn kind(path: &Path) -> Result<Kind, Failure> {
+fn kind(path: &Path) -> Result<InputKind, Failure> {
     if path.is_dir() {
         return match (path.join("scene.toml").is_file(), path.join("machine.toml").is_file()) {
-            (true, _) => Ok(Kind::Scene),
-            (false, true) => Ok(Kind::Machine),
+            (true, _) => Ok(InputKind::Scene),
+            (false, true) => Ok(InputKind::Machine),
             (false, false) => Err(Failure::new(format!("{} has neither scene.toml nor machine.toml", path.display()))
                 .with_help("name the folder of a scene or a machine, or a file")),
         };
@@ -176,15 +176,15 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
     }
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     match (name.as_str(), path.extension().and_then(|e| e.to_str())) {
-        ("scene.toml", _) => Ok(Kind::Scene),
-        ("machine.toml", _) => Ok(Kind::Machine),
+        ("scene.toml", _) => Ok(InputKind::Scene),
+        ("machine.toml", _) => Ok(InputKind::Machine),
         (_, Some("toml")) => kind_by_keys(path),
-        _ => Ok(Kind::Program),
+        _ => Ok(InputKind::Program),
     }
 }
 
 /// What a TOML file is, by the keys that only such a file has; the name of the file says nothing.
-fn kind_by_keys(path: &Path) -> Result<Kind, Failure> {
+fn kind_by_keys(path: &Path) -> Result<InputKind, Failure> {
     let text = read_regular_text(path, MAX_TOML_BYTES).unwrap_or_default();
     let keys = top_keys(&text);
     let has = |words: &[&str]| words.iter().any(|word| keys.contains(*word));
@@ -193,17 +193,17 @@ fn kind_by_keys(path: &Path) -> Result<Kind, Failure> {
             .with_help(help.to_owned()))
     };
     if has(&["stock", "resolution_mm", "mount", "fixture", "work_offsets"]) || has(&["machine"]) && has(&["tools"]) {
-        Ok(Kind::Scene)
+        Ok(InputKind::Scene)
     } else if has(&["dialect", "inherits", "words"]) {
-        Ok(Kind::Control)
+        Ok(InputKind::Control)
     } else if has(&["joint", "spindle"]) {
-        Ok(Kind::Machine)
+        Ok(InputKind::Machine)
     } else if has(&["vary", "shards"]) {
         other("a sweep", "check it with `proveout sweep plan`")
     } else if has(&["setup"]) {
         other("a job of several setups", "check the scenes of its setups, or run `proveout job`")
     } else {
-        Ok(Kind::Tools)
+        Ok(InputKind::Tools)
     }
 }
 
@@ -231,20 +231,20 @@ fn top_keys(text: &str) -> BTreeSet<&str> {
     keys
 }
 
-fn check_control(path: &Path) -> Result<Checked, Failure> {
+fn check_control(path: &Path) -> Result<CheckReport, Failure> {
     let control = Control::find(&path.display().to_string(), None).map_err(|e| told(e.into()))?;
-    Ok(Checked::note(format!("control \"{}\" for programs in {}", control.name(), control.dialect().name())))
+    Ok(CheckReport::note(format!("control \"{}\" for programs in {}", control.name(), control.dialect().name())))
 }
 
-fn check_scene(path: &Path) -> Result<Checked, Failure> {
+fn check_scene(path: &Path) -> Result<CheckReport, Failure> {
     let scene = Scene::read(path).map_err(|e| told(e.into()))?;
-    let mut found = Checked::default();
+    let mut found = CheckReport::default();
     for program in &scene.file.program {
         if program.file.is_none() && program.reschedule.is_none() {
-            found.programs.push(OfProgram {
+            found.programs.push(ProgramReport {
                 name: Some(program.name.clone()),
                 notes: vec!["its text is not part of the scene; name the file with --nc".into()],
-                ..OfProgram::default()
+                ..ProgramReport::default()
             });
             let machine = scene.resolve(program.machine.as_ref().unwrap_or(&scene.file.machine));
             Machine::read(&machine).map_err(|e| told(e.into()))?;
@@ -255,7 +255,7 @@ fn check_scene(path: &Path) -> Result<Checked, Failure> {
         let prepared = Prepared::read(path, &choice).map_err(told)?;
         let mut own = check_program(&prepared.survey)?;
         own.notes.splice(0..0, prepared.control_note.iter().map(|note| format!("note: {note}")));
-        found.programs.push(OfProgram { name: Some(program.name.clone()), causes: preflight(&prepared), ..own });
+        found.programs.push(ProgramReport { name: Some(program.name.clone()), causes: preflight(&prepared), ..own });
     }
     Ok(found)
 }
@@ -271,22 +271,26 @@ pub(super) fn causes(all: &[Cause]) -> Vec<String> {
     lines
 }
 
-fn check_machine(path: &Path) -> Result<Checked, SimError> {
+fn check_machine(path: &Path) -> Result<CheckReport, SimError> {
     let machine = Machine::read(path)?;
     control_of(None, &machine)?;
     let all = machine.diagnose();
     let notes = all.iter().map(|d| format!("{}:{d}", machine.file().display())).collect();
-    Ok(Checked { notes, ..Checked::default() })
+    Ok(CheckReport { notes, ..CheckReport::default() })
 }
 
 /// What there is to say of a program without a fault: its commands, and what was taken for granted.
-fn check_program(survey: &Survey) -> Result<OfProgram, Failure> {
+fn check_program(survey: &Survey) -> Result<ProgramReport, Failure> {
     // What a control leaves out for a reason is its choice: a note here, unchecked in a run.
     let judged = survey.judged();
     if !judged.is_empty() {
         return Err(Failure::of_program(&judged, survey.more_faults));
     }
-    Ok(OfProgram { commands: Some(survey.commands), notes: survey.remarks(MAX_REMARKS), ..OfProgram::default() })
+    Ok(ProgramReport {
+        commands: Some(survey.commands),
+        notes: survey.remarks(MAX_REMARKS),
+        ..ProgramReport::default()
+    })
 }
 
 #[cfg(test)]
@@ -331,10 +335,10 @@ mod tests {
                 for text in [text.clone(), format!("{text}\n[[")] {
                     fs::write(&part, text).expect("written");
                     let found = match kind(&part) {
-                        Ok(Kind::Scene) => 0,
-                        Ok(Kind::Machine) => 1,
-                        Ok(Kind::Control) => 2,
-                        Ok(Kind::Tools) => 3,
+                        Ok(InputKind::Scene) => 0,
+                        Ok(InputKind::Machine) => 1,
+                        Ok(InputKind::Control) => 2,
+                        Ok(InputKind::Tools) => 3,
                         _ => 4,
                     };
                     assert_eq!(found, wanted, "{}", path.display());

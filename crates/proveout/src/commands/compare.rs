@@ -12,7 +12,7 @@ use crate::{
     commands::run::{check_viewer, dynamics, pool, recorder, told_kept, word},
     failure::Failure,
     front::{self, CompareOrder},
-    progress::{Beside, Progress},
+    progress::{ParallelBars, Progress},
 };
 
 /// Compares the programs of a scene; the verdict over all of them and all criteria.
@@ -38,7 +38,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
     let rerun = recorder(args.rerun);
     let order =
         CompareOrder { scene: &args.scene, choice: &choice, place: args.out.as_deref(), threads, rerun: &rerun };
-    let beside = Beside::new();
+    let beside = ParallelBars::new();
     let mut watchers = |prepared: &Prepared| -> Vec<Box<dyn Observer>> {
         bar.finish_and_clear();
         vec![Box::new(Progress::beside(&beside, &prepared.program_name, &prepared.running_file()))]

@@ -5,7 +5,7 @@ use proveout_sim::measure::{Answers, Questions, measure as ask};
 
 use super::{
     output_file::{check, put},
-    texture,
+    roughness,
 };
 use crate::{args::MeasureArgs, failure::Failure};
 
@@ -15,8 +15,8 @@ const UM_PER_MM: f64 = 1e3;
 /// Measures a stock or a texture: lines on standard output, and a file where one is asked for. False where a texture stays unchecked.
 pub(crate) fn measure(args: &MeasureArgs) -> Result<bool, Failure> {
     match (&args.profile, &args.file) {
-        (Some(profile), _) => texture::measure(args, profile, true),
-        (None, Some(file)) if texture::is_texture(file) => texture::measure(args, file, false),
+        (Some(profile), _) => roughness::measure(args, profile, true),
+        (None, Some(file)) if roughness::is_texture(file) => roughness::measure(args, file, false),
         (None, Some(file)) => measure_stock(args, file).map(|()| true),
         (None, None) => Err(Failure::new("no input given").with_help("name a run folder or a file")),
     }
@@ -53,8 +53,8 @@ fn measure_stock(args: &MeasureArgs, stock: &Path) -> Result<(), Failure> {
     let (Some(out), Some(ending)) = (&args.out, ending) else { return Ok(()) };
     put(out, args.force, |out| {
         let written = match (ending, &answers.section) {
-            (Ending::Svg, Some(section)) => write_section_svg(out, section),
-            (Ending::Csv, Some(section)) => write_section_csv(out, section),
+            (MeasureFormat::Svg, Some(section)) => write_section_svg(out, section),
+            (MeasureFormat::Csv, Some(section)) => write_section_csv(out, section),
             _ => write_json(out, &answers),
         };
         written.map_err(Failure::new)
@@ -64,23 +64,23 @@ fn measure_stock(args: &MeasureArgs, stock: &Path) -> Result<(), Failure> {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Ending {
+enum MeasureFormat {
     Svg,
     Csv,
     Json,
 }
 
-fn ending(out: &Path, with_section: bool) -> Result<Ending, Failure> {
+fn ending(out: &Path, with_section: bool) -> Result<MeasureFormat, Failure> {
     let ending = match out.extension().and_then(|e| e.to_str()) {
-        Some("svg") => Ending::Svg,
-        Some("csv") => Ending::Csv,
-        Some("json") => Ending::Json,
+        Some("svg") => MeasureFormat::Svg,
+        Some("csv") => MeasureFormat::Csv,
+        Some("json") => MeasureFormat::Json,
         _ => {
             return Err(Failure::new(format!("--out {}: unknown file extension", out.display()))
                 .with_help("use .json (everything), .svg or .csv (the section)"));
         }
     };
-    if ending != Ending::Json && !with_section {
+    if ending != MeasureFormat::Json && !with_section {
         return Err(Failure::new(format!("--out {}: only a section can be drawn", out.display()))
             .with_help("add --section z=12.5, or use the extension .json"));
     }

@@ -18,7 +18,7 @@ use crate::{
     args::{PlanArgs, RescheduleArgs},
     commands::output_file::{check, put_bytes},
     failure::Failure,
-    front::{self, Rescheduled},
+    front::{self, RescheduledProgram},
 };
 
 /// Writes a program for the blade of a scene, or compares its plans.
@@ -262,7 +262,7 @@ fn over_velocity(joint: &JointCertificate) -> Option<String> {
 }
 
 /// The options that were taken, and where they come from.
-fn options_in_words(work: &Rescheduled) -> String {
+fn options_in_words(work: &RescheduledProgram) -> String {
     let given: Vec<String> = work.options.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let given = if given.is_empty() { "published and default options".to_owned() } else { given.join(", ") };
     match &work.entry {

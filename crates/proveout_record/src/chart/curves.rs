@@ -1,6 +1,6 @@
 //! Curves of several programs in one frame.
 
-use super::{begin, bounds, escape, level, put, ticks, widened};
+use super::{begin, bounds, centered, escape, level, put, ticks, widened};
 use crate::report::format::compact;
 
 const LEFT: f64 = 66.0;
@@ -68,18 +68,13 @@ impl Chart {
         let [width, height] = self.size;
         let bottom = if self.abscissa { BOTTOM } else { 8.0 };
         let mut out = begin("plot chart", width, height, &self.label);
-        put(
-            &mut out,
-            format_args!(r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, TOP - 7.0, escape(&self.axes[1])),
-        );
+        put!(out, r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, TOP - 7.0, escape(&self.axes[1]));
         let base = height - bottom;
-        put(
-            &mut out,
-            format_args!(
-                r#"<rect class="frame" x="{LEFT}" y="{TOP}" width="{:.1}" height="{:.1}"/>"#,
-                width - LEFT - RIGHT,
-                base - TOP
-            ),
+        put!(
+            out,
+            r#"<rect class="frame" x="{LEFT}" y="{TOP}" width="{:.1}" height="{:.1}"/>"#,
+            width - LEFT - RIGHT,
+            base - TOP
         );
         let finite = |p: &&[f64; 2]| p[0].is_finite() && p[1].is_finite();
         let all = || self.series.iter().flat_map(|s| s.points.iter()).filter(finite);
@@ -87,15 +82,8 @@ impl Chart {
         let inside = |p: &&[f64; 2]| p[0] >= x_low && p[0] <= x_high;
         let [mut low, mut high] = bounds(all().filter(inside).map(|p| p[1]));
         if !(low <= high && x_low < x_high) {
-            put(
-                &mut out,
-                format_args!(
-                    r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">nothing to show</text></svg>"#,
-                    0.5 * (LEFT + width),
-                    0.5 * (TOP + base)
-                ),
-            );
-            return out;
+            centered(&mut out, [0.5 * (LEFT + width), 0.5 * (TOP + base)], "nothing to show");
+            return out + "</svg>";
         }
         // A limit is shown when it is reached for by half; a far one would press the curves flat.
         let near = |l: &&f64| l.is_finite() && **l != 0.0 && **l * if **l > 0.0 { high } else { low } > 0.5 * **l * **l;
@@ -110,32 +98,16 @@ impl Chart {
             level(&mut out, v, y(v), [LEFT, width - RIGHT]);
         }
         for v in ticks(x_low, x_high, 8) {
-            put(&mut out, format_args!(r#"<path class="zero" d="M{:.1} {TOP}V{base:.1}"/>"#, x(v)));
+            put!(out, r#"<path class="zero" d="M{:.1} {TOP}V{base:.1}"/>"#, x(v));
             if self.abscissa {
-                put(
-                    &mut out,
-                    format_args!(
-                        r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#,
-                        x(v),
-                        base + 14.0,
-                        compact(v)
-                    ),
-                );
+                centered(&mut out, [x(v), base + 14.0], &compact(v));
             }
         }
         if self.abscissa {
-            put(
-                &mut out,
-                format_args!(
-                    r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#,
-                    0.5 * (LEFT + width - RIGHT),
-                    base + 29.0,
-                    escape(&self.axes[0])
-                ),
-            );
+            centered(&mut out, [0.5 * (LEFT + width - RIGHT), base + 29.0], &self.axes[0]);
         }
         for l in &limits {
-            put(&mut out, format_args!(r#"<path class="limit" d="M{LEFT} {:.1}H{}"/>"#, y(*l), width - RIGHT));
+            put!(out, r#"<path class="limit" d="M{LEFT} {:.1}H{}"/>"#, y(*l), width - RIGHT);
         }
         for series in &self.series {
             match series.style {
@@ -157,19 +129,19 @@ fn marks(out: &mut String, series: &Series, x: &impl Fn(f64) -> f64, y: &impl Fn
     for p in series.points.iter().filter(|p| p[0] >= range[0] && p[0] <= range[1] && p[1].is_finite()) {
         let (px, py) = (x(p[0]), y(p[1]));
         if series.style == Style::Circles {
-            put(out, format_args!(r#"<circle class="circles" cx="{px:.1}" cy="{py:.1}" r="4"/>"#));
+            put!(out, r#"<circle class="circles" cx="{px:.1}" cy="{py:.1}" r="4"/>"#);
         } else {
-            put(out, format_args!(r#"<path class="triangles" d="M{px:.1} {:.1}l4.5 8h-9z"/>"#, py - 5.0));
+            put!(out, r#"<path class="triangles" d="M{px:.1} {:.1}l4.5 8h-9z"/>"#, py - 5.0);
         }
     }
 }
 
 fn line(out: &mut String, class: &str, points: &[[f64; 2]], x: &impl Fn(f64) -> f64, y: &impl Fn(f64) -> f64) {
-    put(out, format_args!(r#"<path class="curve {class}" d=""#));
+    put!(out, r#"<path class="curve {class}" d=""#);
     let mut down = false;
     for p in points {
         if p[0].is_finite() && p[1].is_finite() {
-            put(out, format_args!("{}{:.1} {:.1}", if down { 'L' } else { 'M' }, x(p[0]), y(p[1])));
+            put!(out, "{}{:.1} {:.1}", if down { 'L' } else { 'M' }, x(p[0]), y(p[1]));
             down = true;
         } else {
             down = false;

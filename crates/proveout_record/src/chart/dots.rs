@@ -1,6 +1,6 @@
 //! Values of several programs in rows above one scale.
 
-use super::{begin, bounds, curves::Style, escape, put, ticks};
+use super::{begin, bounds, centered, curves::Style, escape, put, ticks};
 use crate::report::format::compact;
 
 /// Distance of the scale from the right edge.
@@ -38,75 +38,44 @@ pub(crate) fn dots(rows: &[DotRow], scale: &str, label: &str, width: f64) -> Str
     let x = |v: f64| NAMES + (width - NAMES - RIGHT) * ((v - low) / (high - low)).clamp(0.0, 1.0);
     let base = 8.0 + ROW * rows.len() as f64;
     for v in ticks(low, high, 8) {
-        put(
-            &mut out,
-            format_args!(
-                r#"<path class="{3}" d="M{0:.1} 6V{base:.1}"/><text x="{0:.1}" y="{1:.1}" text-anchor="middle">{2}</text>"#,
-                x(v),
-                base + 14.0,
-                compact(v),
-                if v == 0.0 { "origin" } else { "zero" }
-            ),
-        );
+        let class = if v == 0.0 { "origin" } else { "zero" };
+        put!(out, r#"<path class="{class}" d="M{:.1} 6V{base:.1}"/>"#, x(v));
+        centered(&mut out, [x(v), base + 14.0], &compact(v));
     }
-    put(
-        &mut out,
-        format_args!(
-            r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#,
-            0.5 * (NAMES + width - RIGHT),
-            base + 30.0,
-            escape(scale)
-        ),
-    );
+    centered(&mut out, [0.5 * (NAMES + width - RIGHT), base + 30.0], scale);
     for (i, row) in rows.iter().enumerate() {
         let middle = 6.0 + ROW * (i as f64 + 0.5);
-        put(
-            &mut out,
-            format_args!(
-                r#"<text class="name" x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
-                NAMES - 12.0,
-                middle + 4.0,
-                escape(&row.name)
-            ),
+        put!(
+            out,
+            r#"<text class="name" x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
+            NAMES - 12.0,
+            middle + 4.0,
+            escape(&row.name)
         );
         if let Some([from, to]) = row.band {
-            put(
-                &mut out,
-                format_args!(
-                    r#"<rect class="band" x="{:.1}" y="{:.1}" width="{:.1}" height="14" rx="3"/>"#,
-                    x(from),
-                    middle - 7.0,
-                    (x(to) - x(from)).max(1.0)
-                ),
+            put!(
+                out,
+                r#"<rect class="band" x="{:.1}" y="{:.1}" width="{:.1}" height="14" rx="3"/>"#,
+                x(from),
+                middle - 7.0,
+                (x(to) - x(from)).max(1.0)
             );
         }
         for &(program, value) in row.dots.iter().filter(|d| d.1.is_finite()) {
             let class = Style::Program(program).class();
             if program % 2 == 0 {
-                put(
-                    &mut out,
-                    format_args!(r#"<circle class="dot {class}" cx="{:.1}" cy="{middle:.1}" r="4.5"/>"#, x(value)),
-                );
+                put!(out, r#"<circle class="dot {class}" cx="{:.1}" cy="{middle:.1}" r="4.5"/>"#, x(value));
             } else {
-                put(
-                    &mut out,
-                    format_args!(
-                        r#"<rect class="dot {class}" x="{:.1}" y="{:.1}" width="8" height="8"/>"#,
-                        x(value) - 4.0,
-                        middle - 4.0
-                    ),
+                put!(
+                    out,
+                    r#"<rect class="dot {class}" x="{:.1}" y="{:.1}" width="8" height="8"/>"#,
+                    x(value) - 4.0,
+                    middle - 4.0
                 );
             }
         }
         if let Some(value) = row.reference.filter(|v| v.is_finite()) {
-            put(
-                &mut out,
-                format_args!(
-                    r#"<path class="reference" d="M{0:.1} {1:.1}l5.5 6l-5.5 6l-5.5 -6z"/>"#,
-                    x(value),
-                    middle - 6.0
-                ),
-            );
+            put!(out, r#"<path class="reference" d="M{0:.1} {1:.1}l5.5 6l-5.5 6l-5.5 -6z"/>"#, x(value), middle - 6.0);
         }
     }
     out.push_str("</svg>");

@@ -20,28 +20,24 @@ pub(crate) fn histogram(bars: &[Bar], marks: [&str; 3], label: &str) -> String {
     let width = 480.0 / bars.len().max(1) as f64;
     for (i, bar) in bars.iter().enumerate() {
         let h = HEIGHT * bar.share / top;
-        put(
-            &mut out,
-            format_args!(
-                r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{h:.1}" fill="{}" stroke="currentColor" stroke-opacity=".25" stroke-width=".5"/>"#,
-                i as f64 * width,
-                10.0 + HEIGHT - h,
-                (width - 1.0).max(0.5),
-                escape(&bar.color)
-            ),
+        put!(
+            out,
+            r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{h:.1}" fill="{}" stroke="currentColor" stroke-opacity=".25" stroke-width=".5"/>"#,
+            i as f64 * width,
+            10.0 + HEIGHT - h,
+            (width - 1.0).max(0.5),
+            escape(&bar.color)
         );
     }
-    put(
-        &mut out,
-        format_args!(
-            r#"<path class="zero" d="M0 {0}H480"/><text x="0" y="{1}">{2}</text><text x="240" y="{1}" text-anchor="middle">{3}</text><text x="480" y="{1}" text-anchor="end">{4}</text><text x="480" y="18" text-anchor="end">highest bar {5} %</text></svg>"#,
-            10.0 + HEIGHT,
-            26.0 + HEIGHT,
-            escape(marks[0]),
-            escape(marks[1]),
-            escape(marks[2]),
-            compact(top * 100.0)
-        ),
+    put!(
+        out,
+        r#"<path class="zero" d="M0 {0}H480"/><text x="0" y="{1}">{2}</text><text x="240" y="{1}" text-anchor="middle">{3}</text><text x="480" y="{1}" text-anchor="end">{4}</text><text x="480" y="18" text-anchor="end">highest bar {5} %</text></svg>"#,
+        10.0 + HEIGHT,
+        26.0 + HEIGHT,
+        escape(marks[0]),
+        escape(marks[1]),
+        escape(marks[2]),
+        compact(top * 100.0)
     );
     out
 }

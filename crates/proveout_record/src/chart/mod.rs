@@ -5,13 +5,11 @@ mod dots;
 mod histogram;
 mod strips;
 
-use std::fmt::Write;
-
 pub(crate) use self::{
     curves::{Chart, Series, Style},
     dots::{DotRow, dots},
     histogram::{Bar, histogram},
-    strips::{Strip, svg},
+    strips::{SignalStrip, svg},
 };
 use crate::report::format::compact;
 
@@ -19,25 +17,33 @@ use crate::report::format::compact;
 const LEAST_RANGE: f64 = 1e-9;
 const LEAST_PART: f64 = 1e-6;
 
-fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
-    out.write_fmt(text).unwrap_or_default(); // a string takes everything
+/// Puts a formatted text at the end of a string.
+macro_rules! put {
+    ($out:expr, $($text:tt)+) => {{
+        use std::fmt::Write as _;
+        $out.write_fmt(format_args!($($text)+)).unwrap_or_default(); // a string takes everything
+    }};
 }
+pub(crate) use put;
 
 /// Begins a picture; `label` is its text for screen readers.
 fn begin(class: &str, width: f64, height: f64, label: &str) -> String {
     format!(r#"<svg class="{class}" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#, escape(label))
 }
 
+/// A text with its middle at a place.
+fn centered(out: &mut String, [x, y]: [f64; 2], words: &str) {
+    put!(out, r#"<text x="{x:.1}" y="{y:.1}" text-anchor="middle">{}</text>"#, escape(words));
+}
+
 /// A level line from `left` to `right` at height `y`, with its value before it.
 fn level(out: &mut String, value: f64, y: f64, [left, right]: [f64; 2]) {
-    put(
+    put!(
         out,
-        format_args!(
-            r#"<path class="zero" d="M{left} {y:.1}H{right}"/><text x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
-            left - 6.0,
-            y + 4.0,
-            compact(value)
-        ),
+        r#"<path class="zero" d="M{left} {y:.1}H{right}"/><text x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
+        left - 6.0,
+        y + 4.0,
+        compact(value)
     );
 }
 

@@ -1,6 +1,6 @@
 //! Signals over time, one above the other.
 
-use super::{begin, escape, level, put, ticks, widened};
+use super::{begin, centered, escape, level, put, ticks, widened};
 use crate::{envelope::Envelope, report::format::compact};
 
 const LEFT: f64 = 62.0;
@@ -10,7 +10,7 @@ const GAP: f64 = 24.0;
 const BOTTOM: f64 = 20.0;
 
 /// One signal, or two on the same scale, above the common time axis.
-pub(crate) struct Strip<'a> {
+pub(crate) struct SignalStrip<'a> {
     /// Name with unit; plain text.
     pub(crate) name: String,
     /// Filled band.
@@ -25,11 +25,18 @@ pub(crate) struct Strip<'a> {
     pub(crate) height: f64,
 }
 
+impl<'a> SignalStrip<'a> {
+    /// One signal without limits and marks.
+    pub(crate) fn new(name: impl Into<String>, signal: &'a Envelope, height: f64) -> Self {
+        Self { name: name.into(), signal, second: None, limits: [None; 2], marks: Vec::new(), height }
+    }
+}
+
 /// Strips above each other with a common time axis from 0 to `end` (s), and vertical lines at `changes` (s); `width` in
 /// units of which 11 are the height of a letter.
 ///
 /// Every text goes through [`escape`]; the result is SVG markup without scripts or references.
-pub(crate) fn svg(strips: &[Strip<'_>], width: f64, end: f64, changes: &[f64], label: &str) -> String {
+pub(crate) fn svg(strips: &[SignalStrip<'_>], width: f64, end: f64, changes: &[f64], label: &str) -> String {
     let end = if end.is_finite() && end > 0.0 { end } else { 1.0 };
     let height = TOP + strips.iter().map(|s| s.height + GAP).sum::<f64>() - GAP + BOTTOM;
     let x = |t: f64| LEFT + (width - LEFT - RIGHT) * (t / end).clamp(0.0, 1.0);
@@ -41,38 +48,33 @@ pub(crate) fn svg(strips: &[Strip<'_>], width: f64, end: f64, changes: &[f64], l
     }
     let base = top - GAP;
     for t in ticks(0.0, end, 6) {
-        put(
-            &mut out,
-            format_args!(r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#, x(t), base + 15.0, compact(t)),
-        );
+        centered(&mut out, [x(t), base + 15.0], &compact(t));
     }
     out.push_str("</svg>");
     out
 }
 
-fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &impl Fn(f64) -> f64, changes: &[f64]) {
+fn draw_strip(
+    out: &mut String,
+    strip: &SignalStrip<'_>,
+    top: f64,
+    width: f64,
+    x: &impl Fn(f64) -> f64,
+    changes: &[f64],
+) {
     let bottom = top + strip.height;
     let ranges = [strip.signal.range(), strip.second.and_then(Envelope::range)];
     let (mut low, mut high) =
         ranges.iter().flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), r| (l.min(r[0]), h.max(r[1])));
-    put(out, format_args!(r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, top - 5.0, escape(&strip.name)));
-    put(
+    put!(out, r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, top - 5.0, escape(&strip.name));
+    put!(
         out,
-        format_args!(
-            r#"<rect class="frame" x="{LEFT}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,
-            width - LEFT - RIGHT,
-            strip.height
-        ),
+        r#"<rect class="frame" x="{LEFT}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,
+        width - LEFT - RIGHT,
+        strip.height
     );
     if low > high {
-        put(
-            out,
-            format_args!(
-                r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">not recorded</text>"#,
-                (LEFT + width) / 2.0,
-                (top + bottom) / 2.0 + 4.0
-            ),
-        );
+        centered(out, [(LEFT + width) / 2.0, (top + bottom) / 2.0 + 4.0], "not recorded");
         return;
     }
     // A limit is shown when it is no farther from the signal than half the signal's span; a far one would press the signal
@@ -91,21 +93,15 @@ fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &imp
         level(out, v, y(v), [LEFT, width - RIGHT]);
     }
     for t in changes {
-        put(out, format_args!(r#"<path class="change-line" d="M{:.1} {top:.1}V{bottom:.1}"/>"#, x(*t)));
+        put!(out, r#"<path class="change-line" d="M{:.1} {top:.1}V{bottom:.1}"/>"#, x(*t));
     }
     for l in &limits {
-        put(out, format_args!(r#"<path class="limit" d="M{LEFT} {:.1}H{}"/>"#, y(*l), width - RIGHT));
+        put!(out, r#"<path class="limit" d="M{LEFT} {:.1}H{}"/>"#, y(*l), width - RIGHT);
     }
     for [begin, end] in &strip.marks {
         // At least two units wide, so that a short one is seen.
         let width = (x(*end) - x(*begin)).max(2.0);
-        put(
-            out,
-            format_args!(
-                r#"<rect class="saturated" x="{:.1}" y="{top:.1}" width="{width:.1}" height="4"/>"#,
-                x(*begin)
-            ),
-        );
+        put!(out, r#"<rect class="saturated" x="{:.1}" y="{top:.1}" width="{width:.1}" height="4"/>"#, x(*begin));
     }
     let stretches = strip.signal.stretches();
     let upper = stretches.iter().map(|&(t, _, h)| (t, h));
@@ -117,9 +113,9 @@ fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &imp
 }
 
 fn path(out: &mut String, class: &str, points: impl Iterator<Item = (f64, f64)>, closed: bool) {
-    put(out, format_args!(r#"<path class="{class}" d=""#));
+    put!(out, r#"<path class="{class}" d=""#);
     for (i, (x, y)) in points.enumerate() {
-        put(out, format_args!("{}{x:.1} {y:.1}", if i == 0 { 'M' } else { 'L' }));
+        put!(out, "{}{x:.1} {y:.1}", if i == 0 { 'M' } else { 'L' });
     }
     out.push_str(if closed { r#"Z"/>"# } else { r#""/>"# });
 }
@@ -135,7 +131,8 @@ mod tests {
             signal.push(f64::from(i) * 0.01, 100.0 + 20.0 * (f64::from(i) * 0.1).sin());
         }
         let lines = |limits| {
-            let strip = Strip { name: "Z".into(), signal: &signal, second: None, limits, marks: vec![], height: 70.0 };
+            let strip =
+                SignalStrip { name: "Z".into(), signal: &signal, second: None, limits, marks: vec![], height: 70.0 };
             svg(&[strip], 640.0, 5.0, &[], "Z").matches("class=\"limit\"").count()
         };
         // The signal runs from 80 to 120: limits down to 60 and up to 140 are near.
@@ -152,7 +149,7 @@ mod tests {
             signal.push(f64::from(i) * 0.01, (f64::from(i) * 0.02).sin() * 1e3);
         }
         let empty = Envelope::default();
-        let strip = |name: &str, signal| Strip {
+        let strip = |name: &str, signal| SignalStrip {
             name: name.into(),
             signal,
             second: None,

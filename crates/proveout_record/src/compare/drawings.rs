@@ -2,7 +2,7 @@
 //! published values next to ours with their ranges. All values are in `compare.json`. The drawings carry
 //! their styles, so that any page can show them.
 
-use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
+use std::{collections::BTreeMap, fs, path::Path};
 
 use proveout_sim::{
     certificate::VelocityLimit,
@@ -10,7 +10,7 @@ use proveout_sim::{
 };
 
 use crate::{
-    chart::{escape, ticks},
+    chart::{escape, put, ticks},
     error::RecordError,
     report::format::{compact, fixed},
 };
@@ -45,10 +45,6 @@ pub(super) fn write_drawings(folder: &Path, comparison: &Comparison) -> Result<(
     Ok(())
 }
 
-fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
-    out.write_fmt(text).unwrap_or_default(); // a string takes everything
-}
-
 fn begin(height: f64, title: &str) -> String {
     let title = escape(title);
     format!(
@@ -58,28 +54,20 @@ fn begin(height: f64, title: &str) -> String {
 }
 
 fn text(out: &mut String, [x, y]: [f64; 2], anchor: &str, fill: &str, words: &str) {
-    put(
-        out,
-        format_args!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{fill}\">{}</text>\n",
-            escape(words)
-        ),
-    );
+    put!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{fill}\">{}</text>\n", escape(words));
 }
 
 /// Text of a limit, which may lie over lines.
 fn label(out: &mut String, [x, y]: [f64; 2], anchor: &str, words: &str) {
-    put(
+    put!(
         out,
-        format_args!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{LIMIT}\" stroke=\"#ffffff\" stroke-width=\"4\" paint-order=\"stroke\">{}</text>\n",
-            escape(words)
-        ),
+        "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{LIMIT}\" stroke=\"#ffffff\" stroke-width=\"4\" paint-order=\"stroke\">{}</text>\n",
+        escape(words)
     );
 }
 
 fn line(out: &mut String, [x1, y1, x2, y2]: [f64; 4], stroke: &str, more: &str) {
-    put(out, format_args!("<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" stroke=\"{stroke}\" fill=\"none\" {more}/>\n"));
+    put!(out, "<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" stroke=\"{stroke}\" fill=\"none\" {more}/>\n");
 }
 
 /// A program with what it saves at the limits of a joint.
@@ -130,14 +118,12 @@ fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[Gains<'_>], 
     let y_least = if y_least < -0.005 { 1.15 * y_least } else { 0.0 };
     let x = |v: f64| left + (right - left) * v / x_most;
     let y = |v: f64| base - (base - high) * (v - y_least) / (y_most - y_least);
-    put(
+    put!(
         out,
-        format_args!(
-            "<text x=\"{left}\" y=\"{:.1}\" font-size=\"14\" font-weight=\"bold\">Time saved against {} over the velocity limit of {}, percent</text>\n",
-            top + 22.0,
-            escape(from),
-            escape(joint)
-        ),
+        "<text x=\"{left}\" y=\"{:.1}\" font-size=\"14\" font-weight=\"bold\">Time saved against {} over the velocity limit of {}, percent</text>\n",
+        top + 22.0,
+        escape(from),
+        escape(joint)
     );
     text(out, [left, top + 38.0], "start", SOFT, "of the replanned stretch, by feed and this limit alone");
     for v in ticks(y_least, y_most, 6) {
@@ -188,25 +174,23 @@ fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[Gains<'_>], 
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
             let mut d = String::new();
             for (i, p) in points.iter().enumerate() {
-                put(&mut d, format_args!("{}{:.1} {:.1}", if i == 0 { 'M' } else { 'L' }, x(p[0]), y(p[1])));
+                put!(d, "{}{:.1} {:.1}", if i == 0 { 'M' } else { 'L' }, x(p[0]), y(p[1]));
             }
             // Nothing is gained where the limit is above what the program before needs.
             if let Some(last) = points.last() {
-                put(&mut d, format_args!("L{:.1} {:.1}", right, y(last[1])));
+                put!(d, "L{:.1} {:.1}", right, y(last[1]));
             }
             (d, points)
         };
         let (best, _) = way(|r| r.saved_at_most_percent);
-        put(
+        put!(
             out,
-            format_args!(
-                "<path d=\"{best}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.5\" stroke-dasharray=\"6 4\" opacity=\"0.75\"/>\n"
-            ),
+            "<path d=\"{best}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.5\" stroke-dasharray=\"6 4\" opacity=\"0.75\"/>\n"
         );
         let (own, points) = way(|r| r.saved_percent);
-        put(out, format_args!("<path d=\"{own}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2.4\"/>\n"));
+        put!(out, "<path d=\"{own}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2.4\"/>\n");
         for p in points {
-            put(out, format_args!("<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{color}\"/>\n", x(p[0]), y(p[1])));
+            put!(out, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{color}\"/>\n", x(p[0]), y(p[1]));
         }
         let at = base + 54.0 + 18.0 * k as f64;
         line(out, [left, at - 4.0, left + 34.0, at - 4.0], color, "stroke-width=\"2.4\"");
@@ -236,12 +220,10 @@ pub(super) fn ranges_drawing(c: &Comparison) -> Option<String> {
     let base = high + step * rows.len() as f64;
     let mut out = begin(base + 46.0, &format!("{}: published values and ours", c.scene));
     let x = |v: f64| left + (right - left) * (v.clamp(LEAST, MOST) - LEAST) / (MOST - LEAST);
-    put(
-        &mut out,
-        format_args!(
-            "<text x=\"16\" y=\"22\" font-size=\"14\" font-weight=\"bold\">{}: ours as a part of the published value</text>\n",
-            escape(&c.scene)
-        ),
+    put!(
+        out,
+        "<text x=\"16\" y=\"22\" font-size=\"14\" font-weight=\"bold\">{}: ours as a part of the published value</text>\n",
+        escape(&c.scene)
     );
     legend(&mut out, c.choices.as_ref().map_or(0, |open| open.draws));
     for v in ticks(LEAST, MOST, 7) {
@@ -254,13 +236,11 @@ pub(super) fn ranges_drawing(c: &Comparison) -> Option<String> {
     for (k, row) in rows.iter().enumerate() {
         let middle = high + step * (k as f64 + 0.5);
         if k % 2 == 1 {
-            put(
-                &mut out,
-                format_args!(
-                    "<rect x=\"8\" y=\"{:.1}\" width=\"{:.1}\" height=\"{step}\" fill=\"#000000\" opacity=\"0.035\"/>\n",
-                    middle - 0.5 * step,
-                    WIDTH - 16.0
-                ),
+            put!(
+                out,
+                "<rect x=\"8\" y=\"{:.1}\" width=\"{:.1}\" height=\"{step}\" fill=\"#000000\" opacity=\"0.035\"/>\n",
+                middle - 0.5 * step,
+                WIDTH - 16.0
             );
         }
         range_row(&mut out, row, middle, [left, right], &x);
@@ -287,13 +267,7 @@ fn legend(out: &mut String, draws: u64) {
         }
         let (color, _, half, _) = RANGES[k];
         let height = 2.0 * half;
-        put(
-            out,
-            format_args!(
-                "<rect x=\"{at}\" y=\"{:.1}\" width=\"30\" height=\"{height}\" fill=\"{color}\"/>\n",
-                y - 4.0 - half
-            ),
-        );
+        put!(out, "<rect x=\"{at}\" y=\"{:.1}\" width=\"30\" height=\"{height}\" fill=\"{color}\"/>\n", y - 4.0 - half);
         let words = if k == 0 { format!("over {draws} draws of all choices at once") } else { name.to_owned() };
         text(out, [at + 37.0, y], "start", INK, &words);
         at += 270.0;
@@ -327,7 +301,7 @@ fn dot(out: &mut String, [x, y]: [f64; 2], found: Option<Reproduced>) {
         }
         None => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\" fill=\"#ffffff\""),
     };
-    put(out, format_args!("{shape} stroke=\"{INK}\" stroke-width=\"1\"/>\n"));
+    put!(out, "{shape} stroke=\"{INK}\" stroke-width=\"1\"/>\n");
 }
 
 fn range_row(out: &mut String, row: &Published, middle: f64, [left, right]: [f64; 2], x: &impl Fn(f64) -> f64) {
@@ -345,28 +319,24 @@ fn range_row(out: &mut String, row: &Published, middle: f64, [left, right]: [f64
         let Some([a, b]) = range else { continue };
         let (from, to) = (part(a).min(part(b)), part(a).max(part(b)));
         let (x1, x2) = (x(from), x(to));
-        put(
+        put!(
             out,
-            format_args!(
-                "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{color}\"/>\n",
-                x1.min(x2 - 1.5),
-                middle + down - half,
-                (x2 - x1).max(1.5),
-                2.0 * half
-            ),
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{color}\"/>\n",
+            x1.min(x2 - 1.5),
+            middle + down - half,
+            (x2 - x1).max(1.5),
+            2.0 * half
         );
         for (beyond, at, sign) in [(from < LEAST, left, -1.0), (to > MOST, right, 1.0)] {
             if beyond {
-                put(
+                put!(
                     out,
-                    format_args!(
-                        "<path d=\"M{at:.1} {:.1}l{:.1} {:.1}l{:.1} {:.1}z\" fill=\"{color}\"/>\n",
-                        middle + down - half - 2.0,
-                        8.0 * sign,
-                        half + 2.0,
-                        -8.0 * sign,
-                        half + 2.0
-                    ),
+                    "<path d=\"M{at:.1} {:.1}l{:.1} {:.1}l{:.1} {:.1}z\" fill=\"{color}\"/>\n",
+                    middle + down - half - 2.0,
+                    8.0 * sign,
+                    half + 2.0,
+                    -8.0 * sign,
+                    half + 2.0
                 );
             }
         }

@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use minijinja::{Environment, value::Serde};
+use minijinja::value::Serde;
 use proveout_sim::compare::{Compared, Comparison, GAUSS_SPHERE, Pictures, Role, Study, StudyCurve, VariationKind};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::{
     Trace, part,
     rows::{self, judged},
 };
-use crate::page_safety::{policy, without_steering};
+use crate::page_template::{fill, policy};
 use crate::{
     chart::{Chart, DotRow, Series, Style, dots},
     error::RecordError,
@@ -30,18 +31,9 @@ const SQUARE: [f64; 2] = [536.0, 569.2];
 const ASKED_FOR: f64 = 1e-3;
 
 #[derive(Serialize)]
-struct Key {
+struct LegendKey {
     class: String,
     name: String,
-}
-
-#[derive(Serialize)]
-struct Headline {
-    name: String,
-    class: String,
-    stretch: rows::GainWords,
-    cycle: rows::GainWords,
-    own_limits: Option<String>,
 }
 
 /// A plot with its heading.
@@ -49,7 +41,7 @@ struct Headline {
 struct Plot {
     title: String,
     note: String,
-    keys: Vec<Key>,
+    keys: Vec<LegendKey>,
     charts: Vec<String>,
     figures: Vec<[String; 2]>,
 }
@@ -59,11 +51,7 @@ struct Plot {
 /// # Errors
 /// [`RecordError::Page`] when the template does not fit its data, which is a fault of this crate.
 pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, RecordError> {
-    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
     let (c, pictures) = (&compared.comparison, &compared.pictures);
-    let mut environment = Environment::new();
-    environment.add_template("compare.html", TEMPLATE).map_err(fault)?; // the ending turns escaping on
-    let template = environment.get_template("compare.html").map_err(fault)?;
     let order: Vec<String> = pictures.joints.iter().map(|j| j.name.clone()).collect();
     let view = pictures.part.as_ref().and_then(|p| part::view(p, &c.order, &c.baseline));
     let (rotary, linear): (Vec<usize>, Vec<usize>) =
@@ -75,7 +63,7 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
             .flatten()
             .collect()
     };
-    let data = serde_json::json!({
+    let data = json!({
         "css": CSS,
         "more_css": MORE_CSS,
         "viewer": VIEWER,
@@ -118,22 +106,24 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
         "legend_low": view.as_ref().map(|v| v.low.as_str()),
         "legend_high": view.as_ref().map(|v| v.high.as_str()),
     });
-    template.render(Serde(&data)).map(without_steering).map_err(fault)
+    fill("compare.html", TEMPLATE, Serde(&data))
 }
 
-fn keys(c: &Comparison) -> Vec<Key> {
-    let key = |(i, name): (usize, &String)| Key { class: Style::Program(i).class(), name: name.clone() };
+fn keys(c: &Comparison) -> Vec<LegendKey> {
+    let key = |(i, name): (usize, &String)| LegendKey { class: Style::Program(i).class(), name: name.clone() };
     c.order.iter().enumerate().map(key).collect()
 }
 
-fn headlines(c: &Comparison) -> Vec<Headline> {
+fn headlines(c: &Comparison) -> Vec<Value> {
     let others = c.order.iter().enumerate().filter_map(|(i, name)| Some((i, name, c.gains.get(name)?)));
-    let headline = |(i, name, g): (usize, &String, &proveout_sim::compare::Gain)| Headline {
-        name: name.clone(),
-        class: Style::Program(i).class(),
-        stretch: rows::gain(&g.stretch_time),
-        cycle: rows::gain(&g.cycle_time),
-        own_limits: c.at_own_limits(name).map(|v| fixed(v, 2)),
+    let headline = |(i, name, g): (usize, &String, &proveout_sim::compare::Gain)| {
+        json!({
+            "name": name,
+            "class": Style::Program(i).class(),
+            "stretch": rows::gain(&g.stretch_time),
+            "cycle": rows::gain(&g.cycle_time),
+            "own_limits": c.at_own_limits(name).map(|v| fixed(v, 2)),
+        })
     };
     others.map(headline).collect()
 }
@@ -345,7 +335,7 @@ fn study_plots(title: &str, program: usize, study: &Study, windows: &Windows<'_>
             ),
             None => String::new(),
         };
-        let keys = curves.iter().map(|c| Key { class: style(c.role).class(), name: c.name.clone() }).collect();
+        let keys = curves.iter().map(|c| LegendKey { class: style(c.role).class(), name: c.name.clone() }).collect();
         let figures = std::mem::take(&mut figures);
         out.push(Plot { title: title.to_owned(), note, keys, charts: vec![chart.svg()], figures });
     }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::{
     color::{DeviationMap, STEEL},
-    encode::{Shades, base64, deflated, pack_mesh},
+    page_encoding::{Shades, base64, deflated, pack_mesh},
     picture::Picture,
     units::UM_PER_MM,
 };
@@ -20,7 +20,7 @@ const AROUND: f64 = 0.2;
 const DIFFERENCE_FLOOR: f64 = 1e-4;
 
 /// A set of colors: its name and the position of each vertex on its map.
-struct Layer {
+struct ColorLayer {
     name: String,
     map: DeviationMap,
     ends: [&'static str; 2],
@@ -37,7 +37,7 @@ pub(crate) struct FlatMap {
 
 /// The side of a blade laid flat, one map a layer; data of the script as JSON.
 #[derive(Serialize)]
-pub(crate) struct Flat {
+pub(crate) struct FlatSide {
     pub(crate) maps: Vec<FlatMap>,
     pub(crate) data: String,
     /// Ends of arc length and height, mm.
@@ -45,7 +45,7 @@ pub(crate) struct Flat {
 }
 
 /// The packed mesh as Base64 and the data of the viewer's script; none where nothing is judged.
-pub(crate) struct View {
+pub(crate) struct ColorMapView {
     pub(crate) mesh: String,
     pub(crate) data: String,
     /// Names of the layers.
@@ -57,11 +57,11 @@ pub(crate) struct View {
     /// Colors of the map for the style of the legend.
     pub(crate) stops: String,
     /// The side laid flat, where the design is a blade.
-    pub(crate) flat: Option<Flat>,
+    pub(crate) flat: Option<FlatSide>,
 }
 
 /// The view of the cut parts.
-pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Option<View> {
+pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Option<ColorMapView> {
     let judged = judged_box(part)?;
     let (mesh, normals, kept) = cropped(part, &grown(&judged));
     let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&i| values[i]).collect() };
@@ -85,7 +85,7 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
         let (picture, _) = Picture::new(&mesh, &normals, &pick(values)).reduced(VIEW_TRIANGLES);
         let shades =
             picture.values.iter().map(|v| if v.is_nan() { f64::NAN } else { map.position(f64::from(*v)) }).collect();
-        layers.push(Layer { name, map, ends, shades });
+        layers.push(ColorLayer { name, map, ends, shades });
         shape.get_or_insert(picture);
     }
     let (shape, first) = (shape?, layers.first()?);
@@ -115,7 +115,7 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
         })
         .collect();
     let [low, high] = legend(first.map, first.ends);
-    Some(View {
+    Some(ColorMapView {
         mesh: deflated(&pack_mesh(&shape, Shades::Positions(&first.shades), &[])),
         data: data.to_string().replace('<', "\\u003c"),
         first: 0,
@@ -139,7 +139,7 @@ fn legend(map: DeviationMap, ends: [&str; 2]) -> [String; 2] {
 const COLUMNS: f64 = 1000.0;
 
 /// Means over cells that are a little wider than the distance of neighboring points.
-fn flat_maps(part: &PartPicture, wanted: &[Wanted<'_>]) -> Option<Flat> {
+fn flat_maps(part: &PartPicture, wanted: &[Wanted<'_>]) -> Option<FlatSide> {
     let known: Vec<(usize, [f64; 2])> =
         part.unrolled.iter().copied().enumerate().filter(|(_, p)| p[0].is_finite() && p[1].is_finite()).collect();
     let bounds = |k: usize| {
@@ -178,7 +178,7 @@ fn flat_maps(part: &PartPicture, wanted: &[Wanted<'_>]) -> Option<Flat> {
         maps.push(FlatMap { name: name.clone(), low, high });
     }
     let mm = |v: f64| crate::report::format::fixed(v, 1);
-    Some(Flat { maps, data: serde_json::json!(coded).to_string(), ends: [mm(0.0), mm(width), mm(bottom), mm(top)] })
+    Some(FlatSide { maps, data: serde_json::json!(coded).to_string(), ends: [mm(0.0), mm(width), mm(bottom), mm(top)] })
 }
 
 fn micro(mm: f64) -> String {

@@ -5,6 +5,7 @@ use proveout_sim::{
     verdict::State,
 };
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::{
     chart::Style,
@@ -17,19 +18,19 @@ use crate::{
 
 /// Class and word of a judgement.
 #[derive(Clone, Copy, Serialize)]
-pub(crate) struct Judged {
+pub(crate) struct GateWord {
     class: &'static str,
     word: &'static str,
 }
 
-pub(crate) fn judged(state: State) -> Judged {
+pub(crate) fn judged(state: State) -> GateWord {
     let (class, word) = match state {
         State::Pass => ("pass", "Pass"),
         State::Fail => ("fail", "Fail"),
         State::Unchecked => ("unchecked", "Unchecked"),
         State::NotAsked => ("not_asked", "Not asked"),
     };
-    Judged { class, word }
+    GateWord { class, word }
 }
 
 /// Programs with their place in the order of the scene, which gives their color.
@@ -40,22 +41,6 @@ pub(crate) fn programs(c: &Comparison) -> Vec<(usize, &str, &ProgramFigures)> {
 
 fn dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "–".into(), |v| fixed(v, digits))
-}
-
-#[derive(Serialize)]
-pub(crate) struct ProgramRow {
-    class: String,
-    name: String,
-    made: String,
-    verdict: Judged,
-    errors: u64,
-    total: String,
-    cutting: String,
-    stretch: String,
-    programmed: String,
-    bound: String,
-    gains: Option<Vec<GainWords>>,
-    report: String,
 }
 
 /// A gain with its error.
@@ -85,67 +70,43 @@ pub(crate) fn gain(g: &TimeGain) -> GainWords {
     }
 }
 
-pub(crate) fn program_rows(c: &Comparison) -> Vec<ProgramRow> {
-    let row = |(i, name, p): (usize, &str, &ProgramFigures)| ProgramRow {
-        class: Style::Program(i).class(),
-        name: name.to_owned(),
-        made: p.made.as_ref().map_or_else(
-            || if name == c.baseline { "baseline".into() } else { String::new() },
-            |m| format!("{} from {} ({})", m.method, m.from, m.source),
-        ),
-        verdict: judged(p.verdict),
-        errors: p.errors,
-        total: dash(Some(p.time.total_s), 3),
-        cutting: dash(Some(p.time.cutting_s), 3),
-        stretch: dash(p.stretch.as_ref().map(|s| s.time_s), 3),
-        programmed: dash(p.stretch.as_ref().map(|s| s.programmed_s), 3),
-        bound: dash(p.time.lower_bound_s, 3),
-        gains: c.gains.get(name).map(|g| [&g.cycle_time, &g.cutting_time, &g.stretch_time].map(gain).into()),
-        report: format!("{}/report.html", p.folder),
+pub(crate) fn program_rows(c: &Comparison) -> Vec<Value> {
+    let row = |(i, name, p): (usize, &str, &ProgramFigures)| {
+        json!({
+            "class": Style::Program(i).class(),
+            "name": name,
+            "made": p.made.as_ref().map_or_else(
+                || if name == c.baseline { "baseline".into() } else { String::new() },
+                |m| format!("{} from {} ({})", m.method, m.from, m.source),
+            ),
+            "verdict": judged(p.verdict),
+            "errors": p.errors,
+            "total": dash(Some(p.time.total_s), 3),
+            "cutting": dash(Some(p.time.cutting_s), 3),
+            "stretch": dash(p.stretch.as_ref().map(|s| s.time_s), 3),
+            "programmed": dash(p.stretch.as_ref().map(|s| s.programmed_s), 3),
+            "bound": dash(p.time.lower_bound_s, 3),
+            "gains": c.gains.get(name).map(|g| [&g.cycle_time, &g.cutting_time, &g.stretch_time].map(gain)),
+            "report": format!("{}/report.html", p.folder),
+        })
     };
     programs(c).into_iter().map(row).collect()
 }
 
-#[derive(Serialize)]
-pub(crate) struct LimitRow {
-    machine: String,
-    joint: String,
-    quantity: String,
-    own: String,
-    set: String,
-    unit: String,
-    source: String,
-}
-
 /// Limits that the scene sets, with those of the machine for comparison.
-pub(crate) fn limits(c: &Comparison) -> Vec<LimitRow> {
-    let row = |l: &proveout_sim::compare::ChangedLimit| LimitRow {
-        machine: l.machine.clone(),
-        joint: l.joint.clone(),
-        quantity: l.quantity.clone(),
-        own: l.of_machine.map_or_else(|| "none".into(), compact),
-        set: compact(l.of_scene),
-        unit: l.unit.clone(),
-        source: l.source.clone(),
+pub(crate) fn limits(c: &Comparison) -> Vec<Value> {
+    let row = |l: &proveout_sim::compare::ChangedLimit| {
+        json!({
+            "machine": l.machine,
+            "joint": l.joint,
+            "quantity": l.quantity,
+            "own": l.of_machine.map_or_else(|| "none".into(), compact),
+            "set": compact(l.of_scene),
+            "unit": l.unit,
+            "source": l.source,
+        })
     };
     c.joint_limits.iter().map(row).collect()
-}
-
-#[derive(Serialize)]
-pub(crate) struct PublishedRow {
-    name: String,
-    measured: String,
-    published: String,
-    value: String,
-    band: String,
-    judged: Judged,
-    word: &'static str,
-    /// That of the null program.
-    null: String,
-    /// Ranges over the choices alone, the draws and the twin.
-    over: [String; 3],
-    source: String,
-    remark: String,
 }
 
 /// Decimals that show how a value differs from the published one.
@@ -153,19 +114,7 @@ fn digits(published: f64) -> usize {
     if published.abs() < 2.0 { 3 } else { 1 }
 }
 
-/// A choice that the experiment leaves open.
-#[derive(Serialize)]
-pub(crate) struct ChoiceRow {
-    name: String,
-    key: String,
-    tried: String,
-    source: String,
-    reason: String,
-    /// What it changes, from where to where.
-    acts: Vec<String>,
-}
-
-pub(crate) fn choices(c: &Comparison) -> Vec<ChoiceRow> {
+pub(crate) fn choices(c: &Comparison) -> Vec<Value> {
     let row = |choice: &proveout_sim::compare::TriedChoice| {
         let change = |(name, [low, high]): (&String, &[f64; 2])| {
             let row = c.published.iter().find(|p| p.name == *name);
@@ -180,57 +129,50 @@ pub(crate) fn choices(c: &Comparison) -> Vec<ChoiceRow> {
         if !choice.refused.is_empty() {
             acts.push(format!("a value was refused: {}", choice.refused));
         }
-        ChoiceRow {
-            name: choice.name.clone(),
-            key: choice.key.clone(),
-            tried: choice.tried.join(", "),
-            source: choice.source.clone(),
-            reason: choice.reason.clone(),
-            acts,
-        }
+        json!({
+            "name": choice.name,
+            "key": choice.key,
+            "tried": choice.tried.join(", "),
+            "source": choice.source,
+            "reason": choice.reason,
+            "acts": acts,
+        })
     };
     c.choices.iter().flat_map(|open| &open.choices).map(row).collect()
 }
 
-pub(crate) fn published(c: &Comparison) -> Vec<PublishedRow> {
-    let row = |p: &proveout_sim::compare::Published| PublishedRow {
-        name: p.name.clone(),
-        measured: p.measured.clone(),
-        published: format!("{}{} {}", p.kind.label(), compact(p.published), p.unit),
-        value: p.value.map_or_else(|| "–".into(), |v| format!("{} {}", fixed(v, 1), p.unit)),
-        band: p.band.map_or_else(|| "none".into(), |[low, high]| format!("{} to {}", compact(low), compact(high))),
-        judged: judged(p.state),
-        word: p.kind.judged(match (p.reproduced, p.state) {
-            (Some(found), _) => found.word(),
-            (None, State::Pass) => "in the band",
-            (None, State::Fail) => "outside",
-            (None, State::Unchecked | State::NotAsked) => "not judged",
-        }),
-        null: p.null_value.map_or_else(String::new, |v| format!("{} {}", fixed(v, digits(p.published)), p.unit)),
-        over: [p.over_choices, p.over_draws, p.over_twin].map(|range| {
+pub(crate) fn published(c: &Comparison) -> Vec<Value> {
+    let row = |p: &proveout_sim::compare::Published| {
+        let over = [p.over_choices, p.over_draws, p.over_twin].map(|range| {
             let digits = digits(p.published);
             range.map_or_else(
                 || "cannot act".to_owned(),
                 |[low, high]| format!("{} to {}", fixed(low, digits), fixed(high, digits)),
             )
-        }),
-        source: p.source.clone(),
-        remark: p.remark.clone(),
+        });
+        json!({
+            "name": p.name,
+            "measured": p.measured,
+            "published": format!("{}{} {}", p.kind.label(), compact(p.published), p.unit),
+            "value": p.value.map_or_else(|| "–".into(), |v| format!("{} {}", fixed(v, 1), p.unit)),
+            "band": p.band.map_or_else(|| "none".into(), |[low, high]| format!("{} to {}", compact(low), compact(high))),
+            "judged": judged(p.state),
+            "word": p.kind.judged(match (p.reproduced, p.state) {
+                (Some(found), _) => found.word(),
+                (None, State::Pass) => "in the band",
+                (None, State::Fail) => "outside",
+                (None, State::Unchecked | State::NotAsked) => "not judged",
+            }),
+            "null": p.null_value.map_or_else(String::new, |v| format!("{} {}", fixed(v, digits(p.published)), p.unit)),
+            "over": over,
+            "source": p.source,
+            "remark": p.remark,
+        })
     };
     c.published.iter().map(row).collect()
 }
 
-#[derive(Serialize)]
-pub(crate) struct ExpectationRow {
-    name: String,
-    measured: String,
-    value: String,
-    bound: String,
-    judged: Judged,
-    reason: String,
-}
-
-pub(crate) fn expectations(c: &Comparison) -> Vec<ExpectationRow> {
+pub(crate) fn expectations(c: &Comparison) -> Vec<Value> {
     let row = |e: &proveout_sim::compare::Expectation| {
         let unit = symbol(&e.unit);
         let bound = match (e.at_least, e.at_most) {
@@ -239,69 +181,45 @@ pub(crate) fn expectations(c: &Comparison) -> Vec<ExpectationRow> {
             (None, Some(high)) => format!("at most {} {unit}", compact(high)),
             (None, None) => "pass".into(),
         };
-        ExpectationRow {
-            name: e.name.clone(),
-            measured: e.measured.clone(),
-            value: e.value.map_or_else(|| "–".into(), |v| format!("{} {}", compact(v), symbol(&e.unit))),
-            bound,
-            judged: judged(e.state),
-            reason: if e.state == State::Pass { String::new() } else { e.reason.clone() },
-        }
+        json!({
+            "name": e.name,
+            "measured": e.measured,
+            "value": e.value.map_or_else(|| "–".into(), |v| format!("{} {}", compact(v), symbol(&e.unit))),
+            "bound": bound,
+            "judged": judged(e.state),
+            "reason": if e.state == State::Pass { String::new() } else { e.reason.clone() },
+        })
     };
     c.expectations.iter().map(row).collect()
 }
 
-#[derive(Serialize)]
-pub(crate) struct VariationRow {
-    name: String,
-    kind: &'static str,
-    unchecked: String,
-    /// Gain and change of each program but the baseline.
-    gains: Vec<[String; 2]>,
-}
-
-pub(crate) fn variations(c: &Comparison) -> Vec<VariationRow> {
-    let row = |v: &proveout_sim::compare::Variation| VariationRow {
-        name: v.name.clone(),
-        kind: match v.kind {
-            VariationKind::Numerical => "numerical",
-            VariationKind::Model => "model",
-        },
-        unchecked: v.unchecked.clone().unwrap_or_default(),
-        gains: c
-            .order
-            .iter()
-            .filter_map(|name| v.gains.get(name))
-            .map(|g| {
-                [
-                    dash(g.stretch_time_percent, 3),
-                    g.stretch_time_change_percent.map_or("–".into(), |p| format!("{p:+.4}")),
-                ]
-            })
-            .collect(),
+pub(crate) fn variations(c: &Comparison) -> Vec<Value> {
+    let row = |v: &proveout_sim::compare::Variation| {
+        json!({
+            "name": v.name,
+            "kind": match v.kind {
+                VariationKind::Numerical => "numerical",
+                VariationKind::Model => "model",
+            },
+            "unchecked": v.unchecked.clone().unwrap_or_default(),
+            "gains": c
+                .order
+                .iter()
+                .filter_map(|name| v.gains.get(name))
+                .map(|g| {
+                    [
+                        dash(g.stretch_time_percent, 3),
+                        g.stretch_time_change_percent.map_or("–".into(), |p| format!("{p:+.4}")),
+                    ]
+                })
+                .collect::<Vec<_>>(),
+        })
     };
     c.variations.iter().map(row).collect()
 }
 
-#[derive(Serialize)]
-pub(crate) struct JointRow {
-    class: String,
-    program: String,
-    /// Demand of velocity and acceleration, set points of velocity, acceleration and jerk over the stretch, the same three
-    /// over the whole program.
-    values: Vec<String>,
-    reversals: [String; 2],
-}
-
-#[derive(Serialize)]
-pub(crate) struct JointRows {
-    name: String,
-    unit: String,
-    rows: Vec<JointRow>,
-}
-
 /// Joints in machine order, each with a row a program.
-pub(crate) fn joints(c: &Comparison, order: &[String]) -> Vec<JointRows> {
+pub(crate) fn joints(c: &Comparison, order: &[String]) -> Vec<Value> {
     let all = programs(c);
     let one = |joint: &String| {
         let unit = all.iter().find_map(|(_, _, p)| p.axes.get(joint)).map(|a| symbol(&a.unit).to_owned())?;
@@ -320,56 +238,40 @@ pub(crate) fn joints(c: &Comparison, order: &[String]) -> Vec<JointRows> {
                 whole.map(|a| a.max_jerk),
             ];
             let count = |n: Option<u64>| n.map_or_else(|| "–".into(), |n| n.to_string());
-            JointRow {
-                class: Style::Program(*i).class(),
-                program: (*name).to_owned(),
-                values: values.map(known).into(),
-                reversals: [count(axis.map(|a| a.reversals)), count(whole.map(|a| a.reversals))],
-            }
+            json!({
+                "class": Style::Program(*i).class(),
+                "program": name,
+                "values": values.map(known),
+                "reversals": [count(axis.map(|a| a.reversals)), count(whole.map(|a| a.reversals))],
+            })
         };
-        Some(JointRows { name: joint.clone(), unit, rows: all.iter().map(row).collect() })
+        Some(json!({ "name": joint, "unit": unit, "rows": all.iter().map(row).collect::<Vec<_>>() }))
     };
     order.iter().filter_map(one).collect()
 }
 
-#[derive(Serialize)]
-pub(crate) struct PartRow {
-    class: String,
-    program: String,
-    gouge: String,
-    excess: String,
-    mean: String,
-    rms: String,
-    scallop_max: String,
-    scallop_mean: String,
-    scallop_change: String,
-    difference_rms: String,
-    difference_range: String,
-    clearance: String,
-}
-
-pub(crate) fn parts(c: &Comparison) -> Vec<PartRow> {
+pub(crate) fn parts(c: &Comparison) -> Vec<Value> {
     let row = |(i, name, p): (usize, &str, &ProgramFigures)| {
         let d = p.difference.as_ref();
         let range = d.and_then(|d| d.min_mm.zip(d.max_mm));
         let change = c.gains.get(name).and_then(|g| g.scallop_max_change_percent);
-        PartRow {
-            class: Style::Program(i).class(),
-            program: name.to_owned(),
-            gouge: length_or_dash(p.deviation.gouge_max_mm),
-            excess: length_or_dash(p.deviation.excess_max_mm),
-            mean: length_or_dash(p.deviation.mean_mm),
-            rms: length_or_dash(p.deviation.rms_mm),
-            scallop_max: length_or_dash(p.surface.scallop_max_um.map(|v| MM_PER_UM * v)),
-            scallop_mean: length_or_dash(p.surface.scallop_mean_um.map(|v| MM_PER_UM * v)),
-            scallop_change: change.map_or_else(|| "–".into(), |v| format!("{v:+.2} %")),
-            difference_rms: length_or_dash(d.and_then(|d| d.rms_mm)),
-            difference_range: range.map_or_else(
+        json!({
+            "class": Style::Program(i).class(),
+            "program": name,
+            "gouge": length_or_dash(p.deviation.gouge_max_mm),
+            "excess": length_or_dash(p.deviation.excess_max_mm),
+            "mean": length_or_dash(p.deviation.mean_mm),
+            "rms": length_or_dash(p.deviation.rms_mm),
+            "scallop_max": length_or_dash(p.surface.scallop_max_um.map(|v| MM_PER_UM * v)),
+            "scallop_mean": length_or_dash(p.surface.scallop_mean_um.map(|v| MM_PER_UM * v)),
+            "scallop_change": change.map_or_else(|| "–".into(), |v| format!("{v:+.2} %")),
+            "difference_rms": length_or_dash(d.and_then(|d| d.rms_mm)),
+            "difference_range": range.map_or_else(
                 || "–".into(),
                 |(low, high)| format!("{} to {} µm", fixed(UM_PER_MM * low, 2), fixed(UM_PER_MM * high, 2)),
             ),
-            clearance: length_or_dash(p.clearance.min_mm),
-        }
+            "clearance": length_or_dash(p.clearance.min_mm),
+        })
     };
     programs(c).into_iter().map(row).collect()
 }

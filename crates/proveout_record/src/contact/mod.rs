@@ -23,11 +23,12 @@ use proveout_sim::{
 use proveout_stock::{TileId, TriDexel};
 use proveout_tool::{Role, Tool};
 
-use self::raster::{Part, Raster, View};
+use self::raster::{PictureBody, Raster};
 use crate::{
     canvas::{Canvas, width_of},
     color::NEUTRAL_INK,
     error::RecordError,
+    projection::Projection,
     units::JointUnit,
 };
 
@@ -69,8 +70,8 @@ pub(crate) struct ContactPictures {
 }
 
 /// A mesh in the workpiece frame.
-struct Body {
-    part: Part,
+struct ContactMesh {
+    part: PictureBody,
     mesh: TriMesh,
 }
 
@@ -114,8 +115,8 @@ fn picture(setup: &Setup<'_>, batch: &Batch<'_>, f: &Finding) -> Option<Canvas> 
     let mut bodies = solids(setup, f, &q);
     let part = of_name("stock", f);
     let whole = stock.counts().into_iter().max().unwrap_or(1).div_ceil(COARSE);
-    bodies.push(Body { part, mesh: stock.surface_with_step(whole).mesh });
-    let sizes = [Part::First, Part::Second].map(|p| diagonal(&bodies, p));
+    bodies.push(ContactMesh { part, mesh: stock.surface_with_step(whole).mesh });
+    let sizes = [PictureBody::First, PictureBody::Second].map(|p| diagonal(&bodies, p));
     let least = sizes.into_iter().flatten().fold(f64::INFINITY, f64::min);
     if !least.is_finite() {
         return None;
@@ -123,10 +124,10 @@ fn picture(setup: &Setup<'_>, batch: &Batch<'_>, f: &Finding) -> Option<Canvas> 
     let half = (SETUP.0 * least).clamp(SETUP.1[0], SETUP.1[1]);
     let back = best_view(&bodies, focus);
     let mut canvas = Canvas::new(2 * PANEL[0] + GAP, PANEL[1]);
-    panel(&mut canvas, 0, &View::new(&back, focus, half, PANEL), &bodies);
+    panel(&mut canvas, 0, &Projection::new(&back, focus, half, PANEL), &bodies);
     bodies.pop();
-    bodies.push(Body { part, mesh: near(stock, focus, CLOSE * PANEL[0] as f64 / PANEL[1] as f64 * 1.5) });
-    panel(&mut canvas, PANEL[0] + GAP, &View::new(&back, focus, CLOSE, PANEL), &bodies);
+    bodies.push(ContactMesh { part, mesh: near(stock, focus, CLOSE * PANEL[0] as f64 / PANEL[1] as f64 * 1.5) });
+    panel(&mut canvas, PANEL[0] + GAP, &Projection::new(&back, focus, CLOSE, PANEL), &bodies);
     Some(canvas)
 }
 
@@ -162,44 +163,44 @@ fn work_from_tip(setup: &Setup<'_>, tool: &Tool, q: &JointValues) -> Pose {
     work_from_spindle * Pose::from_translation(Vector::new(0.0, 0.0, -tool.gauge_length))
 }
 
-fn of_name(name: &str, f: &Finding) -> Part {
+fn of_name(name: &str, f: &Finding) -> PictureBody {
     match f.bodies.iter().position(|b| b == name) {
-        Some(0) => Part::First,
-        Some(_) => Part::Second,
-        None => Part::Other,
+        Some(0) => PictureBody::First,
+        Some(_) => PictureBody::Second,
+        None => PictureBody::Other,
     }
 }
 
 /// Machine, fixtures and tool with the joints at `q`, in the workpiece frame.
-fn solids(setup: &Setup<'_>, f: &Finding, q: &JointValues) -> Vec<Body> {
+fn solids(setup: &Setup<'_>, f: &Finding, q: &JointValues) -> Vec<ContactMesh> {
     let work_from_table = setup.table_from_work.inverse();
     let work_from_machine = work_from_machine(setup, q);
-    let machine = setup.machine.bodies.iter().enumerate().map(|(i, b)| Body {
+    let machine = setup.machine.bodies.iter().enumerate().map(|(i, b)| ContactMesh {
         part: of_name(&b.name, f),
         mesh: b.mesh.transformed(&(work_from_machine * setup.machine.body_pose(i, q))),
     });
     let fixtures = setup.fixtures.iter();
     let fixtures =
-        fixtures.map(|(name, mesh)| Body { part: of_name(name, f), mesh: mesh.transformed(&work_from_table) });
-    let mut all: Vec<Body> = machine.chain(fixtures).collect();
+        fixtures.map(|(name, mesh)| ContactMesh { part: of_name(name, f), mesh: mesh.transformed(&work_from_table) });
+    let mut all: Vec<ContactMesh> = machine.chain(fixtures).collect();
     let names = |tool: &Tool, word: &str| [format!("{word} of {}", tool.name), format!("{}/{word}", tool.name)];
     let named = |tool: &&Tool| ROLES.iter().any(|(_, word)| names(tool, word).iter().any(|n| f.bodies.contains(n)));
     if let Some(tool) = setup.tools.tools.iter().find(named) {
         let work_from_tip = work_from_tip(setup, tool, q);
         for (role, word) in ROLES {
-            let part = names(tool, word).iter().map(|n| of_name(n, f)).find(|p| *p != Part::Other);
+            let part = names(tool, word).iter().map(|n| of_name(n, f)).find(|p| *p != PictureBody::Other);
             let mut mesh = TriMesh::default();
             for body in tool.bodies.iter().filter(|b| b.role == role) {
                 let chord = (0.01 * body.profile.max_radius()).clamp(0.005, 0.2);
                 mesh.append(&revolved_mesh(&body.profile.polyline(chord), 64));
             }
-            all.push(Body { part: part.unwrap_or(Part::Other), mesh: mesh.transformed(&work_from_tip) });
+            all.push(ContactMesh { part: part.unwrap_or(PictureBody::Other), mesh: mesh.transformed(&work_from_tip) });
         }
     }
     all
 }
 
-fn diagonal(bodies: &[Body], part: Part) -> Option<f64> {
+fn diagonal(bodies: &[ContactMesh], part: PictureBody) -> Option<f64> {
     let mut all = Aabb::empty();
     let points = bodies.iter().filter(|b| b.part == part).flat_map(|b| &b.mesh.positions);
     points.for_each(|p| all.grow(p));
@@ -227,15 +228,15 @@ fn near(stock: &TriDexel, focus: Point, half: f64) -> TriMesh {
 }
 
 /// The direction from which both bodies are seen best near the place, and the place itself.
-fn best_view(bodies: &[Body], focus: Point) -> Vector {
+fn best_view(bodies: &[ContactMesh], focus: Point) -> Vector {
     let signs = [1.0, -1.0];
     let oblique = signs.into_iter().flat_map(|z| {
         signs.into_iter().flat_map(move |x| signs.into_iter().map(move |y| Vector::new(x, -1.4 * y, 0.8 * z)))
     });
     let level = [(1.0, 0.2), (-1.0, 0.2), (0.2, -1.0), (0.2, 1.0)].map(|(x, y)| Vector::new(x, y, 0.25));
     let score = |back: &Vector| {
-        let mut raster = Raster::new(View::new(back, focus, CLOSE, SKETCH));
-        bodies.iter().filter(|b| b.part != Part::Other).for_each(|b| raster.draw(&b.mesh, b.part));
+        let mut raster = Raster::new(Projection::new(back, focus, CLOSE, SKETCH));
+        bodies.iter().filter(|b| b.part != PictureBody::Other).for_each(|b| raster.draw(&b.mesh, b.part));
         let ([a, b], depth) = raster.seen();
         let hidden = depth > 0.5 * CLOSE;
         // Both large, the place itself not hidden, from above rather than from below.
@@ -251,7 +252,7 @@ fn best_view(bodies: &[Body], focus: Point) -> Vector {
     best.1
 }
 
-fn panel(canvas: &mut Canvas, left: usize, view: &View, bodies: &[Body]) {
+fn panel(canvas: &mut Canvas, left: usize, view: &Projection, bodies: &[ContactMesh]) {
     let mut raster = Raster::new(*view);
     bodies.iter().for_each(|b| raster.draw(&b.mesh, b.part));
     raster.put(canvas, [left, 0]);

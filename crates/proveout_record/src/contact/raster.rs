@@ -4,9 +4,9 @@
 //! door or between two walls is visible. If one colored body hides the other, as stock around a shank does,
 //! the hidden part is hatched.
 
-use proveout_geom::{Point, TriMesh, Vector};
+use proveout_geom::{Point, TriMesh};
 
-use crate::{canvas::Canvas, picture::NO_AREA};
+use crate::{canvas::Canvas, projection::Projection};
 
 /// Color of the first body, of the second, of the others: distinct for all kinds of color vision (Okabe and
 /// Ito 2008).
@@ -18,116 +18,51 @@ const SEEN: f64 = 0.25;
 const STRIPE: usize = 3;
 /// Share of the gray of a body that is drawn as glass.
 const GLASS: f64 = 0.22;
-/// Shorter vectors have no direction.
-const SHORTEST: f64 = 1e-12;
-/// Sine of the angle between Z and the direction of the view below which X is to the right.
-const UPRIGHT: f64 = 1e-6;
-/// Twice the area of a triangle in the picture, points squared, below which it is not drawn.
-const LEAST_SHOWN: f64 = 1e-12;
 
 /// What a mesh is in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum PictureBody {
     First,
     Second,
     Other,
 }
 
-/// Where from and how large: a parallel projection.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct View {
-    right: Vector,
-    up: Vector,
-    /// Towards the viewer.
-    back: Vector,
-    focus: Point,
-    /// Points for each mm.
-    scale: f64,
-    size: [usize; 2],
-}
-
-impl View {
-    /// A view against `back` (from the viewer's side; not zero), with `focus` in the middle of `size` points and `half` mm of height
-    /// above and below it. Z stays upright where it can.
-    pub(crate) fn new(back: &Vector, focus: Point, half: f64, size: [usize; 2]) -> Self {
-        let back = back.try_normalize(SHORTEST).unwrap_or_else(Vector::z);
-        let side = Vector::z().cross(&back);
-        let right = side.try_normalize(UPRIGHT).unwrap_or_else(Vector::x);
-        Self { right, up: back.cross(&right), back, focus, scale: 0.5 * size[1] as f64 / half, size }
-    }
-
-    /// Points to the right, down and towards the viewer (mm).
-    fn place(&self, p: &Point) -> [f64; 3] {
-        let way = p - self.focus;
-        let (x, y) = (way.dot(&self.right) * self.scale, way.dot(&self.up) * self.scale);
-        [0.5 * self.size[0] as f64 + x, 0.5 * self.size[1] as f64 - y, way.dot(&self.back)]
-    }
-
-    /// Points for each mm.
-    pub(crate) fn scale(&self) -> f64 {
-        self.scale
-    }
-}
-
 /// Nearest surface at every point of the first body, the second and all others apart.
 pub(crate) struct Raster {
-    view: View,
+    view: Projection,
     /// Depth towards the viewer (mm) and shade 0..=1.
     surfaces: [Vec<(f64, f64)>; 3],
 }
 
 impl Raster {
-    pub(crate) fn new(view: View) -> Self {
-        let points = view.size[0] * view.size[1];
+    pub(crate) fn new(view: Projection) -> Self {
+        let points = view.size().into_iter().product();
         Self { view, surfaces: std::array::from_fn(|_| vec![(f64::NEG_INFINITY, 0.0); points]) }
     }
 
     /// Draws a mesh in the frame of the view.
-    pub(crate) fn draw(&mut self, mesh: &TriMesh, part: Part) {
+    pub(crate) fn draw(&mut self, mesh: &TriMesh, part: PictureBody) {
         for t in 0..mesh.triangles.len() {
             self.triangle(mesh.corners(t), part);
         }
     }
 
-    fn triangle(&mut self, corners: [Point; 3], part: Part) {
-        let [a, b, c] = corners.map(|p| self.view.place(&p));
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if !(area.abs() > LEAST_SHOWN && [a, b, c].iter().flatten().all(|v| v.is_finite())) {
-            return;
-        }
-        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-        let Some(normal) = normal.try_normalize(NO_AREA) else { return };
-        let light = (self.view.back + self.view.up * 0.45 - self.view.right * 0.3).normalize();
-        let shade = 0.4 + 0.6 * normal.dot(&light).abs();
-        let range = |k: usize, most: usize| {
-            let (low, high) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
-            let (low, high) = ((low - 0.5).ceil().max(0.0), (high - 0.5).floor().min(most as f64 - 1.0));
-            if high < low { 0..0 } else { low as usize..high as usize + 1 }
-        };
-        for y in range(1, self.view.size[1]) {
-            for x in range(0, self.view.size[0]) {
-                let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
-                let edge =
-                    |u: [f64; 3], v: [f64; 3]| ((v[0] - u[0]) * (py - u[1]) - (v[1] - u[1]) * (px - u[0])) / area;
-                let (wa, wb, wc) = (edge(b, c), edge(c, a), edge(a, b));
-                if wa < 0.0 || wb < 0.0 || wc < 0.0 {
-                    continue;
-                }
-                let depth = wa * a[2] + wb * b[2] + wc * c[2];
-                let at = y * self.view.size[0] + x;
-                let nearest = &mut self.surfaces[part as usize][at];
-                if depth > nearest.0 {
-                    *nearest = (depth, shade);
-                }
+    fn triangle(&mut self, corners: [Point; 3], part: PictureBody) {
+        let (surface, wide) = (&mut self.surfaces[part as usize], self.view.size()[0]);
+        self.view.triangle(corners, |[x, y], depth, shade| {
+            let nearest = &mut surface[y * wide + x];
+            if depth > nearest.0 {
+                *nearest = (depth, shade);
             }
-        }
+        });
     }
 
     /// Points at which the first and the second body are seen, and the depth of the nearest of both in the middle, mm.
     pub(crate) fn seen(&self) -> ([usize; 2], f64) {
         let [first, second, _] = &self.surfaces;
         let nearer = |a: &[(f64, f64)], b: &[(f64, f64)]| a.iter().zip(b).filter(|(a, b)| a.0 > b.0).count();
-        let middle = self.view.size[1] / 2 * self.view.size[0] + self.view.size[0] / 2;
+        let [wide, high] = self.view.size();
+        let middle = high / 2 * wide + wide / 2;
         ([nearer(first, second), nearer(second, first)], first[middle].0.max(second[middle].0))
     }
 
@@ -147,8 +82,8 @@ impl Raster {
         };
         let shaded = |color: [u8; 3], shade: f64| color.map(|c| (f64::from(c) * shade).round() as u8);
         let hatched = self.hatched();
-        for (i, gray) in self.surfaces[Part::Other as usize].iter().enumerate() {
-            let [x, y] = [i % self.view.size[0], i / self.view.size[0]];
+        for (i, gray) in self.surfaces[PictureBody::Other as usize].iter().enumerate() {
+            let [x, y] = [i % self.view.size()[0], i / self.view.size()[0]];
             let (first, second) = (self.surfaces[0][i], self.surfaces[1][i]);
             let nearest = usize::from(second.0 > first.0);
             let hidden = 1 - nearest;
@@ -172,7 +107,7 @@ impl Raster {
 
 #[cfg(test)]
 mod tests {
-    use proveout_geom::{Aabb, box_mesh};
+    use proveout_geom::{Aabb, Vector, box_mesh};
 
     use super::*;
 
@@ -184,16 +119,16 @@ mod tests {
 
     #[test]
     fn a_cube_covers_its_share_and_the_nearer_one_is_seen() {
-        let view = View::new(&Vector::x(), Point::origin(), 10.0, [200, 100]);
+        let view = Projection::new(&Vector::x(), Point::origin(), 10.0, [200, 100]);
         let mut raster = Raster::new(view);
-        raster.draw(&cube([0.0, 0.0, 0.0], 5.0), Part::First);
+        raster.draw(&cube([0.0, 0.0, 0.0], 5.0), PictureBody::First);
         // 10 of 20 mm of height are 50 points, in both directions.
         assert_eq!(raster.seen(), ([2500, 0], 5.0));
-        raster.draw(&cube([20.0, 0.0, 0.0], 2.0), Part::Second);
+        raster.draw(&cube([20.0, 0.0, 0.0], 2.0), PictureBody::Second);
         assert_eq!(raster.seen(), ([2500 - 400, 400], 22.0));
         // A body farther away changes nothing, nor does a gray one in front.
-        raster.draw(&cube([-20.0, 0.0, 0.0], 4.0), Part::Second);
-        raster.draw(&cube([40.0, 0.0, 0.0], 9.0), Part::Other);
+        raster.draw(&cube([-20.0, 0.0, 0.0], 4.0), PictureBody::Second);
+        raster.draw(&cube([40.0, 0.0, 0.0], 9.0), PictureBody::Other);
         assert_eq!(raster.seen(), ([2500 - 400, 400], 22.0));
         let mut canvas = Canvas::new(200, 100);
         raster.put(&mut canvas, [0, 0]);
@@ -207,9 +142,9 @@ mod tests {
     #[test]
     fn what_the_other_body_hides_is_hatched() {
         for (center, hatched) in [([0.0, 0.0, 0.0], true), ([0.0, 6.0, 0.0], false)] {
-            let mut raster = Raster::new(View::new(&Vector::x(), Point::origin(), 10.0, [200, 100]));
-            raster.draw(&cube([0.0, 0.0, 0.0], 6.0), Part::Second);
-            raster.draw(&cube(center, 3.0), Part::First);
+            let mut raster = Raster::new(Projection::new(&Vector::x(), Point::origin(), 10.0, [200, 100]));
+            raster.draw(&cube([0.0, 0.0, 0.0], 6.0), PictureBody::Second);
+            raster.draw(&cube(center, 3.0), PictureBody::First);
             assert_eq!(raster.hatched(), [hatched, false]);
             let mut canvas = Canvas::new(200, 100);
             raster.put(&mut canvas, [0, 0]);
@@ -222,11 +157,11 @@ mod tests {
 
     #[test]
     fn degenerate_and_endless_triangles_are_left_out() {
-        let mut raster = Raster::new(View::new(&Vector::z(), Point::origin(), 1.0, [8, 8]));
+        let mut raster = Raster::new(Projection::new(&Vector::z(), Point::origin(), 1.0, [8, 8]));
         let at = |x: f64| Point::new(x, 0.0, 0.0);
-        raster.triangle([at(0.0), at(1.0), at(0.5)], Part::First);
-        raster.triangle([at(0.0), at(f64::NAN), Point::new(0.0, 1.0, 0.0)], Part::First);
-        raster.triangle([at(0.0), at(f64::INFINITY), Point::new(0.0, 1.0, 0.0)], Part::First);
+        raster.triangle([at(0.0), at(1.0), at(0.5)], PictureBody::First);
+        raster.triangle([at(0.0), at(f64::NAN), Point::new(0.0, 1.0, 0.0)], PictureBody::First);
+        raster.triangle([at(0.0), at(f64::INFINITY), Point::new(0.0, 1.0, 0.0)], PictureBody::First);
         assert_eq!(raster.seen().0, [0, 0]);
     }
 }

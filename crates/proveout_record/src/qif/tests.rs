@@ -2,8 +2,8 @@
 
 use super::*;
 
-fn plan() -> [Planned; 3] {
-    let of = |from, direction: &str, thickness| Planned { from, direction: direction.into(), thickness };
+fn plan() -> [PlannedFeature; 3] {
+    let of = |from, direction: &str, thickness| PlannedFeature { from, direction: direction.into(), thickness };
     [of([50.0, 3.0, 30.0], "-z", false), of([0.0, 0.0, -5.0], "+x", true), of([-9.0, 4.0, -5.0], "+x", false)]
 }
 

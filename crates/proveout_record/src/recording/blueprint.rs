@@ -23,6 +23,7 @@ use crate::{
         schedule::ScheduleViews,
         sink::{APPLICATION, Sink, TIMELINE},
     },
+    report::rows::symbol,
     units::JointUnit,
 };
 
@@ -176,7 +177,7 @@ fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> Con
         eyes.push(Eye::at(view.blueprint_path().to_string(), work));
     }
     let joint = |(joint, channel): &(JointUnit, bool)| -> ContainerLike {
-        let symbol = if joint.unit == "deg" { "°" } else { joint.unit };
+        let symbol = symbol(joint.unit);
         let strips = [
             ("in_channel", "about the middle of its channel", "", 1.5),
             ("position", "position", "", 1.0),
@@ -222,7 +223,7 @@ fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> Con
 
 /// The plots of one axis above each other, each with its own unit; the views that get no legend are added to `plain`.
 fn axis_tab(unit: &JointUnit, drives: bool, plain: &mut Vec<String>) -> ContainerLike {
-    let length = if unit.unit == "deg" { "°" } else { unit.unit };
+    let length = symbol(unit.unit);
     let motion = ["position", "velocity", "acceleration", "jerk"].into_iter().zip(["", "/s", "/s²", "/s³"]);
     let mut strips: Vec<(&str, &str, String)> =
         motion.map(|(what, per)| (what, what, format!("{length}{per}"))).collect();

@@ -14,7 +14,7 @@ const OF_THE_PAST: f64 = 0.25;
 
 /// The parts that changed up to a time.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Frame<T> {
+pub(crate) struct RecordingFrame<T> {
     pub(crate) time: f64,
     /// A frame at a tool change is never joined.
     pub(crate) keep: bool,
@@ -23,25 +23,25 @@ pub(crate) struct Frame<T> {
 }
 
 /// Collects frames of a run whose length is not known: thirty to fifty of them, plus the kept ones. A frame that is left out is never made, as far
-/// as the end is foreseen ([`Frames::expect`]); where it comes later, frames are joined, and no more than 64 stay.
+/// as the end is foreseen ([`FrameCollector::expect`]); where it comes later, frames are joined, and no more than 64 stay.
 ///
 /// Joining loses no state: a part that changed in the joined frame and not in its successor looks the same at both times.
 #[derive(Clone, Debug)]
-pub(crate) struct Frames<T> {
+pub(crate) struct FrameCollector<T> {
     spacing: f64,
     next: f64,
     /// The end came later than foreseen.
     joined: bool,
-    list: Vec<Frame<T>>,
+    list: Vec<RecordingFrame<T>>,
 }
 
-impl<T> Default for Frames<T> {
+impl<T> Default for FrameCollector<T> {
     fn default() -> Self {
         Self { spacing: FIRST_SPACING, next: 0.0, joined: false, list: Vec::new() }
     }
 }
 
-impl<T> Frames<T> {
+impl<T> FrameCollector<T> {
     /// True when the next frame is due.
     pub(crate) fn due(&self, time: f64) -> bool {
         time >= self.next
@@ -55,7 +55,7 @@ impl<T> Frames<T> {
     }
 
     /// Adds a frame; times must not fall.
-    pub(crate) fn push(&mut self, frame: Frame<T>) {
+    pub(crate) fn push(&mut self, frame: RecordingFrame<T>) {
         self.next = frame.time + self.spacing;
         self.list.push(frame);
         if self.list.iter().filter(|f| !f.keep).count() > 2 * FRAMES {
@@ -87,7 +87,7 @@ impl<T> Frames<T> {
     }
 
     /// The frames in order of time; the collection is then empty.
-    pub(crate) fn drain(&mut self) -> impl Iterator<Item = Frame<T>> + '_ {
+    pub(crate) fn drain(&mut self) -> impl Iterator<Item = RecordingFrame<T>> + '_ {
         self.list.drain(..)
     }
 }
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     /// State at a time: what a viewer shows that applies all frames up to it.
-    fn state(frames: &[Frame<u32>], time: f64) -> BTreeMap<u32, u32> {
+    fn state(frames: &[RecordingFrame<u32>], time: f64) -> BTreeMap<u32, u32> {
         let mut all = BTreeMap::new();
         for f in frames.iter().filter(|f| f.time <= time) {
             all.extend(f.parts.iter().map(|(k, v)| (*k, *v)));
@@ -107,19 +107,19 @@ mod tests {
 
     #[test]
     fn long_runs_keep_a_bounded_number_of_true_frames() {
-        let mut frames = Frames::default();
+        let mut frames = FrameCollector::default();
         let mut truth = Vec::new();
         for i in 0..40_000_u32 {
             let time = f64::from(i) * 0.1;
             let keep = i % 5000 == 77;
-            truth.push(Frame { time, keep, parts: BTreeMap::from([(i * 7919 % 13, i)]) });
+            truth.push(RecordingFrame { time, keep, parts: BTreeMap::from([(i * 7919 % 13, i)]) });
         }
         // As the observer does it: changes gather until a frame is due.
         let mut gathered = BTreeMap::new();
         for f in &truth {
             gathered.extend(f.parts.clone());
             if f.keep || frames.due(f.time) {
-                frames.push(Frame { time: f.time, keep: f.keep, parts: std::mem::take(&mut gathered) });
+                frames.push(RecordingFrame { time: f.time, keep: f.keep, parts: std::mem::take(&mut gathered) });
             }
         }
         let list: Vec<_> = frames.drain().collect();
@@ -133,13 +133,13 @@ mod tests {
 
     /// Frames that are made, and those that stay, of a run of so many seconds whose end is foreseen with an error.
     fn made(end: f64, foreseen: impl Fn(f64) -> f64) -> (usize, Vec<f64>) {
-        let mut frames = Frames::default();
+        let mut frames = FrameCollector::default();
         let mut count = 0;
         for i in 0..=(end * 10.0) as u32 {
             let time = f64::from(i) * 0.1;
             if frames.due(time) {
                 frames.expect(time, foreseen(time));
-                frames.push(Frame { time, keep: false, parts: BTreeMap::from([(0, i)]) });
+                frames.push(RecordingFrame { time, keep: false, parts: BTreeMap::from([(0, i)]) });
                 count += 1;
             }
         }
@@ -165,9 +165,9 @@ mod tests {
 
     #[test]
     fn the_first_frame_is_due_at_once() {
-        let mut frames = Frames::default();
+        let mut frames = FrameCollector::default();
         assert!(frames.due(0.0));
-        frames.push(Frame { time: 0.0, keep: false, parts: BTreeMap::from([(0, 1)]) });
+        frames.push(RecordingFrame { time: 0.0, keep: false, parts: BTreeMap::from([(0, 1)]) });
         assert!(!frames.due(0.9 * FIRST_SPACING) && frames.due(FIRST_SPACING));
     }
 }

@@ -18,25 +18,25 @@ use rerun::{EntityPath, RecordingStreamBuilder};
 use crate::{
     color::{Rgba, STEEL},
     error::RecordError,
-    gather::{ShownSurface, SurfacePicture},
-    mode::{RECORDING_FILE, RerunMode},
     part::{MAP_SIDE, MOST_MAPS, colors_of, range_floor},
     picture::Picture,
     recording::{
         about::{about, boxes},
         axis_caps::caps,
         blueprint::{self, Layout},
-        frames::{Frame, Frames},
+        frames::{FrameCollector, RecordingFrame},
         schedule::{self, ScheduleViews},
-        sink::{APPLICATION, Level, Sink, path},
+        signal_thinning::MotionThinner,
+        sink::{APPLICATION, LogLevel, Sink, path},
         stock::StockTiles,
-        thin::MotionThinner,
         tool::tool_pictures,
         trace::{Trace, class_of},
-        tracks::{Mover, Moving, Signal},
+        tracks::{MotionSource, MovedEntity, Signal},
     },
-    report::format::tool_name,
-    texture::{ShownTexture, range_of},
+    report::{format::tool_name, rows::symbol},
+    rerun_mode::{RECORDING_FILE, RerunMode},
+    roughness_map::{ShownTexture, range_of},
+    surface_picture::{ShownSurface, SurfacePicture},
     units::{JointUnit, PER_MINUTE},
 };
 
@@ -85,7 +85,7 @@ const DRIVE: [&str; 3] = ["following_error", "force", "power"];
 /// Writes `recording.rrd`, or sends the same to a viewer while the run goes on.
 pub struct RerunObserver {
     mode: RerunMode,
-    open: Option<Open>,
+    open: Option<OpenRecording>,
 }
 
 impl RerunObserver {
@@ -96,12 +96,12 @@ impl RerunObserver {
 }
 
 /// State of a recording.
-struct Open {
+struct OpenRecording {
     sink: Sink,
     live: bool,
     units: Vec<JointUnit>,
     thinner: MotionThinner,
-    movers: Vec<Mover>,
+    movers: Vec<MovedEntity>,
     /// Set points of each joint with three derivatives.
     joints: Vec<[Signal; 4]>,
     /// Following error, force and power of the drives; none where they are not simulated.
@@ -111,7 +111,7 @@ struct Open {
     /// Of the stock, then of each patch.
     tiles: Vec<StockTiles>,
     patches: Vec<String>,
-    frames: Frames<Picture>,
+    frames: FrameCollector<Picture>,
     trace: Trace,
     /// Feed class at the newest sample that was compared with a piece of the path.
     class: usize,
@@ -157,7 +157,7 @@ impl Observer for RerunObserver {
     fn begin(&mut self, setup: &Setup<'_>, folder: &Path) -> Result<(), ObserverError> {
         let name = format!("{} · {}", setup.program, setup.scene.file.name);
         let Some(sink) = start(&self.mode, &name, folder)? else { return Ok(()) };
-        let open = Open::begin(sink, self.mode != RerunMode::File, setup)?;
+        let open = OpenRecording::begin(sink, self.mode != RerunMode::File, setup)?;
         self.open = Some(open);
         Ok(())
     }
@@ -220,7 +220,7 @@ fn stock_path(group: u32, patches: &[String]) -> EntityPath {
     path(["machine", "table", "work", "stock"].into_iter().chain(name.iter().map(String::as_str)))
 }
 
-impl Open {
+impl OpenRecording {
     fn begin(sink: Sink, live: bool, setup: &Setup<'_>) -> Result<Self, RecordError> {
         let machine = setup.machine;
         let units = JointUnit::all(machine);
@@ -243,18 +243,20 @@ impl Open {
             let picture = Picture::creased(part, CREASE).reduced(SURFACE_TRIANGLES).0;
             sink.mesh(path(["machine", "table", "work", "part"]), None, &picture, PART_COLOR, &[])?;
         }
-        let mut movers =
-            vec![Mover::new(&["machine", "table"], Moving::Table), Mover::new(&["machine", "tool"], Moving::Tool)];
+        let mut movers = vec![
+            MovedEntity::new(&["machine", "table"], MotionSource::Table),
+            MovedEntity::new(&["machine", "tool"], MotionSource::Tool),
+        ];
         for (j, unit) in units.iter().enumerate() {
             if machine.bodies.iter().any(|b| b.attached_to == Attachment::Joint(j)) {
-                movers.push(Mover::new(&["machine", &format!("axis_{}", unit.name)], Moving::Joint(j)));
+                movers.push(MovedEntity::new(&["machine", &format!("axis_{}", unit.name)], MotionSource::Joint(j)));
             }
         }
         let joints: Vec<[Signal; 4]> =
             units.iter().map(|u| MOTION.map(|s| Signal::new(["axes", &u.name, s]))).collect();
         for ((signals, unit), color) in joints.iter().zip(&units).zip(LINES.iter().cycle()) {
             for (signal, per) in signals.iter().zip(["", "/s", "/s²", "/s³"]) {
-                let symbol = if unit.unit == "deg" { "°" } else { unit.unit };
+                let symbol = symbol(unit.unit);
                 sink.signal_style(signal.path(), &format!("{} {symbol}{per}", unit.name), *color, false)?;
             }
         }
@@ -262,7 +264,7 @@ impl Open {
         let with_drives = units.iter().filter(|_| servo);
         let drives: Vec<[Signal; 3]> = with_drives.map(|u| DRIVE.map(|s| Signal::new(["axes", &u.name, s]))).collect();
         for ((signals, unit), color) in drives.iter().zip(&units).zip(LINES.iter().cycle()) {
-            let symbol = if unit.unit == "deg" { "°" } else { unit.unit };
+            let symbol = symbol(unit.unit);
             for (signal, symbol) in signals.iter().zip([symbol, unit.force_unit, "W"]) {
                 sink.signal_style(signal.path(), &format!("{} {symbol}", unit.name), *color, false)?;
             }
@@ -286,7 +288,7 @@ impl Open {
             tool: None,
             tiles,
             patches: setup.patches.iter().map(|p| p.name().to_owned()).collect(),
-            frames: Frames::default(),
+            frames: FrameCollector::default(),
             trace: Trace::default(),
             class: 0,
             marks: Vec::new(),
@@ -408,7 +410,7 @@ impl Open {
         } else {
             let groups = self.tiles.iter().flat_map(StockTiles::groups);
             let parts = groups.map(|group| (group, Picture::default())).collect();
-            self.frames.push(Frame { time: end, keep: true, parts });
+            self.frames.push(RecordingFrame { time: end, keep: true, parts });
         }
         self.send_frames()?;
         self.send_path(end)?;
@@ -417,7 +419,7 @@ impl Open {
             self.finding(finding, end)?;
         }
         let verdict = format!("Verdict: {:?}", outcome.verdict.verdict).to_lowercase();
-        self.sink.text(path(["log", "verdict"]), end, Level::Info, &verdict)?;
+        self.sink.text(path(["log", "verdict"]), end, LogLevel::Info, &verdict)?;
         self.surface(setup, &shown, end)?;
         self.textures(end)?;
         for (time, picture, colors) in &self.axes {
@@ -446,20 +448,20 @@ impl Open {
                     self.place(setup, time, &joints);
                 }
                 Some((
-                    Level::Info,
+                    LogLevel::Info,
                     found.map_or_else(
                         || "tool change: spindle empty".into(),
                         |t| format!("tool change: {}", tool_name(t.number, &t.name)),
                     ),
                 ))
             }
-            Event::Message { text, .. } => Some((Level::Info, format!("message: {text}"))),
+            Event::Message { text, .. } => Some((LogLevel::Info, format!("message: {text}"))),
             Event::Stop { optional, .. } => {
-                Some((Level::Info, if *optional { "optional stop".into() } else { "program stop".into() }))
+                Some((LogLevel::Info, if *optional { "optional stop".into() } else { "program stop".into() }))
             }
-            Event::End { .. } => Some((Level::Info, "end of program".into())),
+            Event::End { .. } => Some((LogLevel::Info, "end of program".into())),
             Event::Spindle { direction, speed_rpm, .. } => {
-                Some((Level::Debug, format!("spindle {direction:?} {speed_rpm} 1/min")))
+                Some((LogLevel::Debug, format!("spindle {direction:?} {speed_rpm} 1/min")))
             }
             _ => None,
         };
@@ -478,9 +480,9 @@ impl Open {
 
     fn finding(&mut self, finding: &Finding, time: f64) -> Result<(), RecordError> {
         let level = match finding.severity {
-            Severity::Error => Level::Error,
-            Severity::Warning => Level::Warn,
-            Severity::Info => Level::Info,
+            Severity::Error => LogLevel::Error,
+            Severity::Warning => LogLevel::Warn,
+            Severity::Info => LogLevel::Info,
         };
         let place = finding.line.map_or_else(String::new, |l| format!("line {l}: "));
         let text = format!("{place}{} [{}]", finding.message, finding.code);
@@ -497,7 +499,7 @@ impl Open {
     fn stock_frame(&mut self, time: f64, keep: bool, stock: &TriDexel, patches: &[Patch]) -> Result<(), RecordError> {
         let stocks = std::iter::once(stock).chain(patches.iter().map(Patch::stock));
         let parts = self.tiles.iter_mut().zip(stocks).flat_map(|(tiles, stock)| tiles.take_changed(stock)).collect();
-        self.frames.push(Frame { time, keep, parts });
+        self.frames.push(RecordingFrame { time, keep, parts });
         if self.live { self.send_frames() } else { Ok(()) }
     }
 
@@ -557,7 +559,7 @@ impl Open {
                 "roughness maps: height above the design from dark blue {:.4} um to yellow {:.4} um",
                 range[0], range[1]
             );
-            self.sink.text(path(["log", "roughness"]), end, Level::Info, &text)?;
+            self.sink.text(path(["log", "roughness"]), end, LogLevel::Info, &text)?;
         }
         Ok(())
     }

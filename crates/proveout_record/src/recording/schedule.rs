@@ -14,7 +14,7 @@ use proveout_sim::{
 use crate::{
     color::Rgba,
     error::RecordError,
-    recording::sink::{Arrows, LineStyle, Place, Sink, path},
+    recording::sink::{Arrows, LineStyle, PathPosition, Sink, path},
     units::JointUnit,
 };
 
@@ -60,7 +60,7 @@ pub(crate) struct ScheduleViews {
 }
 
 /// Rows of a signal: where, and what.
-type Rows = Vec<(Place, f64)>;
+type Rows = Vec<(PathPosition, f64)>;
 
 /// Logs it all; what there is to be laid out.
 pub(crate) fn send(sink: &Sink, setup: &Setup<'_>, schedule: &Schedule) -> Result<ScheduleViews, RecordError> {
@@ -90,10 +90,10 @@ pub(crate) fn send(sink: &Sink, setup: &Setup<'_>, schedule: &Schedule) -> Resul
 }
 
 /// Positions of the blocks of all runs: time of the new program, and path length over all runs.
-fn places(runs: &[ScheduledRun]) -> Vec<Vec<Place>> {
+fn places(runs: &[ScheduledRun]) -> Vec<Vec<PathPosition>> {
     let mut begin = 0.0;
     let of = |run: &ScheduledRun| {
-        let all = run.blocks.iter().map(|b| Place { time: b.time, way: begin + b.way }).collect();
+        let all = run.blocks.iter().map(|b| PathPosition { time: b.time, way: begin + b.way }).collect();
         begin += run.blocks.last().map_or(0.0, |b| b.way);
         all
     };
@@ -110,12 +110,12 @@ fn moves(run: &ScheduledRun, k: usize) -> bool {
 }
 
 /// Rows of all runs, one after the other; a NaN interrupts the line.
-fn rows(runs: &[ScheduledRun], places: &[Vec<Place>], of: impl Fn(&ScheduledRun, usize) -> Option<f64>) -> Rows {
+fn rows(runs: &[ScheduledRun], places: &[Vec<PathPosition>], of: impl Fn(&ScheduledRun, usize) -> Option<f64>) -> Rows {
     let mut all = Rows::new();
     for (run, places) in runs.iter().zip(places) {
         if let (Some(last), Some(next)) = (all.last().copied(), places.first()) {
             let middle = |a: f64, b: f64| 0.5 * (a + b);
-            let between = Place { time: middle(last.0.time, next.time), way: middle(last.0.way, next.way) };
+            let between = PathPosition { time: middle(last.0.time, next.time), way: middle(last.0.way, next.way) };
             all.push((between, f64::NAN));
         }
         all.extend(places.iter().enumerate().filter_map(|(i, place)| Some((*place, of(run, i)?))));
@@ -127,7 +127,7 @@ fn rows(runs: &[ScheduledRun], places: &[Vec<Place>], of: impl Fn(&ScheduledRun,
 fn joint(
     sink: &Sink,
     schedule: &Schedule,
-    places: &[Vec<Place>],
+    places: &[Vec<PathPosition>],
     (j, unit): (usize, &JointUnit),
     limits: [Option<f64>; 2],
 ) -> Result<(), RecordError> {
@@ -183,7 +183,7 @@ fn joint(
 fn in_channel(
     sink: &Sink,
     schedule: &Schedule,
-    places: &[Vec<Place>],
+    places: &[Vec<PathPosition>],
     (j, unit): (usize, &JointUnit),
 ) -> Result<(), RecordError> {
     let styles = [("lowest", CHANNEL, 2.0), ("highest", CHANNEL, 2.0), ("original", ORIGINAL, 1.5), ("new", NEW, 2.0)];
@@ -206,7 +206,7 @@ fn in_channel(
 }
 
 /// What the method shows along the path; its quantities.
-fn method(sink: &Sink, schedule: &Schedule, places: &[Vec<Place>]) -> Result<Vec<[String; 2]>, RecordError> {
+fn method(sink: &Sink, schedule: &Schedule, places: &[Vec<PathPosition>]) -> Result<Vec<[String; 2]>, RecordError> {
     let mut quantities: Vec<[String; 2]> = Vec::new();
     let mut names: Vec<(&MethodCurve, String)> = Vec::new();
     for curve in schedule.runs.iter().flat_map(|run| &run.curves) {
@@ -226,7 +226,7 @@ fn method(sink: &Sink, schedule: &Schedule, places: &[Vec<Place>]) -> Result<Vec
             let Some(curve) = run.curves.iter().find(same) else { continue };
             if let (Some(last), Some(next), false) = (all.last().copied(), places.first(), curve.points.is_empty()) {
                 let middle = |a: f64, b: f64| 0.5 * (a + b);
-                let place = Place { time: middle(last.0.time, next.time), way: middle(last.0.way, next.way) };
+                let place = PathPosition { time: middle(last.0.time, next.time), way: middle(last.0.way, next.way) };
                 all.push((place, f64::NAN));
             }
             all.extend(curve.points.iter().filter_map(|p| Some((between(places, p[0])?, p[1]))));
@@ -251,11 +251,11 @@ fn method(sink: &Sink, schedule: &Schedule, places: &[Vec<Place>]) -> Result<Vec
 }
 
 /// A place between two blocks, by its part of the way.
-fn between(places: &[Place], at: f64) -> Option<Place> {
+fn between(places: &[PathPosition], at: f64) -> Option<PathPosition> {
     let k = (at.max(0.0) as usize).min(places.len().checked_sub(1)?);
     let (from, to) = (places[k], places.get(k + 1).unwrap_or(&places[k]));
     let part = (at - k as f64).clamp(0.0, 1.0);
-    Some(Place { time: from.time + part * (to.time - from.time), way: from.way + part * (to.way - from.way) })
+    Some(PathPosition { time: from.time + part * (to.time - from.time), way: from.way + part * (to.way - from.way) })
 }
 
 /// A name as a part of a path.
@@ -268,7 +268,7 @@ fn plain(name: &str) -> String {
 fn sphere(
     sink: &Sink,
     schedule: &Schedule,
-    places: &[Vec<Place>],
+    places: &[Vec<PathPosition>],
     work_from_table: &Pose,
 ) -> Result<[[f64; 3]; 2], RecordError> {
     sink.z_up(path(["schedule", "sphere"]))?;
@@ -289,7 +289,7 @@ fn sphere(
         sink.static_lines(path(["schedule", "sphere", name]), &[(strips, color, 2.0)])?;
         let count: usize = schedule.runs.iter().map(|run| run.blocks.len()).sum();
         let step = count.div_ceil(PLACES).max(1);
-        let mut now: Vec<(Place, [f32; 3])> = Vec::new();
+        let mut now: Vec<(PathPosition, [f32; 3])> = Vec::new();
         for (run, places) in schedule.runs.iter().zip(places) {
             let shown = (0..run.blocks.len()).step_by(step);
             now.extend(shown.map(|i| (places[i], single(axis(run, i, which) * radius))));

@@ -22,7 +22,7 @@ pub(crate) struct Sink {
 
 /// Level of a line of the text log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Level {
+pub(crate) enum LogLevel {
     Error,
     Warn,
     Info,
@@ -31,7 +31,7 @@ pub(crate) enum Level {
 
 /// Position of something along a path: time in the program that runs, s, and path length, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct PathPosition {
     pub(crate) time: f64,
     pub(crate) way: f64,
 }
@@ -66,7 +66,7 @@ fn times(list: impl IntoIterator<Item = f64>) -> TimeColumn {
     TimeColumn::new_duration_nanos(TIMELINE, list.into_iter().map(nanoseconds))
 }
 
-fn both_times(places: &[Place]) -> [TimeColumn; 2] {
+fn both_times(places: &[PathPosition]) -> [TimeColumn; 2] {
     let ways = places.iter().map(|p| (p.way * UM_PER_MM).round() as i64);
     [times(places.iter().map(|p| p.time)), TimeColumn::new_sequence(WAY_TIMELINE, ways)]
 }
@@ -226,13 +226,13 @@ impl Sink {
     }
 
     /// Values along a path.
-    pub(crate) fn values(&self, path: EntityPath, rows: &[(Place, f64)]) -> Result<(), RecordError> {
+    pub(crate) fn values(&self, path: EntityPath, rows: &[(PathPosition, f64)]) -> Result<(), RecordError> {
         if rows.is_empty() {
             return Ok(());
         }
         let columns =
             rerun::Scalars::new(rows.iter().map(|r| r.1)).columns_of_unit_batches().map_err(|e| self.fault(e))?;
-        let places: Vec<Place> = rows.iter().map(|r| r.0).collect();
+        let places: Vec<PathPosition> = rows.iter().map(|r| r.0).collect();
         self.stream.send_columns(path, both_times(&places), columns).map_err(|e| self.fault(e))
     }
 
@@ -240,7 +240,7 @@ impl Sink {
     pub(crate) fn moving_point(
         &self,
         path: EntityPath,
-        rows: &[(Place, [f32; 3])],
+        rows: &[(PathPosition, [f32; 3])],
         color: Rgba,
     ) -> Result<(), RecordError> {
         if rows.is_empty() {
@@ -253,7 +253,7 @@ impl Sink {
             .with_positions(rows.iter().map(|r| r.1))
             .columns_of_unit_batches()
             .map_err(|e| self.fault(e))?;
-        let places: Vec<Place> = rows.iter().map(|r| r.0).collect();
+        let places: Vec<PathPosition> = rows.iter().map(|r| r.0).collect();
         self.stream.send_columns(path, both_times(&places), columns).map_err(|e| self.fault(e))
     }
 
@@ -328,12 +328,12 @@ impl Sink {
     }
 
     /// A line of the text log.
-    pub(crate) fn text(&self, path: EntityPath, time: f64, level: Level, text: &str) -> Result<(), RecordError> {
+    pub(crate) fn text(&self, path: EntityPath, time: f64, level: LogLevel, text: &str) -> Result<(), RecordError> {
         let level = match level {
-            Level::Error => rerun::TextLogLevel::ERROR,
-            Level::Warn => rerun::TextLogLevel::WARN,
-            Level::Info => rerun::TextLogLevel::INFO,
-            Level::Debug => rerun::TextLogLevel::DEBUG,
+            LogLevel::Error => rerun::TextLogLevel::ERROR,
+            LogLevel::Warn => rerun::TextLogLevel::WARN,
+            LogLevel::Info => rerun::TextLogLevel::INFO,
+            LogLevel::Debug => rerun::TextLogLevel::DEBUG,
         };
         self.log(path, Some(time), &rerun::TextLog::new(text).with_level(level))
     }

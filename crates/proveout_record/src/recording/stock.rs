@@ -17,7 +17,7 @@ const GROUPS_OF_ONE: u32 = 1000;
 
 /// The part of the surface of a stock that is shown.
 #[derive(Debug, Default)]
-enum Shown {
+enum SurfaceWindow {
     #[default]
     Whole,
     /// Outside of the windows of its patches.
@@ -31,7 +31,7 @@ enum Shown {
 pub(crate) struct StockTiles {
     /// Every `step`-th node of the stock is used.
     step: usize,
-    shown: Shown,
+    shown: SurfaceWindow,
     /// Group of each tile.
     group_of: Vec<u32>,
     tiles: Vec<Picture>,
@@ -42,16 +42,16 @@ impl StockTiles {
     /// Of a stock with its patches: the stock outside of their windows first, then each patch.
     pub(crate) fn all(stock: &TriDexel, patches: &[Patch]) -> Vec<Self> {
         let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
-        let own = if windows.is_empty() { Shown::Whole } else { Shown::Outside(windows) };
+        let own = if windows.is_empty() { SurfaceWindow::Whole } else { SurfaceWindow::Outside(windows) };
         let mut all = vec![Self::new(stock, 0, own)];
         for (patch, number) in patches.iter().zip(1..) {
-            all.push(Self::new(patch.stock(), number, Shown::Inside(*patch.window())));
+            all.push(Self::new(patch.stock(), number, SurfaceWindow::Inside(*patch.window())));
         }
         all
     }
 
     /// `number`: 0 of the stock, else the place of the patch in the scene, from 1.
-    fn new(stock: &TriDexel, number: u32, shown: Shown) -> Self {
+    fn new(stock: &TriDexel, number: u32, shown: SurfaceWindow) -> Self {
         let size = stock.bounds().size();
         let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
         // Two triangles a cell of surface; the stock takes powers of two.
@@ -84,9 +84,9 @@ impl StockTiles {
 
     fn cut(&self, surface: SurfaceMesh) -> SurfaceMesh {
         match &self.shown {
-            Shown::Whole => surface,
-            Shown::Outside(windows) => surface.outside(windows),
-            Shown::Inside(window) => surface.inside(window),
+            SurfaceWindow::Whole => surface,
+            SurfaceWindow::Outside(windows) => surface.outside(windows),
+            SurfaceWindow::Inside(window) => surface.inside(window),
         }
     }
 

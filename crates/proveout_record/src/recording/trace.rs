@@ -25,7 +25,7 @@ pub(crate) fn class_of(reached: f64, programmed: f64) -> usize {
 
 /// A line of one kind of motion, its feed in one class.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Strip {
+pub(crate) struct MotionStrip {
     pub(crate) kind: MoveKind,
     /// See [`class_of`]; 0 of rapids.
     pub(crate) class: usize,
@@ -36,7 +36,7 @@ pub(crate) struct Strip {
 /// Gathers the tip's path and leaves out points that lie on the line of their neighbors.
 #[derive(Clone, Debug)]
 pub(crate) struct Trace {
-    strips: Vec<Strip>,
+    strips: Vec<MotionStrip>,
     /// Last point of the line that is kept.
     anchor: Point,
     /// Points after it that are left out so far.
@@ -71,14 +71,14 @@ impl Trace {
             return;
         }
         let end = self.held.last().map_or(self.anchor, |h| h.1);
-        let same = |s: &Strip| {
+        let same = |s: &MotionStrip| {
             let young = s.points.first().is_some_and(|(begin, _)| times[1] - begin < self.in_class);
             s.kind == kind && (s.class == class || young)
         };
         let goes_on = self.strips.last().is_some_and(same) && (end - from).norm() <= TOLERANCE;
         if !goes_on {
             self.close();
-            self.strips.push(Strip { kind, class, points: Vec::new() });
+            self.strips.push(MotionStrip { kind, class, points: Vec::new() });
             self.keep(times[0], from);
         }
         if self.held.len() >= HELD || !self.holds(&to) {
@@ -126,19 +126,19 @@ impl Trace {
     }
 
     /// The lines, cut so that each ends in one of `bins` equal stretches of time from 0 to `end` (s): bin and line.
-    pub(crate) fn finish(mut self, end: f64, bins: usize) -> Vec<(usize, Strip)> {
+    pub(crate) fn finish(mut self, end: f64, bins: usize) -> Vec<(usize, MotionStrip)> {
         self.close();
         let bin = |t: f64| ((t / end.max(LEAST_END_S) * bins as f64) as usize).min(bins.saturating_sub(1));
-        let mut out: Vec<(usize, Strip)> = Vec::new();
+        let mut out: Vec<(usize, MotionStrip)> = Vec::new();
         for strip in self.strips {
-            let mut current: Option<(usize, Strip)> = None;
+            let mut current: Option<(usize, MotionStrip)> = None;
             for pair in strip.points.windows(2) {
                 let b = bin(pair[1].0);
                 match &mut current {
                     Some((open, line)) if *open == b => line.points.push(pair[1]),
                     other => {
                         out.extend(other.take());
-                        *other = Some((b, Strip { kind: strip.kind, class: strip.class, points: pair.to_vec() }));
+                        *other = Some((b, MotionStrip { kind: strip.kind, class: strip.class, points: pair.to_vec() }));
                     }
                 }
             }

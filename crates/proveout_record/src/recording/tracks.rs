@@ -6,37 +6,37 @@ use proveout_machine::{Attachment, JointValues, Machine};
 use crate::{
     error::RecordError,
     recording::{
+        signal_thinning::SignalThinner,
         sink::{Sink, path},
-        thin::SignalThinner,
     },
 };
 
 /// What moves: an entity and its poses that are not sent yet.
-pub(crate) struct Mover {
+pub(crate) struct MovedEntity {
     parts: Vec<String>,
-    what: Moving,
+    what: MotionSource,
     shown: Option<Pose>,
     pub(crate) rows: Vec<(f64, Pose)>,
 }
 
 #[derive(Clone, Copy)]
-pub(crate) enum Moving {
+pub(crate) enum MotionSource {
     Joint(usize),
     Table,
     Tool,
 }
 
-impl Mover {
-    pub(crate) fn new(parts: &[&str], what: Moving) -> Self {
+impl MovedEntity {
+    pub(crate) fn new(parts: &[&str], what: MotionSource) -> Self {
         Self { parts: parts.iter().map(|p| (*p).to_owned()).collect(), what, shown: None, rows: Vec::new() }
     }
 
     /// Adds the pose at joint positions `q`, if it differs from the one before.
     pub(crate) fn push(&mut self, machine: &Machine, gauge_length: f64, time: f64, q: &JointValues) {
         let pose = match self.what {
-            Moving::Joint(j) => machine.attachment_pose(Attachment::Joint(j), q),
-            Moving::Table => machine.machine_from_table(q),
-            Moving::Tool => {
+            MotionSource::Joint(j) => machine.attachment_pose(Attachment::Joint(j), q),
+            MotionSource::Table => machine.machine_from_table(q),
+            MotionSource::Tool => {
                 machine.machine_from_spindle(q) * Pose::from_translation(Vector::new(0.0, 0.0, -gauge_length))
             }
         };

@@ -14,7 +14,7 @@ const MOST_FILES: usize = 60_000;
 pub(crate) struct Blocks {
     files: Vec<Arc<str>>,
     /// By number of the block.
-    places: Vec<Option<Place>>,
+    places: Vec<Option<BlockPlace>>,
     /// Motion piece with which a block begins, and the block.
     starts: Vec<(u32, u32)>,
     pieces: u32,
@@ -22,7 +22,7 @@ pub(crate) struct Blocks {
 
 /// A line of a file, and the tool in the spindle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct BlockPlace {
     pub(crate) file: u16,
     pub(crate) line: u32,
     /// Index in the library.
@@ -47,17 +47,17 @@ impl Blocks {
                 self.places.resize(at + 1, None);
             }
             let tool = row.tool.and_then(|t| u16::try_from(t).ok());
-            self.places[at] = file.map(|file| Place { file: file as u16, line: row.line, tool });
+            self.places[at] = file.map(|file| BlockPlace { file: file as u16, line: row.line, tool });
         }
     }
 
     /// Place of a block in the files.
-    pub(crate) fn of_block(&self, block: u32) -> Option<Place> {
+    pub(crate) fn of_block(&self, block: u32) -> Option<BlockPlace> {
         self.places.get(block as usize).copied().flatten()
     }
 
     /// Place of the block of a motion piece.
-    pub(crate) fn of_piece(&self, piece: u32) -> Option<Place> {
+    pub(crate) fn of_piece(&self, piece: u32) -> Option<BlockPlace> {
         if piece == NO_PIECE {
             return None;
         }
@@ -101,7 +101,7 @@ impl LineNumbers {
         Self { files: most.into_iter().map(base).collect() }
     }
 
-    pub(crate) fn at(&self, place: Option<Place>) -> u32 {
+    pub(crate) fn at(&self, place: Option<BlockPlace>) -> u32 {
         place.and_then(|p| Some(self.files.get(usize::from(p.file))?.1 + p.line)).unwrap_or(0)
     }
 
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn pieces_and_lines_find_their_places() {
-        let at = |file, line| Some(Place { file, line, tool: Some(0) });
+        let at = |file, line| Some(BlockPlace { file, line, tool: Some(0) });
         let blocks = Blocks {
             files: vec!["main.mpf".into(), "sub.spf".into()],
             places: vec![at(0, 3), None, at(1, 2), at(0, 5)],

@@ -9,12 +9,12 @@ use crate::{
     picture::Picture,
     report::{
         blocks::{Blocks, LineNumbers},
-        findings::Explained,
+        findings::FindingContext,
+        gouge_excess_scale::Scales,
         operations::Operation,
         path::ToolPath,
-        scale::Scales,
     },
-    texture::ShownTexture,
+    roughness_map::ShownTexture,
 };
 
 /// Signals of one joint over the run, mm or degrees, seconds.
@@ -89,7 +89,7 @@ pub(crate) struct ProgramView {
     /// Number and name of the tools in the library.
     pub(crate) tools: Vec<(u32, String)>,
     /// Details of each finding of the verdict.
-    pub(crate) explained: Vec<Explained>,
+    pub(crate) explained: Vec<FindingContext>,
     /// What was not checked in addition to the gates, and why.
     pub(crate) unchecked: Vec<[String; 2]>,
 }

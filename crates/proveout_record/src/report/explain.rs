@@ -12,7 +12,7 @@ use proveout_sim::{
 
 use crate::report::{
     blocks::{Blocks, LineNumbers},
-    findings::Explained,
+    findings::FindingContext,
     format::{compact, length, tool_name},
 };
 
@@ -57,14 +57,14 @@ pub(crate) fn explained(
     blocks: &Blocks,
     numbers: &LineNumbers,
     findings: &[Finding],
-) -> Vec<Explained> {
+) -> Vec<FindingContext> {
     let tools = &setup.tools.tools;
     let tool = |f: &Finding| {
         let of_block = || tools.get(usize::from(blocks.of_block(f.block?)?.tool?));
         let named = || tools.iter().find(|t| f.bodies.iter().any(|b| b.starts_with(&format!("{}/", t.name))));
         named().or_else(of_block).map_or_else(String::new, |t| tool_name(t.number, &t.name))
     };
-    let of = |f: &Finding| Explained {
+    let of = |f: &Finding| FindingContext {
         tool: tool(f),
         basis: basis(setup, f),
         line: numbers.named(f.file.as_deref(), f.line),

@@ -22,7 +22,7 @@ const MARKS: usize = 150;
 
 /// What a run knows about a finding in addition to the finding itself.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Explained {
+pub(crate) struct FindingContext {
     /// The tool in the spindle.
     pub(crate) tool: String,
     /// Where the limit comes from, and whether it is published or chosen.
@@ -33,7 +33,7 @@ pub(crate) struct Explained {
 
 /// Everything of one code.
 #[derive(Serialize)]
-pub(crate) struct Group {
+pub(crate) struct FindingGroup {
     class: &'static str,
     severity: &'static str,
     code: String,
@@ -41,7 +41,7 @@ pub(crate) struct Group {
     remedy: &'static str,
     count: String,
     /// Notes are rows of one table.
-    rows: Vec<Row>,
+    rows: Vec<FindingRow>,
     causes: Vec<Cause>,
     left_out: String,
 }
@@ -71,7 +71,7 @@ struct Cause {
     program: Vec<ProgramLine>,
     file: String,
     /// All findings of it, when they are more than one.
-    rows: Vec<Row>,
+    rows: Vec<FindingRow>,
     left_out: String,
 }
 
@@ -83,7 +83,7 @@ struct ProgramLine {
 }
 
 #[derive(Serialize)]
-struct Row {
+struct FindingRow {
     id: String,
     number: usize,
     marked: bool,
@@ -99,7 +99,7 @@ struct Row {
 }
 
 #[derive(Serialize)]
-pub(crate) struct Mark {
+pub(crate) struct FindingMark {
     id: String,
     label: String,
     title: String,
@@ -108,10 +108,10 @@ pub(crate) struct Mark {
 }
 
 /// What the groups are made from.
-pub(crate) struct Told<'a> {
+pub(crate) struct FindingData<'a> {
     pub(crate) findings: &'a [Finding],
     /// As many as findings, or none.
-    pub(crate) explained: &'a [Explained],
+    pub(crate) explained: &'a [FindingContext],
     /// Order of the axes in a row.
     pub(crate) joints: &'a [&'a str],
     pub(crate) listings: &'a [Listing],
@@ -197,7 +197,7 @@ fn remedy(code: &str) -> &'static str {
 
 /// Groups by code: errors, then warnings, then notes; within a weight in order of first time, near misses last, since all that hits comes near
 /// before. Within a code one entry a cause.
-pub(crate) fn groups(told: &Told<'_>) -> Vec<Group> {
+pub(crate) fn groups(told: &FindingData<'_>) -> Vec<FindingGroup> {
     let findings = told.findings;
     let marked: Vec<String> = marks(findings).into_iter().map(|m| m.id).collect();
     let mut by_code: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
@@ -215,7 +215,7 @@ pub(crate) fn groups(told: &Told<'_>) -> Vec<Group> {
         let more = rows.len().saturating_sub(ROWS) + causes.len().saturating_sub(CAUSES);
         rows.truncate(ROWS);
         causes.truncate(CAUSES);
-        Group {
+        FindingGroup {
             class: class(severity),
             severity: match severity {
                 Severity::Error => "Error",
@@ -249,7 +249,7 @@ fn places(list: &[usize], findings: &[Finding]) -> String {
 type Key<'a> = (Vec<&'a str>, &'a str);
 
 /// The findings of a code by cause, in order of their first ones.
-fn causes(list: &[usize], told: &Told<'_>, marked: &[String]) -> Vec<Cause> {
+fn causes(list: &[usize], told: &FindingData<'_>, marked: &[String]) -> Vec<Cause> {
     let mut all: Vec<(Key<'_>, Vec<usize>)> = Vec::new();
     for &i in list {
         let f = &told.findings[i];
@@ -280,7 +280,7 @@ fn badness(f: &Finding) -> f64 {
     f.penetration_mm.or(f.clearance_mm.map(|c| -c)).or(past).or(f.value.map(f64::abs)).unwrap_or(0.0)
 }
 
-fn cause(members: &[usize], told: &Told<'_>, marked: &[String]) -> Cause {
+fn cause(members: &[usize], told: &FindingData<'_>, marked: &[String]) -> Cause {
     let findings = told.findings;
     let worst =
         members.iter().copied().reduce(|a, b| if badness(&findings[b]) > badness(&findings[a]) { b } else { a });
@@ -288,7 +288,7 @@ fn cause(members: &[usize], told: &Told<'_>, marked: &[String]) -> Cause {
     let f = &findings[worst];
     let is_marked = |i: usize| marked.contains(&id(i));
     let line_of = |i: usize| told.explained.get(i).map_or(0, |e| e.line);
-    let of_row = |i: usize| Row { line: line_of(i), ..row(i, &findings[i], is_marked(i), told.joints) };
+    let of_row = |i: usize| FindingRow { line: line_of(i), ..row(i, &findings[i], is_marked(i), told.joints) };
     let shown = of_row(worst);
     let explained = told.explained.get(worst).cloned().unwrap_or_default();
     let mut lines: Vec<u32> = members.iter().filter_map(|&i| findings[i].line).collect();
@@ -304,7 +304,8 @@ fn cause(members: &[usize], told: &Told<'_>, marked: &[String]) -> Cause {
         bodies => bodies.join(" and "),
     };
     let of_picture = |p: &ContactPicture| p.code == f.code && p.bodies.as_slice() == f.bodies.as_slice();
-    let mut rows: Vec<Row> = if members.len() > 1 { members.iter().map(|&i| of_row(i)).collect() } else { Vec::new() };
+    let mut rows: Vec<FindingRow> =
+        if members.len() > 1 { members.iter().map(|&i| of_row(i)).collect() } else { Vec::new() };
     let left = rows.len().saturating_sub(ROWS);
     rows.truncate(ROWS);
     Cause {
@@ -341,7 +342,7 @@ fn program_lines(f: &Finding, listings: &[Listing]) -> Vec<ProgramLine> {
 }
 
 /// Notes with the same text in one row with all their lines.
-fn joined(list: &[usize], findings: &[Finding]) -> Vec<Row> {
+fn joined(list: &[usize], findings: &[Finding]) -> Vec<FindingRow> {
     let mut texts: Vec<(&Finding, usize, Vec<u32>)> = Vec::new();
     for &i in list {
         let f = &findings[i];
@@ -362,12 +363,12 @@ fn joined(list: &[usize], findings: &[Finding]) -> Vec<Row> {
         let alone = Finding { axes: BTreeMap::new(), repeats: 0, ..f.clone() };
         let time = if lines.len() > 1 { "from ".to_owned() } else { String::new() };
         let base = row(index, &alone, false, &[]);
-        Row { place, time: format!("{time}{}", base.time), ..base }
+        FindingRow { place, time: format!("{time}{}", base.time), ..base }
     };
     texts.into_iter().map(row_of).collect()
 }
 
-fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
+fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> FindingRow {
     let place = match (f.line, f.block) {
         (Some(line), _) => format!("line {line}"),
         (None, Some(block)) => format!("block {block}"),
@@ -390,7 +391,7 @@ fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
     axes.sort_by_key(|(name, _)| joints.iter().position(|j| j == name).unwrap_or(usize::MAX));
     // A no-break space keeps letter and value together.
     let axes: Vec<String> = axes.iter().map(|(name, v)| format!("{name}\u{a0}{}", fixed(**v, 3))).collect();
-    Row {
+    FindingRow {
         id: id(index),
         number: index + 1,
         marked,
@@ -411,7 +412,7 @@ fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
 }
 
 /// Errors and warnings with a place on the workpiece, errors first, as marks on the 3D view.
-pub(crate) fn marks(findings: &[Finding]) -> Vec<Mark> {
+pub(crate) fn marks(findings: &[Finding]) -> Vec<FindingMark> {
     let mut list: Vec<(usize, [f64; 3])> = findings
         .iter()
         .enumerate()
@@ -421,7 +422,7 @@ pub(crate) fn marks(findings: &[Finding]) -> Vec<Mark> {
     list.sort_by_key(|(i, _)| (std::cmp::Reverse(findings[*i].severity), *i));
     list.into_iter()
         .take(MARKS)
-        .map(|(i, point)| Mark {
+        .map(|(i, point)| FindingMark {
             id: id(i),
             label: (i + 1).to_string(),
             title: findings[i].message.clone(),

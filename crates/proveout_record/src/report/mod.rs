@@ -5,15 +5,15 @@ mod data;
 mod explain;
 mod findings;
 pub(crate) mod format;
+mod gouge_excess_scale;
 mod operations;
 mod page;
 mod path;
+mod roughness;
 pub(crate) mod rows;
-mod scale;
 mod scallop;
 #[cfg(test)]
 pub(crate) mod tests;
-mod texture;
 
 use std::{fs, path::Path};
 
@@ -28,19 +28,19 @@ use self::{
     blocks::{Blocks, LineNumbers},
     data::{JointSignals, Page, PartView, ProcessSignals, ProgramView},
     explain::{explained, listings, unchecked},
+    gouge_excess_scale::Scales,
     operations::Operations,
     path::ToolPath,
-    scale::Scales,
 };
 use crate::{
-    classes::Classes,
     contact::ContactPictures,
+    deviation_classes::Classes,
     error::RecordError,
     free_axes::ShownAxes,
-    gather::{ShownSurface, SurfacePicture},
     inspection::write_inspection,
     part::range_floor,
-    texture::ShownTexture,
+    roughness_map::ShownTexture,
+    surface_picture::{ShownSurface, SurfacePicture},
     units::{JointUnit, PER_MINUTE},
 };
 
@@ -165,8 +165,8 @@ impl Observer for ReportObserver {
     }
 
     fn surface_texture(&mut self, _setup: &Setup<'_>, texture: &SurfaceTexture) -> Result<(), ObserverError> {
-        if self.textures.len() < texture::PAGE_MAPS {
-            self.textures.push(ShownTexture::of(texture, texture::PAGE_SIDE));
+        if self.textures.len() < roughness::PAGE_MAPS {
+            self.textures.push(ShownTexture::of(texture, roughness::PAGE_SIDE));
         }
         Ok(())
     }

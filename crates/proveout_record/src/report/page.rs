@@ -1,30 +1,31 @@
 //! Fills the page's template.
 
-use minijinja::{Environment, value::Serde};
+use minijinja::value::Serde;
 use proveout_sim::{
     finding::NEAR_MISS,
     verdict::{Partial, State, Verdict},
 };
 use serde::Serialize;
+use serde_json::{Value, json};
 
-use crate::page_safety::{policy, without_steering};
+use crate::page_template::{fill, policy, strip_control_chars};
 use crate::{
-    chart::{Bar, Strip, histogram, svg},
+    chart::{Bar, SignalStrip, histogram, svg},
     color::{DeviationMap, STEEL},
     contact::{ContactPicture, FIRST, SECOND},
-    encode::{Shades, base64, deflated, pack_mesh},
     envelope::Envelope,
     error::RecordError,
     free_axes::ShownAxes,
+    page_encoding::{Shades, base64, deflated, pack_mesh},
     part::GLB_TRIANGLES,
     report::{
         data::{JointSignals, Page, PartView, ProcessSignals},
-        findings::{Told, groups, marks},
+        findings::{FindingData, groups, marks},
         format::{compact, count, duration, file_name, fixed, length, length_or_dash, volume},
+        gouge_excess_scale::Scales,
+        roughness::{color_stops, color_table, map_data, map_figures, profile_figures, texture_rows, texture_words},
         rows::{axes, deviation, drives, inspection, operations, symbol, time, tools},
-        scale::Scales,
         scallop::scallop,
-        texture::{color_stops, color_table, map_data, map_figures, profile_figures, texture_rows, texture_words},
     },
 };
 
@@ -37,14 +38,14 @@ const TABLES: &str = include_str!("../../templates/tables.js");
 
 /// A name and what it is.
 #[derive(Serialize)]
-pub(crate) struct Entry {
+pub(crate) struct NamedValue {
     name: String,
     value: String,
     note: String,
 }
 
-pub(crate) fn entry(name: &str, value: impl Into<String>, note: impl Into<String>) -> Entry {
-    Entry { name: name.into(), value: value.into(), note: note.into() }
+pub(crate) fn entry(name: &str, value: impl Into<String>, note: impl Into<String>) -> NamedValue {
+    NamedValue { name: name.into(), value: value.into(), note: note.into() }
 }
 
 /// What a reader must know before the verdict: what was not the whole check, and what was not as the files say.
@@ -65,25 +66,21 @@ fn notices(v: &Verdict) -> Vec<String> {
 /// # Errors
 /// [`RecordError::Page`] when the template does not fit its data, which is a fault of this crate.
 pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
-    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
     let v = page.verdict;
-    let mut environment = Environment::new();
-    environment.add_template("report.html", TEMPLATE).map_err(fault)?; // the ending turns escaping on
     let end = v.time.total_s;
     let changes: Vec<f64> = page.process.tool_changes.iter().map(|c| c.0).collect();
     let order: Vec<&str> = page.joints.iter().map(|j| j.name.as_str()).collect();
     let has_mesh = !page.part.picture.triangles.is_empty();
     let mesh = if has_mesh { packed(page) } else { String::new() };
     let program = page.program;
-    let told = Told {
+    let told = FindingData {
         findings: &v.findings,
         explained: &program.explained,
         joints: &order,
         listings: &program.listings,
         contacts: page.contacts,
     };
-    let template = environment.get_template("report.html").map_err(fault)?;
-    let mut data = serde_json::json!({
+    let mut data = json!({
         "program": v.program,
         "scene": v.scene,
         "machine": page.machine,
@@ -119,7 +116,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
     });
-    let rest = serde_json::json!({
+    let rest = json!({
         "textures": texture_rows(&v.surface.textures),
         "texture_words": v.surface.textures.first().map(texture_words),
         "texture_maps": map_figures(page.textures),
@@ -135,57 +132,26 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "policy": policy(&[VIEWER, BENCH, TABLES, TEXTURE]),
         "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
     });
-    if let (Some(data), serde_json::Value::Object(rest)) = (data.as_object_mut(), rest) {
+    if let (Some(data), Value::Object(rest)) = (data.as_object_mut(), rest) {
         data.extend(rest);
     }
-    template.render(Serde(&data)).map(without_steering).map_err(fault)
-}
-
-#[derive(Serialize)]
-struct AxesWords {
-    words: String,
-    plot: String,
-    figures: Vec<[String; 2]>,
-    unchecked: Vec<String>,
+    fill("report.html", TEMPLATE, Serde(&data))
 }
 
 /// Free tool axes: room over time, and pictures at some places.
-fn free_axes(axes: &ShownAxes, end: f64) -> AxesWords {
-    let strip = Strip {
-        name: "Room of the tool axis, °".into(),
-        signal: &axes.room,
-        second: None,
-        limits: [None, None],
-        marks: Vec::new(),
-        height: 110.0,
-    };
+fn free_axes(axes: &ShownAxes, end: f64) -> Value {
+    let strip = SignalStrip::new("Room of the tool axis, °", &axes.room, 110.0);
     let plot = if axes.room.is_empty() {
         String::new()
     } else {
         svg(&[strip], 960.0, end, &[], "Room of the tool axis over time")
     };
-    AxesWords { words: axes.words.clone(), plot, figures: axes.figures.clone(), unchecked: axes.unchecked.clone() }
+    json!({ "words": axes.words, "plot": plot, "figures": axes.figures, "unchecked": axes.unchecked })
 }
 
 /// What the script of the maps reads; nothing in it comes from a text of the user.
 fn texture_data(page: &Page<'_>) -> String {
-    serde_json::json!({ "maps": map_data(page.textures), "colors": color_table() }).to_string()
-}
-
-#[derive(Serialize)]
-struct VerdictWords {
-    class: &'static str,
-    word: &'static str,
-    meaning: String,
-}
-
-#[derive(Serialize)]
-struct ContactRow {
-    png: String,
-    bodies: [String; 2],
-    /// What is shown, and when it was.
-    what: &'static str,
-    words: String,
+    json!({ "maps": map_data(page.textures), "colors": color_table() }).to_string()
 }
 
 fn contact_colors() -> [String; 2] {
@@ -193,12 +159,14 @@ fn contact_colors() -> [String; 2] {
 }
 
 /// Pictures of contacts in the order in which the causes number them.
-fn contacts(page: &Page<'_>) -> Vec<ContactRow> {
-    let row = |p: &ContactPicture| ContactRow {
-        png: base64(&p.png),
-        bodies: p.bodies.clone(),
-        what: if p.code == NEAR_MISS.code { "First below the required clearance" } else { "First contact" },
-        words: p.time_s.map_or_else(String::new, |t| format!(" at {}", duration(t))),
+fn contacts(page: &Page<'_>) -> Vec<Value> {
+    let row = |p: &ContactPicture| {
+        json!({
+            "png": base64(&p.png),
+            "bodies": p.bodies,
+            "what": if p.code == NEAR_MISS.code { "First below the required clearance" } else { "First contact" },
+            "words": p.time_s.map_or_else(String::new, |t| format!(" at {}", duration(t))),
+        })
     };
     page.contacts.iter().map(row).collect()
 }
@@ -218,14 +186,14 @@ fn listing(page: &Page<'_>) -> String {
     let file = |(name, base): &(String, u32)| {
         let listing = program.listings.iter().find(|l| l.file == *name);
         let shown = listing.map_or(&[][..], |l| l.shown.as_slice());
-        let text: Vec<String> = shown.iter().map(|l| without_steering(l.1.clone())).collect();
+        let text: Vec<String> = shown.iter().map(|l| strip_control_chars(l.1.clone())).collect();
         // Numbers only where lines are missing.
         let whole = shown.iter().enumerate().all(|(k, l)| l.0 == k as u32 + 1);
         let numbers: Vec<u32> = if whole { Vec::new() } else { shown.iter().map(|l| l.0).collect() };
-        serde_json::json!({ "name": file_name(name), "base": base, "numbers": numbers, "text": text })
+        json!({ "name": file_name(name), "base": base, "numbers": numbers, "text": text })
     };
-    let all: Vec<serde_json::Value> = program.numbers.files.iter().map(file).collect();
-    deflated(serde_json::json!(all).to_string().as_bytes())
+    let all: Vec<Value> = program.numbers.files.iter().map(file).collect();
+    deflated(json!(all).to_string().as_bytes())
 }
 
 fn program_notes(page: &Page<'_>) -> Vec<String> {
@@ -244,7 +212,7 @@ fn program_notes(page: &Page<'_>) -> Vec<String> {
     notes
 }
 
-fn verdict_words(v: &Verdict) -> VerdictWords {
+fn verdict_words(v: &Verdict) -> Value {
     let not_asked = v.not_asked().join(", ");
     let (class, word, meaning) = match v.verdict {
         State::Pass if not_asked.is_empty() => ("pass", "Pass", "Every gate was checked and passed.".to_owned()),
@@ -254,10 +222,10 @@ fn verdict_words(v: &Verdict) -> VerdictWords {
             ("unchecked", "Unchecked", "No fault found, but not all was checked.".to_owned())
         }
     };
-    VerdictWords { class, word, meaning }
+    json!({ "class": class, "word": word, "meaning": meaning })
 }
 
-fn figures(v: &Verdict) -> Vec<Entry> {
+fn figures(v: &Verdict) -> Vec<NamedValue> {
     let mut out = vec![entry("Cycle time", duration(v.time.total_s), "")];
     let errors = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).count() as u64;
     let rest = v.findings.len() as u64 - errors;
@@ -299,15 +267,7 @@ fn tool_changes(changes: &[(f64, String)]) -> String {
     }
 }
 
-#[derive(Serialize)]
-struct GateRow {
-    question: String,
-    class: &'static str,
-    word: &'static str,
-    reason: String,
-}
-
-fn gates(v: &Verdict) -> Vec<GateRow> {
+fn gates(v: &Verdict) -> Vec<Value> {
     let question = |name: &str| match name {
         "program" => "Program runs to its end".to_owned(),
         "limits" => "Travel and drive limits kept".to_owned(),
@@ -326,7 +286,7 @@ fn gates(v: &Verdict) -> Vec<GateRow> {
             State::Unchecked => ("unchecked", "Unchecked"),
             State::NotAsked => ("not_asked", "Not asked"),
         };
-        GateRow { question: question(&g.name), class, word, reason: g.reason.clone() }
+        json!({ "question": question(&g.name), "class": class, "word": word, "reason": g.reason })
     };
     v.gates.iter().map(row).collect()
 }
@@ -334,7 +294,7 @@ fn gates(v: &Verdict) -> Vec<GateRow> {
 /// JSON for the script; `<` is written as an escape so that no value can end the script element.
 fn view_data(page: &Page<'_>) -> String {
     let map: Vec<u8> = (0..256).flat_map(|i| DeviationMap::at(f64::from(i) / 255.0).into_iter().take(3)).collect();
-    serde_json::json!({
+    json!({
         "values": page.part.scales.is_some(),
         "lines": !page.part.picture.pieces.is_empty(),
         "scales": page.part.scales.map(|s| [s.gouge, s.excess].map(|s| [s.shown, s.most_points, s.largest, s.tolerance])),
@@ -365,23 +325,11 @@ fn mesh_notes(part: &PartView) -> Vec<String> {
     notes
 }
 
-#[derive(Serialize)]
-struct MapWords {
-    stops: String,
-    low: String,
-    high: String,
-    /// Ends of the scales, mm, as fields hold them.
-    gouge: f64,
-    excess: f64,
-    histogram: String,
-    note: String,
-}
-
 fn css(c: [u8; 4]) -> String {
     format!("#{:02x}{:02x}{:02x}", c[0], c[1], c[2])
 }
 
-fn map_words(scales: Scales, part: &PartView) -> MapWords {
+fn map_words(scales: Scales, part: &PartView) -> Value {
     let stops: Vec<String> = (0..=16).map(|i| css(DeviationMap::at(f64::from(i) / 16.0))).collect();
     let [low, high] = [-scales.gouge.shown, scales.excess.shown].map(length);
     let n = part.shares.len().max(1) as f64;
@@ -397,15 +345,15 @@ fn map_words(scales: Scales, part: &PartView) -> MapWords {
     } else {
         String::new()
     };
-    MapWords {
-        stops: stops.join(", "),
-        histogram: histogram(&bars, [&low, "0", &high], "Distribution of the deviation"),
-        low,
-        high,
-        gouge: scales.gouge.shown,
-        excess: scales.excess.shown,
-        note: format!("Share of the measured surface points in each class; each side has a scale of its own.{outside}"),
-    }
+    json!({
+        "stops": stops.join(", "),
+        "histogram": histogram(&bars, [&low, "0", &high], "Distribution of the deviation"),
+        "low": low,
+        "high": high,
+        "gouge": scales.gouge.shown,
+        "excess": scales.excess.shown,
+        "note": format!("Share of the measured surface points in each class; each side has a scale of its own.{outside}"),
+    })
 }
 
 #[derive(Serialize)]
@@ -419,33 +367,27 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
     let names = ["Position", "Velocity", "Acceleration", "Jerk"];
     let per = ["", "/s", "/s²", "/s³"];
     let both = |limit: Option<f64>| [limit.map(|l| -l), limit];
-    let mut strips: Vec<Strip<'_>> = (0..4)
-        .map(|k| Strip {
-            name: format!("{}, {unit}{}", names[k], per[k]),
-            signal: &joint.signals[k],
-            second: None,
+    let mut strips: Vec<SignalStrip<'_>> = (0..4_usize)
+        .map(|k| SignalStrip {
             limits: match k.checked_sub(1) {
                 None => joint.travel.map_or([None; 2], |t| t.map(Some)),
                 Some(k) => both(joint.limits[k]),
             },
-            marks: Vec::new(),
-            height: if k == 0 { 84.0 } else { 62.0 },
+            ..SignalStrip::new(
+                format!("{}, {unit}{}", names[k], per[k]),
+                &joint.signals[k],
+                if k == 0 { 84.0 } else { 62.0 },
+            )
         })
         .collect();
     let mut what = "position, velocity, acceleration and jerk".to_owned();
     if joint.following.range().is_some() {
         let kind = if joint.force_unit == "N" { "force" } else { "torque" };
-        let strip =
-            |name: String, signal, limits, marks| Strip { name, signal, second: None, limits, marks, height: 62.0 };
+        let force = SignalStrip::new(format!("Drive {kind}, {}", joint.force_unit), &joint.force, 62.0);
         strips.extend([
-            strip(format!("Following error, {unit}"), &joint.following, [None; 2], Vec::new()),
-            strip(
-                format!("Drive {kind}, {}", joint.force_unit),
-                &joint.force,
-                both(joint.force_limit),
-                joint.saturated.marked(),
-            ),
-            strip("Drive power, W".to_owned(), &joint.power, [None; 2], Vec::new()),
+            SignalStrip::new(format!("Following error, {unit}"), &joint.following, 62.0),
+            SignalStrip { limits: both(joint.force_limit), marks: joint.saturated.marked(), ..force },
+            SignalStrip::new("Drive power, W", &joint.power, 62.0),
         ]);
         what = format!("position, velocity, acceleration, jerk, following error, drive {kind} and power");
     }
@@ -454,25 +396,13 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
 }
 
 fn process_plot(process: &ProcessSignals, end: f64, changes: &[f64]) -> String {
-    let strip = |name: &str, signal, second, height| Strip {
-        name: name.into(),
-        signal,
-        second,
-        limits: [None; 2],
-        marks: Vec::new(),
-        height,
-    };
+    let feed = SignalStrip::new("Feed reached (blue) and programmed (orange), mm/min", &process.feed, 96.0);
     let mut strips = vec![
-        strip(
-            "Feed reached (blue) and programmed (orange), mm/min",
-            &process.feed,
-            Some(&process.feed_programmed),
-            96.0,
-        ),
-        strip("Removal rate, mm³/s", &process.removal, None, 70.0),
+        SignalStrip { second: Some(&process.feed_programmed), ..feed },
+        SignalStrip::new("Removal rate, mm³/s", &process.removal, 70.0),
     ];
     if !Envelope::is_empty(&process.clearance) {
-        strips.push(strip("Proved clearance, mm", &process.clearance, None, 60.0));
+        strips.push(SignalStrip::new("Proved clearance, mm", &process.clearance, 60.0));
     }
     svg(&strips, 1080.0, end, changes, "Feed and removal rate over time")
 }

@@ -5,7 +5,7 @@ use proveout_geom::Point;
 use proveout_sim::observer::{Batch, Setup};
 
 use crate::{
-    encode::{Steps, of_65535},
+    page_encoding::{DeltaWriter, quantize_u16},
     report::blocks::{Blocks, LineNumbers},
 };
 
@@ -123,19 +123,19 @@ impl ToolPath {
         out.extend((self.stretches.len() as u32).to_le_bytes());
         out.extend((self.points.len() as u32).to_le_bytes());
         low.iter().chain(&size).for_each(|v| out.extend(v.to_le_bytes()));
-        let mut steps = Steps::default();
+        let mut steps = DeltaWriter::default();
         for (_, block, _) in &self.stretches {
             steps.put(i64::from(numbers.at(blocks.of_block(*block))), &mut out);
         }
-        let mut steps = Steps::default();
+        let mut steps = DeltaWriter::default();
         for (k, (first, _, rapid)) in self.stretches.iter().enumerate() {
             let end = self.stretches.get(k + 1).map_or(self.points.len() as u32, |s| s.0);
             steps.put(i64::from(2 * (end - first) + u32::from(*rapid)), &mut out);
         }
         for k in 0..3 {
-            let mut steps = Steps::default();
+            let mut steps = DeltaWriter::default();
             for p in &self.points {
-                let place = of_65535(f64::from(p[k]), f64::from(low[k]), f64::from(size[k]));
+                let place = quantize_u16(f64::from(p[k]), f64::from(low[k]), f64::from(size[k]));
                 steps.put(i64::from(place), &mut out);
             }
         }

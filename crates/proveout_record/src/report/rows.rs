@@ -2,19 +2,20 @@
 
 use proveout_sim::verdict::{Axis, Verdict};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::report::{
     AT_LIMIT,
     data::{JointSignals, ProgramView},
     format::{compact, count, duration, fixed, length, length_or_dash, path, tool_name, volume},
     operations::Operation,
-    page::{Entry, entry},
+    page::{NamedValue, entry},
 };
 
 /// Kilojoules of a joule.
 const KJ_PER_J: f64 = 1e-3;
 
-pub(crate) fn deviation(v: &Verdict) -> Vec<Entry> {
+pub(crate) fn deviation(v: &Verdict) -> Vec<NamedValue> {
     let d = &v.deviation;
     let mut rows = vec![
         entry("Deepest gouge", length_or_dash(d.gouge_max_mm), ""),
@@ -40,18 +41,7 @@ pub(crate) fn deviation(v: &Verdict) -> Vec<Entry> {
     rows
 }
 
-#[derive(Serialize)]
-pub(crate) struct InspectionRow {
-    name: String,
-    nominal: String,
-    measured: String,
-    deviation: String,
-    tolerance: String,
-    class: &'static str,
-    word: &'static str,
-}
-
-pub(crate) fn inspection(v: &Verdict) -> Vec<InspectionRow> {
+pub(crate) fn inspection(v: &Verdict) -> Vec<Value> {
     let row = |f: &proveout_sim::verdict::Inspected| {
         let off = f.measured_mm.map(|m| m - f.nominal_mm);
         let (class, word) = match off {
@@ -59,35 +49,28 @@ pub(crate) fn inspection(v: &Verdict) -> Vec<InspectionRow> {
             Some(d) if d.abs() <= f.tolerance_mm => ("pass", "In tolerance"),
             Some(_) => ("fail", "Out of tolerance"),
         };
-        InspectionRow {
-            name: f.name.clone(),
-            nominal: format!("{} mm", fixed(f.nominal_mm, 3)),
-            measured: f.measured_mm.map_or_else(|| "–".into(), |m| format!("{} mm", fixed(m, 4))),
-            deviation: length_or_dash(off),
-            tolerance: format!("± {}", length(f.tolerance_mm)),
-            class,
-            word,
-        }
+        json!({
+            "name": f.name,
+            "nominal": format!("{} mm", fixed(f.nominal_mm, 3)),
+            "measured": f.measured_mm.map_or_else(|| "–".into(), |m| format!("{} mm", fixed(m, 4))),
+            "deviation": length_or_dash(off),
+            "tolerance": format!("± {}", length(f.tolerance_mm)),
+            "class": class,
+            "word": word,
+        })
     };
     v.inspection.iter().map(row).collect()
 }
 
 #[derive(Serialize)]
-pub(crate) struct Share {
+pub(crate) struct TimeShare {
     class: &'static str,
     name: &'static str,
     value: String,
     percent: String,
 }
 
-#[derive(Serialize)]
-pub(crate) struct TimeWords {
-    total: String,
-    shares: Vec<Share>,
-    note: String,
-}
-
-pub(crate) fn time(v: &Verdict) -> TimeWords {
+pub(crate) fn time(v: &Verdict) -> Value {
     let t = &v.time;
     let parts = [
         ("cut", "Feed", t.cutting_s),
@@ -96,7 +79,7 @@ pub(crate) fn time(v: &Verdict) -> TimeWords {
         ("change", "Tool change", t.tool_change_s),
     ];
     let whole = t.total_s.max(parts.iter().map(|p| p.2).sum());
-    let share = |(class, name, s): (&'static str, &'static str, f64)| Share {
+    let share = |(class, name, s): (&'static str, &'static str, f64)| TimeShare {
         class,
         name,
         value: duration(s),
@@ -114,7 +97,7 @@ pub(crate) fn time(v: &Verdict) -> TimeWords {
     });
     let own = t.path_bound_s.map(|bound| format!("None can run this path in less than {}.", above(bound)));
     let note = any.into_iter().chain(own).collect::<Vec<_>>().join(" ");
-    TimeWords { total: duration(t.total_s), shares: parts.into_iter().map(share).collect(), note }
+    json!({ "total": duration(t.total_s), "shares": parts.into_iter().map(share).collect::<Vec<_>>(), "note": note })
 }
 
 #[derive(Serialize)]
@@ -138,36 +121,23 @@ fn feed_words(o: &Operation) -> [String; 2] {
     words.unwrap_or_else(|| [dash(), dash()])
 }
 
-#[derive(Serialize)]
-pub(crate) struct OperationRow {
-    name: String,
-    lines: String,
-    tool: String,
-    time: String,
-    feed_time: String,
-    rapid: String,
-    feed: String,
-    share: String,
-    volume: String,
-}
-
 /// One row an operation.
-pub(crate) fn operations(program: &ProgramView) -> Vec<OperationRow> {
+pub(crate) fn operations(program: &ProgramView) -> Vec<Value> {
     let row = |(k, o): (usize, &Operation)| {
         let tool = o.tool.and_then(|t| program.tools.get(t as usize));
         let tool = tool.map_or_else(String::new, |(number, name)| tool_name(*number, name));
         let [feed, share] = feed_words(o);
-        OperationRow {
-            name: if o.text.is_empty() { format!("Operation {}", k + 1) } else { o.text.clone() },
-            lines: o.lines.map_or_else(String::new, |[a, b]| format!("{a} to {b}")),
-            tool,
-            time: duration(o.time_s),
-            feed_time: duration(o.feed_s),
-            rapid: duration(o.rapid_s),
-            feed,
-            share,
-            volume: volume(o.volume_mm3),
-        }
+        json!({
+            "name": if o.text.is_empty() { format!("Operation {}", k + 1) } else { o.text.clone() },
+            "lines": o.lines.map_or_else(String::new, |[a, b]| format!("{a} to {b}")),
+            "tool": tool,
+            "time": duration(o.time_s),
+            "feed_time": duration(o.feed_s),
+            "rapid": duration(o.rapid_s),
+            "feed": feed,
+            "share": share,
+            "volume": volume(o.volume_mm3),
+        })
     };
     program.operations.iter().enumerate().map(row).collect()
 }
@@ -197,20 +167,11 @@ pub(crate) fn tools(v: &Verdict, program: &ProgramView) -> Vec<ToolRow> {
 }
 
 #[derive(Serialize)]
-pub(crate) struct Use {
+pub(crate) struct LimitUse {
     value: String,
     percent: Option<String>,
     width: String,
     over: bool,
-}
-
-#[derive(Serialize)]
-pub(crate) struct AxisRow {
-    name: String,
-    min: String,
-    max: String,
-    uses: Vec<Use>,
-    reversals: String,
 }
 
 /// Joints in machine order, then those that the machine does not name.
@@ -221,8 +182,8 @@ fn in_order<'v>(v: &'v Verdict, joints: &[JointSignals]) -> Vec<(&'v String, &'v
 }
 
 /// A bar with the share of a limit.
-fn usage(value: String, part: Option<f64>, most: f64) -> Use {
-    Use {
+fn usage(value: String, part: Option<f64>, most: f64) -> LimitUse {
+    LimitUse {
         value,
         percent: part.map(|p| fixed(100.0 * p, 1)),
         width: fixed(part.map_or(0.0, |p| (100.0 * p).clamp(0.0, 100.0)), 0),
@@ -231,52 +192,43 @@ fn usage(value: String, part: Option<f64>, most: f64) -> Use {
 }
 
 /// One row a joint.
-pub(crate) fn axes(v: &Verdict, joints: &[JointSignals]) -> Vec<AxisRow> {
+pub(crate) fn axes(v: &Verdict, joints: &[JointSignals]) -> Vec<Value> {
     let row = |(name, a): (&String, &Axis)| {
         let sign = symbol(&a.unit);
         // The promise of the planner: 0.1 percent.
         let rate = |value: f64, per: &str, part| usage(format!("{} {sign}/{per}", compact(value)), part, 1.001);
-        AxisRow {
-            name: name.clone(),
-            min: format!("{} {sign}", fixed(a.min, 3)),
-            max: format!("{} {sign}", fixed(a.max, 3)),
-            uses: vec![
+        json!({
+            "name": name,
+            "min": format!("{} {sign}", fixed(a.min, 3)),
+            "max": format!("{} {sign}", fixed(a.max, 3)),
+            "uses": vec![
                 rate(a.max_velocity, "s", a.velocity_utilisation),
                 rate(a.max_acceleration, "s²", a.acceleration_utilisation),
                 rate(a.max_jerk, "s³", a.jerk_utilisation),
             ],
-            reversals: count(a.reversals),
-        }
+            "reversals": count(a.reversals),
+        })
     };
     in_order(v, joints).into_iter().map(row).collect()
 }
 
-#[derive(Serialize)]
-pub(crate) struct DriveRow {
-    name: String,
-    following: String,
-    force: Use,
-    power: String,
-    energy: String,
-}
-
 /// One row a joint whose drive was simulated; none where drives were not.
-pub(crate) fn drives(v: &Verdict, joints: &[JointSignals]) -> Vec<DriveRow> {
+pub(crate) fn drives(v: &Verdict, joints: &[JointSignals]) -> Vec<Value> {
     let row = |(name, a): (&String, &Axis)| {
         let error = a.max_following_error?;
         let force = a.max_drive_force.map_or_else(|| "–".into(), compact);
-        Some(DriveRow {
-            name: name.clone(),
-            following: if a.unit == "deg" { format!("{}°", compact(error)) } else { length(error) },
+        Some(json!({
+            "name": name,
+            "following": if a.unit == "deg" { format!("{}°", compact(error)) } else { length(error) },
             // A drive at its limit is a finding.
-            force: usage(
+            "force": usage(
                 format!("{force} {}", a.drive_force_unit.as_deref().unwrap_or("")),
                 a.drive_utilisation,
                 AT_LIMIT,
             ),
-            power: a.max_drive_power_w.map_or_else(|| "–".into(), |w| format!("{} W", compact(w))),
-            energy: a.drive_energy_j.map_or_else(|| "–".into(), |j| format!("{} kJ", compact(j * KJ_PER_J))),
-        })
+            "power": a.max_drive_power_w.map_or_else(|| "–".into(), |w| format!("{} W", compact(w))),
+            "energy": a.drive_energy_j.map_or_else(|| "–".into(), |j| format!("{} kJ", compact(j * KJ_PER_J))),
+        }))
     };
     in_order(v, joints).into_iter().filter_map(row).collect()
 }

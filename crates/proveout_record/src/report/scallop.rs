@@ -1,7 +1,7 @@
 //! The scallop on the page: figures, histogram, the worst patches, and the passes.
 
 use proveout_sim::verdict::{Scallop, ScallopHeights};
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::{
     chart::{Bar, histogram},
@@ -11,43 +11,20 @@ use crate::{
 /// Lines of a table at most; the verdict has more.
 const LINES: usize = 20;
 
-/// What the template shows.
-#[derive(Serialize)]
-pub(crate) struct ScallopWords {
-    figures: Vec<[String; 2]>,
-    histogram: String,
-    /// Bounds of regions, worst patches, passes.
-    regions: Vec<Row>,
-    patches: Vec<Row>,
-    passes: Vec<Row>,
-    patch_note: String,
-    pass_note: String,
-}
-
-#[derive(Serialize)]
-struct Row {
-    name: String,
-    p95: String,
-    mean: String,
-    max: String,
-    length: String,
-    more: String,
-}
-
 fn micrometer(value: f64) -> String {
     format!("{} µm", fixed(value, 3))
 }
 
-fn row(name: String, heights: Option<&ScallopHeights>, more: String) -> Row {
+fn row(name: String, heights: Option<&ScallopHeights>, more: String) -> Value {
     let of = |f: fn(&ScallopHeights) -> f64| heights.map_or_else(|| "–".into(), |h| micrometer(f(h)));
-    Row {
-        name,
-        p95: of(|h| h.p95_um),
-        mean: of(|h| h.mean_um),
-        max: of(|h| h.max_um),
-        length: heights.map_or_else(|| "none found".into(), |h| format!("{} mm", fixed(h.length_mm, 1))),
-        more,
-    }
+    json!({
+        "name": name,
+        "p95": of(|h| h.p95_um),
+        "mean": of(|h| h.mean_um),
+        "max": of(|h| h.max_um),
+        "length": heights.map_or_else(|| "none found".into(), |h| format!("{} mm", fixed(h.length_mm, 1))),
+        "more": more,
+    })
 }
 
 fn more_than(count_of: u64, shown: usize, what: &str) -> String {
@@ -55,7 +32,7 @@ fn more_than(count_of: u64, shown: usize, what: &str) -> String {
 }
 
 /// The scallop in words and bars.
-pub(crate) fn scallop(s: &Scallop) -> ScallopWords {
+pub(crate) fn scallop(s: &Scallop) -> Value {
     let mut figures = vec![
         ["95th percentile of the height".to_owned(), micrometer(s.all.p95_um)],
         ["Mean".into(), micrometer(s.all.mean_um)],
@@ -89,17 +66,17 @@ pub(crate) fn scallop(s: &Scallop) -> ScallopWords {
     });
     let patches = s.patches.iter().take(LINES).map(|p| row(place(p.highest_mm), Some(&p.heights), p.blocks.join(", ")));
     let passes = s.passes.iter().take(LINES).map(|p| row(p.begins.clone(), Some(&p.heights), String::new()));
-    ScallopWords {
-        figures,
-        histogram: histogram(&bars, [low, middle, high], "Length of the ridges by height"),
-        regions: regions.collect(),
-        patches: patches.collect(),
-        passes: passes.collect(),
-        patch_note: more_than(s.patch_count, s.patches.len().min(LINES), "patches"),
-        pass_note: if s.pass_count > s.passes.len().min(LINES) as u64 {
+    json!({
+        "figures": figures,
+        "histogram": histogram(&bars, [low, middle, high], "Length of the ridges by height"),
+        "regions": regions.collect::<Vec<_>>(),
+        "patches": patches.collect::<Vec<_>>(),
+        "passes": passes.collect::<Vec<_>>(),
+        "patch_note": more_than(s.patch_count, s.patches.len().min(LINES), "patches"),
+        "pass_note": if s.pass_count > s.passes.len().min(LINES) as u64 {
             format!("{} of {} passes.", s.passes.len().min(LINES), count(s.pass_count))
         } else {
             String::new()
         },
-    }
+    })
 }

@@ -7,11 +7,11 @@ use proveout_sim::{
     verdict::{self, Axis, Gate, Inspected, MachineUsed, State, ToolUse, Verdict},
 };
 
-use super::scale::{Scale, Scales};
+use super::gouge_excess_scale::{Scale, Scales};
 use super::{
     blocks::LineNumbers,
     data::{JointSignals, Page, PartView, ProcessSignals, ProgramView},
-    findings::Explained,
+    findings::FindingContext,
     operations::Operation,
     page::render,
 };
@@ -124,7 +124,7 @@ fn program(message: &str) -> ProgramView {
         programmed_s: 45.0,
         ..Operation::default()
     };
-    let explained = Explained { tool: message.into(), basis: message.into(), line: 1204 };
+    let explained = FindingContext { tool: message.into(), basis: message.into(), line: 1204 };
     ProgramView {
         numbers: LineNumbers { files: vec![("axis/part.mpf".into(), 0)] },
         listings: vec![listing],

@@ -4,7 +4,7 @@ mod picture;
 
 use std::{fs, path::Path};
 
-use minijinja::{Environment, value::Serde};
+use minijinja::value::Serde;
 use proveout_controller::Event;
 use proveout_geom::{Aabb, Point, Pose, TriMesh};
 use proveout_sim::{
@@ -15,11 +15,11 @@ use proveout_sim::{
 };
 use proveout_tool::{Role, Tool};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::{
-    encode::base64,
     error::RecordError,
-    page_safety::{policy, without_steering},
+    page_template::{fill, policy},
     report::format::{duration, fixed, tool_name},
 };
 
@@ -41,14 +41,6 @@ struct Moment {
     picture: String,
 }
 
-#[derive(Serialize)]
-struct OffsetRow {
-    name: String,
-    values: Vec<String>,
-    /// The zero in the workpiece frame.
-    zero: String,
-}
-
 #[derive(Debug, Serialize)]
 struct BodyRow {
     name: String,
@@ -56,20 +48,6 @@ struct BodyRow {
     /// Lower and upper corner in the table frame.
     from: String,
     to: String,
-}
-
-#[derive(Serialize)]
-struct ToolRow {
-    number: u32,
-    name: String,
-    description: String,
-    diameter: String,
-    length: String,
-    flutes: String,
-    overhang: String,
-    holder: &'static str,
-    /// Keys of the library with assumed values.
-    chosen: String,
 }
 
 /// Writes `setup.html`.
@@ -169,12 +147,11 @@ impl Observer for SetupSheetObserver {
 
 impl SetupSheetObserver {
     fn render(&self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<String, RecordError> {
-        let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
         let file = &setup.scene.file;
         let entry = file.program.iter().find(|p| p.name == setup.program);
         let offsets = entry.and_then(|p| p.work_offsets.as_ref()).unwrap_or(&file.work_offsets);
         let v = outcome.verdict;
-        let tools: Vec<ToolRow> = v
+        let tools: Vec<Value> = v
             .tools
             .iter()
             .filter_map(|used| {
@@ -193,9 +170,7 @@ impl SetupSheetObserver {
         let tilt = upright.z.clamp(-1.0, 1.0).acos().to_degrees();
         let turn = turned.y.atan2(turned.x).to_degrees();
         let (state, open) = verdict_of(v);
-        let mut environment = Environment::new();
-        environment.add_template("setup.html", TEMPLATE).map_err(fault)?;
-        let data = serde_json::json!({
+        let data = json!({
             "css": CSS,
             "policy": policy(&[]),
             "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
@@ -205,7 +180,6 @@ impl SetupSheetObserver {
             "description": file.description.trim(),
             "time": duration(v.time.total_s),
             "state": state.to_lowercase(),
-            "verdict": state,
             "open": open,
             "picture": self.picture,
             "mount": [place(&at), fixed(turn, 3), fixed(tilt, 3)],
@@ -221,8 +195,7 @@ impl SetupSheetObserver {
             "moments": self.moments,
             "left_out": self.left_out,
         });
-        let template = environment.get_template("setup.html").map_err(fault)?;
-        template.render(Serde(&data)).map(without_steering).map_err(fault)
+        fill("setup.html", TEMPLATE, Serde(&data))
     }
 }
 
@@ -246,17 +219,14 @@ fn place(p: &Point) -> String {
     format!("X {} Y {} Z {}", fixed(p.x, 3), fixed(p.y, 3), fixed(p.z, 3))
 }
 
-fn offset_row(setup: &Setup<'_>, name: &str, o: &OffsetFile) -> OffsetRow {
+fn offset_row(setup: &Setup<'_>, name: &str, o: &OffsetFile) -> Value {
     let turned = [o.A_deg, o.B_deg, o.C_deg].iter().any(|a| *a != 0.0);
     let zero = setup.machine.program_zero().filter(|_| !turned).map(|z| {
         let in_table = z + proveout_geom::Vector::new(o.X_mm, o.Y_mm, o.Z_mm);
         place(&setup.table_from_work.inverse().point(&in_table))
     });
-    OffsetRow {
-        name: name.to_owned(),
-        values: [o.X_mm, o.Y_mm, o.Z_mm, o.A_deg, o.B_deg, o.C_deg].map(|v| fixed(v, 3)).to_vec(),
-        zero: zero.unwrap_or_else(|| "–".into()),
-    }
+    let values = [o.X_mm, o.Y_mm, o.Z_mm, o.A_deg, o.B_deg, o.C_deg].map(|v| fixed(v, 3));
+    json!({ "name": name, "values": values, "zero": zero.unwrap_or_else(|| "–".into()) })
 }
 
 fn body_row(name: &str, bounds: &Aabb) -> BodyRow {
@@ -269,26 +239,21 @@ fn body_row(name: &str, bounds: &Aabb) -> BodyRow {
     }
 }
 
-fn tool_row(tool: &Tool, overhang: Option<f64>, chosen: &[&str]) -> ToolRow {
+fn tool_row(tool: &Tool, overhang: Option<f64>, chosen: &[&str]) -> Value {
     let radius = tool.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max);
     // Projection from the holder: from the tip to the lowest point of the holder.
     let lowest = tool.bodies.iter().filter(|b| b.role == Role::Holder).map(|b| b.profile.z_min());
     let clamped = lowest.fold(f64::INFINITY, f64::min);
     let now = if clamped.is_finite() { format!("clamped {}", fixed(clamped, 1)) } else { "not stated".into() };
-    ToolRow {
-        number: tool.number,
-        name: tool.name.clone(),
-        description: tool.description.clone(),
-        diameter: fixed(2.0 * radius, 3),
-        length: fixed(tool.gauge_length, 3),
-        flutes: fixed(tool.flute_length, 1),
-        overhang: overhang.map_or(now.clone(), |least| format!("{} at least; {now}", fixed(least, 1))),
-        holder: if tool.has_holder { "modeled" } else { "not modeled, not checked" },
-        chosen: chosen.join(", "),
-    }
-}
-
-/// A PNG in Base64.
-fn coded(png: &[u8]) -> String {
-    base64(png)
+    json!({
+        "number": tool.number,
+        "name": tool.name,
+        "description": tool.description,
+        "diameter": fixed(2.0 * radius, 3),
+        "length": fixed(tool.gauge_length, 3),
+        "flutes": fixed(tool.flute_length, 1),
+        "overhang": overhang.map_or(now.clone(), |least| format!("{} at least; {now}", fixed(least, 1))),
+        "holder": if tool.has_holder { "modeled" } else { "not modeled, not checked" },
+        "chosen": chosen.join(", "),
+    })
 }

@@ -5,11 +5,12 @@ use proveout_sim::observer::Setup;
 use proveout_stock::TriDexel;
 use proveout_tool::Tool;
 
-use super::coded;
 use crate::{
     canvas::Canvas,
-    contact::raster::{Part, Raster, View},
+    contact::raster::{PictureBody, Raster},
     error::RecordError,
+    page_encoding::base64,
+    projection::Projection,
 };
 
 /// Points of a picture.
@@ -27,8 +28,8 @@ const PARALLEL: f64 = 1e-9;
 pub(super) fn clamped(setup: &Setup<'_>, stock: &TriDexel, tool: Option<&Tool>) -> Result<String, RecordError> {
     let work_from_table = setup.table_from_work.inverse();
     let step = stock.counts().into_iter().max().unwrap_or(1).div_ceil(COARSE);
-    let mut bodies = vec![(Part::Second, stock.surface_with_step(step).mesh)];
-    bodies.extend(setup.fixtures.iter().map(|(_, mesh)| (Part::First, mesh.transformed(&work_from_table))));
+    let mut bodies = vec![(PictureBody::Second, stock.surface_with_step(step).mesh)];
+    bodies.extend(setup.fixtures.iter().map(|(_, mesh)| (PictureBody::First, mesh.transformed(&work_from_table))));
     let mut bounds = Aabb::empty();
     bodies.iter().flat_map(|b| &b.1.positions).for_each(|p| bounds.grow(p));
     if bounds.is_empty() {
@@ -41,15 +42,15 @@ pub(super) fn clamped(setup: &Setup<'_>, stock: &TriDexel, tool: Option<&Tool>) 
         let top = bodies[0].1.positions.iter().map(|p| p.coords.dot(&up)).fold(f64::NEG_INFINITY, f64::max);
         let middle = stock.bounds().center();
         let tip = middle + up * (top - middle.coords.dot(&up) + ABOVE * half);
-        bodies.push((Part::Other, assembly(tool, tip, &up)));
+        bodies.push((PictureBody::Other, assembly(tool, tip, &up)));
         focus += up * (0.35 * half);
     }
-    let view = View::new(&Vector::new(0.75, -1.4, 0.8), focus, 1.15 * half, SIZE);
+    let view = Projection::new(&Vector::new(0.75, -1.4, 0.8), focus, 1.15 * half, SIZE);
     let mut raster = Raster::new(view);
     bodies.iter().for_each(|(part, mesh)| raster.draw(mesh, *part));
     let mut canvas = Canvas::new(SIZE[0], SIZE[1]);
     raster.put(&mut canvas, [0, 0]);
-    Ok(coded(&canvas.png()?))
+    Ok(base64(&canvas.png()?))
 }
 
 /// All parts of a tool, with its tip at a place.

@@ -2,20 +2,20 @@
 
 use super::layers::{FREE, PREFIX, short};
 use crate::{
-    Failure,
-    workspace::{Kind, Workspace},
+    TaskError,
+    workspace::{DependencyKind, Workspace},
 };
 
 /// A row of the crate table: crate name and the names in its last column, without prefix.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Row {
+struct CrateRow {
     line: usize,
     name: String,
     uses: Vec<String>,
 }
 
 /// Rows ``| `crate` | does | may use |`` of the table under the heading that starts with `crate`.
-fn rows(text: &str) -> Vec<Row> {
+fn rows(text: &str) -> Vec<CrateRow> {
     let mut rows = Vec::new();
     let mut inside = false;
     for (index, line) in text.lines().enumerate() {
@@ -31,14 +31,14 @@ fn rows(text: &str) -> Vec<Row> {
         let ([name, _, uses], true) = (cells.as_slice(), inside) else { continue };
         if let Some(name) = name.strip_prefix('`').and_then(|n| n.strip_suffix('`')) {
             let uses = uses.split_whitespace().filter(|w| *w != "–").map(str::to_owned).collect();
-            rows.push(Row { line: index + 1, name: name.to_owned(), uses });
+            rows.push(CrateRow { line: index + 1, name: name.to_owned(), uses });
         }
     }
     rows
 }
 
 /// Fails with every difference between table and manifests.
-pub(crate) fn check(text: &str, workspace: &Workspace) -> Result<String, Failure> {
+pub(crate) fn check(text: &str, workspace: &Workspace) -> Result<String, TaskError> {
     let rows = rows(text);
     let mut faults = Vec::new();
     for row in &rows {
@@ -56,7 +56,7 @@ pub(crate) fn check(text: &str, workspace: &Workspace) -> Result<String, Failure
             }
             continue;
         }
-        let in_manifest = member.uses(workspace, &[Kind::Normal]).into_iter().map(short).collect::<Vec<_>>();
+        let in_manifest = member.uses(workspace, &[DependencyKind::Normal]).into_iter().map(short).collect::<Vec<_>>();
         for name in row.uses.iter().filter(|u| !in_manifest.contains(&u.as_str())) {
             faults.push(format!("{place}: {} does not use {name}: take it out of the row", row.name));
         }
@@ -70,7 +70,7 @@ pub(crate) fn check(text: &str, workspace: &Workspace) -> Result<String, Failure
             faults.push(format!("ARCHITECTURE.md: the crate table has no row for `{}`", member.name));
         }
     }
-    if faults.is_empty() { Ok(format!("{} rows", rows.len())) } else { Err(Failure(faults.join("\n"))) }
+    if faults.is_empty() { Ok(format!("{} rows", rows.len())) } else { Err(TaskError(faults.join("\n"))) }
 }
 
 #[cfg(test)]
@@ -79,7 +79,7 @@ mod tests {
     use crate::workspace::{Dependency, Member};
 
     fn workspace() -> Workspace {
-        let dependency = |name: &str| Dependency { name: name.into(), kind: Kind::Normal };
+        let dependency = |name: &str| Dependency { name: name.into(), kind: DependencyKind::Normal };
         let member = |name: &str, uses: &[&str]| Member {
             name: name.into(),
             folder: format!("/w/crates/{name}").into(),

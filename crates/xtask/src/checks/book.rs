@@ -9,7 +9,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use crate::{Failure, files};
+use crate::{TaskError, files};
 
 /// Folders with pages, in addition to those at the root.
 const FOLDERS: [&str; 6] = ["docs", "scenes", "machines", "tools", "crates", "controls"];
@@ -17,7 +17,7 @@ const FOLDERS: [&str; 6] = ["docs", "scenes", "machines", "tools", "crates", "co
 const SUMMARY: &str = "docs/SUMMARY.md";
 
 /// Fails with every page that is missing, doubled, or has a link that leads nowhere.
-pub(crate) fn check(root: &Path) -> Result<String, Failure> {
+pub(crate) fn check(root: &Path) -> Result<String, TaskError> {
     let mut pages = Vec::new();
     below(root, root, false, &mut pages)?;
     for folder in FOLDERS {
@@ -49,13 +49,13 @@ pub(crate) fn check(root: &Path) -> Result<String, Failure> {
     if faults.is_empty() {
         Ok(format!("{} pages in the book, {count} links on {} pages", listed.len(), pages.len()))
     } else {
-        Err(Failure(faults.join("\n")))
+        Err(TaskError(faults.join("\n")))
     }
 }
 
 /// Markdown files of a folder, as paths from the root.
-fn below(root: &Path, folder: &Path, deep: bool, pages: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    let fault = |e: std::io::Error| Failure(format!("{}: {e}", folder.display()));
+fn below(root: &Path, folder: &Path, deep: bool, pages: &mut Vec<PathBuf>) -> Result<(), TaskError> {
+    let fault = |e: std::io::Error| TaskError(format!("{}: {e}", folder.display()));
     for entry in fs::read_dir(folder).map_err(fault)? {
         let path = entry.map_err(fault)?.path();
         if path.is_dir() && deep {

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use crate::{Failure, files};
+use crate::{TaskError, files};
 
 /// Where the codes are.
 const REGISTRY: &str = "crates/proveout_sim/src/finding.rs";
@@ -13,7 +13,7 @@ const HEADINGS: [&str; 5] = ["## What it is", "## Why it matters", "## How it is
 
 /// Code, family, severity and summary of a row of `codes! { ... }`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Entry {
+struct FindingCode {
     code: String,
     family: String,
     severity: String,
@@ -21,7 +21,7 @@ struct Entry {
 }
 
 /// Rows `NAME = "code", Family, Severity, "summary";` of the registry.
-fn entries(source: &str) -> Vec<Entry> {
+fn entries(source: &str) -> Vec<FindingCode> {
     let Some((_, body)) = source.split_once("\ncodes! {") else { return Vec::new() };
     let body = body.split_once("\n}").map_or(body, |(inside, _)| inside);
     let row = |row: &str| {
@@ -30,13 +30,18 @@ fn entries(source: &str) -> Vec<Entry> {
         let (_, code, middle, summary) = (quoted.next()?, quoted.next()?, quoted.next()?, quoted.next()?);
         let mut words = middle.split(',').map(str::trim).filter(|w| !w.is_empty());
         let (family, severity) = (words.next()?, words.next()?);
-        Some(Entry { code: code.into(), family: family.into(), severity: severity.into(), summary: summary.into() })
+        Some(FindingCode {
+            code: code.into(),
+            family: family.into(),
+            severity: severity.into(),
+            summary: summary.into(),
+        })
     };
     body.split(';').filter_map(row).collect()
 }
 
 /// The first lines of a page, which repeat the registry.
-fn head(entry: &Entry) -> String {
+fn head(entry: &FindingCode) -> String {
     format!(
         "# {}\n\n{}\n\nFamily: {}. Severity: {}.\n",
         entry.code,
@@ -47,10 +52,10 @@ fn head(entry: &Entry) -> String {
 }
 
 /// Fails with every code without a page, page without a code, and page whose head or headings differ.
-pub(crate) fn check(root: &Path) -> Result<String, Failure> {
+pub(crate) fn check(root: &Path) -> Result<String, TaskError> {
     let entries = entries(&files::get(&root.join(REGISTRY))?);
     if entries.is_empty() {
-        return Err(Failure(format!("no `codes! {{ ... }}` found in {REGISTRY}")));
+        return Err(TaskError(format!("no `codes! {{ ... }}` found in {REGISTRY}")));
     }
     let mut faults = Vec::new();
     for entry in &entries {
@@ -60,7 +65,7 @@ pub(crate) fn check(root: &Path) -> Result<String, Failure> {
             Ok(page) => faults.extend(page_faults(&name, &page, entry)),
         }
     }
-    let listing = fs::read_dir(root.join(PAGES)).map_err(|e| Failure(format!("cannot list {PAGES}: {e}")))?;
+    let listing = fs::read_dir(root.join(PAGES)).map_err(|e| TaskError(format!("cannot list {PAGES}: {e}")))?;
     let mut pages: Vec<String> = listing
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .filter_map(|name| name.strip_suffix(".md").map(str::to_owned))
@@ -81,11 +86,11 @@ pub(crate) fn check(root: &Path) -> Result<String, Failure> {
     if faults.is_empty() {
         Ok(format!("{} codes, each with its page", entries.len()))
     } else {
-        Err(Failure(faults.join("\n")))
+        Err(TaskError(faults.join("\n")))
     }
 }
 
-fn page_faults(name: &str, page: &str, entry: &Entry) -> Vec<String> {
+fn page_faults(name: &str, page: &str, entry: &FindingCode) -> Vec<String> {
     let mut faults = Vec::new();
     let head = head(entry);
     if !page.starts_with(&head) {

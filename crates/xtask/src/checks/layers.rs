@@ -1,8 +1,8 @@
 //! Direction of dependencies: program, motion, geometry, judgement, record.
 
 use crate::{
-    Failure,
-    workspace::{Kind, Workspace},
+    TaskError,
+    workspace::{DependencyKind, Workspace},
 };
 
 /// Prefix of the product's crates, left out in tables.
@@ -36,7 +36,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
 pub(crate) const FREE: &[&str] = &["xtask", "proveout_tests"];
 
 /// An outside crate that only some crates may name.
-struct Reserved {
+struct ReservedCrate {
     name: &'static str,
     users: &'static [&'static str],
     /// Whether tests of other crates may name it: a library is a fine oracle, a viewer is not.
@@ -44,21 +44,21 @@ struct Reserved {
     why: &'static str,
 }
 
-const RESERVED: &[Reserved] = &[
-    Reserved {
+const RESERVED: &[ReservedCrate] = &[
+    ReservedCrate {
         name: "rerun",
         users: &["proveout_record"],
         in_tests: false,
         why: "it takes minutes to build; only the recording may wait for it",
     },
-    Reserved {
+    ReservedCrate {
         name: "parry3d-f64",
         users: &["proveout_collision", "proveout_surface", "xtask"],
         in_tests: true,
         why: "one place for each use of distance queries, and the checker of certificates, which shares no other code with them; stock and \
               kinematics carry their own geometry",
     },
-    Reserved {
+    ReservedCrate {
         name: "rapier3d-f64",
         users: &["proveout_controller", "proveout_sim"],
         in_tests: true,
@@ -67,13 +67,13 @@ const RESERVED: &[Reserved] = &[
 ];
 
 /// Fails with every forbidden dependency.
-pub(crate) fn check(workspace: &Workspace) -> Result<String, Failure> {
+pub(crate) fn check(workspace: &Workspace) -> Result<String, TaskError> {
     let faults = faults(workspace);
     if faults.is_empty() {
-        let edges: usize = workspace.members.iter().map(|m| m.uses(workspace, &[Kind::Normal]).len()).sum();
+        let edges: usize = workspace.members.iter().map(|m| m.uses(workspace, &[DependencyKind::Normal]).len()).sum();
         return Ok(format!("{} crates, {edges} dependencies between them", workspace.members.len()));
     }
-    Err(Failure(faults.join("\n")))
+    Err(TaskError(faults.join("\n")))
 }
 
 fn faults(workspace: &Workspace) -> Vec<String> {
@@ -83,7 +83,7 @@ fn faults(workspace: &Workspace) -> Vec<String> {
             let names_it = member
                 .dependencies
                 .iter()
-                .any(|d| d.name == reserved.name && (d.kind == Kind::Normal || !reserved.in_tests));
+                .any(|d| d.name == reserved.name && (d.kind == DependencyKind::Normal || !reserved.in_tests));
             if names_it && !reserved.users.contains(&member.name.as_str()) {
                 let users = reserved.users.join(", ");
                 faults.push(format!(
@@ -102,7 +102,7 @@ fn faults(workspace: &Workspace) -> Vec<String> {
             ));
             continue;
         };
-        for used in member.uses(workspace, &[Kind::Normal, Kind::Dev]) {
+        for used in member.uses(workspace, &[DependencyKind::Normal, DependencyKind::Dev]) {
             if !allowed.contains(&short(used)) {
                 let allowed = if allowed.is_empty() { "none".to_owned() } else { allowed.join(", ") };
                 faults.push(format!("{} uses {used}; it may use: {allowed}", member.name));
@@ -126,7 +126,7 @@ pub(crate) fn short(name: &str) -> &str {
 pub(crate) fn table(workspace: &Workspace) -> String {
     let mut lines = String::new();
     for member in &workspace.members {
-        let uses: Vec<&str> = member.uses(workspace, &[Kind::Normal]).into_iter().map(short).collect();
+        let uses: Vec<&str> = member.uses(workspace, &[DependencyKind::Normal]).into_iter().map(short).collect();
         let uses = if uses.is_empty() { "–".to_owned() } else { uses.join(" ") };
         lines.push_str(&format!("{:<22} {uses}\n", member.name));
     }
@@ -145,7 +145,7 @@ mod tests {
         Workspace { members, target: "target".into() }
     }
 
-    fn with(name: &str, dependency: &str, kind: Kind) -> Vec<String> {
+    fn with(name: &str, dependency: &str, kind: DependencyKind) -> Vec<String> {
         let mut workspace = whole();
         let member = workspace.members.iter_mut().find(|m| m.name == name).expect("a member");
         member.dependencies.push(Dependency { name: dependency.into(), kind });
@@ -169,20 +169,24 @@ mod tests {
     #[test]
     fn dependencies_against_the_direction_are_named() {
         assert!(faults(&whole()).is_empty());
-        assert!(with("proveout_stock", "proveout_geom", Kind::Normal).is_empty());
-        let upward = with("proveout_stock", "proveout_machine", Kind::Normal);
+        assert!(with("proveout_stock", "proveout_geom", DependencyKind::Normal).is_empty());
+        let upward = with("proveout_stock", "proveout_machine", DependencyKind::Normal);
         assert_eq!(upward, ["proveout_stock uses proveout_machine; it may use: geom, tool"]);
-        assert_eq!(with("proveout_geom", "proveout_tool", Kind::Dev).len(), 1, "tests follow the direction too");
-        assert_eq!(with("proveout_sim", "proveout_record", Kind::Normal).len(), 1);
+        assert_eq!(
+            with("proveout_geom", "proveout_tool", DependencyKind::Dev).len(),
+            1,
+            "tests follow the direction too"
+        );
+        assert_eq!(with("proveout_sim", "proveout_record", DependencyKind::Normal).len(), 1);
     }
 
     #[test]
     fn heavy_crates_stay_where_they_are() {
-        assert!(with("proveout_record", "rerun", Kind::Normal).is_empty());
-        assert_eq!(with("proveout_sim", "rerun", Kind::Normal).len(), 1);
-        assert_eq!(with("xtask", "rerun", Kind::Dev).len(), 1);
-        assert_eq!(with("proveout_stock", "parry3d-f64", Kind::Normal).len(), 1);
-        assert!(with("proveout_stock", "parry3d-f64", Kind::Dev).is_empty(), "as an oracle in tests");
+        assert!(with("proveout_record", "rerun", DependencyKind::Normal).is_empty());
+        assert_eq!(with("proveout_sim", "rerun", DependencyKind::Normal).len(), 1);
+        assert_eq!(with("xtask", "rerun", DependencyKind::Dev).len(), 1);
+        assert_eq!(with("proveout_stock", "parry3d-f64", DependencyKind::Normal).len(), 1);
+        assert!(with("proveout_stock", "parry3d-f64", DependencyKind::Dev).is_empty(), "as an oracle in tests");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{Failure, files};
+use crate::{TaskError, files};
 
 /// Turns to write in another way, a line each: their forms, and what to write instead; `..` holds up to three words.
 const TURNS: &str = include_str!("turns.txt");
@@ -27,7 +27,7 @@ type Text = (usize, String);
 type Texts = Vec<(PathBuf, Text)>;
 
 /// Fails with the worst places of every turn that is used too often, of long sentences and of long comment lines.
-pub(crate) fn check(root: &Path) -> Result<String, Failure> {
+pub(crate) fn check(root: &Path) -> Result<String, TaskError> {
     let [mut comments, mut messages, mut pages] = [Texts::new(), Texts::new(), Texts::new()];
     for path in text_files(root)? {
         let text = files::get(&root.join(&path))?;
@@ -49,7 +49,7 @@ pub(crate) fn check(root: &Path) -> Result<String, Failure> {
         let shares = shares.join(", ");
         Ok(format!("most of a turn in 10,000 words: {shares}; {mean:.1} words a sentence; {long} long comment lines"))
     } else {
-        Err(Failure(faults.join("\n")))
+        Err(TaskError(faults.join("\n")))
     }
 }
 
@@ -156,10 +156,10 @@ fn place((path, (line, text)): &(PathBuf, Text)) -> String {
 }
 
 /// Rust files and pages below the root, sorted; without hidden folders and builds.
-fn text_files(root: &Path) -> Result<Vec<PathBuf>, Failure> {
+fn text_files(root: &Path) -> Result<Vec<PathBuf>, TaskError> {
     let (mut folders, mut out) = (vec![root.to_path_buf()], Vec::new());
     while let Some(folder) = folders.pop() {
-        let fault = |e: std::io::Error| Failure(format!("{}: {e}", folder.display()));
+        let fault = |e: std::io::Error| TaskError(format!("{}: {e}", folder.display()));
         for entry in fs::read_dir(&folder).map_err(fault)? {
             let path = entry.map_err(fault)?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

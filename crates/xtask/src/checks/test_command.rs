@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{Failure, files};
+use crate::{TaskError, files};
 
 /// The one command.
 pub(crate) const COMMAND: &str = "cargo xtask ci";
@@ -15,16 +15,16 @@ fn commands(script: &str) -> Vec<&str> {
 }
 
 /// Fails when script or README names another command.
-pub(crate) fn check(root: &Path) -> Result<String, Failure> {
+pub(crate) fn check(root: &Path) -> Result<String, TaskError> {
     let script = files::get(&root.join(".ci/run"))?;
     let found = commands(&script);
     if found != ["cd \"$(dirname \"$0\")/..\"", COMMAND] {
-        return Err(Failure(format!(
+        return Err(TaskError(format!(
             ".ci/run must go to the root and run `{COMMAND}`, nothing else; found: {found:?}"
         )));
     }
     if !files::get(&root.join("README.md"))?.lines().any(|l| l.trim() == COMMAND) {
-        return Err(Failure(format!("README.md must show the test command on a line of its own: {COMMAND}")));
+        return Err(TaskError(format!("README.md must show the test command on a line of its own: {COMMAND}")));
     }
     Ok(format!("both say: {COMMAND}"))
 }

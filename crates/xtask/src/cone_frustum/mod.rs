@@ -8,10 +8,10 @@ mod tests;
 
 use std::path::Path;
 
-use crate::Failure;
+use crate::TaskError;
 
 /// Writes `bc.mpf` and `ac.mpf` and says what was written; with `check`, only compares.
-pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
+pub(crate) fn run(root: &Path, check: bool) -> Result<(), TaskError> {
     let folder = root.join("scenes/cone-frustum");
     let cone = plan::cone();
     let [x, y, z] = cone.apex;

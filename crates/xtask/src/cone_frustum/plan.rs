@@ -18,7 +18,7 @@ pub(crate) const BLANK_RADIUS: f64 = 50.0;
 pub(crate) const BLANK_HEIGHT: f64 = 80.0;
 /// A cutter of `tools/cone-frustum.toml` with its cutting data.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cutter {
+pub(crate) struct ConeCutter {
     /// Name in the program and in the tool library.
     pub(crate) name: &'static str,
     /// Radius of the flutes, mm.
@@ -30,9 +30,11 @@ pub(crate) struct Cutter {
 }
 
 /// Roughing; in aluminum 393 m/min and 0.1 mm a tooth with four teeth.
-pub(crate) const ROUGHER: Cutter = Cutter { name: "BULL_D25_R2", radius: 12.5, spindle_rpm: 5000, feed_mm_min: 2000.0 };
+pub(crate) const ROUGHER: ConeCutter =
+    ConeCutter { name: "BULL_D25_R2", radius: 12.5, spindle_rpm: 5000, feed_mm_min: 2000.0 };
 /// Flank; in aluminum 377 m/min and 0.083 mm a tooth with four teeth.
-pub(crate) const FINISHER: Cutter = Cutter { name: "END_D20", radius: 10.0, spindle_rpm: 6000, feed_mm_min: 2000.0 };
+pub(crate) const FINISHER: ConeCutter =
+    ConeCutter { name: "END_D20", radius: 10.0, spindle_rpm: 6000, feed_mm_min: 2000.0 };
 
 /// Feed down at the side of the blank, mm/min.
 pub(crate) const PLUNGE_MM_MIN: f64 = 5000.0;
@@ -68,11 +70,11 @@ pub(crate) fn greatest_depth() -> f64 {
 
 /// One turn of the tool about the cone.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pass {
+pub(crate) struct ConePass {
     /// For the operator.
     pub(crate) name: &'static str,
     /// The cutter.
-    pub(crate) cutter: Cutter,
+    pub(crate) cutter: ConeCutter,
     /// Distance of the tool's lower end from the apex along the generator, mm.
     pub(crate) lower_end: f64,
     /// Material left on the cone, mm.
@@ -84,7 +86,7 @@ pub(crate) struct Pass {
 }
 
 /// The passes in order: three levels in two rings each, the semi-finish pass with 1 mm allowance, the finish pass.
-pub(crate) fn passes() -> Vec<Pass> {
+pub(crate) fn passes() -> Vec<ConePass> {
     /// Left on the floor by roughing, mm.
     const FLOOR_ALLOWANCE: f64 = 0.5;
     /// Largest step from level to level along the generator, mm.
@@ -98,7 +100,7 @@ pub(crate) fn passes() -> Vec<Pass> {
     let mut passes = Vec::new();
     for level in 1..=levels as u32 {
         for allowance in RINGS {
-            passes.push(Pass {
+            passes.push(ConePass {
                 name: "ROUGH",
                 cutter: ROUGHER,
                 lower_end: top + (rough_end - top) * f64::from(level) / levels,
@@ -108,7 +110,7 @@ pub(crate) fn passes() -> Vec<Pass> {
             });
         }
     }
-    passes.push(Pass {
+    passes.push(ConePass {
         name: "SEMI_FINISH",
         cutter: FINISHER,
         lower_end: end,
@@ -116,7 +118,7 @@ pub(crate) fn passes() -> Vec<Pass> {
         chord_bound: 0.005,
         path_tolerance: 0.02,
     });
-    passes.push(Pass {
+    passes.push(ConePass {
         name: "FINISH",
         cutter: FINISHER,
         lower_end: end,
@@ -127,7 +129,7 @@ pub(crate) fn passes() -> Vec<Pass> {
     passes
 }
 
-impl Pass {
+impl ConePass {
     /// The tool on the cone at `theta`, `extra` mm further off than the allowance.
     pub(crate) fn location(&self, theta: f64, extra: f64) -> Location {
         on_generator(&cone(), theta, self.lower_end, self.cutter.radius, self.allowance + extra)

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{
     geometry::{Location, Rotaries},
     plan::{
-        BASE_DEPTH, BASE_RADIUS, CLEARANCE, Cutter, HALF_ANGLE_DEG, LEAD_DEG, OVERLAP_DEG, PLUNGE_MM_MIN, Pass,
+        BASE_DEPTH, BASE_RADIUS, CLEARANCE, ConeCutter, ConePass, HALF_ANGLE_DEG, LEAD_DEG, OVERLAP_DEG, PLUNGE_MM_MIN,
         SAFE_HEIGHT, TILT_DEG, greatest_depth, passes,
     },
 };
@@ -17,7 +17,7 @@ pub(crate) const ANGLE_DECIMALS: usize = 5;
 
 /// What differs from machine to machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Target {
+pub(crate) struct ProgramTarget {
     /// Name of the program in the scene, and of its file.
     pub(crate) name: &'static str,
     /// Words for the head of the program.
@@ -32,9 +32,9 @@ pub(crate) struct Target {
 const HOME: [f64; 3] = [-365.0, 224.0, 610.0];
 
 /// The programs of the scene.
-pub(crate) const TARGETS: [Target; 2] = [
-    Target { name: "bc", description: "C table on a B trunnion", rotaries: Rotaries::Bc, home: HOME },
-    Target { name: "ac", description: "C table on an A trunnion", rotaries: Rotaries::Ac, home: HOME },
+pub(crate) const TARGETS: [ProgramTarget; 2] = [
+    ProgramTarget { name: "bc", description: "C table on a B trunnion", rotaries: Rotaries::Bc, home: HOME },
+    ProgramTarget { name: "ac", description: "C table on an A trunnion", rotaries: Rotaries::Ac, home: HOME },
 ];
 
 /// What the generator says about a pass.
@@ -51,7 +51,7 @@ pub(crate) struct PassReport {
 }
 
 /// A program and what its making found.
-pub(crate) struct Written {
+pub(crate) struct ConeProgram {
     /// The text, with a line feed after each block.
     pub(crate) text: String,
     /// One entry a pass.
@@ -70,12 +70,12 @@ pub(crate) fn word(value: f64, decimals: usize) -> String {
     }
 }
 
-struct Writer {
+struct ProgramWriter {
     text: String,
     number: u32,
 }
 
-impl Writer {
+impl ProgramWriter {
     fn block(&mut self, words: &str) {
         self.number += 10;
         // Writing to a String cannot fail.
@@ -89,8 +89,8 @@ fn xyz(location: &Location) -> String {
 }
 
 /// Writes the program for a machine.
-pub(crate) fn write(target: &Target) -> Written {
-    let mut out = Writer { text: String::new(), number: 0 };
+pub(crate) fn write(target: &ProgramTarget) -> ConeProgram {
+    let mut out = ProgramWriter { text: String::new(), number: 0 };
     let mut reports = Vec::new();
     head(&mut out, target);
     let mut cutter = None;
@@ -102,10 +102,10 @@ pub(crate) fn write(target: &Target) -> Written {
         reports.push(write_pass(&mut out, target.rotaries, index, pass));
     }
     foot(&mut out, target.rotaries);
-    Written { text: out.text, passes: reports }
+    ConeProgram { text: out.text, passes: reports }
 }
 
-fn head(out: &mut Writer, target: &Target) {
+fn head(out: &mut ProgramWriter, target: &ProgramTarget) {
     let tilt = target.rotaries.tilt_letter();
     let [x, y, z] = target.home.map(|v| word(v, LENGTH_DECIMALS));
     out.block(&format!(";TILTED CONE FRUSTUM, FIVE-AXIS FLANK CUT, {}", target.description));
@@ -122,7 +122,7 @@ fn head(out: &mut Writer, target: &Target) {
     out.block(&format!("_{tilt}_HOME=0.0 _C_HOME=0.0"));
 }
 
-fn change_tool(out: &mut Writer, rotaries: Rotaries, cutter: &Cutter) {
+fn change_tool(out: &mut ProgramWriter, rotaries: Rotaries, cutter: &ConeCutter) {
     out.block("M9");
     go_home(out, rotaries);
     out.block("M5");
@@ -131,7 +131,7 @@ fn change_tool(out: &mut Writer, rotaries: Rotaries, cutter: &Cutter) {
     go_home(out, rotaries);
 }
 
-fn go_home(out: &mut Writer, rotaries: Rotaries) {
+fn go_home(out: &mut ProgramWriter, rotaries: Rotaries) {
     let tilt = rotaries.tilt_letter();
     out.block("TRAFOOF");
     out.block("SUPA G0 Z=_Z_HOME D0");
@@ -139,7 +139,7 @@ fn go_home(out: &mut Writer, rotaries: Rotaries) {
     out.block(&format!("SUPA G0 {tilt}=_{tilt}_HOME C=_C_HOME D1"));
 }
 
-fn foot(out: &mut Writer, rotaries: Rotaries) {
+fn foot(out: &mut ProgramWriter, rotaries: Rotaries) {
     out.block("M9");
     go_home(out, rotaries);
     out.block("CYCLE832()");
@@ -153,7 +153,7 @@ fn foot(out: &mut Writer, rotaries: Rotaries) {
 /// The turn runs clockwise seen from above, which is climb milling with a right-hand cutter. C is wound
 /// back between the passes with the transformation off, so that no interpolation of orientations has to
 /// make a full turn.
-fn write_pass(out: &mut Writer, rotaries: Rotaries, index: usize, pass: &Pass) -> PassReport {
+fn write_pass(out: &mut ProgramWriter, rotaries: Rotaries, index: usize, pass: &ConePass) -> PassReport {
     let tilt_letter = rotaries.tilt_letter();
     let blocks_per_turn = pass.blocks_per_turn(rotaries);
     let clear_offset = pass.clear_offset();

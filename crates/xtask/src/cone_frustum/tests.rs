@@ -4,7 +4,7 @@
 use super::{
     geometry::Rotaries,
     plan,
-    program::{TARGETS, Target, word, write},
+    program::{ProgramTarget, TARGETS, word, write},
 };
 
 /// Closed form of the cone, worked out by hand from its drawing and not taken from the generator.
@@ -96,7 +96,7 @@ fn distance(p: [f64; 3]) -> f64 {
     length * (sin * COS_15 - cos * SIN_15)
 }
 
-fn programs() -> Vec<(Target, Vec<Vec<Row>>)> {
+fn programs() -> Vec<(ProgramTarget, Vec<Vec<Row>>)> {
     TARGETS.iter().map(|t| (*t, read(&write(t).text))).collect()
 }
 

@@ -14,7 +14,7 @@
 //! before the next figure, or comes earlier, the words in front of the bracket decide which one is meant.
 
 use super::marker::{Marker, markers};
-use crate::Failure;
+use crate::TaskError;
 
 /// First line of the block.
 const OPEN: &str = "\n<!-- figures: updated by cargo xtask figures\n";
@@ -43,10 +43,10 @@ impl<'a> Entry<'a> {
 ///
 /// # Errors
 /// The first one that is not written as it must be, or that the page does not have, with its line.
-pub(super) fn all_markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
+pub(super) fn all_markers(page: &str, text: &str) -> Result<Vec<Marker>, TaskError> {
     let mut all = markers(page, text)?;
     let Some(open) = text.find(OPEN) else { return Ok(all) };
-    let fault = |line: usize, what: &str| Failure(format!("{page}:{line}: {what}"));
+    let fault = |line: usize, what: &str| TaskError(format!("{page}:{line}: {what}"));
     let begin = open + OPEN.len();
     let first_line = text[..begin].matches('\n').count() + 1;
     let length = text[begin..].find(CLOSE).ok_or_else(|| fault(first_line - 1, "the block of figures does not end"))?;

@@ -20,7 +20,7 @@
 
 use serde_json::Value;
 
-use crate::Failure;
+use crate::TaskError;
 
 const OPEN: &str = "<!--= ";
 const BEGIN: &str = " -->";
@@ -33,7 +33,7 @@ pub(super) struct Marker {
     pub(super) run: String,
     /// Place in the run's result.
     pub(super) key: String,
-    form: Form,
+    form: FigureFormat,
     /// How far the number of a surface may be off.
     pub(super) bound: Option<f64>,
     /// Line of the page, from 1.
@@ -45,12 +45,12 @@ pub(super) struct Marker {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Form {
+enum FigureFormat {
     Number { decimals: usize, factor: f64 },
     Text,
 }
 
-impl Form {
+impl FigureFormat {
     fn read(text: &str) -> Option<Self> {
         if text == "s" {
             return Some(Self::Text);
@@ -72,11 +72,11 @@ impl Form {
 ///
 /// # Errors
 /// The first one that is not written as it must be, with its line.
-pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
+pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, TaskError> {
     let mut all = Vec::new();
     let mut offset = 0;
     for (line, content) in (1..).zip(text.split_inclusive('\n')) {
-        let fault = |what: &str| Failure(format!("{page}:{line}: {what}: {}", content.trim_end()));
+        let fault = |what: &str| TaskError(format!("{page}:{line}: {what}: {}", content.trim_end()));
         let mut at = 0;
         while let Some(open) = content[at..].find(OPEN) {
             let head = at + open + OPEN.len();
@@ -91,7 +91,8 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
                 [run, key, form, bound] => (run, key, *form, Some(*bound)),
                 _ => return Err(fault("a figure needs: run, key, form, and a bound if it is of a surface")),
             };
-            let form = Form::read(form).ok_or_else(|| fault("the form must be one of .1, .2um, .1cm3, .1pct, s"))?;
+            let form =
+                FigureFormat::read(form).ok_or_else(|| fault("the form must be one of .1, .2um, .1cm3, .1pct, s"))?;
             let bound = bound.map(|b| b.strip_prefix("+-").and_then(|b| b.parse::<f64>().ok()).filter(|b| *b >= 0.0));
             if bound == Some(None) {
                 return Err(fault("the bound must be written as +-0.1"));
@@ -146,9 +147,9 @@ impl Marker {
     /// The value is no number where one is wanted, or not known.
     pub(super) fn text(&self, value: &Value) -> Result<String, String> {
         match (self.form, value) {
-            (Form::Text, Value::String(text)) => Ok(text.clone()),
-            (Form::Text, other) => Err(format!("{} is not a text: {other}", self.key)),
-            (Form::Number { decimals, factor }, value) => {
+            (FigureFormat::Text, Value::String(text)) => Ok(text.clone()),
+            (FigureFormat::Text, other) => Err(format!("{} is not a text: {other}", self.key)),
+            (FigureFormat::Number { decimals, factor }, value) => {
                 let number = value.as_f64().ok_or_else(|| format!("{} is not a number: {value}", self.key))?;
                 let text = format!("{:.decimals$}", number * factor);
                 // What rounds to zero has no sign.
@@ -248,8 +249,8 @@ mod tests {
             ("<!--= r time.total_s 1 -->5<!--/-->", "form"),
             ("<!--= r time.total_s .1 0.1 -->5<!--/-->", "bound"),
         ] {
-            let Failure(message) = markers("p.md", text).expect_err(text);
-            assert!(message.contains(word), "{text}: {message}");
+            let TaskError(told) = markers("p.md", text).expect_err(text);
+            assert!(told.contains(word), "{text}: {told}");
         }
     }
 

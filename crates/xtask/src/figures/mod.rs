@@ -19,7 +19,7 @@ use self::{
     marker::{Marker, filled, value},
 };
 use crate::{
-    Failure, files,
+    TaskError, files,
     workspace::{Workspace, cargo},
 };
 
@@ -30,7 +30,7 @@ const FOLDERS: [&str; 5] = ["docs", "scenes", "machines", "tools", "crates"];
 
 /// A run that figures come from.
 #[derive(Clone, Debug)]
-struct Run {
+struct FigureRun {
     name: String,
     /// Words after `proveout`; `DATA` is replaced by the file of `data`.
     command: String,
@@ -46,7 +46,7 @@ struct Run {
 
 /// What the call asks for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Wanted {
+pub(crate) struct FigureRequest {
     /// Compare, write nothing.
     pub(crate) check: bool,
     /// Take results that lie in `target/figures` from the call before.
@@ -55,9 +55,9 @@ pub(crate) struct Wanted {
     pub(crate) runs: Vec<String>,
 }
 
-impl Wanted {
+impl FigureRequest {
     /// Words after `figures`.
-    pub(crate) fn read(words: &[&str]) -> Result<Self, Failure> {
+    pub(crate) fn read(words: &[&str]) -> Result<Self, TaskError> {
         let mut out = Self::default();
         let mut rest = words.iter();
         while let Some(word) = rest.next() {
@@ -65,9 +65,9 @@ impl Wanted {
                 "--check" => out.check = true,
                 "--kept" => out.kept = true,
                 "--run" => {
-                    out.runs.push((*rest.next().ok_or_else(|| Failure("--run needs a name".into()))?).to_owned())
+                    out.runs.push((*rest.next().ok_or_else(|| TaskError("--run needs a name".into()))?).to_owned())
                 }
-                other => return Err(Failure(format!("unknown option of figures: {other}"))),
+                other => return Err(TaskError(format!("unknown option of figures: {other}"))),
             }
         }
         Ok(out)
@@ -82,14 +82,14 @@ struct Page {
 }
 
 /// Makes the runs and fills or compares the pages; gives a short account.
-pub(crate) fn run(root: &Path, wanted: &Wanted) -> Result<String, Failure> {
+pub(crate) fn run(root: &Path, wanted: &FigureRequest) -> Result<String, TaskError> {
     let runs = registry(&files::get(&root.join(REGISTRY))?)?;
     let pages = pages(root)?;
     well_named(&runs, &pages)?;
     if let Some(unknown) = wanted.runs.iter().find(|name| !runs.iter().any(|r| r.name == **name)) {
-        return Err(Failure(format!("{REGISTRY} has no run {unknown:?}")));
+        return Err(TaskError(format!("{REGISTRY} has no run {unknown:?}")));
     }
-    let chosen = |r: &&Run| if wanted.runs.is_empty() { !r.long } else { wanted.runs.contains(&r.name) };
+    let chosen = |r: &&FigureRun| if wanted.runs.is_empty() { !r.long } else { wanted.runs.contains(&r.name) };
     let program = program(root)?;
     let mut results: BTreeMap<String, Value> = BTreeMap::new();
     let mut left_out = Vec::new();
@@ -121,11 +121,11 @@ pub(crate) fn run(root: &Path, wanted: &Wanted) -> Result<String, Failure> {
 }
 
 /// The runs of the registry.
-fn registry(text: &str) -> Result<Vec<Run>, Failure> {
-    let fault = |what: String| Failure(format!("{REGISTRY}: {what}"));
+fn registry(text: &str) -> Result<Vec<FigureRun>, TaskError> {
+    let fault = |what: String| TaskError(format!("{REGISTRY}: {what}"));
     let table: toml::Table = toml::from_str(text).map_err(|e| fault(e.to_string()))?;
     let list = table.get("run").and_then(toml::Value::as_array).ok_or_else(|| fault("no [[run]]".into()))?;
-    let mut out: Vec<Run> = Vec::new();
+    let mut out: Vec<FigureRun> = Vec::new();
     for entry in list {
         let entry = entry.as_table().ok_or_else(|| fault("a run is not a table".into()))?;
         let known = ["name", "command", "experiment", "data", "long", "made", "second_count"];
@@ -134,7 +134,7 @@ fn registry(text: &str) -> Result<Vec<Run>, Failure> {
         }
         let text = |key: &str| entry.get(key).and_then(toml::Value::as_str).map(str::to_owned);
         let flag = |key: &str| entry.get(key).and_then(toml::Value::as_bool).unwrap_or(false);
-        let run = Run {
+        let run = FigureRun {
             name: text("name").ok_or_else(|| fault("a run without a name".into()))?,
             command: text("command").ok_or_else(|| fault("a run without a command".into()))?,
             experiment: flag("experiment"),
@@ -153,7 +153,7 @@ fn registry(text: &str) -> Result<Vec<Run>, Failure> {
     Ok(out)
 }
 
-fn pages(root: &Path) -> Result<Vec<Page>, Failure> {
+fn pages(root: &Path) -> Result<Vec<Page>, TaskError> {
     let mut paths = Vec::new();
     listed(root, false, &mut paths)?;
     for folder in FOLDERS {
@@ -172,8 +172,8 @@ fn pages(root: &Path) -> Result<Vec<Page>, Failure> {
     Ok(out)
 }
 
-fn listed(folder: &Path, below: bool, out: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    let fault = |e: std::io::Error| Failure(format!("cannot list {}: {e}", folder.display()));
+fn listed(folder: &Path, below: bool, out: &mut Vec<PathBuf>) -> Result<(), TaskError> {
+    let fault = |e: std::io::Error| TaskError(format!("cannot list {}: {e}", folder.display()));
     for entry in fs::read_dir(folder).map_err(fault)? {
         let path = entry.map_err(fault)?.path();
         if path.is_dir() && below {
@@ -186,7 +186,7 @@ fn listed(folder: &Path, below: bool, out: &mut Vec<PathBuf>) -> Result<(), Fail
 }
 
 /// Every figure names a run that there is, and every run has a figure.
-fn well_named(runs: &[Run], pages: &[Page]) -> Result<(), Failure> {
+fn well_named(runs: &[FigureRun], pages: &[Page]) -> Result<(), TaskError> {
     let mut faults = Vec::new();
     for (page, marker) in pages.iter().flat_map(|p| p.markers.iter().map(move |m| (p, m))) {
         match runs.iter().find(|r| r.name == marker.run) {
@@ -204,26 +204,26 @@ fn well_named(runs: &[Run], pages: &[Page]) -> Result<(), Failure> {
             faults.push(format!("{REGISTRY}: no page has a figure of the run {:?}", run.name));
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(Failure(faults.join("\n"))) }
+    if faults.is_empty() { Ok(()) } else { Err(TaskError(faults.join("\n"))) }
 }
 
 /// The product as the tests build it, so that `ci` builds it once.
-fn program(root: &Path) -> Result<PathBuf, Failure> {
+fn program(root: &Path) -> Result<PathBuf, TaskError> {
     let build = ["test", "--quiet", "--workspace", "--locked", "--no-run", "--test", "cli"];
     let status = Command::new(cargo()).args(build).current_dir(root).status();
-    if !status.map_err(|e| Failure(format!("cannot start cargo: {e}")))?.success() {
-        return Err(Failure("the product could not be built".into()));
+    if !status.map_err(|e| TaskError(format!("cannot start cargo: {e}")))?.success() {
+        return Err(TaskError("the product could not be built".into()));
     }
     Ok(Workspace::read(root)?.target.join("debug").join(format!("proveout{}", std::env::consts::EXE_SUFFIX)))
 }
 
 /// Where a run lies.
-fn folder(root: &Path, run: &Run) -> PathBuf {
+fn folder(root: &Path, run: &FigureRun) -> PathBuf {
     root.join("target/figures").join(&run.name)
 }
 
 /// The result of a run; `None` where its data set is not there.
-fn made(root: &Path, program: &Path, run: &Run, wanted: &Wanted) -> Result<Option<Value>, Failure> {
+fn made(root: &Path, program: &Path, run: &FigureRun, wanted: &FigureRequest) -> Result<Option<Value>, TaskError> {
     let folder = folder(root, run);
     let result = folder.join(if run.command.starts_with("compare") { "compare.json" } else { "verdict.json" });
     if !(wanted.kept && result.is_file()) {
@@ -245,34 +245,34 @@ fn made(root: &Path, program: &Path, run: &Run, wanted: &Wanted) -> Result<Optio
         }
         command.arg("--out").arg(&folder);
         println!("proveout {}", run.command);
-        let output = command.output().map_err(|e| Failure(format!("cannot start {}: {e}", program.display())))?;
+        let output = command.output().map_err(|e| TaskError(format!("cannot start {}: {e}", program.display())))?;
         // 1: the verdict is fail, 3: unchecked; both are results.
         if !matches!(output.status.code(), Some(0 | 1 | 3)) {
-            let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-            return Err(Failure(format!("{}: {}\n{errors}", run.name, output.status)));
+            let told = String::from_utf8_lossy(&output.stderr).into_owned();
+            return Err(TaskError(format!("{}: {}\n{told}", run.name, output.status)));
         }
     }
     let text = files::get(&result)?;
-    let fault = |e: serde_json::Error| Failure(format!("{}: {e}", result.display()));
+    let fault = |e: serde_json::Error| TaskError(format!("{}: {e}", result.display()));
     Ok(Some(serde_json::from_str(&text).map_err(fault)?))
 }
 
 /// Commit and day, for figures that `ci` does not make again.
-fn commit_and_day(root: &Path) -> Result<String, Failure> {
+fn commit_and_day(root: &Path) -> Result<String, TaskError> {
     let output = Command::new("git").args(["log", "-1", "--format=commit %h of %cs"]).current_dir(root).output();
-    let output = output.map_err(|e| Failure(format!("cannot start git: {e}")))?;
+    let output = output.map_err(|e| TaskError(format!("cannot start git: {e}")))?;
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
 /// The text of a figure from the results; none where its run was not made.
-fn text_of(page: &Page, marker: &Marker, results: &BTreeMap<String, Value>) -> Result<Option<String>, Failure> {
+fn text_of(page: &Page, marker: &Marker, results: &BTreeMap<String, Value>) -> Result<Option<String>, TaskError> {
     let Some(result) = results.get(&marker.run) else { return Ok(None) };
-    let fault = |e: String| Failure(format!("{}:{}: run {}: {e}", page.name, marker.line, marker.run));
+    let fault = |e: String| TaskError(format!("{}:{}: run {}: {e}", page.name, marker.line, marker.run));
     let found = if marker.key.starts_with('@') { Ok(&result[marker.key.as_str()]) } else { value(result, &marker.key) };
     marker.text(found.map_err(fault)?).map(Some).map_err(fault)
 }
 
-fn compare(pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, Failure> {
+fn compare(pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, TaskError> {
     let (mut count, mut faults) = (0, Vec::new());
     for (page, marker) in pages.iter().flat_map(|p| p.markers.iter().map(move |m| (p, m))) {
         let Some(now) = text_of(page, marker, results)? else { continue };
@@ -288,10 +288,15 @@ fn compare(pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, 
     if faults.is_empty() {
         return Ok(format!("{count} figures are those of their runs"));
     }
-    Err(Failure(format!("{}\nremedy: cargo xtask figures, then review the changes", faults.join("\n"))))
+    Err(TaskError(format!("{}\nremedy: cargo xtask figures, then review the changes", faults.join("\n"))))
 }
 
-fn write(root: &Path, runs: &[Run], pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, Failure> {
+fn write(
+    root: &Path,
+    runs: &[FigureRun],
+    pages: &[Page],
+    results: &BTreeMap<String, Value>,
+) -> Result<String, TaskError> {
     let mut changed = 0;
     for page in pages {
         let texts = page.markers.iter().map(|m| text_of(page, m, results)).collect::<Result<Vec<_>, _>>()?;
@@ -358,15 +363,15 @@ mod tests {
             "\n<!--= r time.total_s .1 -->5.0<!--/--> s, <!--= r deviation.rms_mm .1um +-0.3 -->2.0<!--/--> µm\n";
         let pages = [page(text)];
         assert_eq!(compare(&pages, &results(5.0, 0.0022)).expect("agrees"), "2 figures are those of their runs");
-        let Failure(message) = compare(&pages, &results(5.1, 0.0024)).expect_err("differs");
-        assert!(message.contains("p.md:2: time.total_s of r: the page says 5.0, the run 5.1"), "{message}");
-        assert!(message.contains("rms_mm") && message.contains("remedy: cargo xtask figures"), "{message}");
+        let TaskError(told) = compare(&pages, &results(5.1, 0.0024)).expect_err("differs");
+        assert!(told.contains("p.md:2: time.total_s of r: the page says 5.0, the run 5.1"), "{told}");
+        assert!(told.contains("rms_mm") && told.contains("remedy: cargo xtask figures"), "{told}");
     }
 
     #[test]
     fn words_after_figures() {
-        let wanted = Wanted::read(&["--check", "--run", "li", "--kept"]).expect("words");
-        assert_eq!(wanted, Wanted { check: true, kept: true, runs: vec!["li".into()] });
-        assert!(Wanted::read(&["--chek"]).is_err() && Wanted::read(&["--run"]).is_err());
+        let wanted = FigureRequest::read(&["--check", "--run", "li", "--kept"]).expect("words");
+        assert_eq!(wanted, FigureRequest { check: true, kept: true, runs: vec!["li".into()] });
+        assert!(FigureRequest::read(&["--chek"]).is_err() && FigureRequest::read(&["--run"]).is_err());
     }
 }

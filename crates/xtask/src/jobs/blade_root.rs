@@ -15,15 +15,15 @@ use proveout_nc::Dialect;
 use proveout_sim::{Prepared, blade_mesh_of, planning, programs, scene::Scene, scene::StrategyFile};
 use proveout_tool::ToolLibrary;
 
-use crate::Failure;
+use crate::TaskError;
 
 /// Chord error that gives the mesh its 100,000 triangles, mm.
 const CHORD_MM: f64 = 0.006;
 
 /// Writes the job below a folder; returns its scene.
-pub(super) fn write(root: &Path, out: &Path) -> Result<PathBuf, Failure> {
+pub(super) fn write(root: &Path, out: &Path) -> Result<PathBuf, TaskError> {
     let folder = out.join("blade-root");
-    let wrong = |e: &dyn std::fmt::Display| Failure(format!("{}: {e}", folder.display()));
+    let wrong = |e: &dyn std::fmt::Display| TaskError(format!("{}: {e}", folder.display()));
     fs::create_dir_all(&folder).map_err(|e| wrong(&e))?;
     let path = folder.join("scene.toml");
     let put = |with_program: bool| fs::write(&path, scene(root, with_program)).map_err(|e| wrong(&e));

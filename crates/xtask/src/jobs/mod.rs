@@ -15,7 +15,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::Failure;
+use crate::TaskError;
 
 const LINES: u32 = 81;
 const POINTS: u32 = 161;
@@ -49,22 +49,22 @@ sections = [
 "#;
 
 /// A machine and the place of the block on it.
-struct Place {
+struct BlockMount {
     machine: &'static str,
     mount_mm: [f64; 3],
     home: &'static str,
 }
 
-const PLACES: [Place; 2] = [
-    Place { machine: "starrag-lx-451", mount_mm: [260.0, 0.0, 40.0], home: "G0 SUPA Z500\nG0 SUPA A0 B0\n" },
-    Place { machine: "bc-trunnion", mount_mm: [0.0, 0.0, 120.0], home: "G0 SUPA Z450\nG0 SUPA B0 C0\n" },
+const PLACES: [BlockMount; 2] = [
+    BlockMount { machine: "starrag-lx-451", mount_mm: [260.0, 0.0, 40.0], home: "G0 SUPA Z500\nG0 SUPA A0 B0\n" },
+    BlockMount { machine: "bc-trunnion", mount_mm: [0.0, 0.0, 120.0], home: "G0 SUPA Z450\nG0 SUPA B0 C0\n" },
 ];
 
 /// Writes the jobs below a folder; returns their scenes.
-pub(crate) fn write(root: &Path, out: &Path) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn write(root: &Path, out: &Path) -> Result<Vec<PathBuf>, TaskError> {
     let wrong = |path: &Path| {
         let path = path.display().to_string();
-        move |e: std::io::Error| Failure(format!("{path}: {e}"))
+        move |e: std::io::Error| TaskError(format!("{path}: {e}"))
     };
     let root = root.canonicalize().map_err(wrong(root))?;
     let mut scenes = Vec::new();
@@ -83,7 +83,7 @@ pub(crate) fn write(root: &Path, out: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(scenes)
 }
 
-fn scene(root: &Path, place: &Place) -> String {
+fn scene(root: &Path, place: &BlockMount) -> String {
     let [x, y, z] = place.mount_mm;
     let machine = root.join("machines").join(place.machine);
     format!(
@@ -120,7 +120,7 @@ dialect = "siemens-840d"
     )
 }
 
-fn raster(place: &Place) -> String {
+fn raster(place: &BlockMount) -> String {
     let mut text = format!(
         "G17 G90 G94\nT=\"BALL_D6\"\nM6\nD1\nG54\nS12000 M3\n{}CTOL=0.01 OTOL=-1 G645\nTRAORI\nORIVECT\n",
         place.home
@@ -177,7 +177,7 @@ mod tests {
     fn every_job_is_one_that_a_run_takes() {
         let temporary = tempfile::tempdir().expect("folder");
         let out = std::env::var_os("PROVEOUT_JOBS").map_or_else(|| temporary.path().to_owned(), PathBuf::from);
-        let scenes = write(&crate::workspace_root(), &out).unwrap_or_else(|Failure(e)| panic!("{e}"));
+        let scenes = write(&crate::workspace_root(), &out).unwrap_or_else(|TaskError(e)| panic!("{e}"));
         assert_eq!(scenes.len(), 3);
         for scene in &scenes {
             let read = Prepared::read(scene, &Choice::default()).unwrap_or_else(|e| panic!("{e}"));

@@ -11,8 +11,8 @@
 //! ```
 
 use crate::machine_models::{
-    part::{Paint, Part},
-    solid::{Axis, Solid, block, cylinder, prism, rail_pair},
+    part::{MachinePart, Paint},
+    solid::{SolidMesh, UnitAxis, block, cylinder, prism, rail_pair},
 };
 
 /// Sizes of a C frame; mm, with all joints at zero.
@@ -37,7 +37,7 @@ pub(crate) struct CFrame<'a> {
 }
 
 impl CFrame<'_> {
-    pub(crate) fn parts(&self) -> Vec<Part> {
+    pub(crate) fn parts(&self) -> Vec<MachinePart> {
         let Self {
             on: [on_table, on_saddle, on_head],
             travel: [x, y, z],
@@ -66,8 +66,9 @@ impl CFrame<'_> {
 
         let bed = block([-bed_half, -hy - reach_y - 40.0, bed_top - bed_depth], [bed_half, column_back, bed_top], 14.0);
         let feet = [-0.8, 0.8].into_iter().flat_map(|fx| {
-            [-hy - reach_y + 20.0, column_back - 80.0]
-                .map(|fy| cylinder([fx * bed_half, fy, bed_top - bed_depth - 35.0], Axis::Z.unit(), 38.0, 40.0, 6.0))
+            [-hy - reach_y + 20.0, column_back - 80.0].map(|fy| {
+                cylinder([fx * bed_half, fy, bed_top - bed_depth - 35.0], UnitAxis::Z.unit(), 38.0, 40.0, 6.0)
+            })
         });
         let back_low = column_back;
         let back_high = column + 0.62 * (column_back - column);
@@ -78,7 +79,7 @@ impl CFrame<'_> {
             [back_high, column_top],
             [column, column_top],
         ];
-        let post = prism(Axis::X, [-column_half, column_half], &side);
+        let post = prism(UnitAxis::X, [-column_half, column_half], &side);
         let ribs = [[-column_half - 14.0, -column_half + 3.0], [column_half - 3.0, column_half + 14.0]]
             .into_iter()
             .flat_map(|range| {
@@ -99,7 +100,7 @@ impl CFrame<'_> {
         let z_low = z[0] + foot - 10.0;
         let z_high = z[1] + foot + head_height + 10.0;
         let z_rails = rail_pair([-14.0, column - 16.0, z_low], [14.0, column + 2.0, z_high], [0.75 * head, 0.0, 0.0]);
-        let screw = cylinder([0.0, column - 12.0, z_low + 10.0], Axis::Z.unit(), 8.0, z_high - z_low - 20.0, 1.0);
+        let screw = cylinder([0.0, column - 12.0, z_low + 10.0], UnitAxis::Z.unit(), 8.0, z_high - z_low - 20.0, 1.0);
         let z_cover =
             block([-0.55 * head, column - 6.0, bed_top + 10.0], [0.55 * head, column + 2.0, z_low + 4.0], 2.0);
         let z_motor = block(
@@ -113,14 +114,14 @@ impl CFrame<'_> {
             [0.6 * saddle_x, 0.0, 0.0],
         );
         let mut parts = vec![
-            Part::new("bed", "bed", "base", Paint::Frame, bed),
-            Part::new("feet", "bed", "base", Paint::Dark, Solid::all(feet)),
-            Part::new("column", "column", "base", Paint::Casting, post),
-            Part::new("column_ribs", "column", "base", Paint::Frame, Solid::all(ribs)),
-            Part::new("z_rails", "guide", "base", Paint::Rail, z_rails.and(screw)),
-            Part::new("z_cover", "cover", "base", Paint::Bellows, z_cover),
-            Part::new("z_motor", "motor", "base", Paint::Dark, z_motor),
-            Part::new("y_rails", "guide", "base", Paint::Rail, y_rails),
+            MachinePart::new("bed", "bed", "base", Paint::Frame, bed),
+            MachinePart::new("feet", "bed", "base", Paint::Dark, SolidMesh::all(feet)),
+            MachinePart::new("column", "column", "base", Paint::Casting, post),
+            MachinePart::new("column_ribs", "column", "base", Paint::Frame, SolidMesh::all(ribs)),
+            MachinePart::new("z_rails", "guide", "base", Paint::Rail, z_rails.and(screw)),
+            MachinePart::new("z_cover", "cover", "base", Paint::Bellows, z_cover),
+            MachinePart::new("z_motor", "motor", "base", Paint::Dark, z_motor),
+            MachinePart::new("y_rails", "guide", "base", Paint::Rail, y_rails),
         ];
 
         let y_blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
@@ -135,9 +136,9 @@ impl CFrame<'_> {
             [saddle_x - 8.0, 16.0, saddle_top + 12.0],
             [0.0, 0.6 * hy, 0.0],
         );
-        parts.push(Part::new("saddle", "saddle", on_saddle, Paint::Accent(accent), saddle));
-        parts.push(Part::new("y_carriages", "guide", on_saddle, Paint::Dark, Solid::all(y_blocks)));
-        parts.push(Part::new("x_rails", "guide", on_saddle, Paint::Rail, x_rails));
+        parts.push(MachinePart::new("saddle", "saddle", on_saddle, Paint::Accent(accent), saddle));
+        parts.push(MachinePart::new("y_carriages", "guide", on_saddle, Paint::Dark, SolidMesh::all(y_blocks)));
+        parts.push(MachinePart::new("x_rails", "guide", on_saddle, Paint::Rail, x_rails));
 
         let x_blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
             [-0.6, 0.6].map(|v| {
@@ -145,13 +146,13 @@ impl CFrame<'_> {
                 block([cx - 34.0, cy - 28.0, saddle_top + 2.0], [cx + 34.0, cy + 28.0, under + 3.0], 4.0)
             })
         });
-        parts.push(Part::new("x_carriages", "guide", on_table, Paint::Dark, Solid::all(x_blocks)));
+        parts.push(MachinePart::new("x_carriages", "guide", on_table, Paint::Dark, SolidMesh::all(x_blocks)));
         let covers = [[-hx - 0.06 * hx, -hx + 2.0], [hx - 2.0, hx + 0.06 * hx]]
             .map(|[a, b]| block([a, -0.8 * hy, under + 4.0], [b, 0.8 * hy, deck - 6.0], 3.0));
-        parts.push(Part::new("x_covers", "cover", on_table, Paint::Bellows, Solid::all(covers)));
+        parts.push(MachinePart::new("x_covers", "cover", on_table, Paint::Bellows, SolidMesh::all(covers)));
         if !self.slotted {
             let plate = block([-hx, -hy, under], [hx, hy, deck], 6.0);
-            parts.push(Part::new("slide_table", "table", on_table, Paint::Casting, plate));
+            parts.push(MachinePart::new("slide_table", "table", on_table, Paint::Casting, plate));
         }
 
         // The head: a box whose lower front is cut away towards the spindle.
@@ -165,17 +166,17 @@ impl CFrame<'_> {
             [front + 0.2 * head, foot + head_height],
             [front, foot + 0.92 * head_height],
         ];
-        let body = prism(Axis::X, [-head, head], &outline);
+        let body = prism(UnitAxis::X, [-head, head], &outline);
         let z_blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
             [0.45, 0.9].map(|v| {
                 let (cx, cz) = (u * 0.75 * head, foot + v * head_height);
                 block([cx - 26.0, column - 26.0, cz - 34.0], [cx + 26.0, column - 4.0, cz + 20.0], 4.0)
             })
         });
-        let motor = cylinder([0.0, 0.0, foot + head_height - 2.0], Axis::Z.unit(), 0.62 * head, 1.1 * head, 10.0);
-        parts.push(Part::new("head", "headstock", on_head, Paint::Accent(accent), body));
-        parts.push(Part::new("z_carriages", "guide", on_head, Paint::Dark, Solid::all(z_blocks)));
-        parts.push(Part::new("spindle_motor", "motor", on_head, Paint::Dark, motor));
+        let motor = cylinder([0.0, 0.0, foot + head_height - 2.0], UnitAxis::Z.unit(), 0.62 * head, 1.1 * head, 10.0);
+        parts.push(MachinePart::new("head", "headstock", on_head, Paint::Accent(accent), body));
+        parts.push(MachinePart::new("z_carriages", "guide", on_head, Paint::Dark, SolidMesh::all(z_blocks)));
+        parts.push(MachinePart::new("spindle_motor", "motor", on_head, Paint::Dark, motor));
         parts
     }
 }

@@ -12,8 +12,8 @@
 //! ```
 
 use crate::machine_models::{
-    part::{Paint, Part},
-    solid::{Axis, Solid, block, cylinder, prism, rail_pair},
+    part::{MachinePart, Paint},
+    solid::{SolidMesh, UnitAxis, block, cylinder, prism, rail_pair},
 };
 
 /// Sizes of a gantry; mm, with all joints at zero.
@@ -36,7 +36,7 @@ pub(crate) struct Gantry<'a> {
 }
 
 impl Gantry<'_> {
-    pub(crate) fn parts(&self) -> Vec<Part> {
+    pub(crate) fn parts(&self) -> Vec<MachinePart> {
         let Self { on: [on_beam, on_saddle, on_ram], travel: [x, y, z], ram, foot, floor, clear, accent } = *self;
         let stroke = z[1] - z[0];
         let height = (0.45 * stroke).max(3.2 * ram);
@@ -68,7 +68,7 @@ impl Gantry<'_> {
             [y0, wall_top - 0.25 * (wall_top - floor)],
             [foot_front, floor + 0.15 * (wall_top - floor)],
         ];
-        let walls = [[-outside, -inside], [inside, outside]].map(|range| prism(Axis::X, range, &outline));
+        let walls = [[-outside, -inside], [inside, outside]].map(|range| prism(UnitAxis::X, range, &outline));
         let ribs = (0..4).flat_map(|k| {
             let at = y0 + 30.0 + (y1 - y0 - 90.0) * f64::from(k) / 3.0;
             [[-outside - 22.0, -outside + 5.0], [outside - 5.0, outside + 22.0]]
@@ -84,20 +84,20 @@ impl Gantry<'_> {
         );
         let feet = [-0.8, 0.8].into_iter().flat_map(|fx| {
             [bed_front + 60.0, 0.5 * (bed_front + bed_back), bed_back - 60.0]
-                .map(|fy| cylinder([fx * inside, fy, floor - bed_depth - 40.0], Axis::Z.unit(), 45.0, 45.0, 6.0))
+                .map(|fy| cylinder([fx * inside, fy, floor - bed_depth - 40.0], UnitAxis::Z.unit(), 45.0, 45.0, 6.0))
         });
         let tops = [[-outside + 0.25 * wall, -outside + 0.6 * wall], [outside - 0.6 * wall, outside - 0.25 * wall]];
         let y_rails = tops.map(|[a, b]| block([a, y0 + 5.0, wall_top - 2.0], [b, y1 - 5.0, wall_top + 16.0], 3.0));
         let mut parts = vec![
-            Part::new("bed", "bed", "base", Paint::Frame, bed),
-            Part::new("left_wall", "column", "base", Paint::Casting, walls[0].clone()),
-            Part::new("right_wall", "column", "base", Paint::Casting, walls[1].clone()),
-            Part::new(
+            MachinePart::new("bed", "bed", "base", Paint::Frame, bed),
+            MachinePart::new("left_wall", "column", "base", Paint::Casting, walls[0].clone()),
+            MachinePart::new("right_wall", "column", "base", Paint::Casting, walls[1].clone()),
+            MachinePart::new(
                 "ribs",
                 "column",
                 "base",
                 Paint::Frame,
-                Solid::all(ribs).and(Solid::all(bands)).and(Solid::all(feet)),
+                SolidMesh::all(ribs).and(SolidMesh::all(bands)).and(SolidMesh::all(feet)),
             ),
         ];
 
@@ -119,30 +119,30 @@ impl Gantry<'_> {
             [inside + 6.0, beam_front + 2.0, high - 0.26 * height],
             2.0,
         );
-        parts.push(Part::new("beam", "beam", on_beam, Paint::Casting, beam));
-        parts.push(Part::new(
+        parts.push(MachinePart::new("beam", "beam", on_beam, Paint::Casting, beam));
+        parts.push(MachinePart::new(
             "beam_ribs",
             "beam",
             on_beam,
             Paint::Frame,
-            Solid::all(beam_ribs).and(Solid::all(flanges)),
+            SolidMesh::all(beam_ribs).and(SolidMesh::all(flanges)),
         ));
-        parts.push(Part::new("x_rails", "guide", on_beam, Paint::Rail, x_rails));
-        parts.push(Part::new("x_bellows", "cover", on_beam, Paint::Bellows, cover));
+        parts.push(MachinePart::new("x_rails", "guide", on_beam, Paint::Rail, x_rails));
+        parts.push(MachinePart::new("x_bellows", "cover", on_beam, Paint::Bellows, cover));
         if on_beam != "base" {
             // Below a fixed portal the table passes through.
-            parts.push(Part::new("rear_wall", "column", "base", Paint::Casting, rear_wall));
+            parts.push(MachinePart::new("rear_wall", "column", "base", Paint::Casting, rear_wall));
         }
         if on_beam == "base" {
             let pads =
                 tops.map(|[a, b]| block([a - 15.0, beam_front, wall_top - 4.0], [b + 15.0, beam_back, low + 4.0], 3.0));
-            parts.push(Part::new("portal_pads", "column", "base", Paint::Frame, Solid::all(pads)));
+            parts.push(MachinePart::new("portal_pads", "column", "base", Paint::Frame, SolidMesh::all(pads)));
         } else {
             let carriages = tops.map(|[a, b]| {
                 block([a - 18.0, beam_front - 10.0, wall_top + 4.0], [b + 18.0, beam_back + 10.0, low + 4.0], 5.0)
             });
-            parts.push(Part::new("y_rails", "guide", "base", Paint::Rail, Solid::all(y_rails)));
-            parts.push(Part::new("y_carriages", "guide", on_beam, Paint::Dark, Solid::all(carriages)));
+            parts.push(MachinePart::new("y_rails", "guide", "base", Paint::Rail, SolidMesh::all(y_rails)));
+            parts.push(MachinePart::new("y_carriages", "guide", on_beam, Paint::Dark, SolidMesh::all(carriages)));
         }
 
         // The saddle clasps the ram.
@@ -157,15 +157,15 @@ impl Gantry<'_> {
             [saddle_half, front - 0.7 * ram],
             [saddle_half, back],
         ];
-        let saddle = prism(Axis::Z, [low + 6.0, high - 6.0], &clasp);
+        let saddle = prism(UnitAxis::Z, [low + 6.0, high - 6.0], &clasp);
         let blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
             [-0.36, 0.36].map(|v| {
                 let (cx, cz) = (u * 0.7 * saddle_half, 0.5 * (low + high) + v * height);
                 block([cx - 28.0, back - 4.0, cz - 24.0], [cx + 28.0, beam_front - 1.0, cz + 24.0], 4.0)
             })
         });
-        parts.push(Part::new("saddle", "saddle", on_saddle, Paint::Accent(accent), saddle));
-        parts.push(Part::new("x_carriages", "guide", on_saddle, Paint::Dark, Solid::all(blocks)));
+        parts.push(MachinePart::new("saddle", "saddle", on_saddle, Paint::Accent(accent), saddle));
+        parts.push(MachinePart::new("x_carriages", "guide", on_saddle, Paint::Dark, SolidMesh::all(blocks)));
 
         // The ram with its rails at the back and the drive on top.
         let body = block([-ram, -ram, foot], [ram, ram, foot + length], 14.0);
@@ -174,10 +174,10 @@ impl Gantry<'_> {
             [12.0, ram + 17.0, foot + length - 30.0],
             [0.62 * ram, 0.0, 0.0],
         );
-        let drive = cylinder([0.0, 0.0, foot + length - 2.0], Axis::Z.unit(), 0.5 * ram, 0.9 * ram, 8.0);
-        parts.push(Part::new("ram", "ram", on_ram, Paint::Casting, body));
-        parts.push(Part::new("z_rails", "guide", on_ram, Paint::Rail, z_rails));
-        parts.push(Part::new("z_drive", "motor", on_ram, Paint::Dark, drive));
+        let drive = cylinder([0.0, 0.0, foot + length - 2.0], UnitAxis::Z.unit(), 0.5 * ram, 0.9 * ram, 8.0);
+        parts.push(MachinePart::new("ram", "ram", on_ram, Paint::Casting, body));
+        parts.push(MachinePart::new("z_rails", "guide", on_ram, Paint::Rail, z_rails));
+        parts.push(MachinePart::new("z_drive", "motor", on_ram, Paint::Dark, drive));
         parts
     }
 }

@@ -10,7 +10,7 @@ use std::{collections::BTreeMap, io};
 use proveout_geom::write_glb_container;
 use serde_json::json;
 
-use crate::machine_models::{numbers::Numbers, part::Part, solid::V3};
+use crate::machine_models::{numbers::KinematicNumbers, part::MachinePart, solid::V3};
 
 /// A vertex in meter, Y up.
 fn vertex(p: V3, origin: V3) -> [f32; 3] {
@@ -29,7 +29,7 @@ fn linear(byte: u8) -> f64 {
 ///
 /// # Errors
 /// Parts above 4 GiB, which the format cannot hold.
-pub(crate) fn bytes(numbers: &Numbers, parts: &[Part]) -> io::Result<Vec<u8>> {
+pub(crate) fn bytes(numbers: &KinematicNumbers, parts: &[MachinePart]) -> io::Result<Vec<u8>> {
     let mut bin: Vec<u8> = Vec::new();
     let (mut nodes, mut meshes, mut accessors, mut views, mut materials) = (vec![], vec![], vec![], vec![], vec![]);
     let mut material_of: BTreeMap<[u8; 3], usize> = BTreeMap::new();
@@ -107,7 +107,7 @@ pub(crate) fn bytes(numbers: &Numbers, parts: &[Part]) -> io::Result<Vec<u8>> {
 }
 
 /// Equal vertices joined, as seen by readers in single precision; triangles that lost a corner by it are left out.
-fn merged(part: &Part, origin: V3) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+fn merged(part: &MachinePart, origin: V3) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let mut seen: BTreeMap<[u32; 3], u32> = BTreeMap::new();
     let mut points = Vec::new();
     let mut triangles = Vec::new();

@@ -5,24 +5,24 @@
 //! home.
 
 use crate::{
-    Failure,
+    TaskError,
     machine_models::{
         library::Build,
-        numbers::Numbers,
-        part::Part,
+        numbers::KinematicNumbers,
+        part::MachinePart,
         solid::{V3, add, scaled},
     },
 };
 
 /// The joint of this name; none for the base.
-fn position(numbers: &Numbers, name: &str) -> Option<usize> {
+fn position(numbers: &KinematicNumbers, name: &str) -> Option<usize> {
     numbers.joints.iter().position(|j| j.name == name)
 }
 
 /// Way of everything on a joint, from the slides at zero on the table to the slides at home, as the table
 /// sees it at home: slides of the workpiece move against their axes, and places of the file count from the
 /// table, so that the base moves the other way.
-fn way(numbers: &Numbers, on: &str) -> Result<V3, Failure> {
+fn way(numbers: &KinematicNumbers, on: &str) -> Result<V3, TaskError> {
     let mut way = [0.0; 3];
     for joint in numbers.joints.iter().filter(|j| j.workpiece && j.travel.is_some()) {
         way = add(way, scaled(joint.direction, along(joint.direction, numbers.gauge)?));
@@ -37,18 +37,18 @@ fn way(numbers: &Numbers, on: &str) -> Result<V3, Failure> {
         }
         next = position(numbers, &joint.parent);
     }
-    Err(Failure(format!("{}: the joints below {on} form a loop", numbers.name)))
+    Err(TaskError(format!("{}: the joints below {on} form a loop", numbers.name)))
 }
 
 /// Part of a place along a slide, which must run along an axis of the machine.
-fn along(direction: V3, place: V3) -> Result<f64, Failure> {
+fn along(direction: V3, place: V3) -> Result<f64, TaskError> {
     let axis = (0..3).find(|&k| direction[k] == 1.0);
     axis.map(|k| place[k])
-        .ok_or_else(|| Failure(format!("a slide along {direction:?} has no home position: use a machine axis")))
+        .ok_or_else(|| TaskError(format!("a slide along {direction:?} has no home position: use a machine axis")))
 }
 
 /// Parts of a machine with its zero at home, by the maker of one with its zero on the table.
-pub(crate) fn parts(numbers: &Numbers, build: Build) -> Result<Vec<Part>, Failure> {
+pub(crate) fn parts(numbers: &KinematicNumbers, build: Build) -> Result<Vec<MachinePart>, TaskError> {
     let mut at_table = numbers.clone();
     at_table.gauge = [0.0; 3];
     for j in 0..numbers.joints.len() {

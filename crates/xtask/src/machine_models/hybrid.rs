@@ -9,14 +9,14 @@
 //! ```
 
 use crate::{
-    Failure,
+    TaskError,
     machine_models::{
         gantry::Gantry,
-        heads::{Spindle, spindle},
-        numbers::Numbers,
-        part::{Paint, Part},
+        numbers::KinematicNumbers,
+        part::{MachinePart, Paint},
         singles::y_slide,
-        solid::{Axis, Solid, V3, add, block, cylinder, prism, revolved, scaled, tongue},
+        solid::{SolidMesh, UnitAxis, V3, add, block, cylinder, prism, revolved, scaled, tongue},
+        spindle_heads::{Spindle, spindle},
     },
 };
 
@@ -31,7 +31,7 @@ fn way(from: V3, to: V3) -> (V3, f64) {
     (scaled(d, 1.0 / length), length)
 }
 
-pub(crate) fn lu_hybrid(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+pub(crate) fn lu_hybrid(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     let accent = [46, 84, 120];
     let [x, z] = ["X", "Z"].map(|n| numbers.travel(n));
     let (x, z) = (x?, z?);
@@ -48,11 +48,11 @@ pub(crate) fn lu_hybrid(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         clear: [330.0, 620.0],
         accent,
     };
-    let mut parts: Vec<Part> = portal.parts().into_iter().filter(|p| p.name != "z_rails").collect();
+    let mut parts: Vec<MachinePart> = portal.parts().into_iter().filter(|p| p.name != "z_rails").collect();
     parts.extend(spindle(numbers, Spindle { nose: 34.0, housing: 58.0, top: 212.0 }));
     parts.extend(y_slide(numbers, deck, [290.0, 290.0])?);
-    let plate = cylinder([0.0, 0.0, deck - 2.0], Axis::Z.unit(), 275.0, 34.0, 6.0);
-    parts.push(Part::new("fixed_plate", "slide", "Y", Paint::Accent(accent), plate));
+    let plate = cylinder([0.0, 0.0, deck - 2.0], UnitAxis::Z.unit(), 275.0, 34.0, 6.0);
+    parts.push(MachinePart::new("fixed_plate", "slide", "Y", Paint::Accent(accent), plate));
 
     // Legs in the middle of the heave. The plate's parts are drawn where they are at heave zero.
     let middle = 0.5 * (z[0] + z[1]);
@@ -73,27 +73,27 @@ pub(crate) fn lu_hybrid(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         let (down, _) = way(moving, add(fixed, [0.0, 0.0, -middle]));
         rods.push(cylinder(add(moving, scaled(down, 6.0)), down, 20.0, 168.0, 2.0));
         let ball = [[0.0, -26.0], [15.0, -22.0], [26.0, -9.0], [26.0, 9.0], [15.0, 22.0], [0.0, 26.0]];
-        rods.push(revolved(moving, Axis::Z.unit(), &ball));
+        rods.push(revolved(moving, UnitAxis::Z.unit(), &ball));
     }
-    parts.push(Part::drawn("leg_sleeves", "leg", "Y", Paint::Casting, Solid::all(sleeves)));
-    parts.push(Part::drawn("leg_rods", "leg", "A", Paint::Rail, Solid::all(rods)));
+    parts.push(MachinePart::drawn("leg_sleeves", "leg", "Y", Paint::Casting, SolidMesh::all(sleeves)));
+    parts.push(MachinePart::drawn("leg_rods", "leg", "A", Paint::Rail, SolidMesh::all(rods)));
 
     // Moving plate with the headstock of the fixture; its disc looks along y.
     let face = numbers.table[1];
     let top = height + 8.0;
-    let headstock = prism(Axis::Y, [face - 150.0, face - 36.0], &{
+    let headstock = prism(UnitAxis::Y, [face - 150.0, face - 36.0], &{
         // The outline along y is (z, x): the tongue is in (x, z), turned over so that it stays
         // counter-clockwise.
         let upright = tongue(70.0, top - 2.0, axis[2], 52.0);
         upright.iter().rev().map(|&[across, up]| [up, across]).collect::<Vec<_>>()
     });
-    let moving_plate = cylinder([0.0, 0.0, height - 8.0], Axis::Z.unit(), 188.0, 16.0, 3.0);
+    let moving_plate = cylinder([0.0, 0.0, height - 8.0], UnitAxis::Z.unit(), 188.0, 16.0, 3.0);
     let motor = cylinder([axis[0], face - 148.0, axis[2]], [0.0, -1.0, 0.0], 40.0, 60.0, 6.0);
-    parts.push(Part::new("moving_plate", "platform", "A", Paint::Accent(accent), moving_plate));
-    parts.push(Part::new("fixture_headstock", "bearing", "A", Paint::Casting, headstock));
-    parts.push(Part::new("fixture_motor", "motor", "A", Paint::Dark, motor));
+    parts.push(MachinePart::new("moving_plate", "platform", "A", Paint::Accent(accent), moving_plate));
+    parts.push(MachinePart::new("fixture_headstock", "bearing", "A", Paint::Casting, headstock));
+    parts.push(MachinePart::new("fixture_motor", "motor", "A", Paint::Dark, motor));
     let disc = [[0.0, -36.0], [30.0, -36.0], [30.0, -20.0], [46.0, -20.0], [46.0, -2.0], [44.0, 0.0], [0.0, 0.0]];
-    let disc = revolved([axis[0], face, axis[2]], Axis::Y.unit(), &disc);
-    parts.push(Part::new("fixture", "table", "B", Paint::Steel, disc));
+    let disc = revolved([axis[0], face, axis[2]], UnitAxis::Y.unit(), &disc);
+    parts.push(MachinePart::new("fixture", "table", "B", Paint::Steel, disc));
     Ok(parts)
 }

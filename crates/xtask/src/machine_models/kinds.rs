@@ -1,20 +1,25 @@
 //! Machines of the kind that many shops have: travel and table of a maker's type on the structures of this library.
 
 use crate::{
-    Failure,
+    TaskError,
     machine_models::{
         c_frame::CFrame,
         gantry::Gantry,
-        heads::{Fork, Spindle, fork, spindle},
         library::travels,
-        numbers::Numbers,
-        part::Part,
+        numbers::KinematicNumbers,
+        part::MachinePart,
+        spindle_heads::{Fork, Spindle, fork, spindle},
         work::{Trunnion, rotary_table},
     },
 };
 
 /// A gantry over a trunnion between two bearings on the bed.
-fn over_trunnion(numbers: &Numbers, tilt: &str, radius: f64, accent: [u8; 3]) -> Result<Vec<Part>, Failure> {
+pub(crate) fn over_trunnion(
+    numbers: &KinematicNumbers,
+    tilt: &str,
+    radius: f64,
+    accent: [u8; 3],
+) -> Result<Vec<MachinePart>, TaskError> {
     let trunnion = Trunnion { on: "base", tilt, turn: "C", radius, accent };
     let (across, along) = (1.4 * radius, trunnion.half_width() + 110.0);
     let frame = Gantry {
@@ -32,52 +37,56 @@ fn over_trunnion(numbers: &Numbers, tilt: &str, radius: f64, accent: [u8; 3]) ->
     Ok(parts)
 }
 
-pub(crate) fn umc_750(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+pub(crate) fn umc_750(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     over_trunnion(numbers, "B", 250.0, [150, 44, 40])
 }
 
-pub(crate) fn dmu_50(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+pub(crate) fn dmu_50(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     over_trunnion(numbers, "B", 315.0, [70, 78, 90])
 }
 
-pub(crate) fn dmu_65(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+pub(crate) fn dmu_65(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     over_trunnion(numbers, "A", 325.0, [70, 78, 90])
 }
 
-pub(crate) fn hermle_c42(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+pub(crate) fn hermle_c42(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     over_trunnion(numbers, "A", 315.0, [38, 104, 120])
 }
 
-pub(crate) fn variaxis(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+pub(crate) fn variaxis(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     over_trunnion(numbers, "A", 300.0, [176, 100, 36])
 }
 
-pub(crate) fn mikron_hpm(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+pub(crate) fn mikron_hpm(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     over_trunnion(numbers, "B", 315.0, [52, 84, 140])
 }
 
-/// A mill with a two-axis rotary table on its table.
-pub(crate) fn vf_2(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
-    let accent = [150, 44, 40];
-    let trunnion = Trunnion { on: "X", tilt: "A", turn: "C", radius: 80.0, accent };
-    let frame = CFrame {
-        on: ["X", "Y", "Z"],
-        travel: travels(numbers, ["X", "Y", "Z"])?,
-        half: [457.0, 178.0],
-        deck: trunnion.floor(numbers)?,
-        head: 150.0,
-        foot: 210.0,
-        accent,
-        slotted: false,
-    };
+/// A mill whose table carries a trunnion; `half` is half the size of its table, `head` of its spindle head.
+pub(crate) fn mill_with_trunnion(
+    numbers: &KinematicNumbers,
+    trunnion: Trunnion<'_>,
+    half: [f64; 2],
+    head: f64,
+    size: Spindle,
+) -> Result<Vec<MachinePart>, TaskError> {
+    let (deck, accent) = (trunnion.floor(numbers)?, trunnion.accent);
+    let travel = travels(numbers, ["X", "Y", "Z"])?;
+    let frame = CFrame { on: ["X", "Y", "Z"], travel, half, deck, head, foot: size.top - 2.0, accent, slotted: false };
     let mut parts = frame.parts();
-    parts.extend(spindle(numbers, Spindle { nose: 45.0, housing: 82.0, top: 212.0 }));
+    parts.extend(spindle(numbers, size));
     parts.extend(trunnion.parts(numbers)?);
     Ok(parts)
 }
 
+/// A mill with a two-axis rotary table on its table.
+pub(crate) fn vf_2(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
+    let trunnion = Trunnion { on: "X", tilt: "A", turn: "C", radius: 80.0, accent: [150, 44, 40] };
+    let size = Spindle { nose: 45.0, housing: 82.0, top: 212.0 };
+    mill_with_trunnion(numbers, trunnion, [457.0, 178.0], 150.0, size)
+}
+
 /// A mill with a swivel head and a rotary table in its table.
-pub(crate) fn hurco_vmx42(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+pub(crate) fn hurco_vmx42(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     let accent = [44, 96, 60];
     let deck = -110.0;
     let frame = CFrame {

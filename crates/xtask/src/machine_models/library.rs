@@ -1,21 +1,21 @@
 //! The machines of `machines/`, put together from structures, heads and tables.
 
 use crate::{
-    Failure,
+    TaskError,
     machine_models::{
         c_frame::CFrame,
         gantry::Gantry,
-        heads::{Fork, Spindle, fork, nutating, spindle},
         home_zero, hybrid, kinds,
-        numbers::Numbers,
-        part::Part,
+        numbers::KinematicNumbers,
+        part::MachinePart,
         singles,
+        spindle_heads::{Fork, Spindle, fork, nutating, spindle},
         work::{Trunnion, fixed_table, rotary_table},
     },
 };
 
 /// Makes the parts of one machine.
-pub(crate) type Build = fn(&Numbers) -> Result<Vec<Part>, Failure>;
+pub(crate) type Build = fn(&KinematicNumbers) -> Result<Vec<MachinePart>, TaskError>;
 
 /// Folder and maker of each machine.
 pub(crate) const LIBRARY: &[(&str, Build)] = &[
@@ -45,12 +45,12 @@ pub(crate) const LIBRARY: &[(&str, Build)] = &[
     ("variaxis-i600-type", kinds::variaxis),
 ];
 
-pub(crate) fn travels(numbers: &Numbers, joints: [&str; 3]) -> Result<[[f64; 2]; 3], Failure> {
+pub(crate) fn travels(numbers: &KinematicNumbers, joints: [&str; 3]) -> Result<[[f64; 2]; 3], TaskError> {
     let [a, b, c] = joints.map(|name| numbers.travel(name));
     Ok([a?, b?, c?])
 }
 
-fn grinder(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+fn grinder(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     let accent = [46, 104, 86];
     let size = Spindle { nose: 32.0, housing: 55.0, top: 235.0 };
     let head = Fork { on: "Z", tilt: "B", accent, spindle: size, top: 330.0 };
@@ -69,25 +69,11 @@ fn grinder(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     Ok(parts)
 }
 
-fn bc_trunnion(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
-    let accent = [38, 92, 140];
-    let trunnion = Trunnion { on: "base", tilt: "B", turn: "C", radius: 300.0, accent };
-    let frame = Gantry {
-        on: ["Y", "X", "Z"],
-        travel: travels(numbers, ["X", "Y", "Z"])?,
-        ram: 120.0,
-        foot: 300.0,
-        floor: trunnion.floor(numbers)?,
-        clear: [420.0, trunnion.half_width() + 110.0],
-        accent,
-    };
-    let mut parts = frame.parts();
-    parts.extend(spindle(numbers, Spindle { nose: 48.0, housing: 86.0, top: 302.0 }));
-    parts.extend(trunnion.parts(numbers)?);
-    Ok(parts)
+fn bc_trunnion(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
+    kinds::over_trunnion(numbers, "B", 300.0, [38, 92, 140])
 }
 
-fn jdgr200t(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+fn jdgr200t(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     let accent = [58, 96, 128];
     let trunnion = Trunnion { on: "Y", tilt: "B", turn: "C", radius: 110.0, accent };
     let deck = trunnion.floor(numbers)?;
@@ -107,45 +93,19 @@ fn jdgr200t(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     Ok(parts)
 }
 
-fn ma_ac_trunnion(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
-    let accent = [140, 62, 48];
-    let trunnion = Trunnion { on: "X", tilt: "A", turn: "C", radius: 160.0, accent };
-    let frame = CFrame {
-        on: ["X", "Y", "Z"],
-        travel: travels(numbers, ["X", "Y", "Z"])?,
-        half: [trunnion.half_width() + 30.0, 190.0],
-        deck: trunnion.floor(numbers)?,
-        head: 110.0,
-        foot: 170.0,
-        accent,
-        slotted: false,
-    };
-    let mut parts = frame.parts();
-    parts.extend(spindle(numbers, Spindle { nose: 40.0, housing: 70.0, top: 172.0 }));
-    parts.extend(trunnion.parts(numbers)?);
-    Ok(parts)
+fn ma_ac_trunnion(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
+    let trunnion = Trunnion { on: "X", tilt: "A", turn: "C", radius: 160.0, accent: [140, 62, 48] };
+    let half = [trunnion.half_width() + 30.0, 190.0];
+    kinds::mill_with_trunnion(numbers, trunnion, half, 110.0, Spindle { nose: 40.0, housing: 70.0, top: 172.0 })
 }
 
-fn xyzac_trt(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
-    let accent = [176, 128, 36];
-    let trunnion = Trunnion { on: "X", tilt: "A", turn: "C", radius: 100.0, accent };
-    let frame = CFrame {
-        on: ["X", "Y", "Z"],
-        travel: travels(numbers, ["X", "Y", "Z"])?,
-        half: [trunnion.half_width() + 20.0, 150.0],
-        deck: trunnion.floor(numbers)?,
-        head: 70.0,
-        foot: 110.0,
-        accent,
-        slotted: false,
-    };
-    let mut parts = frame.parts();
-    parts.extend(spindle(numbers, Spindle { nose: 24.0, housing: 42.0, top: 112.0 }));
-    parts.extend(trunnion.parts(numbers)?);
-    Ok(parts)
+fn xyzac_trt(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
+    let trunnion = Trunnion { on: "X", tilt: "A", turn: "C", radius: 100.0, accent: [176, 128, 36] };
+    let half = [trunnion.half_width() + 20.0, 150.0];
+    kinds::mill_with_trunnion(numbers, trunnion, half, 70.0, Spindle { nose: 24.0, housing: 42.0, top: 112.0 })
 }
 
-fn three_axis(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+fn three_axis(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     let frame = CFrame {
         on: ["X", "Y", "Z"],
         travel: travels(numbers, ["X", "Y", "Z"])?,
@@ -162,7 +122,7 @@ fn three_axis(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     Ok(parts)
 }
 
-fn nutating_head(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+fn nutating_head(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     let accent = [92, 62, 122];
     let size = Spindle { nose: 42.0, housing: 72.0, top: 300.0 };
     let frame = Gantry {
@@ -180,38 +140,31 @@ fn nutating_head(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     Ok(parts)
 }
 
-fn fork_head_gantry(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
-    let accent = [38, 92, 140];
-    let size = Spindle { nose: 55.0, housing: 105.0, top: 400.0 };
-    let frame = Gantry {
-        on: ["Y", "X", "Z"],
-        travel: travels(numbers, ["X", "Y", "Z"])?,
-        ram: 210.0,
-        foot: 540.0,
-        floor: -260.0,
-        clear: [1080.0, 1620.0],
-        accent,
-    };
-    let mut parts = frame.parts();
-    parts.extend(fork(numbers, Fork { on: "C", tilt: "A", accent, spindle: size, top: 540.0 })?);
-    parts.extend(fixed_table(numbers, [1000.0, 1500.0], -260.0));
+/// A gantry with a fork head over a table of this half size that stands on the floor.
+fn fork_over_table(
+    numbers: &KinematicNumbers,
+    head: Fork<'_>,
+    ram: f64,
+    floor: f64,
+    clear: [f64; 2],
+    table: [f64; 2],
+) -> Result<Vec<MachinePart>, TaskError> {
+    let (foot, accent) = (head.top, head.accent);
+    let travel = travels(numbers, ["X", "Y", "Z"])?;
+    let mut parts = Gantry { on: ["Y", "X", "Z"], travel, ram, foot, floor, clear, accent }.parts();
+    parts.extend(fork(numbers, head)?);
+    parts.extend(fixed_table(numbers, table, floor));
     Ok(parts)
 }
 
-fn bridge_mill(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
-    let accent = [176, 128, 36];
+fn fork_head_gantry(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
+    let size = Spindle { nose: 55.0, housing: 105.0, top: 400.0 };
+    let head = Fork { on: "C", tilt: "A", accent: [38, 92, 140], spindle: size, top: 540.0 };
+    fork_over_table(numbers, head, 210.0, -260.0, [1080.0, 1620.0], [1000.0, 1500.0])
+}
+
+fn bridge_mill(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
     let size = Spindle { nose: 45.0, housing: 80.0, top: 350.0 };
-    let frame = Gantry {
-        on: ["Y", "X", "Z"],
-        travel: travels(numbers, ["X", "Y", "Z"])?,
-        ram: 140.0,
-        foot: 470.0,
-        floor: -780.0,
-        clear: [560.0, 600.0],
-        accent,
-    };
-    let mut parts = frame.parts();
-    parts.extend(fork(numbers, Fork { on: "C", tilt: "B", accent, spindle: size, top: 470.0 })?);
-    parts.extend(fixed_table(numbers, [500.0, 500.0], -780.0));
-    Ok(parts)
+    let head = Fork { on: "C", tilt: "B", accent: [176, 128, 36], spindle: size, top: 470.0 };
+    fork_over_table(numbers, head, 140.0, -780.0, [560.0, 600.0], [500.0, 500.0])
 }

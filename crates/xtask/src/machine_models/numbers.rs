@@ -4,7 +4,7 @@ use std::path::Path;
 
 use toml::{Table, Value};
 
-use crate::{Failure, machine_models::solid::V3};
+use crate::{TaskError, machine_models::solid::V3};
 
 /// One axis.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub(crate) struct JointNumbers {
 
 /// Kinematic numbers of a machine, mm, with all joints at zero.
 #[derive(Clone, Debug)]
-pub(crate) struct Numbers {
+pub(crate) struct KinematicNumbers {
     pub(crate) name: String,
     pub(crate) joints: Vec<JointNumbers>,
     /// Joint that carries the spindle, or base.
@@ -37,10 +37,10 @@ pub(crate) struct Numbers {
     pub(crate) table: V3,
 }
 
-impl Numbers {
+impl KinematicNumbers {
     /// Reads them from the text of a `machine.toml`.
-    pub(crate) fn read(path: &Path, text: &str) -> Result<Self, Failure> {
-        let wrong = |what: &str| Failure(format!("{}: {what}", path.display()));
+    pub(crate) fn read(path: &Path, text: &str) -> Result<Self, TaskError> {
+        let wrong = |what: &str| TaskError(format!("{}: {what}", path.display()));
         let content: Table = text.parse().map_err(|e| wrong(&format!("{e}")))?;
         let list = content.get("joint").and_then(Value::as_array).ok_or_else(|| wrong("no [[joint]]"))?;
         let mut joints = Vec::new();
@@ -74,25 +74,25 @@ impl Numbers {
         })
     }
 
-    fn joint(&self, name: &str) -> Result<&JointNumbers, Failure> {
+    fn joint(&self, name: &str) -> Result<&JointNumbers, TaskError> {
         let found = self.joints.iter().find(|j| j.name == name);
-        found.ok_or_else(|| Failure(format!("{}: the model needs a joint {name}", self.name)))
+        found.ok_or_else(|| TaskError(format!("{}: the model needs a joint {name}", self.name)))
     }
 
     /// Travel of a slide.
-    pub(crate) fn travel(&self, name: &str) -> Result<[f64; 2], Failure> {
+    pub(crate) fn travel(&self, name: &str) -> Result<[f64; 2], TaskError> {
         let travel = self.joint(name)?.travel;
-        travel.ok_or_else(|| Failure(format!("{}: the model needs travel_mm of joint {name}", self.name)))
+        travel.ok_or_else(|| TaskError(format!("{}: the model needs travel_mm of joint {name}", self.name)))
     }
 
     /// Point on a rotary axis.
-    pub(crate) fn point(&self, name: &str) -> Result<V3, Failure> {
+    pub(crate) fn point(&self, name: &str) -> Result<V3, TaskError> {
         let point = self.joint(name)?.point;
-        point.ok_or_else(|| Failure(format!("{}: the model needs point_mm of joint {name}", self.name)))
+        point.ok_or_else(|| TaskError(format!("{}: the model needs point_mm of joint {name}", self.name)))
     }
 
     /// Direction of a joint.
-    pub(crate) fn direction(&self, name: &str) -> Result<V3, Failure> {
+    pub(crate) fn direction(&self, name: &str) -> Result<V3, TaskError> {
         Ok(self.joint(name)?.direction)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::machine_models::solid::Solid;
+use crate::machine_models::solid::SolidMesh;
 
 /// Surface of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +39,7 @@ impl Paint {
 
 /// A body of the machine.
 #[derive(Clone, Debug)]
-pub(crate) struct Part {
+pub(crate) struct MachinePart {
     /// Name of the body and of its node.
     pub(crate) name: String,
     /// What it is.
@@ -53,12 +53,12 @@ pub(crate) struct Part {
     /// False for what is only drawn, since no joint moves it as one rigid body.
     pub(crate) check: bool,
     /// Shape in machine coordinates with all joints at zero.
-    pub(crate) solid: Solid,
+    pub(crate) solid: SolidMesh,
 }
 
-impl Part {
+impl MachinePart {
     /// A part that is checked for collisions.
-    pub(crate) fn new(name: &str, role: &'static str, on: &str, paint: Paint, solid: Solid) -> Self {
+    pub(crate) fn new(name: &str, role: &'static str, on: &str, paint: Paint, solid: SolidMesh) -> Self {
         let bright = matches!(paint, Paint::Steel | Paint::Rail);
         Self { name: name.into(), role, on: on.into(), color: paint.color(), bright, check: true, solid }
     }
@@ -66,15 +66,15 @@ impl Part {
     /// A part that is only drawn: the legs of a platform, which turn with three joints, drawn in their
     /// middle position. Everything else is checked, guides, covers and motors too: a gate that leaves
     /// bodies out does not pass.
-    pub(crate) fn drawn(name: &str, role: &'static str, on: &str, paint: Paint, solid: Solid) -> Self {
+    pub(crate) fn drawn(name: &str, role: &'static str, on: &str, paint: Paint, solid: SolidMesh) -> Self {
         Self { check: false, ..Self::new(name, role, on, paint, solid) }
     }
 }
 
 /// The `[[body]]` tables of all parts.
-pub(crate) fn body_tables(parts: &[Part]) -> String {
+pub(crate) fn body_tables(parts: &[MachinePart]) -> String {
     let mut text = String::new();
-    for Part { name, role, on, color: [r, g, b], check, .. } in parts {
+    for MachinePart { name, role, on, color: [r, g, b], check, .. } in parts {
         // Writing to a string cannot fail.
         let _ = write!(
             text,

@@ -28,13 +28,13 @@ pub(crate) fn cross(a: V3, b: V3) -> V3 {
 
 /// One axis of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Axis {
+pub(crate) enum UnitAxis {
     X,
     Y,
     Z,
 }
 
-impl Axis {
+impl UnitAxis {
     /// Unit vector.
     pub(crate) fn unit(self) -> V3 {
         let mut v = [0.0; 3];
@@ -64,12 +64,12 @@ fn outer(radius: f64, half: f64) -> f64 {
 
 /// Triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Solid {
+pub(crate) struct SolidMesh {
     pub(crate) points: Vec<V3>,
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
-impl Solid {
+impl SolidMesh {
     /// The same with another solid; shells stay apart.
     #[must_use]
     pub(crate) fn and(mut self, other: Self) -> Self {
@@ -124,11 +124,11 @@ impl Solid {
 }
 
 /// A box with all edges chamfered by `chamfer`, at most a fifth of the smallest side.
-pub(crate) fn block(min: V3, max: V3, chamfer: f64) -> Solid {
+pub(crate) fn block(min: V3, max: V3, chamfer: f64) -> SolidMesh {
     let side = (0..3).map(|k| max[k] - min[k]).fold(f64::INFINITY, f64::min);
     let c = chamfer.min(0.2 * side);
     let center = scaled(add(min, max), 0.5);
-    let mut solid = Solid::default();
+    let mut solid = SolidMesh::default();
     // Vertex 3 * corner + axis: the corner moved inward along the two other axes, thus on the face across `axis`.
     for corner in 0..8 {
         for axis in 0..3 {
@@ -160,9 +160,9 @@ pub(crate) fn block(min: V3, max: V3, chamfer: f64) -> Solid {
 }
 
 /// A simple outline, counter-clockwise, drawn out along an axis; it may be concave.
-pub(crate) fn prism(along: Axis, range: [f64; 2], outline: &[[f64; 2]]) -> Solid {
+pub(crate) fn prism(along: UnitAxis, range: [f64; 2], outline: &[[f64; 2]]) -> SolidMesh {
     let n = outline.len() as u32;
-    let mut solid = Solid::default();
+    let mut solid = SolidMesh::default();
     for t in range {
         solid.points.extend(outline.iter().map(|&c| along.place(c, t)));
     }
@@ -212,9 +212,9 @@ fn across(axis: V3) -> [V3; 2] {
 
 /// Profile `[radius, height]` turned about the line through `foot` along `axis`; it runs from the line to the line,
 /// upward on the outside.
-pub(crate) fn revolved(foot: V3, axis: V3, profile: &[[f64; 2]]) -> Solid {
+pub(crate) fn revolved(foot: V3, axis: V3, profile: &[[f64; 2]]) -> SolidMesh {
     let [u, v] = across(axis);
-    let mut solid = Solid::default();
+    let mut solid = SolidMesh::default();
     let [Some(first), Some(last)] = [profile.first(), profile.last()] else { return solid };
     let inner = &profile[1..profile.len() - 1];
     let on_line = |h: f64| add(foot, scaled(axis, h));
@@ -242,7 +242,7 @@ pub(crate) fn revolved(foot: V3, axis: V3, profile: &[[f64; 2]]) -> Solid {
 }
 
 /// A cylinder with chamfered ends.
-pub(crate) fn cylinder(foot: V3, axis: V3, radius: f64, height: f64, chamfer: f64) -> Solid {
+pub(crate) fn cylinder(foot: V3, axis: V3, radius: f64, height: f64, chamfer: f64) -> SolidMesh {
     let c = chamfer.min(0.3 * height).min(0.5 * radius).max(0.1);
     let profile =
         [[0.0, 0.0], [radius - c, 0.0], [radius, c], [radius, height - c], [radius - c, height], [0.0, height]];
@@ -267,12 +267,12 @@ pub(crate) fn tongue(half_width: f64, base: f64, center: f64, radius: f64) -> Ve
 }
 
 /// A round plate with straight T-slot grooves along x: face at `face`, from `face - thickness` upward.
-pub(crate) fn slotted_disc(center: [f64; 2], radius: f64, face: f64, thickness: f64, slots: usize) -> Solid {
+pub(crate) fn slotted_disc(center: [f64; 2], radius: f64, face: f64, thickness: f64, slots: usize) -> SolidMesh {
     let [cx, cy] = center;
     let depth = 0.5 * thickness;
     let width = (0.06 * radius).min(18.0);
     let pitch = 2.0 * radius / (slots as f64 + 1.0);
-    let mut solid = cylinder([cx, cy, face - thickness], Axis::Z.unit(), radius - 1.0, thickness - depth, 4.0);
+    let mut solid = cylinder([cx, cy, face - thickness], UnitAxis::Z.unit(), radius - 1.0, thickness - depth, 4.0);
     let mut low = -radius;
     for k in 0..=slots {
         let high = if k == slots { radius } else { pitch * (k as f64 + 1.0) - radius - 0.5 * width };
@@ -291,14 +291,14 @@ pub(crate) fn slotted_disc(center: [f64; 2], radius: f64, face: f64, thickness: 
         let mirrored: Vec<[f64; 2]> = outline.iter().rev().map(|&[x, y]| [-x, y]).collect();
         outline.extend(mirrored);
         let outline: Vec<[f64; 2]> = outline.iter().map(|&[x, y]| [cx + x, cy + y]).collect();
-        solid = solid.and(prism(Axis::Z, [face - depth - 1.0, face], &outline));
+        solid = solid.and(prism(UnitAxis::Z, [face - depth - 1.0, face], &outline));
         low = high + width;
     }
     solid
 }
 
 /// A rectangular plate with T-slot grooves along x; its face is `max[2]`.
-pub(crate) fn slotted_plate(min: V3, max: V3, slots: usize) -> Solid {
+pub(crate) fn slotted_plate(min: V3, max: V3, slots: usize) -> SolidMesh {
     let depth = 0.4 * (max[2] - min[2]);
     let width = 18.0;
     let pitch = (max[1] - min[1]) / (slots as f64 + 1.0);
@@ -315,7 +315,7 @@ pub(crate) fn slotted_plate(min: V3, max: V3, slots: usize) -> Solid {
 /// Two rails of `width` x `height` along an axis, at `offset` to both sides of `middle`.
 ///
 /// `from` and `to` are opposite corners of the space that one rail at offset zero takes.
-pub(crate) fn rail_pair(from: V3, to: V3, offset: V3) -> Solid {
+pub(crate) fn rail_pair(from: V3, to: V3, offset: V3) -> SolidMesh {
     let one = |sign: f64| block(add(from, scaled(offset, sign)), add(to, scaled(offset, sign)), 2.0);
     one(-1.0).and(one(1.0))
 }
@@ -327,7 +327,7 @@ mod tests {
     use super::*;
 
     /// Signed volume; each directed edge once and its opposite once.
-    fn volume(solid: &Solid) -> f64 {
+    fn volume(solid: &SolidMesh) -> f64 {
         let mut edges = BTreeMap::new();
         let mut volume = 0.0;
         for t in &solid.triangles {
@@ -356,12 +356,12 @@ mod tests {
     fn a_concave_prism_has_the_area_of_its_outline() {
         let outline =
             [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [6.0, 10.0], [6.0, 3.0], [4.0, 3.0], [4.0, 10.0], [0.0, 10.0]];
-        for along in [Axis::X, Axis::Y, Axis::Z] {
+        for along in [UnitAxis::X, UnitAxis::Y, UnitAxis::Z] {
             assert!((volume(&prism(along, [-1.0, 4.0], &outline)) - 5.0 * 86.0).abs() < 1e-9);
         }
         for (base, center) in [(0.0, 50.0), (50.0, 0.0)] {
             let outline = tongue(20.0, base, center, 12.0);
-            assert!(volume(&prism(Axis::X, [0.0, 1.0], &outline)) > 0.5 * 50.0 * (40.0 + 24.0));
+            assert!(volume(&prism(UnitAxis::X, [0.0, 1.0], &outline)) > 0.5 * 50.0 * (40.0 + 24.0));
         }
     }
 

@@ -2,9 +2,9 @@
 //! point of `machine.toml`, the bearings on the axes of the tilting joint.
 
 use crate::machine_models::{
-    numbers::Numbers,
-    part::{Paint, Part},
-    solid::{Axis, Solid, block, cylinder, prism, slotted_disc, slotted_plate, tongue},
+    numbers::KinematicNumbers,
+    part::{MachinePart, Paint},
+    solid::{SolidMesh, UnitAxis, block, cylinder, prism, slotted_disc, slotted_plate, tongue},
 };
 
 /// A cradle between two bearings with a rotary table in it.
@@ -46,7 +46,7 @@ impl Trunnion<'_> {
     }
 
     /// Height of the floor below the cradle that it clears at every angle.
-    pub(crate) fn floor(&self, numbers: &Numbers) -> Result<f64, crate::Failure> {
+    pub(crate) fn floor(&self, numbers: &KinematicNumbers) -> Result<f64, crate::TaskError> {
         let pivot = numbers.point(self.tilt)?[2];
         let face = numbers.table[2];
         let low = face - self.thickness() - self.drive() - self.plate();
@@ -56,7 +56,7 @@ impl Trunnion<'_> {
     }
 
     /// Bearings, cradle, table.
-    pub(crate) fn parts(&self, numbers: &Numbers) -> Result<Vec<Part>, crate::Failure> {
+    pub(crate) fn parts(&self, numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, crate::TaskError> {
         let pivot = numbers.point(self.tilt)?;
         let axis = numbers.direction(self.tilt)?;
         let about_y = axis[1].abs() > 0.5;
@@ -68,21 +68,21 @@ impl Trunnion<'_> {
         // Built for a tilt about x at y = 0, the table's middle at x = 0.
         let round = (0.42 * r).min((height - low).max(0.3 * r));
         let arm_plate = tongue(0.6 * r, low, height, round);
-        let arms = [[-outer, -inner], [inner, outer]].map(|range| prism(Axis::X, range, &arm_plate));
-        let cradle = Solid::all(arms)
+        let arms = [[-outer, -inner], [inner, outer]].map(|range| prism(UnitAxis::X, range, &arm_plate));
+        let cradle = SolidMesh::all(arms)
             .and(block([-outer + 4.0, -0.62 * r, low], [outer - 4.0, 0.62 * r, low + self.plate()], 10.0))
-            .and(cylinder([0.0, 0.0, low + 4.0], Axis::Z.unit(), 0.62 * r, self.plate() + self.drive() - 8.0, 6.0));
+            .and(cylinder([0.0, 0.0, low + 4.0], UnitAxis::Z.unit(), 0.62 * r, self.plate() + self.drive() - 8.0, 6.0));
         let journals =
             [-1.0, 1.0].map(|s| cylinder([s * (outer - 4.0), 0.0, height], [s, 0.0, 0.0], 0.7 * round, 0.3 * r, 3.0));
         let bearing = tongue(0.7 * r, floor - 2.0, height, 1.15 * round);
         let gap = (0.012 * r).max(2.0);
         let bearings = [[-outer - gap - 0.42 * r, -outer - gap], [outer + gap, outer + gap + 0.42 * r]]
-            .map(|range| prism(Axis::X, range, &bearing));
-        let motor = cylinder([outer + gap + 0.41 * r, 0.0, height], Axis::X.unit(), 0.8 * round, 0.3 * r, 8.0);
+            .map(|range| prism(UnitAxis::X, range, &bearing));
+        let motor = cylinder([outer + gap + 0.41 * r, 0.0, height], UnitAxis::X.unit(), 0.8 * round, 0.3 * r, 8.0);
         let caps = [-1.0, 1.0]
             .map(|s| cylinder([s * (outer + gap + 0.41 * r), 0.0, height], [s, 0.0, 0.0], 0.95 * round, 0.06 * r, 3.0));
         // The tilt axis may be offset from the plane of the table's middle: its own y (or x) counts across.
-        let place = |solid: Solid| {
+        let place = |solid: SolidMesh| {
             if about_y {
                 solid.quarter_turned().at([pivot[0], center[1], 0.0])
             } else {
@@ -91,26 +91,32 @@ impl Trunnion<'_> {
         };
         let hub = cylinder(
             [center[0], center[1], face - self.thickness() - self.drive() + 2.0],
-            Axis::Z.unit(),
+            UnitAxis::Z.unit(),
             0.5 * r,
             self.drive(),
             2.0,
         );
         let disc = slotted_disc([numbers.table[0], numbers.table[1]], r, face, self.thickness(), 5);
         Ok(vec![
-            Part::new("bearings", "bearing", self.on, Paint::Frame, place(Solid::all(bearings))),
-            Part::new("bearing_caps", "bearing", self.on, Paint::Steel, place(Solid::all(caps))),
-            Part::new("swivel_motor", "motor", self.on, Paint::Dark, place(motor)),
-            Part::new("cradle", "cradle", self.tilt, Paint::Accent(self.accent), place(cradle)),
-            Part::new("journals", "bearing", self.tilt, Paint::Steel, place(Solid::all(journals))),
-            Part::new("table", "table", self.turn, Paint::Steel, disc),
-            Part::new("table_hub", "table", self.turn, Paint::Dark, hub),
+            MachinePart::new("bearings", "bearing", self.on, Paint::Frame, place(SolidMesh::all(bearings))),
+            MachinePart::new("bearing_caps", "bearing", self.on, Paint::Steel, place(SolidMesh::all(caps))),
+            MachinePart::new("swivel_motor", "motor", self.on, Paint::Dark, place(motor)),
+            MachinePart::new("cradle", "cradle", self.tilt, Paint::Accent(self.accent), place(cradle)),
+            MachinePart::new("journals", "bearing", self.tilt, Paint::Steel, place(SolidMesh::all(journals))),
+            MachinePart::new("table", "table", self.turn, Paint::Steel, disc),
+            MachinePart::new("table_hub", "table", self.turn, Paint::Dark, hub),
         ])
     }
 }
 
 /// A rotary table on a pedestal that rests on `floor`.
-pub(crate) fn rotary_table(numbers: &Numbers, on: &str, radius: f64, floor: f64, accent: [u8; 3]) -> Vec<Part> {
+pub(crate) fn rotary_table(
+    numbers: &KinematicNumbers,
+    on: &str,
+    radius: f64,
+    floor: f64,
+    accent: [u8; 3],
+) -> Vec<MachinePart> {
     let [x, y, face] = numbers.table;
     let thickness = (0.2 * radius).max(10.0);
     let under = face - thickness;
@@ -119,22 +125,28 @@ pub(crate) fn rotary_table(numbers: &Numbers, on: &str, radius: f64, floor: f64,
         [x + 0.95 * radius, y + 0.95 * radius, under - 24.0],
         14.0,
     )
-    .and(cylinder([x, y, under - 30.0], Axis::Z.unit(), 0.8 * radius, 27.0, 3.0))
+    .and(cylinder([x, y, under - 30.0], UnitAxis::Z.unit(), 0.8 * radius, 27.0, 3.0))
     .and(cylinder(
         [x + 0.7 * radius, y - 0.2 * radius, 0.5 * (floor + under)],
-        Axis::X.unit(),
+        UnitAxis::X.unit(),
         0.22 * radius,
         0.6 * radius,
         6.0,
     ));
     vec![
-        Part::new("table", "table", &numbers.table_on, Paint::Steel, slotted_disc([x, y], radius, face, thickness, 5)),
-        Part::new("pedestal", "pedestal", on, Paint::Accent(accent), pedestal),
+        MachinePart::new(
+            "table",
+            "table",
+            &numbers.table_on,
+            Paint::Steel,
+            slotted_disc([x, y], radius, face, thickness, 5),
+        ),
+        MachinePart::new("pedestal", "pedestal", on, Paint::Accent(accent), pedestal),
     ]
 }
 
 /// A fixed table with T-slots, standing on `floor`; `half` is its half size in x and y.
-pub(crate) fn fixed_table(numbers: &Numbers, half: [f64; 2], floor: f64) -> Vec<Part> {
+pub(crate) fn fixed_table(numbers: &KinematicNumbers, half: [f64; 2], floor: f64) -> Vec<MachinePart> {
     let [x, y, face] = numbers.table;
     let on = numbers.table_on.as_str();
     let under = face - (0.08 * half[0]).clamp(40.0, 120.0);
@@ -149,7 +161,7 @@ pub(crate) fn fixed_table(numbers: &Numbers, half: [f64; 2], floor: f64) -> Vec<
         block([x - half[0] + 6.0, at, floor - 2.0], [x + half[0] - 6.0, at + 30.0, under + 2.0], 6.0)
     });
     vec![
-        Part::new("table", "table", on, Paint::Steel, plate),
-        Part::new("table_foot", "table", on, Paint::Frame, Solid::all(ribs).and(foot)),
+        MachinePart::new("table", "table", on, Paint::Steel, plate),
+        MachinePart::new("table_foot", "table", on, Paint::Frame, SolidMesh::all(ribs).and(foot)),
     ]
 }

@@ -24,8 +24,8 @@ use parry3d_f64::query::gjk::{CsoPoint, GJKResult, VoronoiSimplex, closest_point
 use parry3d_f64::shape::SupportMap;
 use proveout_geom::Vector;
 
-use super::form::{Form, Turned};
-use super::placed::{Circles, Moved, Piece, Places, Seen, Side};
+use super::form::{BodyPieces, RevolvedBody};
+use super::placed::{Circles, PieceTree, PlacedBody, QueryPiece, RelativePoses, SupportPoints};
 
 /// Planes that are kept from one look to the next.
 const KEPT: usize = 12;
@@ -34,7 +34,7 @@ const ROUNDING_MM: f64 = 1e-9;
 
 /// What is known of a pair of bodies from the spans before.
 #[derive(Default)]
-pub(super) struct Search {
+pub(super) struct SeparationSearch {
     /// Directions of planes that have parted them, the last one first.
     known: Vec<Vector>,
     /// Looks at whole bodies, and those that one plane has settled.
@@ -46,24 +46,24 @@ pub(super) struct Search {
 }
 
 /// A direction, of length one, and how both bodies see it.
-struct Plane {
+struct SeparatingPlane {
     direction: Vector,
-    of_a: Seen,
-    of_b: Seen,
+    of_a: SupportPoints,
+    of_b: SupportPoints,
     /// The last node of each, and how far it reaches.
     last_a: (usize, f64),
     last_b: (usize, f64),
 }
 
-impl Plane {
-    fn new(way: &Vector, a: &impl Side, b: &impl Side) -> Option<Self> {
+impl SeparatingPlane {
+    fn new(way: &Vector, a: &impl PieceTree, b: &impl PieceTree) -> Option<Self> {
         let direction = way.try_normalize(0.0).filter(|d| d.iter().all(|x| x.is_finite()))?;
         let (of_a, of_b) = (a.see(&direction), b.see(&-direction));
         Some(Self { direction, of_a, of_b, last_a: (usize::MAX, 0.0), last_b: (usize::MAX, 0.0) })
     }
 
     /// Whether it has that much room between two nodes.
-    fn parts(&mut self, a: &impl Side, b: &impl Side, [of_a, of_b]: [usize; 2], limit: f64) -> bool {
+    fn parts(&mut self, a: &impl PieceTree, b: &impl PieceTree, [of_a, of_b]: [usize; 2], limit: f64) -> bool {
         if self.last_a.0 != of_a {
             self.last_a = (of_a, a.height(of_a, &self.of_a));
         }
@@ -74,27 +74,39 @@ impl Plane {
     }
 }
 
-impl Search {
+impl SeparationSearch {
     /// A distance of a body in its places from another below `limit` (mm), where there is one.
-    pub(super) fn nearer_than(&mut self, a: &Form, b: &Form, places: &Places, limit: f64) -> Option<f64> {
-        let still = Places::still();
+    pub(super) fn nearer_than(
+        &mut self,
+        a: &BodyPieces,
+        b: &BodyPieces,
+        places: &RelativePoses,
+        limit: f64,
+    ) -> Option<f64> {
+        let still = RelativePoses::still();
         if a.tree.is_empty() || b.tree.is_empty() {
             return None;
         }
-        self.nearer(&Moved::new(a, places), &Moved::new(b, &still), limit, &[])
+        self.nearer(&PlacedBody::new(a, places), &PlacedBody::new(b, &still), limit, &[])
     }
 
     /// The same of a body at all its turns.
-    pub(super) fn turned_nearer_than(&mut self, a: &Turned, b: &Form, places: &Places, limit: f64) -> Option<f64> {
-        let still = Places::still();
+    pub(super) fn turned_nearer_than(
+        &mut self,
+        a: &RevolvedBody,
+        b: &BodyPieces,
+        places: &RelativePoses,
+        limit: f64,
+    ) -> Option<f64> {
+        let still = RelativePoses::still();
         if a.tree.is_empty() || b.tree.is_empty() {
             return None;
         }
         let a = Circles::new(a, places);
-        self.nearer(&a, &Moved::new(b, &still), limit, &a.axes())
+        self.nearer(&a, &PlacedBody::new(b, &still), limit, &a.axes())
     }
 
-    fn nearer(&mut self, a: &impl Side, b: &impl Side, limit: f64, ways: &[Vector]) -> Option<f64> {
+    fn nearer(&mut self, a: &impl PieceTree, b: &impl PieceTree, limit: f64, ways: &[Vector]) -> Option<f64> {
         self.looks += 1;
         if limit <= 0.0 {
             self.by_one_plane += 1;
@@ -104,7 +116,7 @@ impl Search {
         let known = self.known.len();
         let ways: Vec<Vector> = self.known.drain(..).chain(ways.iter().copied()).chain([between]).collect();
         let mut waiting = ways.iter().enumerate();
-        let mut planes: Vec<Plane> = Vec::new();
+        let mut planes: Vec<SeparatingPlane> = Vec::new();
         let mut open = vec![[0, 0]];
         let (mut nodes, mut found) = (0, None);
         while let Some(two) = open.pop() {
@@ -113,7 +125,7 @@ impl Search {
             while settled.is_none()
                 && let Some((_, way)) = waiting.next()
             {
-                if let Some(mut plane) = Plane::new(way, a, b) {
+                if let Some(mut plane) = SeparatingPlane::new(way, a, b) {
                     settled = plane.parts(a, b, two, limit).then_some(planes.len());
                     planes.push(plane);
                 }
@@ -148,14 +160,14 @@ impl Search {
     /// A plane with enough room between two pieces, or a distance that leaves no room for one.
     fn plane_between(
         &mut self,
-        a: &impl Side,
-        b: &impl Side,
+        a: &impl PieceTree,
+        b: &impl PieceTree,
         [of_a, of_b]: [usize; 2],
         limit: f64,
         start: Option<&Vector>,
-    ) -> Result<Plane, f64> {
+    ) -> Result<SeparatingPlane, f64> {
         self.asked += 1;
-        let pieces = (&Piece(a, of_a), &Piece(b, of_b));
+        let pieces = (&QueryPiece(a, of_a), &QueryPiece(b, of_b));
         let mut simplex = VoronoiSimplex::new();
         let start = start.map_or(ParryVector::X, |d| ParryVector::new(d.x, d.y, d.z));
         simplex.reset(CsoPoint::from_shapes(&ParryPose::IDENTITY, pieces.0, pieces.1, start));
@@ -177,8 +189,14 @@ impl Search {
 }
 
 /// A plane across a direction, if it has enough room between two nodes.
-fn with_room(a: &impl Side, b: &impl Side, two: [usize; 2], limit: f64, d: ParryVector) -> Option<Plane> {
-    let mut plane = Plane::new(&Vector::new(d.x, d.y, d.z), a, b)?;
+fn with_room(
+    a: &impl PieceTree,
+    b: &impl PieceTree,
+    two: [usize; 2],
+    limit: f64,
+    d: ParryVector,
+) -> Option<SeparatingPlane> {
+    let mut plane = SeparatingPlane::new(&Vector::new(d.x, d.y, d.z), a, b)?;
     plane.parts(a, b, two, limit).then_some(plane)
 }
 

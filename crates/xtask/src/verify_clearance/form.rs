@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use proveout_geom::{Point, Pose, TriMesh, Vector};
 use proveout_tool::{Profile, Segment};
 
-use super::tree::{Corners, Node, OrientedBox, grow, of_pieces};
+use super::tree::{BoundNode, Corners, OrientedBox, grow, of_pieces};
 
 /// Points on an arc of a tool, and round it, where its corners are asked for.
 const ARC: usize = 48;
@@ -14,17 +14,17 @@ const ROUND: usize = 180;
 const SAME_MM: f64 = 1e-6;
 
 /// Convex pieces of a body, and a tree of boxes over them.
-pub(super) struct Form {
+pub(super) struct BodyPieces {
     /// Corners of each piece; of a body of revolution points on it.
     pub(super) pieces: Vec<Vec<Point>>,
     /// Half planes of the pieces where they are bodies of revolution about z of `own`, which is their pose then.
     outlines: Vec<Vec<Segment>>,
     pub(super) own: Option<Pose>,
-    pub(super) tree: Vec<Node<OrientedBox>>,
+    pub(super) tree: Vec<BoundNode<OrientedBox>>,
     pub(super) corners: Corners,
 }
 
-impl Form {
+impl BodyPieces {
     pub(super) fn mesh(mesh: &TriMesh) -> Self {
         let pieces: Vec<Vec<Point>> = (0..mesh.triangles.len()).map(|t| mesh.corners(t).to_vec()).collect();
         let corners = Corners::new(pieces.iter().flatten().copied().collect());
@@ -67,7 +67,7 @@ impl Form {
     }
 
     /// Each piece as the circles that its corners run through about a line, none twice.
-    pub(super) fn turned(&self, point: &Point, direction: &Vector) -> Turned {
+    pub(super) fn turned(&self, point: &Point, direction: &Vector) -> RevolvedBody {
         let of = |p: &Point| {
             let (way, along) = (p - point, (p - point).dot(direction));
             [(way - direction * along).norm(), along]
@@ -86,7 +86,7 @@ impl Form {
         let bound = |items: &[usize]| Drum::round(items.iter().map(|&i| &drums[i]));
         let size = |d: &Drum| d.radius.hypot(0.5 * (d.high - d.low));
         let center = |i: usize| Vector::new(drums[i].radius, 0.5 * (drums[i].low + drums[i].high), 0.0);
-        Turned { point: *point, direction: *direction, tree: grow(drums.len(), bound, size, center), pieces }
+        RevolvedBody { point: *point, direction: *direction, tree: grow(drums.len(), bound, size, center), pieces }
     }
 }
 
@@ -169,14 +169,14 @@ fn points_of(segment: &Segment) -> Vec<[f64; 2]> {
 /// At all turns each piece is the hull of the circles that its corners run through. It holds the piece at
 /// every turn, and lies within the hull that a claim may take for several pieces at once, so that no true
 /// claim is refused.
-pub(super) struct Turned {
+pub(super) struct RevolvedBody {
     pub(super) point: Point,
     pub(super) direction: Vector,
     pieces: Vec<Vec<[f64; 2]>>,
-    pub(super) tree: Vec<Node<Drum>>,
+    pub(super) tree: Vec<BoundNode<Drum>>,
 }
 
-impl Turned {
+impl RevolvedBody {
     /// How far the circles of a piece reach along a direction, by what it has across and along the line, and
     /// the circle that does.
     pub(super) fn farthest(&self, item: usize, across: f64, along: f64) -> (f64, [f64; 2]) {

@@ -42,12 +42,12 @@ use proveout_sim::{Choice, Prepared};
 use proveout_tool::{Role, Tool};
 use serde_json::Value;
 
-use crate::Failure;
-use distance::Search;
-use form::{Form, Turned};
+use crate::TaskError;
+use distance::SeparationSearch;
+use form::{BodyPieces, RevolvedBody};
 use motion::JointCorners;
-use placed::Places;
-use table::{Sample, Span};
+use placed::RelativePoses;
+use table::{ClearanceClaim, JointSample};
 
 /// Allowed excess of a claim over what is found here, mm: rounding, and arcs of tools that are polygons
 /// here.
@@ -64,20 +64,20 @@ const FACET_RAD: f64 = 0.1763;
 const TIME_SLACK_S: f64 = 1e-9;
 
 /// A body in the frame of its carrier.
-struct Body {
+struct CarriedBody {
     attached: Attachment,
     is_machine: bool,
     /// Its role is to bear on its neighbor.
     bears: bool,
     /// Number of the tool that it is a part of.
     tool: Option<u32>,
-    form: Form,
+    form: BodyPieces,
     /// The same at all turns of the joint that carries it about a fixed line.
-    turned: Option<(usize, Turned)>,
+    turned: Option<(usize, RevolvedBody)>,
 }
 
-impl Body {
-    fn new(machine: &Machine, attached: Attachment, is_machine: bool, tool: Option<u32>, form: Form) -> Self {
+impl CarriedBody {
+    fn new(machine: &Machine, attached: Attachment, is_machine: bool, tool: Option<u32>, form: BodyPieces) -> Self {
         let carrier = match attached {
             Attachment::Joint(j) if machine.joints[j].is_rotary() && machine.joints[j].turn_shift.is_none() => Some(j),
             _ => None,
@@ -91,14 +91,14 @@ impl Body {
 ///
 /// # Errors
 /// The first claim that does not hold, or a file that cannot be read.
-pub(crate) fn run(folder: &Path, scene: &Path) -> Result<String, Failure> {
+pub(crate) fn run(folder: &Path, scene: &Path) -> Result<String, TaskError> {
     let verdict: Value = serde_json::from_str(&crate::files::get(&folder.join("verdict.json"))?)
-        .map_err(|e| Failure(format!("verdict.json: {e}")))?;
+        .map_err(|e| TaskError(format!("verdict.json: {e}")))?;
     let choice = Choice { program: verdict["program"].as_str().map(Into::into), ..Choice::default() };
-    let setup = Prepared::read(scene, &choice).map_err(|e| Failure(format!("{}: {e}", scene.display())))?;
+    let setup = Prepared::read(scene, &choice).map_err(|e| TaskError(format!("{}: {e}", scene.display())))?;
     for (role, digest) in &setup.digests {
         if verdict["digests"][role].as_str() != Some(digest) {
-            return Err(Failure(format!("{role} has changed since the run: its digest differs")));
+            return Err(TaskError(format!("{role} has changed since the run: its digest differs")));
         }
     }
     let spans = table::spans(&folder.join("clearance.parquet"), &setup.machine)?;
@@ -106,30 +106,33 @@ pub(crate) fn run(folder: &Path, scene: &Path) -> Result<String, Failure> {
     check(&verdict, &setup, &spans, &samples)
 }
 
-fn bodies(setup: &Prepared) -> BTreeMap<String, Body> {
+fn bodies(setup: &Prepared) -> BTreeMap<String, CarriedBody> {
     let machine = &setup.machine;
     let table = machine.work_chain.last().map_or(Attachment::Base, |&j| Attachment::Joint(j));
     let of_machine = machine.bodies.iter().filter(|b| b.check).map(|b| {
         let bears = matches!(b.role.as_str(), "guide" | "bearing");
-        (b.name.clone(), Body { bears, ..Body::new(machine, b.attached_to, true, None, Form::mesh(&b.mesh)) })
+        (
+            b.name.clone(),
+            CarriedBody { bears, ..CarriedBody::new(machine, b.attached_to, true, None, BodyPieces::mesh(&b.mesh)) },
+        )
     });
     let fixtures = setup
         .fixtures
         .iter()
-        .map(|(name, mesh)| (name.clone(), Body::new(machine, table, false, None, Form::mesh(mesh))));
-    let mut all: BTreeMap<String, Body> = of_machine.chain(fixtures).collect();
+        .map(|(name, mesh)| (name.clone(), CarriedBody::new(machine, table, false, None, BodyPieces::mesh(mesh))));
+    let mut all: BTreeMap<String, CarriedBody> = of_machine.chain(fixtures).collect();
     for tool in &setup.tools.tools {
         all.extend(tool_bodies(machine, tool));
     }
     all
 }
 
-fn tool_bodies<'a>(machine: &'a Machine, tool: &'a Tool) -> impl Iterator<Item = (String, Body)> + 'a {
+fn tool_bodies<'a>(machine: &'a Machine, tool: &'a Tool) -> impl Iterator<Item = (String, CarriedBody)> + 'a {
     let roles = [(Role::Cutting, "cutter"), (Role::Neck, "neck"), (Role::Shank, "shank"), (Role::Holder, "holder")];
     roles.into_iter().filter_map(|(role, word)| {
         let profiles: Vec<_> = tool.bodies.iter().filter(|b| b.role == role).map(|b| &b.profile).collect();
-        let form = Form::revolved(&profiles, &machine.spindle.gauge_pose, tool.gauge_length);
-        let body = Body::new(machine, machine.spindle.attached_to, false, Some(tool.number), form);
+        let form = BodyPieces::revolved(&profiles, &machine.spindle.gauge_pose, tool.gauge_length);
+        let body = CarriedBody::new(machine, machine.spindle.attached_to, false, Some(tool.number), form);
         (!profiles.is_empty()).then(|| (format!("{word} of {}", tool.name), body))
     })
 }
@@ -142,7 +145,7 @@ fn carriers(machine: &Machine, attached: Attachment) -> Vec<usize> {
 }
 
 /// Machine bodies with one joint between them.
-fn are_neighbors(machine: &Machine, a: &Body, b: &Body) -> bool {
+fn are_neighbors(machine: &Machine, a: &CarriedBody, b: &CarriedBody) -> bool {
     let (x, y) = (carriers(machine, a.attached), carriers(machine, b.attached));
     let (short, long) = if x.len() < y.len() { (x, y) } else { (y, x) };
     a.is_machine && b.is_machine && long.len() == short.len() + 1 && long.starts_with(&short)
@@ -150,7 +153,7 @@ fn are_neighbors(machine: &Machine, a: &Body, b: &Body) -> bool {
 
 /// Whether a body is one of revolution about the joint between it and its neighbor, except for facets: its
 /// corners of each height and radius lie all round the axis.
-fn is_round(machine: &Machine, body: &Body, other: &Body) -> bool {
+fn is_round(machine: &Machine, body: &CarriedBody, other: &CarriedBody) -> bool {
     let (own, theirs) = (carriers(machine, body.attached), carriers(machine, other.attached));
     let Some(&joint) = (if own.len() > theirs.len() { own } else { theirs }).last() else { return false };
     let axis = &machine.joints[joint];
@@ -198,7 +201,12 @@ fn list(value: &Value) -> &[Value] {
     value.as_array().map_or(&[], Vec::as_slice)
 }
 
-fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) -> Result<String, Failure> {
+fn check(
+    verdict: &Value,
+    setup: &Prepared,
+    spans: &[ClearanceClaim],
+    samples: &[JointSample],
+) -> Result<String, TaskError> {
     let machine = &setup.machine;
     let bodies = bodies(setup);
     let clearance = &verdict["clearance"];
@@ -206,14 +214,15 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
     let claimed: BTreeMap<Pair, f64> =
         list(&clearance["pairs"]).iter().filter_map(|p| Some((pair_of(p)?, p["proved_mm"].as_f64()?))).collect();
     let passes = |g: &Value| g["name"] == "collision" && g["state"] == "pass";
-    let borne = |a: &Body, b: &Body| a.bears || b.bears || is_round(machine, a, b) || is_round(machine, b, a);
+    let borne =
+        |a: &CarriedBody, b: &CarriedBody| a.bears || b.bears || is_round(machine, a, b) || is_round(machine, b, a);
     let bears = |(a, b): &&Pair| matches!((bodies.get(a), bodies.get(b)), (Some(a), Some(b)) if are_neighbors(machine, a, b) && borne(a, b));
     let mut left = unchecked.iter().filter(|p| !bears(p));
     if let Some((a, b)) = left.next().filter(|_| list(&verdict["gates"]).iter().any(passes)) {
-        return Err(Failure(format!("{a} and {b}: not checked, yet the collision gate passes")));
+        return Err(TaskError(format!("{a} and {b}: not checked, yet the collision gate passes")));
     }
     let found: BTreeSet<Pair> = list(&verdict["findings"]).iter().filter_map(pair_of).collect();
-    let mut of_pair: BTreeMap<Pair, Vec<&Span>> = BTreeMap::new();
+    let mut of_pair: BTreeMap<Pair, Vec<&ClearanceClaim>> = BTreeMap::new();
     for span in spans {
         of_pair.entry(ordered(&span.bodies[0], &span.bodies[1])).or_default().push(span);
     }
@@ -232,7 +241,7 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
             if unchecked.contains(&pair) {
                 continue;
             }
-            let about = |text: String| Failure(format!("{one} and {other}: {text}"));
+            let about = |text: String| TaskError(format!("{one} and {other}: {text}"));
             if are_neighbors(machine, a, b) {
                 if !claimed.contains_key(&pair) {
                     return Err(about("the pair is missing in the verdict".into()));
@@ -245,7 +254,7 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
             };
             cover(machine, spans, samples, tool).map_err(about)?;
             pairs += 1;
-            let mut known = Known::default();
+            let mut known = PairCache::default();
             for span in spans {
                 seen += 1;
                 holds(machine, &bodies, span, samples, &mut known).map_err(about)?;
@@ -276,8 +285,13 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
 }
 
 /// The spans are one after the other and hold all samples.
-fn cover(machine: &Machine, spans: &[&Span], samples: &[Sample], tool: Option<u32>) -> Result<(), String> {
-    let in_place = |s: &Sample| tool.is_none() || s.tool == tool;
+fn cover(
+    machine: &Machine,
+    spans: &[&ClearanceClaim],
+    samples: &[JointSample],
+    tool: Option<u32>,
+) -> Result<(), String> {
+    let in_place = |s: &JointSample| tool.is_none() || s.tool == tool;
     for two in spans.windows(2) {
         follow(machine, two[0], two[1], samples, &in_place)?;
     }
@@ -287,7 +301,7 @@ fn cover(machine: &Machine, spans: &[&Span], samples: &[Sample], tool: Option<u3
             first += 1;
         }
         let begun = spans[first..].iter().take_while(|s| s.time[0] <= sample.time + TIME_SLACK_S);
-        let near: Vec<&&Span> = begun.filter(|s| sample.time <= s.time[1] + TIME_SLACK_S).collect();
+        let near: Vec<&&ClearanceClaim> = begun.filter(|s| sample.time <= s.time[1] + TIME_SLACK_S).collect();
         // Before the first span and beyond the last one nothing moves.
         let outside = sample.time < spans[0].time[0] || spans[spans.len() - 1].time[1] < sample.time;
         let near = if near.is_empty() && outside && tool.is_none() { vec![&spans[first]] } else { near };
@@ -311,10 +325,10 @@ fn cover(machine: &Machine, spans: &[&Span], samples: &[Sample], tool: Option<u3
 /// their ranges touch. Only where the tool is not in the spindle there may be time between them.
 fn follow(
     machine: &Machine,
-    one: &Span,
-    next: &Span,
-    samples: &[Sample],
-    in_place: &impl Fn(&Sample) -> bool,
+    one: &ClearanceClaim,
+    next: &ClearanceClaim,
+    samples: &[JointSample],
+    in_place: &impl Fn(&JointSample) -> bool,
 ) -> Result<(), String> {
     let from = samples.partition_point(|s| s.time < one.time[1]);
     let to = samples.partition_point(|s| s.time <= next.time[0]);
@@ -335,17 +349,17 @@ fn follow(
 }
 
 /// Joint that is farthest outside of the range of a span, and by how much.
-fn beyond(machine: &Machine, span: &Span, q: &JointValues) -> (f64, usize) {
+fn beyond(machine: &Machine, span: &ClearanceClaim, q: &JointValues) -> (f64, usize) {
     let off = |j: usize| (span.low[j] - q[j]).max(q[j] - span.high[j]);
     (0..machine.joints.len()).map(|j| (off(j), j)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
 }
 
 /// Whether the joints are in the range of a span.
-fn holds_joints(machine: &Machine, span: &Span, q: &JointValues) -> bool {
+fn holds_joints(machine: &Machine, span: &ClearanceClaim, q: &JointValues) -> bool {
     (0..machine.joints.len()).all(|j| in_range(span, q, j))
 }
 
-fn in_range(span: &Span, q: &JointValues, j: usize) -> bool {
+fn in_range(span: &ClearanceClaim, q: &JointValues, j: usize) -> bool {
     span.low[j] - JOINT_SLACK <= q[j] && q[j] <= span.high[j] + JOINT_SLACK
 }
 
@@ -353,9 +367,9 @@ fn in_range(span: &Span, q: &JointValues, j: usize) -> bool {
 /// one; none where all ranges have ends.
 fn at_all_turns<'a>(
     machine: &Machine,
-    [a, b]: [&'a Body; 2],
-    span: &Span,
-) -> Result<Option<(&'a Turned, [&'a Body; 2])>, String> {
+    [a, b]: [&'a CarriedBody; 2],
+    span: &ClearanceClaim,
+) -> Result<Option<(&'a RevolvedBody, [&'a CarriedBody; 2])>, String> {
     let mut joints = span.without_ends();
     let Some(joint) = joints.next() else { return Ok(None) };
     let about = |why: &str| {
@@ -368,7 +382,7 @@ fn at_all_turns<'a>(
     if span.straight.is_some() {
         return about("but the joints are stated to move linearly");
     }
-    let of = |one: &'a Body, other: &'a Body| {
+    let of = |one: &'a CarriedBody, other: &'a CarriedBody| {
         let (carrier, turned) = one.turned.as_ref()?;
         let alone = *carrier == joint && !carriers(machine, other.attached).contains(&joint);
         alone.then_some((turned, [one, other]))
@@ -381,19 +395,19 @@ fn at_all_turns<'a>(
 
 /// Results of a pair's spans so far that speed up the next one.
 #[derive(Default)]
-struct Known {
-    search: Search,
-    turned: Search,
+struct PairCache {
+    search: SeparationSearch,
+    turned: SeparationSearch,
     corners: [JointCorners; 2],
 }
 
 /// Distance and motion of one span.
 fn holds(
     machine: &Machine,
-    bodies: &BTreeMap<String, Body>,
-    span: &Span,
-    samples: &[Sample],
-    known: &mut Known,
+    bodies: &BTreeMap<String, CarriedBody>,
+    span: &ClearanceClaim,
+    samples: &[JointSample],
+    known: &mut PairCache,
 ) -> Result<(), String> {
     if !span.is_told() {
         return Err(format!("from {} s: a number is missing, or exceeds all joints and bodies", span.time[0]));
@@ -412,9 +426,9 @@ fn holds(
     }
     let limit = span.distance - SLACK_MM;
     let nearer = match turned {
-        None => known.search.nearer_than(&a.form, &b.form, &Places::of(machine, [a, b], span), limit),
+        None => known.search.nearer_than(&a.form, &b.form, &RelativePoses::of(machine, [a, b], span), limit),
         Some((turned, [one, other])) => {
-            known.turned.turned_nearer_than(turned, &other.form, &Places::of(machine, [one, other], span), limit)
+            known.turned.turned_nearer_than(turned, &other.form, &RelativePoses::of(machine, [one, other], span), limit)
         }
     };
     if let Some(nearer) = nearer {

@@ -9,8 +9,8 @@
 use proveout_geom::Point;
 use proveout_machine::{JointValues, Machine};
 
-use super::table::{Sample, Span};
-use super::{Body, carriers, holds_joints};
+use super::table::{ClearanceClaim, JointSample};
+use super::{CarriedBody, carriers, holds_joints};
 
 /// A corner for each joint.
 pub(super) type JointCorners = Vec<usize>;
@@ -22,9 +22,9 @@ const OFF_PARABOLA: f64 = 0.008_018_7;
 /// `near` are corners of both bodies that were farthest from the joints in another span.
 pub(super) fn least(
     machine: &Machine,
-    [a, b]: [&Body; 2],
-    span: &Span,
-    samples: &[Sample],
+    [a, b]: [&CarriedBody; 2],
+    span: &ClearanceClaim,
+    samples: &[JointSample],
     near: &mut [JointCorners; 2],
 ) -> f64 {
     let middle = span.middle();
@@ -67,7 +67,7 @@ pub(super) fn least(
 }
 
 /// Farthest vertex of a body from the axis of a joint, mm, at some joints.
-fn farthest(machine: &Machine, body: &Body, joint: usize, q: &JointValues, near: &mut usize) -> f64 {
+fn farthest(machine: &Machine, body: &CarriedBody, joint: usize, q: &JointValues, near: &mut usize) -> f64 {
     let machine_from_body = machine.attachment_pose(body.attached, q);
     let machine_from_joint = machine.attachment_pose(proveout_machine::Attachment::Joint(joint), q);
     let axis = &machine.joints[joint];

@@ -5,20 +5,20 @@ use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, Machine};
 
-use super::Body;
-use super::form::{Form, Turned, beats};
-use super::table::Span;
+use super::CarriedBody;
+use super::form::{BodyPieces, RevolvedBody, beats};
+use super::table::ClearanceClaim;
 
 /// Places of the first body as the second one sees it.
-pub(super) struct Places {
+pub(super) struct RelativePoses {
     pub(super) poses: [Pose; 2],
     /// The one in the middle, where points go along the parabolas through all three.
     pub(super) middle: Option<Pose>,
     pub(super) shifts: Vec<Vector>,
 }
 
-impl Places {
-    pub(super) fn of(machine: &Machine, [a, b]: [&Body; 2], span: &Span) -> Self {
+impl RelativePoses {
+    pub(super) fn of(machine: &Machine, [a, b]: [&CarriedBody; 2], span: &ClearanceClaim) -> Self {
         let b_from_a =
             |q: &JointValues| machine.attachment_pose(b.attached, q).inverse() * machine.attachment_pose(a.attached, q);
         if let Some(ends) = &span.straight {
@@ -42,11 +42,11 @@ impl Places {
 
     /// Maps of the points of the first body whose images hold, in their hull, all the way of each: to its
     /// ends, and to where the tangents of its parabola meet.
-    fn images(&self) -> impl Iterator<Item = Image> {
-        let [from, to] = self.poses.each_ref().map(Image::of);
-        let corner = self.middle.as_ref().map(Image::of).map(|x| {
+    fn images(&self) -> impl Iterator<Item = AffineMap> {
+        let [from, to] = self.poses.each_ref().map(AffineMap::of);
+        let corner = self.middle.as_ref().map(AffineMap::of).map(|x| {
             let meet = |x: Vector, a: Vector, b: Vector| x * 2.0 - (a + b) * 0.5;
-            Image {
+            AffineMap {
                 turn: [0, 1, 2].map(|k| meet(x.turn[k], from.turn[k], to.turn[k])),
                 shift: meet(x.shift, from.shift, to.shift),
             }
@@ -58,13 +58,13 @@ impl Places {
 
 /// An affine map; where points go along parabolas it is no pose.
 #[derive(Clone, Copy, PartialEq)]
-struct Image {
+struct AffineMap {
     /// Where it takes the axes.
     turn: [Vector; 3],
     shift: Vector,
 }
 
-impl Image {
+impl AffineMap {
     fn of(pose: &Pose) -> Self {
         Self { turn: [0, 1, 2].map(|k| pose.rotation.column(k).into_owned()), shift: pose.translation }
     }
@@ -94,36 +94,36 @@ const IMAGES: usize = 3;
 /// A direction as a body sees it in its places: the farthest point along it in an image is the farthest along
 /// `along` in the body, and as much farther as `beyond`.
 #[derive(Clone)]
-pub(super) struct Seen {
+pub(super) struct SupportPoints {
     along: [Vector; IMAGES],
     beyond: [f64; IMAGES],
 }
 
 /// A tree of pieces in all their places.
-pub(super) trait Side {
+pub(super) trait PieceTree {
     /// The two branches of a node; none of one that is a piece.
     fn parts(&self, node: usize) -> Option<[usize; 2]>;
     /// Size of a node, mm: the larger one is parted.
     fn size(&self, node: usize) -> f64;
     /// Somewhere in the middle of all places.
     fn middle(&self) -> Vector;
-    fn see(&self, d: &Vector) -> Seen;
+    fn see(&self, d: &Vector) -> SupportPoints;
     /// No point of a node is farther along a direction in any of its places; of a piece the farthest is as far.
-    fn height(&self, node: usize, seen: &Seen) -> f64;
+    fn height(&self, node: usize, seen: &SupportPoints) -> f64;
     /// The farthest point of a piece.
     fn farthest(&self, node: usize, d: &Vector) -> Vector;
 }
 
 /// A body in its places.
-pub(super) struct Moved<'a> {
-    form: &'a Form,
-    images: Vec<Image>,
+pub(super) struct PlacedBody<'a> {
+    form: &'a BodyPieces,
+    images: Vec<AffineMap>,
     shifts: &'a [Vector],
 }
 
-impl<'a> Moved<'a> {
-    pub(super) fn new(form: &'a Form, places: &'a Places) -> Self {
-        let own = form.own.as_ref().map(Image::of);
+impl<'a> PlacedBody<'a> {
+    pub(super) fn new(form: &'a BodyPieces, places: &'a RelativePoses) -> Self {
+        let own = form.own.as_ref().map(AffineMap::of);
         let images = places.images().map(|x| own.map_or(x, |own| x.after(&own)));
         Self { form, images: images.collect(), shifts: &places.shifts }
     }
@@ -137,7 +137,7 @@ fn shifted(shifts: &[Vector], p: Vector, d: &Vector) -> Vector {
     shifts.iter().fold(p, |p, s| if s.dot(d) > 0.0 { p + s } else { p - s })
 }
 
-impl Side for Moved<'_> {
+impl PieceTree for PlacedBody<'_> {
     fn parts(&self, node: usize) -> Option<[usize; 2]> {
         self.form.tree[node].holds.err()
     }
@@ -152,8 +152,8 @@ impl Side for Moved<'_> {
         sum / self.images.len() as f64
     }
 
-    fn see(&self, d: &Vector) -> Seen {
-        let mut seen = Seen { along: [Vector::zeros(); IMAGES], beyond: [beyond(self.shifts, d); IMAGES] };
+    fn see(&self, d: &Vector) -> SupportPoints {
+        let mut seen = SupportPoints { along: [Vector::zeros(); IMAGES], beyond: [beyond(self.shifts, d); IMAGES] };
         for (k, image) in self.images.iter().enumerate() {
             seen.along[k] = image.seen(d);
             seen.beyond[k] += image.shift.dot(d);
@@ -161,7 +161,7 @@ impl Side for Moved<'_> {
         seen
     }
 
-    fn height(&self, node: usize, seen: &Seen) -> f64 {
+    fn height(&self, node: usize, seen: &SupportPoints) -> f64 {
         let node = &self.form.tree[node];
         let mut most = f64::NEG_INFINITY;
         for k in 0..self.images.len() {
@@ -195,14 +195,14 @@ impl Side for Moved<'_> {
 
 /// A body at all turns about a line.
 pub(super) struct Circles<'a> {
-    turned: &'a Turned,
+    turned: &'a RevolvedBody,
     point: Vector,
     direction: Vector,
     shifts: &'a [Vector],
 }
 
 impl<'a> Circles<'a> {
-    pub(super) fn new(turned: &'a Turned, places: &'a Places) -> Self {
+    pub(super) fn new(turned: &'a RevolvedBody, places: &'a RelativePoses) -> Self {
         let [here, _] = &places.poses;
         let (point, direction) = (here.point(&turned.point).coords, here.vector(&turned.direction));
         Self { turned, point, direction, shifts: &places.shifts }
@@ -214,7 +214,7 @@ impl<'a> Circles<'a> {
     }
 }
 
-impl Side for Circles<'_> {
+impl PieceTree for Circles<'_> {
     fn parts(&self, node: usize) -> Option<[usize; 2]> {
         self.turned.tree[node].holds.err()
     }
@@ -228,14 +228,14 @@ impl Side for Circles<'_> {
         self.point + self.direction * height
     }
 
-    fn see(&self, d: &Vector) -> Seen {
+    fn see(&self, d: &Vector) -> SupportPoints {
         let along = d.dot(&self.direction);
         let across = (d - self.direction * along).norm();
         let beyond = self.point.dot(d) + beyond(self.shifts, d);
-        Seen { along: [Vector::new(across, along, 0.0); IMAGES], beyond: [beyond; IMAGES] }
+        SupportPoints { along: [Vector::new(across, along, 0.0); IMAGES], beyond: [beyond; IMAGES] }
     }
 
-    fn height(&self, node: usize, seen: &Seen) -> f64 {
+    fn height(&self, node: usize, seen: &SupportPoints) -> f64 {
         let node = &self.turned.tree[node];
         let ([across, along], drum) = ([seen.along[0].x, seen.along[0].y], &node.bound);
         let height = match node.holds {
@@ -257,9 +257,9 @@ impl Side for Circles<'_> {
 }
 
 /// A piece of a body, as the query library asks for it.
-pub(super) struct Piece<'a, S>(pub(super) &'a S, pub(super) usize);
+pub(super) struct QueryPiece<'a, S>(pub(super) &'a S, pub(super) usize);
 
-impl<S: Side> SupportMap for Piece<'_, S> {
+impl<S: PieceTree> SupportMap for QueryPiece<'_, S> {
     fn local_support_point(&self, direction: ParryVector) -> ParryVector {
         let p = self.0.farthest(self.1, &Vector::new(direction.x, direction.y, direction.z));
         ParryVector::new(p.x, p.y, p.z)

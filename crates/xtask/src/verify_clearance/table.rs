@@ -7,14 +7,14 @@ use arrow_array::{Array, Float64Array, RecordBatch, StringArray, UInt32Array};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use proveout_machine::{JointValues, Machine};
 
-use crate::Failure;
+use crate::TaskError;
 
 /// No joint and no body is there, mm or radian: so far off sums lose what is claimed.
 const BEYOND: f64 = 1e7;
 
 /// A claim: over this time the two are apart by at least `distance - motion`, mm.
 #[derive(Clone, Debug)]
-pub(super) struct Span {
+pub(super) struct ClearanceClaim {
     pub(super) bodies: [String; 2],
     pub(super) time: [f64; 2],
     pub(super) distance: f64,
@@ -27,7 +27,7 @@ pub(super) struct Span {
     pub(super) curved: bool,
 }
 
-impl Span {
+impl ClearanceClaim {
     /// Whether its numbers are some.
     pub(super) fn is_told(&self) -> bool {
         let is_told = |x: f64| x.abs() < BEYOND;
@@ -52,15 +52,15 @@ impl Span {
 
 /// Joints at a moment of the run.
 #[derive(Clone, Debug)]
-pub(super) struct Sample {
+pub(super) struct JointSample {
     pub(super) time: f64,
     pub(super) joints: JointValues,
     /// Number of the tool in the spindle.
     pub(super) tool: Option<u32>,
 }
 
-fn batches(path: &Path, mut take: impl FnMut(&RecordBatch) -> Result<(), String>) -> Result<(), Failure> {
-    let fail = |e: String| Failure(format!("{}: {e}", path.display()));
+fn batches(path: &Path, mut take: impl FnMut(&RecordBatch) -> Result<(), String>) -> Result<(), TaskError> {
+    let fail = |e: String| TaskError(format!("{}: {e}", path.display()));
     let file = File::open(path).map_err(|e| fail(e.to_string()))?;
     let reader = ParquetRecordBatchReaderBuilder::try_new(file).and_then(ParquetRecordBatchReaderBuilder::build);
     for batch in reader.map_err(|e| fail(e.to_string()))? {
@@ -91,7 +91,7 @@ fn values(columns: &[(&Float64Array, f64)], row: usize) -> JointValues {
     q
 }
 
-pub(super) fn spans(path: &Path, machine: &Machine) -> Result<Vec<Span>, Failure> {
+pub(super) fn spans(path: &Path, machine: &Machine) -> Result<Vec<ClearanceClaim>, TaskError> {
     let mut all = Vec::new();
     batches(path, |batch| {
         let names = [column::<StringArray>(batch, "body_a")?, column::<StringArray>(batch, "body_b")?];
@@ -103,7 +103,7 @@ pub(super) fn spans(path: &Path, machine: &Machine) -> Result<Vec<Span>, Failure
         let curved = column::<UInt32Array>(batch, "curved")?;
         for row in 0..batch.num_rows() {
             let straight = from.first().is_some_and(|(c, _)| !c.is_null(row));
-            all.push(Span {
+            all.push(ClearanceClaim {
                 bodies: names.map(|n| n.value(row).to_owned()),
                 time: [begin.value(row), end.value(row)],
                 distance: distance.value(row),
@@ -119,13 +119,13 @@ pub(super) fn spans(path: &Path, machine: &Machine) -> Result<Vec<Span>, Failure
     Ok(all)
 }
 
-pub(super) fn samples(path: &Path, machine: &Machine) -> Result<Vec<Sample>, Failure> {
+pub(super) fn samples(path: &Path, machine: &Machine) -> Result<Vec<JointSample>, TaskError> {
     let mut all = Vec::new();
     batches(path, |batch| {
         let (time, tool) = (column::<Float64Array>(batch, "time_s")?, column::<UInt32Array>(batch, "tool")?);
         let joints = joints(batch, machine, "actual")?;
         for row in 0..batch.num_rows() {
-            all.push(Sample {
+            all.push(JointSample {
                 time: time.value(row),
                 joints: values(&joints, row),
                 tool: (!tool.is_null(row)).then(|| tool.value(row)),

@@ -14,7 +14,7 @@ const PROGRAM: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3
                        A20. C60.\nX30. Z3.\nA-15. C-90.\nG0 Z60.\nM5\nM30\n%\n";
 
 /// Writes a scene with a post next to the block on a five-axis machine, and proves it out into a folder.
-fn made(folder: &Path) -> (Value, Prepared, Vec<Span>, Vec<Sample>) {
+fn made(folder: &Path) -> (Value, Prepared, Vec<ClearanceClaim>, Vec<JointSample>) {
     let root = crate::workspace_root();
     let tools = "[[tool]]\nnumber = 1\nname = \"T1\"\nkind = \"ball\"\ndiameter_mm = 10\nflute_length_mm = 25\nshank_diameter_mm = 10\n\
                  gauge_length_mm = 80\ncenter_cutting = true\nholder = { sections = [{ diameter_mm = 40, length_mm = 40 }] }\n";
@@ -41,20 +41,20 @@ fn made(folder: &Path) -> (Value, Prepared, Vec<Span>, Vec<Sample>) {
     (verdict, setup, spans, samples)
 }
 
-fn refused(what: &str, result: Result<String, Failure>) {
+fn refused(what: &str, result: Result<String, TaskError>) {
     match result {
-        Err(Failure(text)) => println!("{what}: {text}"),
+        Err(TaskError(text)) => println!("{what}: {text}"),
         Ok(text) => panic!("{what} is not refused: {text}"),
     }
 }
 
 /// A straight span in two parts with its time and its claims: each has half of the way, and what the joints
 /// may leave it by.
-fn halves(span: &Span) -> [Span; 2] {
+fn halves(span: &ClearanceClaim) -> [ClearanceClaim; 2] {
     let [from, to] = span.straight.expect("straight");
     let middle = (from + to) * 0.5;
     let off = from.zip_map(to, f64::min) - span.low;
-    [[from, middle], [middle, to]].map(|ends| Span {
+    [[from, middle], [middle, to]].map(|ends| ClearanceClaim {
         low: ends[0].zip_map(ends[1], f64::min) - off,
         high: ends[0].zip_map(ends[1], f64::max) + off,
         straight: Some(ends),
@@ -67,14 +67,14 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     let folder = tempfile::tempdir().expect("folder");
     let (verdict, mut setup, spans, samples) = made(folder.path());
     let said =
-        run(&folder.path().join("run"), &folder.path().join("scene.toml")).unwrap_or_else(|Failure(e)| panic!("{e}"));
+        run(&folder.path().join("run"), &folder.path().join("scene.toml")).unwrap_or_else(|TaskError(e)| panic!("{e}"));
     println!("{said}");
     assert!(said.contains("listed as unchecked") && spans.len() > 100, "{said}");
 
     // Of each body the pair that came nearest, and the spans of the moment at which that was measured: D less
     // the motion is the least distance, but for the error. At the place that was measured the true distance
     // of hull or box is no more than it and the motion, so that 0.05 mm more are a lie.
-    let least = |s: &Span| s.distance - s.motion;
+    let least = |s: &ClearanceClaim| s.distance - s.motion;
     let nearest = |name: &str| {
         let stated = list(&verdict["clearance"]["pairs"]).iter().filter_map(|p| {
             let (min, error, time) = (p["min_mm"].as_f64()?, p["error_mm"].as_f64()?, p["time_s"].as_f64()?);
@@ -82,7 +82,8 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
             ((pair.0 == name || pair.1 == name) && min > 0.0 && error < 0.02).then_some((min, time, pair))
         });
         let (_, time, pair) = stated.min_by(|x, y| x.0.total_cmp(&y.0)).expect("a pair");
-        let at = |s: &Span| ordered(&s.bodies[0], &s.bodies[1]) == pair && s.time[0] <= time && time <= s.time[1];
+        let at =
+            |s: &ClearanceClaim| ordered(&s.bodies[0], &s.bodies[1]) == pair && s.time[0] <= time && time <= s.time[1];
         (0..spans.len()).filter(|&k| at(&spans[k])).collect::<Vec<_>>()
     };
     for name in ["post", "holder of T1", "cutter of T1"] {
@@ -116,20 +117,20 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
 
     // Parts of one piece of the motion have its time in common: cut in two it holds as well, but without one
     // of them it has no gap in time, only along the way.
-    let way = |s: &Span| s.straight.as_ref().map_or(0.0, |[from, to]| (*to - *from).max_abs());
+    let way = |s: &ClearanceClaim| s.straight.as_ref().map_or(0.0, |[from, to]| (*to - *from).max_abs());
     let far = |&a: &usize, &b: &usize| way(&spans[a]).total_cmp(&way(&spans[b]));
     let k = (0..spans.len()).filter(|&k| least(&spans[k]) > 1.0).max_by(far).expect("a straight span");
     assert!(way(&spans[k]) > 0.01, "{}", way(&spans[k]));
     let mut forged = spans.clone();
     forged.splice(k..=k, halves(&spans[k]));
-    check(&verdict, &setup, &forged, &samples).unwrap_or_else(|Failure(e)| panic!("{e}"));
+    check(&verdict, &setup, &forged, &samples).unwrap_or_else(|TaskError(e)| panic!("{e}"));
     forged.remove(k + 1);
     refused("a part of a piece removed", check(&verdict, &setup, &forged, &samples));
 
     // A row whose points move along parabolas, reported as one of straight lines: it claims too little
     // motion. Its distance is that of the parabolas.
     let rotary: Vec<usize> = (0..setup.machine.joints.len()).filter(|&j| setup.machine.joints[j].is_rotary()).collect();
-    let turned = |s: &Span| -> f64 {
+    let turned = |s: &ClearanceClaim| -> f64 {
         s.straight.as_ref().map_or(0.0, |[from, to]| rotary.iter().map(|&j| (to[j] - from[j]).abs()).sum())
     };
     let curved = |k: &usize| spans[*k].curved && least(&spans[*k]) > 1.0;
@@ -145,7 +146,7 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     // A row that holds at every turn of the table: with a distance that no turn has, with another joint that
     // may be anywhere, with one that does not carry either body alone about a fixed line.
     let (b, c) = (setup.machine.joint("A").expect("A"), setup.machine.joint("C").expect("C"));
-    let at_every_turn = |s: &&Span| s.without_ends().eq([c]) && least(s) > 1.0;
+    let at_every_turn = |s: &&ClearanceClaim| s.without_ends().eq([c]) && least(s) > 1.0;
     assert!(spans.iter().filter(at_every_turn).count() > 5, "no row holds at every turn");
     let k = spans.iter().position(|s| at_every_turn(&s)).expect("a row");
     for raised in [2e3, 1e6] {
@@ -153,7 +154,8 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
         forged[k].distance += raised;
         refused(&format!("every turn: a distance raised by {raised} mm"), check(&verdict, &setup, &forged, &samples));
     }
-    let endless = |forged: &mut Span, j: usize| (forged.low[j], forged.high[j]) = (f64::NEG_INFINITY, f64::INFINITY);
+    let endless =
+        |forged: &mut ClearanceClaim, j: usize| (forged.low[j], forged.high[j]) = (f64::NEG_INFINITY, f64::INFINITY);
     let mut forged = spans.clone();
     endless(&mut forged[k], b);
     refused("every turn of two joints", check(&verdict, &setup, &forged, &samples));
@@ -177,7 +179,7 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     // Numbers that are none.
     let straight =
         (0..spans.len()).find(|&k| least(&spans[k]) > 1.0 && spans[k].straight.is_some()).expect("a straight span");
-    let spoiled: [fn(&mut Span, f64); 4] = [
+    let spoiled: [fn(&mut ClearanceClaim, f64); 4] = [
         |s, x| s.distance = x,
         |s, x| s.motion = x,
         |s, x| s.low[0] = x.min(s.low[0]),
@@ -223,5 +225,5 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
 #[test]
 fn a_run_that_is_named_holds() {
     let (Ok(folder), Ok(scene)) = (std::env::var("PROVEOUT_RUN"), std::env::var("PROVEOUT_SCENE")) else { return };
-    println!("{}", run(Path::new(&folder), Path::new(&scene)).unwrap_or_else(|Failure(e)| panic!("{e}")));
+    println!("{}", run(Path::new(&folder), Path::new(&scene)).unwrap_or_else(|TaskError(e)| panic!("{e}")));
 }

@@ -64,7 +64,7 @@ impl OrientedBox {
 }
 
 /// A node of a tree of two branches each.
-pub(super) struct Node<B> {
+pub(super) struct BoundNode<B> {
     pub(super) bound: B,
     /// Half of its diagonal.
     pub(super) size: f64,
@@ -78,8 +78,8 @@ pub(super) fn grow<B>(
     bound: impl Fn(&[usize]) -> B,
     size: impl Fn(&B) -> f64,
     center: impl Fn(usize) -> Vector,
-) -> Vec<Node<B>> {
-    let mut tree: Vec<Node<B>> = Vec::new();
+) -> Vec<BoundNode<B>> {
+    let mut tree: Vec<BoundNode<B>> = Vec::new();
     let mut items: Vec<usize> = (0..count).collect();
     // Each range of items, and which of whose branches it is.
     let mut open = Vec::from_iter((count > 0).then_some((0, count, None)));
@@ -87,9 +87,9 @@ pub(super) fn grow<B>(
         let part = &mut items[from..to];
         let bound = bound(part);
         let at = tree.len();
-        tree.push(Node { size: size(&bound), bound, holds: Ok(part[0]) });
+        tree.push(BoundNode { size: size(&bound), bound, holds: Ok(part[0]) });
         if let Some((parent, branch)) = above {
-            let parent: &mut Node<B> = &mut tree[parent];
+            let parent: &mut BoundNode<B> = &mut tree[parent];
             let mut two = parent.holds.err().unwrap_or_default();
             two[branch] = at;
             parent.holds = Err(two);
@@ -108,7 +108,7 @@ pub(super) fn grow<B>(
 }
 
 /// Boxes over the pieces of a body.
-pub(super) fn of_pieces(pieces: &[Vec<Point>]) -> Vec<Node<OrientedBox>> {
+pub(super) fn of_pieces(pieces: &[Vec<Point>]) -> Vec<BoundNode<OrientedBox>> {
     let bound = |items: &[usize]| {
         let points: Vec<Point> = items.iter().flat_map(|&i| &pieces[i]).copied().collect();
         OrientedBox::of_points(&points)

@@ -9,7 +9,7 @@
 
 use serde_json::Value;
 
-use super::{Failure, list, number, numbers, wrong};
+use super::{TaskError, list, number, numbers, wrong};
 
 /// By how much angles may differ, radian, and times, s.
 const ROUNDED: f64 = 1e-9;
@@ -44,7 +44,7 @@ fn times(m: [V; 3], v: V) -> V {
     m.map(|row| dot(row, v))
 }
 
-fn vector(value: &Value) -> Result<V, Failure> {
+fn vector(value: &Value) -> Result<V, TaskError> {
     let v = [0, 1, 2].map(|k| value[k].as_f64());
     let [Some(x), Some(y), Some(z)] = v else { return Err(wrong("a direction is not a vector")) };
     if (dot([x, y, z], [x, y, z]) - 1.0).abs() > 1e-6 {
@@ -53,7 +53,7 @@ fn vector(value: &Value) -> Result<V, Failure> {
     Ok([x, y, z])
 }
 
-struct Joint {
+struct JointCells {
     direction: V,
     velocity: f64,
     cells: usize,
@@ -62,9 +62,9 @@ struct Joint {
     programs: [Vec<f64>; 2],
 }
 
-fn joint(value: &Value, passed: f64) -> Result<Joint, Failure> {
+fn joint(value: &Value, passed: f64) -> Result<JointCells, TaskError> {
     let cells = value["cells"].as_u64().and_then(|n| usize::try_from(n).ok()).filter(|n| *n > 0);
-    let joint = Joint {
+    let joint = JointCells {
         direction: vector(&value["direction"])?,
         velocity: number(value, "velocity_deg_s")?.to_radians() * (1.0 + passed),
         cells: cells.ok_or_else(|| wrong("a joint has no cells"))?,
@@ -85,7 +85,7 @@ pub(super) fn check(
     passed: f64,
     feed: impl Fn(usize, usize) -> f64,
     blocks: usize,
-) -> Result<f64, Failure> {
+) -> Result<f64, TaskError> {
     let (inner, outer) = (joint(&value["inner"], passed)?, joint(&value["outer"], passed)?);
     if (outer.size * outer.cells as f64 - std::f64::consts::TAU).abs() > 1e-6 {
         return Err(wrong("the cells of the outer joint are not a turn"));

@@ -7,7 +7,7 @@
 
 use serde_json::Value;
 
-use super::{Failure, list, number, numbers, wrong};
+use super::{TaskError, list, number, numbers, wrong};
 
 /// By how much sums of many blocks may differ, s.
 const ROUNDED_S: f64 = 1e-9;
@@ -17,7 +17,7 @@ fn norm(v: [f64; 3]) -> f64 {
 }
 
 /// Checks that least times and seams are proved by each way.
-pub(super) fn check(run: &Value, least: &[f64], seams: &[f64]) -> Result<(), Failure> {
+pub(super) fn check(run: &Value, least: &[f64], seams: &[f64]) -> Result<(), TaskError> {
     let (passed, off) = (1.0 + number(run, "feed_passed")?, number(run, "off_mm")?);
     if !(off >= 0.0 && passed >= 1.0) {
         return Err(wrong("off_mm or feed_passed is below zero"));

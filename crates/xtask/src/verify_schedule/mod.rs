@@ -25,48 +25,48 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::Failure;
-use swing::Limits;
+use crate::TaskError;
+use swing::PeakLimits;
 
 /// By how much sums may differ, as part: rounding of decimal text.
 const ROUNDED: f64 = 1e-9;
 /// By how much a position may be outside of its gate, degrees: eight decimals of a tool vector.
 const PLACE_DEG: f64 = 1e-4;
 
-struct Joint {
+struct CheckedJoint {
     name: String,
-    limits: Limits,
+    limits: PeakLimits,
     gates: Vec<[f64; 2]>,
 }
 
-struct Run<'a> {
+struct ScheduleRun<'a> {
     value: &'a Value,
     least: Vec<f64>,
     seams: Vec<f64>,
-    joints: Vec<Joint>,
+    joints: Vec<CheckedJoint>,
 }
 
-fn wrong(what: impl Into<String>) -> Failure {
-    Failure(what.into())
+fn wrong(what: impl Into<String>) -> TaskError {
+    TaskError(what.into())
 }
 
-fn number(value: &Value, key: &str) -> Result<f64, Failure> {
+fn number(value: &Value, key: &str) -> Result<f64, TaskError> {
     value[key].as_f64().ok_or_else(|| wrong(format!("{key} is not a number")))
 }
 
-fn numbers(value: &Value, key: &str) -> Result<Vec<f64>, Failure> {
+fn numbers(value: &Value, key: &str) -> Result<Vec<f64>, TaskError> {
     let list = value[key].as_array().ok_or_else(|| wrong(format!("{key} is not a list")))?;
     list.iter()
         .map(|v| v.as_f64().ok_or_else(|| wrong(format!("{key} contains a value that is not a number"))))
         .collect()
 }
 
-fn list<'a>(value: &'a Value, key: &str) -> Result<&'a [Value], Failure> {
+fn list<'a>(value: &'a Value, key: &str) -> Result<&'a [Value], TaskError> {
     value[key].as_array().map(Vec::as_slice).ok_or_else(|| wrong(format!("{key} is not a list")))
 }
 
 /// Two numbers that should be one.
-fn same(what: &str, claimed: f64, found: f64) -> Result<(), Failure> {
+fn same(what: &str, claimed: f64, found: f64) -> Result<(), TaskError> {
     if (claimed - found).abs() <= ROUNDED * claimed.abs().max(found.abs()).max(1.0) {
         return Ok(());
     }
@@ -77,14 +77,14 @@ fn same(what: &str, claimed: f64, found: f64) -> Result<(), Failure> {
 ///
 /// # Errors
 /// The first claim that does not hold, or a file that cannot be read.
-pub(crate) fn run(file: &Path) -> Result<String, Failure> {
+pub(crate) fn run(file: &Path) -> Result<String, TaskError> {
     let value: Value =
         serde_json::from_str(&crate::files::get(file)?).map_err(|e| wrong(format!("{}: {e}", file.display())))?;
-    let seen = check(&value).map_err(|Failure(e)| wrong(format!("{}: {e}", file.display())))?;
+    let seen = check(&value).map_err(|TaskError(e)| wrong(format!("{}: {e}", file.display())))?;
     Ok(format!("{}: {seen}", file.display()))
 }
 
-fn check(value: &Value) -> Result<String, Failure> {
+fn check(value: &Value) -> Result<String, TaskError> {
     if value["format"] != "proveout schedule certificate, version 2" {
         return Err(wrong("not a schedule certificate of version 2"));
     }
@@ -94,13 +94,13 @@ fn check(value: &Value) -> Result<String, Failure> {
     }
     let mut seen = Vec::new();
     for (k, run) in runs.iter().enumerate() {
-        let windows = check_run(run).map_err(|Failure(e)| wrong(format!("run {k}: {e}")))?;
+        let windows = check_run(run).map_err(|TaskError(e)| wrong(format!("run {k}: {e}")))?;
         seen.push(format!("{:.3} s proved by {windows} windows", number(run, "bound_s")?));
     }
     Ok(format!("{} hold: {}", if runs.len() == 1 { "1 run" } else { "the runs" }, seen.join(", ")))
 }
 
-fn check_run(value: &Value) -> Result<usize, Failure> {
+fn check_run(value: &Value) -> Result<usize, TaskError> {
     let least = numbers(value, "least_s")?;
     if least.is_empty() || least.iter().any(|t| *t <= 0.0) {
         return Err(wrong("a block has no least time"));
@@ -112,7 +112,7 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
     feed::check(value, &least, &seams)?;
     let mut all = joints(value, "joints", "deg", least.len())?;
     all.extend(joints(value, "linear", "mm", least.len())?);
-    let run = Run { joints: all, least, seams, value };
+    let run = ScheduleRun { joints: all, least, seams, value };
     let cells = match &value["cells"] {
         Value::Null => None,
         cells => {
@@ -163,12 +163,12 @@ fn check_run(value: &Value) -> Result<usize, Failure> {
     }
     match &value["ramps_apart"] {
         Value::Null => {}
-        middle => run.check_middle(middle).map_err(|Failure(e)| wrong(format!("ramps_apart: {e}")))?,
+        middle => run.check_middle(middle).map_err(|TaskError(e)| wrong(format!("ramps_apart: {e}")))?,
     }
     Ok(windows.len())
 }
 
-fn joints(value: &Value, list_of: &str, unit: &str, blocks: usize) -> Result<Vec<Joint>, Failure> {
+fn joints(value: &Value, list_of: &str, unit: &str, blocks: usize) -> Result<Vec<CheckedJoint>, TaskError> {
     let passed = 1.0 + number(value, "limit_passed")?;
     let mut joints = Vec::new();
     for joint in list(value, list_of)? {
@@ -181,7 +181,7 @@ fn joints(value: &Value, list_of: &str, unit: &str, blocks: usize) -> Result<Vec
                 value.as_f64().map(|v| v * passed).ok_or_else(|| wrong(format!("{quantity} of {name} is not a number")))
             }
         };
-        let limits = Limits {
+        let limits = PeakLimits {
             velocity: number(joint, &format!("velocity_{unit}_s"))? * passed,
             acceleration: limit("acceleration")?,
             jerk: limit("jerk")?,
@@ -201,19 +201,19 @@ fn joints(value: &Value, list_of: &str, unit: &str, blocks: usize) -> Result<Vec
         if gates.len() != blocks + 1 {
             return Err(wrong(format!("{name} has {} gates for {blocks} blocks", gates.len())));
         }
-        joints.push(Joint { name, limits, gates });
+        joints.push(CheckedJoint { name, limits, gates });
     }
     Ok(joints)
 }
 
-impl Run<'_> {
+impl ScheduleRun<'_> {
     /// What the feed proves from one gate to another.
     fn feed(&self, from: usize, to: usize) -> f64 {
         (self.least[from..to].iter().sum::<f64>() - self.seams[from] - self.seams[to]).max(0.0)
     }
 
     /// All positions of a program are inside of the gates, less what these are wider by.
-    fn keeps(&self, positions: &str) -> Result<bool, Failure> {
+    fn keeps(&self, positions: &str) -> Result<bool, TaskError> {
         let rounding = number(self.value, "rounding_deg")?;
         let mut keeps = true;
         for (joint, value) in self.joints.iter().zip(list(self.value, "joints")?) {
@@ -230,10 +230,11 @@ impl Run<'_> {
     }
 
     /// What windows claim from one gate to another, s; each of them has to prove its own.
-    fn proved(&self, windows: &[Value], [from, to]: [usize; 2], cells: Option<f64>) -> Result<f64, Failure> {
+    fn proved(&self, windows: &[Value], [from, to]: [usize; 2], cells: Option<f64>) -> Result<f64, TaskError> {
         let (mut at, mut sum) = (from, 0.0);
         for (k, window) in windows.iter().enumerate() {
-            let (end, time) = self.window(window, at, cells).map_err(|Failure(e)| wrong(format!("window {k}: {e}")))?;
+            let (end, time) =
+                self.window(window, at, cells).map_err(|TaskError(e)| wrong(format!("window {k}: {e}")))?;
             let claimed = number(window, "time_s")?;
             if claimed > time + ROUNDED * time.abs().max(1.0) {
                 return Err(wrong(format!("window {k} claims {claimed} s, but proves {time} s")));
@@ -248,7 +249,7 @@ impl Run<'_> {
     }
 
     /// Time and bound of the blocks between the ramps.
-    fn check_middle(&self, middle: &Value) -> Result<(), Failure> {
+    fn check_middle(&self, middle: &Value) -> Result<(), TaskError> {
         let gates: Vec<f64> = numbers(middle, "gates")?;
         let (from, to) = match gates.as_slice() {
             [from, to] if *from >= 0.0 && from < to && *to <= self.least.len() as f64 => (*from as usize, *to as usize),
@@ -268,7 +269,7 @@ impl Run<'_> {
     }
 
     /// Last gate and time of a window that must begin at a gate.
-    fn window(&self, window: &Value, begin: usize, cells: Option<f64>) -> Result<(usize, f64), Failure> {
+    fn window(&self, window: &Value, begin: usize, cells: Option<f64>) -> Result<(usize, f64), TaskError> {
         let gates: Option<Vec<usize>> =
             list(window, "gates")?.iter().map(|v| v.as_u64().and_then(|v| usize::try_from(v).ok())).collect();
         let gates = gates.filter(|g| g.len() >= 2).ok_or_else(|| wrong("it has no gates"))?;

@@ -7,7 +7,7 @@
 
 use serde_json::Value;
 
-use super::{Failure, list, number, numbers, wrong};
+use super::{TaskError, list, number, numbers, wrong};
 
 /// By how much sums of many weights may differ, as part.
 const ROUNDED: f64 = 1e-6;
@@ -28,7 +28,7 @@ fn pull(nodes: &[f64]) -> Vec<f64> {
     rows.swap_remove(0)
 }
 
-pub(super) fn check(run: &Value, peak: &Value) -> Result<(), Failure> {
+pub(super) fn check(run: &Value, peak: &Value) -> Result<(), TaskError> {
     let order =
         peak["order"].as_u64().filter(|m| matches!(m, 2 | 3)).ok_or_else(|| wrong("a peak has an unknown order"))?
             as usize;

@@ -2,13 +2,13 @@
 
 /// Limits; infinite where there is none.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Limits {
+pub(crate) struct PeakLimits {
     pub(crate) velocity: f64,
     pub(crate) acceleration: f64,
     pub(crate) jerk: f64,
 }
 
-impl Limits {
+impl PeakLimits {
     /// Velocity in the middle of a swing that takes twice this time, were there no limit of velocity: the
     /// acceleration falls by the jerk to zero in the middle.
     fn middle_velocity(&self, half: f64) -> f64 {

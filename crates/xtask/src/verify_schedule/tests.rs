@@ -43,13 +43,13 @@ fn fault(change: impl Fn(&mut Value)) -> String {
     change(&mut value["runs"][0]);
     match check(&value) {
         Ok(seen) => panic!("taken: {seen}"),
-        Err(Failure(text)) => text,
+        Err(TaskError(text)) => text,
     }
 }
 
 #[test]
 fn a_certificate_that_holds_is_taken() {
-    let seen = check(&certificate()).unwrap_or_else(|Failure(e)| panic!("{e}"));
+    let seen = check(&certificate()).unwrap_or_else(|TaskError(e)| panic!("{e}"));
     assert!(seen.contains("2.000 s proved by 2 windows"), "{seen}");
 }
 
@@ -105,13 +105,13 @@ fn a_program_that_is_faster_than_the_bound_is_no_schedule_of_it() {
 
 #[test]
 fn times_between_turns_meet_closed_forms() {
-    let l = Limits { velocity: f64::MAX, acceleration: f64::INFINITY, jerk: 6.0 };
+    let l = PeakLimits { velocity: f64::MAX, acceleration: f64::INFINITY, jerk: 6.0 };
     // D = 2/3 J (T/2)^3.
     assert!((l.turn_to_turn(4.0) - 2.0).abs() < 1e-12);
-    let l = Limits { velocity: 3.0, acceleration: 2.0, jerk: f64::INFINITY };
+    let l = PeakLimits { velocity: 3.0, acceleration: 2.0, jerk: f64::INFINITY };
     assert!((l.turn_to_turn(2.0) - 2.0).abs() < 1e-12 && (l.turn_to_turn(9.0) - 4.5).abs() < 1e-12);
     assert!((l.after_turn(1.0) - 1.0).abs() < 1e-12 && (l.after_turn(6.0) - 2.75).abs() < 1e-12);
-    let free = Limits { velocity: 4.0, acceleration: f64::INFINITY, jerk: f64::INFINITY };
+    let free = PeakLimits { velocity: 4.0, acceleration: f64::INFINITY, jerk: f64::INFINITY };
     assert!((free.turn_to_turn(2.0) - 0.5).abs() < 1e-12 && (free.after_turn(2.0) - 0.5).abs() < 1e-12);
 }
 
@@ -135,8 +135,8 @@ fn corners_and_ends_cost_what_they_may_be_cut_short() {
         run["gap_percent"] = json!(100.0 * (2.3 / bound - 1.0));
         check(&value)
     };
-    assert!(least(corner).is_ok(), "{}", least(corner).err().map_or(String::new(), |Failure(e)| e));
-    let Err(Failure(text)) = least(0.99 * corner) else { panic!("taken") };
+    assert!(least(corner).is_ok(), "{}", least(corner).err().map_or(String::new(), |TaskError(e)| e));
+    let Err(TaskError(text)) = least(0.99 * corner) else { panic!("taken") };
     assert!(text.contains("claims more feed time than the new path proves"), "{text}");
 }
 
@@ -182,7 +182,7 @@ fn potentials_of_cells_are_checked_edge_by_edge() {
     let proved = |change: &dyn Fn(&mut Value)| {
         let mut value = cells();
         change(&mut value);
-        cells::check(&value, 0.0, |_, _| 0.398, 4).map_err(|Failure(e)| e)
+        cells::check(&value, 0.0, |_, _| 0.398, 4).map_err(|TaskError(e)| e)
     };
     let bound = proved(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
     // Half a turn less what caps and cells leave: 180 degrees less two cells' reach on either side, and one
@@ -223,7 +223,7 @@ fn weights_of_a_least_peak_are_counted_again() {
     let fault_after = |change: &dyn Fn(&mut Value)| {
         let mut own = peak();
         change(&mut own);
-        peak::check(&run(), &own).map_err(|Failure(e)| e)
+        peak::check(&run(), &own).map_err(|TaskError(e)| e)
     };
     fault_after(&|_| {}).unwrap_or_else(|e| panic!("{e}"));
     type Change = fn(&mut Value);

@@ -2,7 +2,7 @@
 
 use proveout_sim::observer::Setup;
 
-use super::Open;
+use super::OpenRecording;
 use crate::{
     color::Rgba,
     error::RecordError,
@@ -11,7 +11,7 @@ use crate::{
 
 const LIMIT_COLOR: Rgba = [150, 60, 64, 255];
 
-impl Open {
+impl OpenRecording {
     /// Lines at the limits that a signal comes near: travel, speed, acceleration, jerk, force of the drive.
     pub(super) fn limits(&self, setup: &Setup<'_>, end: f64) -> Result<(), RecordError> {
         let draw = |signal: &Signal, bounds: [f64; 2], factor: f64| {

@@ -6,17 +6,17 @@ use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Aabb, Point, Pose, TriMesh, box_mesh};
 
 use super::super::{
-    distance::Search,
-    form::Form,
-    placed::{Moved, Places, Side},
+    distance::SeparationSearch,
+    form::BodyPieces,
+    placed::{PieceTree, PlacedBody, RelativePoses},
     tree::Corners,
 };
 use super::*;
 
 /// Numbers between -1 and 1, the same at every run.
-struct Numbers(u64);
+struct KinematicNumbers(u64);
 
-impl Numbers {
+impl KinematicNumbers {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -42,7 +42,7 @@ impl Numbers {
         TriMesh { positions: vertices, triangles: (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect() }
     }
 
-    fn places(&mut self, k: usize) -> Places {
+    fn places(&mut self, k: usize) -> RelativePoses {
         let at = self.vector(6.0) + Vector::new(0.0, 0.0, 12.0 + 4.0 * self.next());
         let from = self.pose(at, 1.0);
         let moved = |s: &mut Self, by: f64| {
@@ -50,9 +50,11 @@ impl Numbers {
             Pose { rotation: turn.rotation * from.rotation, translation: from.translation + s.vector(by) }
         };
         match k % 3 {
-            0 => Places { poses: [from, moved(self, 2.0)], middle: None, shifts: Vec::new() },
-            1 => Places { poses: [from, moved(self, 2.0)], middle: Some(moved(self, 1.0)), shifts: Vec::new() },
-            _ => Places { poses: [from; 2], middle: None, shifts: (0..k % 4).map(|_| self.vector(1.0)).collect() },
+            0 => RelativePoses { poses: [from, moved(self, 2.0)], middle: None, shifts: Vec::new() },
+            1 => RelativePoses { poses: [from, moved(self, 2.0)], middle: Some(moved(self, 1.0)), shifts: Vec::new() },
+            _ => {
+                RelativePoses { poses: [from; 2], middle: None, shifts: (0..k % 4).map(|_| self.vector(1.0)).collect() }
+            }
         }
     }
 }
@@ -70,13 +72,13 @@ impl SupportMap for Hull {
 }
 
 /// Places of a point whose hull holds its way.
-fn images(places: &Places, p: &Point) -> Vec<Point> {
+fn images(places: &RelativePoses, p: &Point) -> Vec<Point> {
     let [from, to] = places.poses.each_ref().map(|x| x.point(p));
     let corner = places.middle.as_ref().map(|x| Point::from(x.point(p).coords * 2.0 - (from.coords + to.coords) * 0.5));
     [from, to].into_iter().chain(corner).collect()
 }
 
-fn hulls(form: &Form, places: &Places) -> Vec<Hull> {
+fn hulls(form: &BodyPieces, places: &RelativePoses) -> Vec<Hull> {
     let of = |piece: &Vec<Point>| Hull(piece.iter().flat_map(|p| images(places, p)).collect(), places.shifts.clone());
     form.pieces.iter().map(of).collect()
 }
@@ -89,17 +91,17 @@ fn distance(a: &[Hull], b: &[Hull]) -> f64 {
     a.iter().map(of).fold(f64::INFINITY, f64::min)
 }
 
-fn tool() -> Form {
+fn tool() -> BodyPieces {
     let cutter = proveout_tool::Cutter::ball(12.0).expect("ball").bodies(20.0).expect("bodies");
     let profiles: Vec<_> = cutter.iter().collect();
-    Form::revolved(&profiles, &Pose::from_rpy(Vector::new(0.0, 0.0, 6.0), 0.4, -0.3, 1.2), 6.0)
+    BodyPieces::revolved(&profiles, &Pose::from_rpy(Vector::new(0.0, 0.0, 6.0), 0.4, -0.3, 1.2), 6.0)
 }
 
 #[test]
 fn nodes_reach_as_far_as_all_their_points() {
-    let mut numbers = Numbers(1);
-    let (tool, mesh) = (tool(), Form::mesh(&numbers.mesh(70)));
-    let block = Form::mesh(&box_mesh(&Aabb { min: Point::new(-9.0, 2.0, 1.0), max: Point::new(4.0, 8.0, 6.0) }));
+    let mut numbers = KinematicNumbers(1);
+    let (tool, mesh) = (tool(), BodyPieces::mesh(&numbers.mesh(70)));
+    let block = BodyPieces::mesh(&box_mesh(&Aabb { min: Point::new(-9.0, 2.0, 1.0), max: Point::new(4.0, 8.0, 6.0) }));
     // Points round the tool and on its ball approximate the round bodies: 180 a circle of 6 mm, 48 a
     // quarter of the ball.
     let rough =
@@ -108,7 +110,7 @@ fn nodes_reach_as_far_as_all_their_points() {
         let (places, d) = (numbers.places(k), numbers.vector(1.0).normalize());
         let shift: f64 = places.shifts.iter().map(|s| s.dot(&d).abs()).sum();
         for (form, slack) in [(&tool, rough), (&mesh, 0.0), (&block, 0.0)] {
-            let moved = Moved::new(form, &places);
+            let moved = PlacedBody::new(form, &places);
             let seen = moved.see(&d);
             // Branches come after their node.
             let mut below = vec![f64::NEG_INFINITY; form.tree.len()];
@@ -138,10 +140,10 @@ fn nodes_reach_as_far_as_all_their_points() {
 /// planes are known from other places.
 #[test]
 fn claims_hold_up_to_the_distance_of_all_pieces() {
-    let mut numbers = Numbers(2);
-    let (tool, one, other) = (tool(), Form::mesh(&numbers.mesh(25)), Form::mesh(&numbers.mesh(60)));
-    let still = hulls(&other, &Places::still());
-    let (mut search, mut turned, mut apart) = (Search::default(), Search::default(), 0);
+    let mut numbers = KinematicNumbers(2);
+    let (tool, one, other) = (tool(), BodyPieces::mesh(&numbers.mesh(25)), BodyPieces::mesh(&numbers.mesh(60)));
+    let still = hulls(&other, &RelativePoses::still());
+    let (mut search, mut turned, mut apart) = (SeparationSearch::default(), SeparationSearch::default(), 0);
     for k in 0..60 {
         let places = numbers.places(k);
         for (form, slack) in [(&one, 1e-6), (&tool, 5e-3)] {
@@ -156,14 +158,14 @@ fn claims_hold_up_to_the_distance_of_all_pieces() {
                 "{k}"
             );
             // The other way round, the moving body is the mesh.
-            let back = Places::still();
-            let true_one = distance(&hulls(&other, &back), &hulls(form, &Places::still()));
+            let back = RelativePoses::still();
+            let true_one = distance(&hulls(&other, &back), &hulls(form, &RelativePoses::still()));
             assert_eq!(search.nearer_than(&other, form, &back, true_one - slack), None, "{k}");
             assert!(search.nearer_than(&other, form, &back, true_one + 1e-6).is_some(), "{k}");
         }
         // At all turns about a line: circles of 360 points, which come as near as the round ones but for little.
         let (point, direction) = (Point::from(numbers.vector(3.0)), numbers.vector(1.0).normalize());
-        let places = Places { poses: [places.poses[0]; 2], middle: None, shifts: places.shifts };
+        let places = RelativePoses { poses: [places.poses[0]; 2], middle: None, shifts: places.shifts };
         let at_turns = |piece: &Vec<Point>| {
             let turned = |k: i32| {
                 let turn = Pose::about_line(&point, &direction, f64::from(k).to_radians());

@@ -1,8 +1,18 @@
-//! What keeps a page from doing more than to show: a content security policy, and text without characters that steer.
+//! Fills templates, and keeps a page from doing more than to show: a content security policy, and text without characters that steer.
 
+use minijinja::{Environment, Value};
 use proveout_sim::digest::sha256;
 
-use crate::encode::base64;
+use crate::{error::RecordError, page_encoding::base64};
+
+/// A page from a template whose name ends in `.html`, which turns escaping on.
+///
+/// # Errors
+/// [`RecordError::Page`] when the template does not fit its data, which is a fault of this crate.
+pub(crate) fn fill(name: &str, template: &str, data: impl Into<Value>) -> Result<String, RecordError> {
+    let page = Environment::new().render_named_str(name, template, data);
+    page.map(strip_control_chars).map_err(|e| RecordError::Page { message: format!("{e:#}") })
+}
 
 /// The policy of a page with these scripts, in the exact text of the page: nothing is loaded, and no other
 /// script runs.
@@ -15,7 +25,7 @@ pub(crate) fn policy(scripts: &[&str]) -> String {
 }
 
 /// A page with control characters and those that turn the direction of text (Unicode, UAX 9) replaced.
-pub(crate) fn without_steering(page: String) -> String {
+pub(crate) fn strip_control_chars(page: String) -> String {
     let steers = |c: char| {
         c.is_control() && !matches!(c, '\n' | '\t' | '\r')
             || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
@@ -29,7 +39,7 @@ mod tests {
 
     #[test]
     fn pages_hold_nothing_that_steers() {
-        assert_eq!(without_steering("a\u{1b}[2J\u{202e}b\n\tc".into()), "a\u{fffd}[2J\u{fffd}b\n\tc");
+        assert_eq!(strip_control_chars("a\u{1b}[2J\u{202e}b\n\tc".into()), "a\u{fffd}[2J\u{fffd}b\n\tc");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Scales of the deviation colors on the page: one for gouge and one for excess, so that neither drowns the other.
 
-use crate::{classes::Classes, color::LEAST_FLOOR_MM};
+use crate::{color::LEAST_FLOOR_MM, deviation_classes::Classes};
 
 /// Share of the points of a side that its scale holds; above it are outliers.
 const SHARE: f64 = 0.99;

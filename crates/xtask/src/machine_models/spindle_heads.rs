@@ -2,9 +2,9 @@
 //! nose's face is the gauge line of `machine.toml`.
 
 use crate::machine_models::{
-    numbers::Numbers,
-    part::{Paint, Part},
-    solid::{Axis, Solid, V3, add, block, cylinder, prism, revolved, scaled, tongue},
+    numbers::KinematicNumbers,
+    part::{MachinePart, Paint},
+    solid::{SolidMesh, UnitAxis, V3, add, block, cylinder, prism, revolved, scaled, tongue},
 };
 
 /// Sizes of a spindle.
@@ -19,7 +19,7 @@ pub(crate) struct Spindle {
 }
 
 /// Nose with a taper bore, and the stepped housing above it, along the spindle direction of the machine.
-pub(crate) fn spindle(numbers: &Numbers, size: Spindle) -> Vec<Part> {
+pub(crate) fn spindle(numbers: &KinematicNumbers, size: Spindle) -> Vec<MachinePart> {
     let Spindle { nose, housing, top } = size;
     let (foot, axis, on) = (numbers.gauge, numbers.spindle_direction, numbers.spindle_on.as_str());
     let (flange, neck) = (0.6 * nose, (0.25 * top).max(1.5 * nose));
@@ -39,8 +39,8 @@ pub(crate) fn spindle(numbers: &Numbers, size: Spindle) -> Vec<Part> {
     let housing_profile =
         [[0.0, neck], [housing - c, neck], [housing, neck + c], [housing, top - c], [housing - c, top], [0.0, top]];
     vec![
-        Part::new("spindle_nose", "spindle_nose", on, Paint::Steel, revolved(foot, axis, &nose_profile)),
-        Part::new("spindle", "spindle", on, Paint::Dark, revolved(foot, axis, &housing_profile)),
+        MachinePart::new("spindle_nose", "spindle_nose", on, Paint::Steel, revolved(foot, axis, &nose_profile)),
+        MachinePart::new("spindle", "spindle", on, Paint::Dark, revolved(foot, axis, &housing_profile)),
     ]
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct Fork<'a> {
 }
 
 /// Arms, bridge and flange on one joint; spindle box with its pivots on the tilt joint.
-pub(crate) fn fork(numbers: &Numbers, fork: Fork<'_>) -> Result<Vec<Part>, crate::Failure> {
+pub(crate) fn fork(numbers: &KinematicNumbers, fork: Fork<'_>) -> Result<Vec<MachinePart>, crate::TaskError> {
     let pivot = numbers.point(fork.tilt)?;
     let about_y = numbers.direction(fork.tilt)?[1].abs() > 0.5;
     let Spindle { housing: r, .. } = fork.spindle;
@@ -72,7 +72,7 @@ pub(crate) fn fork(numbers: &Numbers, fork: Fork<'_>) -> Result<Vec<Part>, crate
     let tongue_plate = tongue(1.25 * r, bridge + 10.0, reach, 0.95 * r);
     let arms = [-1.0, 1.0].map(|side| {
         let range = if side < 0.0 { [-half - arm, -half - 2.0] } else { [half + 2.0, half + arm] };
-        prism(Axis::X, range, &tongue_plate).and(cylinder(
+        prism(UnitAxis::X, range, &tongue_plate).and(cylinder(
             [side * (half + arm - 2.0), 0.0, reach],
             [side, 0.0, 0.0],
             0.6 * r,
@@ -81,31 +81,31 @@ pub(crate) fn fork(numbers: &Numbers, fork: Fork<'_>) -> Result<Vec<Part>, crate
         ))
     });
     let width = half + arm;
-    let yoke = Solid::all(arms)
+    let yoke = SolidMesh::all(arms)
         .and(block([-width, -1.3 * r, bridge], [width, 1.3 * r, fork.top - 14.0], 12.0))
-        .and(cylinder([0.0, 0.0, fork.top - 20.0], Axis::Z.unit(), 1.25 * r, 20.0, 4.0));
+        .and(cylinder([0.0, 0.0, fork.top - 20.0], UnitAxis::Z.unit(), 1.25 * r, 20.0, 4.0));
     let pivots =
         [-1.0, 1.0].map(|side| cylinder([side * 0.6 * r, 0.0, reach], [side, 0.0, 0.0], 0.72 * r, half - 0.6 * r, 3.0));
-    let place = |solid: Solid| {
+    let place = |solid: SolidMesh| {
         let turned = if about_y { solid.quarter_turned() } else { solid };
         turned.at([pivot[0], pivot[1], numbers.gauge[2]])
     };
     let mut parts = spindle(numbers, fork.spindle);
-    parts.push(Part::new("fork", "head", fork.on, Paint::Accent(fork.accent), place(yoke)));
-    parts.push(Part::new("spindle_pivots", "bearing", fork.tilt, Paint::Casting, place(Solid::all(pivots))));
+    parts.push(MachinePart::new("fork", "head", fork.on, Paint::Accent(fork.accent), place(yoke)));
+    parts.push(MachinePart::new("spindle_pivots", "bearing", fork.tilt, Paint::Casting, place(SolidMesh::all(pivots))));
     Ok(parts)
 }
 
 /// A head that turns about an axis at 45 degrees: lower half with the spindle on `tilt`, upper half below
 /// the ram on `on`. The ram's lower end must be `top` above the gauge line and reach to y = `back`.
 pub(crate) fn nutating(
-    numbers: &Numbers,
+    numbers: &KinematicNumbers,
     on: &str,
     tilt: &str,
     accent: [u8; 3],
     size: Spindle,
     top: f64,
-) -> Result<Vec<Part>, crate::Failure> {
+) -> Result<Vec<MachinePart>, crate::TaskError> {
     let pivot = numbers.point(tilt)?;
     let axis = numbers.direction(tilt)?;
     let along = |d: f64| add(pivot, scaled(axis, d));
@@ -136,7 +136,7 @@ pub(crate) fn nutating(
         20.0,
     );
     let mut parts = spindle(numbers, size);
-    parts.push(Part::new("head", "head", tilt, Paint::Accent(accent), lower));
-    parts.push(Part::new("head_joint", "head", on, Paint::Casting, upper.and(neck)));
+    parts.push(MachinePart::new("head", "head", tilt, Paint::Accent(accent), lower));
+    parts.push(MachinePart::new("head_joint", "head", on, Paint::Casting, upper.and(neck)));
     Ok(parts)
 }

@@ -12,8 +12,8 @@ use proveout_sim::{
 };
 
 use crate::{
-    classes::Classes,
     color::DeviationMap,
+    deviation_classes::Classes,
     picture::{Cluster, LEAST_CELL_MM, LEAST_SQUARE, NO_AREA, NO_PIECE, Picture, single},
 };
 
@@ -34,7 +34,7 @@ pub(crate) struct SurfacePicture {
     classes: Classes,
     /// Meshes of the patches that are complete.
     patches: Picture,
-    now: Option<(Option<usize>, Gather)>,
+    now: Option<(Option<usize>, ClusterGather)>,
 }
 
 /// What it gives.
@@ -91,11 +91,11 @@ impl SurfacePicture {
             let gather = match part.patch.and_then(|k| shape.patches.get(k)) {
                 Some(p) => {
                     let each = (FOR_PATCHES * self.limit as f64) as usize / shape.patches.len().max(1);
-                    Gather::new(each, p.triangles, p.area_mm2, self.owned)
+                    ClusterGather::new(each, p.triangles, p.area_mm2, self.owned)
                 }
                 None => {
                     let left = self.limit.saturating_sub(self.patches.triangles.len());
-                    Gather::new(left, shape.triangles, shape.area_mm2, self.owned)
+                    ClusterGather::new(left, shape.triangles, shape.area_mm2, self.owned)
                 }
             };
             self.now = Some((part.patch, gather));
@@ -139,7 +139,7 @@ struct Slab {
 
 /// A vertex of the mesh.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+struct MeshVertex {
     /// Vertex of the picture; `u32::MAX` for none.
     index: u32,
     place: [f32; 3],
@@ -149,7 +149,7 @@ struct Known {
 
 /// One mesh.
 #[derive(Debug)]
-struct Gather {
+struct ClusterGather {
     limit: usize,
     owned: bool,
     /// Edge of the cells; none: every vertex stays.
@@ -158,13 +158,13 @@ struct Gather {
     /// Cells that may still grow, by their place along x.
     open: BTreeMap<i32, Slab>,
     /// The vertices of the band before and of this one.
-    known: Vec<Known>,
+    known: Vec<MeshVertex>,
     /// Number of the first of them in the mesh, and where this band begins among them.
     first: u32,
     band: usize,
 }
 
-impl Gather {
+impl ClusterGather {
     fn new(limit: usize, triangles: u64, area: f64, owned: bool) -> Self {
         let cell =
             (triangles > limit as u64).then(|| WIDER * (2.0 * area / limit.max(1) as f64).sqrt().max(LEAST_CELL_MM));
@@ -203,7 +203,7 @@ impl Gather {
 
     fn vertex(&mut self, p: &Point, normal: &Vector, value: Option<f64>, piece: Option<u32>) {
         if !p.iter().all(|v| v.is_finite()) {
-            self.known.push(Known { index: u32::MAX, place: [0.0; 3], cell: (0, 0) });
+            self.known.push(MeshVertex { index: u32::MAX, place: [0.0; 3], cell: (0, 0) });
             return;
         }
         let place = single(&p.coords);
@@ -234,7 +234,7 @@ impl Gather {
                 (index, (key[0], number))
             }
         };
-        self.known.push(Known { index, place, cell });
+        self.known.push(MeshVertex { index, place, cell });
     }
 
     fn put(&mut self, position: [f32; 3], normal: [f32; 3], value: Option<f32>, piece: Option<u32>) {

@@ -2,16 +2,17 @@
 
 use proveout_sim::verdict::TextureUsed;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::{
-    chart::{Strip, svg},
+    chart::{SignalStrip, svg},
     color::height_color,
-    encode::base64,
+    page_encoding::base64,
     report::{
         format::{count, fixed},
         rows::symbol,
     },
-    texture::{ShownProfile, ShownTexture},
+    roughness_map::{ShownProfile, ShownTexture},
     units::UM_PER_MM,
 };
 
@@ -32,29 +33,6 @@ pub(crate) struct MapData {
     step: [f64; 2],
     range: [f64; 2],
     heights: String,
-}
-
-/// A line of the table of parameters.
-#[derive(Serialize)]
-pub(crate) struct TextureRow {
-    name: String,
-    place: String,
-    what: String,
-    ra: String,
-    rz: String,
-    sa: String,
-    sz: String,
-    blocks: String,
-    notes: String,
-}
-
-/// A picture with its words.
-#[derive(Serialize)]
-pub(crate) struct MapFigure {
-    name: String,
-    words: String,
-    low: String,
-    high: String,
 }
 
 pub(crate) fn map_data(all: &[ShownTexture]) -> Vec<MapData> {
@@ -97,55 +75,39 @@ fn micrometer(value: f64) -> String {
     format!("{} µm", fixed(value, if value.abs() < 10.0 { 3 } else { 2 }))
 }
 
-pub(crate) fn map_figures(all: &[ShownTexture]) -> Vec<MapFigure> {
+pub(crate) fn map_figures(all: &[ShownTexture]) -> Vec<Value> {
     let figure = |t: &ShownTexture| {
         let size = [(t.columns - 1) as f64 * t.step[0], (t.rows - 1) as f64 * t.step[1]];
         let lay = t.lay.map_or("no lay".to_owned(), |l| format!("lay at {}° from the rows", fixed(l, 1)));
         let shown = if t.every > 1 { format!("; one node of {} is drawn", t.every) } else { String::new() };
-        MapFigure {
-            name: t.name.clone(),
-            words: format!("{} × {} mm, {lay}{shown}", fixed(size[0], 2), fixed(size[1], 2)),
-            low: micrometer(t.range[0]),
-            high: micrometer(t.range[1]),
-        }
+        json!({
+            "name": t.name,
+            "words": format!("{} × {} mm, {lay}{shown}", fixed(size[0], 2), fixed(size[1], 2)),
+            "low": micrometer(t.range[0]),
+            "high": micrometer(t.range[1]),
+        })
     };
     all.iter().filter(|t| t.is_map()).take(PAGE_MAPS).map(figure).collect()
 }
 
-/// A plotted profile.
-#[derive(Serialize)]
-pub(crate) struct ProfileFigure {
-    name: String,
-    svg: String,
-    words: String,
-}
-
 /// The profiles of the places: unfiltered, and the roughness profile over its evaluation length.
-pub(crate) fn profile_figures(all: &[ShownTexture]) -> Vec<ProfileFigure> {
+pub(crate) fn profile_figures(all: &[ShownTexture]) -> Vec<Value> {
     let figure = |t: &ShownTexture, p: &ShownProfile| {
         let name = format!("{}, {}", t.name, p.direction);
-        let strip = |name: &str, signal| Strip {
-            name: name.into(),
-            signal,
-            second: None,
-            limits: [None; 2],
-            marks: Vec::new(),
-            height: 70.0,
-        };
-        let mut strips = vec![strip("height above the design, unfiltered, µm", &p.heights)];
-        strips.extend(p.roughness.as_ref().map(|r| strip("roughness profile, µm", r)));
+        let mut strips = vec![SignalStrip::new("height above the design, unfiltered, µm", &p.heights, 70.0)];
+        strips.extend(p.roughness.as_ref().map(|r| SignalStrip::new("roughness profile, µm", r, 70.0)));
         let values =
             p.ra_rz_um.map_or_else(String::new, |[ra, rz]| format!(" Ra {}, Rz {}.", micrometer(ra), micrometer(rz)));
         let class = if p.class.is_empty() { String::new() } else { format!(" Class {}.", p.class) };
-        ProfileFigure {
-            svg: svg(&strips, 480.0, p.length, &[], &name),
-            name,
-            words: format!(
+        json!({
+            "svg": svg(&strips, 480.0, p.length, &[], &name),
+            "name": name,
+            "words": format!(
                 "Along {} mm, a point every {} µm.{class}{values}",
                 fixed(p.length, 2),
                 fixed(UM_PER_MM * p.step, 2)
             ),
-        }
+        })
     };
     all.iter().flat_map(|t| t.profiles.iter().map(move |p| figure(t, p))).collect()
 }
@@ -159,11 +121,11 @@ fn bounds(range: Option<[f64; 2]>) -> String {
 }
 
 /// One line for each profile, or for the map alone.
-pub(crate) fn texture_rows(all: &[TextureUsed]) -> Vec<TextureRow> {
+pub(crate) fn texture_rows(all: &[TextureUsed]) -> Vec<Value> {
     all.iter().flat_map(rows_of).collect()
 }
 
-fn rows_of(t: &TextureUsed) -> Vec<TextureRow> {
+fn rows_of(t: &TextureUsed) -> Vec<Value> {
     let [x, y, z] = t.at_mm;
     let one = |value: Option<f64>| value.map_or("–".to_owned(), micrometer);
     let blocks: Vec<String> = t
@@ -185,20 +147,22 @@ fn rows_of(t: &TextureUsed) -> Vec<TextureRow> {
         ));
     }
     notes.push(format!("Residual part: {}.", t.residual.source));
-    let text = |v: &serde_json::Value, key: &str| v.get(key).and_then(|v| v.as_str()).unwrap_or("–").to_owned();
-    let number = |v: &serde_json::Value, key: &str| v.get(key).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN);
-    let row = |what: String, [ra, rz]: [String; 2], first: bool| TextureRow {
-        name: t.name.clone(),
-        place: format!("X{} Y{} Z{}", fixed(x, 3), fixed(y, 3), fixed(z, 3)),
-        what,
-        ra,
-        rz,
-        sa: if first { one(t.sa_um) } else { String::new() },
-        sz: if first { one(t.sz_um) } else { String::new() },
-        blocks: if first { blocks.join(", ") } else { String::new() },
-        notes: if first { notes.join(" ") } else { String::new() },
+    let text = |v: &Value, key: &str| v.get(key).and_then(|v| v.as_str()).unwrap_or("–").to_owned();
+    let number = |v: &Value, key: &str| v.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
+    let row = |what: String, [ra, rz]: [String; 2], first: bool| {
+        json!({
+            "name": t.name,
+            "place": format!("X{} Y{} Z{}", fixed(x, 3), fixed(y, 3), fixed(z, 3)),
+            "what": what,
+            "ra": ra,
+            "rz": rz,
+            "sa": if first { one(t.sa_um) } else { String::new() },
+            "sz": if first { one(t.sz_um) } else { String::new() },
+            "blocks": if first { blocks.join(", ") } else { String::new() },
+            "notes": if first { notes.join(" ") } else { String::new() },
+        })
     };
-    let profiles: Vec<TextureRow> = t
+    let profiles: Vec<Value> = t
         .profiles
         .iter()
         .enumerate()

@@ -35,7 +35,7 @@ const ZSTD_LEVEL: i32 = 1;
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum ColumnKind {
     /// Double precision, null where unknown.
     Real,
     /// Unsigned, 32 bit, null where none applies.
@@ -49,27 +49,27 @@ pub(crate) enum Kind {
 pub(crate) struct Column {
     pub(crate) name: String,
     pub(crate) unit: &'static str,
-    pub(crate) kind: Kind,
+    pub(crate) kind: ColumnKind,
 }
 
 impl Column {
     pub(crate) fn real(name: impl Into<String>, unit: &'static str) -> Self {
-        Self { name: name.into(), unit, kind: Kind::Real }
+        Self { name: name.into(), unit, kind: ColumnKind::Real }
     }
 
     pub(crate) fn index(name: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: "1", kind: Kind::Index }
+        Self { name: name.into(), unit: "1", kind: ColumnKind::Index }
     }
 
     pub(crate) fn text(name: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: "", kind: Kind::Text }
+        Self { name: name.into(), unit: "", kind: ColumnKind::Text }
     }
 
     fn field(&self) -> Field {
         let kind = match self.kind {
-            Kind::Real => DataType::Float64,
-            Kind::Index => DataType::UInt32,
-            Kind::Text => DataType::Utf8,
+            ColumnKind::Real => DataType::Float64,
+            ColumnKind::Index => DataType::UInt32,
+            ColumnKind::Text => DataType::Utf8,
         };
         // One entry only: more would be written in the order of a hash map.
         Field::new(&self.name, kind, true).with_metadata(HashMap::from([("unit".to_owned(), self.unit.to_owned())]))
@@ -77,12 +77,12 @@ impl Column {
 }
 
 /// Numbers of a column, and the rows that have none: mostly no row or each, so that a number costs one step.
-struct Numbers<T: ArrowPrimitiveType> {
+struct NumberColumn<T: ArrowPrimitiveType> {
     values: Vec<T::Native>,
     unknown: Vec<u32>,
 }
 
-impl<T: ArrowPrimitiveType> Numbers<T> {
+impl<T: ArrowPrimitiveType> NumberColumn<T> {
     fn new() -> Self {
         Self { values: Vec::new(), unknown: Vec::new() }
     }
@@ -106,9 +106,9 @@ impl<T: ArrowPrimitiveType> Numbers<T> {
     }
 }
 
-enum Held {
-    Real(Numbers<Float64Type>),
-    Index(Numbers<UInt32Type>),
+enum ColumnBuilder {
+    Real(NumberColumn<Float64Type>),
+    Index(NumberColumn<UInt32Type>),
     Text(StringBuilder),
 }
 
@@ -117,20 +117,20 @@ pub(crate) struct Table {
     path: PathBuf,
     writer: ArrowWriter<BufWriter<File>>,
     schema: SchemaRef,
-    held: Vec<Held>,
+    held: Vec<ColumnBuilder>,
     rows: usize,
 }
 
 /// One row being filled, left to right. Cells of the wrong kind, missing and surplus cells are a fault of this crate;
 /// they are written as null or dropped so that no row is lost.
-pub(crate) struct Row<'a> {
-    held: std::slice::IterMut<'a, Held>,
+pub(crate) struct RowWriter<'a> {
+    held: std::slice::IterMut<'a, ColumnBuilder>,
 }
 
-impl Row<'_> {
+impl RowWriter<'_> {
     pub(crate) fn real(&mut self, value: impl Into<Option<f64>>) -> &mut Self {
         match self.held.next() {
-            Some(Held::Real(v)) => v.put(value.into()),
+            Some(ColumnBuilder::Real(v)) => v.put(value.into()),
             other => missing(other),
         }
         self
@@ -145,7 +145,7 @@ impl Row<'_> {
 
     pub(crate) fn index(&mut self, value: impl Into<Option<u32>>) -> &mut Self {
         match self.held.next() {
-            Some(Held::Index(v)) => v.put(value.into()),
+            Some(ColumnBuilder::Index(v)) => v.put(value.into()),
             other => missing(other),
         }
         self
@@ -153,14 +153,14 @@ impl Row<'_> {
 
     pub(crate) fn text(&mut self, value: Option<&str>) -> &mut Self {
         match self.held.next() {
-            Some(Held::Text(v)) => v.append_option(value),
+            Some(ColumnBuilder::Text(v)) => v.append_option(value),
             other => missing(other),
         }
         self
     }
 }
 
-impl Drop for Row<'_> {
+impl Drop for RowWriter<'_> {
     fn drop(&mut self) {
         for held in self.held.by_ref() {
             missing(Some(held));
@@ -168,12 +168,12 @@ impl Drop for Row<'_> {
     }
 }
 
-fn missing(held: Option<&mut Held>) {
+fn missing(held: Option<&mut ColumnBuilder>) {
     debug_assert!(false, "a row does not fit its columns");
     match held {
-        Some(Held::Real(v)) => v.put(None),
-        Some(Held::Index(v)) => v.put(None),
-        Some(Held::Text(v)) => v.append_null(),
+        Some(ColumnBuilder::Real(v)) => v.put(None),
+        Some(ColumnBuilder::Index(v)) => v.put(None),
+        Some(ColumnBuilder::Text(v)) => v.append_null(),
         None => {}
     }
 }
@@ -191,7 +191,7 @@ impl Table {
             .set_key_value_metadata(Some(
                 notes.iter().map(|(k, v)| KeyValue::new((*k).to_owned(), v.clone())).collect(),
             ));
-        for column in columns.iter().filter(|c| c.kind == Kind::Real) {
+        for column in columns.iter().filter(|c| c.kind == ColumnKind::Real) {
             // Smooth signals: the bytes of equal weight together compress to about half.
             let path = ColumnPath::new(vec![column.name.clone()]);
             properties = properties
@@ -207,12 +207,12 @@ impl Table {
     }
 
     /// Begins a row; writes a row group when one is full.
-    pub(crate) fn row(&mut self) -> Result<Row<'_>, RecordError> {
+    pub(crate) fn row(&mut self) -> Result<RowWriter<'_>, RecordError> {
         if self.rows >= ROW_GROUP.min(CELLS / self.held.len().max(1)) {
             self.flush()?;
         }
         self.rows += 1;
-        Ok(Row { held: self.held.iter_mut() })
+        Ok(RowWriter { held: self.held.iter_mut() })
     }
 
     /// Writes the rows that are held as a row group.
@@ -235,19 +235,19 @@ impl Table {
     }
 }
 
-fn empty(kind: Kind) -> Held {
+fn empty(kind: ColumnKind) -> ColumnBuilder {
     match kind {
-        Kind::Real => Held::Real(Numbers::new()),
-        Kind::Index => Held::Index(Numbers::new()),
-        Kind::Text => Held::Text(StringBuilder::new()),
+        ColumnKind::Real => ColumnBuilder::Real(NumberColumn::new()),
+        ColumnKind::Index => ColumnBuilder::Index(NumberColumn::new()),
+        ColumnKind::Text => ColumnBuilder::Text(StringBuilder::new()),
     }
 }
 
-fn take(held: &mut Held) -> ArrayRef {
+fn take(held: &mut ColumnBuilder) -> ArrayRef {
     match held {
-        Held::Real(v) => v.take(),
-        Held::Index(v) => v.take(),
-        Held::Text(v) => Arc::new(v.finish()),
+        ColumnBuilder::Real(v) => v.take(),
+        ColumnBuilder::Index(v) => v.take(),
+        ColumnBuilder::Text(v) => Arc::new(v.finish()),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
 
 /// Everything about one file, as `--json` and `--out X.json` give it.
 #[derive(Serialize)]
-struct Answer<'a> {
+struct TextureAnswer<'a> {
     file: String,
     format: &'static str,
     remarks: &'a [String],
@@ -66,9 +66,13 @@ pub(crate) fn measure(args: &MeasureArgs, path: &Path, as_profile: bool) -> Resu
         }
         Measured::Map(map) => TextureReport::of_map(map, &asked),
     };
-    let answer =
-        Answer { file: path.display().to_string(), format: read.format, remarks: &read.remarks, report: &report };
-    let ending = args.out.as_deref().map(|out| Ending::of(out, &read.measured)).transpose()?;
+    let answer = TextureAnswer {
+        file: path.display().to_string(),
+        format: read.format,
+        remarks: &read.remarks,
+        report: &report,
+    };
+    let ending = args.out.as_deref().map(|out| TextureFormat::of(out, &read.measured)).transpose()?;
     if args.json {
         let text = serde_json::to_string_pretty(&answer).map_err(Failure::new)?;
         say!("{text}");
@@ -126,14 +130,14 @@ fn of_file(e: &TextureFileError) -> Failure {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Ending {
+enum TextureFormat {
     Json,
     Png,
     Sdf,
     X3p,
 }
 
-impl Ending {
+impl TextureFormat {
     fn of(out: &Path, measured: &Measured) -> Result<Self, Failure> {
         let ending = match out.extension().and_then(|e| e.to_str()) {
             Some("json") => Self::Json,
@@ -153,17 +157,17 @@ impl Ending {
     }
 }
 
-fn write(out: &Path, ending: Ending, answer: &Answer<'_>, measured: &Measured) -> Result<(), Failure> {
+fn write(out: &Path, ending: TextureFormat, answer: &TextureAnswer<'_>, measured: &Measured) -> Result<(), Failure> {
     match (ending, measured) {
-        (Ending::Json, _) => write_json(out, answer).map_err(Failure::new),
-        (Ending::Sdf, Measured::Map(map)) => file::write_sdf(out, map, SdfForm::Binary).map_err(|e| of_file(&e)),
-        (Ending::Sdf, Measured::Profile(profile)) => {
+        (TextureFormat::Json, _) => write_json(out, answer).map_err(Failure::new),
+        (TextureFormat::Sdf, Measured::Map(map)) => file::write_sdf(out, map, SdfForm::Binary).map_err(|e| of_file(&e)),
+        (TextureFormat::Sdf, Measured::Profile(profile)) => {
             file::write_sdf(out, profile, SdfForm::Binary).map_err(|e| of_file(&e))
         }
-        (Ending::X3p, Measured::Map(map)) => file::write_x3p(out, map).map_err(|e| of_file(&e)),
-        (Ending::X3p, Measured::Profile(profile)) => file::write_x3p(out, profile).map_err(|e| of_file(&e)),
-        (Ending::Png, Measured::Profile(_)) => Ok(()),
-        (Ending::Png, Measured::Map(map)) => {
+        (TextureFormat::X3p, Measured::Map(map)) => file::write_x3p(out, map).map_err(|e| of_file(&e)),
+        (TextureFormat::X3p, Measured::Profile(profile)) => file::write_x3p(out, profile).map_err(|e| of_file(&e)),
+        (TextureFormat::Png, Measured::Profile(_)) => Ok(()),
+        (TextureFormat::Png, Measured::Map(map)) => {
             let area: Option<&ArealReport> = answer.report.area.as_ref();
             let (shown, title) = match area {
                 Some(a) => match (&a.roughness, &a.filtered) {

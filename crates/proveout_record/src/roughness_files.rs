@@ -11,7 +11,7 @@ use proveout_surface::texture::{
     file::{SdfForm, write_sdf, write_x3p},
 };
 
-use crate::{error::RecordError, height_picture::write_height_map_png};
+use crate::{error::RecordError, roughness_picture::write_height_map_png};
 
 /// Folder of the maps in the run folder.
 pub(crate) const MAPS_FOLDER: &str = "maps";

@@ -62,7 +62,7 @@ pub(crate) fn pack_mesh(picture: &Picture, shades: Shades<'_>, lines: &[u32]) ->
     }
     for p in &picture.positions {
         for k in 0..3 {
-            out.extend(of_65535(f64::from(p[k]), low[k], size[k]).to_le_bytes());
+            out.extend(quantize_u16(f64::from(p[k]), low[k], size[k]).to_le_bytes());
         }
     }
     for n in &picture.normals {
@@ -80,26 +80,26 @@ pub(crate) fn pack_mesh(picture: &Picture, shades: Shades<'_>, lines: &[u32]) ->
             }
         }
     }
-    let mut steps = Steps::default();
+    let mut steps = DeltaWriter::default();
     lines.iter().for_each(|line| steps.put(i64::from(*line), &mut out));
-    let mut steps = Steps::default();
+    let mut steps = DeltaWriter::default();
     picture.triangles.iter().flatten().for_each(|i| steps.put(i64::from(*i), &mut out));
     out
 }
 
 /// Place of a value in a range, as 16 bits.
-pub(crate) fn of_65535(value: f64, low: f64, size: f64) -> u16 {
+pub(crate) fn quantize_u16(value: f64, low: f64, size: f64) -> u16 {
     let t = if size > 0.0 { (value - low) / size } else { 0.0 };
     (t.clamp(0.0, 1.0) * 65535.0).round() as u16
 }
 
 /// Writes whole numbers as their differences, small ones in one byte.
 #[derive(Default)]
-pub(crate) struct Steps {
+pub(crate) struct DeltaWriter {
     last: i64,
 }
 
-impl Steps {
+impl DeltaWriter {
     pub(crate) fn put(&mut self, value: i64, out: &mut Vec<u8>) {
         let step = value - self.last;
         self.last = value;
