@@ -29,17 +29,17 @@ use super::{
     result::{Choices, Comparison, Made, ProgramFigures, Published, Reproduced, TriedChoice},
 };
 use crate::{
-    control_settings::control_settings,
-    error::SimError,
-    part_on_table::PartOnTable,
-    planning,
-    prepare::Prepared,
-    programs,
-    scene::{ChoiceValueFile, CompareFile, HELIX, Scene, StrategyFile},
-    scene_choice::{limit_machine, with_values},
-    scene_compare::QuantityFile,
-    scene_limits::limit_joints,
-    verdict::State,
+    prepare::{
+        control_settings::control_settings, error::SimError, part_on_table::PartOnTable, planning, prepared::Prepared,
+        programs,
+    },
+    scene::{
+        ChoiceValueFile, CompareFile, HELIX, Scene, StrategyFile,
+        choice::{limit_machine, with_values},
+        compare::QuantityFile,
+        joint_limits::limit_joints,
+    },
+    verdict::verdict_file::State,
 };
 
 /// Where the draws begin; any number does.

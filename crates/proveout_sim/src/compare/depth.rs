@@ -19,8 +19,8 @@ use super::{
     result::Depth,
 };
 use crate::{
+    prepare::part_shape::Shape,
     scene::{CompareFile, Scene},
-    shape::Shape,
     units::UM_PER_MM,
 };
 

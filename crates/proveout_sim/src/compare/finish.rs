@@ -15,10 +15,12 @@ use super::{
     uncertainty::{VariedGain, saved, time_gain},
 };
 use crate::{
-    finding::Severity,
-    gates,
     units::UM_PER_MM,
-    verdict::{Gate, State, Time},
+    verdict::{
+        finding::Severity,
+        gates,
+        verdict_file::{Gate, State, Time},
+    },
 };
 
 impl Comparing {

@@ -11,7 +11,13 @@
 //! a program that the control cannot execute is refused before the first stock is cut.
 //!
 //! Everything in [`Comparison`] follows from the inputs: same inputs, same bytes at any thread count.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `certificate/` | bounds on the time of any schedule |
+//! | `schedule.rs` | a re-scheduled program beside its source |
 
+pub mod certificate;
 mod choices;
 pub(crate) mod depth;
 mod finish;
@@ -20,6 +26,7 @@ mod markdown;
 pub(crate) mod motion;
 mod pictures;
 mod result;
+pub mod schedule;
 mod sphere;
 mod surface;
 mod uncertainty;
@@ -51,17 +58,15 @@ pub use self::{
     uncertainty::{TimeGain, VariationKind},
 };
 use crate::{
-    certificate::{blocks_of, certify, gain_curves},
-    choice::Choice,
-    design::deviation_on,
-    error::SimError,
-    prepare::Prepared,
-    run::RunResult,
+    compare::{
+        certificate::{blocks_of, certify, gain_curves},
+        schedule::{Motions, Schedule, ScheduleBound},
+    },
+    observe::surface_map::SurfaceMap,
+    prepare::{choice::Choice, design::deviation_on, error::SimError, part_shape::Shape, prepared::Prepared},
+    run::main_loop::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
-    schedule::{Motions, Schedule, ScheduleBound},
-    shape::Shape,
-    surface_map::SurfaceMap,
-    verdict::Verdict,
+    verdict::verdict_file::Verdict,
 };
 pub(crate) use pictures::study_of;
 
@@ -146,7 +151,7 @@ pub(crate) const BOUNDS: [&str; 3] = [
 #[derive(Debug)]
 struct Ran {
     verdict: Verdict,
-    surface: crate::verdict::Surface,
+    surface: crate::verdict::verdict_file::Surface,
     deviation: Vec<f64>,
 }
 

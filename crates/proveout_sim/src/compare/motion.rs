@@ -34,8 +34,12 @@ use proveout_tool::{Tool, ToolLibrary};
 
 use super::depth::{Deep, DepthGauge};
 use crate::{
-    control_settings::control_settings, error::SimError, prepare::Prepared, program_survey::known_offset,
-    programs::settings_of_made, run::from_run_error, scene::Scene,
+    prepare::{
+        control_settings::control_settings, error::SimError, prepared::Prepared, program_survey::known_offset,
+        programs::settings_of_made,
+    },
+    run::main_loop::from_run_error,
+    scene::Scene,
 };
 
 /// Places between two blocks at which the tip is computed with the joints led straight.

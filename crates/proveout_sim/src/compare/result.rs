@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::uncertainty::{TimeGain, VariationKind};
-use crate::certificate::VelocityLimit;
+use crate::compare::certificate::VelocityLimit;
 use crate::scene::PublishedKindFile;
-pub use crate::scene_limits::ChangedLimit;
-use crate::verdict::{Axis, Clearance, Deviation, Gate, State, Surface, Time};
+pub use crate::scene::joint_limits::ChangedLimit;
+use crate::verdict::verdict_file::{Axis, Clearance, Deviation, Gate, State, Surface, Time};
 
 /// Version of the layout of [`Comparison`]; raised when a key changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;

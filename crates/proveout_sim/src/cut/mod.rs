@@ -1,0 +1,22 @@
+//! The prove-out of one stretch of motion: the stock is swept, bodies are checked against bodies and stock,
+//! parts that come off are followed. What it finds goes into the log, what it measures into the facts of the run.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `bodies.rs` | machine bodies against each other along the motion |
+//! | `cut_source.rs` | cuts that are replayed from a journal or from shards |
+//! | `detached_parts/` | parts that come off the stock, and where they fall |
+//! | `engine.rs` | one stretch of motion through stock and bodies |
+//! | `journal.rs` | what the sweeps did, so that an interrupted run can resume |
+//! | `kept_motion.rs` | the motion pieces that cut, kept to the end of the run |
+//! | `stock_bodies.rs` | machine bodies against the stock while it is cut |
+//! | `tool_between_rays.rs` | contact of the tool with stock between the rays |
+
+pub(crate) mod bodies;
+pub(crate) mod cut_source;
+pub(crate) mod detached_parts;
+pub(crate) mod engine;
+pub mod journal;
+pub(crate) mod kept_motion;
+pub(crate) mod stock_bodies;
+pub(crate) mod tool_between_rays;

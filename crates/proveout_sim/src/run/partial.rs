@@ -1,0 +1,459 @@
+//! Runs that are not the whole check: with coarse cells (`run --preview`), or ended early (`run --stop-at`).
+//!
+//! What they find is true, and fails its gate as in any run; what they do not find proves nothing.
+//! A preview sweeps the same motion through cells [`COARSER`] times as long, so that everything
+//! that does not ask the stock (program, limits, bodies against bodies) is judged in full, and
+//! gates that ask it stay `unchecked` with both cells. A run that ends early has seen no gate to
+//! its end: all are `unchecked` unless they failed, and an unfinished part is not judged for
+//! excess, features and texture.
+
+use std::{fmt, path::Path, str::FromStr};
+
+use proveout_controller::{BlockKind, BlockRecord, Chunk, MoveKind, Summary};
+use proveout_geom::{nearest, read_regular_text};
+use proveout_nc::Op;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    prepare::{choice::Choice, error::SimError, prepared::Prepared},
+    scene::Scene,
+    verdict::{
+        finding::{self, CODES, Code, Finding, Severity},
+        gates::Coverage,
+        verdict_file,
+    },
+};
+
+/// Factor of the cells of a preview: the rays, and with them most of the time of sweeps, fall to a sixteenth; motion and bodies take theirs.
+pub const COARSER: f64 = 4.0;
+/// Simulated time of a stretch where a finding ends the run, s: by so much it may run on.
+const NEAR_S: f64 = 0.1;
+/// Longest time that is taken, s: a hundred days of machining.
+const MOST_S: f64 = 8.64e6;
+
+/// What ends a run early.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StopAt {
+    /// The first finding of a code; none for the first that fails a gate.
+    Finding(Option<&'static str>),
+    /// The end of the first pass through a line of the program, from 1.
+    Line(u32),
+    /// The piece of motion that holds this simulated time, s.
+    Time(f64),
+}
+
+/// Codes that are judged when the program is at its end: no run can stop at them.
+const AT_THE_END: [Code; 11] = [
+    finding::GOUGE,
+    finding::EXCESS,
+    finding::FILM,
+    finding::THREAD,
+    finding::INSPECTION,
+    finding::ROUGHNESS,
+    finding::SCALLOP,
+    finding::TEXT_LOST,
+    finding::TEXT_UNPROVEN,
+    finding::TEXT_SKIPPED,
+    finding::TEXT_NOT_CALLED,
+];
+
+impl FromStr for StopAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "any" {
+            return Ok(Self::Finding(None));
+        }
+        if let Some(code) = CODES.iter().find(|c| c.code == text) {
+            if AT_THE_END.iter().any(|c| c.code == code.code) {
+                return Err(format!("{text} is judged at the end of the program: a run cannot stop there"));
+            }
+            return Ok(Self::Finding(Some(code.code)));
+        }
+        if text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.')) {
+            return number(text);
+        }
+        let hint =
+            nearest(text, CODES.iter().map(|c| c.code)).map_or_else(String::new, |c| format!("; did you mean {c}?"));
+        Err(format!(
+            "no finding has this code{hint} (give `any`, a code of docs/findings, a line as 120, or a time as 12.5s)"
+        ))
+    }
+}
+
+/// A line, or a time with its `s`.
+fn number(text: &str) -> Result<StopAt, String> {
+    let Some(time) = text.strip_suffix('s') else {
+        return match text.parse::<u32>() {
+            Ok(line) if line > 0 => Ok(StopAt::Line(line)),
+            _ => Err("a line is a whole number from 1; a time has its unit, as 12.5s".to_owned()),
+        };
+    };
+    match time.trim_end().parse::<f64>() {
+        Ok(t) if t > 0.0 && t <= MOST_S => Ok(StopAt::Time(t)),
+        _ => Err(format!("a time is more than 0s, and at most {MOST_S}s")),
+    }
+}
+
+impl fmt::Display for StopAt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Finding(None) => f.write_str("any"),
+            Self::Finding(Some(code)) => f.write_str(code),
+            Self::Line(line) => write!(f, "{line}"),
+            Self::Time(t) => write!(f, "{t}s"),
+        }
+    }
+}
+
+/// In what a run is less than the whole check; no key of it is set in one that is whole.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Partial {
+    /// The cells were coarse (`run --preview`).
+    pub preview: Option<PreviewUsed>,
+    /// The run ended early (`run --stop-at`).
+    pub stopped: Option<Stopped>,
+}
+
+impl Partial {
+    /// In what the run was not the whole check, in sentences.
+    pub fn words(&self) -> Vec<String> {
+        let preview = self.preview.as_ref().map(|p| {
+            let [cell, full] = [&p.cells_mm, &p.scene_cells_mm].map(|c| c.iter().copied().fold(0.0, f64::max));
+            format!("PREVIEW with cells of {cell} mm, the scene has {full} mm: not the whole check; for that, run again without --preview")
+        });
+        let stopped = self.stopped.as_ref().map(|s| {
+            let line = s.line.map_or_else(String::new, |l| format!(", after line {l}"));
+            format!("STOPPED at {:.3} s{line}: {}; nothing after it was checked", s.time_s, s.why)
+        });
+        preview.into_iter().chain(stopped).collect()
+    }
+}
+
+/// Cells of a preview.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PreviewUsed {
+    /// Edges of the cells that were cut, mm.
+    pub cells_mm: [f64; 3],
+    /// Those of the scene.
+    pub scene_cells_mm: [f64; 3],
+    /// What else was left out: patches, texture.
+    pub left_out: Vec<String>,
+}
+
+/// Where a run ended early.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Stopped {
+    /// What the call asked for: `any`, a code, a line, a time.
+    pub at: String,
+    /// In words.
+    pub why: String,
+    /// Last motion that was judged: its file.
+    pub file: Option<String>,
+    /// Its line.
+    pub line: Option<u32>,
+    /// Simulated time to which motion was cut and judged, s.
+    pub time_s: f64,
+    /// Time to which the control had planned ahead, s: `axes` and `path` cover the motion until then, all else that until `time_s`.
+    pub planned_s: f64,
+}
+
+/// What the call makes of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wanted {
+    pub(crate) preview: Option<PreviewUsed>,
+    pub(crate) stop_at: Option<StopAt>,
+}
+
+impl Wanted {
+    /// Takes out of a scene what a preview leaves out; gives the cells to cut with.
+    pub(crate) fn of(choice: &Choice, scene: &mut Scene, cells: [f64; 3]) -> (Self, [f64; 3]) {
+        let stop_at = choice.stop_at.clone();
+        if !choice.preview {
+            return (Self { preview: None, stop_at }, cells);
+        }
+        let coarse = cells.map(|c| COARSER * c);
+        let mut left_out = Vec::new();
+        let patches = &mut scene.file.stock.get_mut().patch;
+        if !patches.is_empty() {
+            let names: Vec<String> = patches.drain(..).map(|p| p.into_inner().name).collect();
+            left_out.push(format!("finer patches ({})", names.join(", ")));
+        }
+        if scene.file.surface.take().is_some() {
+            left_out.push("roughness of [surface]".to_owned());
+        }
+        left_out.push("ridges between the passes".to_owned());
+        let preview = Some(PreviewUsed { cells_mm: coarse, scene_cells_mm: cells, left_out });
+        (Self { preview, stop_at }, coarse)
+    }
+}
+
+/// Refuses a line on which nothing moves, before anything is cut.
+///
+/// # Errors
+/// [`SimError::StopAt`] with the next line that moves something.
+pub(crate) fn check_line(prepared: &Prepared) -> Result<(), SimError> {
+    let Some(StopAt::Line(line)) = prepared.wanted.stop_at else { return Ok(()) };
+    let running = prepared.running_file();
+    let mut next: Option<u32> = None;
+    for command in prepared.program()? {
+        let command = command?;
+        let place = &command.location;
+        if !is_motion(&command.op) || *prepared.shown_as(&place.file) != *running.display().to_string() {
+            continue;
+        }
+        if place.line == line {
+            return Ok(());
+        }
+        if place.line > line {
+            next = Some(next.map_or(place.line, |n| n.min(place.line)));
+        }
+    }
+    let message = format!("--stop-at {line}: this line of {} has no motion that is run", running.display());
+    let help = match next {
+        Some(next) => format!("the next line with a motion is {next}"),
+        None if line > prepared.program_lines => format!("the program has {} lines", prepared.program_lines),
+        None => "no motion comes after it".to_owned(),
+    };
+    Err(SimError::StopAt { message, help })
+}
+
+fn is_motion(op: &Op) -> bool {
+    matches!(
+        op,
+        Op::Rapid(_)
+            | Op::Linear(_)
+            | Op::Arc(_)
+            | Op::Spline(_)
+            | Op::Probe(_)
+            | Op::Thread(_)
+            | Op::Retract(_)
+            | Op::Dwell(_)
+    )
+}
+
+/// Follows a run that may end early.
+pub(crate) struct Watch<'a> {
+    stop_at: Option<&'a StopAt>,
+    file: String,
+    /// Index and end of the last block of the line, while it is run.
+    on_line: Option<u32>,
+    /// What was run.
+    time: verdict_file::Time,
+    blocks: u64,
+    planned_s: f64,
+    last: Option<(String, u32)>,
+    stopped: Option<String>,
+}
+
+impl<'a> Watch<'a> {
+    pub(crate) fn new(prepared: &'a Prepared) -> Self {
+        Self {
+            stop_at: prepared.wanted.stop_at.as_ref(),
+            file: prepared.running_file().display().to_string(),
+            on_line: None,
+            time: verdict_file::Time::default(),
+            blocks: 0,
+            planned_s: 0.0,
+            last: None,
+            stopped: None,
+        }
+    }
+
+    /// Simulated time of a stretch, where it is less than usual.
+    pub(crate) fn stretch_s(&self, usual: f64) -> f64 {
+        if matches!(self.stop_at, Some(StopAt::Finding(_))) { NEAR_S.min(usual) } else { usual }
+    }
+
+    /// The run is at its end.
+    pub(crate) fn has_stopped(&self) -> bool {
+        self.stopped.is_some()
+    }
+
+    /// A finding ended the run within a chunk: the rest of it is not run.
+    pub(crate) fn ends_here(&self) -> bool {
+        self.stopped.is_some() && matches!(self.stop_at, Some(StopAt::Finding(_)))
+    }
+
+    /// The part of a chunk that is run.
+    pub(crate) fn cut(&mut self, mut chunk: Chunk) -> Chunk {
+        if self.stop_at.is_none() {
+            return chunk;
+        }
+        let ends = [chunk.pieces.last().map(|p| p.time[1]), chunk.blocks.last().map(|b| b.end_time)];
+        self.planned_s = ends.into_iter().flatten().fold(self.planned_s, f64::max);
+        match self.stop_at {
+            Some(StopAt::Line(line)) => {
+                if let Some(last) = self.end_of_line(*line, &chunk.blocks) {
+                    self.stopped = Some(format!("line {line} was run"));
+                    chunk.pieces.retain(|p| p.block <= last);
+                    chunk.blocks.retain(|b| b.index <= last);
+                    chunk.events.retain(|e| e.block() <= last);
+                    let end = chunk.blocks.last().map_or(f64::NEG_INFINITY, |b| b.end_time);
+                    chunk.samples.retain(|s| s.time <= end);
+                }
+            }
+            Some(StopAt::Time(time)) if self.planned_s >= *time => {
+                self.stopped = Some(format!("{time} s of the program were run"));
+                chunk.pieces.retain(|p| p.time[0] < *time);
+                let end = chunk.pieces.last().map_or(*time, |p| p.time[1].max(*time));
+                chunk.blocks.retain(|b| b.start_time <= end);
+                chunk.events.retain(|e| e.time() <= end);
+                chunk.samples.retain(|s| s.time <= end);
+            }
+            _ => {}
+        }
+        chunk
+    }
+
+    /// Last block of the line, once a block of another one follows.
+    fn end_of_line(&mut self, line: u32, blocks: &[BlockRecord]) -> Option<u32> {
+        for block in blocks {
+            if block.line == line && *block.file == *self.file {
+                self.on_line = Some(block.index);
+            } else if let Some(last) = self.on_line {
+                return Some(last);
+            }
+        }
+        None
+    }
+
+    /// Books a stretch that was run, with what it found.
+    pub(crate) fn ran(&mut self, stretch: &Chunk, findings: &[Finding]) {
+        if self.stop_at.is_none() {
+            return;
+        }
+        for piece in &stretch.pieces {
+            let seconds = piece.time[1] - piece.time[0];
+            match piece.kind {
+                MoveKind::Feed => self.time.cutting_s += seconds,
+                MoveKind::Rapid | MoveKind::Handling => self.time.rapid_s += seconds,
+            }
+        }
+        for block in &stretch.blocks {
+            let seconds = block.end_time - block.start_time;
+            match block.kind {
+                BlockKind::Dwell => self.time.dwell_s += seconds,
+                BlockKind::ToolChange => self.time.tool_change_s += seconds,
+                BlockKind::Move(_) | BlockKind::Action => {}
+            }
+            self.last = Some((block.file.to_string(), block.line));
+        }
+        self.blocks += stretch.blocks.len() as u64;
+        let Some(StopAt::Finding(code)) = self.stop_at else { return };
+        let wanted = |f: &&Finding| code.map_or(f.severity == Severity::Error, |code| f.code == code);
+        if let Some(found) = findings.iter().find(wanted) {
+            let at = found.time_s.map_or_else(String::new, |t| format!(" at {t:.3} s"));
+            self.stopped = Some(format!("the first finding {}{at}: {}", found.code, found.message));
+        }
+    }
+
+    /// What the verdict says of the end, where it came early; the summary then gives the time that
+    /// was run.
+    pub(crate) fn finish(self, prepared: &Prepared, summary: &mut Summary, time_s: f64) -> Option<Stopped> {
+        let why = self.stopped?;
+        (summary.cutting_s, summary.rapid_s) = (self.time.cutting_s, self.time.rapid_s);
+        (summary.dwell_s, summary.tool_change_s) = (self.time.dwell_s, self.time.tool_change_s);
+        (summary.total_s, summary.blocks) = (time_s, self.blocks);
+        (summary.lower_bound_s, summary.path_bound_s) = (None, None);
+        let (file, line) = self.last.unzip();
+        Some(Stopped {
+            at: self.stop_at.map(ToString::to_string).unwrap_or_default(),
+            why,
+            file: file.map(|f| prepared.shown_as(&f)),
+            line,
+            time_s,
+            planned_s: self.planned_s.max(time_s),
+        })
+    }
+}
+
+/// Takes from the gates what a run that is not whole has not judged; in the order of the gates.
+pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
+    let Some(partial) = partial else { return };
+    if let Some(p) = &partial.preview {
+        let longest = |cells: &[f64; 3]| cells.iter().copied().fold(0.0, f64::max);
+        let what = format!(
+            "preview: cells of {} mm where the scene has {} mm; features thinner than a cell may have been missed",
+            longest(&p.cells_mm),
+            longest(&p.scene_cells_mm)
+        );
+        for gate in &mut gates[2..7] {
+            gate.left_out.push(what.clone());
+        }
+        gates[7].left_out.push(format!("preview: left out are {}", p.left_out.join(", ")));
+    }
+    if let Some(s) = &partial.stopped {
+        let line = s.line.map_or_else(String::new, |l| format!(" (line {l})"));
+        let what = format!("stopped at {:.3} s{line}: the motion after that", s.time_s);
+        for gate in &mut gates[1..6] {
+            gate.left_out.push(what.clone());
+        }
+        gates[0] = Coverage {
+            checked: gates[0].checked.as_ref().map(|_| "executed so far".to_owned()),
+            left_out: vec![format!("stopped at {:.3} s{line}, since {}", s.time_s, s.why)],
+        };
+        for gate in &mut gates[6..8] {
+            *gate = Coverage {
+                checked: None,
+                left_out: vec![format!("stopped at {:.3} s{line}: the part is not finished", s.time_s)],
+            };
+        }
+    }
+}
+
+/// Refuses the stock of a run that was not whole: the next setup would start from a part that does
+/// not exist.
+pub(crate) fn refused_as_stock(folder: &Path) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Short {
+        #[serde(default)]
+        partial: Option<Partial>,
+    }
+    let text = read_regular_text(&folder.join("verdict.json"), 1 << 30).ok()?;
+    let partial = serde_json::from_str::<Short>(&text).ok()?.partial?;
+    Some(match (partial.preview, partial.stopped) {
+        (_, Some(s)) => format!("is of a run that was stopped at {:.3} s: the part is not finished", s.time_s),
+        (Some(p), None) => format!("is of a preview, with cells of {} mm", p.cells_mm.into_iter().fold(0.0, f64::max)),
+        (None, None) => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_is_a_code_a_line_or_a_time() {
+        let read = |text: &str| text.parse::<StopAt>();
+        assert_eq!(read("any"), Ok(StopAt::Finding(None)));
+        assert_eq!(read("collision-bodies"), Ok(StopAt::Finding(Some("collision-bodies"))));
+        assert_eq!(read("120"), Ok(StopAt::Line(120)));
+        assert_eq!(read("12.5s"), Ok(StopAt::Time(12.5)));
+        for wrong in
+            ["", "0", "-3", "1.5", "nan", "NaNs", "-1s", "0s", "infs", "1e99s", "99999999999", "collison-bodies"]
+        {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+        assert!(read("collison-bodies").is_err_and(|e| e.contains("did you mean collision-bodies?")));
+        assert!(read("geometry-gouge").is_err_and(|e| e.contains("at the end of the program")));
+        for text in ["any", "limits-overtravel", "7", "0.25s"] {
+            assert_eq!(read(text).map(|s| s.to_string()).as_deref(), Ok(text));
+        }
+    }
+
+    #[test]
+    fn no_gate_of_a_run_that_is_not_whole_passes_unseen() {
+        let all = || std::array::from_fn(|_| Coverage { checked: Some("all".into()), left_out: vec![] });
+        let mut gates: [Coverage; 8] = all();
+        let stopped = Stopped { time_s: 3.0, line: Some(7), why: "line 7 was run".into(), ..Stopped::default() };
+        leave_out(Some(&Partial { preview: None, stopped: Some(stopped) }), &mut gates);
+        assert!(gates.iter().all(|g| g.left_out.iter().any(|w| w.contains("stopped at 3.000 s (line 7)"))));
+        let mut gates = all();
+        let preview = PreviewUsed { cells_mm: [0.8; 3], scene_cells_mm: [0.2; 3], left_out: vec!["ridges".into()] };
+        leave_out(Some(&Partial { preview: Some(preview), stopped: None }), &mut gates);
+        assert!(gates[..2].iter().all(|g| g.left_out.is_empty()), "program and limits ask no stock");
+        assert!(gates[2..].iter().all(|g| g.left_out.iter().any(|w| w.starts_with("preview"))));
+    }
+}

@@ -1,0 +1,22 @@
+//! What a run says: findings, gates and figures, as data. Nothing here measures or judges.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `finding.rs` | finding codes, families, severities |
+//! | `gates.rs` | from findings and what is unchecked to the gates |
+//! | `log.rs` | findings as they come in, joined block by block |
+//! | `scallop_figures.rs` | figures of the scallop |
+//! | `verdict_file.rs` | `verdict.json` |
+
+pub mod finding;
+pub mod gates;
+pub mod log;
+pub(crate) mod scallop_figures;
+pub(crate) mod verdict_file;
+
+pub use self::verdict_file::{
+    AnalyticUsed, Axis, BlockShare, Clearance, Deviation, Gate, Inspected, MachineUsed, PairClearance, Partial,
+    PatchUsed, Path, PhaseSpread, PreviewUsed, ProfileUsed, Removal, ResidualUsed, SCHEMA_VERSION, Scallop, ScallopBar,
+    ScallopHeights, ScallopPass, ScallopPatch, ScallopRegion, Spread, State, Stopped, Surface, TextureUsed, Time,
+    ToolUse, UncheckedPair, Verdict,
+};
